@@ -141,9 +141,13 @@ int main(int argc, char **argv)
         return 77;
     }
     for (size_t i = 0; i < LIST_COUNT; i++)
-        for (size_t j = 0; j < lists[i]->count; j++)
-            for (uint32_t k = 0; k < variant_count && is_about_inputs(&lists[i]->cases[j]); k++)
-                play_one(&run, lists[i], &lists[i]->cases[j], k);
+        for (size_t j = 0; j < lists[i]->count; j++) {
+            struct test_case test_case;
+            if (!case_read(lists[i], j, &test_case) || !is_about_inputs(&test_case))
+                continue;
+            for (uint32_t k = 0; k < variant_count; k++)
+                play_one(&run, lists[i], &test_case, k);
+        }
     texts_play(&run.platform, &run.fixture, &run.tally);
     fixture_close(&run.fixture);
     if (run.platform.is_null && !run.platform.is_cpu && run.tally.filter == NULL && !run.tally.list)

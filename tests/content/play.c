@@ -9,7 +9,7 @@
 /* One of the calls of a case. */
 struct call {
     const char *what;
-    void (*prepare)(struct scene *scene);
+    const struct test_case *prepared_for; /* NULL: the call is as the scene opens */
     void (*mutate)(struct scene *scene);
     const struct edit *edits;
     void (*then)(struct scene *scene);
@@ -82,8 +82,8 @@ static struct scene *open_scene(const struct content_play *play, struct fixture 
     fixture->uses_two_queues = variant->uses_two_queues;
     fixture->records_secondary = variant->in_secondary;
     struct scene *scene = scene_open(fixture, variant->command);
-    if (call->prepare != NULL)
-        call->prepare(scene);
+    if (call->prepared_for != NULL)
+        judge_prepare(scene, call->prepared_for);
     memcpy(parameters.infos, scene->infos, sizeof(parameters.infos));
     memcpy(parameters.geometries, scene->geometries, sizeof(parameters.geometries));
     memcpy(parameters.ranges, scene->ranges, sizeof(parameters.ranges));
@@ -120,7 +120,8 @@ static bool expect_refusal_alone(const struct content_play *play, const struct f
                                  const struct call *call, const char *when, struct report *report)
 {
     const struct refusal *refusal = play->play.test_case->refusal;
-    if (!judge_is_refused(&play->play) || call->prepare == NULL ||
+    if (!judge_is_refused(&play->play) || call->prepared_for == NULL ||
+        call->prepared_for->prepare == NULL ||
         messages_count(&fixture->messages, rule_id(refusal->rule, refusal->command), NULL) !=
             fixture->messages.count)
         return expect_none(fixture, call, when, report);
@@ -204,16 +205,14 @@ static void play_twin(const struct content_play *play, struct fixture *fixture,
     const struct test_case *test_case = play->play.test_case;
     const struct call base = {.what = "valid call"};
     const struct call twin = {.what = "twin",
-                              .prepare = test_case->prepare,
+                              .prepared_for = test_case,
                               .mutate = test_case->mutate_twin,
                               .edits = test_case->twin_edits,
                               .then = test_case->twin_then};
 
-    const bool has_twin = !judge_is_refused(&play->play) &&
-                          (twin.prepare != NULL || twin.mutate != NULL || twin.edits != NULL);
-
-    report->stayed_silent = (play->base_is_known || expect_silence(play, fixture, &base, report)) &&
-                            (!has_twin || expect_silence(play, fixture, &twin, report));
+    report->stayed_silent =
+        (play->base_is_known || expect_silence(play, fixture, &base, report)) &&
+        (!judge_has_twin(&play->play) || expect_silence(play, fixture, &twin, report));
 }
 
 static void play_mutation(const struct content_play *play, struct fixture *fixture,
@@ -222,7 +221,7 @@ static void play_mutation(const struct content_play *play, struct fixture *fixtu
     const struct test_case *test_case = play->play.test_case;
     const bool breaks = !test_case->silent && play->variant->change != CHANGE_FOR_THE_BETTER;
     const struct call call = {.what = breaks ? "mutation" : "valid mutation",
-                              .prepare = test_case->prepare,
+                              .prepared_for = test_case,
                               .mutate = test_case->mutate,
                               .edits = test_case->edits,
                               .then = test_case->then,

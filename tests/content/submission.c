@@ -2,15 +2,8 @@
 /* Submissions of a scene's call. */
 #include "submission.h"
 
-static void destroy_fence(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyFence(device, (VkFence)handle, NULL);
-}
-
-static void destroy_semaphore(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroySemaphore(device, (VkSemaphore)handle, NULL);
-}
+SCENE_DESTROYS(destroy_fence, DestroyFence, VkFence)
+SCENE_DESTROYS(destroy_semaphore, DestroySemaphore, VkSemaphore)
 
 static void create_fence(struct scene *scene)
 {

@@ -6,24 +6,91 @@
 
 #include "scene.h"
 
-/* One assignment to a member of struct scene, just before the call. */
-struct edit {
-    size_t offset;
-    size_t size; /* 0 ends a list */
-    bool adds;   /* to what is there */
-    uint64_t value;
+/* One change of the scene, just before the call: mostly an assignment to a member of it. */
+enum edit_kind {
+    EDIT_END, /* of a list */
+    EDIT_SET,
+    EDIT_ADD,          /* to what is there */
+    EDIT_COPY,         /* another member, of the same type */
+    EDIT_POINT,        /* at another member */
+    EDIT_MAKE_ADDRESS, /* what a function returns */
+    EDIT_MAKE_STRUCTURE,
+    EDIT_MAKE_STRUCTURE_WITH,
+    EDIT_UNREADABLE, /* the pointer leads to an unreadable page */
+    EDIT_DESTROY,    /* the object behind the handle */
+    EDIT_CALL,       /* a function */
+    EDIT_CALL_WITH,
+    EDIT_CALL_WITH_SIZE,
+    EDIT_CALL_FOR,
+    EDIT_RECORD, /* by a function that takes the command buffer, too */
 };
 
-#define EDIT_MEMBER(member) offsetof(struct scene, member), sizeof(((struct scene *)0)->member)
-#define SET(member, value)                                                                         \
+struct edit {
+    enum edit_kind kind;
+    size_t offset, size; /* of the member */
+    uint64_t value;      /* or the offset of the other member, or the argument */
+    uint32_t build;
+    union {
+        VkDeviceAddress (*make_address)(struct scene *scene);
+        VkAccelerationStructureKHR (*make_structure)(struct scene *scene);
+        VkAccelerationStructureKHR (*make_structure_with)(struct scene *scene, uint32_t argument);
+        void (*call)(struct scene *scene);
+        void (*call_with)(struct scene *scene, uint32_t argument);
+        void (*call_with_size)(struct scene *scene, VkDeviceSize argument);
+        void (*call_for)(struct scene *scene, uint32_t build, VkDeviceSize argument);
+        void (*record)(struct scene *scene, VkCommandBuffer command_buffer);
+    };
+};
+
+#define EDIT(kind_, member, value_)                                                                \
     {                                                                                              \
-        EDIT_MEMBER(member), false, (uint64_t)(value)                                              \
+        .kind = (kind_), .offset = offsetof(struct scene, member),                                 \
+        .size = sizeof(((struct scene *)0)->member), .value = (uint64_t)(value_)                   \
     }
-#define ADD(member, value)                                                                         \
+#define SET(member, value_) EDIT(EDIT_SET, member, value_)
+#define ADD(member, value_) EDIT(EDIT_ADD, member, value_)
+/* Compiles only if both members have as many bytes. */
+#define COPY(member, other)                                                                        \
+    EDIT(EDIT_COPY, member, offsetof(struct scene, other) / SAME_SIZE(member, other))
+#define SAME_SIZE(member, other)                                                                   \
+    (sizeof(((struct scene *)0)->member) == sizeof(((struct scene *)0)->other))
+#define POINT(member, other) EDIT(EDIT_POINT, member, offsetof(struct scene, other))
+#define MAKE(kind_, member_, member, function)                                                     \
     {                                                                                              \
-        EDIT_MEMBER(member), true, (uint64_t)(value)                                               \
+        .kind = (kind_), .offset = offsetof(struct scene, member),                                 \
+        .size = sizeof(((struct scene *)0)->member), .member_ = (function)                         \
     }
-#define EDITS(...) ((const struct edit[]){__VA_ARGS__, {0, 0, false, 0}})
+#define MAKE_ADDRESS(member, function) MAKE(EDIT_MAKE_ADDRESS, make_address, member, function)
+#define MAKE_STRUCTURE(member, function) MAKE(EDIT_MAKE_STRUCTURE, make_structure, member, function)
+#define MAKE_STRUCTURE_WITH(member_, function, argument)                                           \
+    {                                                                                              \
+        .kind = EDIT_MAKE_STRUCTURE_WITH, .offset = offsetof(struct scene, member_),               \
+        .size = sizeof(VkAccelerationStructureKHR), .value = (argument),                           \
+        .make_structure_with = (function)                                                          \
+    }
+#define UNREADABLE(member) EDIT(EDIT_UNREADABLE, member, 0)
+#define DESTROY(member) EDIT(EDIT_DESTROY, member, 0)
+#define CALL(function)                                                                             \
+    {                                                                                              \
+        .kind = EDIT_CALL, .call = (function)                                                      \
+    }
+#define CALL_WITH(function, argument)                                                              \
+    {                                                                                              \
+        .kind = EDIT_CALL_WITH, .value = (argument), .call_with = (function)                       \
+    }
+#define CALL_WITH_SIZE(function, argument)                                                         \
+    {                                                                                              \
+        .kind = EDIT_CALL_WITH_SIZE, .value = (argument), .call_with_size = (function)             \
+    }
+#define CALL_FOR(function, build_, argument)                                                       \
+    {                                                                                              \
+        .kind = EDIT_CALL_FOR, .build = (build_), .value = (argument), .call_for = (function)      \
+    }
+#define RECORD(function)                                                                           \
+    {                                                                                              \
+        .kind = EDIT_RECORD, .record = (function)                                                  \
+    }
+#define EDITS(...) ((const struct edit[]){__VA_ARGS__, {.kind = EDIT_END}})
 
 #define TRIANGLES(build, index) geometries[build][index].geometry.triangles
 #define BOXES(build, index) geometries[build][index].geometry.aabbs
@@ -51,19 +118,21 @@ struct refusal {
 };
 extern const struct refusal indirect_takes_no_micromap, host_takes_no_dense_geometry;
 
+/* One row of a list: a case, or what the cases below it share. */
 struct test_case {
-    const char *name;
+    const char *name; /* NULL: the row holds what the cases below it share, up to the next such row.
+                         A case that has a member itself does not inherit it. */
     const enum rule *rules;
     uint32_t rule_count;
     bool silent; /* the mutation is valid: it shows that the rules stay silent */
 
-    /* Makes the call one that the case is about, and valid: before the mutation and the twin. For
-     * content_test alone. */
+    /* Makes the call one that the case is about, and valid: before the mutation and the twin. */
     void (*prepare)(struct scene *scene);
+    const struct edit *prepare_edits; /* after the function */
     /* The mutation: the function first, then the edits. */
     void (*mutate)(struct scene *scene);
     const struct edit *edits;
-    /* The near-miss, likewise. Without any, the unmutated call is the twin. */
+    /* The near-miss, likewise. Without any, the prepared call is the twin. */
     void (*mutate_twin)(struct scene *scene);
     const struct edit *twin_edits;
 
@@ -92,10 +161,21 @@ struct test_case {
     bool is_wild;         /* a driver that trusts the data reads where nothing is */
     bool has_pointers;    /* which a shader has to follow */
     bool is_for_the_call; /* its data is the host's, or parameters break rules, too */
+    bool is_for_contents; /* rules_test does not play it */
 
     const char *path; /* that each message has to contain; "pGeometries[" fits ppGeometries too */
     uint32_t count;   /* messages of the first rule; 0: any number */
 };
+
+#define CASE(name_, ...)                                                                           \
+    {                                                                                              \
+        .name = (name_), __VA_ARGS__                                                               \
+    }
+/* Ends what the row of this kind above shared. */
+#define SHARED(...)                                                                                \
+    {                                                                                              \
+        __VA_ARGS__                                                                                \
+    }
 
 struct case_list {
     const char *name;
@@ -105,6 +185,9 @@ struct case_list {
 
 #define CASE_LIST(name_, cases_)                                                                   \
     const struct case_list name_ = {#name_, (cases_), sizeof(cases_) / sizeof((cases_)[0])}
+
+/* Reads a row of a list, with what it inherits. False if it holds what others share. */
+bool case_read(const struct case_list *list, size_t row, struct test_case *test_case);
 
 /* One a file. */
 extern const struct case_list cases_host, cases_host_memory, cases_limits, cases_disabling,

@@ -2,13 +2,6 @@
 /* Addresses of input data: in a bound buffer that may be read by builds. */
 #include "addresses.h"
 
-/* Sets one member to the address that a function below makes. */
-#define SETS_ADDRESS(name, member, make)                                                           \
-    static void name(struct scene *scene)                                                          \
-    {                                                                                              \
-        scene->member = make(scene);                                                               \
-    }
-
 /* ---- places that an address can lead to ---- */
 
 static VkDeviceAddress of_freed_memory(struct scene *scene)
@@ -113,34 +106,6 @@ static VkDeviceAddress of_flags2_with_input(struct scene *scene)
     return of_flags2(scene, VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
 }
 
-SETS_ADDRESS(vertex_freed, VERTEX, of_freed_memory)
-SETS_ADDRESS(vertex_destroyed, VERTEX, of_destroyed_buffer)
-SETS_ADDRESS(vertex_past_the_end, VERTEX, past_the_end)
-SETS_ADDRESS(vertex_at_the_end, VERTEX, of_the_last_bytes)
-SETS_ADDRESS(vertex_without_usage, VERTEX, without_input_usage)
-SETS_ADDRESS(vertex_with_usages, VERTEX, with_all_usages)
-SETS_ADDRESS(vertex_aliased, VERTEX, of_aliasing_buffers)
-SETS_ADDRESS(vertex_recycled, VERTEX, recycled)
-SETS_ADDRESS(vertex_sparse, VERTEX, of_sparse_buffer)
-SETS_ADDRESS(vertex_flags2_without, VERTEX, of_flags2_without_input)
-SETS_ADDRESS(vertex_flags2_with, VERTEX, of_flags2_with_input)
-SETS_ADDRESS(index_freed, INDEX, of_freed_memory)
-SETS_ADDRESS(index_past_the_end, INDEX, past_the_end)
-SETS_ADDRESS(index_at_the_end, INDEX, of_the_last_bytes)
-SETS_ADDRESS(index_without_usage, INDEX, without_input_usage)
-SETS_ADDRESS(transform_freed, TRANSFORM, of_freed_memory)
-SETS_ADDRESS(transform_destroyed, TRANSFORM, of_destroyed_buffer)
-SETS_ADDRESS(transform_past_the_end, TRANSFORM, past_the_end)
-SETS_ADDRESS(transform_without_usage, TRANSFORM, without_input_usage)
-SETS_ADDRESS(unindexed_transform_without_usage, UNINDEXED_TRANSFORM, without_input_usage)
-SETS_ADDRESS(unindexed_transform_with_usages, UNINDEXED_TRANSFORM, with_all_usages)
-SETS_ADDRESS(box_freed, BOX, of_freed_memory)
-SETS_ADDRESS(box_past_the_end, BOX, past_the_end)
-SETS_ADDRESS(box_without_usage, BOX, without_input_usage)
-SETS_ADDRESS(instance_freed, INSTANCE, of_freed_memory)
-SETS_ADDRESS(instance_destroyed, INSTANCE, of_destroyed_buffer)
-SETS_ADDRESS(instance_without_usage, INSTANCE, without_input_usage)
-
 static const struct setup with_sparse = {.enable = ENABLE_SPARSE};
 static const struct setup with_maintenance5 = {.enable = ENABLE_MAINTENANCE5};
 static const struct setup with_khr_addresses = {.route = ROUTE_KHR};
@@ -148,153 +113,78 @@ static const struct setup with_ext_addresses = {.route = ROUTE_EXT};
 
 static const struct test_case cases[] = {
     /* in a buffer of its own, and not aligned there */
-    {.name = "transform_address_misaligned_without_indices",
-     RULES(RULE_transform_address_is_aligned),
-     .mutate = unindexed_transform_with_usages,
-     .edits = EDITS(ADD(UNINDEXED_TRANSFORM, 8)),
-     .mutate_twin = unindexed_transform_with_usages,
-     .twin_edits = EDITS(ADD(UNINDEXED_TRANSFORM, 16)),
-     .path = "pInfos[1].pGeometries[0].geometry.triangles.transformData.deviceAddress"},
+    CASE("transform_address_misaligned_without_indices", RULES(RULE_transform_address_is_aligned),
+         .prepare_edits = EDITS(MAKE_ADDRESS(UNINDEXED_TRANSFORM, with_all_usages)),
+         .edits = EDITS(ADD(UNINDEXED_TRANSFORM, 8)),
+         .twin_edits = EDITS(ADD(UNINDEXED_TRANSFORM, 16)),
+         .path = "pInfos[1].pGeometries[0].geometry.triangles.transformData.deviceAddress"),
 
+    SHARED(.commands = ON_COMMAND_BUFFERS, RULES(RULE_input_address_is_in_a_buffer)),
     /* in a buffer */
-    {.name = "vertex_address_nowhere",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .edits = EDITS(SET(VERTEX, WILD)),
-     .commands = ON_COMMAND_BUFFERS,
-     .path = VERTEX_PATH},
-    {.name = "vertex_address_in_destroyed_buffer",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .mutate = vertex_destroyed,
-     .mutate_twin = vertex_recycled,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "vertex_address_past_the_end",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .mutate = vertex_past_the_end,
-     .mutate_twin = vertex_at_the_end,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = VERTEX_PATH},
-    {.name = "vertex_address_past_the_end_khr",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .setup = &with_khr_addresses,
-     .mutate = vertex_past_the_end,
-     .mutate_twin = vertex_at_the_end,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "vertex_address_past_the_end_ext",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .setup = &with_ext_addresses,
-     .mutate = vertex_past_the_end,
-     .mutate_twin = vertex_at_the_end,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "index_address_nowhere",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .edits = EDITS(SET(INDEX, WILD)),
-     .commands = ON_COMMAND_BUFFERS,
-     .path = INDEX_PATH},
-    {.name = "index_address_past_the_end",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .mutate = index_past_the_end,
-     .mutate_twin = index_at_the_end,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "transform_address_nowhere",
-     RULES(RULE_transform_address_is_valid),
-     .edits = EDITS(SET(TRANSFORM, WILD)),
-     .path = TRANSFORM_PATH},
-    {.name = "transform_address_nowhere_without_indices",
-     RULES(RULE_transform_address_is_valid),
-     .edits = EDITS(SET(UNINDEXED_TRANSFORM, WILD))},
-    {.name = "transform_address_past_the_end",
-     RULES(RULE_transform_address_is_valid),
-     .mutate = transform_past_the_end},
-    {.name = "transform_buffer_destroyed",
-     RULES(RULE_transform_address_is_valid),
-     .mutate = transform_destroyed},
-    {.name = "box_address_nowhere",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .edits = EDITS(SET(BOX, WILD)),
-     .commands = ON_COMMAND_BUFFERS,
-     .path = BOX_PATH},
-    {.name = "box_address_past_the_end",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .mutate = box_past_the_end,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "instance_address_nowhere",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .edits = EDITS(SET(INSTANCE, WILD)),
-     .commands = ON_COMMAND_BUFFERS,
-     .path = INSTANCE_PATH},
-    {.name = "instance_buffer_destroyed",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .mutate = instance_destroyed,
-     .commands = ON_COMMAND_BUFFERS},
+    CASE("vertex_address_nowhere", .edits = EDITS(SET(VERTEX, WILD)), .path = VERTEX_PATH),
+    CASE("vertex_address_in_destroyed_buffer",
+         .edits = EDITS(MAKE_ADDRESS(VERTEX, of_destroyed_buffer)),
+         .twin_edits = EDITS(MAKE_ADDRESS(VERTEX, recycled))),
+    CASE("vertex_address_past_the_end", .edits = EDITS(MAKE_ADDRESS(VERTEX, past_the_end)),
+         .twin_edits = EDITS(MAKE_ADDRESS(VERTEX, of_the_last_bytes)), .path = VERTEX_PATH),
+    CASE("vertex_address_past_the_end_khr", .setup = &with_khr_addresses,
+         .edits = EDITS(MAKE_ADDRESS(VERTEX, past_the_end)),
+         .twin_edits = EDITS(MAKE_ADDRESS(VERTEX, of_the_last_bytes))),
+    CASE("vertex_address_past_the_end_ext", .setup = &with_ext_addresses,
+         .edits = EDITS(MAKE_ADDRESS(VERTEX, past_the_end)),
+         .twin_edits = EDITS(MAKE_ADDRESS(VERTEX, of_the_last_bytes))),
+    CASE("index_address_nowhere", .edits = EDITS(SET(INDEX, WILD)), .path = INDEX_PATH),
+    CASE("index_address_past_the_end", .edits = EDITS(MAKE_ADDRESS(INDEX, past_the_end)),
+         .twin_edits = EDITS(MAKE_ADDRESS(INDEX, of_the_last_bytes))),
 
+    SHARED(RULES(RULE_transform_address_is_valid)),
+    CASE("transform_address_nowhere", .edits = EDITS(SET(TRANSFORM, WILD)), .path = TRANSFORM_PATH),
+    CASE("transform_address_nowhere_without_indices",
+         .edits = EDITS(SET(UNINDEXED_TRANSFORM, WILD))),
+    CASE("transform_address_past_the_end", .edits = EDITS(MAKE_ADDRESS(TRANSFORM, past_the_end))),
+    CASE("transform_buffer_destroyed",
+         .edits = EDITS(MAKE_ADDRESS(TRANSFORM, of_destroyed_buffer))),
+
+    SHARED(.commands = ON_COMMAND_BUFFERS, RULES(RULE_input_address_is_in_a_buffer)),
+    CASE("box_address_nowhere", .edits = EDITS(SET(BOX, WILD)), .path = BOX_PATH),
+    CASE("box_address_past_the_end", .edits = EDITS(MAKE_ADDRESS(BOX, past_the_end))),
+    CASE("instance_address_nowhere", .edits = EDITS(SET(INSTANCE, WILD)), .path = INSTANCE_PATH),
+    CASE("instance_buffer_destroyed", .edits = EDITS(MAKE_ADDRESS(INSTANCE, of_destroyed_buffer))),
+
+    SHARED(.commands = ON_COMMAND_BUFFERS, RULES(RULE_input_buffer_is_bound)),
     /* bound */
-    {.name = "vertex_memory_freed",
-     RULES(RULE_input_buffer_is_bound),
-     .mutate = vertex_freed,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = VERTEX_PATH},
-    {.name = "index_memory_freed",
-     RULES(RULE_input_buffer_is_bound),
-     .mutate = index_freed,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = INDEX_PATH},
-    {.name = "transform_memory_freed",
-     RULES(RULE_input_buffer_is_bound),
-     .mutate = transform_freed,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = TRANSFORM_PATH},
-    {.name = "box_memory_freed",
-     RULES(RULE_input_buffer_is_bound),
-     .mutate = box_freed,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = BOX_PATH},
-    {.name = "instance_memory_freed",
-     RULES(RULE_input_buffer_is_bound),
-     .mutate = instance_freed,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = INSTANCE_PATH},
-    {.name = "vertex_buffer_sparse",
-     RULES(RULE_input_buffer_is_bound),
-     .silent = true,
-     .setup = &with_sparse,
-     .mutate = vertex_sparse,
-     .commands = ON_COMMAND_BUFFERS},
+    CASE("vertex_memory_freed", .edits = EDITS(MAKE_ADDRESS(VERTEX, of_freed_memory)),
+         .path = VERTEX_PATH),
+    CASE("index_memory_freed", .edits = EDITS(MAKE_ADDRESS(INDEX, of_freed_memory)),
+         .path = INDEX_PATH),
+    CASE("transform_memory_freed", .edits = EDITS(MAKE_ADDRESS(TRANSFORM, of_freed_memory)),
+         .path = TRANSFORM_PATH),
+    CASE("box_memory_freed", .edits = EDITS(MAKE_ADDRESS(BOX, of_freed_memory)), .path = BOX_PATH),
+    CASE("instance_memory_freed", .edits = EDITS(MAKE_ADDRESS(INSTANCE, of_freed_memory)),
+         .path = INSTANCE_PATH),
+    CASE("vertex_buffer_sparse", .silent = true, .setup = &with_sparse,
+         .edits = EDITS(MAKE_ADDRESS(VERTEX, of_sparse_buffer))),
 
+    SHARED(RULES(RULE_input_buffer_has_build_input_usage)),
     /* usage */
-    {.name = "vertex_buffer_without_usage",
-     RULES(RULE_input_buffer_has_build_input_usage),
-     .mutate = vertex_without_usage,
-     .mutate_twin = vertex_with_usages,
-     .path = VERTEX_PATH},
-    {.name = "vertex_buffer_with_usage_by_an_alias",
-     RULES(RULE_input_buffer_has_build_input_usage),
-     .silent = true,
-     .mutate = vertex_aliased},
-    {.name = "vertex_buffer_without_usage_in_flags2",
-     RULES(RULE_input_buffer_has_build_input_usage),
-     .setup = &with_maintenance5,
-     .mutate = vertex_flags2_without,
-     .mutate_twin = vertex_flags2_with},
-    {.name = "index_buffer_without_usage",
-     RULES(RULE_input_buffer_has_build_input_usage),
-     .mutate = index_without_usage,
-     .path = INDEX_PATH},
-    {.name = "transform_buffer_without_usage",
-     RULES(RULE_input_buffer_has_build_input_usage),
-     .mutate = transform_without_usage,
-     .path = TRANSFORM_PATH},
-    {.name = "transform_buffer_without_usage_nor_indices",
-     RULES(RULE_input_buffer_has_build_input_usage),
-     .mutate = unindexed_transform_without_usage,
-     .mutate_twin = unindexed_transform_with_usages},
-    {.name = "box_buffer_without_usage",
-     RULES(RULE_input_buffer_has_build_input_usage),
-     .mutate = box_without_usage,
-     .path = BOX_PATH},
-    {.name = "instance_buffer_without_usage",
-     RULES(RULE_input_buffer_has_build_input_usage),
-     .mutate = instance_without_usage,
-     .path = INSTANCE_PATH},
+    CASE("vertex_buffer_without_usage", .edits = EDITS(MAKE_ADDRESS(VERTEX, without_input_usage)),
+         .twin_edits = EDITS(MAKE_ADDRESS(VERTEX, with_all_usages)), .path = VERTEX_PATH),
+    CASE("vertex_buffer_with_usage_by_an_alias", .silent = true,
+         .edits = EDITS(MAKE_ADDRESS(VERTEX, of_aliasing_buffers))),
+    CASE("vertex_buffer_without_usage_in_flags2", .setup = &with_maintenance5,
+         .edits = EDITS(MAKE_ADDRESS(VERTEX, of_flags2_without_input)),
+         .twin_edits = EDITS(MAKE_ADDRESS(VERTEX, of_flags2_with_input))),
+    CASE("index_buffer_without_usage", .edits = EDITS(MAKE_ADDRESS(INDEX, without_input_usage)),
+         .path = INDEX_PATH),
+    CASE("transform_buffer_without_usage",
+         .edits = EDITS(MAKE_ADDRESS(TRANSFORM, without_input_usage)), .path = TRANSFORM_PATH),
+    CASE("transform_buffer_without_usage_nor_indices",
+         .edits = EDITS(MAKE_ADDRESS(UNINDEXED_TRANSFORM, without_input_usage)),
+         .twin_edits = EDITS(MAKE_ADDRESS(UNINDEXED_TRANSFORM, with_all_usages))),
+    CASE("box_buffer_without_usage", .edits = EDITS(MAKE_ADDRESS(BOX, without_input_usage)),
+         .path = BOX_PATH),
+    CASE("instance_buffer_without_usage",
+         .edits = EDITS(MAKE_ADDRESS(INSTANCE, without_input_usage)), .path = INSTANCE_PATH),
 };
 
 CASE_LIST(cases_address, cases);

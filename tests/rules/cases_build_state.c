@@ -5,26 +5,11 @@
 
 /* ---- handles ---- */
 
-static void destroy_dst(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->infos[AABBS].dstAccelerationStructure);
-}
-
-static void destroy_update_src(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->infos[UPDATE].srcAccelerationStructure);
-}
-
 static void use_destroyed_src(struct scene *scene)
 {
     const VkAccelerationStructureKHR src = scene_accel_for(scene, INDEXED);
     scene_destroy(scene, (uint64_t)src);
     scene->infos[INDEXED].srcAccelerationStructure = src;
-}
-
-static void use_live_src(struct scene *scene)
-{
-    scene->infos[INDEXED].srcAccelerationStructure = scene_accel_for(scene, INDEXED);
 }
 
 static void use_buffer_as_dst(struct scene *scene)
@@ -36,27 +21,6 @@ static void use_buffer_as_dst(struct scene *scene)
 static void destroy_another(struct scene *scene)
 {
     scene_destroy(scene, (uint64_t)scene_accel_for(scene, INDEXED));
-}
-
-static void use_dst_of_other_device(struct scene *scene)
-{
-    scene->infos[AABBS].dstAccelerationStructure = scene_accel_of_other_device(scene, AABBS);
-}
-
-static void use_src_of_other_device(struct scene *scene)
-{
-    scene->infos[UPDATE].srcAccelerationStructure = scene_accel_of_other_device(scene, UPDATE);
-}
-
-static void use_ignored_src_of_other_device(struct scene *scene)
-{
-    scene->infos[INDEXED].srcAccelerationStructure = scene_accel_of_other_device(scene, INDEXED);
-}
-
-static void use_dst_and_src_of_other_device(struct scene *scene)
-{
-    use_src_of_other_device(scene);
-    scene->infos[UPDATE].dstAccelerationStructure = scene_accel_of_other_device(scene, UPDATE);
 }
 
 static void make_one_on_other_device(struct scene *scene)
@@ -119,16 +83,6 @@ static void bind_dst_late(struct scene *scene)
     scene_bind(scene, &buffer, &memory, 0);
 }
 
-static void free_dst_memory(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->dst_buffers[AABBS].memory);
-}
-
-static void destroy_dst_buffer(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->dst_buffers[AABBS].handle);
-}
-
 /* On the host it has been built, and lost its memory since. */
 static void leave_update_src_unbound(struct scene *scene)
 {
@@ -148,11 +102,6 @@ static void leave_ignored_src_unbound(struct scene *scene)
     scene->infos[INDEXED].srcAccelerationStructure = make_unbound(scene, INDEXED, &buffer);
 }
 
-static void free_refit_memory(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->dst_buffers[REFIT].memory);
-}
-
 /* ---- sizes ---- */
 
 static void resize_dst(struct scene *scene, uint32_t build, VkDeviceSize less)
@@ -161,21 +110,6 @@ static void resize_dst(struct scene *scene, uint32_t build, VkDeviceSize less)
     const struct test_buffer buffer = scene_buffer(scene, size + 256, ACCEL_USAGE);
     scene->infos[build].dstAccelerationStructure =
         scene_accel_in(scene, &buffer, 256, size - less, scene->infos[build].type);
-}
-
-static void make_dst_a_byte_too_small(struct scene *scene)
-{
-    resize_dst(scene, UNINDEXED, 1);
-}
-
-static void make_dst_just_large_enough(struct scene *scene)
-{
-    resize_dst(scene, UNINDEXED, 0);
-}
-
-static void make_tlas_a_byte_too_small(struct scene *scene)
-{
-    resize_dst(scene, TLAS, 1);
 }
 
 enum { MANY_GEOMETRIES = 40 };
@@ -214,105 +148,73 @@ static void grow_build(struct scene *scene)
     scene->infos[AABBS].scratchData.deviceAddress = scene_address(scene, &scratch, 0);
 }
 
-static void grow_build_and_dst(struct scene *scene)
-{
-    grow_build(scene);
-    scene->infos[AABBS].dstAccelerationStructure = scene_accel_for(scene, AABBS);
-}
-
 static const struct test_case cases[] = {
-    {.name = "dst_null",
-     RULES(RULE_dst_is_a_valid_handle),
-     .edits = EDITS(SET(infos[INDEXED].dstAccelerationStructure, 0)),
-     .path = "pInfos[0].dstAccelerationStructure is VK_NULL_HANDLE."},
-    {.name = "dst_garbage",
-     RULES(RULE_dst_is_a_valid_handle),
-     .edits = EDITS(SET(infos[AABBS].dstAccelerationStructure, 0xdeadbeef))},
-    {.name = "dst_destroyed",
-     RULES(RULE_dst_is_a_valid_handle),
-     .mutate = destroy_dst,
-     .mutate_twin = destroy_another,
-     .path = "pInfos[2].dstAccelerationStructure"},
-    {.name = "dst_is_a_buffer",
-     RULES(RULE_dst_is_a_valid_handle),
-     .mutate = use_buffer_as_dst,
-     .needs_null_driver = true},
-    {.name = "src_garbage",
-     RULES(RULE_src_is_a_valid_handle),
-     .edits = EDITS(SET(infos[UPDATE].srcAccelerationStructure, 0xdeadbeef)),
-     .path = "pInfos[4].srcAccelerationStructure"},
-    {.name = "src_garbage_though_not_an_update",
-     RULES(RULE_src_is_a_valid_handle),
-     .edits = EDITS(SET(infos[TLAS].srcAccelerationStructure, 0xdeadbeef))},
-    {.name = "src_destroyed",
-     RULES(RULE_src_is_a_valid_handle),
-     .mutate = destroy_update_src,
-     .mutate_twin = destroy_another},
-    {.name = "src_destroyed_though_not_an_update",
-     RULES(RULE_src_is_a_valid_handle),
-     .mutate = use_destroyed_src,
-     .mutate_twin = use_live_src},
-    {.name = "dst_of_other_device",
-     RULES(RULE_dst_and_src_share_the_device),
-     .mutate = use_dst_of_other_device,
-     .mutate_twin = make_one_on_other_device,
-     .path = "pInfos[2]"},
-    {.name = "src_of_other_device",
-     RULES(RULE_dst_and_src_share_the_device),
-     .mutate = use_src_of_other_device,
-     .path = "pInfos[4]"},
-    {.name = "dst_and_src_of_other_device",
-     RULES(RULE_dst_and_src_share_the_device),
-     .mutate = use_dst_and_src_of_other_device,
-     .count = 1,
-     .path = " and srcAccelerationStructure VkAccelerationStructureKHR 0x"},
-    {.name = "src_of_other_device_though_not_an_update",
-     RULES(RULE_dst_and_src_share_the_device),
-     .mutate = use_ignored_src_of_other_device},
-    {.name = "tlas_into_blas",
-     RULES(RULE_tlas_dst_is_top_level_or_generic),
-     .mutate = build_tlas_into_blas,
-     .mutate_twin = build_tlas_into_generic,
-     .path = "pInfos[3]"},
-    {.name = "blas_into_tlas",
-     RULES(RULE_blas_dst_is_bottom_level_or_generic),
-     .mutate = build_blas_into_tlas,
-     .mutate_twin = build_blas_into_generic,
-     .path = "pInfos[1]"},
-    {.name = "dst_unbound",
-     RULES(RULE_dst_is_backed_by_memory),
-     .mutate = leave_dst_unbound,
-     .mutate_twin = bind_dst_late,
-     .path = "pInfos[2].dstAccelerationStructure"},
-    {.name = "dst_memory_freed", RULES(RULE_dst_is_backed_by_memory), .mutate = free_dst_memory},
-    {.name = "dst_buffer_destroyed",
-     RULES(RULE_dst_is_backed_by_memory),
-     .mutate = destroy_dst_buffer},
-    {.name = "update_src_unbound",
-     RULES(RULE_update_src_is_backed_by_memory),
-     .mutate = leave_update_src_unbound,
-     .mutate_twin = leave_ignored_src_unbound,
-     .path = "pInfos[4].srcAccelerationStructure"},
-    {.name = "refit_memory_freed",
-     RULES(RULE_dst_is_backed_by_memory, RULE_update_src_is_backed_by_memory),
-     .mutate = free_refit_memory,
-     .path = "pInfos[5]"},
-    {.name = "dst_a_byte_too_small",
-     RULES(RULE_dst_is_large_enough),
-     .mutate = make_dst_a_byte_too_small,
-     .mutate_twin = make_dst_just_large_enough,
-     .path = "pInfos[1].dstAccelerationStructure"},
-    {.name = "tlas_a_byte_too_small",
-     RULES(RULE_dst_is_large_enough),
-     .mutate = make_tlas_a_byte_too_small},
-    {.name = "dst_made_for_fewer_geometries",
-     RULES(RULE_dst_is_large_enough),
-     .mutate = give_many_geometries,
-     .mutate_twin = give_many_geometries_and_room},
-    {.name = "dst_made_for_fewer_primitives",
-     RULES(RULE_dst_is_large_enough),
-     .mutate = grow_build,
-     .mutate_twin = grow_build_and_dst},
+    SHARED(RULES(RULE_dst_is_a_valid_handle)),
+    CASE("dst_null", .edits = EDITS(SET(infos[INDEXED].dstAccelerationStructure, 0)),
+         .path = "pInfos[0].dstAccelerationStructure is VK_NULL_HANDLE."),
+    CASE("dst_garbage", .edits = EDITS(SET(infos[AABBS].dstAccelerationStructure, 0xdeadbeef))),
+    CASE("dst_destroyed", .edits = EDITS(DESTROY(infos[AABBS].dstAccelerationStructure)),
+         .mutate_twin = destroy_another, .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("dst_is_a_buffer", .mutate = use_buffer_as_dst, .needs_null_driver = true),
+
+    SHARED(RULES(RULE_src_is_a_valid_handle)),
+    CASE("src_garbage", .edits = EDITS(SET(infos[UPDATE].srcAccelerationStructure, 0xdeadbeef)),
+         .path = "pInfos[4].srcAccelerationStructure"),
+    CASE("src_garbage_though_not_an_update",
+         .edits = EDITS(SET(infos[TLAS].srcAccelerationStructure, 0xdeadbeef))),
+    CASE("src_destroyed", .edits = EDITS(DESTROY(infos[UPDATE].srcAccelerationStructure)),
+         .mutate_twin = destroy_another),
+    CASE("src_destroyed_though_not_an_update", .mutate = use_destroyed_src,
+         .twin_edits = EDITS(MAKE_STRUCTURE_WITH(infos[INDEXED].srcAccelerationStructure,
+                                                 scene_accel_for, INDEXED))),
+
+    SHARED(),
+    CASE("dst_of_other_device", RULES(RULE_dst_and_src_share_the_device),
+         .edits = EDITS(MAKE_STRUCTURE_WITH(infos[AABBS].dstAccelerationStructure,
+                                            scene_accel_of_other_device, AABBS)),
+         .mutate_twin = make_one_on_other_device, .path = "pInfos[2]"),
+    CASE("src_of_other_device", RULES(RULE_dst_and_src_share_the_device),
+         .edits = EDITS(MAKE_STRUCTURE_WITH(infos[UPDATE].srcAccelerationStructure,
+                                            scene_accel_of_other_device, UPDATE)),
+         .path = "pInfos[4]"),
+    CASE("dst_and_src_of_other_device", RULES(RULE_dst_and_src_share_the_device),
+         .edits = EDITS(MAKE_STRUCTURE_WITH(infos[UPDATE].srcAccelerationStructure,
+                                            scene_accel_of_other_device, UPDATE),
+                        MAKE_STRUCTURE_WITH(infos[UPDATE].dstAccelerationStructure,
+                                            scene_accel_of_other_device, UPDATE)),
+         .count = 1, .path = " and srcAccelerationStructure VkAccelerationStructureKHR 0x"),
+    CASE("src_of_other_device_though_not_an_update", RULES(RULE_dst_and_src_share_the_device),
+         .edits = EDITS(MAKE_STRUCTURE_WITH(infos[INDEXED].srcAccelerationStructure,
+                                            scene_accel_of_other_device, INDEXED))),
+    CASE("tlas_into_blas", RULES(RULE_tlas_dst_is_top_level_or_generic),
+         .mutate = build_tlas_into_blas, .mutate_twin = build_tlas_into_generic,
+         .path = "pInfos[3]"),
+    CASE("blas_into_tlas", RULES(RULE_blas_dst_is_bottom_level_or_generic),
+         .mutate = build_blas_into_tlas, .mutate_twin = build_blas_into_generic,
+         .path = "pInfos[1]"),
+    CASE("dst_unbound", RULES(RULE_dst_is_backed_by_memory), .mutate = leave_dst_unbound,
+         .mutate_twin = bind_dst_late, .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("dst_memory_freed", RULES(RULE_dst_is_backed_by_memory),
+         .edits = EDITS(DESTROY(dst_buffers[AABBS].memory))),
+    CASE("dst_buffer_destroyed", RULES(RULE_dst_is_backed_by_memory),
+         .edits = EDITS(DESTROY(dst_buffers[AABBS].handle))),
+    CASE("update_src_unbound", RULES(RULE_update_src_is_backed_by_memory),
+         .mutate = leave_update_src_unbound, .mutate_twin = leave_ignored_src_unbound,
+         .path = "pInfos[4].srcAccelerationStructure"),
+    CASE("refit_memory_freed",
+         RULES(RULE_dst_is_backed_by_memory, RULE_update_src_is_backed_by_memory),
+         .edits = EDITS(DESTROY(dst_buffers[REFIT].memory)), .path = "pInfos[5]"),
+    CASE("dst_a_byte_too_small", RULES(RULE_dst_is_large_enough),
+         .edits = EDITS(CALL_FOR(resize_dst, UNINDEXED, 1)),
+         .twin_edits = EDITS(CALL_FOR(resize_dst, UNINDEXED, 0)),
+         .path = "pInfos[1].dstAccelerationStructure"),
+    CASE("tlas_a_byte_too_small", RULES(RULE_dst_is_large_enough),
+         .edits = EDITS(CALL_FOR(resize_dst, TLAS, 1))),
+    CASE("dst_made_for_fewer_geometries", RULES(RULE_dst_is_large_enough),
+         .mutate = give_many_geometries, .mutate_twin = give_many_geometries_and_room),
+    CASE("dst_made_for_fewer_primitives", RULES(RULE_dst_is_large_enough), .prepare = grow_build,
+         .twin_edits = EDITS(
+             MAKE_STRUCTURE_WITH(infos[AABBS].dstAccelerationStructure, scene_accel_for, AABBS))),
 };
 
 CASE_LIST(cases_build_state, cases);

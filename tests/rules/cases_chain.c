@@ -55,19 +55,6 @@ ADDS_CHAIN(aabbs_stray, BOXES(AABBS, 0), stray)
 ADDS_CHAIN(aabbs_motion, BOXES(AABBS, 1), motion)
 ADDS_CHAIN(instances_stray, INSTANCES(TLAS, 0), stray)
 
-/* With it, the build may take more. */
-static void triangles_micromap(struct scene *scene)
-{
-    scene->TRIANGLES(INDEXED, 0).pNext = &micromap;
-    scene_fit(scene, INDEXED);
-}
-
-static void triangles_displacement(struct scene *scene)
-{
-    scene->TRIANGLES(INDEXED, 0).pNext = &displacement;
-    scene_fit(scene, INDEXED);
-}
-
 /* The motion data points to real vertices, where the address has to be good. */
 static void triangles_motion_filled(struct scene *scene)
 {
@@ -75,16 +62,6 @@ static void triangles_motion_filled(struct scene *scene)
     filled = motion;
     filled.vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0);
     scene->geometries[INDEXED][0].geometry.triangles.pNext = &filled;
-}
-
-static void unreadable_chain(struct scene *scene)
-{
-    scene->geometries[INDEXED][0].pNext = unreadable_page();
-}
-
-static void unreadable_chain_of_triangles(struct scene *scene)
-{
-    scene->geometries[INDEXED][0].geometry.triangles.pNext = unreadable_page();
 }
 
 static const struct setup with_motion = {.enable = ENABLE_MOTION};
@@ -98,118 +75,69 @@ static const struct setup with_all = {.enable = ENABLE_MOTION | ENABLE_SPHERES |
                                                 ENABLE_DISPLACEMENT_MICROMAP};
 
 static const struct test_case cases[] = {
-    {.name = "geometry_chain_stray",
-     RULES(RULE_geometry_chain_is_known),
-     .mutate = geometry_stray,
-     .path = "pInfos[0].pGeometries[0].pNext"},
-    {.name = "geometry_chain_unknown",
-     RULES(RULE_geometry_chain_is_known),
-     .mutate = geometry_unknown,
-     .path = "pInfos[2].pGeometries[1].pNext"},
-    {.name = "geometry_chain_unreadable",
-     RULES(RULE_geometry_chain_is_known),
-     .mutate = unreadable_chain},
-    {.name = "geometry_chain_nobody_knows",
-     RULES(RULE_geometry_chain_is_known),
-     .silent = true,
-     .setup = &with_future,
-     .mutate = geometry_unknown},
-    {.name = "geometry_chain_of_the_triangles",
-     RULES(RULE_geometry_chain_is_known),
-     .setup = &with_all,
-     .mutate = geometry_motion,
-     .mutate_twin = geometry_spheres},
-    {.name = "geometry_chain_spheres_not_enabled",
-     RULES(RULE_geometry_chain_is_known),
-     .mutate = geometry_spheres},
-    {.name = "geometry_chain_spheres_twice",
-     RULES(RULE_geometry_chain_has_no_duplicates),
-     .setup = &with_spheres,
-     .mutate = geometry_spheres_twice,
-     .mutate_twin = geometry_spheres,
-     .path = "pInfos[0].pGeometries[0].pNext"},
+    CASE("geometry_chain_stray", RULES(RULE_geometry_chain_is_known), .mutate = geometry_stray,
+         .path = "pInfos[0].pGeometries[0].pNext"),
+    CASE("geometry_chain_unknown", RULES(RULE_geometry_chain_is_known), .mutate = geometry_unknown,
+         .path = "pInfos[2].pGeometries[1].pNext"),
+    CASE("geometry_chain_unreadable", RULES(RULE_geometry_chain_is_known),
+         .edits = EDITS(UNREADABLE(geometries[INDEXED][0].pNext))),
+    CASE("geometry_chain_nobody_knows", RULES(RULE_geometry_chain_is_known), .silent = true,
+         .setup = &with_future, .mutate = geometry_unknown),
+    CASE("geometry_chain_of_the_triangles", RULES(RULE_geometry_chain_is_known), .setup = &with_all,
+         .mutate = geometry_motion, .mutate_twin = geometry_spheres),
+    CASE("geometry_chain_spheres_not_enabled", RULES(RULE_geometry_chain_is_known),
+         .mutate = geometry_spheres),
+    CASE("geometry_chain_spheres_twice", RULES(RULE_geometry_chain_has_no_duplicates),
+         .setup = &with_spheres, .mutate = geometry_spheres_twice, .mutate_twin = geometry_spheres,
+         .path = "pInfos[0].pGeometries[0].pNext"),
 
-    {.name = "triangles_chain_stray",
-     RULES(RULE_triangles_chain_is_known),
-     .mutate = triangles_stray,
-     .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"},
-    {.name = "triangles_chain_unknown",
-     RULES(RULE_triangles_chain_is_known),
-     .mutate = triangles_unknown,
-     .path = "pInfos[1].pGeometries[1].geometry.triangles.pNext"},
-    {.name = "triangles_chain_unreadable",
-     RULES(RULE_triangles_chain_is_known),
-     .mutate = unreadable_chain_of_triangles},
-    {.name = "triangles_chain_nobody_knows",
-     RULES(RULE_triangles_chain_is_known),
-     .silent = true,
-     .setup = &with_future,
-     .mutate = triangles_unknown},
-    {.name = "triangles_chain_of_the_geometry",
-     RULES(RULE_triangles_chain_is_known),
-     .setup = &with_all,
-     .mutate = triangles_spheres,
-     .mutate_twin = triangles_motion_filled},
-    {.name = "triangles_chain_motion_not_enabled",
-     RULES(RULE_triangles_chain_is_known),
-     .mutate = triangles_motion},
-    {.name = "triangles_chain_motion",
-     RULES(RULE_triangles_chain_is_known),
-     .silent = true,
-     .setup = &with_motion,
-     .mutate = triangles_motion_filled},
-    {.name = "triangles_chain_micromap",
-     RULES(RULE_triangles_chain_is_known),
-     .silent = true,
-     .setup = &with_micromap,
-     .mutate = triangles_micromap,
-     .may_fail_on_cpu = true},
-    {.name = "triangles_chain_micromap_khr",
-     RULES(RULE_triangles_chain_is_known),
-     .silent = true,
-     .setup = &with_micromap_khr,
-     .mutate = scene_use_micromap,
-     .may_fail_on_cpu = true},
-    {.name = "triangles_chain_displacement",
-     RULES(RULE_triangles_chain_is_known),
-     .silent = true,
-     .setup = &with_displacement,
-     .mutate = triangles_displacement},
-    {.name = "triangles_chain_stray_behind_micromap",
-     RULES(RULE_triangles_chain_is_known),
-     .setup = &with_micromap,
-     .mutate = triangles_micromap_and_stray,
-     .mutate_twin = triangles_micromap,
-     .may_fail_on_cpu = true},
-    {.name = "triangles_chain_motion_twice",
-     RULES(RULE_triangles_chain_has_no_duplicates),
-     .setup = &with_motion,
-     .mutate = triangles_motion_twice,
-     .mutate_twin = triangles_motion_filled,
-     .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"},
-    {.name = "triangles_chain_loop",
-     RULES(RULE_triangles_chain_has_no_duplicates),
-     .setup = &with_motion,
-     .mutate = triangles_motion_loop},
+    CASE("triangles_chain_stray", RULES(RULE_triangles_chain_is_known), .mutate = triangles_stray,
+         .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"),
+    CASE("triangles_chain_unknown", RULES(RULE_triangles_chain_is_known),
+         .mutate = triangles_unknown, .path = "pInfos[1].pGeometries[1].geometry.triangles.pNext"),
+    CASE("triangles_chain_unreadable", RULES(RULE_triangles_chain_is_known),
+         .edits = EDITS(UNREADABLE(geometries[INDEXED][0].geometry.triangles.pNext))),
+    CASE("triangles_chain_nobody_knows", RULES(RULE_triangles_chain_is_known), .silent = true,
+         .setup = &with_future, .mutate = triangles_unknown),
+    CASE("triangles_chain_of_the_geometry", RULES(RULE_triangles_chain_is_known),
+         .setup = &with_all, .mutate = triangles_spheres, .mutate_twin = triangles_motion_filled),
+    CASE("triangles_chain_motion_not_enabled", RULES(RULE_triangles_chain_is_known),
+         .mutate = triangles_motion),
+    CASE("triangles_chain_motion", RULES(RULE_triangles_chain_is_known), .silent = true,
+         .setup = &with_motion, .mutate = triangles_motion_filled),
+    /* With it, the build may take more. */
+    CASE("triangles_chain_micromap", RULES(RULE_triangles_chain_is_known), .silent = true,
+         .setup = &with_micromap,
+         .edits = EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &micromap), CALL_WITH(scene_fit, INDEXED)),
+         .may_fail_on_cpu = true),
+    CASE("triangles_chain_micromap_khr", RULES(RULE_triangles_chain_is_known), .silent = true,
+         .setup = &with_micromap_khr, .mutate = scene_use_micromap, .may_fail_on_cpu = true),
+    CASE("triangles_chain_displacement", RULES(RULE_triangles_chain_is_known), .silent = true,
+         .setup = &with_displacement,
+         .edits =
+             EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &displacement), CALL_WITH(scene_fit, INDEXED))),
+    CASE("triangles_chain_stray_behind_micromap", RULES(RULE_triangles_chain_is_known),
+         .setup = &with_micromap, .mutate = triangles_micromap_and_stray,
+         .twin_edits =
+             EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &micromap), CALL_WITH(scene_fit, INDEXED)),
+         .may_fail_on_cpu = true),
+    CASE("triangles_chain_motion_twice", RULES(RULE_triangles_chain_has_no_duplicates),
+         .setup = &with_motion, .mutate = triangles_motion_twice,
+         .mutate_twin = triangles_motion_filled,
+         .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"),
+    CASE("triangles_chain_loop", RULES(RULE_triangles_chain_has_no_duplicates),
+         .setup = &with_motion, .mutate = triangles_motion_loop),
 
-    {.name = "aabbs_chain",
-     RULES(RULE_aabbs_have_no_chain),
-     .mutate = aabbs_stray,
-     .path = "pInfos[2].pGeometries[0].geometry.aabbs.pNext"},
-    {.name = "aabbs_chain_of_triangles",
-     RULES(RULE_aabbs_have_no_chain),
-     .setup = &with_motion,
-     .mutate = aabbs_motion},
-    {.name = "aabbs_chain_unreadable",
-     RULES(RULE_aabbs_have_no_chain),
-     .edits = EDITS(SET(BOXES(AABBS, 0).pNext, 0x10))},
-    {.name = "instances_chain",
-     RULES(RULE_instances_have_no_chain),
-     .mutate = instances_stray,
-     .path = "pInfos[3].pGeometries[0].geometry.instances.pNext"},
-    {.name = "instances_chain_unreadable",
-     RULES(RULE_instances_have_no_chain),
-     .edits = EDITS(SET(INSTANCES(TLAS, 0).pNext, 0x10))},
+    CASE("aabbs_chain", RULES(RULE_aabbs_have_no_chain), .mutate = aabbs_stray,
+         .path = "pInfos[2].pGeometries[0].geometry.aabbs.pNext"),
+    CASE("aabbs_chain_of_triangles", RULES(RULE_aabbs_have_no_chain), .setup = &with_motion,
+         .mutate = aabbs_motion),
+    CASE("aabbs_chain_unreadable", RULES(RULE_aabbs_have_no_chain),
+         .edits = EDITS(SET(BOXES(AABBS, 0).pNext, 0x10))),
+    CASE("instances_chain", RULES(RULE_instances_have_no_chain), .mutate = instances_stray,
+         .path = "pInfos[3].pGeometries[0].geometry.instances.pNext"),
+    CASE("instances_chain_unreadable", RULES(RULE_instances_have_no_chain),
+         .edits = EDITS(SET(INSTANCES(TLAS, 0).pNext, 0x10))),
 };
 
 CASE_LIST(cases_chain, cases);

@@ -56,12 +56,6 @@ static void add_dense_without_usage(struct scene *scene)
     add_build(scene, &buffer);
 }
 
-static void add_dense_past_the_end(struct scene *scene)
-{
-    add_dense(scene);
-    scene->ADDRESS += SCENE_BUFFER_SIZE;
-}
-
 static void add_dense_in_freed_memory(struct scene *scene)
 {
     const struct test_buffer buffer = scene_dense_buffer(scene, DENSE_USAGE);
@@ -69,33 +63,24 @@ static void add_dense_in_freed_memory(struct scene *scene)
     scene_destroy(scene, (uint64_t)buffer.memory);
 }
 
-static void add_dense_twice(struct scene *scene)
+static void double_the_geometry(struct scene *scene)
 {
-    add_dense(scene);
     scene->geometries[DENSE][1] = scene->geometries[DENSE][0];
     scene->ranges[DENSE][1] = scene->ranges[DENSE][0];
     scene->infos[DENSE].geometryCount = 2;
     scene_give_objects(scene, DENSE);
 }
 
-static void add_dense_with_ranges(struct scene *scene)
+static void build_into_too_little(struct scene *scene)
 {
-    add_dense(scene);
-    scene->range_pointers[DENSE] = scene->ranges[DENSE];
-}
-
-static void add_dense_into_too_little(struct scene *scene)
-{
-    add_dense(scene);
     scene->infos[DENSE].dstAccelerationStructure =
         scene_accel_in(scene, &scene->dst_buffers[DENSE], 0, place_size(scene, DENSE) - 1,
                        VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
 /* The structure begins where it can be read and ends where it can't. */
-static void add_dense_off_the_page(struct scene *scene)
+static void put_data_off_the_page(struct scene *scene)
 {
-    add_dense(scene);
     VkBaseOutStructure *cut = bytes_before_unreadable_page(sizeof(*cut));
     cut->sType = scene->dense.sType;
     scene->geometries[DENSE][0].pNext = cut;
@@ -118,15 +103,6 @@ static void update_dense(struct scene *scene)
     build_then_update(scene);
 }
 
-/* Of a source whose data could not be read nothing is known. */
-static void update_of_dense_without_data(struct scene *scene)
-{
-    add_dense(scene);
-    scene->geometries[DENSE][0].pNext = NULL;
-    build_then_update(scene);
-    scene->geometries[DENSE][0].pNext = &scene->dense;
-}
-
 /* On the command buffer's commands; and on the host, which takes no such geometry at all. */
 #define UPDATE_CASES(name_, rule, member, value)                                                   \
     {.name = name_,                                                                                \
@@ -143,162 +119,71 @@ static void update_of_dense_without_data(struct scene *scene)
     }
 
 static const struct test_case cases[] = {
-    {.name = "dense_feature_off",
-     RULES(RULE_dense_geometry_feature_is_enabled),
-     .refusal = &host_takes_no_dense_geometry,
-     .setup = &without_dense,
-     .twin_setup = &with_dense,
-     .mutate = add_dense,
-     .mutate_twin = add_dense,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = "pInfos[6].pGeometries[0].geometryType"},
-    {.name = "dense_without_data",
-     RULES(RULE_dense_triangles_have_their_stype),
-     .refusal = &host_takes_no_dense_geometry,
-     .setup = &with_dense,
-     .mutate = add_dense,
-     .edits = EDITS(SET(geometries[DENSE][0].pNext, 0)),
-     .mutate_twin = add_dense,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = DENSE_PATH "sType"},
-    {.name = "dense_data_of_other_stype",
-     RULES(RULE_geometry_chain_is_known),
-     .refusal = &host_takes_no_dense_geometry,
-     .setup = &with_dense,
-     .mutate = add_dense,
-     .edits = EDITS(SET(dense.sType, 0)),
-     .mutate_twin = add_dense,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "dense_data_off_the_page",
-     RULES(RULE_geometry_chain_is_known),
-     .refusal = &host_takes_no_dense_geometry,
-     .setup = &with_dense,
-     .mutate = add_dense_off_the_page,
-     .mutate_twin = add_dense,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "dense_format_of_nobody",
-     RULES(RULE_dense_format_is_valid),
-     .refusal = &host_takes_no_dense_geometry,
-     .setup = &with_dense,
-     .mutate = add_dense,
-     .edits = EDITS(SET(dense.format, 1)),
-     .mutate_twin = add_dense,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = DENSE_PATH "format"},
-    {.name = "dense_format_of_the_future",
-     RULES(RULE_dense_format_is_valid, RULE_dense_data_is_aligned, RULE_dense_data_size_is_aligned),
-     .silent = true,
-     .setup = &with_dense_and_future,
-     .mutate = add_dense,
-     .edits = EDITS(SET(dense.format, 1), SET(dense.dataSize, 100), ADD(ADDRESS, 4)),
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "dense_address_null",
-     RULES(RULE_dense_data_is_valid),
-     .refusal = &host_takes_no_dense_geometry,
-     .setup = &with_dense,
-     .mutate = add_dense,
-     .edits = EDITS(SET(ADDRESS, 0)),
-     .mutate_twin = add_dense,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = DENSE_PATH "compressedData.hostAddress"},
-    {.name = "dense_address_null_with_triangles",
-     RULES(RULE_dense_data_is_valid),
-     .refusal = &host_takes_no_dense_geometry,
-     .setup = &with_dense,
-     .mutate = add_dense,
-     .edits = EDITS(SET(ADDRESS, 0)),
-     .mutate_twin = add_dense,
-     .twin_edits = EDITS(SET(ADDRESS, 0), SET(dense.numTriangles, 0)),
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "dense_address_nowhere_with_triangles",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .setup = &with_dense,
-     .mutate = add_dense,
-     .edits = EDITS(SET(ADDRESS, WILD)),
-     .mutate_twin = add_dense,
-     .twin_edits = EDITS(SET(ADDRESS, WILD), SET(dense.dataSize, 0)),
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "dense_buffer_without_usage_with_triangles",
-     RULES(RULE_dense_buffer_has_compressed_data_usage),
-     .setup = &with_dense,
-     .mutate = add_dense_without_usage,
-     .mutate_twin = add_dense_without_usage,
-     .twin_edits = EDITS(SET(dense.numTriangles, 0)),
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "dense_address_nowhere",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .setup = &with_dense,
-     .mutate = add_dense,
-     .edits = EDITS(SET(ADDRESS, WILD)),
-     .mutate_twin = add_dense,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = DENSE_PATH "compressedData.deviceAddress"},
-    {.name = "dense_address_past_the_end",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .setup = &with_dense,
-     .mutate = add_dense_past_the_end,
-     .mutate_twin = add_dense,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "dense_address_in_freed_memory",
-     RULES(RULE_input_buffer_is_bound),
-     .setup = &with_dense,
-     .mutate = add_dense_in_freed_memory,
-     .mutate_twin = add_dense,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "dense_address_misaligned",
-     RULES(RULE_dense_data_is_aligned),
-     .refusal = &host_takes_no_dense_geometry,
-     .setup = &with_dense,
-     .mutate = add_dense,
-     .edits = EDITS(ADD(ADDRESS, 64)),
-     .mutate_twin = add_dense,
-     .twin_edits = EDITS(ADD(ADDRESS, 128)),
-     .commands = ON_COMMAND_BUFFERS,
-     .path = DENSE_PATH "compressedData.hostAddress"},
-    {.name = "dense_data_size_misaligned",
-     RULES(RULE_dense_data_size_is_aligned),
-     .refusal = &host_takes_no_dense_geometry,
-     .setup = &with_dense,
-     .mutate = add_dense,
-     .edits = EDITS(SET(dense.dataSize, 192)),
-     .mutate_twin = add_dense,
-     .twin_edits = EDITS(SET(dense.dataSize, 0)),
-     .commands = ON_COMMAND_BUFFERS,
-     .path = DENSE_PATH "dataSize"},
-    {.name = "dense_buffer_without_usage",
-     RULES(RULE_dense_buffer_has_compressed_data_usage),
-     .setup = &with_dense,
-     .mutate = add_dense_without_usage,
-     .mutate_twin = add_dense,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = DENSE_PATH "compressedData.deviceAddress"},
-    {.name = "dense_geometry_twice",
-     RULES(RULE_dense_geometry_is_alone),
-     .refusal = &host_takes_no_dense_geometry,
-     .setup = &with_dense,
-     .mutate = add_dense_twice,
-     .mutate_twin = add_dense,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = "pInfos[6].geometryCount"},
-    {.name = "dense_geometry_with_build_ranges",
-     RULES(RULE_dense_geometry_has_no_build_ranges),
-     .setup = &with_dense,
-     .mutate = add_dense_with_ranges,
-     .mutate_twin = add_dense,
-     .path = "pInfos[6]"},
-    {.name = "dense_geometry_built_by_the_host",
-     RULES(RULE_host_build_has_no_dense_geometry),
-     .setup = &with_dense,
-     .mutate = add_dense,
-     .path = "pInfos[6].pGeometries[0].geometryType"},
+    SHARED(.commands = ON_COMMAND_BUFFERS, .refusal = &host_takes_no_dense_geometry,
+           .setup = &with_dense, .prepare = add_dense),
+    CASE("dense_feature_off", RULES(RULE_dense_geometry_feature_is_enabled),
+         .setup = &without_dense, .twin_setup = &with_dense,
+         .path = "pInfos[6].pGeometries[0].geometryType"),
+    CASE("dense_without_data", RULES(RULE_dense_triangles_have_their_stype),
+         .edits = EDITS(SET(geometries[DENSE][0].pNext, 0)), .path = DENSE_PATH "sType"),
+    CASE("dense_data_of_other_stype", RULES(RULE_geometry_chain_is_known),
+         .edits = EDITS(SET(dense.sType, 0))),
+    CASE("dense_data_off_the_page", RULES(RULE_geometry_chain_is_known),
+         .mutate = put_data_off_the_page),
+    CASE("dense_format_of_nobody", RULES(RULE_dense_format_is_valid),
+         .edits = EDITS(SET(dense.format, 1)), .path = DENSE_PATH "format"),
+
+    SHARED(.commands = ON_COMMAND_BUFFERS, .setup = &with_dense),
+    CASE("dense_format_of_the_future",
+         RULES(RULE_dense_format_is_valid, RULE_dense_data_is_aligned,
+               RULE_dense_data_size_is_aligned),
+         .silent = true, .setup = &with_dense_and_future, .mutate = add_dense,
+         .edits = EDITS(SET(dense.format, 1), SET(dense.dataSize, 100), ADD(ADDRESS, 4))),
+    CASE("dense_address_null", RULES(RULE_dense_data_is_valid),
+         .refusal = &host_takes_no_dense_geometry, .prepare = add_dense,
+         .edits = EDITS(SET(ADDRESS, 0)), .path = DENSE_PATH "compressedData.hostAddress"),
+    CASE("dense_address_null_with_triangles", RULES(RULE_dense_data_is_valid),
+         .refusal = &host_takes_no_dense_geometry, .prepare = add_dense,
+         .edits = EDITS(SET(ADDRESS, 0)),
+         .twin_edits = EDITS(SET(ADDRESS, 0), SET(dense.numTriangles, 0))),
+    CASE("dense_address_nowhere_with_triangles", RULES(RULE_input_address_is_in_a_buffer),
+         .prepare = add_dense, .edits = EDITS(SET(ADDRESS, WILD)),
+         .twin_edits = EDITS(SET(ADDRESS, WILD), SET(dense.dataSize, 0))),
+    CASE("dense_buffer_without_usage_with_triangles",
+         RULES(RULE_dense_buffer_has_compressed_data_usage), .prepare = add_dense_without_usage,
+         .twin_edits = EDITS(SET(dense.numTriangles, 0))),
+    CASE("dense_address_nowhere", RULES(RULE_input_address_is_in_a_buffer), .prepare = add_dense,
+         .edits = EDITS(SET(ADDRESS, WILD)), .path = DENSE_PATH "compressedData.deviceAddress"),
+    CASE("dense_address_past_the_end", RULES(RULE_input_address_is_in_a_buffer),
+         .prepare = add_dense, .edits = EDITS(ADD(ADDRESS, SCENE_BUFFER_SIZE))),
+    CASE("dense_address_in_freed_memory", RULES(RULE_input_buffer_is_bound),
+         .mutate = add_dense_in_freed_memory, .mutate_twin = add_dense),
+    CASE("dense_address_misaligned", RULES(RULE_dense_data_is_aligned),
+         .refusal = &host_takes_no_dense_geometry, .prepare = add_dense,
+         .edits = EDITS(ADD(ADDRESS, 64)), .twin_edits = EDITS(ADD(ADDRESS, 128)),
+         .path = DENSE_PATH "compressedData.hostAddress"),
+    CASE("dense_data_size_misaligned", RULES(RULE_dense_data_size_is_aligned),
+         .refusal = &host_takes_no_dense_geometry, .prepare = add_dense,
+         .edits = EDITS(SET(dense.dataSize, 192)), .twin_edits = EDITS(SET(dense.dataSize, 0)),
+         .path = DENSE_PATH "dataSize"),
+    CASE("dense_buffer_without_usage", RULES(RULE_dense_buffer_has_compressed_data_usage),
+         .mutate = add_dense_without_usage, .mutate_twin = add_dense,
+         .path = DENSE_PATH "compressedData.deviceAddress"),
+    CASE("dense_geometry_twice", RULES(RULE_dense_geometry_is_alone),
+         .refusal = &host_takes_no_dense_geometry, .prepare = add_dense,
+         .mutate = double_the_geometry, .path = "pInfos[6].geometryCount"),
+
+    SHARED(),
+    CASE("dense_geometry_with_build_ranges", RULES(RULE_dense_geometry_has_no_build_ranges),
+         .setup = &with_dense, .prepare = add_dense,
+         .edits = EDITS(POINT(range_pointers[DENSE], ranges[DENSE])), .path = "pInfos[6]"),
+    CASE("dense_geometry_built_by_the_host", RULES(RULE_host_build_has_no_dense_geometry),
+         .setup = &with_dense, .mutate = add_dense,
+         .path = "pInfos[6].pGeometries[0].geometryType"),
     /* What builds need is asked of the driver for these, too. */
-    {.name = "dense_dst_too_small",
-     RULES(RULE_dst_is_large_enough),
-     .setup = &with_dense,
-     .mutate = add_dense_into_too_little,
-     .mutate_twin = add_dense,
-     .commands = ON_DEVICE,
-     .path = "pInfos[6].dstAccelerationStructure"},
+    CASE("dense_dst_too_small", RULES(RULE_dst_is_large_enough), .commands = ON_DEVICE,
+         .setup = &with_dense, .prepare = add_dense, .mutate = build_into_too_little,
+         .path = "pInfos[6].dstAccelerationStructure"),
 
     UPDATE_CASES("dense_triangle_count_of_update", RULE_dense_triangle_count_matches_source,
                  numTriangles, 63),
@@ -309,35 +194,24 @@ static const struct test_case cases[] = {
     UPDATE_CASES("dense_max_geometry_index_of_update", RULE_dense_max_geometry_index_matches_source,
                  maxGeometryIndex, 0),
     UPDATE_CASES("dense_data_size_of_update", RULE_dense_data_size_matches_source, dataSize, 896),
-    {.name = "dense_format_of_update",
-     RULES(RULE_dense_format_matches_source),
-     .setup = &with_dense_and_future,
-     .mutate = update_dense,
-     .edits = EDITS(SET(dense.format, 1)),
-     .mutate_twin = update_dense,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = DENSE_PATH "format"},
-    {.name = "dense_format_of_update",
-     RULES(RULE_dense_format_matches_source, RULE_host_build_has_no_dense_geometry),
-     .setup = &with_dense_and_future,
-     .mutate = update_dense,
-     .edits = EDITS(SET(dense.format, 1)),
-     .commands = ON_HOST},
-    {.name = "dense_format_of_nobody_in_update",
-     RULES(RULE_dense_format_matches_source, RULE_dense_format_is_valid),
-     .refusal = &host_takes_no_dense_geometry,
-     .setup = &with_dense,
-     .mutate = update_dense,
-     .edits = EDITS(SET(dense.format, 1)),
-     .mutate_twin = update_dense,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = DENSE_PATH "format"},
-    {.name = "dense_update_of_source_without_data",
-     RULES(RULE_dense_triangle_count_matches_source, RULE_dense_data_size_matches_source),
-     .silent = true,
-     .setup = &with_dense,
-     .mutate = update_of_dense_without_data,
-     .commands = ON_COMMAND_BUFFERS},
+    CASE("dense_format_of_update", RULES(RULE_dense_format_matches_source),
+         .commands = ON_COMMAND_BUFFERS, .setup = &with_dense_and_future, .prepare = update_dense,
+         .edits = EDITS(SET(dense.format, 1)), .path = DENSE_PATH "format"),
+    CASE("dense_format_of_update",
+         RULES(RULE_dense_format_matches_source, RULE_host_build_has_no_dense_geometry),
+         .commands = ON_HOST, .setup = &with_dense_and_future, .mutate = update_dense,
+         .edits = EDITS(SET(dense.format, 1))),
+    CASE("dense_format_of_nobody_in_update",
+         RULES(RULE_dense_format_matches_source, RULE_dense_format_is_valid),
+         .commands = ON_COMMAND_BUFFERS, .refusal = &host_takes_no_dense_geometry,
+         .setup = &with_dense, .prepare = update_dense, .edits = EDITS(SET(dense.format, 1)),
+         .path = DENSE_PATH "format"),
+    /* Of a source whose data could not be read nothing is known. */
+    CASE("dense_update_of_source_without_data",
+         RULES(RULE_dense_triangle_count_matches_source, RULE_dense_data_size_matches_source),
+         .silent = true, .commands = ON_COMMAND_BUFFERS, .setup = &with_dense, .mutate = add_dense,
+         .edits = EDITS(SET(geometries[DENSE][0].pNext, 0), CALL(build_then_update),
+                        POINT(geometries[DENSE][0].pNext, dense))),
 };
 
 CASE_LIST(cases_dense, cases);

@@ -8,35 +8,11 @@
 
 static const struct setup with_displacement = {.enable = ENABLE_DISPLACEMENT_MICROMAP};
 
-static void destroy_displacement(struct scene *scene)
-{
-    scene_use_displacement(scene);
-    scene_destroy(scene, (uint64_t)scene->micromaps.displacement.micromap);
-}
-
 static void use_pointers_of_displacement(struct scene *scene)
 {
     scene_use_displacement(scene);
     scene->micromaps.displacement.pUsageCounts = NULL;
     scene->micromaps.displacement.ppUsageCounts = scene->micromaps.usage_pointers_ext;
-}
-
-static void use_both_of_displacement(struct scene *scene)
-{
-    use_pointers_of_displacement(scene);
-    scene->micromaps.displacement.pUsageCounts = scene->micromaps.usages_ext;
-}
-
-static void lose_usages_of_displacement(struct scene *scene)
-{
-    scene_use_displacement(scene);
-    scene->micromaps.displacement.pUsageCounts = unreadable_page();
-}
-
-static void lose_usage_pointers_of_displacement(struct scene *scene)
-{
-    use_pointers_of_displacement(scene);
-    scene->micromaps.displacement.ppUsageCounts = unreadable_page();
 }
 
 #define DISPLACEMENT_CASE(name_, rule, member, edits_, twin_edits_)                                \
@@ -47,12 +23,10 @@ static void lose_usage_pointers_of_displacement(struct scene *scene)
     }
 
 static const struct test_case cases[] = {
-    {.name = "displacement_destroyed",
-     RULES(RULE_displacement_micromap_is_valid),
-     .setup = &with_displacement,
-     .mutate = destroy_displacement,
-     .mutate_twin = scene_use_displacement,
-     .path = DISPLACEMENT_PATH("micromap")},
+    CASE("displacement_destroyed", RULES(RULE_displacement_micromap_is_valid),
+         .setup = &with_displacement, .prepare = scene_use_displacement,
+         .edits = EDITS(DESTROY(micromaps.displacement.micromap)),
+         .path = DISPLACEMENT_PATH("micromap")),
     DISPLACEMENT_CASE(
         "displacement_bias_format_of_none", RULE_displacement_bias_and_scale_format_is_valid,
         "displacementBiasAndScaleFormat",
@@ -73,25 +47,21 @@ static const struct test_case cases[] = {
     DISPLACEMENT_CASE("displacement_index_type_of_none", RULE_displacement_index_type_is_valid,
                       "indexType", EDITS(SET(micromaps.displacement.indexType, 7)),
                       EDITS(SET(micromaps.displacement.indexType, VK_INDEX_TYPE_UINT16))),
-    {.name = "displacement_usages_both",
-     RULES(RULE_displacement_has_one_usage_array),
-     .setup = &with_displacement,
-     .mutate = use_both_of_displacement,
-     .mutate_twin = use_pointers_of_displacement,
-     .path = DISPLACEMENT_PATH("pUsageCounts")},
-    {.name = "displacement_usages_unreadable",
-     RULES(RULE_displacement_usages_are_readable),
-     .setup = &with_displacement,
-     .mutate = lose_usages_of_displacement,
-     .mutate_twin = lose_usages_of_displacement,
-     .twin_edits = EDITS(SET(micromaps.displacement.usageCountsCount, 0)),
-     .path = DISPLACEMENT_PATH("pUsageCounts")},
-    {.name = "displacement_usage_pointers_unreadable",
-     RULES(RULE_displacement_usage_pointers_are_readable),
-     .setup = &with_displacement,
-     .mutate = lose_usage_pointers_of_displacement,
-     .mutate_twin = use_pointers_of_displacement,
-     .path = DISPLACEMENT_PATH("ppUsageCounts")},
+    CASE("displacement_usages_both", RULES(RULE_displacement_has_one_usage_array),
+         .setup = &with_displacement, .prepare = use_pointers_of_displacement,
+         .edits = EDITS(POINT(micromaps.displacement.pUsageCounts, micromaps.usages_ext)),
+         .path = DISPLACEMENT_PATH("pUsageCounts")),
+    CASE("displacement_usages_unreadable", RULES(RULE_displacement_usages_are_readable),
+         .setup = &with_displacement, .prepare = scene_use_displacement,
+         .edits = EDITS(UNREADABLE(micromaps.displacement.pUsageCounts)),
+         .twin_edits = EDITS(UNREADABLE(micromaps.displacement.pUsageCounts),
+                             SET(micromaps.displacement.usageCountsCount, 0)),
+         .path = DISPLACEMENT_PATH("pUsageCounts")),
+    CASE("displacement_usage_pointers_unreadable",
+         RULES(RULE_displacement_usage_pointers_are_readable), .setup = &with_displacement,
+         .prepare = use_pointers_of_displacement,
+         .edits = EDITS(UNREADABLE(micromaps.displacement.ppUsageCounts)),
+         .path = DISPLACEMENT_PATH("ppUsageCounts")),
 };
 
 CASE_LIST(cases_displacement, cases);

@@ -31,12 +31,6 @@ static void use_freed_memory(struct scene *scene)
     set_all_addresses(scene, buffer.address);
 }
 
-static void use_freed_memory_without_primitives(struct scene *scene)
-{
-    use_freed_memory(scene);
-    forget_all_primitives(scene);
-}
-
 static void use_a_destroyed_buffer(struct scene *scene)
 {
     const struct test_buffer buffer = scene_buffer(scene, 4096, INPUT_USAGE);
@@ -44,35 +38,9 @@ static void use_a_destroyed_buffer(struct scene *scene)
     set_all_addresses(scene, buffer.address);
 }
 
-static void use_a_destroyed_buffer_without_primitives(struct scene *scene)
-{
-    use_a_destroyed_buffer(scene);
-    forget_all_primitives(scene);
-}
-
 static void use_no_input_buffer(struct scene *scene)
 {
     set_all_addresses(scene, scene_buffer(scene, 4096, SCRATCH_USAGE).address);
-}
-
-static void use_no_input_buffer_without_primitives(struct scene *scene)
-{
-    use_no_input_buffer(scene);
-    forget_all_primitives(scene);
-}
-
-/* The second geometry of the build has triangles. */
-static void lose_indices_of_the_second(struct scene *scene)
-{
-    scene->UNINDEXED_VERTEX = WILD;
-    scene->SHORT_INDEX = WILD;
-    scene->ranges[UNINDEXED][0].primitiveCount = 0;
-}
-
-static void lose_vertices_of_the_first(struct scene *scene)
-{
-    scene->UNINDEXED_VERTEX = WILD;
-    scene->ranges[UNINDEXED][0].primitiveCount = 0;
 }
 
 /* ---- indirect builds: all counts are in the buffer, and there is none ---- */
@@ -139,86 +107,57 @@ static const struct test_case cases[] = {
     IS_READ("transform_nowhere", RULE_transform_address_is_valid, INDEXED, SET(TRANSFORM, WILD)),
     IS_READ("boxes_nowhere", RULE_input_address_is_in_a_buffer, AABBS, SET(BOX, WILD)),
     IS_READ("instances_nowhere", RULE_input_address_is_in_a_buffer, TLAS, SET(INSTANCE, WILD)),
-    {.name = "all_in_freed_memory",
-     RULES(RULE_input_buffer_is_bound),
-     .mutate = use_freed_memory,
-     .mutate_twin = use_freed_memory_without_primitives,
-     .commands = ON_COMMAND_BUFFERS,
-     .count = 5},
-    {.name = "all_in_a_destroyed_buffer",
-     RULES(RULE_input_address_is_in_a_buffer, RULE_transform_address_is_valid),
-     .mutate = use_a_destroyed_buffer,
-     .mutate_twin = use_a_destroyed_buffer_without_primitives,
-     .commands = ON_COMMAND_BUFFERS,
-     .count = 4},
-    {.name = "all_without_usage",
-     RULES(RULE_input_buffer_has_build_input_usage),
-     .mutate = use_no_input_buffer,
-     .mutate_twin = use_no_input_buffer_without_primitives,
-     .commands = ON_COMMAND_BUFFERS,
-     .count = 5},
-    {.name = "second_geometry_is_read",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .mutate = lose_indices_of_the_second,
-     .mutate_twin = lose_vertices_of_the_first,
-     .commands = ON_COMMAND_BUFFERS,
-     .count = 1,
-     .path = "pInfos[1].pGeometries[1].geometry.triangles.indexData.deviceAddress"},
-    {.name = "maximum_of_1",
-     RULES(RULE_vertex_address_is_given),
-     .mutate = lose_vertices_below_a_maximum,
-     .edits = EDITS(SET(ranges[UNINDEXED][0].primitiveCount, 0)),
-     .commands = ON_INDIRECT},
-    {.name = "ranges_without_usage",
-     RULES(RULE_indirect_buffer_has_indirect_usage),
-     .mutate = read_ranges_from_scratch,
-     .mutate_twin = read_ranges_from_scratch,
-     .twin_edits = EDITS(SET(infos[AABBS].geometryCount, 0)),
-     .commands = ON_INDIRECT},
+    CASE("all_in_freed_memory", RULES(RULE_input_buffer_is_bound), .commands = ON_COMMAND_BUFFERS,
+         .prepare = use_freed_memory, .twin_edits = EDITS(CALL(forget_all_primitives)), .count = 5),
+    CASE("all_in_a_destroyed_buffer",
+         RULES(RULE_input_address_is_in_a_buffer, RULE_transform_address_is_valid),
+         .commands = ON_COMMAND_BUFFERS, .prepare = use_a_destroyed_buffer,
+         .twin_edits = EDITS(CALL(forget_all_primitives)), .count = 4),
+    CASE("all_without_usage", RULES(RULE_input_buffer_has_build_input_usage),
+         .commands = ON_COMMAND_BUFFERS, .prepare = use_no_input_buffer,
+         .twin_edits = EDITS(CALL(forget_all_primitives)), .count = 5),
+    /* The second geometry of the build has triangles. */
+    CASE("second_geometry_is_read", RULES(RULE_input_address_is_in_a_buffer),
+         .commands = ON_COMMAND_BUFFERS, .prepare_edits = EDITS(SET(UNINDEXED_VERTEX, WILD)),
+         .edits = EDITS(SET(SHORT_INDEX, WILD), SET(ranges[UNINDEXED][0].primitiveCount, 0)),
+         .twin_edits = EDITS(SET(ranges[UNINDEXED][0].primitiveCount, 0)), .count = 1,
+         .path = "pInfos[1].pGeometries[1].geometry.triangles.indexData.deviceAddress"),
+    CASE("maximum_of_1", RULES(RULE_vertex_address_is_given), .commands = ON_INDIRECT,
+         .mutate = lose_vertices_below_a_maximum,
+         .edits = EDITS(SET(ranges[UNINDEXED][0].primitiveCount, 0))),
+    CASE("ranges_without_usage", RULES(RULE_indirect_buffer_has_indirect_usage),
+         .commands = ON_INDIRECT, .prepare = read_ranges_from_scratch,
+         .twin_edits = EDITS(SET(infos[AABBS].geometryCount, 0))),
 
-    {.name = "micromap_indices_at_0",
-     RULES(RULE_opacity_index_buffer_is_given),
-     .setup = &with_khr,
-     .mutate = scene_use_micromap,
-     .edits = EDITS(SET(micromaps.opacity.indexBuffer, 0)),
-     .mutate_twin = scene_use_micromap,
-     .twin_edits =
-         EDITS(SET(micromaps.opacity.indexBuffer, 0), SET(ranges[INDEXED][0].primitiveCount, 0)),
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "micromap_indices_unbound",
-     RULES(RULE_input_buffer_is_bound),
-     .setup = &with_khr,
-     .mutate = leave_micromap_indices_unbound,
-     .mutate_twin = leave_micromap_indices_unbound,
-     .twin_edits = EDITS(SET(ranges[INDEXED][0].primitiveCount, 0)),
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "ext_indices_at_0",
-     RULES(RULE_ext_opacity_index_address_is_given),
-     .setup = &with_ext,
-     .mutate = scene_use_micromap_ext,
-     .edits = EDITS(SET(micromaps.opacity_ext.indexBuffer, 0)),
-     .mutate_twin = scene_use_micromap_ext,
-     .twin_edits = EDITS(SET(micromaps.opacity_ext.indexBuffer, 0),
-                         SET(ranges[INDEXED][0].primitiveCount, 0))},
-    {.name = "nv_instances_of_another_usage",
-     RULES(RULE_nv_instance_data_has_ray_tracing_usage,
-           RULE_nv_info_instance_data_has_ray_tracing_usage),
-     .mutate = use_nv_instances_of_another_usage,
-     .mutate_twin = use_nv_instances_of_another_usage,
-     .twin_edits = EDITS(SET(nv.info.instanceCount, 0))},
+    CASE("micromap_indices_at_0", RULES(RULE_opacity_index_buffer_is_given),
+         .commands = ON_COMMAND_BUFFERS, .setup = &with_khr, .prepare = scene_use_micromap,
+         .edits = EDITS(SET(micromaps.opacity.indexBuffer, 0)),
+         .twin_edits = EDITS(SET(micromaps.opacity.indexBuffer, 0),
+                             SET(ranges[INDEXED][0].primitiveCount, 0))),
+    CASE("micromap_indices_unbound", RULES(RULE_input_buffer_is_bound),
+         .commands = ON_COMMAND_BUFFERS, .setup = &with_khr,
+         .prepare = leave_micromap_indices_unbound,
+         .twin_edits = EDITS(SET(ranges[INDEXED][0].primitiveCount, 0))),
+    CASE("ext_indices_at_0", RULES(RULE_ext_opacity_index_address_is_given), .setup = &with_ext,
+         .prepare = scene_use_micromap_ext,
+         .edits = EDITS(SET(micromaps.opacity_ext.indexBuffer, 0)),
+         .twin_edits = EDITS(SET(micromaps.opacity_ext.indexBuffer, 0),
+                             SET(ranges[INDEXED][0].primitiveCount, 0))),
+    CASE("nv_instances_of_another_usage",
+         RULES(RULE_nv_instance_data_has_ray_tracing_usage,
+               RULE_nv_info_instance_data_has_ray_tracing_usage),
+         .prepare = use_nv_instances_of_another_usage,
+         .twin_edits = EDITS(SET(nv.info.instanceCount, 0))),
 
     /* Alignment is a property of the address itself. */
-    {.name = "misaligned_without_primitives",
-     RULES(RULE_instance_array_is_aligned),
-     .edits = EDITS(ADD(INSTANCE, 8), NO_PRIMITIVES(TLAS, 0)),
-     .twin_edits = EDITS(ADD(INSTANCE, 16), NO_PRIMITIVES(TLAS, 0)),
-     .path = INSTANCE_PATH},
+    CASE("misaligned_without_primitives", RULES(RULE_instance_array_is_aligned),
+         .edits = EDITS(ADD(INSTANCE, 8), NO_PRIMITIVES(TLAS, 0)),
+         .twin_edits = EDITS(ADD(INSTANCE, 16), NO_PRIMITIVES(TLAS, 0)), .path = INSTANCE_PATH),
 
-    {.name = "null_on_host_without_primitives",
-     RULES(RULE_vertex_host_address_is_readable, RULE_index_host_address_is_readable,
-           RULE_aabb_host_address_is_readable, RULE_instance_host_address_is_readable),
-     .silent = true,
-     .mutate = null_on_host_without_primitives},
+    CASE("null_on_host_without_primitives",
+         RULES(RULE_vertex_host_address_is_readable, RULE_index_host_address_is_readable,
+               RULE_aabb_host_address_is_readable, RULE_instance_host_address_is_readable),
+         .silent = true, .mutate = null_on_host_without_primitives),
 };
 
 CASE_LIST(cases_empty, cases);

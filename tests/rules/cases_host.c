@@ -13,16 +13,6 @@ static void call_on_a_queue(struct scene *scene)
     scene->device = (VkDevice)queue;
 }
 
-static void call_on_nothing(struct scene *scene)
-{
-    scene->device = VK_NULL_HANDLE;
-}
-
-static void call_on_an_unreadable_page(struct scene *scene)
-{
-    scene->device = unreadable_page();
-}
-
 static void call_on_zeros(struct scene *scene)
 {
     scene->device = bytes_before_unreadable_page(64);
@@ -38,10 +28,7 @@ static VkDeferredOperationKHR create_operation(struct scene *scene)
     return operation;
 }
 
-static void destroy_operation(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyDeferredOperationKHR(device, (VkDeferredOperationKHR)handle, NULL);
-}
+SCENE_DESTROYS(destroy_operation, DestroyDeferredOperationKHR, VkDeferredOperationKHR)
 
 static void join_and_destroy(struct scene *scene, VkDevice device, uint64_t handle)
 {
@@ -64,17 +51,12 @@ static void defer_to_a_destroyed_operation(struct scene *scene)
     destroy_operation(scene, scene->fixture->device, (uint64_t)scene->deferred_operation);
 }
 
-static void destroy_operation_of_other_device(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->other_vk.DestroyDeferredOperationKHR(device, (VkDeferredOperationKHR)handle, NULL);
-}
-
 static void defer_to_another_device(struct scene *scene)
 {
     scene_enter_other_device(scene);
     scene->deferred_operation = create_operation(scene);
     scene_defer(scene, scene->fixture->device, (uint64_t)scene->deferred_operation,
-                destroy_operation_of_other_device);
+                destroy_operation);
     scene_leave_other_device(scene);
 }
 
@@ -87,9 +69,8 @@ static void defer_twice(struct scene *scene)
                                               &scene->range_pointers[INDEXED]);
 }
 
-static void defer_again(struct scene *scene)
+static void complete_the_operation(struct scene *scene)
 {
-    defer_twice(scene);
     while (scene->vk->DeferredOperationJoinKHR(scene->fixture->device, scene->deferred_operation) ==
            VK_THREAD_IDLE_KHR)
         continue;
@@ -188,86 +169,45 @@ static const struct setup with_group = {.enable = ENABLE_GROUP};
 static const struct setup with_addresses = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
 
 static const struct test_case cases[] = {
-    {.name = "device_is_a_queue",
-     RULES(RULE_device_is_valid),
-     .mutate = call_on_a_queue,
-     .path = "(): device 0x",
-     .commands = ON_HOST},
-    {.name = "device_is_null",
-     RULES(RULE_device_is_valid),
-     .mutate = call_on_nothing,
-     .path = "(): device is VK_NULL_HANDLE.",
-     .commands = ON_HOST},
-    {.name = "device_is_unreadable",
-     RULES(RULE_device_is_valid),
-     .mutate = call_on_an_unreadable_page,
-     .commands = ON_HOST},
-    {.name = "device_is_zeros",
-     RULES(RULE_device_is_valid),
-     .mutate = call_on_zeros,
-     .commands = ON_HOST},
+    SHARED(.commands = ON_HOST, RULES(RULE_device_is_valid)),
+    CASE("device_is_a_queue", .mutate = call_on_a_queue, .path = "(): device 0x"),
+    CASE("device_is_null", .edits = EDITS(SET(device, 0)), .path = "(): device is VK_NULL_HANDLE."),
+    CASE("device_is_unreadable", .edits = EDITS(UNREADABLE(device))),
+    CASE("device_is_zeros", .mutate = call_on_zeros),
 
-    {.name = "deferred_operation_forged",
-     RULES(RULE_deferred_operation_is_valid),
-     .edits = EDITS(SET(deferred_operation, 0xdeadbeef)),
-     .mutate_twin = defer,
-     .path = "(): deferredOperation VkDeferredOperationKHR 0xdeadbeef is not"},
-    {.name = "deferred_operation_destroyed",
-     RULES(RULE_deferred_operation_is_valid),
-     .mutate = defer_to_a_destroyed_operation,
-     .mutate_twin = defer},
-    {.name = "deferred_operation_of_another_device",
-     RULES(RULE_deferred_operation_is_of_the_device),
-     .mutate = defer_to_another_device,
-     .mutate_twin = defer,
-     .path = "(): deferredOperation VkDeferredOperationKHR"},
-    {.name = "deferred_operation_in_use",
-     RULES(RULE_previous_deferred_operation_is_complete),
-     .mutate = defer_twice,
-     .mutate_twin = defer_again,
-     .path = "(): deferredOperation VkDeferredOperationKHR",
-     .spares_drivers = true},
+    SHARED(),
+    CASE("deferred_operation_forged", RULES(RULE_deferred_operation_is_valid),
+         .edits = EDITS(SET(deferred_operation, 0xdeadbeef)), .mutate_twin = defer,
+         .path = "(): deferredOperation VkDeferredOperationKHR 0xdeadbeef is not"),
+    CASE("deferred_operation_destroyed", RULES(RULE_deferred_operation_is_valid),
+         .mutate = defer_to_a_destroyed_operation, .mutate_twin = defer),
+    CASE("deferred_operation_of_another_device", RULES(RULE_deferred_operation_is_of_the_device),
+         .mutate = defer_to_another_device, .mutate_twin = defer,
+         .path = "(): deferredOperation VkDeferredOperationKHR"),
+    CASE("deferred_operation_in_use", RULES(RULE_previous_deferred_operation_is_complete),
+         .prepare = defer_twice, .mutate_twin = complete_the_operation,
+         .path = "(): deferredOperation VkDeferredOperationKHR", .spares_drivers = true),
 
-    {.name = "dst_by_address",
-     RULES(RULE_host_build_dst_was_created_with_a_buffer),
-     .setup = &with_addresses,
-     .mutate = dst_by_address,
-     .mutate_twin = dst_in_visible_memory,
-     .path = "pInfos[2].dstAccelerationStructure"},
-    {.name = "src_by_address",
-     RULES(RULE_host_build_src_was_created_with_a_buffer),
-     .setup = &with_addresses,
-     .mutate = src_by_address,
-     .mutate_twin = src_in_a_buffer,
-     .may_fail_on_cpu = true,
-     .path = "pInfos[4].srcAccelerationStructure"},
-    {.name = "ignored_src_by_address",
-     RULES(RULE_host_build_src_was_created_with_a_buffer),
-     .silent = true,
-     .setup = &with_addresses,
-     .mutate = ignored_src_by_address},
-    {.name = "dst_in_device_memory",
-     RULES(RULE_host_build_dst_is_host_visible),
-     .mutate = dst_in_device_memory,
-     .mutate_twin = dst_in_visible_memory,
-     .path = "pInfos[2].dstAccelerationStructure"},
-    {.name = "src_in_device_memory",
-     RULES(RULE_host_build_src_is_host_visible),
-     .mutate = src_in_device_memory,
-     .mutate_twin = ignored_src_in_device_memory,
-     .path = "pInfos[4].srcAccelerationStructure"},
-    {.name = "dst_of_two_instances",
-     RULES(RULE_host_build_dst_has_one_memory_instance),
-     .setup = &with_group,
-     .mutate = dst_of_two_instances,
-     .mutate_twin = dst_in_visible_memory,
-     .path = "pInfos[2].dstAccelerationStructure"},
-    {.name = "src_of_two_instances",
-     RULES(RULE_host_build_src_has_one_memory_instance),
-     .setup = &with_group,
-     .mutate = src_of_two_instances,
-     .mutate_twin = ignored_src_of_two_instances,
-     .path = "pInfos[4].srcAccelerationStructure"},
+    CASE("dst_by_address", RULES(RULE_host_build_dst_was_created_with_a_buffer),
+         .setup = &with_addresses, .mutate = dst_by_address, .mutate_twin = dst_in_visible_memory,
+         .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("src_by_address", RULES(RULE_host_build_src_was_created_with_a_buffer),
+         .setup = &with_addresses, .mutate = src_by_address, .mutate_twin = src_in_a_buffer,
+         .may_fail_on_cpu = true, .path = "pInfos[4].srcAccelerationStructure"),
+    CASE("ignored_src_by_address", RULES(RULE_host_build_src_was_created_with_a_buffer),
+         .silent = true, .setup = &with_addresses, .mutate = ignored_src_by_address),
+    CASE("dst_in_device_memory", RULES(RULE_host_build_dst_is_host_visible),
+         .mutate = dst_in_device_memory, .mutate_twin = dst_in_visible_memory,
+         .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("src_in_device_memory", RULES(RULE_host_build_src_is_host_visible),
+         .mutate = src_in_device_memory, .mutate_twin = ignored_src_in_device_memory,
+         .path = "pInfos[4].srcAccelerationStructure"),
+    CASE("dst_of_two_instances", RULES(RULE_host_build_dst_has_one_memory_instance),
+         .setup = &with_group, .mutate = dst_of_two_instances, .mutate_twin = dst_in_visible_memory,
+         .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("src_of_two_instances", RULES(RULE_host_build_src_has_one_memory_instance),
+         .setup = &with_group, .mutate = src_of_two_instances,
+         .mutate_twin = ignored_src_of_two_instances, .path = "pInfos[4].srcAccelerationStructure"),
 };
 
 CASE_LIST(cases_host, cases);

@@ -34,33 +34,6 @@ PUT_AT_EDGE(transform, I_TRIANGLES.transformData, transforms, 48)
 PUT_AT_EDGE(boxes, BOXES(AABBS, 0).data, boxes, 3 * 24)
 PUT_AT_EDGE(instances, INSTANCES(TLAS, 0).data, instances, 3 * 64)
 
-/* The offsets lead over the edge. */
-static void offset_boxes_over_edge(struct scene *scene)
-{
-    put_boxes_at_edge(scene);
-    scene->ranges[AABBS][0].primitiveOffset = 24;
-}
-
-static void offset_fewer_boxes_at_edge(struct scene *scene)
-{
-    offset_boxes_over_edge(scene);
-    scene->ranges[AABBS][0].primitiveCount = 2;
-}
-
-static void offset_vertices_over_edge(struct scene *scene)
-{
-    put_vertices_at_edge(scene);
-    scene->ranges[UNINDEXED][0].firstVertex = 3;
-    scene->U_TRIANGLES.maxVertex = 8;
-}
-
-/* Which is inside: one triangle behind the first. */
-static void offset_fewer_vertices_at_edge(struct scene *scene)
-{
-    offset_vertices_over_edge(scene);
-    scene->ranges[UNINDEXED][0].primitiveCount = 1;
-}
-
 static void point_to_instances(struct scene *scene, size_t missing)
 {
     const void *pointers[3];
@@ -68,16 +41,6 @@ static void point_to_instances(struct scene *scene, size_t missing)
         pointers[i] = scene->instances.host + i * 64;
     scene->INSTANCES(TLAS, 0).arrayOfPointers = VK_TRUE;
     scene->INSTANCES(TLAS, 0).data.hostAddress = at_edge(pointers, sizeof(pointers), missing);
-}
-
-static void put_pointers_at_edge(struct scene *scene)
-{
-    point_to_instances(scene, 0);
-}
-
-static void put_pointers_over_edge(struct scene *scene)
-{
-    point_to_instances(scene, 1);
 }
 
 static void put_all_nowhere_without_primitives(struct scene *scene)
@@ -107,37 +70,14 @@ static void put_scratch_at_edge_of(struct scene *scene, uint32_t build, size_t m
         bytes_before_unreadable_page((size_t)scene_scratch_size(scene, build) - missing);
 }
 
-#define PUT_SCRATCH(build)                                                                         \
-    static void put_scratch_of_##build##_at_edge(struct scene *scene)                              \
-    {                                                                                              \
-        put_scratch_at_edge_of(scene, build, 0);                                                   \
-    }                                                                                              \
-    static void put_scratch_of_##build##_over_edge(struct scene *scene)                            \
-    {                                                                                              \
-        put_scratch_at_edge_of(scene, build, 1);                                                   \
-    }
-
-PUT_SCRATCH(AABBS)
-PUT_SCRATCH(REFIT)
-
 /* Scratch that is no VkDeviceMemory at all. */
-static void put_scratch_in_own_memory(struct scene *scene, bool shares)
+static void put_scratch_in_own_memory(struct scene *scene, uint32_t shared_bytes)
 {
     const size_t first = (size_t)scene_scratch_size(scene, INDEXED);
     const size_t second = (size_t)scene_scratch_size(scene, AABBS);
     char *bytes = bytes_before_unreadable_page(first + second);
     scene->infos[INDEXED].scratchData.hostAddress = bytes;
-    scene->infos[AABBS].scratchData.hostAddress = bytes + first - shares;
-}
-
-static void overlap_scratch_in_own_memory(struct scene *scene)
-{
-    put_scratch_in_own_memory(scene, true);
-}
-
-static void put_scratch_side_by_side_in_own_memory(struct scene *scene)
-{
-    put_scratch_in_own_memory(scene, false);
+    scene->infos[AABBS].scratchData.hostAddress = bytes + first - shared_bytes;
 }
 
 /* The same bytes, but no host memory any more that anything is known of. */
@@ -150,120 +90,87 @@ static void unmap_shared_scratch(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    {.name = "vertices_null",
-     RULES(RULE_vertex_host_address_is_readable),
-     .edits = EDITS(SET(U_TRIANGLES.vertexData, 0)),
-     .path = "pInfos[1].pGeometries[0].geometry.triangles.vertexData.hostAddress is NULL"},
-    {.name = "vertices_nowhere",
-     RULES(RULE_vertex_host_address_is_readable),
-     .edits = EDITS(SET(U_TRIANGLES.vertexData, 0x10)),
-     .path = "pInfos[1].pGeometries[0].geometry.triangles.vertexData.hostAddress 0x10"},
-    {.name = "indexed_vertices_nowhere",
-     RULES(RULE_vertex_host_address_is_readable),
-     .edits = EDITS(SET(I_TRIANGLES.vertexData, 0x10)),
-     .path = "pInfos[0].pGeometries[0].geometry.triangles.vertexData.hostAddress"},
-    {.name = "vertices_over_edge",
-     RULES(RULE_vertex_host_address_is_readable),
-     .mutate = put_vertices_over_edge,
-     .mutate_twin = put_vertices_at_edge},
-    {.name = "vertices_over_edge_by_offset",
-     RULES(RULE_vertex_host_address_is_readable),
-     .mutate = offset_vertices_over_edge,
-     .mutate_twin = offset_fewer_vertices_at_edge},
-    {.name = "vertices_with_a_fourth_component",
-     RULES(RULE_vertex_host_address_is_readable),
-     .silent = true,
-     .mutate = put_wide_vertices_at_edge},
-    {.name = "indices_null",
-     RULES(RULE_index_host_address_is_readable),
-     .edits = EDITS(SET(I_TRIANGLES.indexData, 0)),
-     .twin_edits = EDITS(SET(U_TRIANGLES.indexData, 0)),
-     .path = "pInfos[0].pGeometries[0].geometry.triangles.indexData.hostAddress is NULL"},
-    {.name = "indices_over_edge",
-     RULES(RULE_index_host_address_is_readable),
-     .mutate = put_indices_over_edge,
-     .mutate_twin = put_indices_at_edge,
-     .path = "pInfos[0].pGeometries[0].geometry.triangles.indexData.hostAddress"},
-    {.name = "short_indices_over_edge",
-     RULES(RULE_index_host_address_is_readable),
-     .mutate = put_short_indices_over_edge,
-     .mutate_twin = put_short_indices_at_edge},
-    {.name = "indices_that_are_not_used",
-     RULES(RULE_index_host_address_is_readable),
-     .silent = true,
-     .edits = EDITS(SET(U_TRIANGLES.indexData, 0x10))},
-    {.name = "transform_over_edge",
-     RULES(RULE_transform_host_address_is_null_or_readable),
-     .mutate = put_transform_over_edge,
-     .mutate_twin = put_transform_at_edge,
-     .path = "pInfos[0].pGeometries[0].geometry.triangles.transformData.hostAddress"},
-    {.name = "transform_nowhere",
-     RULES(RULE_transform_host_address_is_null_or_readable),
-     .edits = EDITS(SET(TRIANGLES(UNINDEXED, 1).transformData, 0x10)),
-     .twin_edits = EDITS(SET(TRIANGLES(UNINDEXED, 1).transformData, 0))},
-    {.name = "boxes_null",
-     RULES(RULE_aabb_host_address_is_readable),
-     .edits = EDITS(SET(BOXES(AABBS, 0).data, 0)),
-     .path = "pInfos[2].pGeometries[0].geometry.aabbs.data.hostAddress is NULL"},
-    {.name = "boxes_over_edge",
-     RULES(RULE_aabb_host_address_is_readable),
-     .mutate = put_boxes_over_edge,
-     .mutate_twin = put_boxes_at_edge,
-     .path = "pInfos[2].pGeometries[0].geometry.aabbs.data.hostAddress"},
-    {.name = "boxes_over_edge_by_offset",
-     RULES(RULE_aabb_host_address_is_readable),
-     .mutate = offset_boxes_over_edge,
-     .mutate_twin = offset_fewer_boxes_at_edge},
-    {.name = "instances_null",
-     RULES(RULE_instance_host_address_is_readable),
-     .edits = EDITS(SET(INSTANCES(TLAS, 0).data, 0)),
-     .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress is NULL"},
-    {.name = "instances_over_edge",
-     RULES(RULE_instance_host_address_is_readable),
-     .mutate = put_instances_over_edge,
-     .mutate_twin = put_instances_at_edge,
-     .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress"},
-    {.name = "pointers_over_edge",
-     RULES(RULE_instance_host_address_is_readable),
-     .mutate = put_pointers_over_edge,
-     .mutate_twin = put_pointers_at_edge},
-    {.name = "nowhere_without_primitives",
-     RULES(RULE_vertex_host_address_is_readable, RULE_index_host_address_is_readable,
-           RULE_transform_host_address_is_null_or_readable, RULE_aabb_host_address_is_readable,
-           RULE_instance_host_address_is_readable),
-     .silent = true,
-     .mutate = put_all_nowhere_without_primitives},
+    SHARED(RULES(RULE_vertex_host_address_is_readable)),
+    CASE("vertices_null", .edits = EDITS(SET(U_TRIANGLES.vertexData, 0)),
+         .path = "pInfos[1].pGeometries[0].geometry.triangles.vertexData.hostAddress is NULL"),
+    CASE("vertices_nowhere", .edits = EDITS(SET(U_TRIANGLES.vertexData, 0x10)),
+         .path = "pInfos[1].pGeometries[0].geometry.triangles.vertexData.hostAddress 0x10"),
+    CASE("indexed_vertices_nowhere", .edits = EDITS(SET(I_TRIANGLES.vertexData, 0x10)),
+         .path = "pInfos[0].pGeometries[0].geometry.triangles.vertexData.hostAddress"),
+    CASE("vertices_over_edge", .mutate = put_vertices_over_edge,
+         .mutate_twin = put_vertices_at_edge),
+    /* Which is inside: one triangle behind the first. */
+    CASE("vertices_over_edge_by_offset", .prepare = put_vertices_at_edge,
+         .edits = EDITS(SET(ranges[UNINDEXED][0].firstVertex, 3), SET(U_TRIANGLES.maxVertex, 8)),
+         .twin_edits =
+             EDITS(SET(ranges[UNINDEXED][0].firstVertex, 3), SET(U_TRIANGLES.maxVertex, 8),
+                   SET(ranges[UNINDEXED][0].primitiveCount, 1))),
+    CASE("vertices_with_a_fourth_component", .silent = true, .mutate = put_wide_vertices_at_edge),
 
-    {.name = "scratch_null",
-     RULES(RULE_build_scratch_is_host_memory),
-     .edits = EDITS(SET(infos[AABBS].scratchData, 0)),
-     .path = "pInfos[2].scratchData.hostAddress 0x0"},
-    {.name = "scratch_over_edge",
-     RULES(RULE_build_scratch_is_host_memory),
-     .mutate = put_scratch_of_AABBS_over_edge,
-     .mutate_twin = put_scratch_of_AABBS_at_edge,
-     .path = "pInfos[2].scratchData.hostAddress"},
-    {.name = "scratch_of_update_null",
-     RULES(RULE_update_scratch_is_host_memory),
-     .edits = EDITS(SET(infos[REFIT].scratchData, 0)),
-     .path = "pInfos[5].scratchData.hostAddress 0x0"},
-    {.name = "scratch_of_update_over_edge",
-     RULES(RULE_update_scratch_is_host_memory),
-     .mutate = put_scratch_of_REFIT_over_edge,
-     .mutate_twin = put_scratch_of_REFIT_at_edge,
-     .path = "pInfos[5].scratchData.hostAddress"},
-    {.name = "scratch_shared_in_own_memory",
-     RULES(RULE_scratch_and_scratch_are_apart),
-     .mutate = overlap_scratch_in_own_memory,
-     .mutate_twin = put_scratch_side_by_side_in_own_memory,
-     .commands = ON_HOST,
-     .path = "pInfos[0].scratchData shares host memory [0x"},
-    {.name = "scratch_in_memory_unmapped",
-     RULES(RULE_dst_and_scratch_are_apart),
-     .silent = true,
-     .mutate = unmap_shared_scratch,
-     .commands = ON_HOST,
-     .needs_null_driver = true},
+    SHARED(),
+    CASE("indices_null", RULES(RULE_index_host_address_is_readable),
+         .edits = EDITS(SET(I_TRIANGLES.indexData, 0)),
+         .twin_edits = EDITS(SET(U_TRIANGLES.indexData, 0)),
+         .path = "pInfos[0].pGeometries[0].geometry.triangles.indexData.hostAddress is NULL"),
+    CASE("indices_over_edge", RULES(RULE_index_host_address_is_readable),
+         .mutate = put_indices_over_edge, .mutate_twin = put_indices_at_edge,
+         .path = "pInfos[0].pGeometries[0].geometry.triangles.indexData.hostAddress"),
+    CASE("short_indices_over_edge", RULES(RULE_index_host_address_is_readable),
+         .mutate = put_short_indices_over_edge, .mutate_twin = put_short_indices_at_edge),
+    CASE("indices_that_are_not_used", RULES(RULE_index_host_address_is_readable), .silent = true,
+         .edits = EDITS(SET(U_TRIANGLES.indexData, 0x10))),
+    CASE("transform_over_edge", RULES(RULE_transform_host_address_is_null_or_readable),
+         .mutate = put_transform_over_edge, .mutate_twin = put_transform_at_edge,
+         .path = "pInfos[0].pGeometries[0].geometry.triangles.transformData.hostAddress"),
+    CASE("transform_nowhere", RULES(RULE_transform_host_address_is_null_or_readable),
+         .edits = EDITS(SET(TRIANGLES(UNINDEXED, 1).transformData, 0x10)),
+         .twin_edits = EDITS(SET(TRIANGLES(UNINDEXED, 1).transformData, 0))),
+    CASE("boxes_null", RULES(RULE_aabb_host_address_is_readable),
+         .edits = EDITS(SET(BOXES(AABBS, 0).data, 0)),
+         .path = "pInfos[2].pGeometries[0].geometry.aabbs.data.hostAddress is NULL"),
+    CASE("boxes_over_edge", RULES(RULE_aabb_host_address_is_readable),
+         .mutate = put_boxes_over_edge, .mutate_twin = put_boxes_at_edge,
+         .path = "pInfos[2].pGeometries[0].geometry.aabbs.data.hostAddress"),
+    /* The offsets lead over the edge. */
+    CASE("boxes_over_edge_by_offset", RULES(RULE_aabb_host_address_is_readable),
+         .prepare = put_boxes_at_edge, .edits = EDITS(SET(ranges[AABBS][0].primitiveOffset, 24)),
+         .twin_edits = EDITS(SET(ranges[AABBS][0].primitiveOffset, 24),
+                             SET(ranges[AABBS][0].primitiveCount, 2))),
+    CASE("instances_null", RULES(RULE_instance_host_address_is_readable),
+         .edits = EDITS(SET(INSTANCES(TLAS, 0).data, 0)),
+         .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress is NULL"),
+    CASE("instances_over_edge", RULES(RULE_instance_host_address_is_readable),
+         .mutate = put_instances_over_edge, .mutate_twin = put_instances_at_edge,
+         .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress"),
+    CASE("pointers_over_edge", RULES(RULE_instance_host_address_is_readable),
+         .edits = EDITS(CALL_WITH_SIZE(point_to_instances, 1)),
+         .twin_edits = EDITS(CALL_WITH_SIZE(point_to_instances, 0))),
+    CASE("nowhere_without_primitives",
+         RULES(RULE_vertex_host_address_is_readable, RULE_index_host_address_is_readable,
+               RULE_transform_host_address_is_null_or_readable, RULE_aabb_host_address_is_readable,
+               RULE_instance_host_address_is_readable),
+         .silent = true, .mutate = put_all_nowhere_without_primitives),
+
+    CASE("scratch_null", RULES(RULE_build_scratch_is_host_memory),
+         .edits = EDITS(SET(infos[AABBS].scratchData, 0)),
+         .path = "pInfos[2].scratchData.hostAddress 0x0"),
+    CASE("scratch_over_edge", RULES(RULE_build_scratch_is_host_memory),
+         .edits = EDITS(CALL_FOR(put_scratch_at_edge_of, AABBS, 1)),
+         .twin_edits = EDITS(CALL_FOR(put_scratch_at_edge_of, AABBS, 0)),
+         .path = "pInfos[2].scratchData.hostAddress"),
+    CASE("scratch_of_update_null", RULES(RULE_update_scratch_is_host_memory),
+         .edits = EDITS(SET(infos[REFIT].scratchData, 0)),
+         .path = "pInfos[5].scratchData.hostAddress 0x0"),
+    CASE("scratch_of_update_over_edge", RULES(RULE_update_scratch_is_host_memory),
+         .edits = EDITS(CALL_FOR(put_scratch_at_edge_of, REFIT, 1)),
+         .twin_edits = EDITS(CALL_FOR(put_scratch_at_edge_of, REFIT, 0)),
+         .path = "pInfos[5].scratchData.hostAddress"),
+    CASE("scratch_shared_in_own_memory", RULES(RULE_scratch_and_scratch_are_apart),
+         .commands = ON_HOST, .edits = EDITS(CALL_WITH(put_scratch_in_own_memory, 1)),
+         .twin_edits = EDITS(CALL_WITH(put_scratch_in_own_memory, 0)),
+         .path = "pInfos[0].scratchData shares host memory [0x"),
+    CASE("scratch_in_memory_unmapped", RULES(RULE_dst_and_scratch_are_apart), .silent = true,
+         .commands = ON_HOST, .mutate = unmap_shared_scratch, .needs_null_driver = true),
 };
 
 CASE_LIST(cases_host_memory, cases);

@@ -12,11 +12,6 @@ enum { STEP = sizeof(VkAccelerationStructureBuildRangeInfoKHR) };
 
 /* ---- arrays ---- */
 
-static void unreadable_addresses(struct scene *scene)
-{
-    scene->indirect_addresses_argument = unreadable_page();
-}
-
 static void put_addresses_at_edge(struct scene *scene)
 {
     const size_t size = scene->info_count * sizeof(scene->indirect_addresses[0]);
@@ -24,28 +19,11 @@ static void put_addresses_at_edge(struct scene *scene)
         memcpy(bytes_before_unreadable_page(size), scene->indirect_addresses, size);
 }
 
-static void put_addresses_one_short(struct scene *scene)
-{
-    put_addresses_at_edge(scene);
-    scene->indirect_addresses_argument++;
-}
-
-static void unreadable_strides(struct scene *scene)
-{
-    scene->indirect_strides_argument = unreadable_page();
-}
-
 static void put_strides_at_edge(struct scene *scene)
 {
     const size_t size = scene->info_count * sizeof(scene->indirect_strides[0]);
     scene->indirect_strides_argument =
         memcpy(bytes_before_unreadable_page(size), scene->indirect_strides, size);
-}
-
-static void put_strides_one_short(struct scene *scene)
-{
-    put_strides_at_edge(scene);
-    scene->indirect_strides_argument++;
 }
 
 /* ---- buffers ---- */
@@ -85,16 +63,6 @@ static void read_from(struct scene *scene, VkBufferUsageFlags usage)
     scene->ADDRESS(UNINDEXED) = buffer.address + 64;
 }
 
-static void read_from_scratch(struct scene *scene)
-{
-    read_from(scene, SCRATCH_USAGE);
-}
-
-static void read_from_scratch_for_indirect_use(struct scene *scene)
-{
-    read_from(scene, SCRATCH_USAGE | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
-}
-
 /* ---- sizes ---- */
 
 static void set_dst_size(struct scene *scene, uint32_t build, VkDeviceSize size)
@@ -125,88 +93,56 @@ static void fit_dst_of_update(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    {.name = "indirect_addresses_unreadable",
-     RULES(RULE_indirect_addresses_are_readable),
-     .mutate = unreadable_addresses,
-     .mutate_twin = put_addresses_at_edge,
-     .path = "pIndirectDeviceAddresses"},
-    {.name = "indirect_addresses_null",
-     RULES(RULE_indirect_addresses_are_readable),
-     .edits = EDITS(SET(indirect_addresses_argument, 0))},
-    {.name = "indirect_addresses_one_short",
-     RULES(RULE_indirect_addresses_are_readable),
-     .mutate = put_addresses_one_short,
-     .mutate_twin = put_addresses_at_edge},
-    {.name = "indirect_strides_unreadable",
-     RULES(RULE_indirect_strides_are_readable),
-     .mutate = unreadable_strides,
-     .mutate_twin = put_strides_at_edge,
-     .path = "pIndirectStrides"},
-    {.name = "indirect_strides_null",
-     RULES(RULE_indirect_strides_are_readable),
-     .edits = EDITS(SET(indirect_strides_argument, 0))},
-    {.name = "indirect_strides_one_short",
-     RULES(RULE_indirect_strides_are_readable),
-     .mutate = put_strides_one_short,
-     .mutate_twin = put_strides_at_edge},
+    CASE("indirect_addresses_unreadable", RULES(RULE_indirect_addresses_are_readable),
+         .edits = EDITS(UNREADABLE(indirect_addresses_argument)),
+         .mutate_twin = put_addresses_at_edge, .path = "pIndirectDeviceAddresses"),
+    CASE("indirect_addresses_null", RULES(RULE_indirect_addresses_are_readable),
+         .edits = EDITS(SET(indirect_addresses_argument, 0))),
+    CASE("indirect_addresses_one_short", RULES(RULE_indirect_addresses_are_readable),
+         .prepare = put_addresses_at_edge, .edits = EDITS(ADD(indirect_addresses_argument, 1))),
+    CASE("indirect_strides_unreadable", RULES(RULE_indirect_strides_are_readable),
+         .edits = EDITS(UNREADABLE(indirect_strides_argument)), .mutate_twin = put_strides_at_edge,
+         .path = "pIndirectStrides"),
+    CASE("indirect_strides_null", RULES(RULE_indirect_strides_are_readable),
+         .edits = EDITS(SET(indirect_strides_argument, 0))),
+    CASE("indirect_strides_one_short", RULES(RULE_indirect_strides_are_readable),
+         .prepare = put_strides_at_edge, .edits = EDITS(ADD(indirect_strides_argument, 1))),
 
-    {.name = "indirect_address_not_aligned",
-     RULES(RULE_indirect_address_is_aligned),
-     .edits = EDITS(ADD(ADDRESS(UNINDEXED), 2)),
-     .twin_edits = EDITS(ADD(ADDRESS(UNINDEXED), 4)),
-     .path = "pIndirectDeviceAddresses[1]"},
-    {.name = "indirect_stride_not_aligned",
-     RULES(RULE_indirect_stride_is_aligned),
-     .edits = EDITS(SET(STRIDE(TLAS), STEP + 2)),
-     .twin_edits = EDITS(SET(STRIDE(TLAS), STEP + 4)),
-     .path = "pIndirectStrides[3]"},
+    CASE("indirect_address_not_aligned", RULES(RULE_indirect_address_is_aligned),
+         .edits = EDITS(ADD(ADDRESS(UNINDEXED), 2)),
+         .twin_edits = EDITS(ADD(ADDRESS(UNINDEXED), 4)), .path = "pIndirectDeviceAddresses[1]"),
+    CASE("indirect_stride_not_aligned", RULES(RULE_indirect_stride_is_aligned),
+         .edits = EDITS(SET(STRIDE(TLAS), STEP + 2)),
+         .twin_edits = EDITS(SET(STRIDE(TLAS), STEP + 4)), .path = "pIndirectStrides[3]"),
 
-    {.name = "indirect_ranges_beyond_the_end",
-     RULES(RULE_indirect_ranges_are_in_one_buffer),
-     .mutate = read_beyond_the_end,
-     .mutate_twin = read_to_the_end,
-     .path = "pIndirectDeviceAddresses[1]"},
-    {.name = "indirect_stride_beyond_the_end",
-     RULES(RULE_indirect_ranges_are_in_one_buffer),
-     .edits = EDITS(SET(STRIDE(UNINDEXED), 0x80000000)),
-     .twin_edits = EDITS(SET(STRIDE(UNINDEXED), 0)),
-     .path = "pIndirectDeviceAddresses[1]"},
-    {.name = "indirect_address_null",
-     RULES(RULE_indirect_ranges_are_in_one_buffer),
-     .edits = EDITS(SET(ADDRESS(INDEXED), 0)),
-     .path = "pIndirectDeviceAddresses[0]"},
-    {.name = "indirect_address_nowhere",
-     RULES(RULE_indirect_ranges_are_in_one_buffer),
-     .edits = EDITS(SET(ADDRESS(INDEXED), 0x40)),
-     .path = "pIndirectDeviceAddresses[0]"},
-    {.name = "indirect_address_of_nothing",
-     RULES(RULE_indirect_ranges_are_in_one_buffer),
-     .silent = true,
-     .mutate = read_nothing_beyond_the_end},
-    {.name = "indirect_buffer_without_memory",
-     RULES(RULE_input_buffer_is_bound),
-     .mutate = forget_memory,
-     .mutate_twin = forget_memory,
-     .twin_edits = EDITS(SET(infos[UNINDEXED].geometryCount, 0)),
-     .commands = ON_INDIRECT,
-     .count = 1,
-     .path = "pIndirectDeviceAddresses[1]"},
-    {.name = "indirect_buffer_of_scratch",
-     RULES(RULE_indirect_buffer_has_indirect_usage),
-     .mutate = read_from_scratch,
-     .mutate_twin = read_from_scratch_for_indirect_use,
-     .path = "pIndirectDeviceAddresses[1]"},
+    CASE("indirect_ranges_beyond_the_end", RULES(RULE_indirect_ranges_are_in_one_buffer),
+         .mutate = read_beyond_the_end, .mutate_twin = read_to_the_end,
+         .path = "pIndirectDeviceAddresses[1]"),
+    CASE("indirect_stride_beyond_the_end", RULES(RULE_indirect_ranges_are_in_one_buffer),
+         .edits = EDITS(SET(STRIDE(UNINDEXED), 0x80000000)),
+         .twin_edits = EDITS(SET(STRIDE(UNINDEXED), 0)), .path = "pIndirectDeviceAddresses[1]"),
+    CASE("indirect_address_null", RULES(RULE_indirect_ranges_are_in_one_buffer),
+         .edits = EDITS(SET(ADDRESS(INDEXED), 0)), .path = "pIndirectDeviceAddresses[0]"),
+    CASE("indirect_address_nowhere", RULES(RULE_indirect_ranges_are_in_one_buffer),
+         .edits = EDITS(SET(ADDRESS(INDEXED), 0x40)), .path = "pIndirectDeviceAddresses[0]"),
+    CASE("indirect_address_of_nothing", RULES(RULE_indirect_ranges_are_in_one_buffer),
+         .silent = true, .mutate = read_nothing_beyond_the_end),
+    CASE("indirect_buffer_without_memory", RULES(RULE_input_buffer_is_bound),
+         .commands = ON_INDIRECT, .prepare = forget_memory,
+         .twin_edits = EDITS(SET(infos[UNINDEXED].geometryCount, 0)), .count = 1,
+         .path = "pIndirectDeviceAddresses[1]"),
+    CASE("indirect_buffer_of_scratch", RULES(RULE_indirect_buffer_has_indirect_usage),
+         .edits = EDITS(CALL_WITH(read_from, SCRATCH_USAGE)),
+         .twin_edits =
+             EDITS(CALL_WITH(read_from, SCRATCH_USAGE | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT)),
+         .path = "pIndirectDeviceAddresses[1]"),
 
-    {.name = "dst_too_small_for_maxima",
-     RULES(RULE_dst_is_large_enough_for_max_primitive_counts),
-     .mutate = shrink_dst,
-     .mutate_twin = fit_dst,
-     .path = "pInfos[2].dstAccelerationStructure"},
-    {.name = "dst_of_update_too_small_for_maxima",
-     RULES(RULE_dst_is_large_enough_for_max_primitive_counts),
-     .mutate = shrink_dst_of_update,
-     .mutate_twin = fit_dst_of_update,
-     .path = "pInfos[4].dstAccelerationStructure"},
+    CASE("dst_too_small_for_maxima", RULES(RULE_dst_is_large_enough_for_max_primitive_counts),
+         .mutate = shrink_dst, .mutate_twin = fit_dst,
+         .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("dst_of_update_too_small_for_maxima",
+         RULES(RULE_dst_is_large_enough_for_max_primitive_counts), .mutate = shrink_dst_of_update,
+         .mutate_twin = fit_dst_of_update, .path = "pInfos[4].dstAccelerationStructure"),
 };
 
 CASE_LIST(cases_indirect, cases);

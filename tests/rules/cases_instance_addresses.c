@@ -24,11 +24,6 @@ static void instance_of_no_address(struct scene *scene)
     refer(scene, 1, 0x123456780);
 }
 
-static void instance_of_no_address_behind_the_last(struct scene *scene)
-{
-    refer(scene, 3, 0x123456780);
-}
-
 static void instance_of_a_destroyed_blas(struct scene *scene)
 {
     const VkAccelerationStructureKHR blas = scene_accel_for(scene, INDEXED);
@@ -96,54 +91,23 @@ static void pointer_to_16_bytes(struct scene *scene)
 #define POINTS RULES(RULE_instances_behind_pointers_are_aligned)
 
 static const struct test_case cases[] = {
-    {.name = "instance_of_no_address",
-     REFERS,
-     .setup = &with_content,
-     .mutate = instance_of_no_address,
-     .mutate_twin = instance_of_no_address_behind_the_last,
-     .commands = ON_COMMAND_BUFFERS,
-     .is_wild = true,
-     .path = LEADS_TO "instance 1, whose accelerationStructureReference 0x123456780 is not"},
-    {.name = "instance_of_a_destroyed_blas",
-     REFERS,
-     .setup = &with_content,
-     .mutate = instance_of_a_destroyed_blas,
-     .mutate_twin = instance_of_a_blas,
-     .commands = ON_COMMAND_BUFFERS,
-     .is_wild = true,
-     .path = LEADS_TO "instance 2,"},
-    {.name = "instance_beside_a_blas",
-     REFERS,
-     .setup = &with_content,
-     .mutate = instance_beside_a_blas,
-     .mutate_twin = instance_of_a_blas,
-     .commands = ON_COMMAND_BUFFERS,
-     .is_wild = true,
-     .path = LEADS_TO "instance 2,"},
-    {.name = "instance_of_a_tlas",
-     REFERS,
-     .setup = &with_content,
-     .mutate = instance_of_a_tlas,
-     .mutate_twin = instance_of_a_blas,
-     .commands = ON_COMMAND_BUFFERS,
-     .is_wild = true,
-     .path = "which is not a bottom-level acceleration structure"},
+    SHARED(.commands = ON_COMMAND_BUFFERS, .setup = &with_content),
+    CASE("instance_of_no_address", REFERS, .mutate = instance_of_no_address,
+         .twin_edits = EDITS(CALL_FOR(refer, 3, 0x123456780)), .is_wild = true,
+         .path = LEADS_TO "instance 1, whose accelerationStructureReference 0x123456780 is not"),
+    CASE("instance_of_a_destroyed_blas", REFERS, .mutate = instance_of_a_destroyed_blas,
+         .mutate_twin = instance_of_a_blas, .is_wild = true, .path = LEADS_TO "instance 2,"),
+    CASE("instance_beside_a_blas", REFERS, .mutate = instance_beside_a_blas,
+         .mutate_twin = instance_of_a_blas, .is_wild = true, .path = LEADS_TO "instance 2,"),
+    CASE("instance_of_a_tlas", REFERS, .mutate = instance_of_a_tlas,
+         .mutate_twin = instance_of_a_blas, .is_wild = true,
+         .path = "which is not a bottom-level acceleration structure"),
 
-    {.name = "pointer_to_instance_misaligned",
-     POINTS,
-     .setup = &with_content,
-     .mutate = pointer_misaligned,
-     .mutate_twin = pointer_misaligned_behind_the_last,
-     .commands = ON_COMMAND_BUFFERS,
-     .is_wild = true,
-     .path = LEADS_TO "pointer 1, which is 0x8,"},
-    {.name = "pointer_to_instance_at_16_bytes",
-     POINTS,
-     .silent = true,
-     .setup = &with_content,
-     .mutate = pointer_to_16_bytes,
-     .has_pointers = true,
-     .commands = ON_COMMAND_BUFFERS},
+    CASE("pointer_to_instance_misaligned", POINTS, .mutate = pointer_misaligned,
+         .mutate_twin = pointer_misaligned_behind_the_last, .is_wild = true,
+         .path = LEADS_TO "pointer 1, which is 0x8,"),
+    CASE("pointer_to_instance_at_16_bytes", POINTS, .silent = true, .mutate = pointer_to_16_bytes,
+         .has_pointers = true),
 };
 
 CASE_LIST(cases_instance_addresses, cases);

@@ -97,16 +97,6 @@ static void bind_late(struct scene *scene, VkDeviceSize second_offset)
     scene_bind(scene, &buffers[1], &memory, second_offset);
 }
 
-static void bind_late_to_one_place(struct scene *scene)
-{
-    bind_late(scene, 0);
-}
-
-static void bind_late_to_two_places(struct scene *scene)
-{
-    bind_late(scene, PLACE_SIZE);
-}
-
 /* vkBindBufferMemory2 of two buffers at once. */
 static void bind_both(struct scene *scene, VkDeviceSize second_offset)
 {
@@ -125,16 +115,6 @@ static void bind_both(struct scene *scene, VkDeviceSize second_offset)
                    "vkBindBufferMemory2");
     place_dst(scene, INDEXED, &buffers[0], 0);
     place_dst(scene, AABBS, &buffers[1], 0);
-}
-
-static void bind_both_to_one_place(struct scene *scene)
-{
-    bind_both(scene, 0);
-}
-
-static void bind_both_to_two_places(struct scene *scene)
-{
-    bind_both(scene, PLACE_SIZE);
 }
 
 /* After a failure nobody knows which of the buffers are bound. */
@@ -199,41 +179,25 @@ static void use_different_instances(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    {.name = "dsts_in_aliasing_buffers",
-     RULES(RULE_dst_and_dst_are_apart),
-     .mutate = alias_buffers,
-     .mutate_twin = use_buffers_apart},
-    {.name = "dsts_in_aliasing_buffers_with_shift",
-     RULES(RULE_dst_and_dst_are_apart),
-     .mutate = alias_buffers_with_shift,
-     .mutate_twin = shift_buffers_apart},
-    {.name = "update_in_aliasing_buffers",
-     RULES(RULE_update_src_and_dst_do_not_alias),
-     .mutate = alias_update_by_buffers,
-     .mutate_twin = keep_update_apart_by_buffers},
-    {.name = "dst_and_scratch_in_aliasing_buffers",
-     RULES(RULE_dst_and_scratch_are_apart),
-     .mutate = alias_scratch_by_buffers,
-     .mutate_twin = alias_scratch_apart_by_buffers},
-    {.name = "dsts_made_before_binding",
-     RULES(RULE_dst_and_dst_are_apart),
-     .mutate = bind_late_to_one_place,
-     .mutate_twin = bind_late_to_two_places},
-    {.name = "dsts_bound_by_bind2",
-     RULES(RULE_dst_and_dst_are_apart),
-     .mutate = bind_both_to_one_place,
-     .mutate_twin = bind_both_to_two_places},
-    {.name = "dsts_perhaps_bound",
-     RULES(RULE_dst_and_dst_are_apart, RULE_dst_is_backed_by_memory),
-     .silent = true,
-     .mutate = fail_to_bind_both,
-     .needs_null_driver = true},
-    {.name = "dsts_in_one_instance_of_memory",
-     RULES(RULE_dst_and_dst_are_apart),
-     .setup = &with_group,
-     .mutate = use_own_instances,
-     .mutate_twin = use_different_instances,
-     .commands = ON_COMMAND_BUFFERS},
+    CASE("dsts_in_aliasing_buffers", RULES(RULE_dst_and_dst_are_apart), .mutate = alias_buffers,
+         .mutate_twin = use_buffers_apart),
+    CASE("dsts_in_aliasing_buffers_with_shift", RULES(RULE_dst_and_dst_are_apart),
+         .mutate = alias_buffers_with_shift, .mutate_twin = shift_buffers_apart),
+    CASE("update_in_aliasing_buffers", RULES(RULE_update_src_and_dst_do_not_alias),
+         .mutate = alias_update_by_buffers, .mutate_twin = keep_update_apart_by_buffers),
+    CASE("dst_and_scratch_in_aliasing_buffers", RULES(RULE_dst_and_scratch_are_apart),
+         .mutate = alias_scratch_by_buffers, .mutate_twin = alias_scratch_apart_by_buffers),
+    CASE("dsts_made_before_binding", RULES(RULE_dst_and_dst_are_apart),
+         .edits = EDITS(CALL_WITH_SIZE(bind_late, 0)),
+         .twin_edits = EDITS(CALL_WITH_SIZE(bind_late, PLACE_SIZE))),
+    CASE("dsts_bound_by_bind2", RULES(RULE_dst_and_dst_are_apart),
+         .edits = EDITS(CALL_WITH_SIZE(bind_both, 0)),
+         .twin_edits = EDITS(CALL_WITH_SIZE(bind_both, PLACE_SIZE))),
+    CASE("dsts_perhaps_bound", RULES(RULE_dst_and_dst_are_apart, RULE_dst_is_backed_by_memory),
+         .silent = true, .mutate = fail_to_bind_both, .needs_null_driver = true),
+    CASE("dsts_in_one_instance_of_memory", RULES(RULE_dst_and_dst_are_apart),
+         .commands = ON_COMMAND_BUFFERS, .setup = &with_group, .mutate = use_own_instances,
+         .mutate_twin = use_different_instances),
 };
 
 CASE_LIST(cases_memory, cases);

@@ -31,31 +31,14 @@ static void use_4_state_usages(struct scene *scene)
     }
 }
 
-static void give_build_ranges(struct scene *scene)
-{
-    scene_build_micromap(scene);
-    scene->range_pointers[AABBS] = scene->ranges[AABBS];
-}
-
 static void build_into(struct scene *scene, VkAccelerationStructureTypeKHR type)
 {
     scene_build_micromap(scene);
     scene->infos[AABBS].dstAccelerationStructure = scene_micromap_structure(scene, type);
 }
 
-static void build_into_blas(struct scene *scene)
-{
-    build_into(scene, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-}
-
-static void build_into_generic(struct scene *scene)
-{
-    build_into(scene, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
-}
-
 static void build_into_half_the_size(struct scene *scene)
 {
-    scene_build_micromap(scene);
     const VkDeviceSize size = scene_sizes(scene, AABBS).accelerationStructureSize / 2;
     const struct test_buffer buffer = scene_buffer(scene, size, ACCEL_USAGE);
     scene->infos[AABBS].dstAccelerationStructure = scene_accel_in(
@@ -71,29 +54,15 @@ static void give_scratch(struct scene *scene, VkDeviceSize size)
 
 static void give_scratch_of_half_the_size(struct scene *scene)
 {
-    scene_build_micromap(scene);
     give_scratch(scene, scene_sizes(scene, AABBS).buildScratchSize / 2);
 }
 
 static void give_scratch_of_just_the_size(struct scene *scene)
 {
-    scene_build_micromap(scene);
     give_scratch(scene, scene_sizes(scene, AABBS).buildScratchSize);
 }
 
 /* ---- geometries ---- */
-
-static void build_micromap_of_triangles(struct scene *scene)
-{
-    scene_build_micromap(scene);
-    scene->geometries[AABBS][0] = scene->geometries[INDEXED][0];
-}
-
-static void build_blas_of_a_micromap(struct scene *scene)
-{
-    build_into_generic(scene);
-    scene->infos[AABBS].type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
-}
 
 static void add_second_data(struct scene *scene)
 {
@@ -103,256 +72,132 @@ static void add_second_data(struct scene *scene)
     scene->micromaps.data.pNext = &second;
 }
 
-/* ---- structure types ---- */
-
-static void mistake_data(struct scene *scene)
-{
-    scene_build_micromap(scene);
-    scene->micromaps.data.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR;
-}
-
-static void mistake_opacity(struct scene *scene)
-{
-    scene_use_micromap(scene);
-    scene->micromaps.opacity.sType =
-        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR;
-}
-
-static void mistake_opacity_ext(struct scene *scene)
-{
-    scene_use_micromap_ext(scene);
-    scene->micromaps.opacity_ext.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT;
-}
-
-static void mistake_displacement(struct scene *scene)
-{
-    scene_use_displacement(scene);
-    scene->micromaps.displacement.sType =
-        VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV;
-}
-
 static const struct test_case cases[] = {
-    {.name = "micromap_update_and_data_update",
-     RULES(RULE_micromap_update_excludes_data_update),
-     .setup = &with_ext,
-     .edits = EDITS(
-         SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR) |
-                                       MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT))),
-     .twin_edits = EDITS(
-         SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR)),
-         SET(infos[UNINDEXED].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT))),
-     .path = "pInfos[0].flags"},
-    {.name = "data_update_without_feature",
-     RULES(RULE_micromap_data_update_flag_has_its_feature),
-     .setup = &without_ext_feature,
-     .twin_setup = &with_ext,
-     .edits = EDITS(
-         SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT))),
-     .twin_edits = EDITS(
-         SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT))),
-     .path = "pInfos[0].flags"},
-    {.name = "micromap_update_without_feature",
-     RULES(RULE_micromap_update_flag_has_its_feature),
-     .setup = &without_features,
-     .twin_setup = &with_both,
-     .edits =
-         EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR))),
-     .twin_edits =
-         EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR))),
-     .path = "pInfos[0].flags"},
-    {.name = "micromap_update_without_khr_feature",
-     RULES(RULE_micromap_update_flag_has_its_feature),
-     .setup = &without_khr_feature,
-     .twin_setup = &with_ext_feature_alone,
-     .edits = EDITS(SET(infos[AABBS].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR))),
-     .twin_edits =
-         EDITS(SET(infos[AABBS].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR)))},
-    {.name = "disable_micromaps_without_feature",
-     RULES(RULE_disable_micromaps_flag_has_its_feature),
-     .setup = &without_features,
-     .twin_setup = &with_khr,
-     .edits =
-         EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR))),
-     .twin_edits =
-         EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR))),
-     .path = "pInfos[0].flags"},
-    {.name = "micromap_build_without_feature",
-     RULES(RULE_micromap_build_feature_is_enabled),
-     .commands = ON_WITH_RANGES,
-     .refusal = &indirect_takes_no_micromap,
-     .may_fail_on_cpu = true,
-     .setup = &without_khr_feature,
-     .twin_setup = &with_khr,
-     .mutate = scene_build_micromap,
-     .mutate_twin = scene_build_micromap,
-     .path = "pInfos[2].type"},
-    {.name = "micromap_build_with_ext_feature_alone",
-     RULES(RULE_micromap_build_feature_is_enabled),
-     .commands = ON_WITH_RANGES,
-     .refusal = &indirect_takes_no_micromap,
-     .may_fail_on_cpu = true,
-     .setup = &with_ext_feature_alone,
-     .twin_setup = &with_both,
-     .mutate = scene_build_micromap,
-     .mutate_twin = scene_build_micromap},
-    {.name = "micromap_build_that_allows_update",
-     RULES(RULE_micromap_build_flags_are_allowed),
-     .commands = ON_WITH_RANGES,
-     .refusal = &indirect_takes_no_micromap,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = scene_build_micromap,
-     .edits = EDITS(SET(infos[AABBS].flags, MICROMAP_FLAG(ALLOW_UPDATE_BIT_KHR))),
-     .mutate_twin = use_4_state_usages,
-     .twin_edits = EDITS(SET(infos[AABBS].flags, MICROMAP_FLAG(ALLOW_COMPACTION_BIT_KHR) |
-                                                     MICROMAP_FLAG(PREFER_FAST_BUILD_BIT_KHR) |
-                                                     MICROMAP_FLAG(MICROMAP_LOSSY_BIT_KHR))),
-     .path = "pInfos[2].flags"},
-    {.name = "micromap_build_of_two_geometries",
-     RULES(RULE_micromap_build_has_one_geometry),
-     .commands = ON_WITH_RANGES,
-     .refusal = &indirect_takes_no_micromap,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = scene_build_micromap,
-     .edits = EDITS(SET(infos[AABBS].geometryCount, 2)),
-     .mutate_twin = scene_build_micromap,
-     .path = "pInfos[2].geometryCount"},
-    {.name = "micromap_build_of_no_geometry",
-     RULES(RULE_micromap_build_has_one_geometry),
-     .commands = ON_WITH_RANGES,
-     .refusal = &indirect_takes_no_micromap,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = scene_build_micromap,
-     .edits = EDITS(SET(infos[AABBS].geometryCount, 0)),
-     .mutate_twin = scene_build_micromap},
-    {.name = "lossy_blas",
-     RULES(RULE_lossy_build_is_a_micromap),
-     .setup = &with_khr,
-     .edits = EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAG(MICROMAP_LOSSY_BIT_KHR))),
-     .path = "pInfos[0].type"},
-    {.name = "lossy_micromap",
-     RULES(RULE_lossy_build_is_a_micromap),
-     .silent = true,
-     .commands = ON_DEVICE,
-     .setup = &with_khr,
-     .mutate = use_4_state_usages,
-     .edits = EDITS(SET(infos[AABBS].flags, MICROMAP_FLAG(MICROMAP_LOSSY_BIT_KHR)))},
-    {.name = "micromap_build_with_build_ranges",
-     RULES(RULE_micromap_build_has_no_build_ranges),
-     .setup = &with_khr,
-     .mutate = give_build_ranges,
-     .mutate_twin = scene_build_micromap,
-     .path = "pInfos[2]"},
-    {.name = "micromap_build_indirect",
-     RULES(RULE_micromap_build_is_not_indirect),
-     .setup = &with_khr,
-     .mutate = scene_build_micromap,
-     .path = "pInfos[2].type"},
-    {.name = "micromap_build_into_blas",
-     RULES(RULE_micromap_dst_is_micromap_or_generic),
-     .setup = &with_khr,
-     .mutate = build_into_blas,
-     .mutate_twin = build_into_generic,
-     .path = "pInfos[2].dstAccelerationStructure"},
-    {.name = "micromap_build_into_too_little",
-     RULES(RULE_dst_is_large_enough),
-     .commands = ON_DEVICE,
-     .setup = &with_khr,
-     .mutate = build_into_half_the_size,
-     .mutate_twin = scene_build_micromap,
-     .path = "pInfos[2].dstAccelerationStructure"},
-    {.name = "micromap_build_with_too_little_scratch",
-     RULES(RULE_build_scratch_is_in_one_buffer),
-     .commands = ON_DEVICE,
-     .setup = &with_khr,
-     .mutate = give_scratch_of_half_the_size,
-     .mutate_twin = give_scratch_of_just_the_size,
-     .path = "pInfos[2].scratchData"},
+    CASE("micromap_update_and_data_update", RULES(RULE_micromap_update_excludes_data_update),
+         .setup = &with_ext,
+         .edits = EDITS(SET(infos[INDEXED].flags,
+                            MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR) |
+                                MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT))),
+         .twin_edits =
+             EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR)),
+                   SET(infos[UNINDEXED].flags,
+                       MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT))),
+         .path = "pInfos[0].flags"),
+    CASE("data_update_without_feature", RULES(RULE_micromap_data_update_flag_has_its_feature),
+         .setup = &without_ext_feature, .twin_setup = &with_ext,
+         .prepare_edits = EDITS(
+             SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT))),
+         .path = "pInfos[0].flags"),
+    CASE("micromap_update_without_feature", RULES(RULE_micromap_update_flag_has_its_feature),
+         .setup = &without_features, .twin_setup = &with_both,
+         .prepare_edits =
+             EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR))),
+         .path = "pInfos[0].flags"),
+    CASE("micromap_update_without_khr_feature", RULES(RULE_micromap_update_flag_has_its_feature),
+         .setup = &without_khr_feature, .twin_setup = &with_ext_feature_alone,
+         .prepare_edits =
+             EDITS(SET(infos[AABBS].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR)))),
+    CASE("disable_micromaps_without_feature", RULES(RULE_disable_micromaps_flag_has_its_feature),
+         .setup = &without_features, .twin_setup = &with_khr,
+         .prepare_edits = EDITS(
+             SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR))),
+         .path = "pInfos[0].flags"),
 
-    {.name = "micromap_build_of_triangles",
-     RULES(RULE_micromap_build_geometry_is_a_micromap),
-     .commands = ON_WITH_RANGES,
-     .refusal = &indirect_takes_no_micromap,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = build_micromap_of_triangles,
-     .mutate_twin = scene_build_micromap,
-     .path = "pInfos[2].pGeometries[0].geometryType"},
-    {.name = "blas_of_a_micromap",
-     RULES(RULE_other_build_geometry_is_not_a_micromap),
-     .commands = ON_WITH_RANGES,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = build_blas_of_a_micromap,
-     .mutate_twin = build_into_generic,
-     .path = "pInfos[2].pGeometries[0].geometryType"},
-    {.name = "blas_of_a_micromap_indirect",
-     RULES(RULE_other_build_geometry_is_not_a_micromap),
-     .commands = ON_INDIRECT,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = build_blas_of_a_micromap,
-     .path = "pInfos[2].pGeometries[0].geometryType"},
-    {.name = "micromap_geometry_without_data",
-     RULES(RULE_micromap_geometry_has_micromap_data),
-     .commands = ON_WITH_RANGES,
-     .refusal = &indirect_takes_no_micromap,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = scene_build_micromap,
-     .edits = EDITS(SET(geometries[AABBS][0].pNext, 0)),
-     .mutate_twin = scene_build_micromap,
-     .path = "pInfos[2].pGeometries[0].pNext"},
-    {.name = "micromap_geometry_with_data_twice",
-     RULES(RULE_micromap_geometry_has_micromap_data, RULE_geometry_chain_has_no_duplicates),
-     .commands = ON_WITH_RANGES,
-     .refusal = &indirect_takes_no_micromap,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = add_second_data,
-     .mutate_twin = scene_build_micromap},
-    {.name = "micromap_geometry_with_flags",
-     RULES(RULE_micromap_geometry_has_no_flags),
-     .commands = ON_WITH_RANGES,
-     .refusal = &indirect_takes_no_micromap,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = scene_build_micromap,
-     .edits = EDITS(SET(geometries[AABBS][0].flags, VK_GEOMETRY_OPAQUE_BIT_KHR)),
-     .mutate_twin = scene_build_micromap,
-     .path = "pInfos[2].pGeometries[0].flags"},
+    SHARED(.commands = ON_WITH_RANGES, .refusal = &indirect_takes_no_micromap, .setup = &with_khr,
+           .may_fail_on_cpu = true),
+    CASE("micromap_build_without_feature", RULES(RULE_micromap_build_feature_is_enabled),
+         .setup = &without_khr_feature, .twin_setup = &with_khr, .prepare = scene_build_micromap,
+         .path = "pInfos[2].type"),
+    CASE("micromap_build_with_ext_feature_alone", RULES(RULE_micromap_build_feature_is_enabled),
+         .setup = &with_ext_feature_alone, .twin_setup = &with_both,
+         .prepare = scene_build_micromap),
+    CASE("micromap_build_that_allows_update", RULES(RULE_micromap_build_flags_are_allowed),
+         .mutate = scene_build_micromap,
+         .edits = EDITS(SET(infos[AABBS].flags, MICROMAP_FLAG(ALLOW_UPDATE_BIT_KHR))),
+         .mutate_twin = use_4_state_usages,
+         .twin_edits = EDITS(SET(infos[AABBS].flags, MICROMAP_FLAG(ALLOW_COMPACTION_BIT_KHR) |
+                                                         MICROMAP_FLAG(PREFER_FAST_BUILD_BIT_KHR) |
+                                                         MICROMAP_FLAG(MICROMAP_LOSSY_BIT_KHR))),
+         .path = "pInfos[2].flags"),
+    CASE("micromap_build_of_two_geometries", RULES(RULE_micromap_build_has_one_geometry),
+         .prepare = scene_build_micromap, .edits = EDITS(SET(infos[AABBS].geometryCount, 2)),
+         .path = "pInfos[2].geometryCount"),
+    CASE("micromap_build_of_no_geometry", RULES(RULE_micromap_build_has_one_geometry),
+         .prepare = scene_build_micromap, .edits = EDITS(SET(infos[AABBS].geometryCount, 0))),
 
-    {.name = "micromap_data_stype",
-     RULES(RULE_micromap_data_has_its_stype, RULE_geometry_chain_is_known,
-           RULE_micromap_geometry_has_micromap_data),
-     .commands = ON_WITH_RANGES,
-     .refusal = &indirect_takes_no_micromap,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = mistake_data,
-     .mutate_twin = scene_build_micromap,
-     .path = "pInfos[2].pGeometries[0].pNext"},
-    {.name = "opacity_stype",
-     RULES(RULE_opacity_has_its_stype, RULE_triangles_chain_is_known),
-     .setup = &with_khr,
-     .mutate = mistake_opacity,
-     .may_fail_on_cpu = true,
-     .mutate_twin = scene_use_micromap,
-     .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"},
-    {.name = "ext_opacity_stype",
-     RULES(RULE_ext_opacity_has_its_stype, RULE_triangles_chain_is_known),
-     .setup = &with_ext,
-     .mutate = mistake_opacity_ext,
-     .mutate_twin = scene_use_micromap_ext,
-     .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"},
-    {.name = "displacement_stype",
-     RULES(RULE_displacement_has_its_stype, RULE_triangles_chain_is_known),
-     .setup = &with_displacement,
-     .mutate = mistake_displacement,
-     .mutate_twin = scene_use_displacement,
-     .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"},
+    SHARED(.setup = &with_khr),
+    CASE("lossy_blas", RULES(RULE_lossy_build_is_a_micromap),
+         .edits = EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAG(MICROMAP_LOSSY_BIT_KHR))),
+         .path = "pInfos[0].type"),
+    CASE("lossy_micromap", RULES(RULE_lossy_build_is_a_micromap), .silent = true,
+         .commands = ON_DEVICE, .mutate = use_4_state_usages,
+         .edits = EDITS(SET(infos[AABBS].flags, MICROMAP_FLAG(MICROMAP_LOSSY_BIT_KHR)))),
+    CASE("micromap_build_with_build_ranges", RULES(RULE_micromap_build_has_no_build_ranges),
+         .prepare = scene_build_micromap,
+         .edits = EDITS(POINT(range_pointers[AABBS], ranges[AABBS])), .path = "pInfos[2]"),
+    CASE("micromap_build_indirect", RULES(RULE_micromap_build_is_not_indirect),
+         .mutate = scene_build_micromap, .path = "pInfos[2].type"),
+    CASE("micromap_build_into_blas", RULES(RULE_micromap_dst_is_micromap_or_generic),
+         .edits = EDITS(CALL_WITH(build_into, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)),
+         .twin_edits = EDITS(CALL_WITH(build_into, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR)),
+         .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("micromap_build_into_too_little", RULES(RULE_dst_is_large_enough), .commands = ON_DEVICE,
+         .prepare = scene_build_micromap, .mutate = build_into_half_the_size,
+         .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("micromap_build_with_too_little_scratch", RULES(RULE_build_scratch_is_in_one_buffer),
+         .commands = ON_DEVICE, .prepare = scene_build_micromap,
+         .mutate = give_scratch_of_half_the_size, .mutate_twin = give_scratch_of_just_the_size,
+         .path = "pInfos[2].scratchData"),
+
+    SHARED(.commands = ON_WITH_RANGES, .setup = &with_khr, .may_fail_on_cpu = true,
+           .path = "pInfos[2].pGeometries[0].geometryType"),
+    CASE("micromap_build_of_triangles", RULES(RULE_micromap_build_geometry_is_a_micromap),
+         .refusal = &indirect_takes_no_micromap, .prepare = scene_build_micromap,
+         .edits = EDITS(COPY(geometries[AABBS][0], geometries[INDEXED][0]))),
+    CASE("blas_of_a_micromap", RULES(RULE_other_build_geometry_is_not_a_micromap),
+         .prepare_edits = EDITS(CALL_WITH(build_into, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR)),
+         .edits = EDITS(SET(infos[AABBS].type, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR))),
+    CASE("blas_of_a_micromap_indirect", RULES(RULE_other_build_geometry_is_not_a_micromap),
+         .commands = ON_INDIRECT,
+         .edits = EDITS(CALL_WITH(build_into, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR),
+                        SET(infos[AABBS].type, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR))),
+
+    SHARED(.commands = ON_WITH_RANGES, .refusal = &indirect_takes_no_micromap, .setup = &with_khr,
+           .may_fail_on_cpu = true),
+    CASE("micromap_geometry_without_data", RULES(RULE_micromap_geometry_has_micromap_data),
+         .prepare = scene_build_micromap, .edits = EDITS(SET(geometries[AABBS][0].pNext, 0)),
+         .path = "pInfos[2].pGeometries[0].pNext"),
+    CASE("micromap_geometry_with_data_twice",
+         RULES(RULE_micromap_geometry_has_micromap_data, RULE_geometry_chain_has_no_duplicates),
+         .mutate = add_second_data, .mutate_twin = scene_build_micromap),
+    CASE("micromap_geometry_with_flags", RULES(RULE_micromap_geometry_has_no_flags),
+         .prepare = scene_build_micromap,
+         .edits = EDITS(SET(geometries[AABBS][0].flags, VK_GEOMETRY_OPAQUE_BIT_KHR)),
+         .path = "pInfos[2].pGeometries[0].flags"),
+
+    CASE("micromap_data_stype",
+         RULES(RULE_micromap_data_has_its_stype, RULE_geometry_chain_is_known,
+               RULE_micromap_geometry_has_micromap_data),
+         .prepare = scene_build_micromap,
+         .edits = EDITS(SET(micromaps.data.sType,
+                            VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR)),
+         .path = "pInfos[2].pGeometries[0].pNext"),
+
+    SHARED(.path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"),
+    CASE("opacity_stype", RULES(RULE_opacity_has_its_stype, RULE_triangles_chain_is_known),
+         .setup = &with_khr, .prepare = scene_use_micromap,
+         .edits = EDITS(SET(micromaps.opacity.sType,
+                            VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR)),
+         .may_fail_on_cpu = true),
+    CASE("ext_opacity_stype", RULES(RULE_ext_opacity_has_its_stype, RULE_triangles_chain_is_known),
+         .setup = &with_ext, .prepare = scene_use_micromap_ext,
+         .edits =
+             EDITS(SET(micromaps.opacity_ext.sType, VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT))),
+    CASE("displacement_stype",
+         RULES(RULE_displacement_has_its_stype, RULE_triangles_chain_is_known),
+         .setup = &with_displacement, .prepare = scene_use_displacement,
+         .edits = EDITS(SET(micromaps.displacement.sType,
+                            VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV))),
 };
 
 CASE_LIST(cases_micromap, cases);

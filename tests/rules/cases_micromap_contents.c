@@ -206,18 +206,19 @@ INDEX(byte_index_special, 1, uint8_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_OP
     "<VkAccelerationStructureTrianglesOpacityMicromapKHR>.indexBuffer has index "
 
 /* Of a rule, what precedes the mutation, that, and the twin. */
-#define CASE(...) CASE_WITH(with_content, __VA_ARGS__)
-#define CASE_WITH(setup_, name_, rule_, prepare_, mutate_, mutate_twin_, path_)                    \
+#define DATA_CASE(...) DATA_CASE_WITH(with_content, __VA_ARGS__)
+#define DATA_CASE_WITH(setup_, name_, rule_, prepare_, mutate_, mutate_twin_, path_)               \
     {                                                                                              \
         .name = (name_), RULES(RULE_##rule_), .setup = &(setup_), .prepare = (prepare_),           \
-        .mutate = (mutate_), .mutate_twin = (mutate_twin_), .commands = ON_DEVICE, .path = (path_) \
+        .is_for_contents = (prepare_) != NULL, .mutate = (mutate_), .mutate_twin = (mutate_twin_), \
+        .commands = ON_DEVICE, .path = (path_)                                                     \
     }
 /* The same of a rule that the indirect command has, too: of it, and of a build that it refuses. */
 #define STRUCTURE_CASE(setup_, name_, rule_, prepare_, mutate_, mutate_twin_, path_)               \
     {                                                                                              \
         .name = (name_), RULES(RULE_##rule_), .setup = &(setup_), .prepare = (prepare_),           \
-        .mutate = (mutate_), .mutate_twin = (mutate_twin_), .commands = ON_DEVICE,                 \
-        .refusal = &indirect_takes_no_micromap, .path = (path_)                                    \
+        .is_for_contents = (prepare_) != NULL, .mutate = (mutate_), .mutate_twin = (mutate_twin_), \
+        .commands = ON_DEVICE, .refusal = &indirect_takes_no_micromap, .path = (path_)             \
     }
 #define HOST_CASE(name_, rule_, mutate_, mutate_twin_, path_)                                      \
     {                                                                                              \
@@ -228,41 +229,44 @@ INDEX(byte_index_special, 1, uint8_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_OP
 #define SILENT_CASE(name_, rule_, prepare_, mutate_)                                               \
     {                                                                                              \
         .name = (name_), RULES(RULE_##rule_), .silent = true, .setup = &with_content,              \
-        .prepare = (prepare_), .mutate = (mutate_), .commands = ON_DEVICE                          \
+        .prepare = (prepare_), .is_for_contents = (prepare_) != NULL, .mutate = (mutate_),         \
+        .commands = ON_DEVICE                                                                      \
     }
 
 static const struct test_case cases[] = {
-    CASE("micromap_byte_past_the_end", micromap_triangle_data_is_in_its_buffer, build_micromap,
-         byte_at_the_end, last_byte,
-         LEADS_TO(2) "whose 1 bytes at dataOffset 65536 end beyond the 65536 bytes"),
-    CASE("micromap_data_past_the_end", micromap_triangle_data_is_in_its_buffer, build_micromap,
-         data_2_past_the_end, data_2_up_to_the_end, LEADS_TO(3) "whose 8 bytes"),
-    CASE("micromap_data_of_4_states_past_the_end", micromap_triangle_data_is_in_its_buffer,
-         build_micromap, data_4_past_the_end, data_4_up_to_the_end, LEADS_TO(0) "whose 16 bytes"),
-    CASE("micromap_data_far_beyond", micromap_triangle_data_is_in_its_buffer, build_micromap,
-         data_far_beyond, triangle_behind_the_last, LEADS_TO(1)),
-    CASE("micromap_data_past_the_end_at_a_stride", micromap_triangle_data_is_in_its_buffer,
-         build_micromap_of_wide_stride, triangle_at_the_stride, triangle_between_the_strides,
-         LEADS_TO(1)),
-    CASE("micromap_format_of_nobody", micromap_triangle_format_is_valid, build_micromap,
-         format_of_nobody, level_4_at_the_limit, LEADS_TO(1) "whose format 3 is not"),
-    CASE("micromap_format_zero", micromap_triangle_format_is_valid, build_micromap, format_zero,
-         triangle_behind_the_last, LEADS_TO(0)),
-    CASE("micromap_format_zero_of_large_level", micromap_triangle_format_is_valid, build_micromap,
-         format_zero_of_large_level, NULL, LEADS_TO(0)),
-    CASE_WITH(with_limits, "micromap_level_of_2_states", triangle_2_state_level_is_within_limit,
-              build_micromap, level_2_beyond, level_2_at_the_limit,
-              LEADS_TO(1) "which has subdivisionLevel 7 at format 1, beyond "
-                          "maxOpacity2StateSubdivisionLevel (6)"),
+    DATA_CASE("micromap_byte_past_the_end", micromap_triangle_data_is_in_its_buffer, build_micromap,
+              byte_at_the_end, last_byte,
+              LEADS_TO(2) "whose 1 bytes at dataOffset 65536 end beyond the 65536 bytes"),
+    DATA_CASE("micromap_data_past_the_end", micromap_triangle_data_is_in_its_buffer, build_micromap,
+              data_2_past_the_end, data_2_up_to_the_end, LEADS_TO(3) "whose 8 bytes"),
+    DATA_CASE("micromap_data_of_4_states_past_the_end", micromap_triangle_data_is_in_its_buffer,
+              build_micromap, data_4_past_the_end, data_4_up_to_the_end,
+              LEADS_TO(0) "whose 16 bytes"),
+    DATA_CASE("micromap_data_far_beyond", micromap_triangle_data_is_in_its_buffer, build_micromap,
+              data_far_beyond, triangle_behind_the_last, LEADS_TO(1)),
+    DATA_CASE("micromap_data_past_the_end_at_a_stride", micromap_triangle_data_is_in_its_buffer,
+              build_micromap_of_wide_stride, triangle_at_the_stride, triangle_between_the_strides,
+              LEADS_TO(1)),
+    DATA_CASE("micromap_format_of_nobody", micromap_triangle_format_is_valid, build_micromap,
+              format_of_nobody, level_4_at_the_limit, LEADS_TO(1) "whose format 3 is not"),
+    DATA_CASE("micromap_format_zero", micromap_triangle_format_is_valid, build_micromap,
+              format_zero, triangle_behind_the_last, LEADS_TO(0)),
+    DATA_CASE("micromap_format_zero_of_large_level", micromap_triangle_format_is_valid,
+              build_micromap, format_zero_of_large_level, NULL, LEADS_TO(0)),
+    DATA_CASE_WITH(with_limits, "micromap_level_of_2_states",
+                   triangle_2_state_level_is_within_limit, build_micromap, level_2_beyond,
+                   level_2_at_the_limit,
+                   LEADS_TO(1) "which has subdivisionLevel 7 at format 1, beyond "
+                               "maxOpacity2StateSubdivisionLevel (6)"),
     STRUCTURE_CASE(with_limits, "micromap_level_of_4_states",
                    triangle_4_state_level_is_within_limit, build_micromap, level_4_beyond,
                    level_4_at_the_limit, LEADS_TO(3) "which has subdivisionLevel 6 at format 2"),
     STRUCTURE_CASE(with_limits, "lossy_micromap_level", lossy_triangle_level_is_within_limit,
                    build_lossy_micromap, level_4_at_the_limit, level_lossy_at_the_limit,
                    LEADS_TO(3) "which has subdivisionLevel 5"),
-    CASE("micromap_level_of_2_states_beyond_any", triangle_2_state_level_is_within_limit,
-         build_micromap, level_2_beyond_any, level_2_at_the_limit,
-         LEADS_TO(1) "which has subdivisionLevel 16 at format 1"),
+    DATA_CASE("micromap_level_of_2_states_beyond_any", triangle_2_state_level_is_within_limit,
+              build_micromap, level_2_beyond_any, level_2_at_the_limit,
+              LEADS_TO(1) "which has subdivisionLevel 16 at format 1"),
     STRUCTURE_CASE(with_content, "micromap_level_of_4_states_beyond_any",
                    triangle_4_state_level_is_within_limit, build_micromap, level_4_beyond_any,
                    level_4_at_the_limit, LEADS_TO(3) "which has subdivisionLevel 16 at format 2"),
@@ -283,57 +287,48 @@ static const struct test_case cases[] = {
               format_2_state_in_build_lossy_micromap,
               level_lossy_at_the_limit_in_build_lossy_micromap,
               LEADS_TO(2) "whose format 1 is not"),
-    {.name = "host_micromap_not_mapped",
-     RULES(RULE_triangle_4_state_level_is_within_limit),
-     .silent = true,
-     .setup = &with_content,
-     .mutate = unmap_what_is_wrong,
-     .commands = ON_HOST,
-     .is_for_the_call = true,
-     .may_fail_on_cpu = true},
+    CASE("host_micromap_not_mapped", RULES(RULE_triangle_4_state_level_is_within_limit),
+         .silent = true, .commands = ON_HOST, .setup = &with_content, .mutate = unmap_what_is_wrong,
+         .is_for_the_call = true, .may_fail_on_cpu = true),
     SILENT_CASE("lossless_micromap_of_2_states", lossy_triangle_is_4_state, build_micromap,
                 format_2_state),
 
     /* The device's command is judged before: it says how many triangles it has. */
-    {.name = "opacity_without_indices_past_the_end",
-     RULES(RULE_opacity_triangles_are_within_micromap),
-     .setup = &with_content,
-     .prepare = use_micromap_without_indices,
-     .edits = EDITS(SET(micromaps.opacity.baseTriangle, 4)),
-     .twin_edits = EDITS(SET(micromaps.opacity.baseTriangle, 3)),
-     .commands = ON_INDIRECT,
-     .path = "baseTriangle 4 makes 2 triangles use those of the micromap up to 5"},
-    {.name = "opacity_without_indices_of_no_triangle",
-     RULES(RULE_opacity_triangles_are_within_micromap),
-     .silent = true,
-     .setup = &with_content,
-     .prepare = use_micromap_without_indices,
-     .edits =
-         EDITS(SET(micromaps.opacity.baseTriangle, 4), SET(ranges[INDEXED][0].primitiveCount, 0)),
-     .commands = ON_INDIRECT},
+    CASE("opacity_without_indices_past_the_end", RULES(RULE_opacity_triangles_are_within_micromap),
+         .commands = ON_INDIRECT, .setup = &with_content, .prepare = use_micromap_without_indices,
+         .edits = EDITS(SET(micromaps.opacity.baseTriangle, 4)),
+         .twin_edits = EDITS(SET(micromaps.opacity.baseTriangle, 3)), .is_for_contents = true,
+         .path = "baseTriangle 4 makes 2 triangles use those of the micromap up to 5"),
+    CASE("opacity_without_indices_of_no_triangle",
+         RULES(RULE_opacity_triangles_are_within_micromap), .silent = true, .commands = ON_INDIRECT,
+         .setup = &with_content, .prepare = use_micromap_without_indices,
+         .edits = EDITS(SET(micromaps.opacity.baseTriangle, 4),
+                        SET(ranges[INDEXED][0].primitiveCount, 0)),
+         .is_for_contents = true),
 
-    CASE("opacity_index_past_the_end", opacity_index_is_within_micromap, use_micromap,
-         index_past_the_end, index_at_the_end, HAS_INDEX "5 for primitive 1"),
-    CASE("opacity_index_largest", opacity_index_is_within_micromap, use_micromap, index_largest,
-         index_transparent, HAS_INDEX "2147483647 for primitive 0"),
-    CASE("opacity_index_past_the_end_by_base", opacity_index_is_within_micromap,
-         use_micromap_from_the_third_on, index_3, index_2,
-         HAS_INDEX "3 for primitive 1, which with baseTriangle 2 is beyond the 4"),
-    CASE("opacity_short_index_past_the_end", opacity_index_is_within_micromap,
-         use_micromap_by_short_indices, short_index_past_the_end, short_index_special,
-         HAS_INDEX "5 for primitive 1"),
-    CASE("opacity_index_past_the_end_of_clone", opacity_index_is_within_micromap,
-         use_clone_of_micromap, index_past_the_end, index_at_the_end, HAS_INDEX "5"),
+    DATA_CASE("opacity_index_past_the_end", opacity_index_is_within_micromap, use_micromap,
+              index_past_the_end, index_at_the_end, HAS_INDEX "5 for primitive 1"),
+    DATA_CASE("opacity_index_largest", opacity_index_is_within_micromap, use_micromap,
+              index_largest, index_transparent, HAS_INDEX "2147483647 for primitive 0"),
+    DATA_CASE("opacity_index_past_the_end_by_base", opacity_index_is_within_micromap,
+              use_micromap_from_the_third_on, index_3, index_2,
+              HAS_INDEX "3 for primitive 1, which with baseTriangle 2 is beyond the 4"),
+    DATA_CASE("opacity_short_index_past_the_end", opacity_index_is_within_micromap,
+              use_micromap_by_short_indices, short_index_past_the_end, short_index_special,
+              HAS_INDEX "5 for primitive 1"),
+    DATA_CASE("opacity_index_past_the_end_of_clone", opacity_index_is_within_micromap,
+              use_clone_of_micromap, index_past_the_end, index_at_the_end, HAS_INDEX "5"),
     SILENT_CASE("opacity_index_of_no_triangle", opacity_index_is_within_micromap, use_micromap,
                 index_beyond_of_no_triangle),
     SILENT_CASE("opacity_index_into_deserialized_micromap", opacity_index_is_within_micromap,
                 use_deserialized_micromap, index_past_the_end),
-    CASE("opacity_index_without_micromap", opacity_index_without_micromap_is_special,
-         use_no_micromap, index_zero, index_special, HAS_INDEX "0 for primitive 1"),
-    CASE("opacity_index_negative_without_micromap", opacity_index_without_micromap_is_special,
-         use_no_micromap, index_negative, index_special, HAS_INDEX "4294967290"),
-    CASE("opacity_byte_index_without_micromap", opacity_index_without_micromap_is_special,
-         use_no_micromap_by_bytes, byte_index_1, byte_index_special, HAS_INDEX "1 for primitive 1"),
+    DATA_CASE("opacity_index_without_micromap", opacity_index_without_micromap_is_special,
+              use_no_micromap, index_zero, index_special, HAS_INDEX "0 for primitive 1"),
+    DATA_CASE("opacity_index_negative_without_micromap", opacity_index_without_micromap_is_special,
+              use_no_micromap, index_negative, index_special, HAS_INDEX "4294967290"),
+    DATA_CASE("opacity_byte_index_without_micromap", opacity_index_without_micromap_is_special,
+              use_no_micromap_by_bytes, byte_index_1, byte_index_special,
+              HAS_INDEX "1 for primitive 1"),
     SILENT_CASE("opacity_index_beyond_of_no_triangle_and_micromap",
                 opacity_index_without_micromap_is_special, use_no_micromap,
                 index_beyond_of_no_triangle),

@@ -94,16 +94,6 @@ static void submit_before(struct scene *scene, VkAccelerationStructureTypeKHR ty
     scene->command_buffer = command_buffer;
 }
 
-static void use_built_before(struct scene *scene)
-{
-    submit_before(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
-}
-
-static void use_blas_built_before(struct scene *scene)
-{
-    submit_before(scene, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-}
-
 /* ---- VK_EXT_opacity_micromap ---- */
 
 static VkMicromapBuildInfoEXT build_info(const struct scene *scene)
@@ -160,36 +150,14 @@ static void destroy_ext_and_submit(struct scene *scene)
 
 /* ---- in one call ---- */
 
-static void build_micromap_in_use(struct scene *scene)
-{
-    scene_use_micromap(scene);
-    scene_build_micromap(scene);
-    scene->infos[AABBS].dstAccelerationStructure = scene->micromaps.opacity.micromap;
-}
-
-static void build_another_micromap(struct scene *scene)
-{
-    scene_use_micromap(scene);
-    scene_build_micromap(scene);
-}
-
-static void place_micromap(struct scene *scene, VkDeviceSize offset)
+static void place_micromap(struct scene *scene, enum place place)
 {
     const struct test_buffer buffer = place_buffer(scene);
+    const VkDeviceSize offset = place_offset(place_size(scene, UNINDEXED), place);
     scene_use_micromap(scene);
     place_dst(scene, UNINDEXED, &buffer, 0);
     scene->micromaps.opacity.micromap = scene_accel_in(
         scene, &buffer, offset, 4096, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
-}
-
-static void place_micromap_within_dst(struct scene *scene)
-{
-    place_micromap(scene, place_within(place_size(scene, UNINDEXED)));
-}
-
-static void place_micromap_behind_dst(struct scene *scene)
-{
-    place_micromap(scene, place_behind(place_size(scene, UNINDEXED)));
 }
 
 /* A micromap may lie where the build that uses it goes. */
@@ -202,139 +170,70 @@ static void place_micromap_in_own_dst(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    {.name = "micromap_never_built",
-     RULES(RULE_opacity_micromap_was_constructed_before),
-     .setup = &with_khr,
-     .forwards = true,
-     .mutate = scene_use_micromap,
-     .then = submit,
-     .mutate_twin = use_built,
-     .twin_then = submit,
-     .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"},
-    {.name = "micromap_copied",
-     RULES(RULE_opacity_micromap_was_constructed_before),
-     .silent = true,
-     .setup = &with_khr,
-     .mutate = use_copy,
-     .then = submit},
-    {.name = "micromap_deserialized",
-     RULES(RULE_opacity_micromap_was_constructed_before),
-     .silent = true,
-     .setup = &with_khr,
-     .mutate = use_deserialized,
-     .then = submit},
-    {.name = "micromap_built_as_blas",
-     RULES(RULE_opacity_micromap_was_built_as_micromap),
-     .setup = &with_khr,
-     .mutate = use_blas_as_micromap,
-     .mutate_twin = use_built,
-     .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"},
-    {.name = "micromap_built_as_blas_in_another_command_buffer",
-     RULES(RULE_opacity_micromap_was_built_as_micromap),
-     .setup = &with_khr,
-     .forwards = true,
-     .mutate = use_blas_built_before,
-     .then = submit,
-     .mutate_twin = use_built_before,
-     .twin_then = submit,
-     .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"},
-    {.name = "micromap_with_too_few_triangles",
-     RULES(RULE_opacity_triangles_are_within_micromap),
-     .commands = ON_DEVICE,
-     .setup = &with_khr,
-     .mutate = use_built_without_indices,
-     .edits = EDITS(SET(micromaps.opacity.baseTriangle, 4)),
-     .mutate_twin = use_built_without_indices,
-     .twin_edits = EDITS(SET(micromaps.opacity.baseTriangle, 3)),
-     .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.baseTriangle"},
-    {.name = "micromap_beyond_32_bits_of_triangles",
-     RULES(RULE_opacity_triangles_are_within_micromap),
-     .commands = ON_DEVICE,
-     .setup = &with_khr,
-     .mutate = use_built_without_indices,
-     .edits = EDITS(SET(micromaps.opacity.baseTriangle, UINT32_MAX)),
-     .mutate_twin = use_built_without_indices,
-     .twin_edits = EDITS(SET(micromaps.opacity.baseTriangle, UINT32_MAX),
-                         SET(ranges[INDEXED][0].primitiveCount, 0))},
-    {.name = "micromap_with_indices_has_them_elsewhere",
-     RULES(RULE_opacity_triangles_are_within_micromap),
-     .silent = true,
-     .commands = ON_COMMAND_BUFFERS,
-     .setup = &with_khr,
-     .mutate = use_built,
-     .edits = EDITS(SET(micromaps.opacity.baseTriangle, 100))},
-    {.name = "micromap_destroyed_before_submission",
-     RULES(RULE_opacity_micromap_is_valid),
-     .commands = ON_COMMAND_BUFFERS,
-     .setup = &at_level_execution,
-     .forwards = true,
-     .mutate = scene_use_micromap,
-     .then = destroy_and_submit,
-     .mutate_twin = use_built,
-     .twin_then = submit_and_destroy,
-     .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"},
+    SHARED(.setup = &with_khr),
+    CASE("micromap_never_built", RULES(RULE_opacity_micromap_was_constructed_before),
+         .mutate = scene_use_micromap, .mutate_twin = use_built, .then = submit,
+         .twin_then = submit, .forwards = true,
+         .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"),
+    CASE("micromap_copied", RULES(RULE_opacity_micromap_was_constructed_before), .silent = true,
+         .mutate = use_copy, .then = submit),
+    CASE("micromap_deserialized", RULES(RULE_opacity_micromap_was_constructed_before),
+         .silent = true, .mutate = use_deserialized, .then = submit),
+    CASE("micromap_built_as_blas", RULES(RULE_opacity_micromap_was_built_as_micromap),
+         .mutate = use_blas_as_micromap, .mutate_twin = use_built,
+         .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"),
+    CASE("micromap_built_as_blas_in_another_command_buffer",
+         RULES(RULE_opacity_micromap_was_built_as_micromap),
+         .edits = EDITS(CALL_WITH(submit_before, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)),
+         .twin_edits =
+             EDITS(CALL_WITH(submit_before, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)),
+         .then = submit, .twin_then = submit, .forwards = true,
+         .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"),
+    CASE("micromap_with_too_few_triangles", RULES(RULE_opacity_triangles_are_within_micromap),
+         .commands = ON_DEVICE, .prepare = use_built_without_indices,
+         .edits = EDITS(SET(micromaps.opacity.baseTriangle, 4)),
+         .twin_edits = EDITS(SET(micromaps.opacity.baseTriangle, 3)),
+         .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.baseTriangle"),
+    CASE("micromap_beyond_32_bits_of_triangles", RULES(RULE_opacity_triangles_are_within_micromap),
+         .commands = ON_DEVICE, .prepare = use_built_without_indices,
+         .edits = EDITS(SET(micromaps.opacity.baseTriangle, UINT32_MAX)),
+         .twin_edits = EDITS(SET(micromaps.opacity.baseTriangle, UINT32_MAX),
+                             SET(ranges[INDEXED][0].primitiveCount, 0))),
+    CASE("micromap_with_indices_has_them_elsewhere",
+         RULES(RULE_opacity_triangles_are_within_micromap), .silent = true,
+         .commands = ON_COMMAND_BUFFERS, .mutate = use_built,
+         .edits = EDITS(SET(micromaps.opacity.baseTriangle, 100))),
+    CASE("micromap_destroyed_before_submission", RULES(RULE_opacity_micromap_is_valid),
+         .commands = ON_COMMAND_BUFFERS, .setup = &at_level_execution, .mutate = scene_use_micromap,
+         .mutate_twin = use_built, .then = destroy_and_submit, .twin_then = submit_and_destroy,
+         .forwards = true, .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"),
 
-    {.name = "ext_micromap_never_built",
-     RULES(RULE_ext_opacity_micromap_was_constructed_before),
-     .setup = &with_ext,
-     .forwards = true,
-     .mutate = scene_use_micromap_ext,
-     .then = submit,
-     .mutate_twin = use_built_ext,
-     .twin_then = submit,
-     .path = TRIANGLES_PATH(0) "<" OPACITY "EXT>.micromap"},
-    {.name = "ext_micromap_null_is_never_built",
-     RULES(RULE_ext_opacity_micromap_was_constructed_before),
-     .silent = true,
-     .setup = &with_ext,
-     .mutate = scene_use_micromap_ext,
-     .edits = EDITS(SET(micromaps.opacity_ext.micromap, 0)),
-     .then = submit},
-    {.name = "ext_micromap_copied",
-     RULES(RULE_ext_opacity_micromap_was_constructed_before),
-     .silent = true,
-     .setup = &with_ext,
-     .mutate = use_copy_ext,
-     .then = submit},
-    {.name = "ext_micromap_deserialized",
-     RULES(RULE_ext_opacity_micromap_was_constructed_before),
-     .silent = true,
-     .setup = &with_ext,
-     .mutate = use_deserialized_ext,
-     .then = submit},
-    {.name = "ext_micromap_built_by_host",
-     RULES(RULE_ext_opacity_micromap_was_constructed_before),
-     .silent = true,
-     .setup = &with_ext,
-     .mutate = use_built_by_host_ext,
-     .then = submit},
-    {.name = "ext_micromap_destroyed_before_submission",
-     RULES(RULE_ext_opacity_micromap_is_valid),
-     .commands = ON_COMMAND_BUFFERS,
-     .setup = &at_level_execution_ext,
-     .forwards = true,
-     .mutate = use_built_ext,
-     .then = destroy_ext_and_submit,
-     .mutate_twin = use_built_ext,
-     .twin_then = submit},
+    SHARED(.setup = &with_ext, .then = submit,
+           RULES(RULE_ext_opacity_micromap_was_constructed_before)),
+    CASE("ext_micromap_never_built", .mutate = scene_use_micromap_ext, .mutate_twin = use_built_ext,
+         .twin_then = submit, .forwards = true,
+         .path = TRIANGLES_PATH(0) "<" OPACITY "EXT>.micromap"),
+    CASE("ext_micromap_null_is_never_built", .silent = true, .mutate = scene_use_micromap_ext,
+         .edits = EDITS(SET(micromaps.opacity_ext.micromap, 0))),
+    CASE("ext_micromap_copied", .silent = true, .mutate = use_copy_ext),
+    CASE("ext_micromap_deserialized", .silent = true, .mutate = use_deserialized_ext),
+    CASE("ext_micromap_built_by_host", .silent = true, .mutate = use_built_by_host_ext),
 
-    {.name = "dst_is_a_micromap_in_use",
-     RULES(RULE_no_dst_is_a_micromap_of_another_build),
-     .setup = &with_khr,
-     .mutate = build_micromap_in_use,
-     .mutate_twin = build_another_micromap,
-     .path = "pInfos[2].dstAccelerationStructure"},
-    {.name = "dst_over_a_micromap_in_use",
-     RULES(RULE_dst_and_micromaps_of_other_builds_are_apart),
-     .setup = &with_khr,
-     .mutate = place_micromap_within_dst,
-     .mutate_twin = place_micromap_behind_dst,
-     .path = "pInfos[1].dstAccelerationStructure"},
-    {.name = "dst_over_its_own_micromap",
-     RULES(RULE_dst_and_micromaps_of_other_builds_are_apart),
-     .silent = true,
-     .setup = &with_khr,
-     .mutate = place_micromap_in_own_dst},
+    SHARED(.setup = &with_khr),
+    CASE("ext_micromap_destroyed_before_submission", RULES(RULE_ext_opacity_micromap_is_valid),
+         .commands = ON_COMMAND_BUFFERS, .setup = &at_level_execution_ext, .prepare = use_built_ext,
+         .then = destroy_ext_and_submit, .twin_then = submit, .forwards = true),
+
+    CASE("dst_is_a_micromap_in_use", RULES(RULE_no_dst_is_a_micromap_of_another_build),
+         .prepare = scene_use_micromap, .prepare_edits = EDITS(CALL(scene_build_micromap)),
+         .edits = EDITS(COPY(infos[AABBS].dstAccelerationStructure, micromaps.opacity.micromap)),
+         .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("dst_over_a_micromap_in_use", RULES(RULE_dst_and_micromaps_of_other_builds_are_apart),
+         .edits = EDITS(CALL_WITH(place_micromap, WITHIN)),
+         .twin_edits = EDITS(CALL_WITH(place_micromap, BEHIND)),
+         .path = "pInfos[1].dstAccelerationStructure"),
+    CASE("dst_over_its_own_micromap", RULES(RULE_dst_and_micromaps_of_other_builds_are_apart),
+         .silent = true, .mutate = place_micromap_in_own_dst),
 };
 
 CASE_LIST(cases_micromap_state, cases);

@@ -31,27 +31,12 @@ static const struct setup with_displacement = {.enable = ENABLE_DISPLACEMENT_MIC
 
 /* ---- VK_KHR_opacity_micromap ---- */
 
-static void destroy_micromap(struct scene *scene)
-{
-    scene_use_micromap(scene);
-    scene->micromaps.opacity.micromap =
-        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
-    scene_destroy(scene, (uint64_t)scene->micromaps.opacity.micromap);
-}
-
 static void use_micromap_without_indices(struct scene *scene)
 {
     scene_use_micromap(scene);
     scene->micromaps.opacity.indexType = VK_INDEX_TYPE_NONE_KHR;
     scene->micromaps.opacity.indexBuffer = 0;
     scene->micromaps.opacity.indexStride = 0;
-}
-
-static void use_micromap_in_host_build(struct scene *scene)
-{
-    scene_use_micromap(scene);
-    scene->micromaps.opacity.micromap =
-        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
 }
 
 static void leave_indices_of_khr_unbound(struct scene *scene)
@@ -72,35 +57,11 @@ static void leave_indices_unbound(struct scene *scene)
     scene_destroy(scene, (uint64_t)buffer.memory);
 }
 
-static void destroy_micromap_ext(struct scene *scene)
-{
-    scene_use_micromap_ext(scene);
-    scene_destroy(scene, (uint64_t)scene->micromaps.opacity_ext.micromap);
-}
-
 static void use_pointers_ext(struct scene *scene)
 {
     scene_use_micromap_ext(scene);
     scene->micromaps.opacity_ext.pUsageCounts = NULL;
     scene->micromaps.opacity_ext.ppUsageCounts = scene->micromaps.usage_pointers_ext;
-}
-
-static void use_both_ext(struct scene *scene)
-{
-    use_pointers_ext(scene);
-    scene->micromaps.opacity_ext.pUsageCounts = scene->micromaps.usages_ext;
-}
-
-static void lose_usages_ext(struct scene *scene)
-{
-    scene_use_micromap_ext(scene);
-    scene->micromaps.opacity_ext.pUsageCounts = unreadable_page();
-}
-
-static void lose_a_usage_ext(struct scene *scene)
-{
-    use_pointers_ext(scene);
-    scene->micromaps.usage_pointers_ext[0] = unreadable_page();
 }
 
 static void use_null_ext(struct scene *scene)
@@ -120,14 +81,6 @@ static void use_displacement_as_opacity(struct scene *scene)
         VK_DISPLACEMENT_MICROMAP_FORMAT_1024_TRIANGLES_128_BYTES_NV;
 }
 
-static void use_micromap_ext_without_indices(struct scene *scene)
-{
-    scene_use_micromap_ext(scene);
-    scene->micromaps.opacity_ext.indexType = VK_INDEX_TYPE_NONE_KHR;
-    scene->micromaps.opacity_ext.indexBuffer.deviceAddress = 0;
-    scene->micromaps.opacity_ext.indexStride = UINT64_MAX;
-}
-
 /* Their indices are in device memory, which the host may not be able to read. */
 #define KHR_CASE(name_, rule, member, edits_, twin_edits_)                                         \
     {                                                                                              \
@@ -144,134 +97,95 @@ static void use_micromap_ext_without_indices(struct scene *scene)
         .path = OPACITY_EXT_PATH(member)                                                           \
     }
 static const struct test_case cases[] = {
-    {.name = "micromap_destroyed",
-     RULES(RULE_opacity_micromap_is_valid),
-     .commands = ON_COMMAND_BUFFERS,
-     .setup = &with_khr,
-     .mutate = destroy_micromap,
-     .mutate_twin = scene_use_micromap,
-     .path = OPACITY_PATH("micromap")},
-    {.name = "micromap_destroyed_in_host_build",
-     RULES(RULE_opacity_micromap_is_valid, RULE_host_build_uses_no_micromap),
-     .commands = ON_HOST,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = destroy_micromap,
-     .mutate_twin = scene_use_micromap},
-    {.name = "micromap_null_without_indices",
-     RULES(RULE_opacity_without_indices_has_a_micromap),
-     .commands = ON_COMMAND_BUFFERS,
-     .setup = &with_khr,
-     .mutate = use_micromap_without_indices,
-     .edits = EDITS(SET(micromaps.opacity.micromap, 0)),
-     .mutate_twin = use_micromap_without_indices,
-     .path = OPACITY_PATH("micromap")},
-    {.name = "micromap_null_without_indices_in_host_build",
-     RULES(RULE_opacity_without_indices_has_a_micromap),
-     .commands = ON_HOST,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = use_micromap_without_indices,
-     .mutate_twin = scene_use_micromap},
-    {.name = "micromap_null_with_indices",
-     RULES(RULE_opacity_without_indices_has_a_micromap),
-     .silent = true,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = scene_use_micromap,
-     .edits = EDITS(SET(micromaps.opacity.micromap, 0))},
-    {.name = "micromap_index_type_of_none",
-     RULES(RULE_opacity_index_type_is_valid, RULE_opacity_index_type_is_8_to_32_bits_or_none),
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = scene_use_micromap,
-     .edits = EDITS(SET(micromaps.opacity.indexType, 7)),
-     .mutate_twin = scene_use_micromap,
-     .twin_edits = EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_UINT8)),
-     .path = OPACITY_PATH("indexType")},
-    {.name = "micromap_without_indices_has_some",
-     RULES(RULE_opacity_without_indices_has_no_index_buffer),
-     .commands = ON_COMMAND_BUFFERS,
-     .setup = &with_khr,
-     .mutate = scene_use_micromap,
-     .edits = EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_NONE_KHR)),
-     .mutate_twin = use_micromap_without_indices,
-     .path = OPACITY_PATH("indexBuffer")},
+    CASE("micromap_destroyed", RULES(RULE_opacity_micromap_is_valid),
+         .commands = ON_COMMAND_BUFFERS, .setup = &with_khr, .prepare = scene_use_micromap,
+         .edits = EDITS(MAKE_STRUCTURE_WITH(micromaps.opacity.micromap, scene_micromap_structure,
+                                            VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
+                        DESTROY(micromaps.opacity.micromap)),
+         .path = OPACITY_PATH("micromap")),
+    CASE("micromap_destroyed_in_host_build",
+         RULES(RULE_opacity_micromap_is_valid, RULE_host_build_uses_no_micromap),
+         .commands = ON_HOST, .setup = &with_khr, .prepare = scene_use_micromap,
+         .edits = EDITS(MAKE_STRUCTURE_WITH(micromaps.opacity.micromap, scene_micromap_structure,
+                                            VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
+                        DESTROY(micromaps.opacity.micromap)),
+         .may_fail_on_cpu = true),
+    CASE("micromap_null_without_indices", RULES(RULE_opacity_without_indices_has_a_micromap),
+         .commands = ON_COMMAND_BUFFERS, .setup = &with_khr,
+         .prepare = use_micromap_without_indices,
+         .edits = EDITS(SET(micromaps.opacity.micromap, 0)), .path = OPACITY_PATH("micromap")),
+    CASE("micromap_null_without_indices_in_host_build",
+         RULES(RULE_opacity_without_indices_has_a_micromap), .commands = ON_HOST,
+         .setup = &with_khr, .mutate = use_micromap_without_indices,
+         .mutate_twin = scene_use_micromap, .may_fail_on_cpu = true),
+    CASE("micromap_null_with_indices", RULES(RULE_opacity_without_indices_has_a_micromap),
+         .silent = true, .setup = &with_khr, .mutate = scene_use_micromap,
+         .edits = EDITS(SET(micromaps.opacity.micromap, 0)), .may_fail_on_cpu = true),
+    CASE("micromap_index_type_of_none",
+         RULES(RULE_opacity_index_type_is_valid, RULE_opacity_index_type_is_8_to_32_bits_or_none),
+         .setup = &with_khr, .prepare = scene_use_micromap,
+         .edits = EDITS(SET(micromaps.opacity.indexType, 7)),
+         .twin_edits = EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_UINT8)),
+         .may_fail_on_cpu = true, .path = OPACITY_PATH("indexType")),
+    CASE("micromap_without_indices_has_some",
+         RULES(RULE_opacity_without_indices_has_no_index_buffer), .commands = ON_COMMAND_BUFFERS,
+         .setup = &with_khr, .mutate = scene_use_micromap,
+         .edits = EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_NONE_KHR)),
+         .mutate_twin = use_micromap_without_indices, .path = OPACITY_PATH("indexBuffer")),
     /* Without indices the host, which takes no micromap, has nothing to go by. */
-    {.name = "micromap_without_indices_has_some_in_host_build",
-     RULES(RULE_opacity_without_indices_has_no_index_buffer,
-           RULE_opacity_without_indices_has_a_micromap),
-     .commands = ON_HOST,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = scene_use_micromap,
-     .edits = EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_NONE_KHR)),
-     .mutate_twin = scene_use_micromap},
+    CASE("micromap_without_indices_has_some_in_host_build",
+         RULES(RULE_opacity_without_indices_has_no_index_buffer,
+               RULE_opacity_without_indices_has_a_micromap),
+         .commands = ON_HOST, .setup = &with_khr, .prepare = scene_use_micromap,
+         .edits = EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_NONE_KHR)),
+         .may_fail_on_cpu = true),
     KHR_CASE("micromap_indices_at_0", RULE_opacity_index_buffer_is_given, "indexBuffer",
              EDITS(SET(micromaps.opacity.indexBuffer, 0)), NULL),
     KHR_CASE("micromap_index_stride_6", RULE_opacity_index_stride_is_aligned, "indexStride",
              EDITS(SET(micromaps.opacity.indexStride, 6)),
              EDITS(SET(micromaps.opacity.indexStride, 6),
                    SET(micromaps.opacity.indexType, VK_INDEX_TYPE_UINT16))),
-    {.name = "micromap_index_stride_beyond_32_bits",
-     RULES(RULE_opacity_index_stride_fits_32_bits, RULE_opacity_indices_are_in_one_buffer),
-     .commands = ON_DEVICE,
-     .setup = &with_khr,
-     .mutate = scene_use_micromap,
-     .edits = EDITS(SET(micromaps.opacity.indexStride, 1ull << 32)),
-     .mutate_twin = scene_use_micromap,
-     .path = NULL},
-    {.name = "micromap_index_stride_beyond_32_bits_alone",
-     RULES(RULE_opacity_index_stride_fits_32_bits),
-     .commands = ON_COMMAND_BUFFERS | ON_HOST,
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = scene_use_micromap,
-     .edits = EDITS(SET(micromaps.opacity.indexStride, 1ull << 32),
-                    SET(ranges[INDEXED][0].primitiveCount, 0)),
-     .mutate_twin = scene_use_micromap,
-     .twin_edits = EDITS(SET(micromaps.opacity.indexStride, (1ull << 32) - 4),
-                         SET(ranges[INDEXED][0].primitiveCount, 0)),
-     .path = OPACITY_PATH("indexStride")},
+    CASE("micromap_index_stride_beyond_32_bits",
+         RULES(RULE_opacity_index_stride_fits_32_bits, RULE_opacity_indices_are_in_one_buffer),
+         .commands = ON_DEVICE, .setup = &with_khr, .prepare = scene_use_micromap,
+         .edits = EDITS(SET(micromaps.opacity.indexStride, 1ull << 32)), .path = NULL),
+    CASE("micromap_index_stride_beyond_32_bits_alone",
+         RULES(RULE_opacity_index_stride_fits_32_bits), .commands = ON_COMMAND_BUFFERS | ON_HOST,
+         .setup = &with_khr, .prepare = scene_use_micromap,
+         .edits = EDITS(SET(micromaps.opacity.indexStride, 1ull << 32),
+                        SET(ranges[INDEXED][0].primitiveCount, 0)),
+         .twin_edits = EDITS(SET(micromaps.opacity.indexStride, (1ull << 32) - 4),
+                             SET(ranges[INDEXED][0].primitiveCount, 0)),
+         .may_fail_on_cpu = true, .path = OPACITY_PATH("indexStride")),
     KHR_CASE("micromap_indices_beyond_the_buffer", RULE_opacity_indices_are_in_one_buffer,
              "indexBuffer", EDITS(SET(micromaps.opacity.indexStride, SCENE_BUFFER_SIZE / 2 + 4)),
              EDITS(SET(micromaps.opacity.indexStride, SCENE_BUFFER_SIZE / 2))),
-    {.name = "micromap_in_host_build",
-     RULES(RULE_host_build_uses_no_micromap),
-     .may_fail_on_cpu = true,
-     .setup = &with_khr,
-     .mutate = use_micromap_in_host_build,
-     .mutate_twin = scene_use_micromap,
-     .path = OPACITY_PATH("micromap")},
+    CASE("micromap_in_host_build", RULES(RULE_host_build_uses_no_micromap), .setup = &with_khr,
+         .prepare = scene_use_micromap,
+         .edits = EDITS(MAKE_STRUCTURE_WITH(micromaps.opacity.micromap, scene_micromap_structure,
+                                            VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)),
+         .may_fail_on_cpu = true, .path = OPACITY_PATH("micromap")),
 
-    {.name = "ext_micromap_destroyed",
-     RULES(RULE_ext_opacity_micromap_is_valid),
-     .setup = &with_ext,
-     .mutate = destroy_micromap_ext,
-     .mutate_twin = scene_use_micromap_ext,
-     .path = OPACITY_EXT_PATH("micromap")},
+    CASE("ext_micromap_destroyed", RULES(RULE_ext_opacity_micromap_is_valid), .setup = &with_ext,
+         .prepare = scene_use_micromap_ext, .edits = EDITS(DESTROY(micromaps.opacity_ext.micromap)),
+         .path = OPACITY_EXT_PATH("micromap")),
     EXT_CASE("ext_micromap_forged", RULE_ext_opacity_micromap_is_valid, "micromap",
              EDITS(SET(micromaps.opacity_ext.micromap, 0x1234)),
              EDITS(SET(micromaps.opacity_ext.micromap, 0))),
-    {.name = "ext_usages_both",
-     RULES(RULE_ext_opacity_has_one_usage_array),
-     .setup = &with_ext,
-     .mutate = use_both_ext,
-     .mutate_twin = use_pointers_ext,
-     .path = OPACITY_EXT_PATH("pUsageCounts")},
-    {.name = "ext_usages_unreadable",
-     RULES(RULE_ext_opacity_usages_are_readable),
-     .setup = &with_ext,
-     .mutate = lose_usages_ext,
-     .mutate_twin = lose_usages_ext,
-     .twin_edits = EDITS(SET(micromaps.opacity_ext.usageCountsCount, 0)),
-     .path = OPACITY_EXT_PATH("pUsageCounts")},
-    {.name = "ext_usage_behind_pointer_unreadable",
-     RULES(RULE_ext_opacity_usage_pointers_are_readable),
-     .setup = &with_ext,
-     .mutate = lose_a_usage_ext,
-     .mutate_twin = use_pointers_ext,
-     .path = OPACITY_EXT_PATH("ppUsageCounts")},
+    CASE("ext_usages_both", RULES(RULE_ext_opacity_has_one_usage_array), .setup = &with_ext,
+         .prepare = use_pointers_ext,
+         .edits = EDITS(POINT(micromaps.opacity_ext.pUsageCounts, micromaps.usages_ext)),
+         .path = OPACITY_EXT_PATH("pUsageCounts")),
+    CASE("ext_usages_unreadable", RULES(RULE_ext_opacity_usages_are_readable), .setup = &with_ext,
+         .prepare = scene_use_micromap_ext,
+         .edits = EDITS(UNREADABLE(micromaps.opacity_ext.pUsageCounts)),
+         .twin_edits = EDITS(UNREADABLE(micromaps.opacity_ext.pUsageCounts),
+                             SET(micromaps.opacity_ext.usageCountsCount, 0)),
+         .path = OPACITY_EXT_PATH("pUsageCounts")),
+    CASE("ext_usage_behind_pointer_unreadable", RULES(RULE_ext_opacity_usage_pointers_are_readable),
+         .setup = &with_ext, .prepare = use_pointers_ext,
+         .edits = EDITS(UNREADABLE(micromaps.usage_pointers_ext[0])),
+         .path = OPACITY_EXT_PATH("ppUsageCounts")),
     EXT_CASE("ext_usage_format_3", RULE_ext_opacity_usage_format_is_an_opacity_format,
              "pUsageCounts", EDITS(SET(micromaps.usages_ext[0].format, 3)),
              EDITS(SET(micromaps.usages_ext[0].format, 2))),
@@ -296,29 +210,22 @@ static const struct test_case cases[] = {
                    SET(micromaps.usages_ext[0].format, VK_OPACITY_MICROMAP_FORMAT_4_STATE_EXT)),
              EDITS(SET(micromaps.usages_ext[0].subdivisionLevel, LIMIT_4_STATE),
                    SET(micromaps.usages_ext[0].format, VK_OPACITY_MICROMAP_FORMAT_4_STATE_EXT))),
-    {.name = "ext_usages_without_a_micromap",
-     RULES(RULE_ext_opacity_usage_format_is_an_opacity_format,
-           RULE_ext_opacity_2_state_level_is_within_limit,
-           RULE_ext_opacity_usage_format_is_a_displacement_format,
-           RULE_ext_opacity_displacement_level_is_within_limit),
-     .silent = true,
-     .setup = &with_displacement,
-     .mutate = use_null_ext},
-    {.name = "displacement_usage_format_4",
-     RULES(RULE_ext_opacity_usage_format_is_a_displacement_format),
-     .setup = &with_displacement,
-     .mutate = use_displacement_as_opacity,
-     .edits = EDITS(SET(micromaps.usages_ext[0].format, 4)),
-     .mutate_twin = use_displacement_as_opacity,
-     .path = OPACITY_EXT_PATH("pUsageCounts")},
-    {.name = "displacement_usage_too_fine",
-     RULES(RULE_ext_opacity_displacement_level_is_within_limit),
-     .setup = &with_displacement,
-     .mutate = use_displacement_as_opacity,
-     .edits = EDITS(SET(micromaps.usages_ext[0].subdivisionLevel, LIMIT_DISPLACEMENT + 1)),
-     .mutate_twin = use_displacement_as_opacity,
-     .twin_edits = EDITS(SET(micromaps.usages_ext[0].subdivisionLevel, LIMIT_DISPLACEMENT)),
-     .path = OPACITY_EXT_PATH("pUsageCounts")},
+    CASE("ext_usages_without_a_micromap",
+         RULES(RULE_ext_opacity_usage_format_is_an_opacity_format,
+               RULE_ext_opacity_2_state_level_is_within_limit,
+               RULE_ext_opacity_usage_format_is_a_displacement_format,
+               RULE_ext_opacity_displacement_level_is_within_limit),
+         .silent = true, .setup = &with_displacement, .mutate = use_null_ext),
+    CASE("displacement_usage_format_4",
+         RULES(RULE_ext_opacity_usage_format_is_a_displacement_format), .setup = &with_displacement,
+         .prepare = use_displacement_as_opacity,
+         .edits = EDITS(SET(micromaps.usages_ext[0].format, 4)),
+         .path = OPACITY_EXT_PATH("pUsageCounts")),
+    CASE("displacement_usage_too_fine", RULES(RULE_ext_opacity_displacement_level_is_within_limit),
+         .setup = &with_displacement, .prepare = use_displacement_as_opacity,
+         .edits = EDITS(SET(micromaps.usages_ext[0].subdivisionLevel, LIMIT_DISPLACEMENT + 1)),
+         .twin_edits = EDITS(SET(micromaps.usages_ext[0].subdivisionLevel, LIMIT_DISPLACEMENT)),
+         .path = OPACITY_EXT_PATH("pUsageCounts")),
     EXT_CASE("ext_index_type_of_none", RULE_ext_opacity_index_type_is_valid, "indexType",
              EDITS(SET(micromaps.opacity_ext.indexType, 7)),
              EDITS(SET(micromaps.opacity_ext.indexType, VK_INDEX_TYPE_UINT16))),
@@ -328,66 +235,45 @@ static const struct test_case cases[] = {
              EDITS(SET(micromaps.opacity_ext.indexStride, 6)),
              EDITS(SET(micromaps.opacity_ext.indexStride, 6),
                    SET(micromaps.opacity_ext.indexType, VK_INDEX_TYPE_UINT16))),
-    {.name = "ext_index_stride_beyond_32_bits",
-     RULES(RULE_ext_opacity_index_stride_fits_32_bits),
-     .setup = &with_ext,
-     .mutate = scene_use_micromap_ext,
-     .edits = EDITS(SET(micromaps.opacity_ext.indexStride, 1ull << 32)),
-     .mutate_twin = scene_use_micromap_ext,
-     .twin_edits = EDITS(SET(micromaps.opacity_ext.indexStride, (1ull << 32) - 4)),
-     .may_fail_on_cpu = true,
-     .path = OPACITY_EXT_PATH("indexStride")},
+    CASE("ext_index_stride_beyond_32_bits", RULES(RULE_ext_opacity_index_stride_fits_32_bits),
+         .setup = &with_ext, .prepare = scene_use_micromap_ext,
+         .edits = EDITS(SET(micromaps.opacity_ext.indexStride, 1ull << 32)),
+         .twin_edits = EDITS(SET(micromaps.opacity_ext.indexStride, (1ull << 32) - 4)),
+         .may_fail_on_cpu = true, .path = OPACITY_EXT_PATH("indexStride")),
     EXT_CASE("ext_indices_at_0", RULE_ext_opacity_index_address_is_given, "indexBuffer",
              EDITS(SET(micromaps.opacity_ext.indexBuffer, 0)), NULL),
-    {.name = "ext_without_indices_has_some",
-     RULES(RULE_ext_opacity_without_indices_has_no_index_address),
-     .setup = &with_ext,
-     .mutate = scene_use_micromap_ext,
-     .edits = EDITS(SET(micromaps.opacity_ext.indexType, VK_INDEX_TYPE_NONE_KHR)),
-     .mutate_twin = use_micromap_ext_without_indices,
-     .path = OPACITY_EXT_PATH("indexBuffer")},
+    CASE("ext_without_indices_has_some",
+         RULES(RULE_ext_opacity_without_indices_has_no_index_address), .setup = &with_ext,
+         .prepare = scene_use_micromap_ext,
+         .edits = EDITS(SET(micromaps.opacity_ext.indexType, VK_INDEX_TYPE_NONE_KHR)),
+         .twin_edits = EDITS(SET(micromaps.opacity_ext.indexType, VK_INDEX_TYPE_NONE_KHR),
+                             SET(micromaps.opacity_ext.indexBuffer.deviceAddress, 0),
+                             SET(micromaps.opacity_ext.indexStride, UINT64_MAX)),
+         .path = OPACITY_EXT_PATH("indexBuffer")),
 
-    {.name = "micromap_indices_nowhere",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .commands = ON_COMMAND_BUFFERS,
-     .setup = &with_khr,
-     .mutate = scene_use_micromap,
-     .edits = EDITS(SET(micromaps.opacity.indexBuffer, 0x1000)),
-     .mutate_twin = use_micromap_without_indices,
-     .path = OPACITY_PATH("indexBuffer")},
+    CASE("micromap_indices_nowhere", RULES(RULE_input_address_is_in_a_buffer),
+         .commands = ON_COMMAND_BUFFERS, .setup = &with_khr, .mutate = scene_use_micromap,
+         .edits = EDITS(SET(micromaps.opacity.indexBuffer, 0x1000)),
+         .mutate_twin = use_micromap_without_indices, .path = OPACITY_PATH("indexBuffer")),
     /* In host builds, too, it is a device address. */
-    {.name = "micromap_indices_of_the_host_nowhere",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .commands = ON_HOST,
-     .setup = &with_khr,
-     .mutate = scene_use_micromap,
-     .edits = EDITS(SET(micromaps.opacity.indexBuffer, 0x1000)),
-     .mutate_twin = scene_use_micromap,
-     .may_fail_on_cpu = true,
-     .path = OPACITY_PATH("indexBuffer")},
-    {.name = "micromap_indices_unbound",
-     RULES(RULE_input_buffer_is_bound),
-     .commands = ON_COMMAND_BUFFERS | ON_HOST,
-     .setup = &with_khr,
-     .mutate = leave_indices_of_khr_unbound,
-     .mutate_twin = scene_use_micromap,
-     .may_fail_on_cpu = true,
-     .path = OPACITY_PATH("indexBuffer")},
-    {.name = "ext_indices_nowhere",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .commands = ON_COMMAND_BUFFERS,
-     .setup = &with_ext,
-     .mutate = scene_use_micromap_ext,
-     .edits = EDITS(SET(micromaps.opacity_ext.indexBuffer, 0x1000)),
-     .mutate_twin = use_micromap_ext_without_indices,
-     .path = OPACITY_EXT_PATH("indexBuffer")},
-    {.name = "ext_indices_unbound",
-     RULES(RULE_input_buffer_is_bound),
-     .commands = ON_COMMAND_BUFFERS,
-     .setup = &with_ext,
-     .mutate = leave_indices_unbound,
-     .mutate_twin = scene_use_micromap_ext,
-     .path = OPACITY_EXT_PATH("indexBuffer")},
+    CASE("micromap_indices_of_the_host_nowhere", RULES(RULE_input_address_is_in_a_buffer),
+         .commands = ON_HOST, .setup = &with_khr, .prepare = scene_use_micromap,
+         .edits = EDITS(SET(micromaps.opacity.indexBuffer, 0x1000)), .may_fail_on_cpu = true,
+         .path = OPACITY_PATH("indexBuffer")),
+    CASE("micromap_indices_unbound", RULES(RULE_input_buffer_is_bound),
+         .commands = ON_COMMAND_BUFFERS | ON_HOST, .setup = &with_khr,
+         .mutate = leave_indices_of_khr_unbound, .mutate_twin = scene_use_micromap,
+         .may_fail_on_cpu = true, .path = OPACITY_PATH("indexBuffer")),
+    CASE("ext_indices_nowhere", RULES(RULE_input_address_is_in_a_buffer),
+         .commands = ON_COMMAND_BUFFERS, .setup = &with_ext, .prepare = scene_use_micromap_ext,
+         .edits = EDITS(SET(micromaps.opacity_ext.indexBuffer, 0x1000)),
+         .twin_edits = EDITS(SET(micromaps.opacity_ext.indexType, VK_INDEX_TYPE_NONE_KHR),
+                             SET(micromaps.opacity_ext.indexBuffer.deviceAddress, 0),
+                             SET(micromaps.opacity_ext.indexStride, UINT64_MAX)),
+         .path = OPACITY_EXT_PATH("indexBuffer")),
+    CASE("ext_indices_unbound", RULES(RULE_input_buffer_is_bound), .commands = ON_COMMAND_BUFFERS,
+         .setup = &with_ext, .mutate = leave_indices_unbound, .mutate_twin = scene_use_micromap_ext,
+         .path = OPACITY_EXT_PATH("indexBuffer")),
 };
 
 CASE_LIST(cases_micromap_use, cases);

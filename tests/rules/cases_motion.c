@@ -14,18 +14,6 @@
 
 static const struct setup with_motion = {.enable = ENABLE_MOTION};
 
-/* ---- structures that are made for motion ---- */
-
-static void motion_blas(struct scene *scene)
-{
-    scene_give_motion_dst(scene, INDEXED);
-}
-
-static void motion_tlas(struct scene *scene)
-{
-    scene_give_motion_dst(scene, TLAS);
-}
-
 /* ---- second positions ---- */
 
 static void chain_motion(struct scene *scene, uint64_t address)
@@ -41,19 +29,6 @@ static void chain_motion(struct scene *scene, uint64_t address)
 static void moving(struct scene *scene)
 {
     chain_motion(scene, scene_address(scene, &scene->vertices, 12));
-}
-
-static void moving_to_null(struct scene *scene)
-{
-    chain_motion(scene, 0);
-}
-
-/* Not in a build with motion; the address has to be good all the same. */
-static void moving_to_null_without_flag(struct scene *scene)
-{
-    chain_motion(scene, 0);
-    scene->infos[INDEXED].flags = 0;
-    scene->infos[INDEXED].dstAccelerationStructure = scene_accel_for(scene, INDEXED);
 }
 
 static void moving_to_freed_memory(struct scene *scene)
@@ -80,7 +55,6 @@ static void moving_without_usage(struct scene *scene)
 /* The structure begins where it can be read and ends where it can't. */
 static void moving_off_the_page(struct scene *scene)
 {
-    moving(scene);
     VkBaseOutStructure *cut = bytes_before_unreadable_page(sizeof(*cut));
     cut->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV;
     scene->geometries[INDEXED][0].geometry.triangles.pNext = cut;
@@ -89,134 +63,71 @@ static void moving_off_the_page(struct scene *scene)
 static const VkBaseInStructure info_for_creation = {
     .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV};
 
-static void moving_and_stray(struct scene *scene)
-{
-    moving(scene);
-    scene->motion.pNext = &info_for_creation;
-}
-
 static const struct test_case cases[] = {
-    {.name = "motion_dst_built_without_motion",
-     RULES(RULE_motion_dst_is_built_with_motion),
-     .setup = &with_motion,
-     .mutate = motion_blas,
-     .mutate_twin = motion_blas,
-     .twin_edits = EDITS(FLAGS_WITH_MOTION(INDEXED)),
-     .path = "pInfos[0].flags"},
-    {.name = "motion_tlas_built_without_motion",
-     RULES(RULE_motion_dst_is_built_with_motion),
-     .setup = &with_motion,
-     .mutate = motion_tlas,
-     .mutate_twin = motion_tlas,
-     .twin_edits = EDITS(FLAGS_WITH_MOTION(TLAS)),
-     .may_fail_on_cpu = true,
-     .path = "pInfos[3].flags",
-     .below_content = true},
-    {.name = "motion_build_of_plain_dst",
-     RULES(RULE_motion_build_has_a_motion_dst),
-     .setup = &with_motion,
-     .edits = EDITS(FLAGS_WITH_MOTION(INDEXED)),
-     .mutate_twin = motion_blas,
-     .twin_edits = EDITS(FLAGS_WITH_MOTION(INDEXED)),
-     .path = "pInfos[0].flags"},
-    {.name = "motion_build_of_generic_type",
-     RULES(RULE_motion_build_is_not_generic, RULE_build_type_is_not_generic),
-     .setup = &with_motion,
-     .mutate = motion_blas,
-     .edits = EDITS(FLAGS_WITH_MOTION(INDEXED),
-                    SET(infos[INDEXED].type, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR)),
-     .mutate_twin = motion_blas,
-     .twin_edits = EDITS(FLAGS_WITH_MOTION(INDEXED)),
-     .path = "pInfos[0]."},
-    {.name = "flags_of_motion",
-     RULES(RULE_build_flags_are_valid),
-     .silent = true,
-     .setup = &with_motion,
-     .mutate = motion_blas,
-     .edits = EDITS(FLAGS_WITH_MOTION(INDEXED))},
+    SHARED(.setup = &with_motion, .twin_edits = EDITS(CALL_WITH(scene_give_motion_dst, INDEXED),
+                                                      FLAGS_WITH_MOTION(INDEXED))),
+    CASE("motion_dst_built_without_motion", RULES(RULE_motion_dst_is_built_with_motion),
+         .edits = EDITS(CALL_WITH(scene_give_motion_dst, INDEXED)), .path = "pInfos[0].flags"),
+    CASE("motion_tlas_built_without_motion", RULES(RULE_motion_dst_is_built_with_motion),
+         .edits = EDITS(CALL_WITH(scene_give_motion_dst, TLAS)),
+         .twin_edits = EDITS(CALL_WITH(scene_give_motion_dst, TLAS), FLAGS_WITH_MOTION(TLAS)),
+         .may_fail_on_cpu = true, .path = "pInfos[3].flags", .below_content = true),
+    CASE("motion_build_of_plain_dst", RULES(RULE_motion_build_has_a_motion_dst),
+         .edits = EDITS(FLAGS_WITH_MOTION(INDEXED)), .path = "pInfos[0].flags"),
 
-    {.name = "motion_data_of_other_stype",
-     RULES(RULE_motion_triangles_have_their_stype, RULE_triangles_chain_is_known),
-     .setup = &with_motion,
-     .mutate = moving,
-     .edits = EDITS(SET(motion.sType, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV)),
-     .mutate_twin = moving,
-     .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"},
-    {.name = "motion_data_without_stype",
-     RULES(RULE_motion_triangles_have_their_stype, RULE_triangles_chain_is_known),
-     .setup = &with_motion,
-     .mutate = moving,
-     .edits = EDITS(SET(motion.sType, 0)),
-     .mutate_twin = moving},
-    {.name = "motion_data_and_a_stray",
-     RULES(RULE_triangles_chain_is_known),
-     .setup = &with_motion,
-     .mutate = moving_and_stray,
-     .mutate_twin = moving},
-    {.name = "motion_build_of_still_triangles",
-     RULES(RULE_motion_triangles_have_their_stype),
-     .silent = true,
-     .setup = &with_motion,
-     .mutate = motion_blas,
-     .edits = EDITS(FLAGS_WITH_MOTION(INDEXED))},
-    {.name = "motion_data_off_the_page",
-     RULES(RULE_triangles_chain_is_known),
-     .setup = &with_motion,
-     .mutate = moving_off_the_page,
-     .mutate_twin = moving},
+    SHARED(.setup = &with_motion),
+    CASE("motion_build_of_generic_type",
+         RULES(RULE_motion_build_is_not_generic, RULE_build_type_is_not_generic),
+         .prepare_edits =
+             EDITS(CALL_WITH(scene_give_motion_dst, INDEXED), FLAGS_WITH_MOTION(INDEXED)),
+         .edits = EDITS(SET(infos[INDEXED].type, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR)),
+         .path = "pInfos[0]."),
+    CASE("flags_of_motion", RULES(RULE_build_flags_are_valid), .silent = true,
+         .edits = EDITS(CALL_WITH(scene_give_motion_dst, INDEXED), FLAGS_WITH_MOTION(INDEXED))),
 
-    {.name = "motion_address_null",
-     RULES(RULE_motion_vertex_address_is_given),
-     .setup = &with_motion,
-     .mutate = moving_to_null,
-     .mutate_twin = moving,
-     .path = MOTION_PATH},
-    {.name = "motion_address_null_with_primitives",
-     RULES(RULE_motion_vertex_address_is_given),
-     .setup = &with_motion,
-     .mutate = moving_to_null,
-     .mutate_twin = moving_to_null,
-     .twin_edits = EDITS(SET(ranges[INDEXED][0].primitiveCount, 0))},
-    {.name = "motion_address_in_freed_memory_with_primitives",
-     RULES(RULE_input_buffer_is_bound),
-     .setup = &with_motion,
-     .mutate = moving_to_freed_memory,
-     .mutate_twin = moving_to_freed_memory,
-     .twin_edits = EDITS(SET(ranges[INDEXED][0].primitiveCount, 0)),
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "motion_address_null_in_build_without_motion",
-     RULES(RULE_motion_vertex_address_is_given),
-     .setup = &with_motion,
-     .mutate = moving_to_null_without_flag,
-     .mutate_twin = moving,
-     .path = MOTION_PATH},
-    {.name = "motion_address_null_of_indirect_build",
-     .silent = true,
-     .setup = &with_motion,
-     .mutate = moving_to_null,
-     .commands = ON_INDIRECT},
-    {.name = "motion_address_past_the_end",
-     RULES(RULE_input_address_is_in_a_buffer),
-     .setup = &with_motion,
-     .mutate = moving_past_the_end,
-     .mutate_twin = moving,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = MOTION_PATH "deviceAddress"},
-    {.name = "motion_address_in_freed_memory",
-     RULES(RULE_input_buffer_is_bound),
-     .setup = &with_motion,
-     .mutate = moving_to_freed_memory,
-     .mutate_twin = moving,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = MOTION_PATH "deviceAddress"},
+    CASE("motion_data_of_other_stype",
+         RULES(RULE_motion_triangles_have_their_stype, RULE_triangles_chain_is_known),
+         .prepare = moving,
+         .edits = EDITS(SET(motion.sType, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV)),
+         .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"),
+    CASE("motion_data_without_stype",
+         RULES(RULE_motion_triangles_have_their_stype, RULE_triangles_chain_is_known),
+         .prepare = moving, .edits = EDITS(SET(motion.sType, 0))),
+    CASE("motion_data_and_a_stray", RULES(RULE_triangles_chain_is_known), .prepare = moving,
+         .edits = EDITS(SET(motion.pNext, &info_for_creation))),
+    CASE("motion_build_of_still_triangles", RULES(RULE_motion_triangles_have_their_stype),
+         .silent = true,
+         .edits = EDITS(CALL_WITH(scene_give_motion_dst, INDEXED), FLAGS_WITH_MOTION(INDEXED))),
+    CASE("motion_data_off_the_page", RULES(RULE_triangles_chain_is_known), .prepare = moving,
+         .mutate = moving_off_the_page),
+
+    CASE("motion_address_null", RULES(RULE_motion_vertex_address_is_given),
+         .edits = EDITS(CALL_WITH_SIZE(chain_motion, 0)), .mutate_twin = moving,
+         .path = MOTION_PATH),
+    CASE("motion_address_null_with_primitives", RULES(RULE_motion_vertex_address_is_given),
+         .edits = EDITS(CALL_WITH_SIZE(chain_motion, 0)),
+         .twin_edits =
+             EDITS(CALL_WITH_SIZE(chain_motion, 0), SET(ranges[INDEXED][0].primitiveCount, 0))),
+    CASE("motion_address_in_freed_memory_with_primitives", RULES(RULE_input_buffer_is_bound),
+         .commands = ON_COMMAND_BUFFERS, .prepare = moving_to_freed_memory,
+         .twin_edits = EDITS(SET(ranges[INDEXED][0].primitiveCount, 0))),
+    /* Not in a build with motion; the address has to be good all the same. */
+    CASE("motion_address_null_in_build_without_motion", RULES(RULE_motion_vertex_address_is_given),
+         .edits = EDITS(CALL_WITH_SIZE(chain_motion, 0), SET(infos[INDEXED].flags, 0),
+                        MAKE_STRUCTURE_WITH(infos[INDEXED].dstAccelerationStructure,
+                                            scene_accel_for, INDEXED)),
+         .mutate_twin = moving, .path = MOTION_PATH),
+    CASE("motion_address_null_of_indirect_build", .silent = true, .commands = ON_INDIRECT,
+         .edits = EDITS(CALL_WITH_SIZE(chain_motion, 0))),
+    CASE("motion_address_past_the_end", RULES(RULE_input_address_is_in_a_buffer),
+         .commands = ON_COMMAND_BUFFERS, .mutate = moving_past_the_end, .mutate_twin = moving,
+         .path = MOTION_PATH "deviceAddress"),
+    CASE("motion_address_in_freed_memory", RULES(RULE_input_buffer_is_bound),
+         .commands = ON_COMMAND_BUFFERS, .mutate = moving_to_freed_memory, .mutate_twin = moving,
+         .path = MOTION_PATH "deviceAddress"),
     /* 03673 lists members, and this is none of them. */
-    {.name = "motion_buffer_without_usage",
-     RULES(RULE_input_buffer_has_build_input_usage),
-     .silent = true,
-     .setup = &with_motion,
-     .mutate = moving_without_usage},
-
-    /* Contents. */
+    CASE("motion_buffer_without_usage", RULES(RULE_input_buffer_has_build_input_usage),
+         .silent = true, .mutate = moving_without_usage),
 };
 
 CASE_LIST(cases_motion, cases);

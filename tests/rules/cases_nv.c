@@ -4,43 +4,15 @@
 
 /* ---- handles ---- */
 
-static void use_a_destroyed_dst(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->nv.dst);
-}
-
 static void use_a_khr_structure_as_dst(struct scene *scene)
 {
     scene->nv.dst =
         (VkAccelerationStructureNV)(void *)scene->infos[INDEXED].dstAccelerationStructure;
 }
 
-static void use_a_destroyed_src(struct scene *scene)
-{
-    scene_nv_use_update(scene);
-    scene_destroy(scene, (uint64_t)scene->nv.src);
-}
-
-static void use_a_destroyed_src_that_is_not_read(struct scene *scene)
-{
-    use_a_destroyed_src(scene);
-    scene->nv.update = VK_FALSE;
-}
-
 static void use_an_own_src_that_is_not_read(struct scene *scene)
 {
     scene->nv.src = scene_nv_accel(scene);
-}
-
-static void use_a_destroyed_scratch(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->nv.scratch);
-}
-
-static void use_destroyed_instances(struct scene *scene)
-{
-    scene_nv_use_instances(scene);
-    scene_destroy(scene, (uint64_t)scene->nv.instance_data);
 }
 
 static void use_foreign_dst(struct scene *scene)
@@ -58,12 +30,6 @@ static void use_foreign_src(struct scene *scene)
     scene->nv.update = VK_TRUE;
 }
 
-static void use_foreign_src_that_is_not_read(struct scene *scene)
-{
-    use_foreign_src(scene);
-    scene->nv.update = VK_FALSE;
-}
-
 static VkBuffer foreign_buffer(struct scene *scene, VkDeviceSize size)
 {
     scene_enter_other_device(scene);
@@ -79,7 +45,6 @@ static void use_foreign_scratch(struct scene *scene)
 
 static void use_foreign_instances(struct scene *scene)
 {
-    scene_nv_use_instances(scene);
     scene->nv.instance_data = foreign_buffer(scene, SCENE_BUFFER_SIZE);
 }
 
@@ -114,21 +79,6 @@ static void bind_dst_beyond(struct scene *scene, VkDeviceSize alignments)
     scene_nv_bind(scene, scene->nv.dst, memory.handle, needs.alignment * (1 + alignments));
 }
 
-static void bind_dst_to_the_end_of_memory(struct scene *scene)
-{
-    bind_dst_beyond(scene, 0);
-}
-
-static void bind_dst_beyond_the_end_of_memory(struct scene *scene)
-{
-    bind_dst_beyond(scene, 1);
-}
-
-static void bind_dst_behind_the_end_of_memory(struct scene *scene)
-{
-    bind_dst_beyond(scene, 1 << 20);
-}
-
 /* An update whose dst begins `alignments` alignments behind its source, which ends as many behind
  * that. */
 static void update_behind(struct scene *scene, VkDeviceSize alignments)
@@ -146,22 +96,6 @@ static void update_behind(struct scene *scene, VkDeviceSize alignments)
     nv->update = VK_TRUE;
 }
 
-static void update_over_the_end_of_the_source(struct scene *scene)
-{
-    update_behind(scene, 1);
-}
-
-static void update_just_behind_the_source(struct scene *scene)
-{
-    update_behind(scene, 0);
-}
-
-static void build_over_what_it_does_not_read(struct scene *scene)
-{
-    update_over_the_end_of_the_source(scene);
-    scene->nv.update = VK_FALSE;
-}
-
 static void update_in_another_object_of_the_same_memory(struct scene *scene)
 {
     struct scene_nv *nv = &scene->nv;
@@ -172,12 +106,6 @@ static void update_in_another_object_of_the_same_memory(struct scene *scene)
     scene_nv_bind(scene, nv->dst, memory.handle, 0);
     scene_nv_build(scene, nv->src);
     nv->update = VK_TRUE;
-}
-
-static void update_in_place(struct scene *scene)
-{
-    scene_nv_use_update(scene);
-    scene->nv.dst = scene->nv.src;
 }
 
 /* ---- scratch ---- */
@@ -211,7 +139,6 @@ static void use_scratch_of_many_usages(struct scene *scene)
 
 static void use_instances_of_another_usage(struct scene *scene)
 {
-    scene_nv_use_instances(scene);
     scene->nv.instance_data =
         scene_buffer(scene, SCENE_BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT).handle;
 }
@@ -226,26 +153,6 @@ static void use_scratch_that_is_short(struct scene *scene)
     use_scratch_of(scene, scratch_size(scene) - 1, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
 }
 
-static void update_with_scratch_that_fits(struct scene *scene)
-{
-    scene_nv_use_update(scene);
-    use_scratch_that_fits(scene);
-}
-
-static void update_with_scratch_that_is_short(struct scene *scene)
-{
-    scene_nv_use_update(scene);
-    use_scratch_that_is_short(scene);
-}
-
-/* Building needs more. */
-static void build_with_scratch_of_an_update(struct scene *scene)
-{
-    scene->nv.update = VK_TRUE;
-    use_scratch_that_fits(scene);
-    scene->nv.update = VK_FALSE;
-}
-
 static void use_scratch_behind(struct scene *scene, VkDeviceSize less)
 {
     const VkDeviceSize size = scratch_size(scene);
@@ -253,146 +160,94 @@ static void use_scratch_behind(struct scene *scene, VkDeviceSize less)
     scene->nv.scratch_offset = 4096 + less;
 }
 
-static void use_the_end_of_scratch(struct scene *scene)
-{
-    use_scratch_behind(scene, 0);
-}
-
-static void use_scratch_over_its_end(struct scene *scene)
-{
-    use_scratch_behind(scene, 1);
-}
-
 /* ---- cases ---- */
 
 static const struct test_case cases[] = {
-    {.name = "info_null",
-     RULES(RULE_nv_info_is_readable),
-     .edits = EDITS(SET(nv.info_argument, 0))},
-    {.name = "info_low_address",
-     RULES(RULE_nv_info_is_readable),
-     .edits = EDITS(SET(nv.info_argument, 16))},
+    CASE("info_null", RULES(RULE_nv_info_is_readable), .edits = EDITS(SET(nv.info_argument, 0))),
+    CASE("info_low_address", RULES(RULE_nv_info_is_readable),
+         .edits = EDITS(SET(nv.info_argument, 16))),
 
-    {.name = "update_without_source",
-     RULES(RULE_nv_update_has_a_source),
-     .edits = EDITS(SET(nv.update, VK_TRUE)),
-     .mutate_twin = scene_nv_use_update},
+    CASE("update_without_source", RULES(RULE_nv_update_has_a_source),
+         .edits = EDITS(SET(nv.update, VK_TRUE)), .mutate_twin = scene_nv_use_update),
 
-    {.name = "dst_and_scratch_null",
-     RULES(RULE_nv_dst_is_a_valid_handle, RULE_nv_scratch_is_a_valid_buffer),
-     .edits = EDITS(SET(nv.dst, 0), SET(nv.scratch, 0)),
-     .path = " is VK_NULL_HANDLE. "},
-    {.name = "dst_destroyed",
-     RULES(RULE_nv_dst_is_a_valid_handle),
-     .mutate = use_a_destroyed_dst,
-     .path = "): dst VkAccelerationStructureNV 0x"},
-    {.name = "dst_never_created",
-     RULES(RULE_nv_dst_is_a_valid_handle),
-     .edits = EDITS(SET(nv.dst, 0x1234567))},
-    {.name = "dst_of_the_other_extension",
-     RULES(RULE_nv_dst_is_a_valid_handle),
-     .mutate = use_a_khr_structure_as_dst},
-    {.name = "src_destroyed",
-     RULES(RULE_nv_src_is_a_valid_handle),
-     .mutate = use_a_destroyed_src,
-     .mutate_twin = scene_nv_use_update},
-    {.name = "src_destroyed_and_not_read",
-     RULES(RULE_nv_src_is_a_valid_handle),
-     .mutate = use_a_destroyed_src_that_is_not_read,
-     .mutate_twin = use_an_own_src_that_is_not_read},
-    {.name = "scratch_destroyed",
-     RULES(RULE_nv_scratch_is_a_valid_buffer),
-     .mutate = use_a_destroyed_scratch},
-    {.name = "scratch_never_created",
-     RULES(RULE_nv_scratch_is_a_valid_buffer),
-     .edits = EDITS(SET(nv.scratch, 0x1234567))},
-    {.name = "instances_destroyed",
-     RULES(RULE_nv_instance_data_is_a_valid_buffer),
-     .mutate = use_destroyed_instances,
-     .mutate_twin = scene_nv_use_instances},
-    {.name = "instances_never_created_of_a_blas",
-     RULES(RULE_nv_instance_data_is_a_valid_buffer),
-     .edits = EDITS(SET(nv.instance_data, 0x1234567))},
+    CASE("dst_and_scratch_null",
+         RULES(RULE_nv_dst_is_a_valid_handle, RULE_nv_scratch_is_a_valid_buffer),
+         .edits = EDITS(SET(nv.dst, 0), SET(nv.scratch, 0)), .path = " is VK_NULL_HANDLE. "),
+    CASE("dst_destroyed", RULES(RULE_nv_dst_is_a_valid_handle), .edits = EDITS(DESTROY(nv.dst)),
+         .path = "): dst VkAccelerationStructureNV 0x"),
+    CASE("dst_never_created", RULES(RULE_nv_dst_is_a_valid_handle),
+         .edits = EDITS(SET(nv.dst, 0x1234567))),
+    CASE("dst_of_the_other_extension", RULES(RULE_nv_dst_is_a_valid_handle),
+         .mutate = use_a_khr_structure_as_dst),
+    CASE("src_destroyed", RULES(RULE_nv_src_is_a_valid_handle), .prepare = scene_nv_use_update,
+         .edits = EDITS(DESTROY(nv.src))),
+    CASE("src_destroyed_and_not_read", RULES(RULE_nv_src_is_a_valid_handle),
+         .mutate = scene_nv_use_update, .edits = EDITS(DESTROY(nv.src), SET(nv.update, VK_FALSE)),
+         .mutate_twin = use_an_own_src_that_is_not_read),
+    CASE("scratch_destroyed", RULES(RULE_nv_scratch_is_a_valid_buffer),
+         .edits = EDITS(DESTROY(nv.scratch))),
+    CASE("scratch_never_created", RULES(RULE_nv_scratch_is_a_valid_buffer),
+         .edits = EDITS(SET(nv.scratch, 0x1234567))),
+    CASE("instances_destroyed", RULES(RULE_nv_instance_data_is_a_valid_buffer),
+         .prepare = scene_nv_use_instances, .edits = EDITS(DESTROY(nv.instance_data))),
+    CASE("instances_never_created_of_a_blas", RULES(RULE_nv_instance_data_is_a_valid_buffer),
+         .edits = EDITS(SET(nv.instance_data, 0x1234567))),
 
-    {.name = "dst_of_another_device",
-     RULES(RULE_nv_objects_share_the_device),
-     .mutate = use_foreign_dst},
-    {.name = "src_of_another_device",
-     RULES(RULE_nv_objects_share_the_device),
-     .mutate = use_foreign_src,
-     .mutate_twin = use_foreign_src_that_is_not_read},
-    {.name = "scratch_of_another_device",
-     RULES(RULE_nv_objects_share_the_device),
-     .mutate = use_foreign_scratch},
-    {.name = "instances_of_another_device",
-     RULES(RULE_nv_objects_share_the_device),
-     .mutate = use_foreign_instances,
-     .mutate_twin = scene_nv_use_instances},
+    CASE("dst_of_another_device", RULES(RULE_nv_objects_share_the_device),
+         .mutate = use_foreign_dst),
+    CASE("src_of_another_device", RULES(RULE_nv_objects_share_the_device),
+         .prepare = use_foreign_src, .twin_edits = EDITS(SET(nv.update, VK_FALSE))),
+    CASE("scratch_of_another_device", RULES(RULE_nv_objects_share_the_device),
+         .mutate = use_foreign_scratch),
+    CASE("instances_of_another_device", RULES(RULE_nv_objects_share_the_device),
+         .prepare = scene_nv_use_instances, .mutate = use_foreign_instances),
 
-    {.name = "dst_unbound", RULES(RULE_nv_dst_is_bound_to_memory), .mutate = use_an_unbound_dst},
-    {.name = "dst_of_freed_memory",
-     RULES(RULE_nv_dst_is_bound_to_memory),
-     .mutate = free_the_memory_of_dst},
-    {.name = "dst_bound_beyond_the_end",
-     RULES(RULE_nv_dst_is_bound_to_memory),
-     .mutate = bind_dst_beyond_the_end_of_memory,
-     .mutate_twin = bind_dst_to_the_end_of_memory,
-     .spares_drivers = true},
-    {.name = "dst_bound_behind_the_end",
-     RULES(RULE_nv_dst_is_bound_to_memory),
-     .mutate = bind_dst_behind_the_end_of_memory,
-     .spares_drivers = true},
+    CASE("dst_unbound", RULES(RULE_nv_dst_is_bound_to_memory), .mutate = use_an_unbound_dst),
+    CASE("dst_of_freed_memory", RULES(RULE_nv_dst_is_bound_to_memory),
+         .mutate = free_the_memory_of_dst),
+    CASE("dst_bound_beyond_the_end", RULES(RULE_nv_dst_is_bound_to_memory),
+         .edits = EDITS(CALL_WITH_SIZE(bind_dst_beyond, 1)),
+         .twin_edits = EDITS(CALL_WITH_SIZE(bind_dst_beyond, 0)), .spares_drivers = true),
+    CASE("dst_bound_behind_the_end", RULES(RULE_nv_dst_is_bound_to_memory),
+         .edits = EDITS(CALL_WITH_SIZE(bind_dst_beyond, 1 << 20)), .spares_drivers = true),
 
-    {.name = "dst_over_the_end_of_src",
-     RULES(RULE_nv_update_src_and_dst_do_not_alias),
-     .mutate = update_over_the_end_of_the_source,
-     .mutate_twin = update_just_behind_the_source},
-    {.name = "dst_in_the_place_of_src",
-     RULES(RULE_nv_update_src_and_dst_do_not_alias),
-     .mutate = update_in_another_object_of_the_same_memory,
-     .mutate_twin = update_in_place},
-    {.name = "dst_over_what_is_not_read",
-     RULES(RULE_nv_update_src_and_dst_do_not_alias),
-     .silent = true,
-     .mutate = build_over_what_it_does_not_read},
+    CASE("dst_over_the_end_of_src", RULES(RULE_nv_update_src_and_dst_do_not_alias),
+         .edits = EDITS(CALL_WITH_SIZE(update_behind, 1)),
+         .twin_edits = EDITS(CALL_WITH_SIZE(update_behind, 0))),
+    CASE("dst_in_the_place_of_src", RULES(RULE_nv_update_src_and_dst_do_not_alias),
+         .mutate = update_in_another_object_of_the_same_memory, .mutate_twin = scene_nv_use_update,
+         .twin_edits = EDITS(COPY(nv.dst, nv.src))),
+    CASE("dst_over_what_is_not_read", RULES(RULE_nv_update_src_and_dst_do_not_alias),
+         .silent = true,
+         .edits = EDITS(CALL_WITH_SIZE(update_behind, 1), SET(nv.update, VK_FALSE))),
 
-    {.name = "scratch_usage",
-     RULES(RULE_nv_scratch_has_ray_tracing_usage, RULE_nv_info_scratch_has_ray_tracing_usage),
-     .mutate = use_scratch_of_another_usage,
-     .mutate_twin = use_scratch_of_many_usages},
-    {.name = "instance_usage",
-     RULES(RULE_nv_instance_data_has_ray_tracing_usage,
-           RULE_nv_info_instance_data_has_ray_tracing_usage),
-     .mutate = use_instances_of_another_usage,
-     .mutate_twin = scene_nv_use_instances},
-    {.name = "build_scratch_short",
-     RULES(RULE_nv_build_scratch_is_large_enough),
-     .mutate = use_scratch_that_is_short,
-     .mutate_twin = use_scratch_that_fits,
-     .path = "scratchOffset 0 in VkBuffer 0x"},
-    {.name = "build_scratch_of_an_update",
-     RULES(RULE_nv_build_scratch_is_large_enough),
-     .mutate = build_with_scratch_of_an_update,
-     .spares_drivers = true},
-    {.name = "build_scratch_over_its_end",
-     RULES(RULE_nv_build_scratch_is_large_enough),
-     .mutate = use_scratch_over_its_end,
-     .mutate_twin = use_the_end_of_scratch},
-    {.name = "build_scratch_offset_behind_the_end",
-     RULES(RULE_nv_build_scratch_is_large_enough),
-     .edits = EDITS(SET(nv.scratch_offset, 1ull << 40))},
-    {.name = "build_scratch_offset_that_wraps",
-     RULES(RULE_nv_build_scratch_is_large_enough),
-     .edits = EDITS(SET(nv.scratch_offset, UINT64_MAX - 255))},
-    {.name = "update_scratch_short",
-     RULES(RULE_nv_update_scratch_is_large_enough),
-     .mutate = update_with_scratch_that_is_short,
-     .mutate_twin = update_with_scratch_that_fits},
-    {.name = "update_scratch_offset_behind_the_end",
-     RULES(RULE_nv_update_scratch_is_large_enough),
-     .mutate = scene_nv_use_update,
-     .edits = EDITS(SET(nv.scratch_offset, 1ull << 40)),
-     .mutate_twin = scene_nv_use_update},
+    CASE("scratch_usage",
+         RULES(RULE_nv_scratch_has_ray_tracing_usage, RULE_nv_info_scratch_has_ray_tracing_usage),
+         .mutate = use_scratch_of_another_usage, .mutate_twin = use_scratch_of_many_usages),
+    CASE("instance_usage",
+         RULES(RULE_nv_instance_data_has_ray_tracing_usage,
+               RULE_nv_info_instance_data_has_ray_tracing_usage),
+         .prepare = scene_nv_use_instances, .mutate = use_instances_of_another_usage),
+    CASE("build_scratch_short", RULES(RULE_nv_build_scratch_is_large_enough),
+         .mutate = use_scratch_that_is_short, .mutate_twin = use_scratch_that_fits,
+         .path = "scratchOffset 0 in VkBuffer 0x"),
+    /* Building needs more. */
+    CASE("build_scratch_of_an_update", RULES(RULE_nv_build_scratch_is_large_enough),
+         .edits =
+             EDITS(SET(nv.update, VK_TRUE), CALL(use_scratch_that_fits), SET(nv.update, VK_FALSE)),
+         .spares_drivers = true),
+    CASE("build_scratch_over_its_end", RULES(RULE_nv_build_scratch_is_large_enough),
+         .edits = EDITS(CALL_WITH_SIZE(use_scratch_behind, 1)),
+         .twin_edits = EDITS(CALL_WITH_SIZE(use_scratch_behind, 0))),
+    CASE("build_scratch_offset_behind_the_end", RULES(RULE_nv_build_scratch_is_large_enough),
+         .edits = EDITS(SET(nv.scratch_offset, 1ull << 40))),
+    CASE("build_scratch_offset_that_wraps", RULES(RULE_nv_build_scratch_is_large_enough),
+         .edits = EDITS(SET(nv.scratch_offset, UINT64_MAX - 255))),
+    CASE("update_scratch_short", RULES(RULE_nv_update_scratch_is_large_enough),
+         .prepare = scene_nv_use_update, .edits = EDITS(CALL(use_scratch_that_is_short)),
+         .twin_edits = EDITS(CALL(use_scratch_that_fits))),
+    CASE("update_scratch_offset_behind_the_end", RULES(RULE_nv_update_scratch_is_large_enough),
+         .prepare = scene_nv_use_update, .edits = EDITS(SET(nv.scratch_offset, 1ull << 40))),
 };
 
 CASE_LIST(cases_nv, cases);

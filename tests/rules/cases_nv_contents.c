@@ -177,7 +177,7 @@ static void wake_instance(struct scene *scene)
         instance_at(scene, 0)->accelerationStructureReference;
 }
 
-#define CASE(name_, rule_, prepare_, mutate_, mutate_twin_, path_)                                 \
+#define DATA_CASE(name_, rule_, prepare_, mutate_, mutate_twin_, path_)                            \
     {                                                                                              \
         .name = (name_), RULES(RULE_##rule_), .setup = &with_content, .prepare = (prepare_),       \
         .mutate = (mutate_), .mutate_twin = (mutate_twin_), .commands = ON_NV, .path = (path_)     \
@@ -189,61 +189,52 @@ static void wake_instance(struct scene *scene)
     }
 
 static const struct test_case cases[] = {
-    CASE("nv_box_upside_down", aabb_min_x_is_at_most_max_x, scene_nv_use_boxes, box_upside_down,
-         box_behind_the_last,
-         "pInfo->pGeometries[1].geometry.aabbs.aabbData leads to primitive 1, whose minX 2 "),
-    CASE("nv_transform_of_zeros", transform_matrix_is_invertible, NULL, zero_transform,
-         zero_transform_elsewhere,
-         "pInfo->pGeometries[0].geometry.triangles.transformData leads to a matrix"),
+    DATA_CASE("nv_box_upside_down", aabb_min_x_is_at_most_max_x, scene_nv_use_boxes,
+              box_upside_down, box_behind_the_last,
+              "pInfo->pGeometries[1].geometry.aabbs.aabbData leads to primitive 1, whose minX 2 "),
+    DATA_CASE("nv_transform_of_zeros", transform_matrix_is_invertible, NULL, zero_transform,
+              zero_transform_elsewhere,
+              "pInfo->pGeometries[0].geometry.triangles.transformData leads to a matrix"),
     /* The rule is about ranges, which this command hasn't. */
     SILENT_CASE("nv_index_beyond_the_vertices", indices_are_within_max_vertex, NULL,
                 index_beyond_the_vertices),
 
     /* A driver may follow such handles. */
-    {.name = "nv_instance_of_nobody",
-     RULES(RULE_nv_instance_references_are_blas_handles),
-     .setup = &with_content,
-     .prepare = use_instances_of_a_blas,
-     .mutate = instance_of_nobody,
-     .mutate_twin = instance_behind_the_last,
-     .commands = ON_NV,
-     .spares_drivers = true,
-     .path = "instanceData leads to instance 2, whose accelerationStructureReference 0x123456 was "
-             "never returned by vkGetAccelerationStructureHandleNV"},
-    {.name = "nv_instance_of_a_tlas",
-     RULES(RULE_nv_instance_references_are_blas_handles),
-     .setup = &with_content,
-     .prepare = use_instances_of_a_blas,
-     .mutate = instance_of_a_tlas,
-     .mutate_twin = instance_of_nothing,
-     .commands = ON_NV,
-     .spares_drivers = true,
-     .path = "instanceData leads to instance 0"},
-    {.name = "nv_instance_of_a_destroyed_structure",
-     RULES(RULE_nv_instance_references_are_of_live_structures),
-     .setup = &with_content,
-     .prepare = keep_a_destroyed_structure,
-     .mutate = instance_of_a_destroyed_structure,
-     .mutate_twin = instance_behind_the_last,
-     .commands = ON_NV,
-     .spares_drivers = true,
-     .path = "instanceData leads to instance 2, whose accelerationStructureReference 0x"},
-    CASE("nv_instance_of_nobodys_flags", instance_flags_are_valid, use_instances_of_a_blas,
-         instance_of_nobodys_flags, instance_behind_the_last, "instanceData leads to instance 1"),
-    CASE("nv_flat_instance", transform_matrix_is_invertible, use_instances_of_a_blas, flat_instance,
-         flat_instance_of_nothing, "instanceData leads to instance 2"),
+    CASE("nv_instance_of_nobody", RULES(RULE_nv_instance_references_are_blas_handles),
+         .commands = ON_NV, .setup = &with_content, .prepare = use_instances_of_a_blas,
+         .mutate = instance_of_nobody, .mutate_twin = instance_behind_the_last,
+         .spares_drivers = true,
+         .path =
+             "instanceData leads to instance 2, whose accelerationStructureReference 0x123456 was "
+             "never returned by vkGetAccelerationStructureHandleNV"),
+    CASE("nv_instance_of_a_tlas", RULES(RULE_nv_instance_references_are_blas_handles),
+         .commands = ON_NV, .setup = &with_content, .prepare = use_instances_of_a_blas,
+         .mutate = instance_of_a_tlas, .mutate_twin = instance_of_nothing, .spares_drivers = true,
+         .path = "instanceData leads to instance 0"),
+    CASE("nv_instance_of_a_destroyed_structure",
+         RULES(RULE_nv_instance_references_are_of_live_structures), .commands = ON_NV,
+         .setup = &with_content, .prepare = keep_a_destroyed_structure,
+         .mutate = instance_of_a_destroyed_structure, .mutate_twin = instance_behind_the_last,
+         .spares_drivers = true,
+         .path = "instanceData leads to instance 2, whose accelerationStructureReference 0x"),
+    DATA_CASE("nv_instance_of_nobodys_flags", instance_flags_are_valid, use_instances_of_a_blas,
+              instance_of_nobodys_flags, instance_behind_the_last,
+              "instanceData leads to instance 1"),
+    DATA_CASE("nv_flat_instance", transform_matrix_is_invertible, use_instances_of_a_blas,
+              flat_instance, flat_instance_of_nothing, "instanceData leads to instance 2"),
 
-    CASE("nv_triangle_put_to_sleep", active_primitives_stay_active, scene_nv_use_update,
-         put_triangle_to_sleep, move_triangle,
-         "pInfo->pGeometries[1] makes primitive 1 inactive, which was active when"),
-    CASE("nv_triangle_woken", inactive_primitives_stay_inactive, sleep_at_first, wake_triangle,
-         put_triangle_to_sleep, "pInfo->pGeometries[1] makes primitive 1 active"),
-    CASE("nv_box_put_to_sleep", active_primitives_stay_active, update_boxes, put_box_to_sleep,
-         move_box, "pInfo->pGeometries[1] makes primitive 2 inactive"),
-    CASE("nv_instance_put_to_sleep", active_primitives_stay_active, update_instances,
-         instance_of_nothing, flat_instance_of_nothing, "instanceData makes primitive 0 inactive"),
-    CASE("nv_instance_woken", inactive_primitives_stay_inactive, update_instances, wake_instance,
-         flat_instance_of_nothing, "instanceData makes primitive 1 active"),
+    DATA_CASE("nv_triangle_put_to_sleep", active_primitives_stay_active, scene_nv_use_update,
+              put_triangle_to_sleep, move_triangle,
+              "pInfo->pGeometries[1] makes primitive 1 inactive, which was active when"),
+    DATA_CASE("nv_triangle_woken", inactive_primitives_stay_inactive, sleep_at_first, wake_triangle,
+              put_triangle_to_sleep, "pInfo->pGeometries[1] makes primitive 1 active"),
+    DATA_CASE("nv_box_put_to_sleep", active_primitives_stay_active, update_boxes, put_box_to_sleep,
+              move_box, "pInfo->pGeometries[1] makes primitive 2 inactive"),
+    DATA_CASE("nv_instance_put_to_sleep", active_primitives_stay_active, update_instances,
+              instance_of_nothing, flat_instance_of_nothing,
+              "instanceData makes primitive 0 inactive"),
+    DATA_CASE("nv_instance_woken", inactive_primitives_stay_inactive, update_instances,
+              wake_instance, flat_instance_of_nothing, "instanceData makes primitive 1 active"),
 };
 
 CASE_LIST(cases_nv_contents, cases);

@@ -30,63 +30,11 @@ static const struct setup few_instances = {.configure = limit_instances};
 static const struct setup few_triangles = {.configure = limit_triangles};
 static const struct setup nothing_special = {0};
 
-static void use_one_geometry(struct scene *scene)
-{
-    scene->nv.info.geometryCount = 1;
-}
-
-static void use_as_many_instances(struct scene *scene)
-{
-    scene_nv_use_instances(scene);
-    scene->nv.info.instanceCount = LIMIT;
-    scene_nv_give_objects(scene);
-}
-
-static void use_more_instances(struct scene *scene)
-{
-    scene_nv_use_instances(scene);
-    scene->nv.info.instanceCount = LIMIT + 1;
-    scene_nv_give_objects(scene);
-}
-
-static void use_more_triangles(struct scene *scene)
-{
-    scene->nv.geometries[1].geometry.triangles.vertexCount = 9;
-    scene_nv_give_objects(scene);
-}
-
 /* ---- infos of which dst knows ---- */
-
-static void create_with_an_unknown_type(struct scene *scene)
-{
-    scene->nv.info.type = (VkAccelerationStructureTypeNV)1234;
-    scene_nv_give_objects(scene);
-}
-
-static void create_generic(struct scene *scene)
-{
-    scene->nv.info.type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
-    scene_nv_give_objects(scene);
-}
 
 static void create_with_unknown_flags(struct scene *scene)
 {
     scene->nv.info.flags |= 1u << 30;
-    scene_nv_give_objects(scene);
-}
-
-static void create_with_all_flags_of_nv(struct scene *scene)
-{
-    scene->nv.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV |
-                           VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_NV |
-                           VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_NV |
-                           VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_NV;
-    scene_nv_give_objects(scene);
-}
-
-static void create_without_flags(struct scene *scene)
-{
-    scene->nv.info.flags = 0;
     scene_nv_give_objects(scene);
 }
 
@@ -111,36 +59,11 @@ static void create_tlas_with_geometries(struct scene *scene)
     scene_nv_give_objects(scene);
 }
 
-static void create_blas_with_instances(struct scene *scene)
-{
-    scene->nv.info.instanceCount = 1;
-    scene_nv_give_objects(scene);
-}
-
-/* Of no boxes, so that dst has enough of them. */
-static void use_boxes_beside_triangles(struct scene *scene)
-{
-    scene->nv.geometries[1].geometryType = VK_GEOMETRY_TYPE_AABBS_NV;
-    scene->nv.geometries[1].geometry.aabbs.aabbData = scene->nv.boxes.handle;
-    scene->nv.geometries[1].geometry.aabbs.stride = 24;
-}
-
-static void use_an_unreadable_geometry(struct scene *scene)
-{
-    scene->nv.info.pGeometries = unreadable_page();
-}
-
 static void cut_geometries_short(struct scene *scene)
 {
     VkGeometryNV *geometries = bytes_before_unreadable_page(sizeof(*geometries));
     *geometries = scene->nv.geometries[0];
     scene->nv.info.pGeometries = geometries;
-}
-
-static void use_the_geometry_that_can_be_read(struct scene *scene)
-{
-    cut_geometries_short(scene);
-    scene->nv.info.geometryCount = 1;
 }
 
 /* ---- what dst was created for ---- */
@@ -151,30 +74,6 @@ static void build_a_tlas_into_a_blas(struct scene *scene)
     scene_nv_use_instances(scene);
     scene->nv.dst = blas;
     scene_nv_give_large_scratch(scene);
-}
-
-static void build_more_instances(struct scene *scene)
-{
-    scene_nv_use_instances(scene);
-    scene->nv.info.instanceCount++;
-}
-
-static void build_fewer_instances(struct scene *scene)
-{
-    scene_nv_use_instances(scene);
-    scene->nv.info.instanceCount--;
-}
-
-static void build_more_geometries(struct scene *scene)
-{
-    scene->nv.geometries[2] = scene->nv.geometries[1];
-    scene->nv.info.geometryCount = 3;
-}
-
-static void build_more_boxes(struct scene *scene)
-{
-    scene_nv_use_boxes(scene);
-    scene->nv.geometries[1].geometry.aabbs.numAABBs++;
 }
 
 static void build_boxes_into_triangles(struct scene *scene)
@@ -194,11 +93,6 @@ static void build_indexed_as_unindexed(struct scene *scene)
     triangles->indexCount = 0;
 }
 
-static void build_unindexed_as_indexed(struct scene *scene)
-{
-    scene->nv.geometries[1] = scene->nv.geometries[0];
-}
-
 /* The next geometry of dst would have enough. */
 static void build_in_another_order(struct scene *scene)
 {
@@ -210,141 +104,104 @@ static void build_in_another_order(struct scene *scene)
 /* ---- cases ---- */
 
 static const struct test_case cases[] = {
-    {.name = "stype",
-     RULES(RULE_nv_info_has_its_stype),
-     .edits = EDITS(SET(nv.info.sType, VK_STRUCTURE_TYPE_GEOMETRY_NV)),
-     .path = "): pInfo->sType VK_STRUCTURE_TYPE_GEOMETRY_NV is not"},
-    {.name = "chain",
-     RULES(RULE_nv_info_has_no_chain),
-     .edits = EDITS(SET(nv.info.pNext, 16)),
-     .path = "pInfo->pNext 0x10"},
-    {.name = "type_unknown",
-     RULES(RULE_nv_info_type_is_valid),
-     .mutate = create_with_an_unknown_type,
-     .spares_drivers = true},
-    {.name = "type_generic",
-     RULES(RULE_nv_info_type_is_not_generic),
-     .mutate = create_generic,
-     .spares_drivers = true},
-    {.name = "flags_unknown",
-     RULES(RULE_nv_info_flags_are_valid),
-     .mutate = create_with_unknown_flags,
-     .mutate_twin = create_with_all_flags_of_nv,
-     .spares_drivers = true},
-    {.name = "fast_trace_and_fast_build",
-     RULES(RULE_nv_fast_trace_excludes_fast_build),
-     .mutate = create_for_fast_trace_and_build,
-     .mutate_twin = create_for_fast_trace,
-     .spares_drivers = true},
-    {.name = "tlas_with_geometries",
-     RULES(RULE_nv_tlas_has_no_geometries),
-     .mutate = create_tlas_with_geometries,
-     .mutate_twin = scene_nv_use_instances,
-     .spares_drivers = true},
-    {.name = "blas_with_instances",
-     RULES(RULE_nv_blas_has_no_instances),
-     .mutate = create_blas_with_instances,
-     .spares_drivers = true},
-    {.name = "blas_of_two_types",
-     RULES(RULE_nv_blas_geometries_have_one_type),
-     .mutate = use_boxes_beside_triangles,
-     .mutate_twin = scene_nv_use_boxes},
-    {.name = "geometries_null",
-     RULES(RULE_nv_geometries_are_readable),
-     .edits = EDITS(SET(nv.info.pGeometries, 0)),
-     .twin_edits = EDITS(SET(nv.info.pGeometries, 0), SET(nv.info.geometryCount, 0))},
-    {.name = "geometries_unreadable",
-     RULES(RULE_nv_geometries_are_readable),
-     .mutate = use_an_unreadable_geometry},
-    {.name = "geometries_cut_short",
-     RULES(RULE_nv_geometries_are_readable),
-     .mutate = cut_geometries_short,
-     .mutate_twin = use_the_geometry_that_can_be_read},
+    CASE("stype", RULES(RULE_nv_info_has_its_stype),
+         .edits = EDITS(SET(nv.info.sType, VK_STRUCTURE_TYPE_GEOMETRY_NV)),
+         .path = "): pInfo->sType VK_STRUCTURE_TYPE_GEOMETRY_NV is not"),
+    CASE("chain", RULES(RULE_nv_info_has_no_chain), .edits = EDITS(SET(nv.info.pNext, 16)),
+         .path = "pInfo->pNext 0x10"),
 
-    {.name = "geometry_limit",
-     RULES(RULE_nv_build_geometry_count_is_within_limit, RULE_nv_geometry_count_is_within_limit),
-     .setup = &few_geometries,
-     .twin_setup = &nothing_special,
-     .path = "pInfo->geometryCount 2 exceeds"},
-    {.name = "geometry_limit_met",
-     RULES(RULE_nv_build_geometry_count_is_within_limit, RULE_nv_geometry_count_is_within_limit),
-     .setup = &few_geometries,
-     .twin_setup = &nothing_special,
-     .silent = true,
-     .mutate = use_one_geometry},
-    {.name = "instance_limit",
-     RULES(RULE_nv_instance_count_is_within_limit),
-     .setup = &few_instances,
-     .mutate = use_more_instances,
-     .mutate_twin = use_as_many_instances},
-    {.name = "triangle_limit",
-     RULES(RULE_nv_triangle_count_is_within_limit),
-     .setup = &few_triangles,
-     .mutate = use_more_triangles},
+    SHARED(.spares_drivers = true),
+    CASE("type_unknown", RULES(RULE_nv_info_type_is_valid),
+         .edits = EDITS(SET(nv.info.type, (VkAccelerationStructureTypeNV)1234),
+                        CALL(scene_nv_give_objects))),
+    CASE("type_generic", RULES(RULE_nv_info_type_is_not_generic),
+         .edits = EDITS(SET(nv.info.type, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR),
+                        CALL(scene_nv_give_objects))),
+    CASE("flags_unknown", RULES(RULE_nv_info_flags_are_valid), .mutate = create_with_unknown_flags,
+         .twin_edits =
+             EDITS(SET(nv.info.flags, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV |
+                                          VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_NV |
+                                          VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_NV |
+                                          VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_NV),
+                   CALL(scene_nv_give_objects))),
+    CASE("fast_trace_and_fast_build", RULES(RULE_nv_fast_trace_excludes_fast_build),
+         .mutate = create_for_fast_trace_and_build, .mutate_twin = create_for_fast_trace),
+    CASE("tlas_with_geometries", RULES(RULE_nv_tlas_has_no_geometries),
+         .mutate = create_tlas_with_geometries, .mutate_twin = scene_nv_use_instances),
+    CASE("blas_with_instances", RULES(RULE_nv_blas_has_no_instances),
+         .edits = EDITS(SET(nv.info.instanceCount, 1), CALL(scene_nv_give_objects))),
+
+    SHARED(),
+    /* Of no boxes, so that dst has enough of them. */
+    CASE("blas_of_two_types", RULES(RULE_nv_blas_geometries_have_one_type),
+         .edits = EDITS(SET(nv.geometries[1].geometryType, VK_GEOMETRY_TYPE_AABBS_NV),
+                        COPY(nv.geometries[1].geometry.aabbs.aabbData, nv.boxes.handle),
+                        SET(nv.geometries[1].geometry.aabbs.stride, 24)),
+         .mutate_twin = scene_nv_use_boxes),
+    CASE("geometries_null", RULES(RULE_nv_geometries_are_readable),
+         .edits = EDITS(SET(nv.info.pGeometries, 0)),
+         .twin_edits = EDITS(SET(nv.info.pGeometries, 0), SET(nv.info.geometryCount, 0))),
+    CASE("geometries_unreadable", RULES(RULE_nv_geometries_are_readable),
+         .edits = EDITS(UNREADABLE(nv.info.pGeometries))),
+    CASE("geometries_cut_short", RULES(RULE_nv_geometries_are_readable),
+         .prepare = cut_geometries_short, .twin_edits = EDITS(SET(nv.info.geometryCount, 1))),
+
+    CASE(
+        "geometry_limit",
+        RULES(RULE_nv_build_geometry_count_is_within_limit, RULE_nv_geometry_count_is_within_limit),
+        .setup = &few_geometries, .twin_setup = &nothing_special,
+        .path = "pInfo->geometryCount 2 exceeds"),
+    CASE(
+        "geometry_limit_met",
+        RULES(RULE_nv_build_geometry_count_is_within_limit, RULE_nv_geometry_count_is_within_limit),
+        .silent = true, .setup = &few_geometries, .twin_setup = &nothing_special,
+        .edits = EDITS(SET(nv.info.geometryCount, 1))),
+    CASE("instance_limit", RULES(RULE_nv_instance_count_is_within_limit), .setup = &few_instances,
+         .prepare = scene_nv_use_instances,
+         .edits = EDITS(SET(nv.info.instanceCount, LIMIT + 1), CALL(scene_nv_give_objects)),
+         .twin_edits = EDITS(SET(nv.info.instanceCount, LIMIT), CALL(scene_nv_give_objects))),
+    CASE("triangle_limit", RULES(RULE_nv_triangle_count_is_within_limit), .setup = &few_triangles,
+         .edits = EDITS(SET(nv.geometries[1].geometry.triangles.vertexCount, 9),
+                        CALL(scene_nv_give_objects))),
 
     /* No device takes as many, backend cpu included. */
-    {.name = "more_geometries_than_any_limit",
-     RULES(RULE_nv_build_geometry_count_is_within_limit, RULE_nv_geometry_count_is_within_limit,
-           RULE_nv_geometries_are_readable, RULE_nv_dst_was_created_compatible),
-     .edits = EDITS(SET(nv.info.geometryCount, UINT32_MAX))},
-    {.name = "more_instances_than_any_limit",
-     RULES(RULE_nv_instance_count_is_within_limit, RULE_nv_dst_was_created_compatible),
-     .mutate = scene_nv_use_instances,
-     .edits = EDITS(SET(nv.info.instanceCount, UINT32_MAX)),
-     .mutate_twin = scene_nv_use_instances},
-    {.name = "more_triangles_than_any_limit",
-     RULES(RULE_nv_triangle_count_is_within_limit, RULE_nv_dst_was_created_compatible),
-     .edits = EDITS(SET(NV_TRIANGLES(0).indexCount, 3u << 29))},
+    CASE("more_geometries_than_any_limit",
+         RULES(RULE_nv_build_geometry_count_is_within_limit, RULE_nv_geometry_count_is_within_limit,
+               RULE_nv_geometries_are_readable, RULE_nv_dst_was_created_compatible),
+         .edits = EDITS(SET(nv.info.geometryCount, UINT32_MAX))),
+    CASE("more_instances_than_any_limit",
+         RULES(RULE_nv_instance_count_is_within_limit, RULE_nv_dst_was_created_compatible),
+         .prepare = scene_nv_use_instances, .edits = EDITS(SET(nv.info.instanceCount, UINT32_MAX))),
+    CASE("more_triangles_than_any_limit",
+         RULES(RULE_nv_triangle_count_is_within_limit, RULE_nv_dst_was_created_compatible),
+         .edits = EDITS(SET(NV_TRIANGLES(0).indexCount, 3u << 29))),
 
-    {.name = "another_type",
-     RULES(RULE_nv_dst_was_created_compatible),
-     .mutate = build_a_tlas_into_a_blas,
-     .mutate_twin = scene_nv_use_instances},
-    {.name = "other_flags",
-     RULES(RULE_nv_dst_was_created_compatible),
-     .edits = EDITS(SET(nv.info.flags, 0)),
-     .mutate_twin = create_without_flags},
-    {.name = "more_instances",
-     RULES(RULE_nv_dst_was_created_compatible),
-     .mutate = build_more_instances,
-     .mutate_twin = build_fewer_instances},
-    {.name = "more_geometries",
-     RULES(RULE_nv_dst_was_created_compatible),
-     .mutate = build_more_geometries,
-     .mutate_twin = use_one_geometry},
-    {.name = "more_vertices",
-     RULES(RULE_nv_dst_was_created_compatible),
-     .edits = EDITS(ADD(NV_TRIANGLES(1).vertexCount, 1)),
-     .twin_edits = EDITS(ADD(NV_TRIANGLES(1).vertexCount, -3)),
-     .path = "was created for 6 vertices in geometry 1"},
-    {.name = "more_vertices_of_indexed",
-     RULES(RULE_nv_dst_was_created_compatible),
-     .edits = EDITS(ADD(NV_TRIANGLES(0).vertexCount, 1))},
-    {.name = "more_indices",
-     RULES(RULE_nv_dst_was_created_compatible),
-     .edits = EDITS(ADD(NV_TRIANGLES(0).indexCount, 3)),
-     .twin_edits = EDITS(ADD(NV_TRIANGLES(0).indexCount, -3))},
-    {.name = "indices_where_there_were_none",
-     RULES(RULE_nv_dst_was_created_compatible),
-     .mutate = build_unindexed_as_indexed,
-     .mutate_twin = build_indexed_as_unindexed},
-    {.name = "another_order",
-     RULES(RULE_nv_dst_was_created_compatible),
-     .mutate = build_in_another_order},
-    {.name = "more_boxes",
-     RULES(RULE_nv_dst_was_created_compatible),
-     .mutate = build_more_boxes,
-     .mutate_twin = scene_nv_use_boxes,
-     .path = "was created for 3 AABBs in geometry 1"},
-    {.name = "fewer_boxes",
-     RULES(RULE_nv_dst_was_created_compatible),
-     .silent = true,
-     .mutate = scene_nv_use_boxes,
-     .edits = EDITS(ADD(NV_BOXES(1).numAABBs, -1))},
-    {.name = "boxes_where_there_were_triangles",
-     RULES(RULE_nv_dst_was_created_compatible),
-     .mutate = build_boxes_into_triangles,
-     .mutate_twin = scene_nv_use_boxes},
+    SHARED(RULES(RULE_nv_dst_was_created_compatible)),
+    CASE("another_type", .mutate = build_a_tlas_into_a_blas, .mutate_twin = scene_nv_use_instances),
+    CASE("other_flags", .edits = EDITS(SET(nv.info.flags, 0)),
+         .twin_edits = EDITS(SET(nv.info.flags, 0), CALL(scene_nv_give_objects))),
+    CASE("more_instances", .prepare = scene_nv_use_instances,
+         .edits = EDITS(ADD(nv.info.instanceCount, 1)),
+         .twin_edits = EDITS(ADD(nv.info.instanceCount, -1))),
+    CASE("more_geometries",
+         .edits = EDITS(COPY(nv.geometries[2], nv.geometries[1]), SET(nv.info.geometryCount, 3)),
+         .twin_edits = EDITS(SET(nv.info.geometryCount, 1))),
+    CASE("more_vertices", .edits = EDITS(ADD(NV_TRIANGLES(1).vertexCount, 1)),
+         .twin_edits = EDITS(ADD(NV_TRIANGLES(1).vertexCount, -3)),
+         .path = "was created for 6 vertices in geometry 1"),
+    CASE("more_vertices_of_indexed", .edits = EDITS(ADD(NV_TRIANGLES(0).vertexCount, 1))),
+    CASE("more_indices", .edits = EDITS(ADD(NV_TRIANGLES(0).indexCount, 3)),
+         .twin_edits = EDITS(ADD(NV_TRIANGLES(0).indexCount, -3))),
+    CASE("indices_where_there_were_none", .edits = EDITS(COPY(nv.geometries[1], nv.geometries[0])),
+         .mutate_twin = build_indexed_as_unindexed),
+    CASE("another_order", .mutate = build_in_another_order),
+    CASE("more_boxes", .prepare = scene_nv_use_boxes,
+         .edits = EDITS(ADD(nv.geometries[1].geometry.aabbs.numAABBs, 1)),
+         .path = "was created for 3 AABBs in geometry 1"),
+    CASE("fewer_boxes", .silent = true, .mutate = scene_nv_use_boxes,
+         .edits = EDITS(ADD(NV_BOXES(1).numAABBs, -1))),
+    CASE("boxes_where_there_were_triangles", .mutate = build_boxes_into_triangles,
+         .mutate_twin = scene_nv_use_boxes),
 };
 
 CASE_LIST(cases_nv_info, cases);

@@ -69,12 +69,6 @@ static void update_an_update(struct scene *scene)
     update_from(scene, scene->nv.dst);
 }
 
-static void update_in_place(struct scene *scene)
-{
-    scene_nv_use_update(scene);
-    scene->nv.dst = scene->nv.src;
-}
-
 /* A KHR structure of the same handle, had it one, would be another thing. */
 static void build_a_khr_structure_between(struct scene *scene)
 {
@@ -84,37 +78,16 @@ static void build_a_khr_structure_between(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    {.name = "not_allowed",
-     RULES(RULE_update_source_was_built_with_allow_update),
-     .commands = ON_NV,
-     .mutate = update_what_does_not_allow_it,
-     .mutate_twin = update_what_allows_it,
-     .path = "): src VkAccelerationStructureNV 0x"},
-    {.name = "allowed_with_other_flags",
-     RULES(RULE_update_source_was_built_with_allow_update),
-     .commands = ON_NV,
-     .silent = true,
-     .mutate = update_what_allows_more},
-    {.name = "clone_of_what_is_not_allowed",
-     RULES(RULE_update_source_was_built_with_allow_update),
-     .commands = ON_NV,
-     .mutate = update_a_clone_that_does_not_allow_it,
-     .mutate_twin = update_a_clone},
-    {.name = "update_of_an_update",
-     RULES(RULE_update_source_was_built_with_allow_update),
-     .commands = ON_NV,
-     .silent = true,
-     .mutate = update_an_update},
-    {.name = "in_place",
-     RULES(RULE_update_source_was_built_with_allow_update),
-     .commands = ON_NV,
-     .silent = true,
-     .mutate = update_in_place},
-    {.name = "beside_the_other_extension",
-     RULES(RULE_update_source_was_built_with_allow_update),
-     .commands = ON_NV,
-     .silent = true,
-     .mutate = build_a_khr_structure_between},
+    SHARED(.commands = ON_NV, RULES(RULE_update_source_was_built_with_allow_update)),
+    CASE("not_allowed", .mutate = update_what_does_not_allow_it,
+         .mutate_twin = update_what_allows_it, .path = "): src VkAccelerationStructureNV 0x"),
+    CASE("allowed_with_other_flags", .silent = true, .mutate = update_what_allows_more),
+    CASE("clone_of_what_is_not_allowed", .mutate = update_a_clone_that_does_not_allow_it,
+         .mutate_twin = update_a_clone),
+    CASE("update_of_an_update", .silent = true, .mutate = update_an_update),
+    CASE("in_place", .silent = true, .mutate = scene_nv_use_update,
+         .edits = EDITS(COPY(nv.dst, nv.src))),
+    CASE("beside_the_other_extension", .silent = true, .mutate = build_a_khr_structure_between),
 };
 
 CASE_LIST(cases_nv_update, cases);

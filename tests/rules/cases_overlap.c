@@ -24,22 +24,6 @@ static void share_dst_of_updates(struct scene *scene)
     scene->infos[build].dstAccelerationStructure = scene->infos[UPDATE].dstAccelerationStructure;
 }
 
-static void update_from_dst_of_another(struct scene *scene)
-{
-    scene->infos[UPDATE].srcAccelerationStructure = scene->infos[INDEXED].dstAccelerationStructure;
-    scene_build_source(scene, UPDATE);
-}
-
-static void build_with_src_that_is_dst_of_another(struct scene *scene)
-{
-    scene->infos[AABBS].srcAccelerationStructure = scene->infos[INDEXED].dstAccelerationStructure;
-}
-
-static void build_with_src_that_is_its_dst(struct scene *scene)
-{
-    scene->infos[AABBS].srcAccelerationStructure = scene->infos[AABBS].dstAccelerationStructure;
-}
-
 static void update_two_from_one(struct scene *scene)
 {
     const uint32_t build = scene_add_build(scene, UPDATE);
@@ -48,71 +32,34 @@ static void update_two_from_one(struct scene *scene)
 
 /* ---- structures ---- */
 
-static void put_two_dsts(struct scene *scene, VkDeviceSize first, VkDeviceSize second)
+static void put_two_dsts(struct scene *scene, enum place place)
 {
     const struct test_buffer buffer = place_buffer(scene);
-    place_dst(scene, INDEXED, &buffer, first);
-    place_dst(scene, AABBS, &buffer, second);
-}
-
-static void overlap_dsts(struct scene *scene)
-{
-    put_two_dsts(scene, 0, place_within(place_size(scene, INDEXED)));
-}
-
-static void put_dsts_side_by_side(struct scene *scene)
-{
-    put_two_dsts(scene, 0, place_behind(place_size(scene, INDEXED)));
+    place_dst(scene, INDEXED, &buffer, 0);
+    place_dst(scene, AABBS, &buffer, place_offset(place_size(scene, INDEXED), place));
 }
 
 /* The second, in the order of builds, comes first in memory. */
-static void overlap_dsts_far_inside(struct scene *scene)
+static void put_two_dsts_far_inside(struct scene *scene, enum place place)
 {
-    put_two_dsts(scene, PLACE_FAR + place_within(place_size(scene, AABBS)), PLACE_FAR);
+    const struct test_buffer buffer = place_buffer(scene);
+    const VkDeviceSize offset = place_offset(place_size(scene, AABBS), place);
+    place_dst(scene, INDEXED, &buffer, PLACE_FAR + offset);
+    place_dst(scene, AABBS, &buffer, PLACE_FAR);
 }
 
-static void put_dsts_side_by_side_far_inside(struct scene *scene)
-{
-    put_two_dsts(scene, PLACE_FAR + place_behind(place_size(scene, AABBS)), PLACE_FAR);
-}
-
-static void put_update(struct scene *scene, VkDeviceSize dst)
+static void put_update(struct scene *scene, enum place dst)
 {
     const struct test_buffer buffer = place_buffer(scene);
     place_src(scene, UPDATE, &buffer, PLACE_FAR);
-    place_dst(scene, UPDATE, &buffer, PLACE_FAR + dst);
+    place_dst(scene, UPDATE, &buffer, PLACE_FAR + place_offset(place_size(scene, UPDATE), dst));
 }
 
-static void overlap_update(struct scene *scene)
-{
-    put_update(scene, place_within(place_size(scene, UPDATE)));
-}
-
-static void alias_update(struct scene *scene)
-{
-    put_update(scene, 0);
-}
-
-static void put_update_side_by_side(struct scene *scene)
-{
-    put_update(scene, place_behind(place_size(scene, UPDATE)));
-}
-
-static void put_src_and_dst_of_another(struct scene *scene, VkDeviceSize offset)
+static void put_src_and_dst_of_another(struct scene *scene, enum place dst)
 {
     const struct test_buffer buffer = place_buffer(scene);
     place_src(scene, UPDATE, &buffer, PLACE_FAR);
-    place_dst(scene, TLAS, &buffer, PLACE_FAR + offset);
-}
-
-static void overlap_src_with_dst_of_another(struct scene *scene)
-{
-    put_src_and_dst_of_another(scene, place_within(place_size(scene, UPDATE)));
-}
-
-static void put_src_beside_dst_of_another(struct scene *scene)
-{
-    put_src_and_dst_of_another(scene, place_behind(place_size(scene, UPDATE)));
+    place_dst(scene, TLAS, &buffer, PLACE_FAR + place_offset(place_size(scene, UPDATE), dst));
 }
 
 /* The source of a build that is no update is not read. */
@@ -133,77 +80,35 @@ static void overlap_two_srcs(struct scene *scene)
 
 /* ---- scratch ---- */
 
-static void put_dst_and_scratch(struct scene *scene, uint32_t build_of_scratch, VkDeviceSize offset)
+static void put_dst_and_scratch(struct scene *scene, uint32_t build_of_scratch,
+                                VkDeviceSize scratch)
 {
     const struct test_buffer buffer = place_buffer(scene);
+    const VkDeviceSize offset =
+        place_scratch_offset(scene, place_size(scene, AABBS), (enum place)scratch);
     place_dst(scene, AABBS, &buffer, PLACE_FAR);
     place_scratch(scene, build_of_scratch, &buffer, PLACE_FAR + offset);
 }
 
-static void overlap_dst_with_own_scratch(struct scene *scene)
-{
-    put_dst_and_scratch(scene, AABBS, place_scratch_within(scene, place_size(scene, AABBS)));
-}
-
-static void put_dst_beside_own_scratch(struct scene *scene)
-{
-    put_dst_and_scratch(scene, AABBS, place_scratch_behind(scene, place_size(scene, AABBS)));
-}
-
-static void overlap_dst_with_scratch_of_another(struct scene *scene)
-{
-    put_dst_and_scratch(scene, REFIT, place_scratch_within(scene, place_size(scene, AABBS)));
-}
-
-static void put_dst_beside_scratch_of_another(struct scene *scene)
-{
-    put_dst_and_scratch(scene, REFIT, place_scratch_behind(scene, place_size(scene, AABBS)));
-}
-
-static void put_two_scratches(struct scene *scene, VkDeviceSize offset)
+static void put_two_scratches(struct scene *scene, enum place second)
 {
     const struct test_buffer buffer = place_buffer(scene);
+    const VkDeviceSize offset =
+        place_scratch_offset(scene, scene_scratch_size(scene, TLAS), second);
     place_scratch(scene, TLAS, &buffer, PLACE_FAR);
     place_scratch(scene, INDEXED, &buffer, PLACE_FAR + offset);
 }
 
-static void overlap_scratches(struct scene *scene)
-{
-    put_two_scratches(scene, place_scratch_within(scene, scene_scratch_size(scene, TLAS)));
-}
-
-static void put_scratches_side_by_side(struct scene *scene)
-{
-    put_two_scratches(scene, place_scratch_behind(scene, scene_scratch_size(scene, TLAS)));
-}
-
-static void put_src_and_scratch(struct scene *scene, uint32_t build_of_scratch, VkDeviceSize offset)
+static void put_src_and_scratch(struct scene *scene, uint32_t build_of_scratch,
+                                VkDeviceSize scratch)
 {
     const struct test_buffer buffer = place_buffer(scene);
+    const VkDeviceSize offset =
+        place_scratch_offset(scene, place_size(scene, UPDATE), (enum place)scratch);
     if (scene_scratch_size(scene, build_of_scratch) == 0)
         scene_skip(scene, "the driver wants no scratch for updates");
     place_src(scene, UPDATE, &buffer, PLACE_FAR);
     place_scratch(scene, build_of_scratch, &buffer, PLACE_FAR + offset);
-}
-
-static void overlap_src_with_own_scratch(struct scene *scene)
-{
-    put_src_and_scratch(scene, UPDATE, place_scratch_within(scene, place_size(scene, UPDATE)));
-}
-
-static void put_src_beside_own_scratch(struct scene *scene)
-{
-    put_src_and_scratch(scene, UPDATE, place_scratch_behind(scene, place_size(scene, UPDATE)));
-}
-
-static void overlap_src_with_scratch_of_another(struct scene *scene)
-{
-    put_src_and_scratch(scene, AABBS, place_scratch_within(scene, place_size(scene, UPDATE)));
-}
-
-static void put_src_beside_scratch_of_another(struct scene *scene)
-{
-    put_src_and_scratch(scene, AABBS, place_scratch_behind(scene, place_size(scene, UPDATE)));
 }
 
 static void overlap_refit_with_scratch(struct scene *scene)
@@ -228,116 +133,84 @@ static void leave_alone(struct scene *scene, uint32_t build)
     scene->info_count = 1;
 }
 
-#define ALONE(place, build)                                                                        \
-    static void place##_alone(struct scene *scene)                                                 \
-    {                                                                                              \
-        place(scene);                                                                              \
-        leave_alone(scene, build);                                                                 \
-    }
-
-ALONE(overlap_dst_with_own_scratch, AABBS)
-ALONE(put_dst_beside_own_scratch, AABBS)
-ALONE(overlap_update, UPDATE)
-ALONE(put_update_side_by_side, UPDATE)
-ALONE(overlap_src_with_own_scratch, UPDATE)
-ALONE(put_src_beside_own_scratch, UPDATE)
-
 static const struct test_case cases[] = {
-    {.name = "dst_built_twice",
-     RULES(RULE_no_dst_is_built_twice),
-     .mutate = share_dst,
-     .mutate_twin = add_another,
-     .path = "pInfos[6]"},
-    {.name = "dst_updated_twice",
-     RULES(RULE_no_dst_is_built_twice),
-     .mutate = share_dst_of_updates,
-     .mutate_twin = update_two_from_one},
-    {.name = "src_is_dst_of_another",
-     RULES(RULE_no_src_is_the_dst_of_another_build),
-     .mutate = update_from_dst_of_another,
-     .mutate_twin = update_two_from_one,
-     .path = "pInfos[4]"},
-    {.name = "src_is_dst_of_another_though_not_an_update",
-     RULES(RULE_no_src_is_the_dst_of_another_build),
-     .mutate = build_with_src_that_is_dst_of_another,
-     .mutate_twin = build_with_src_that_is_its_dst,
-     .path = "pInfos[2]"},
-    {.name = "update_overlaps_itself",
-     RULES(RULE_update_src_and_dst_do_not_alias),
-     .mutate = overlap_update,
-     .mutate_twin = put_update_side_by_side,
-     .path = "pInfos[4].srcAccelerationStructure"},
-    {.name = "update_aliases_itself",
-     RULES(RULE_update_src_and_dst_do_not_alias),
-     .mutate = alias_update,
-     .mutate_twin = put_update_side_by_side},
-    {.name = "dst_overlaps_src_of_another",
-     RULES(RULE_dst_and_update_src_are_apart),
-     .mutate = overlap_src_with_dst_of_another,
-     .mutate_twin = put_src_beside_dst_of_another,
-     .path = "pInfos[3].dstAccelerationStructure"},
-    {.name = "dst_overlaps_ignored_src_of_another",
-     RULES(RULE_dst_and_update_src_are_apart),
-     .silent = true,
-     .mutate = overlap_ignored_src_with_dst_of_another},
-    {.name = "src_overlaps_src",
-     RULES(RULE_dst_and_update_src_are_apart),
-     .silent = true,
-     .mutate = overlap_two_srcs},
-    {.name = "dst_overlaps_dst",
-     RULES(RULE_dst_and_dst_are_apart),
-     .mutate = overlap_dsts,
-     .mutate_twin = put_dsts_side_by_side,
-     .path = "with pInfos[2].dstAccelerationStructure",
-     .count = 1},
-    {.name = "dst_overlaps_dst_far_inside",
-     RULES(RULE_dst_and_dst_are_apart),
-     .mutate = overlap_dsts_far_inside,
-     .mutate_twin = put_dsts_side_by_side_far_inside,
-     .path = "pInfos[0]"},
-    {.name = "dst_overlaps_own_scratch",
-     RULES(RULE_dst_and_scratch_are_apart),
-     .mutate = overlap_dst_with_own_scratch,
-     .mutate_twin = put_dst_beside_own_scratch,
-     .path = "with pInfos[2].scratchData"},
-    {.name = "dst_overlaps_scratch_of_another",
-     RULES(RULE_dst_and_scratch_are_apart),
-     .mutate = overlap_dst_with_scratch_of_another,
-     .mutate_twin = put_dst_beside_scratch_of_another,
-     .path = "with pInfos[5].scratchData"},
-    {.name = "scratch_overlaps_scratch",
-     RULES(RULE_scratch_and_scratch_are_apart),
-     .mutate = overlap_scratches,
-     .mutate_twin = put_scratches_side_by_side,
-     .path = "pInfos[0].scratchData"},
-    {.name = "scratch_overlaps_own_src",
-     RULES(RULE_scratch_and_update_src_are_apart),
-     .mutate = overlap_src_with_own_scratch,
-     .mutate_twin = put_src_beside_own_scratch,
-     .path = "pInfos[4].scratchData"},
-    {.name = "scratch_overlaps_src_of_another",
-     RULES(RULE_scratch_and_update_src_are_apart),
-     .mutate = overlap_src_with_scratch_of_another,
-     .mutate_twin = put_src_beside_scratch_of_another,
-     .path = "pInfos[2].scratchData"},
-    {.name = "scratch_overlaps_refit",
-     RULES(RULE_dst_and_scratch_are_apart, RULE_scratch_and_update_src_are_apart),
-     .mutate = overlap_refit_with_scratch},
-    {.name = "dst_overlaps_scratch_alone",
-     RULES(RULE_dst_and_scratch_are_apart),
-     .mutate = overlap_dst_with_own_scratch_alone,
-     .mutate_twin = put_dst_beside_own_scratch_alone,
-     .path = "with pInfos[0].scratchData"},
-    {.name = "update_overlaps_itself_alone",
-     RULES(RULE_update_src_and_dst_do_not_alias),
-     .mutate = overlap_update_alone,
-     .mutate_twin = put_update_side_by_side_alone,
-     .path = "pInfos[0].srcAccelerationStructure"},
-    {.name = "scratch_overlaps_src_alone",
-     RULES(RULE_scratch_and_update_src_are_apart),
-     .mutate = overlap_src_with_own_scratch_alone,
-     .mutate_twin = put_src_beside_own_scratch_alone,
-     .path = "pInfos[0].scratchData"},
+    CASE("dst_built_twice", RULES(RULE_no_dst_is_built_twice), .mutate = share_dst,
+         .mutate_twin = add_another, .path = "pInfos[6]"),
+    CASE("dst_updated_twice", RULES(RULE_no_dst_is_built_twice), .mutate = share_dst_of_updates,
+         .mutate_twin = update_two_from_one),
+    CASE("src_is_dst_of_another", RULES(RULE_no_src_is_the_dst_of_another_build),
+         .edits = EDITS(
+             COPY(infos[UPDATE].srcAccelerationStructure, infos[INDEXED].dstAccelerationStructure),
+             CALL_WITH(scene_build_source, UPDATE)),
+         .mutate_twin = update_two_from_one, .path = "pInfos[4]"),
+    CASE("src_is_dst_of_another_though_not_an_update",
+         RULES(RULE_no_src_is_the_dst_of_another_build),
+         .edits = EDITS(
+             COPY(infos[AABBS].srcAccelerationStructure, infos[INDEXED].dstAccelerationStructure)),
+         .twin_edits = EDITS(
+             COPY(infos[AABBS].srcAccelerationStructure, infos[AABBS].dstAccelerationStructure)),
+         .path = "pInfos[2]"),
+    CASE("update_overlaps_itself", RULES(RULE_update_src_and_dst_do_not_alias),
+         .edits = EDITS(CALL_WITH(put_update, WITHIN)),
+         .twin_edits = EDITS(CALL_WITH(put_update, BEHIND)),
+         .path = "pInfos[4].srcAccelerationStructure"),
+    CASE("update_aliases_itself", RULES(RULE_update_src_and_dst_do_not_alias),
+         .edits = EDITS(CALL_WITH(put_update, AT_BEGINNING)),
+         .twin_edits = EDITS(CALL_WITH(put_update, BEHIND))),
+    CASE("dst_overlaps_src_of_another", RULES(RULE_dst_and_update_src_are_apart),
+         .edits = EDITS(CALL_WITH(put_src_and_dst_of_another, WITHIN)),
+         .twin_edits = EDITS(CALL_WITH(put_src_and_dst_of_another, BEHIND)),
+         .path = "pInfos[3].dstAccelerationStructure"),
+    CASE("dst_overlaps_ignored_src_of_another", RULES(RULE_dst_and_update_src_are_apart),
+         .silent = true, .mutate = overlap_ignored_src_with_dst_of_another),
+    CASE("src_overlaps_src", RULES(RULE_dst_and_update_src_are_apart), .silent = true,
+         .mutate = overlap_two_srcs),
+    CASE("dst_overlaps_dst", RULES(RULE_dst_and_dst_are_apart),
+         .edits = EDITS(CALL_WITH(put_two_dsts, WITHIN)),
+         .twin_edits = EDITS(CALL_WITH(put_two_dsts, BEHIND)),
+         .path = "with pInfos[2].dstAccelerationStructure", .count = 1),
+    CASE("dst_overlaps_dst_far_inside", RULES(RULE_dst_and_dst_are_apart),
+         .edits = EDITS(CALL_WITH(put_two_dsts_far_inside, WITHIN)),
+         .twin_edits = EDITS(CALL_WITH(put_two_dsts_far_inside, BEHIND)), .path = "pInfos[0]"),
+    CASE("dst_overlaps_own_scratch", RULES(RULE_dst_and_scratch_are_apart),
+         .edits = EDITS(CALL_FOR(put_dst_and_scratch, AABBS, WITHIN)),
+         .twin_edits = EDITS(CALL_FOR(put_dst_and_scratch, AABBS, BEHIND)),
+         .path = "with pInfos[2].scratchData"),
+    CASE("dst_overlaps_scratch_of_another", RULES(RULE_dst_and_scratch_are_apart),
+         .edits = EDITS(CALL_FOR(put_dst_and_scratch, REFIT, WITHIN)),
+         .twin_edits = EDITS(CALL_FOR(put_dst_and_scratch, REFIT, BEHIND)),
+         .path = "with pInfos[5].scratchData"),
+    CASE("scratch_overlaps_scratch", RULES(RULE_scratch_and_scratch_are_apart),
+         .edits = EDITS(CALL_WITH(put_two_scratches, WITHIN)),
+         .twin_edits = EDITS(CALL_WITH(put_two_scratches, BEHIND)),
+         .path = "pInfos[0].scratchData"),
+    CASE("scratch_overlaps_own_src", RULES(RULE_scratch_and_update_src_are_apart),
+         .edits = EDITS(CALL_FOR(put_src_and_scratch, UPDATE, WITHIN)),
+         .twin_edits = EDITS(CALL_FOR(put_src_and_scratch, UPDATE, BEHIND)),
+         .path = "pInfos[4].scratchData"),
+    CASE("scratch_overlaps_src_of_another", RULES(RULE_scratch_and_update_src_are_apart),
+         .edits = EDITS(CALL_FOR(put_src_and_scratch, AABBS, WITHIN)),
+         .twin_edits = EDITS(CALL_FOR(put_src_and_scratch, AABBS, BEHIND)),
+         .path = "pInfos[2].scratchData"),
+    CASE("scratch_overlaps_refit",
+         RULES(RULE_dst_and_scratch_are_apart, RULE_scratch_and_update_src_are_apart),
+         .mutate = overlap_refit_with_scratch),
+    CASE("dst_overlaps_scratch_alone", RULES(RULE_dst_and_scratch_are_apart),
+         .edits =
+             EDITS(CALL_FOR(put_dst_and_scratch, AABBS, WITHIN), CALL_WITH(leave_alone, AABBS)),
+         .twin_edits =
+             EDITS(CALL_FOR(put_dst_and_scratch, AABBS, BEHIND), CALL_WITH(leave_alone, AABBS)),
+         .path = "with pInfos[0].scratchData"),
+    CASE("update_overlaps_itself_alone", RULES(RULE_update_src_and_dst_do_not_alias),
+         .edits = EDITS(CALL_WITH(put_update, WITHIN), CALL_WITH(leave_alone, UPDATE)),
+         .twin_edits = EDITS(CALL_WITH(put_update, BEHIND), CALL_WITH(leave_alone, UPDATE)),
+         .path = "pInfos[0].srcAccelerationStructure"),
+    CASE("scratch_overlaps_src_alone", RULES(RULE_scratch_and_update_src_are_apart),
+         .edits =
+             EDITS(CALL_FOR(put_src_and_scratch, UPDATE, WITHIN), CALL_WITH(leave_alone, UPDATE)),
+         .twin_edits =
+             EDITS(CALL_FOR(put_src_and_scratch, UPDATE, BEHIND), CALL_WITH(leave_alone, UPDATE)),
+         .path = "pInfos[0].scratchData"),
 };
 
 CASE_LIST(cases_overlap, cases);

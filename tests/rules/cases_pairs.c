@@ -16,16 +16,6 @@ static void share_dst_in_groups(struct scene *scene, uint32_t groups)
     }
 }
 
-static void share_dst_among_many(struct scene *scene)
-{
-    share_dst_in_groups(scene, 1);
-}
-
-static void share_two_dsts_among_many(struct scene *scene)
-{
-    share_dst_in_groups(scene, 2);
-}
-
 /* Each has its own, in the opposite order of creation. */
 static void reverse_many_dsts(struct scene *scene)
 {
@@ -123,46 +113,28 @@ static void share_scratch_among_many(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    {.name = "all_pairs_of_one_dst",
-     RULES(RULE_no_dst_is_built_twice),
-     .mutate = share_dst_among_many,
-     .mutate_twin = reverse_many_dsts,
-     .count = PAIRS_OF_MANY},
-    {.name = "all_pairs_of_two_dsts",
-     RULES(RULE_no_dst_is_built_twice),
-     .mutate = share_two_dsts_among_many,
-     .count = MANY / 2 * (MANY / 2 - 1)},
-    {.name = "all_pairs_of_srcs_and_a_dst",
-     RULES(RULE_no_src_is_the_dst_of_another_build),
-     .mutate = update_many_from_dst_of_another,
-     .mutate_twin = update_many_from_one,
-     .count = MANY},
-    {.name = "all_pairs_of_aliasing_dsts",
-     RULES(RULE_dst_and_dst_are_apart),
-     .mutate = alias_many_dsts,
-     .mutate_twin = line_up_many_dsts,
-     .count = PAIRS_OF_MANY},
-    {.name = "all_pairs_of_a_chain",
-     RULES(RULE_dst_and_dst_are_apart),
-     .mutate = chain_many_dsts,
-     .count = MANY - 1},
-    {.name = "all_pairs_under_a_large_one",
-     RULES(RULE_dst_and_dst_are_apart),
-     .mutate = cover_many_dsts,
-     .mutate_twin = cover_many_dsts_unused,
-     .count = MANY},
-    {.name = "all_pairs_of_aliasing_refits_dst",
-     RULES(RULE_dst_and_dst_are_apart, RULE_dst_and_update_src_are_apart),
-     .mutate = alias_many_refits,
-     .count = PAIRS_OF_MANY},
-    {.name = "all_pairs_of_aliasing_refits_src",
-     RULES(RULE_dst_and_update_src_are_apart, RULE_dst_and_dst_are_apart),
-     .mutate = alias_many_refits,
-     .count = 2 * PAIRS_OF_MANY},
-    {.name = "all_pairs_of_shared_scratch",
-     RULES(RULE_scratch_and_scratch_are_apart),
-     .mutate = share_scratch_among_many,
-     .count = PAIRS_OF_MANY},
+    CASE("all_pairs_of_one_dst", RULES(RULE_no_dst_is_built_twice),
+         .edits = EDITS(CALL_WITH(share_dst_in_groups, 1)), .mutate_twin = reverse_many_dsts,
+         .count = PAIRS_OF_MANY),
+    CASE("all_pairs_of_two_dsts", RULES(RULE_no_dst_is_built_twice),
+         .edits = EDITS(CALL_WITH(share_dst_in_groups, 2)), .count = MANY / 2 * (MANY / 2 - 1)),
+    CASE("all_pairs_of_srcs_and_a_dst", RULES(RULE_no_src_is_the_dst_of_another_build),
+         .mutate = update_many_from_dst_of_another, .mutate_twin = update_many_from_one,
+         .count = MANY),
+    CASE("all_pairs_of_aliasing_dsts", RULES(RULE_dst_and_dst_are_apart), .mutate = alias_many_dsts,
+         .mutate_twin = line_up_many_dsts, .count = PAIRS_OF_MANY),
+    CASE("all_pairs_of_a_chain", RULES(RULE_dst_and_dst_are_apart), .mutate = chain_many_dsts,
+         .count = MANY - 1),
+    CASE("all_pairs_under_a_large_one", RULES(RULE_dst_and_dst_are_apart),
+         .mutate = cover_many_dsts, .mutate_twin = cover_many_dsts_unused, .count = MANY),
+    CASE("all_pairs_of_aliasing_refits_dst",
+         RULES(RULE_dst_and_dst_are_apart, RULE_dst_and_update_src_are_apart),
+         .mutate = alias_many_refits, .count = PAIRS_OF_MANY),
+    CASE("all_pairs_of_aliasing_refits_src",
+         RULES(RULE_dst_and_update_src_are_apart, RULE_dst_and_dst_are_apart),
+         .mutate = alias_many_refits, .count = 2 * PAIRS_OF_MANY),
+    CASE("all_pairs_of_shared_scratch", RULES(RULE_scratch_and_scratch_are_apart),
+         .mutate = share_scratch_among_many, .count = PAIRS_OF_MANY),
 };
 
 CASE_LIST(cases_pairs, cases);

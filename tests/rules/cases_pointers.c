@@ -9,20 +9,10 @@
 
 /* ---- whole arrays ---- */
 
-static void unreadable_infos(struct scene *scene)
-{
-    scene->infos_argument = unreadable_page();
-}
-
 static void put_infos_at_edge(struct scene *scene)
 {
     const size_t size = scene->info_count * sizeof(scene->infos[0]);
     scene->infos_argument = memcpy(bytes_before_unreadable_page(size), scene->infos, size);
-}
-
-static void unreadable_ranges(struct scene *scene)
-{
-    scene->ranges_argument = unreadable_page();
 }
 
 static void put_ranges_at_edge(struct scene *scene)
@@ -32,17 +22,6 @@ static void put_ranges_at_edge(struct scene *scene)
         memcpy(bytes_before_unreadable_page(size), scene->range_pointers, size);
 }
 
-static void put_ranges_one_short(struct scene *scene)
-{
-    put_ranges_at_edge(scene);
-    scene->ranges_argument++;
-}
-
-static void unreadable_counts(struct scene *scene)
-{
-    scene->counts_argument = unreadable_page();
-}
-
 static void put_counts_at_edge(struct scene *scene)
 {
     const size_t size = scene->info_count * sizeof(scene->count_pointers[0]);
@@ -50,35 +29,13 @@ static void put_counts_at_edge(struct scene *scene)
         memcpy(bytes_before_unreadable_page(size), scene->count_pointers, size);
 }
 
-static void put_counts_one_short(struct scene *scene)
-{
-    put_counts_at_edge(scene);
-    scene->counts_argument++;
-}
-
 /* ---- arrays of a build ---- */
-
-static void unreadable_ranges_of_build(struct scene *scene)
-{
-    scene->range_pointers[TLAS] = unreadable_page();
-}
 
 static void put_ranges_of_build_at_edge(struct scene *scene)
 {
     const size_t size = scene->infos[UNINDEXED].geometryCount * sizeof(scene->ranges[0][0]);
     scene->range_pointers[UNINDEXED] =
         memcpy(bytes_before_unreadable_page(size), scene->ranges[UNINDEXED], size);
-}
-
-static void put_ranges_of_build_one_short(struct scene *scene)
-{
-    put_ranges_of_build_at_edge(scene);
-    scene->range_pointers[UNINDEXED]++;
-}
-
-static void unreadable_geometries(struct scene *scene)
-{
-    scene->infos[AABBS].pGeometries = unreadable_page();
 }
 
 static void put_geometries_at_edge(struct scene *scene)
@@ -88,33 +45,10 @@ static void put_geometries_at_edge(struct scene *scene)
         memcpy(bytes_before_unreadable_page(size), scene->geometries[UNINDEXED], size);
 }
 
-static void put_geometries_one_short(struct scene *scene)
-{
-    put_geometries_at_edge(scene);
-    scene->infos[UNINDEXED].pGeometries++;
-}
-
 static void use_pointers(struct scene *scene, uint32_t build)
 {
     scene->infos[build].pGeometries = NULL;
     scene->infos[build].ppGeometries = scene->geometry_pointers[build];
-}
-
-static void use_pointers_of_unindexed(struct scene *scene)
-{
-    use_pointers(scene, UNINDEXED);
-}
-
-static void unreadable_geometry_pointers(struct scene *scene)
-{
-    use_pointers(scene, AABBS);
-    scene->infos[AABBS].ppGeometries = unreadable_page();
-}
-
-static void unreadable_pointed_geometry(struct scene *scene)
-{
-    use_pointers(scene, UNINDEXED);
-    scene->geometry_pointers[UNINDEXED][1] = unreadable_page();
 }
 
 static void put_pointed_geometry_at_edge(struct scene *scene)
@@ -142,101 +76,61 @@ static void put_geometry_pointers_short(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    {.name = "infos_null", RULES(RULE_infos_are_readable), .edits = EDITS(SET(infos_argument, 0))},
-    {.name = "infos_small",
-     RULES(RULE_infos_are_readable),
-     .edits = EDITS(SET(infos_argument, SMALL))},
-    {.name = "infos_unreadable", RULES(RULE_infos_are_readable), .mutate = unreadable_infos},
-    {.name = "infos_end_too_early",
-     RULES(RULE_infos_are_readable),
-     .mutate = put_infos_at_edge,
-     .edits = EDITS(ADD(info_count, 1)),
-     .mutate_twin = put_infos_at_edge},
-    {.name = "ranges_null",
-     RULES(RULE_build_ranges_are_readable),
-     .edits = EDITS(SET(ranges_argument, 0))},
-    {.name = "ranges_small",
-     RULES(RULE_build_ranges_are_readable),
-     .edits = EDITS(SET(ranges_argument, SMALL))},
-    {.name = "ranges_unreadable",
-     RULES(RULE_build_ranges_are_readable),
-     .mutate = unreadable_ranges},
-    {.name = "ranges_end_too_early",
-     RULES(RULE_build_ranges_are_readable),
-     .mutate = put_ranges_one_short,
-     .mutate_twin = put_ranges_at_edge},
-    {.name = "counts_null",
-     RULES(RULE_max_primitive_counts_are_readable),
-     .edits = EDITS(SET(counts_argument, 0))},
-    {.name = "counts_small",
-     RULES(RULE_max_primitive_counts_are_readable),
-     .edits = EDITS(SET(counts_argument, SMALL))},
-    {.name = "counts_unreadable",
-     RULES(RULE_max_primitive_counts_are_readable),
-     .mutate = unreadable_counts},
-    {.name = "counts_end_too_early",
-     RULES(RULE_max_primitive_counts_are_readable),
-     .mutate = put_counts_one_short,
-     .mutate_twin = put_counts_at_edge},
-    {.name = "ranges_of_build_null",
-     RULES(RULE_build_ranges_of_build_are_readable),
-     .edits = EDITS(SET(range_pointers[AABBS], 0))},
-    {.name = "ranges_of_build_small",
-     RULES(RULE_build_ranges_of_build_are_readable),
-     .edits = EDITS(SET(range_pointers[INDEXED], SMALL))},
-    {.name = "ranges_of_build_unreadable",
-     RULES(RULE_build_ranges_of_build_are_readable),
-     .mutate = unreadable_ranges_of_build},
-    {.name = "ranges_of_build_end_too_early",
-     RULES(RULE_build_ranges_of_build_are_readable),
-     .mutate = put_ranges_of_build_one_short,
-     .mutate_twin = put_ranges_of_build_at_edge},
-    {.name = "geometries_small",
-     RULES(RULE_geometries_are_readable),
-     .edits = EDITS(SET(infos[INDEXED].pGeometries, SMALL)),
-     .path = "pInfos[0].pGeometries"},
-    {.name = "geometries_unreadable",
-     RULES(RULE_geometries_are_readable),
-     .mutate = unreadable_geometries},
-    {.name = "geometries_end_too_early",
-     RULES(RULE_geometries_are_readable),
-     .mutate = put_geometries_one_short,
-     .mutate_twin = put_geometries_at_edge},
-    {.name = "geometries_unreadable_with_every_other_mistake_hidden",
-     RULES(RULE_geometries_are_readable),
-     .mutate = unreadable_geometries,
-     .edits = EDITS(SET(ranges[AABBS][0].primitiveOffset, 1))},
-    {.name = "geometries_unreadable_but_none",
-     RULES(RULE_geometries_are_readable),
-     .silent = true,
-     .mutate = unreadable_geometries,
-     .edits = EDITS(SET(infos[AABBS].geometryCount, 0))},
-    {.name = "geometry_pointers_small",
-     RULES(RULE_geometry_pointers_are_readable),
-     .edits = EDITS(SET(infos[TLAS].pGeometries, 0), SET(infos[TLAS].ppGeometries, SMALL)),
-     .path = "pInfos[3].ppGeometries"},
-    {.name = "geometry_pointers_unreadable",
-     RULES(RULE_geometry_pointers_are_readable),
-     .mutate = unreadable_geometry_pointers},
-    {.name = "geometry_pointers_end_too_early",
-     RULES(RULE_geometry_pointers_are_readable),
-     .mutate = put_geometry_pointers_short},
-    {.name = "geometry_pointer_null",
-     RULES(RULE_geometry_pointers_are_readable),
-     .mutate = use_pointers_of_unindexed,
-     .edits = EDITS(SET(geometry_pointers[UNINDEXED][0], 0)),
-     .mutate_twin = use_pointers_of_unindexed},
-    {.name = "geometry_pointer_small",
-     RULES(RULE_geometry_pointers_are_readable),
-     .mutate = use_pointers_of_unindexed,
-     .edits = EDITS(SET(geometry_pointers[UNINDEXED][1], SMALL))},
-    {.name = "geometry_pointer_unreadable",
-     RULES(RULE_geometry_pointers_are_readable),
-     .mutate = unreadable_pointed_geometry},
-    {.name = "geometry_pointer_too_near_the_edge",
-     RULES(RULE_geometry_pointers_are_readable),
-     .mutate = put_pointed_geometry_short,
-     .mutate_twin = put_pointed_geometry_at_edge},
+    SHARED(RULES(RULE_infos_are_readable)),
+    CASE("infos_null", .edits = EDITS(SET(infos_argument, 0))),
+    CASE("infos_small", .edits = EDITS(SET(infos_argument, SMALL))),
+    CASE("infos_unreadable", .edits = EDITS(UNREADABLE(infos_argument))),
+    CASE("infos_end_too_early", .prepare = put_infos_at_edge, .edits = EDITS(ADD(info_count, 1))),
+
+    SHARED(RULES(RULE_build_ranges_are_readable)),
+    CASE("ranges_null", .edits = EDITS(SET(ranges_argument, 0))),
+    CASE("ranges_small", .edits = EDITS(SET(ranges_argument, SMALL))),
+    CASE("ranges_unreadable", .edits = EDITS(UNREADABLE(ranges_argument))),
+    CASE("ranges_end_too_early", .prepare = put_ranges_at_edge,
+         .edits = EDITS(ADD(ranges_argument, 1))),
+
+    SHARED(RULES(RULE_max_primitive_counts_are_readable)),
+    CASE("counts_null", .edits = EDITS(SET(counts_argument, 0))),
+    CASE("counts_small", .edits = EDITS(SET(counts_argument, SMALL))),
+    CASE("counts_unreadable", .edits = EDITS(UNREADABLE(counts_argument))),
+    CASE("counts_end_too_early", .prepare = put_counts_at_edge,
+         .edits = EDITS(ADD(counts_argument, 1))),
+
+    SHARED(RULES(RULE_build_ranges_of_build_are_readable)),
+    CASE("ranges_of_build_null", .edits = EDITS(SET(range_pointers[AABBS], 0))),
+    CASE("ranges_of_build_small", .edits = EDITS(SET(range_pointers[INDEXED], SMALL))),
+    CASE("ranges_of_build_unreadable", .edits = EDITS(UNREADABLE(range_pointers[TLAS]))),
+    CASE("ranges_of_build_end_too_early", .prepare = put_ranges_of_build_at_edge,
+         .edits = EDITS(ADD(range_pointers[UNINDEXED], 1))),
+
+    SHARED(RULES(RULE_geometries_are_readable)),
+    CASE("geometries_small", .edits = EDITS(SET(infos[INDEXED].pGeometries, SMALL)),
+         .path = "pInfos[0].pGeometries"),
+    CASE("geometries_unreadable", .edits = EDITS(UNREADABLE(infos[AABBS].pGeometries))),
+    CASE("geometries_end_too_early", .prepare = put_geometries_at_edge,
+         .edits = EDITS(ADD(infos[UNINDEXED].pGeometries, 1))),
+    CASE("geometries_unreadable_with_every_other_mistake_hidden",
+         .edits =
+             EDITS(UNREADABLE(infos[AABBS].pGeometries), SET(ranges[AABBS][0].primitiveOffset, 1))),
+    CASE("geometries_unreadable_but_none", .silent = true,
+         .edits = EDITS(UNREADABLE(infos[AABBS].pGeometries), SET(infos[AABBS].geometryCount, 0))),
+
+    SHARED(RULES(RULE_geometry_pointers_are_readable)),
+    CASE("geometry_pointers_small",
+         .edits = EDITS(SET(infos[TLAS].pGeometries, 0), SET(infos[TLAS].ppGeometries, SMALL)),
+         .path = "pInfos[3].ppGeometries"),
+    CASE("geometry_pointers_unreadable",
+         .edits = EDITS(CALL_WITH(use_pointers, AABBS), UNREADABLE(infos[AABBS].ppGeometries))),
+    CASE("geometry_pointers_end_too_early", .mutate = put_geometry_pointers_short),
+    CASE("geometry_pointer_null", .prepare_edits = EDITS(CALL_WITH(use_pointers, UNINDEXED)),
+         .edits = EDITS(SET(geometry_pointers[UNINDEXED][0], 0))),
+    CASE("geometry_pointer_small", .edits = EDITS(CALL_WITH(use_pointers, UNINDEXED),
+                                                  SET(geometry_pointers[UNINDEXED][1], SMALL))),
+    CASE("geometry_pointer_unreadable",
+         .edits = EDITS(CALL_WITH(use_pointers, UNINDEXED),
+                        UNREADABLE(geometry_pointers[UNINDEXED][1]))),
+    CASE("geometry_pointer_too_near_the_edge", .mutate = put_pointed_geometry_short,
+         .mutate_twin = put_pointed_geometry_at_edge),
 };
 
 CASE_LIST(cases_pointers, cases);

@@ -34,10 +34,13 @@ static void add_spheres_with_radii(struct scene *scene)
     scene->spheres.radiusData.deviceAddress = scene_address(scene, &scene->boxes, RADII);
 }
 
-#define RADIUS(name, index, radius)                                                                \
+#define RADIUS(name, index, radius) RADIUS_OF(add_spheres_with_radii, name, index, radius)
+#define SWEPT_RADIUS(name, index, radius)                                                          \
+    RADIUS_OF(add_swept_spheres_with_radii, name, index, radius)
+#define RADIUS_OF(add, name, index, radius)                                                        \
     static void name(struct scene *scene)                                                          \
     {                                                                                              \
-        add_spheres_with_radii(scene);                                                             \
+        add(scene);                                                                                \
         set_radius(scene, index, radius);                                                          \
     }
 
@@ -72,27 +75,13 @@ static void short_indices_to_radii(struct scene *scene)
     memcpy(scene->indices.host + RADIUS_INDICES, indices, sizeof(indices));
 }
 
-static void half_radius(struct scene *scene, uint16_t bits)
+static void half_radius(struct scene *scene, uint32_t value)
 {
+    const uint16_t bits = (uint16_t)value;
     add_spheres_with_radii(scene);
     memcpy(scene->boxes.host + RADII + 3 * sizeof(bits), &bits, sizeof(bits));
     scene->spheres.radiusFormat = VK_FORMAT_R16_SFLOAT;
     scene->spheres.radiusStride = sizeof(bits);
-}
-
-static void half_radius_negative(struct scene *scene)
-{
-    half_radius(scene, 0x8001);
-}
-
-static void half_radius_minus_zero(struct scene *scene)
-{
-    half_radius(scene, 0x8000);
-}
-
-static void half_radius_nan(struct scene *scene)
-{
-    half_radius(scene, 0xfe00);
 }
 
 /* Swept spheres 0 and 1 go from 1 to 3 and from 5 to 7. */
@@ -108,13 +97,6 @@ static void add_swept_spheres_with_radii(struct scene *scene)
         scene_address(scene, &scene->indices, RADIUS_INDICES);
     scene->ranges[SPHERES][0].primitiveCount = 2;
 }
-
-#define SWEPT_RADIUS(name, index, radius)                                                          \
-    static void name(struct scene *scene)                                                          \
-    {                                                                                              \
-        add_swept_spheres_with_radii(scene);                                                       \
-        set_radius(scene, index, radius);                                                          \
-    }
 
 SWEPT_RADIUS(swept_radius_5_negative, 5, -0.5f)
 SWEPT_RADIUS(swept_radius_5_nan, 5, -NAN)
@@ -140,194 +122,93 @@ static void swept_radius_beside_nan(struct scene *scene)
 #define SWEPT_RADII SWEPT_PATH "radiusData.hostAddress leads to "
 
 static const struct test_case cases[] = {
-    {.name = "spheres_radius_negative",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = radius_5_negative,
-     .mutate_twin = radius_5_minus_zero,
-     .commands = ON_HOST,
-     .path = SPHERES_RADII "primitive 2, which has radius -0.5"},
-    {.name = "spheres_radius_negative_of_no_primitive",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .silent = true,
-     .setup = &with_content,
-     .mutate = radius_6_negative,
-     .commands = ON_HOST},
-    {.name = "spheres_radius_infinitely_negative",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = radius_7_infinite,
-     .mutate_twin = radius_5_nan,
-     .commands = ON_HOST,
-     .path = SPHERES_RADII "primitive 3, which has radius -inf"},
-    {.name = "spheres_radius_negative_without_center",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .silent = true,
-     .setup = &with_content,
-     .mutate = radius_5_of_no_center,
-     .commands = ON_HOST},
-    {.name = "spheres_radius_negative_by_first_vertex",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = radius_8_negative,
-     .edits = EDITS(SET(ranges[SPHERES][0].firstVertex, 1)),
-     .mutate_twin = radius_8_negative,
-     .twin_edits = EDITS(SET(ranges[SPHERES][0].firstVertex, 2)),
-     .commands = ON_HOST,
-     .path = SPHERES_RADII "primitive 3"},
-    {.name = "spheres_radius_negative_at_index_stride",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = radius_1_negative,
-     .edits = EDITS(SET(spheres.indexStride, 0)),
-     .mutate_twin = radius_5_negative,
-     .twin_edits = EDITS(SET(spheres.indexStride, 0)),
-     .commands = ON_HOST,
-     .path = SPHERES_RADII "primitive 0, which has radius -1e-30"},
-    {.name = "spheres_radius_negative_by_short_index",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = short_indices_to_radii,
-     .edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_UINT16), SET(spheres.indexStride, 2)),
-     .mutate_twin = short_indices_to_radii,
-     .twin_edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_UINT16), SET(spheres.indexStride, 2),
-                         SET(ranges[SPHERES][0].primitiveCount, 2)),
-     .commands = ON_HOST,
-     .path = SPHERES_RADII "primitive 2"},
-    {.name = "spheres_radius_negative_by_offset_of_indices",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = radius_0_negative,
-     .edits = EDITS(SET(ranges[SPHERES][0].primitiveOffset, 4)),
-     .mutate_twin = radius_0_negative,
-     .commands = ON_HOST,
-     .path = SPHERES_RADII "primitive 3"},
+    SHARED(.commands = ON_HOST, .setup = &with_content, RULES(RULE_spheres_radii_are_not_negative)),
+    CASE("spheres_radius_negative", .mutate = radius_5_negative, .mutate_twin = radius_5_minus_zero,
+         .path = SPHERES_RADII "primitive 2, which has radius -0.5"),
+    CASE("spheres_radius_negative_of_no_primitive", .silent = true, .mutate = radius_6_negative),
+    CASE("spheres_radius_infinitely_negative", .mutate = radius_7_infinite,
+         .mutate_twin = radius_5_nan, .path = SPHERES_RADII "primitive 3, which has radius -inf"),
+    CASE("spheres_radius_negative_without_center", .silent = true, .mutate = radius_5_of_no_center),
+    CASE("spheres_radius_negative_by_first_vertex", .mutate = radius_8_negative,
+         .edits = EDITS(SET(ranges[SPHERES][0].firstVertex, 1)), .mutate_twin = radius_8_negative,
+         .twin_edits = EDITS(SET(ranges[SPHERES][0].firstVertex, 2)),
+         .path = SPHERES_RADII "primitive 3"),
+    CASE("spheres_radius_negative_at_index_stride", .mutate = radius_1_negative,
+         .edits = EDITS(SET(spheres.indexStride, 0)), .mutate_twin = radius_5_negative,
+         .twin_edits = EDITS(SET(spheres.indexStride, 0)),
+         .path = SPHERES_RADII "primitive 0, which has radius -1e-30"),
+    CASE("spheres_radius_negative_by_short_index", .mutate = short_indices_to_radii,
+         .edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_UINT16), SET(spheres.indexStride, 2)),
+         .mutate_twin = short_indices_to_radii,
+         .twin_edits =
+             EDITS(SET(spheres.indexType, VK_INDEX_TYPE_UINT16), SET(spheres.indexStride, 2),
+                   SET(ranges[SPHERES][0].primitiveCount, 2)),
+         .path = SPHERES_RADII "primitive 2"),
+    CASE("spheres_radius_negative_by_offset_of_indices", .mutate = radius_0_negative,
+         .edits = EDITS(SET(ranges[SPHERES][0].primitiveOffset, 4)),
+         .mutate_twin = radius_0_negative, .path = SPHERES_RADII "primitive 3"),
     /* The offset is applied to vertices and radii. */
-    {.name = "spheres_radius_negative_by_offset",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = radius_6_negative,
-     .edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
-                    SET(spheres.indexData.deviceAddress, 0),
-                    SET(ranges[SPHERES][0].primitiveOffset, 12)),
-     .mutate_twin = radius_6_negative,
-     .twin_edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
-                         SET(spheres.indexData.deviceAddress, 0)),
-     .commands = ON_HOST,
-     .path = SPHERES_RADII "primitive 3"},
-    {.name = "spheres_radii_of_stride_0",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = radius_0_negative,
-     .edits = EDITS(SET(spheres.radiusStride, 0)),
-     .mutate_twin = radius_5_negative,
-     .twin_edits = EDITS(SET(spheres.radiusStride, 0)),
-     .commands = ON_HOST,
-     .path = SPHERES_RADII "primitive 0"},
-    {.name = "spheres_half_radius_negative",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = half_radius_negative,
-     .mutate_twin = half_radius_minus_zero,
-     .commands = ON_HOST,
-     .path = SPHERES_RADII "primitive 1"},
-    {.name = "spheres_half_radius_nan",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .silent = true,
-     .setup = &with_content,
-     .mutate = half_radius_nan,
-     .commands = ON_HOST},
-    {.name = "spheres_radii_negative_are_told_once",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = all_radii_negative,
-     .mutate_twin = all_radii_negative,
-     .twin_edits = EDITS(SET(ranges[SPHERES][0].primitiveCount, 0)),
-     .commands = ON_HOST,
-     .path = SPHERES_RADII "primitive 0",
-     .count = 1},
-    {.name = "spheres_radii_unreadable",
-     RULES(RULE_spheres_radius_data_is_valid),
-     .setup = &with_content,
-     .mutate = all_radii_negative,
-     .edits = EDITS(SET(spheres.radiusData.deviceAddress, 0x10)),
-     .mutate_twin = add_spheres_with_radii,
-     .commands = ON_HOST,
-     .is_for_the_call = true},
-    {.name = "spheres_radii_negative_in_device_memory",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .silent = true,
-     .setup = &with_content,
-     .mutate = all_radii_negative,
-     .commands = ON_COMMAND_BUFFERS,
-     .is_for_the_call = true},
-    {.name = "spheres_radii_negative_below_level_content",
-     RULES(RULE_spheres_radii_are_not_negative),
-     .silent = true,
-     .setup = &with_spheres,
-     .mutate = all_radii_negative,
-     .commands = ON_HOST},
+    CASE("spheres_radius_negative_by_offset", .mutate = radius_6_negative,
+         .edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                        SET(spheres.indexData.deviceAddress, 0),
+                        SET(ranges[SPHERES][0].primitiveOffset, 12)),
+         .mutate_twin = radius_6_negative,
+         .twin_edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                             SET(spheres.indexData.deviceAddress, 0)),
+         .path = SPHERES_RADII "primitive 3"),
+    CASE("spheres_radii_of_stride_0", .mutate = radius_0_negative,
+         .edits = EDITS(SET(spheres.radiusStride, 0)), .mutate_twin = radius_5_negative,
+         .twin_edits = EDITS(SET(spheres.radiusStride, 0)), .path = SPHERES_RADII "primitive 0"),
+    CASE("spheres_half_radius_negative", .edits = EDITS(CALL_WITH(half_radius, 0x8001)),
+         .twin_edits = EDITS(CALL_WITH(half_radius, 0x8000)), .path = SPHERES_RADII "primitive 1"),
+    CASE("spheres_half_radius_nan", .silent = true, .edits = EDITS(CALL_WITH(half_radius, 0xfe00))),
+    CASE("spheres_radii_negative_are_told_once", .mutate = all_radii_negative,
+         .mutate_twin = all_radii_negative,
+         .twin_edits = EDITS(SET(ranges[SPHERES][0].primitiveCount, 0)),
+         .path = SPHERES_RADII "primitive 0", .count = 1),
 
-    {.name = "swept_spheres_first_radius_negative",
-     RULES(RULE_swept_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = swept_radius_5_negative,
-     .mutate_twin = swept_radius_6_negative,
-     .commands = ON_HOST,
-     .path = SWEPT_RADII "primitive 1, which has radius -0.5"},
-    {.name = "swept_spheres_last_radius_negative",
-     RULES(RULE_swept_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = swept_radius_7_infinite,
-     .mutate_twin = swept_radius_8_negative,
-     .commands = ON_HOST,
-     .path = SWEPT_RADII "primitive 1, which has radius -inf"},
-    {.name = "swept_spheres_radius_nan",
-     RULES(RULE_swept_spheres_radii_are_not_negative),
-     .silent = true,
-     .setup = &with_content,
-     .mutate = swept_radius_5_nan,
-     .commands = ON_HOST},
-    {.name = "swept_spheres_radius_beside_nan",
-     RULES(RULE_swept_spheres_radii_are_not_negative),
-     .silent = true,
-     .setup = &with_content,
-     .mutate = swept_radius_beside_nan,
-     .commands = ON_HOST},
+    SHARED(.commands = ON_HOST, .setup = &with_content),
+    CASE("spheres_radii_unreadable", RULES(RULE_spheres_radius_data_is_valid),
+         .mutate = all_radii_negative, .edits = EDITS(SET(spheres.radiusData.deviceAddress, 0x10)),
+         .mutate_twin = add_spheres_with_radii, .is_for_the_call = true),
+    CASE("spheres_radii_negative_in_device_memory", RULES(RULE_spheres_radii_are_not_negative),
+         .silent = true, .commands = ON_COMMAND_BUFFERS, .mutate = all_radii_negative,
+         .is_for_the_call = true),
+    CASE("spheres_radii_negative_below_level_content", RULES(RULE_spheres_radii_are_not_negative),
+         .silent = true, .setup = &with_spheres, .mutate = all_radii_negative),
+
+    SHARED(.commands = ON_HOST, .setup = &with_content,
+           RULES(RULE_swept_spheres_radii_are_not_negative)),
+    CASE("swept_spheres_first_radius_negative", .mutate = swept_radius_5_negative,
+         .mutate_twin = swept_radius_6_negative,
+         .path = SWEPT_RADII "primitive 1, which has radius -0.5"),
+    CASE("swept_spheres_last_radius_negative", .mutate = swept_radius_7_infinite,
+         .mutate_twin = swept_radius_8_negative,
+         .path = SWEPT_RADII "primitive 1, which has radius -inf"),
+    CASE("swept_spheres_radius_nan", .silent = true, .mutate = swept_radius_5_nan),
+    CASE("swept_spheres_radius_beside_nan", .silent = true, .mutate = swept_radius_beside_nan),
     /* From each index to the one behind it. */
-    {.name = "swept_spheres_radius_negative_of_successor",
-     RULES(RULE_swept_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = swept_radius_6_negative,
-     .edits = EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
-                    SET(ranges[SPHERES][0].primitiveCount, 3)),
-     .mutate_twin = swept_radius_7_infinite,
-     .twin_edits =
-         EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
-               SET(ranges[SPHERES][0].primitiveCount, 3)),
-     .commands = ON_HOST,
-     .path = SWEPT_RADII "primitive 2"},
-    {.name = "swept_spheres_radius_negative_without_indices",
-     RULES(RULE_swept_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = swept_radius_5_negative,
-     .edits = EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
-                    SET(swept_spheres.indexData.deviceAddress, 0),
-                    SET(ranges[SPHERES][0].primitiveCount, 3)),
-     .mutate_twin = swept_radius_5_negative,
-     .twin_edits = EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
-                         SET(swept_spheres.indexData.deviceAddress, 0)),
-     .commands = ON_HOST,
-     .path = SWEPT_RADII "primitive 2"},
-    {.name = "swept_spheres_radii_negative_are_told_once",
-     RULES(RULE_swept_spheres_radii_are_not_negative),
-     .setup = &with_content,
-     .mutate = swept_radii_all_negative,
-     .mutate_twin = swept_radii_all_negative,
-     .twin_edits = EDITS(SET(ranges[SPHERES][0].primitiveCount, 0)),
-     .commands = ON_HOST,
-     .path = SWEPT_RADII "primitive 0",
-     .count = 1},
+    CASE("swept_spheres_radius_negative_of_successor", .mutate = swept_radius_6_negative,
+         .edits =
+             EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
+                   SET(ranges[SPHERES][0].primitiveCount, 3)),
+         .mutate_twin = swept_radius_7_infinite,
+         .twin_edits =
+             EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
+                   SET(ranges[SPHERES][0].primitiveCount, 3)),
+         .path = SWEPT_RADII "primitive 2"),
+    CASE("swept_spheres_radius_negative_without_indices", .mutate = swept_radius_5_negative,
+         .edits = EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                        SET(swept_spheres.indexData.deviceAddress, 0),
+                        SET(ranges[SPHERES][0].primitiveCount, 3)),
+         .mutate_twin = swept_radius_5_negative,
+         .twin_edits = EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                             SET(swept_spheres.indexData.deviceAddress, 0)),
+         .path = SWEPT_RADII "primitive 2"),
+    CASE("swept_spheres_radii_negative_are_told_once", .mutate = swept_radii_all_negative,
+         .mutate_twin = swept_radii_all_negative,
+         .twin_edits = EDITS(SET(ranges[SPHERES][0].primitiveCount, 0)),
+         .path = SWEPT_RADII "primitive 0", .count = 1),
 };
 
 CASE_LIST(cases_radii, cases);

@@ -14,11 +14,6 @@ static void never_begin(struct scene *scene)
     scene->command_buffer = scene_command_buffer(scene, compute_family(scene));
 }
 
-static void end(struct scene *scene)
-{
-    scene_end(scene, scene->command_buffer);
-}
-
 static void begin_again(struct scene *scene)
 {
     scene_end(scene, scene->command_buffer);
@@ -52,9 +47,8 @@ static void reset_pool(struct scene *scene)
                    "vkResetCommandPool");
 }
 
-static void reset_pool_and_begin(struct scene *scene)
+static void begin(struct scene *scene)
 {
-    reset_pool(scene);
     scene_begin(scene, scene->command_buffer, 0);
 }
 
@@ -64,12 +58,6 @@ static void submit_once(struct scene *scene)
     scene_begin(scene, scene->command_buffer, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_end(scene, scene->command_buffer);
     scene_submit(scene, compute_family(scene), scene->command_buffer);
-}
-
-static void submit_once_and_begin(struct scene *scene)
-{
-    submit_once(scene);
-    scene_begin(scene, scene->command_buffer, 0);
 }
 
 static VkCommandBuffer record_secondary(struct scene *scene)
@@ -107,7 +95,6 @@ static void begin_render_pass(struct scene *scene)
 
 static void end_render_pass(struct scene *scene)
 {
-    begin_render_pass(scene);
     scene->vk->CmdEndRenderPass(scene->command_buffer);
 }
 
@@ -129,18 +116,6 @@ static void end_render_pass2(struct scene *scene)
 static void begin_rendering(struct scene *scene)
 {
     scene_begin_rendering(scene, scene->command_buffer, 0);
-}
-
-static void end_rendering(struct scene *scene)
-{
-    begin_rendering(scene);
-    scene_end_rendering(scene, scene->command_buffer);
-}
-
-static void reset_in_render_pass(struct scene *scene)
-{
-    begin_render_pass(scene);
-    reset_and_begin(scene);
 }
 
 static void continue_render_pass(struct scene *scene)
@@ -180,25 +155,17 @@ static void suspend(struct scene *scene)
     scene_end_rendering(scene, scene->command_buffer);
 }
 
-static void suspend_and_resume(struct scene *scene)
+static void resume(struct scene *scene)
 {
-    suspend(scene);
     scene_begin_rendering(scene, scene->command_buffer, VK_RENDERING_RESUMING_BIT);
     scene_end_rendering(scene, scene->command_buffer);
 }
 
-static void suspend_twice(struct scene *scene)
+static void resume_and_suspend(struct scene *scene)
 {
-    suspend(scene);
     scene_begin_rendering(scene, scene->command_buffer,
                           VK_RENDERING_RESUMING_BIT | VK_RENDERING_SUSPENDING_BIT);
     scene_end_rendering(scene, scene->command_buffer);
-}
-
-static void suspend_and_begin_again(struct scene *scene)
-{
-    suspend(scene);
-    reset_and_begin(scene);
 }
 
 static void begin_suspending(struct scene *scene)
@@ -234,89 +201,42 @@ static void execute_resuming_secondary(struct scene *scene)
 static const struct setup by_extensions = {.route = ROUTE_KHR};
 
 static const struct test_case cases[] = {
-    {.name = "state_initial", RULES(RULE_command_buffer_is_recording), .mutate = never_begin},
-    {.name = "state_executable",
-     RULES(RULE_command_buffer_is_recording),
-     .mutate = end,
-     .mutate_twin = begin_again},
-    {.name = "state_executable_is_forwarded_if_the_callback_wants",
-     RULES(RULE_command_buffer_is_recording),
-     .mutate = end,
-     .forwards = true,
-     .needs_null_driver = true},
-    {.name = "state_reset",
-     RULES(RULE_command_buffer_is_recording),
-     .mutate = reset,
-     .mutate_twin = reset_and_begin},
-    {.name = "state_pool_reset",
-     RULES(RULE_command_buffer_is_recording),
-     .mutate = reset_pool,
-     .mutate_twin = reset_pool_and_begin},
-    {.name = "state_submitted_once",
-     RULES(RULE_command_buffer_is_recording),
-     .mutate = submit_once,
-     .mutate_twin = submit_once_and_begin},
-    {.name = "state_invalid_by_reset_secondary",
-     RULES(RULE_command_buffer_is_recording),
-     .mutate = reset_executed_secondary,
-     .mutate_twin = reset_secondary_before_execution},
-    {.name = "render_pass",
-     RULES(RULE_build_is_outside_render_pass),
-     .mutate = begin_render_pass,
-     .mutate_twin = end_render_pass},
-    {.name = "render_pass_2",
-     RULES(RULE_build_is_outside_render_pass),
-     .mutate = begin_render_pass2,
-     .mutate_twin = end_render_pass2},
-    {.name = "render_pass_2_khr",
-     RULES(RULE_build_is_outside_render_pass),
-     .setup = &by_extensions,
-     .mutate = begin_render_pass2,
-     .mutate_twin = end_render_pass2},
-    {.name = "dynamic_rendering",
-     RULES(RULE_build_is_outside_render_pass),
-     .mutate = begin_rendering,
-     .mutate_twin = end_rendering},
-    {.name = "dynamic_rendering_khr",
-     RULES(RULE_build_is_outside_render_pass),
-     .setup = &by_extensions,
-     .mutate = begin_rendering,
-     .mutate_twin = end_rendering},
-    {.name = "render_pass_continued_by_secondary",
-     RULES(RULE_build_is_outside_render_pass),
-     .mutate = continue_render_pass,
-     .mutate_twin = begin_secondary},
-    {.name = "render_pass_forgotten_by_reset",
-     RULES(RULE_build_is_outside_render_pass),
-     .silent = true,
-     .mutate = reset_in_render_pass},
-    {.name = "render_pass_continue_flag_of_a_primary",
-     RULES(RULE_build_is_outside_render_pass),
-     .silent = true,
-     .mutate = begin_primary_with_continue_flag},
-    {.name = "render_pass_begun_to_be_suspended",
-     RULES(RULE_build_is_outside_render_pass),
-     .mutate = begin_suspending},
-    {.name = "render_pass_resumed",
-     RULES(RULE_build_is_outside_render_pass),
-     .mutate = resume_without_ending},
-    {.name = "suspended",
-     RULES(RULE_build_is_not_between_suspended_render_passes),
-     .mutate = suspend,
-     .mutate_twin = suspend_and_resume},
-    {.name = "suspended_twice",
-     RULES(RULE_build_is_not_between_suspended_render_passes),
-     .mutate = suspend_twice,
-     .mutate_twin = suspend_and_begin_again},
-    {.name = "suspended_khr",
-     RULES(RULE_build_is_not_between_suspended_render_passes),
-     .setup = &by_extensions,
-     .mutate = suspend,
-     .mutate_twin = suspend_and_resume},
-    {.name = "suspended_by_secondary",
-     RULES(RULE_build_is_not_between_suspended_render_passes),
-     .mutate = execute_suspending_secondary,
-     .mutate_twin = execute_resuming_secondary},
+    SHARED(RULES(RULE_command_buffer_is_recording)),
+    CASE("state_initial", .mutate = never_begin),
+    CASE("state_executable", .edits = EDITS(RECORD(scene_end)), .mutate_twin = begin_again),
+    CASE("state_executable_is_forwarded_if_the_callback_wants", .edits = EDITS(RECORD(scene_end)),
+         .forwards = true, .needs_null_driver = true),
+    CASE("state_reset", .mutate = reset, .mutate_twin = reset_and_begin),
+    CASE("state_pool_reset", .prepare = reset_pool, .mutate_twin = begin),
+    CASE("state_submitted_once", .prepare = submit_once, .mutate_twin = begin),
+    CASE("state_invalid_by_reset_secondary", .mutate = reset_executed_secondary,
+         .mutate_twin = reset_secondary_before_execution),
+
+    SHARED(RULES(RULE_build_is_outside_render_pass)),
+    CASE("render_pass", .prepare = begin_render_pass, .mutate_twin = end_render_pass),
+    CASE("render_pass_2", .mutate = begin_render_pass2, .mutate_twin = end_render_pass2),
+    CASE("render_pass_2_khr", .setup = &by_extensions, .mutate = begin_render_pass2,
+         .mutate_twin = end_render_pass2),
+    CASE("dynamic_rendering", .prepare = begin_rendering,
+         .twin_edits = EDITS(RECORD(scene_end_rendering))),
+    CASE("dynamic_rendering_khr", .setup = &by_extensions, .prepare = begin_rendering,
+         .twin_edits = EDITS(RECORD(scene_end_rendering))),
+    CASE("render_pass_continued_by_secondary", .mutate = continue_render_pass,
+         .mutate_twin = begin_secondary),
+    CASE("render_pass_forgotten_by_reset", .silent = true, .mutate = begin_render_pass,
+         .edits = EDITS(CALL(reset_and_begin))),
+    CASE("render_pass_continue_flag_of_a_primary", .silent = true,
+         .mutate = begin_primary_with_continue_flag),
+    CASE("render_pass_begun_to_be_suspended", .mutate = begin_suspending),
+    CASE("render_pass_resumed", .mutate = resume_without_ending),
+
+    SHARED(RULES(RULE_build_is_not_between_suspended_render_passes)),
+    CASE("suspended", .prepare = suspend, .mutate_twin = resume),
+    CASE("suspended_twice", .prepare = suspend, .mutate = resume_and_suspend,
+         .twin_edits = EDITS(CALL(reset_and_begin))),
+    CASE("suspended_khr", .setup = &by_extensions, .prepare = suspend, .mutate_twin = resume),
+    CASE("suspended_by_secondary", .mutate = execute_suspending_secondary,
+         .mutate_twin = execute_resuming_secondary),
 };
 
 CASE_LIST(cases_recording, cases);

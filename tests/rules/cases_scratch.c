@@ -50,26 +50,6 @@ static void give_exact_size(struct scene *scene, uint32_t build, VkDeviceSize le
     scene->infos[build].scratchData.deviceAddress = scene_address(scene, &buffer, 0);
 }
 
-static void make_build_scratch_short(struct scene *scene)
-{
-    give_exact_size(scene, TLAS, 1);
-}
-
-static void make_build_scratch_exact(struct scene *scene)
-{
-    give_exact_size(scene, TLAS, 0);
-}
-
-static void make_update_scratch_short(struct scene *scene)
-{
-    give_exact_size(scene, UPDATE, 1);
-}
-
-static void make_update_scratch_exact(struct scene *scene)
-{
-    give_exact_size(scene, UPDATE, 0);
-}
-
 /* The buffer is long enough, but not from the address on. */
 static void begin_too_late(struct scene *scene)
 {
@@ -105,21 +85,6 @@ static void cross_within_aliasing_buffer(struct scene *scene)
         return;
     }
     scene->infos[AABBS].scratchData.deviceAddress = first.address + half - alignment_of(scene);
-}
-
-static void free_build_scratch(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->scratch_buffers[AABBS].memory);
-}
-
-static void destroy_build_scratch(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->scratch_buffers[TLAS].handle);
-}
-
-static void free_update_scratch(struct scene *scene)
-{
-    scene_destroy(scene, (uint64_t)scene->scratch_buffers[REFIT].memory);
 }
 
 static void skip_without_update_scratch(struct scene *scene)
@@ -209,103 +174,67 @@ static const struct setup without_update_scratch = {.configure = want_no_update_
 #define WILD 0x7000000000ull
 
 static const struct test_case cases[] = {
-    {.name = "scratch_misaligned",
-     RULES(RULE_scratch_address_is_aligned),
-     .mutate = misalign,
-     .mutate_twin = move_by_alignment,
-     .path = "pInfos[2].scratchData.deviceAddress"},
-    {.name = "scratch_of_update_misaligned",
-     RULES(RULE_scratch_address_is_aligned),
-     .mutate = misalign_by_one,
-     .path = "pInfos[5].scratchData.deviceAddress"},
-    {.name = "scratch_misaligned_though_not_needed",
-     RULES(RULE_scratch_address_is_aligned),
-     .setup = &without_update_scratch,
-     .edits = EDITS(SET(infos[UPDATE].scratchData.deviceAddress, WILD + 1))},
-    {.name = "scratch_nowhere_but_not_needed",
-     RULES(RULE_update_scratch_is_in_one_buffer, RULE_update_scratch_has_storage_usage),
-     .silent = true,
-     .setup = &without_update_scratch,
-     .edits = EDITS(SET(infos[UPDATE].scratchData.deviceAddress, WILD),
-                    SET(infos[REFIT].scratchData.deviceAddress, 0))},
-    {.name = "scratch_without_storage_usage_but_not_needed",
-     RULES(RULE_update_scratch_has_storage_usage),
-     .silent = true,
-     .setup = &without_update_scratch,
-     .mutate = use_input_buffer_as_ignored_scratch,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "scratch_null",
-     RULES(RULE_build_scratch_is_in_one_buffer),
-     .edits = EDITS(SET(infos[INDEXED].scratchData.deviceAddress, 0)),
-     .path = "pInfos[0].scratchData.deviceAddress"},
-    {.name = "scratch_nowhere",
-     RULES(RULE_build_scratch_is_in_one_buffer),
-     .edits = EDITS(SET(infos[AABBS].scratchData.deviceAddress, WILD))},
-    {.name = "scratch_a_byte_short",
-     RULES(RULE_build_scratch_is_in_one_buffer),
-     .mutate = make_build_scratch_short,
-     .mutate_twin = make_build_scratch_exact,
-     .path = "pInfos[3].scratchData.deviceAddress"},
-    {.name = "scratch_begins_too_late",
-     RULES(RULE_build_scratch_is_in_one_buffer),
-     .mutate = begin_too_late},
-    {.name = "scratch_in_two_buffers",
-     RULES(RULE_build_scratch_is_in_one_buffer),
-     .mutate = cross_into_next_buffer,
-     .mutate_twin = cross_within_aliasing_buffer},
-    {.name = "scratch_memory_freed",
-     RULES(RULE_input_buffer_is_bound),
-     .mutate = free_build_scratch,
-     .commands = ON_COMMAND_BUFFERS,
-     .count = 1,
-     .path = "].scratchData.deviceAddress"},
-    {.name = "scratch_buffer_destroyed",
-     RULES(RULE_build_scratch_is_in_one_buffer),
-     .mutate = destroy_build_scratch},
-    {.name = "update_scratch_null",
-     RULES(RULE_update_scratch_is_in_one_buffer),
-     .mutate = skip_without_update_scratch,
-     .edits = EDITS(SET(infos[UPDATE].scratchData.deviceAddress, 0)),
-     .path = "pInfos[4].scratchData.deviceAddress"},
-    {.name = "update_scratch_nowhere",
-     RULES(RULE_update_scratch_is_in_one_buffer),
-     .mutate = skip_without_update_scratch,
-     .edits = EDITS(SET(infos[REFIT].scratchData.deviceAddress, WILD))},
-    {.name = "update_scratch_a_byte_short",
-     RULES(RULE_update_scratch_is_in_one_buffer),
-     .mutate = make_update_scratch_short,
-     .mutate_twin = make_update_scratch_exact},
-    {.name = "update_scratch_memory_freed",
-     RULES(RULE_input_buffer_is_bound),
-     .mutate = free_update_scratch,
-     .commands = ON_COMMAND_BUFFERS,
-     .count = 1,
-     .path = "].scratchData.deviceAddress"},
-    {.name = "scratch_memory_freed_but_not_needed",
-     RULES(RULE_input_buffer_is_bound),
-     .silent = true,
-     .setup = &without_update_scratch,
-     .mutate = free_update_scratch,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "scratch_without_storage_usage",
-     RULES(RULE_build_scratch_has_storage_usage),
-     .mutate = use_input_buffer_as_build_scratch,
-     .mutate_twin = use_more_usages,
-     .path = "pInfos[3].scratchData.deviceAddress"},
-    {.name = "scratch_with_storage_usage_by_an_alias",
-     RULES(RULE_build_scratch_has_storage_usage),
-     .silent = true,
-     .mutate = alias_with_storage_usage},
-    {.name = "scratch_without_storage_usage_in_flags2",
-     RULES(RULE_build_scratch_has_storage_usage),
-     .setup = &with_maintenance5,
-     .mutate = lose_storage_in_flags2,
-     .mutate_twin = get_storage_from_flags2},
-    {.name = "update_scratch_without_storage_usage",
-     RULES(RULE_update_scratch_has_storage_usage),
-     .mutate = use_input_buffer_as_update_scratch,
-     .mutate_twin = use_more_usages,
-     .path = "pInfos[5].scratchData.deviceAddress"},
+    CASE("scratch_misaligned", RULES(RULE_scratch_address_is_aligned), .mutate = misalign,
+         .mutate_twin = move_by_alignment, .path = "pInfos[2].scratchData.deviceAddress"),
+    CASE("scratch_of_update_misaligned", RULES(RULE_scratch_address_is_aligned),
+         .mutate = misalign_by_one, .path = "pInfos[5].scratchData.deviceAddress"),
+    CASE("scratch_misaligned_though_not_needed", RULES(RULE_scratch_address_is_aligned),
+         .setup = &without_update_scratch,
+         .edits = EDITS(SET(infos[UPDATE].scratchData.deviceAddress, WILD + 1))),
+    CASE("scratch_nowhere_but_not_needed",
+         RULES(RULE_update_scratch_is_in_one_buffer, RULE_update_scratch_has_storage_usage),
+         .silent = true, .setup = &without_update_scratch,
+         .edits = EDITS(SET(infos[UPDATE].scratchData.deviceAddress, WILD),
+                        SET(infos[REFIT].scratchData.deviceAddress, 0))),
+    CASE("scratch_without_storage_usage_but_not_needed",
+         RULES(RULE_update_scratch_has_storage_usage), .silent = true,
+         .commands = ON_COMMAND_BUFFERS, .setup = &without_update_scratch,
+         .mutate = use_input_buffer_as_ignored_scratch),
+    CASE("scratch_null", RULES(RULE_build_scratch_is_in_one_buffer),
+         .edits = EDITS(SET(infos[INDEXED].scratchData.deviceAddress, 0)),
+         .path = "pInfos[0].scratchData.deviceAddress"),
+    CASE("scratch_nowhere", RULES(RULE_build_scratch_is_in_one_buffer),
+         .edits = EDITS(SET(infos[AABBS].scratchData.deviceAddress, WILD))),
+    CASE("scratch_a_byte_short", RULES(RULE_build_scratch_is_in_one_buffer),
+         .edits = EDITS(CALL_FOR(give_exact_size, TLAS, 1)),
+         .twin_edits = EDITS(CALL_FOR(give_exact_size, TLAS, 0)),
+         .path = "pInfos[3].scratchData.deviceAddress"),
+    CASE("scratch_begins_too_late", RULES(RULE_build_scratch_is_in_one_buffer),
+         .mutate = begin_too_late),
+    CASE("scratch_in_two_buffers", RULES(RULE_build_scratch_is_in_one_buffer),
+         .mutate = cross_into_next_buffer, .mutate_twin = cross_within_aliasing_buffer),
+    CASE("scratch_memory_freed", RULES(RULE_input_buffer_is_bound), .commands = ON_COMMAND_BUFFERS,
+         .edits = EDITS(DESTROY(scratch_buffers[AABBS].memory)), .count = 1,
+         .path = "].scratchData.deviceAddress"),
+    CASE("scratch_buffer_destroyed", RULES(RULE_build_scratch_is_in_one_buffer),
+         .edits = EDITS(DESTROY(scratch_buffers[TLAS].handle))),
+    CASE("update_scratch_null", RULES(RULE_update_scratch_is_in_one_buffer),
+         .mutate = skip_without_update_scratch,
+         .edits = EDITS(SET(infos[UPDATE].scratchData.deviceAddress, 0)),
+         .path = "pInfos[4].scratchData.deviceAddress"),
+    CASE("update_scratch_nowhere", RULES(RULE_update_scratch_is_in_one_buffer),
+         .mutate = skip_without_update_scratch,
+         .edits = EDITS(SET(infos[REFIT].scratchData.deviceAddress, WILD))),
+    CASE("update_scratch_a_byte_short", RULES(RULE_update_scratch_is_in_one_buffer),
+         .edits = EDITS(CALL_FOR(give_exact_size, UPDATE, 1)),
+         .twin_edits = EDITS(CALL_FOR(give_exact_size, UPDATE, 0))),
+    CASE("update_scratch_memory_freed", RULES(RULE_input_buffer_is_bound),
+         .commands = ON_COMMAND_BUFFERS, .edits = EDITS(DESTROY(scratch_buffers[REFIT].memory)),
+         .count = 1, .path = "].scratchData.deviceAddress"),
+    CASE("scratch_memory_freed_but_not_needed", RULES(RULE_input_buffer_is_bound), .silent = true,
+         .commands = ON_COMMAND_BUFFERS, .setup = &without_update_scratch,
+         .edits = EDITS(DESTROY(scratch_buffers[REFIT].memory))),
+    CASE("scratch_without_storage_usage", RULES(RULE_build_scratch_has_storage_usage),
+         .mutate = use_input_buffer_as_build_scratch, .mutate_twin = use_more_usages,
+         .path = "pInfos[3].scratchData.deviceAddress"),
+    CASE("scratch_with_storage_usage_by_an_alias", RULES(RULE_build_scratch_has_storage_usage),
+         .silent = true, .mutate = alias_with_storage_usage),
+    CASE("scratch_without_storage_usage_in_flags2", RULES(RULE_build_scratch_has_storage_usage),
+         .setup = &with_maintenance5, .mutate = lose_storage_in_flags2,
+         .mutate_twin = get_storage_from_flags2),
+    CASE("update_scratch_without_storage_usage", RULES(RULE_update_scratch_has_storage_usage),
+         .mutate = use_input_buffer_as_update_scratch, .mutate_twin = use_more_usages,
+         .path = "pInfos[5].scratchData.deviceAddress"),
 };
 
 CASE_LIST(cases_scratch, cases);

@@ -36,6 +36,13 @@ static void bind_page(struct scene *scene, const struct sparse_pair *pair, int b
                       pair->memory.handle, memory_page * pair->page);
 }
 
+/* The dsts of INDEXED and AABBS, each in a buffer of its own. */
+static void place_dsts(struct scene *scene, const struct sparse_pair *pair)
+{
+    place_dst(scene, INDEXED, &pair->buffers[0], 0);
+    place_dst(scene, AABBS, &pair->buffers[1], 0);
+}
+
 /* The first page of one and the last of the other: the same memory page. */
 static void alias_sparse_pages(struct scene *scene)
 {
@@ -51,37 +58,40 @@ static void use_sparse_pages_apart(struct scene *scene)
     const struct sparse_pair pair = make_sparse_pair(scene);
     bind_page(scene, &pair, 0, 0, 3);
     bind_page(scene, &pair, 1, 0, 4);
-    place_dst(scene, INDEXED, &pair.buffers[0], 0);
-    place_dst(scene, AABBS, &pair.buffers[1], 0);
+    place_dsts(scene, &pair);
 }
 
-/* Structures over two pages each, bound in opposite order: they meet in one page only. */
-static void place_over_two_pages(struct scene *scene, const struct sparse_pair *pair)
-{
-    place_grow(scene, INDEXED, pair->page);
-    place_grow(scene, AABBS, pair->page);
-    place_dst(scene, INDEXED, &pair->buffers[0], 0);
-    place_dst(scene, AABBS, &pair->buffers[1], 0);
-}
-
-static void alias_second_page_with_first(struct scene *scene)
+/* Structures over the first two pages of each buffer, which are bound to these of the memory. */
+static void use_two_pages_each(struct scene *scene, const VkDeviceSize pages[2][2])
 {
     const struct sparse_pair pair = make_sparse_pair(scene);
-    bind_page(scene, &pair, 0, 0, 0);
-    bind_page(scene, &pair, 0, 1, 5);
-    bind_page(scene, &pair, 1, 0, 5);
-    bind_page(scene, &pair, 1, 1, 1);
-    place_over_two_pages(scene, &pair);
+    for (int buffer = 0; buffer < 2; buffer++)
+        for (VkDeviceSize page = 0; page < 2; page++)
+            bind_page(scene, &pair, buffer, page, pages[buffer][page]);
+    place_grow(scene, INDEXED, pair.page);
+    place_grow(scene, AABBS, pair.page);
+    place_dsts(scene, &pair);
+}
+
+/* They are bound in opposite order, and meet in one page only. */
+static void alias_second_page_with_first(struct scene *scene)
+{
+    use_two_pages_each(scene, (const VkDeviceSize[2][2]){{0, 5}, {5, 1}});
 }
 
 static void interleave_pages(struct scene *scene)
 {
-    const struct sparse_pair pair = make_sparse_pair(scene);
-    bind_page(scene, &pair, 0, 0, 0);
-    bind_page(scene, &pair, 0, 1, 2);
-    bind_page(scene, &pair, 1, 0, 1);
-    bind_page(scene, &pair, 1, 1, 3);
-    place_over_two_pages(scene, &pair);
+    use_two_pages_each(scene, (const VkDeviceSize[2][2]){{0, 2}, {1, 3}});
+}
+
+static void alias_pages_in_order(struct scene *scene)
+{
+    use_two_pages_each(scene, (const VkDeviceSize[2][2]){{0, 1}, {1, 2}});
+}
+
+static void use_pages_in_order(struct scene *scene)
+{
+    use_two_pages_each(scene, (const VkDeviceSize[2][2]){{0, 1}, {2, 3}});
 }
 
 /* They were in one page, then one of them was bound elsewhere. */
@@ -91,8 +101,7 @@ static void rebind_page(struct scene *scene)
     bind_page(scene, &pair, 0, 0, 3);
     bind_page(scene, &pair, 1, 0, 3);
     bind_page(scene, &pair, 1, 0, 2);
-    place_dst(scene, INDEXED, &pair.buffers[0], 0);
-    place_dst(scene, AABBS, &pair.buffers[1], 0);
+    place_dsts(scene, &pair);
 }
 
 static void rebind_page_onto_another(struct scene *scene)
@@ -100,29 +109,8 @@ static void rebind_page_onto_another(struct scene *scene)
     const struct sparse_pair pair = make_sparse_pair(scene);
     bind_page(scene, &pair, 0, 0, 3);
     bind_page(scene, &pair, 1, 0, 2);
-    place_dst(scene, INDEXED, &pair.buffers[0], 0);
-    place_dst(scene, AABBS, &pair.buffers[1], 0);
+    place_dsts(scene, &pair);
     bind_page(scene, &pair, 1, 0, 3);
-}
-
-static void alias_pages_in_order(struct scene *scene)
-{
-    const struct sparse_pair pair = make_sparse_pair(scene);
-    for (VkDeviceSize i = 0; i < 2; i++) {
-        bind_page(scene, &pair, 0, i, i);
-        bind_page(scene, &pair, 1, i, i + 1);
-    }
-    place_over_two_pages(scene, &pair);
-}
-
-static void use_pages_in_order(struct scene *scene)
-{
-    const struct sparse_pair pair = make_sparse_pair(scene);
-    for (VkDeviceSize i = 0; i < 2; i++) {
-        bind_page(scene, &pair, 0, i, i);
-        bind_page(scene, &pair, 1, i, i + 2);
-    }
-    place_over_two_pages(scene, &pair);
 }
 
 static void leave_pages_unbound(struct scene *scene)
@@ -188,16 +176,6 @@ static void put_scratch_in_page(struct scene *scene, VkDeviceSize memory_page)
     place_scratch(scene, AABBS, &scratch, 0);
 }
 
-static void put_scratch_under_dst(struct scene *scene)
-{
-    put_scratch_in_page(scene, 3);
-}
-
-static void put_scratch_beside_dst(struct scene *scene)
-{
-    put_scratch_in_page(scene, 4);
-}
-
 /* A sparse page and a plain buffer in one memory. */
 static void bind_beside_plain(struct scene *scene, VkDeviceSize memory_page)
 {
@@ -207,16 +185,6 @@ static void bind_beside_plain(struct scene *scene, VkDeviceSize memory_page)
     bind_page(scene, &pair, 0, 0, memory_page);
     place_dst(scene, INDEXED, &pair.buffers[0], 0);
     place_dst(scene, AABBS, &plain, 0);
-}
-
-static void alias_sparse_with_plain(struct scene *scene)
-{
-    bind_beside_plain(scene, 3);
-}
-
-static void bind_sparse_beside_plain(struct scene *scene)
-{
-    bind_beside_plain(scene, 2);
 }
 
 /* A copy of the source, whose page is unbound then. */
@@ -241,93 +209,41 @@ static void update_from_unbound_page(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    {.name = "dsts_in_one_sparse_page",
-     RULES(RULE_dst_and_dst_are_apart),
-     .setup = &with_sparse,
-     .mutate = alias_sparse_pages,
-     .mutate_twin = use_sparse_pages_apart,
-     .submits = true},
-    {.name = "dsts_meet_in_one_of_two_sparse_pages",
-     RULES(RULE_dst_and_dst_are_apart),
-     .setup = &with_sparse,
-     .mutate = alias_second_page_with_first,
-     .mutate_twin = interleave_pages,
-     .submits = true},
-    {.name = "dsts_over_sparse_pages_in_order",
-     RULES(RULE_dst_and_dst_are_apart),
-     .setup = &with_sparse,
-     .mutate = alias_pages_in_order,
-     .mutate_twin = use_pages_in_order,
-     .submits = true},
-    {.name = "dsts_after_rebinding_a_sparse_page",
-     RULES(RULE_dst_and_dst_are_apart),
-     .setup = &with_sparse,
-     .mutate = rebind_page_onto_another,
-     .mutate_twin = rebind_page,
-     .submits = true},
-    {.name = "dst_and_scratch_in_one_sparse_page",
-     RULES(RULE_dst_and_scratch_are_apart),
-     .setup = &with_sparse,
-     .mutate = put_scratch_under_dst,
-     .mutate_twin = put_scratch_beside_dst,
-     .commands = ON_COMMAND_BUFFERS,
-     .submits = true},
-    {.name = "dst_in_sparse_and_dst_in_plain_buffer",
-     RULES(RULE_dst_and_dst_are_apart),
-     .setup = &with_sparse,
-     .mutate = alias_sparse_with_plain,
-     .mutate_twin = bind_sparse_beside_plain,
-     .submits = true},
-    {.name = "dst_in_sparse_buffer_without_pages",
-     RULES(RULE_dst_is_backed_by_memory),
-     .setup = &with_sparse,
-     .mutate = leave_pages_unbound,
-     .mutate_twin = use_sparse_pages_apart,
-     .submits = true,
-     .path = "pInfos[0].dstAccelerationStructure"},
-    {.name = "dst_in_sparse_buffer_with_one_page_of_two",
-     RULES(RULE_dst_is_backed_by_memory),
-     .setup = &with_sparse,
-     .mutate = leave_second_page_unbound,
-     .mutate_twin = bind_only_the_pages_needed,
-     .submits = true},
-    {.name = "dst_in_sparse_page_unbound_again",
-     RULES(RULE_dst_is_backed_by_memory),
-     .setup = &with_sparse,
-     .mutate = unbind_page,
-     .mutate_twin = unbind_another_page,
-     .submits = true},
-    {.name = "dst_in_sparse_page_of_freed_memory",
-     RULES(RULE_dst_is_backed_by_memory),
-     .setup = &with_sparse,
-     .mutate = free_memory_of_pages,
-     .mutate_twin = use_sparse_pages_apart,
-     .submits = true},
-    {.name = "src_in_sparse_page_unbound_again",
-     RULES(RULE_update_src_is_backed_by_memory),
-     .setup = &with_sparse,
-     .mutate = update_from_unbound_page,
-     .submits = true,
-     .path = "pInfos[4].srcAccelerationStructure"},
+    SHARED(.setup = &with_sparse),
+    CASE("dsts_in_one_sparse_page", RULES(RULE_dst_and_dst_are_apart), .mutate = alias_sparse_pages,
+         .mutate_twin = use_sparse_pages_apart, .submits = true),
+    CASE("dsts_meet_in_one_of_two_sparse_pages", RULES(RULE_dst_and_dst_are_apart),
+         .mutate = alias_second_page_with_first, .mutate_twin = interleave_pages, .submits = true),
+    CASE("dsts_over_sparse_pages_in_order", RULES(RULE_dst_and_dst_are_apart),
+         .mutate = alias_pages_in_order, .mutate_twin = use_pages_in_order, .submits = true),
+    CASE("dsts_after_rebinding_a_sparse_page", RULES(RULE_dst_and_dst_are_apart),
+         .mutate = rebind_page_onto_another, .mutate_twin = rebind_page, .submits = true),
+    CASE("dst_and_scratch_in_one_sparse_page", RULES(RULE_dst_and_scratch_are_apart),
+         .commands = ON_COMMAND_BUFFERS, .edits = EDITS(CALL_WITH_SIZE(put_scratch_in_page, 3)),
+         .twin_edits = EDITS(CALL_WITH_SIZE(put_scratch_in_page, 4)), .submits = true),
+    CASE("dst_in_sparse_and_dst_in_plain_buffer", RULES(RULE_dst_and_dst_are_apart),
+         .edits = EDITS(CALL_WITH_SIZE(bind_beside_plain, 3)),
+         .twin_edits = EDITS(CALL_WITH_SIZE(bind_beside_plain, 2)), .submits = true),
+    CASE("dst_in_sparse_buffer_without_pages", RULES(RULE_dst_is_backed_by_memory),
+         .mutate = leave_pages_unbound, .mutate_twin = use_sparse_pages_apart, .submits = true,
+         .path = "pInfos[0].dstAccelerationStructure"),
+    CASE("dst_in_sparse_buffer_with_one_page_of_two", RULES(RULE_dst_is_backed_by_memory),
+         .mutate = leave_second_page_unbound, .mutate_twin = bind_only_the_pages_needed,
+         .submits = true),
+    CASE("dst_in_sparse_page_unbound_again", RULES(RULE_dst_is_backed_by_memory),
+         .mutate = unbind_page, .mutate_twin = unbind_another_page, .submits = true),
+    CASE("dst_in_sparse_page_of_freed_memory", RULES(RULE_dst_is_backed_by_memory),
+         .mutate = free_memory_of_pages, .mutate_twin = use_sparse_pages_apart, .submits = true),
+    CASE("src_in_sparse_page_unbound_again", RULES(RULE_update_src_is_backed_by_memory),
+         .mutate = update_from_unbound_page, .submits = true,
+         .path = "pInfos[4].srcAccelerationStructure"),
     /* Pages may still be bound before the command buffer is submitted. */
-    {.name = "dst_in_sparse_buffer_without_pages_when_recorded",
-     RULES(RULE_dst_is_backed_by_memory),
-     .silent = true,
-     .setup = &with_sparse,
-     .mutate = leave_pages_unbound,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "dst_in_sparse_page_of_freed_memory_when_recorded",
-     RULES(RULE_dst_is_backed_by_memory),
-     .silent = true,
-     .setup = &with_sparse,
-     .mutate = free_memory_of_pages,
-     .commands = ON_COMMAND_BUFFERS},
-    {.name = "dsts_in_one_sparse_page_when_recorded",
-     RULES(RULE_dst_and_dst_are_apart),
-     .silent = true,
-     .setup = &with_sparse,
-     .mutate = alias_sparse_pages,
-     .commands = ON_COMMAND_BUFFERS},
+    CASE("dst_in_sparse_buffer_without_pages_when_recorded", RULES(RULE_dst_is_backed_by_memory),
+         .silent = true, .commands = ON_COMMAND_BUFFERS, .mutate = leave_pages_unbound),
+    CASE("dst_in_sparse_page_of_freed_memory_when_recorded", RULES(RULE_dst_is_backed_by_memory),
+         .silent = true, .commands = ON_COMMAND_BUFFERS, .mutate = free_memory_of_pages),
+    CASE("dsts_in_one_sparse_page_when_recorded", RULES(RULE_dst_and_dst_are_apart), .silent = true,
+         .commands = ON_COMMAND_BUFFERS, .mutate = alias_sparse_pages),
 };
 
 CASE_LIST(cases_sparse, cases);

@@ -28,18 +28,6 @@ static void shrink_dst(struct scene *scene)
                        VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
-static void spheres_into_too_little(struct scene *scene)
-{
-    scene_add_spheres(scene);
-    shrink_dst(scene);
-}
-
-static void swept_spheres_into_too_little(struct scene *scene)
-{
-    scene_add_swept_spheres(scene);
-    shrink_dst(scene);
-}
-
 static void spheres_with_data_of_swept_spheres(struct scene *scene)
 {
     scene_add_swept_spheres(scene);
@@ -55,7 +43,6 @@ static void swept_spheres_with_data_of_spheres(struct scene *scene)
 /* The structure begins where it can be read and ends where it can't. */
 static void spheres_off_the_page(struct scene *scene)
 {
-    scene_add_spheres(scene);
     VkBaseOutStructure *cut = bytes_before_unreadable_page(sizeof(*cut));
     cut->sType = scene->spheres.sType;
     scene->geometries[SPHERES][0].pNext = cut;
@@ -84,7 +71,6 @@ static const struct test_case cases[] = {
 #define PATH SPHERES_PATH
 #define WITHOUT without_spheres
 #include "cases_of_spheres.def"
-
 #define NAME(text) "swept_spheres_" text
 #define RULE_OF(statement) RULE_swept_spheres_##statement
 #define DATA swept_spheres
@@ -92,98 +78,65 @@ static const struct test_case cases[] = {
 #define PATH SWEPT_PATH
 #define WITHOUT without_swept_spheres
 #include "cases_of_spheres.def"
-
-    {.name = "spheres_with_data_of_swept_spheres",
-     RULES(RULE_spheres_have_their_stype),
-     .setup = &with_spheres,
-     .mutate = spheres_with_data_of_swept_spheres,
-     .mutate_twin = scene_add_spheres,
-     .path = SPHERES_PATH "sType"},
-    {.name = "swept_spheres_with_data_of_spheres",
-     RULES(RULE_swept_spheres_have_their_stype),
-     .setup = &with_spheres,
-     .mutate = swept_spheres_with_data_of_spheres,
-     .mutate_twin = scene_add_swept_spheres,
-     .path = SWEPT_PATH "sType"},
-    {.name = "spheres_data_off_the_page",
-     RULES(RULE_geometry_chain_is_known),
-     .setup = &with_spheres,
-     .mutate = spheres_off_the_page,
-     .mutate_twin = scene_add_spheres},
-    {.name = "spheres_in_freed_memory",
-     RULES(RULE_input_buffer_is_bound),
-     .setup = &with_spheres,
-     .mutate = spheres_in_freed_memory,
-     .mutate_twin = scene_add_spheres,
-     .commands = ON_COMMAND_BUFFERS,
-     .path = SPHERES_PATH "radiusData.deviceAddress"},
+    SHARED(.setup = &with_spheres),
+    CASE("spheres_with_data_of_swept_spheres", RULES(RULE_spheres_have_their_stype),
+         .mutate = spheres_with_data_of_swept_spheres, .mutate_twin = scene_add_spheres,
+         .path = SPHERES_PATH "sType"),
+    CASE("swept_spheres_with_data_of_spheres", RULES(RULE_swept_spheres_have_their_stype),
+         .mutate = swept_spheres_with_data_of_spheres, .mutate_twin = scene_add_swept_spheres,
+         .path = SWEPT_PATH "sType"),
+    CASE("spheres_data_off_the_page", RULES(RULE_geometry_chain_is_known),
+         .prepare = scene_add_spheres, .mutate = spheres_off_the_page),
+    CASE("spheres_in_freed_memory", RULES(RULE_input_buffer_is_bound),
+         .commands = ON_COMMAND_BUFFERS, .mutate = spheres_in_freed_memory,
+         .mutate_twin = scene_add_spheres, .path = SPHERES_PATH "radiusData.deviceAddress"),
     /* 03673 lists members, and this is none of them. */
-    {.name = "spheres_buffer_without_usage",
-     RULES(RULE_input_buffer_has_build_input_usage),
-     .silent = true,
-     .setup = &with_spheres,
-     .mutate = spheres_without_usage},
-    /* What builds need is asked of the driver for these, too. */
-    {.name = "spheres_dst_too_small",
-     RULES(RULE_dst_is_large_enough),
-     .setup = &with_spheres,
-     .mutate = spheres_into_too_little,
-     .mutate_twin = scene_add_spheres,
-     .path = "pInfos[6].dstAccelerationStructure"},
-    {.name = "swept_spheres_dst_too_small",
-     RULES(RULE_dst_is_large_enough),
-     .setup = &with_spheres,
-     .mutate = swept_spheres_into_too_little,
-     .mutate_twin = scene_add_swept_spheres,
-     .path = "pInfos[6].dstAccelerationStructure"},
+    CASE("spheres_buffer_without_usage", RULES(RULE_input_buffer_has_build_input_usage),
+         .silent = true, .mutate = spheres_without_usage),
 
-    {.name = "swept_spheres_indexing_mode_of_nobody",
-     RULES(RULE_swept_spheres_indexing_mode_is_valid),
-     .setup = &with_spheres,
-     .mutate = scene_add_swept_spheres,
-     .edits = EDITS(SET(swept_spheres.indexingMode, 2)),
-     .mutate_twin = scene_add_swept_spheres,
-     .twin_edits =
-         EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV)),
-     .path = SWEPT_PATH "indexingMode"},
-    {.name = "swept_spheres_end_caps_mode_of_nobody",
-     RULES(RULE_swept_spheres_end_caps_mode_is_valid),
-     .setup = &with_spheres,
-     .mutate = scene_add_swept_spheres,
-     .edits = EDITS(SET(swept_spheres.endCapsMode, 2)),
-     .mutate_twin = scene_add_swept_spheres,
-     .twin_edits =
-         EDITS(SET(swept_spheres.endCapsMode, VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_NONE_NV)),
-     .path = SWEPT_PATH "endCapsMode"},
-    {.name = "swept_spheres_modes_of_the_future",
-     RULES(RULE_swept_spheres_indexing_mode_is_valid, RULE_swept_spheres_end_caps_mode_is_valid),
-     .silent = true,
-     .setup = &with_spheres_and_future,
-     .mutate = scene_add_swept_spheres,
-     .edits = EDITS(SET(swept_spheres.indexingMode, 2), SET(swept_spheres.endCapsMode, 2))},
-    {.name = "successive_swept_spheres_without_indices",
-     RULES(RULE_successive_swept_spheres_have_index_data),
-     .setup = &with_spheres,
-     .mutate = scene_add_swept_spheres,
-     .edits = EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
-                    SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
-                    SET(swept_spheres.indexData.deviceAddress, 0)),
-     .mutate_twin = scene_add_swept_spheres,
-     .twin_edits = EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
-                         SET(swept_spheres.indexData.deviceAddress, 0)),
-     .path = SWEPT_PATH "indexData"},
-    {.name = "successive_swept_spheres_with_null_indices",
-     RULES(RULE_swept_spheres_index_address_is_given,
-           RULE_successive_swept_spheres_have_index_data),
-     .setup = &with_spheres,
-     .mutate = scene_add_swept_spheres,
-     .edits = EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
-                    SET(swept_spheres.indexData.deviceAddress, 0)),
-     .mutate_twin = scene_add_swept_spheres,
-     .twin_edits = EDITS(
-         SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
-         SET(swept_spheres.indexData.deviceAddress, 0), SET(ranges[SPHERES][0].primitiveCount, 0)),
-     .path = SWEPT_PATH "indexData"},
+    /* What builds need is asked of the driver for these, too. */
+    CASE("spheres_dst_too_small", RULES(RULE_dst_is_large_enough), .prepare = scene_add_spheres,
+         .edits = EDITS(CALL(shrink_dst)), .path = "pInfos[6].dstAccelerationStructure"),
+    CASE("swept_spheres_dst_too_small", RULES(RULE_dst_is_large_enough),
+         .prepare = scene_add_swept_spheres, .edits = EDITS(CALL(shrink_dst)),
+         .path = "pInfos[6].dstAccelerationStructure"),
+
+    CASE("swept_spheres_indexing_mode_of_nobody", RULES(RULE_swept_spheres_indexing_mode_is_valid),
+         .prepare = scene_add_swept_spheres, .edits = EDITS(SET(swept_spheres.indexingMode, 2)),
+         .twin_edits =
+             EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV)),
+         .path = SWEPT_PATH "indexingMode"),
+    CASE("swept_spheres_end_caps_mode_of_nobody", RULES(RULE_swept_spheres_end_caps_mode_is_valid),
+         .prepare = scene_add_swept_spheres, .edits = EDITS(SET(swept_spheres.endCapsMode, 2)),
+         .twin_edits = EDITS(
+             SET(swept_spheres.endCapsMode, VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_NONE_NV)),
+         .path = SWEPT_PATH "endCapsMode"),
+    CASE(
+        "swept_spheres_modes_of_the_future",
+        RULES(RULE_swept_spheres_indexing_mode_is_valid, RULE_swept_spheres_end_caps_mode_is_valid),
+        .silent = true, .setup = &with_spheres_and_future, .mutate = scene_add_swept_spheres,
+        .edits = EDITS(SET(swept_spheres.indexingMode, 2), SET(swept_spheres.endCapsMode, 2))),
+    CASE("successive_swept_spheres_without_indices",
+         RULES(RULE_successive_swept_spheres_have_index_data), .prepare = scene_add_swept_spheres,
+         .edits =
+             EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
+                   SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                   SET(swept_spheres.indexData.deviceAddress, 0)),
+         .twin_edits = EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                             SET(swept_spheres.indexData.deviceAddress, 0)),
+         .path = SWEPT_PATH "indexData"),
+    CASE("successive_swept_spheres_with_null_indices",
+         RULES(RULE_swept_spheres_index_address_is_given,
+               RULE_successive_swept_spheres_have_index_data),
+         .prepare = scene_add_swept_spheres,
+         .edits =
+             EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
+                   SET(swept_spheres.indexData.deviceAddress, 0)),
+         .twin_edits =
+             EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
+                   SET(swept_spheres.indexData.deviceAddress, 0),
+                   SET(ranges[SPHERES][0].primitiveCount, 0)),
+         .path = SWEPT_PATH "indexData"),
 };
 
 CASE_LIST(cases_spheres, cases);

@@ -80,16 +80,6 @@ static void update_into(struct scene *scene, VkDeviceSize divisor)
                        VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
-static void update_into_half_the_size(struct scene *scene)
-{
-    update_into(scene, 2);
-}
-
-static void update_into_just_the_size(struct scene *scene)
-{
-    update_into(scene, 1);
-}
-
 static void build_source_without_transform(struct scene *scene)
 {
     const uint32_t build = begin_source(scene);
@@ -111,13 +101,6 @@ static void update_tlas_from_blas(struct scene *scene)
     scene->infos[TLAS].srcAccelerationStructure = accel;
     scene->infos[TLAS].dstAccelerationStructure = accel;
     scene->ranges[TLAS][0].primitiveCount = scene->ranges[INDEXED][0].primitiveCount;
-}
-
-static void update_with_boxes(struct scene *scene)
-{
-    scene->geometries[UPDATE][0] = scene->geometries[AABBS][0];
-    scene->geometries[UPDATE][0].flags = 0;
-    scene_give_objects(scene, UPDATE);
 }
 
 /* A compacting copy carries what it copied. */
@@ -142,81 +125,58 @@ static void update_compacted_copy(struct scene *scene)
 static const struct setup at_level_execution = {.level = "execution"};
 
 static const struct test_case cases[] = {
-    {.name = "source_without_allow_update",
-     RULES(RULE_update_source_was_built_with_allow_update),
-     .mutate = build_source_without_allow_update,
-     .mutate_twin = build_source_like_the_update,
-     .path = "pInfos[4].srcAccelerationStructure"},
-    {.name = "source_built_again",
-     RULES(RULE_update_source_was_built_with_allow_update, RULE_max_vertex_matches_source),
-     .silent = true,
-     .mutate = build_source_twice},
-    {.name = "source_of_two_geometries",
-     RULES(RULE_geometry_count_matches_source),
-     .mutate = build_source_of_two_geometries,
-     .path = "pInfos[4].geometryCount"},
-    {.name = "flags_of_update",
-     RULES(RULE_build_flags_match_source),
-     .mutate = update_with_other_flags,
-     .path = "pInfos[4].flags"},
-    {.name = "type_of_update",
-     RULES(RULE_build_type_matches_source, RULE_geometry_type_matches_source),
-     .mutate = update_tlas_from_blas,
-     .path = "pInfos[3]"},
-    {.name = "geometry_type_of_update",
-     RULES(RULE_geometry_type_matches_source),
-     .mutate = update_with_boxes,
-     .edits = EDITS(SET(ranges[UPDATE][0].primitiveCount, 2)),
-     .path = "pInfos[4].pGeometries[0].geometryType",
-     .keep_arrays = true},
-    {.name = "geometry_flags_of_update",
-     RULES(RULE_geometry_flags_match_source),
-     .edits = EDITS(SET(geometries[UPDATE][0].flags, VK_GEOMETRY_OPAQUE_BIT_KHR)),
-     .path = "pInfos[4].pGeometries[0].flags"},
-    {.name = "vertex_format_of_update",
-     RULES(RULE_vertex_format_matches_source),
-     .edits = EDITS(SET(T_UPDATE.vertexFormat, VK_FORMAT_R16G16B16A16_SFLOAT)),
-     .twin_edits = EDITS(ADD(T_UPDATE.vertexData.deviceAddress, 4), SET(T_UPDATE.vertexStride, 16)),
-     .path = "pInfos[4].pGeometries[0].geometry.triangles.vertexFormat"},
-    {.name = "max_vertex_of_update",
-     RULES(RULE_max_vertex_matches_source),
-     .edits = EDITS(SET(T_UPDATE.maxVertex, 6)),
-     .twin_edits = EDITS(SET(ranges[UPDATE][0].firstVertex, 1)),
-     .path = "pInfos[4].pGeometries[0].geometry.triangles.maxVertex"},
-    {.name = "max_vertex_of_update_of_compacted_copy",
-     RULES(RULE_max_vertex_matches_source),
-     .mutate = update_compacted_copy,
-     .edits = EDITS(SET(T_UPDATE.maxVertex, 6)),
-     .mutate_twin = update_compacted_copy},
-    {.name = "dst_too_small_for_an_update_of_an_uncompacted_source",
-     RULES(RULE_dst_is_large_enough),
-     .mutate = update_into_half_the_size,
-     .mutate_twin = update_into_just_the_size,
-     .setup = &at_level_execution,
-     .path = "pInfos[4].dstAccelerationStructure"},
-    {.name = "index_type_of_update",
-     RULES(RULE_index_type_matches_source),
-     .edits = EDITS(SET(T_UPDATE.indexType, VK_INDEX_TYPE_UINT16)),
-     .twin_edits = EDITS(ADD(T_UPDATE.indexData.deviceAddress, 4)),
-     .path = "pInfos[4].pGeometries[0].geometry.triangles.indexType",
-     .below_content = true},
-    {.name = "transform_of_update_of_source_without",
-     RULES(RULE_transform_is_absent_where_source_had_none),
-     .mutate = build_source_without_transform,
-     .mutate_twin = build_source_without_transform,
-     .twin_edits = EDITS(SET(T_UPDATE.transformData.deviceAddress, 0)),
-     .path = "pInfos[4].pGeometries[0].geometry.triangles.transformData"},
-    {.name = "transform_of_update_missing",
-     RULES(RULE_transform_is_given_where_source_had_one),
-     .edits = EDITS(SET(T_UPDATE.transformData.deviceAddress, 0)),
-     .twin_edits = EDITS(ADD(T_UPDATE.transformData.deviceAddress, SCENE_TRANSFORM_OFFSET)),
-     .path = "pInfos[4].pGeometries[0].geometry.triangles.transformData"},
-    {.name = "primitive_count_of_update",
-     RULES(RULE_primitive_count_matches_source),
-     .edits = EDITS(SET(ranges[UPDATE][0].primitiveCount, 1)),
-     .twin_edits = EDITS(SET(ranges[UPDATE][0].primitiveOffset, 12)),
-     .keep_arrays = true,
-     .below_content = true},
+    CASE("source_without_allow_update", RULES(RULE_update_source_was_built_with_allow_update),
+         .mutate = build_source_without_allow_update, .mutate_twin = build_source_like_the_update,
+         .path = "pInfos[4].srcAccelerationStructure"),
+    CASE("source_built_again",
+         RULES(RULE_update_source_was_built_with_allow_update, RULE_max_vertex_matches_source),
+         .silent = true, .mutate = build_source_twice),
+    CASE("source_of_two_geometries", RULES(RULE_geometry_count_matches_source),
+         .mutate = build_source_of_two_geometries, .path = "pInfos[4].geometryCount"),
+    CASE("flags_of_update", RULES(RULE_build_flags_match_source), .mutate = update_with_other_flags,
+         .path = "pInfos[4].flags"),
+    CASE("type_of_update", RULES(RULE_build_type_matches_source, RULE_geometry_type_matches_source),
+         .mutate = update_tlas_from_blas, .path = "pInfos[3]"),
+    CASE("geometry_type_of_update", RULES(RULE_geometry_type_matches_source),
+         .edits = EDITS(COPY(geometries[UPDATE][0], geometries[AABBS][0]),
+                        SET(geometries[UPDATE][0].flags, 0), CALL_WITH(scene_give_objects, UPDATE),
+                        SET(ranges[UPDATE][0].primitiveCount, 2)),
+         .path = "pInfos[4].pGeometries[0].geometryType", .keep_arrays = true),
+    CASE("geometry_flags_of_update", RULES(RULE_geometry_flags_match_source),
+         .edits = EDITS(SET(geometries[UPDATE][0].flags, VK_GEOMETRY_OPAQUE_BIT_KHR)),
+         .path = "pInfos[4].pGeometries[0].flags"),
+    CASE("vertex_format_of_update", RULES(RULE_vertex_format_matches_source),
+         .edits = EDITS(SET(T_UPDATE.vertexFormat, VK_FORMAT_R16G16B16A16_SFLOAT)),
+         .twin_edits =
+             EDITS(ADD(T_UPDATE.vertexData.deviceAddress, 4), SET(T_UPDATE.vertexStride, 16)),
+         .path = "pInfos[4].pGeometries[0].geometry.triangles.vertexFormat"),
+    CASE("max_vertex_of_update", RULES(RULE_max_vertex_matches_source),
+         .edits = EDITS(SET(T_UPDATE.maxVertex, 6)),
+         .twin_edits = EDITS(SET(ranges[UPDATE][0].firstVertex, 1)),
+         .path = "pInfos[4].pGeometries[0].geometry.triangles.maxVertex"),
+    CASE("max_vertex_of_update_of_compacted_copy", RULES(RULE_max_vertex_matches_source),
+         .prepare = update_compacted_copy, .edits = EDITS(SET(T_UPDATE.maxVertex, 6))),
+    CASE("dst_too_small_for_an_update_of_an_uncompacted_source", RULES(RULE_dst_is_large_enough),
+         .setup = &at_level_execution, .edits = EDITS(CALL_WITH_SIZE(update_into, 2)),
+         .twin_edits = EDITS(CALL_WITH_SIZE(update_into, 1)),
+         .path = "pInfos[4].dstAccelerationStructure"),
+    CASE("index_type_of_update", RULES(RULE_index_type_matches_source),
+         .edits = EDITS(SET(T_UPDATE.indexType, VK_INDEX_TYPE_UINT16)),
+         .twin_edits = EDITS(ADD(T_UPDATE.indexData.deviceAddress, 4)),
+         .path = "pInfos[4].pGeometries[0].geometry.triangles.indexType", .below_content = true),
+    CASE("transform_of_update_of_source_without",
+         RULES(RULE_transform_is_absent_where_source_had_none),
+         .prepare = build_source_without_transform,
+         .twin_edits = EDITS(SET(T_UPDATE.transformData.deviceAddress, 0)),
+         .path = "pInfos[4].pGeometries[0].geometry.triangles.transformData"),
+    CASE("transform_of_update_missing", RULES(RULE_transform_is_given_where_source_had_one),
+         .edits = EDITS(SET(T_UPDATE.transformData.deviceAddress, 0)),
+         .twin_edits = EDITS(ADD(T_UPDATE.transformData.deviceAddress, SCENE_TRANSFORM_OFFSET)),
+         .path = "pInfos[4].pGeometries[0].geometry.triangles.transformData"),
+    CASE("primitive_count_of_update", RULES(RULE_primitive_count_matches_source),
+         .edits = EDITS(SET(ranges[UPDATE][0].primitiveCount, 1)),
+         .twin_edits = EDITS(SET(ranges[UPDATE][0].primitiveOffset, 12)), .keep_arrays = true,
+         .below_content = true),
 };
 
 CASE_LIST(cases_update, cases);

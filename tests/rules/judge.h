@@ -42,6 +42,10 @@ const char *judge_enter_fixture(const struct play *play, struct fixture *fixture
 const char *judge_cannot_play(const struct play *play, const struct fixture *fixture);
 
 void judge_apply(struct scene *scene, const struct edit *edits);
+void judge_prepare(struct scene *scene, const struct test_case *test_case);
+
+/* Whether the case has a valid call of its own, here. */
+bool judge_has_twin(const struct play *play);
 
 /* Whether the command takes no build of the case's kind. */
 bool judge_is_refused(const struct play *play);

@@ -14,51 +14,49 @@
 #include "levels.h"
 #include "play.h"
 
-static const struct case_list *const lists[] = {
-    &cases_call,
-    &cases_recording,
-    &cases_pointers,
-    &cases_build,
-    &cases_build_state,
-    &cases_limits,
-    &cases_scratch,
-    &cases_two_mistakes,
-    &cases_geometry,
-    &cases_chain,
-    &cases_address,
-    &cases_alignment,
-    &cases_empty,
-    &cases_range,
-    &cases_indirect,
-    &cases_overlap,
-    &cases_pairs,
-    &cases_memory,
-    &cases_sparse,
-    &cases_silent,
-    &cases_update,
-    &cases_content,
-    &cases_dense,
-    &cases_motion,
-    &cases_motion_instances,
-    &cases_spheres,
-    &cases_radii,
-    &cases_micromap,
-    &cases_micromap_data,
-    &cases_micromap_use,
-    &cases_micromap_state,
-    &cases_micromap_update,
-    &cases_displacement,
-    &cases_nv,
-    &cases_nv_info,
-    &cases_nv_geometry,
-    &cases_nv_update,
-    &cases_host,
-    &cases_host_memory,
-    &cases_instances,
-    &cases_content_update,
-    &cases_disabling,
-    &cases_micromap_contents,
-};
+static const struct case_list *const lists[] = {&cases_call,
+                                                &cases_recording,
+                                                &cases_pointers,
+                                                &cases_build,
+                                                &cases_build_state,
+                                                &cases_limits,
+                                                &cases_scratch,
+                                                &cases_two_mistakes,
+                                                &cases_geometry,
+                                                &cases_chain,
+                                                &cases_address,
+                                                &cases_alignment,
+                                                &cases_empty,
+                                                &cases_range,
+                                                &cases_indirect,
+                                                &cases_overlap,
+                                                &cases_pairs,
+                                                &cases_memory,
+                                                &cases_sparse,
+                                                &cases_silent,
+                                                &cases_update,
+                                                &cases_content,
+                                                &cases_dense,
+                                                &cases_motion,
+                                                &cases_motion_instances,
+                                                &cases_spheres,
+                                                &cases_radii,
+                                                &cases_micromap,
+                                                &cases_micromap_data,
+                                                &cases_micromap_use,
+                                                &cases_micromap_state,
+                                                &cases_micromap_update,
+                                                &cases_displacement,
+                                                &cases_nv,
+                                                &cases_nv_info,
+                                                &cases_nv_geometry,
+                                                &cases_nv_update,
+                                                &cases_host,
+                                                &cases_host_memory,
+                                                &cases_instances,
+                                                &cases_content_update,
+                                                &cases_disabling,
+                                                &cases_micromap_contents};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {
@@ -147,8 +145,8 @@ static bool is_asked_by_nv(const struct rule_info *info)
 
 static bool fits_command(const struct test_case *test_case, enum build_command command)
 {
-    if (test_case->has_pointers || test_case->prepare != NULL)
-        return false; /* for content_test */
+    if (test_case->has_pointers || test_case->is_for_contents)
+        return false;
     if (test_case->refusal != NULL && test_case->refusal->command == command)
         return true;
     if (test_case->commands != 0)
@@ -258,19 +256,31 @@ static void for_all_cases(struct run *run,
                                        const struct test_case *test_case))
 {
     for (size_t i = 0; i < LIST_COUNT; i++)
-        for (size_t j = 0; j < lists[i]->count; j++)
-            play(run, lists[i], &lists[i]->cases[j]);
+        for (size_t j = 0; j < lists[i]->count; j++) {
+            struct test_case test_case;
+            if (case_read(lists[i], j, &test_case))
+                play(run, lists[i], &test_case);
+        }
 }
 
 /* ---- every rule has a case ---- */
 
+static bool fires(const struct test_case *test_case, enum rule rule)
+{
+    for (uint32_t i = 0; i < test_case->rule_count; i++)
+        if (test_case->rules[i] == rule && !test_case->silent)
+            return true;
+    return false;
+}
+
 static bool has_firing_case(enum rule rule)
 {
     for (size_t i = 0; i < LIST_COUNT; i++)
-        for (size_t j = 0; j < lists[i]->count; j++)
-            for (uint32_t k = 0; k < lists[i]->cases[j].rule_count; k++)
-                if (lists[i]->cases[j].rules[k] == rule && !lists[i]->cases[j].silent)
-                    return true;
+        for (size_t j = 0; j < lists[i]->count; j++) {
+            struct test_case test_case;
+            if (case_read(lists[i], j, &test_case) && fires(&test_case, rule))
+                return true;
+        }
     return false;
 }
 

@@ -43,6 +43,20 @@ VkDeviceSize place_scratch_within(const struct scene *scene, VkDeviceSize size)
     return (size - 1) / alignment * alignment;
 }
 
+VkDeviceSize place_offset(VkDeviceSize size, enum place place)
+{
+    if (place == AT_BEGINNING)
+        return 0;
+    return place == WITHIN ? place_within(size) : place_behind(size);
+}
+
+VkDeviceSize place_scratch_offset(const struct scene *scene, VkDeviceSize size, enum place place)
+{
+    if (place == AT_BEGINNING)
+        return 0;
+    return place == WITHIN ? place_scratch_within(scene, size) : place_scratch_behind(scene, size);
+}
+
 static VkAccelerationStructureKHR place(struct scene *scene, uint32_t build,
                                         const struct test_buffer *buffer, VkDeviceSize offset)
 {
@@ -97,10 +111,7 @@ void place_grow(struct scene *scene, uint32_t build, VkDeviceSize size)
 
 /* ---- memory of other kinds ---- */
 
-static void free_memory(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->FreeMemory(device, (VkDeviceMemory)handle, NULL);
-}
+SCENE_DESTROYS(free_memory, FreeMemory, VkDeviceMemory)
 
 /* Memory that is not mapped, of so many instances. */
 static struct test_memory allocate(struct scene *scene, VkMemoryPropertyFlags with,
@@ -151,10 +162,7 @@ struct test_buffer place_buffer_of_instances(struct scene *scene, uint32_t devic
     return buffer_in(scene, &memory);
 }
 
-static void destroy_accel(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyAccelerationStructureKHR(device, (VkAccelerationStructureKHR)handle, NULL);
-}
+SCENE_DESTROYS(destroy_accel, DestroyAccelerationStructureKHR, VkAccelerationStructureKHR)
 
 VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t build)
 {

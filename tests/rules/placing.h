@@ -24,6 +24,11 @@ VkDeviceSize place_within(VkDeviceSize size);
 VkDeviceSize place_scratch_behind(const struct scene *scene, VkDeviceSize size);
 VkDeviceSize place_scratch_within(const struct scene *scene, VkDeviceSize size);
 
+/* Where something is put that may overlap `size` bytes or a structure. */
+enum place { AT_BEGINNING, WITHIN, BEHIND };
+VkDeviceSize place_offset(VkDeviceSize size, enum place place);
+VkDeviceSize place_scratch_offset(const struct scene *scene, VkDeviceSize size, enum place place);
+
 /* Gives a build a new dst, src or scratch at an offset of a buffer. */
 void place_dst(struct scene *scene, uint32_t build, const struct test_buffer *buffer,
                VkDeviceSize offset);

@@ -7,6 +7,7 @@
 /* One of the three calls of a case. */
 struct call {
     const char *what;
+    const struct test_case *prepared_for; /* NULL: the call is as the scene opens */
     void (*mutate)(struct scene *scene);
     const struct edit *edits;
     bool breaks, forwards, may_fail_on_cpu;
@@ -77,6 +78,8 @@ static bool make_call(const struct play *play, struct fixture *fixture, const st
     messages_clear(&fixture->messages);
     fixture->messages.answer = VK_FALSE;
     struct scene *scene = scene_open(fixture, play->command);
+    if (call->prepared_for != NULL)
+        judge_prepare(scene, call->prepared_for);
     if (call->mutate != NULL)
         call->mutate(scene);
     judge_apply(scene, call->edits);
@@ -133,6 +136,7 @@ static bool play_mutation(const struct play *play, struct fixture *fixture, stru
     if (judge_is_refused(play))
         breaks = breaks || judge_expects(play, test_case->refusal->rule);
     const struct call call = {breaks ? "mutation" : "valid mutation",
+                              test_case,
                               test_case->mutate,
                               test_case->edits,
                               breaks,
@@ -152,15 +156,14 @@ static void play_twin(const struct play *play, struct fixture *fixture, struct r
     const struct test_case *test_case = play->test_case;
     const struct call base = {.what = "valid call"};
     const struct call twin = {.what = "twin",
+                              .prepared_for = test_case,
                               .mutate = test_case->mutate_twin,
                               .edits = test_case->twin_edits,
                               .may_fail_on_cpu = test_case->may_fail_on_cpu,
                               .then = test_case->twin_then};
 
-    const bool has_twin = !judge_is_refused(play) && (twin.mutate != NULL || twin.edits != NULL);
-
     report->stayed_silent = expect_silence(play, fixture, &base, report) &&
-                            (!has_twin || expect_silence(play, fixture, &twin, report));
+                            (!judge_has_twin(play) || expect_silence(play, fixture, &twin, report));
 }
 
 void play_case(const struct play *play, struct fixture *fixture, struct report *report)

@@ -184,6 +184,12 @@ uint64_t scene_address(const struct scene *scene, const struct test_buffer *buff
 
 void scene_defer(struct scene *scene, VkDevice device, uint64_t handle,
                  void (*destroy)(struct scene *scene, VkDevice device, uint64_t handle));
+/* Defines what scene_defer wants for objects that a command of the device destroys. */
+#define SCENE_DESTROYS(name, command, type)                                                        \
+    static void name(struct scene *scene, VkDevice device, uint64_t handle)                        \
+    {                                                                                              \
+        scene_table_of(scene, device)->command(device, (type)handle, NULL);                        \
+    }
 /* Destroys one thing before its time. */
 void scene_destroy(struct scene *scene, uint64_t handle);
 

@@ -4,20 +4,9 @@
 
 #include "scene.h"
 
-static void destroy_pool(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyCommandPool(device, (VkCommandPool)handle, NULL);
-}
-
-static void destroy_render_pass(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyRenderPass(device, (VkRenderPass)handle, NULL);
-}
-
-static void destroy_framebuffer(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyFramebuffer(device, (VkFramebuffer)handle, NULL);
-}
+SCENE_DESTROYS(destroy_pool, DestroyCommandPool, VkCommandPool)
+SCENE_DESTROYS(destroy_render_pass, DestroyRenderPass, VkRenderPass)
+SCENE_DESTROYS(destroy_framebuffer, DestroyFramebuffer, VkFramebuffer)
 
 VkCommandPool scene_pool(struct scene *scene, uint32_t family, VkCommandPoolCreateFlags flags)
 {

@@ -130,10 +130,7 @@ void scene_inputs_stage(struct scene *scene, VkCommandBuffer command_buffer)
 
 /* ---- submissions before the call ---- */
 
-static void destroy_semaphore(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroySemaphore(device, (VkSemaphore)handle, NULL);
-}
+SCENE_DESTROYS(destroy_semaphore, DestroySemaphore, VkSemaphore)
 
 static VkSemaphore create_semaphore(struct scene *scene)
 {

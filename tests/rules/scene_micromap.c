@@ -123,10 +123,7 @@ void scene_use_micromap(struct scene *scene)
 
 /* ---- VK_EXT_opacity_micromap and VK_NV_displacement_micromap */
 
-static void destroy_micromap(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyMicromapEXT(device, (VkMicromapEXT)handle, NULL);
-}
+SCENE_DESTROYS(destroy_micromap, DestroyMicromapEXT, VkMicromapEXT)
 
 VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type)
 {

@@ -6,11 +6,7 @@
 
 /* ---- objects ---- */
 
-static void destroy_accel_nv(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene_table_of(scene, device)
-        ->DestroyAccelerationStructureNV(device, (VkAccelerationStructureNV)handle, NULL);
-}
+SCENE_DESTROYS(destroy_accel_nv, DestroyAccelerationStructureNV, VkAccelerationStructureNV)
 
 VkMemoryRequirements scene_nv_requirements(const struct scene *scene,
                                            VkAccelerationStructureNV accel,

@@ -36,21 +36,9 @@ const VkuDeviceDispatchTable *scene_table_of(const struct scene *scene, VkDevice
     return device == scene->other_device ? &scene->other_vk : scene->vk;
 }
 
-static void free_memory(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene_table_of(scene, device)->FreeMemory(device, (VkDeviceMemory)handle, NULL);
-}
-
-static void destroy_buffer(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene_table_of(scene, device)->DestroyBuffer(device, (VkBuffer)handle, NULL);
-}
-
-static void destroy_accel(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene_table_of(scene, device)
-        ->DestroyAccelerationStructureKHR(device, (VkAccelerationStructureKHR)handle, NULL);
-}
+SCENE_DESTROYS(free_memory, FreeMemory, VkDeviceMemory)
+SCENE_DESTROYS(destroy_buffer, DestroyBuffer, VkBuffer)
+SCENE_DESTROYS(destroy_accel, DestroyAccelerationStructureKHR, VkAccelerationStructureKHR)
 
 static void destroy_other_device(struct scene *scene, VkDevice device, uint64_t handle)
 {
