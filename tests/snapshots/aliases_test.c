@@ -3,6 +3,7 @@
  * the command was recorded may be destroyed by then: another buffer on the same memory has the same
  * address, or takes it later. The layer must read what the build reads. */
 #include "shared_memory.h"
+#include "tests/snapshots/scene.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -12,32 +13,19 @@ enum {
     CORNERS = 3,
 };
 
-static struct platform platform;
-static struct fixture fixture;
-static struct fixture_buffer structures, scratch, vertices;
-static VkAccelerationStructureKHR blas;
+static struct bound_buffer vertices;
 
-/* ---- the stage */
-
-static void open_fixture(const char *level)
+static void open_scene(const char *level)
 {
-    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true, .level = level});
-    structures = fixture_buffer(&fixture, MEMORY_SIZE,
-                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
-    scratch = fixture_buffer(&fixture, MEMORY_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    vertices = fixture_buffer(&fixture, MEMORY_SIZE,
-                              VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
-    blas = fixture_structure(&fixture, &structures, 0, MEMORY_SIZE,
-                             VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    scene_open(&(struct scene_setup){
+        .settings.level = level, .boxes_size = MEMORY_SIZE, .structure_size = MEMORY_SIZE});
+    vertices = scene_input(MEMORY_SIZE);
 }
 
-static void close_fixture(void)
+static void close_scene(void)
 {
-    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, blas, NULL);
-    fixture_destroy_buffer(&fixture, &structures);
-    fixture_destroy_buffer(&fixture, &scratch);
     fixture_destroy_buffer(&fixture, &vertices);
-    fixture_close(&fixture);
+    scene_close();
 }
 
 static bool judges_inputs(const char *level)
@@ -64,56 +52,44 @@ static void write_indices(const struct memory *memory, bool is_as_before)
 
 static void build_boxes(VkCommandBuffer commands, VkDeviceAddress address)
 {
-    fixture_build_boxes(&fixture, commands, blas, address, BOXES,
-                        (scratch.address + 255) & ~(VkDeviceAddress)255);
+    fixture_build_boxes(&fixture, commands, scene.blas, address, BOXES, scene.scratch_address);
     fixture_barrier(&fixture, commands);
 }
 
 /* A triangle whose indices are at the address; an update of the BLAS, or its first build. */
 static void build_triangle(VkCommandBuffer commands, VkDeviceAddress indices, bool is_update)
 {
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-            .vertexData.deviceAddress = vertices.address,
-            .vertexStride = 3 * sizeof(float),
-            .maxVertex = CORNERS - 1,
-            .indexType = VK_INDEX_TYPE_UINT32,
-            .indexData.deviceAddress = indices,
-        }};
-    const VkAccelerationStructureBuildGeometryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-        .mode = is_update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
-                          : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-        .srcAccelerationStructure = is_update ? blas : VK_NULL_HANDLE,
-        .dstAccelerationStructure = blas,
-        .geometryCount = 1,
-        .pGeometries = &geometry,
-        .scratchData.deviceAddress = (scratch.address + 255) & ~(VkDeviceAddress)255,
+    const struct fixture_build build = {
+        .geometry = {.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                     .geometry.triangles =
+                         {.sType =
+                              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+                          .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                          .vertexData.deviceAddress = vertices.address,
+                          .vertexStride = 3 * sizeof(float),
+                          .maxVertex = CORNERS - 1,
+                          .indexType = VK_INDEX_TYPE_UINT32,
+                          .indexData.deviceAddress = indices}},
+        .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+                 .mode = is_update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                                   : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+                 .srcAccelerationStructure = is_update ? scene.blas : VK_NULL_HANDLE,
+                 .dstAccelerationStructure = scene.blas,
+                 .scratchData.deviceAddress = scene.scratch_address},
+        .range.primitiveCount = 1,
     };
-    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 1}, *ranges = &range;
-    fixture.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
+    fixture_build(&fixture, commands, &build);
     fixture_barrier(&fixture, commands);
 }
 
-/* One message with the text, or none where it is NULL. */
+/* One message with the text, or none if it is NULL. */
 static void expect_told(const char *text)
 {
-    if (!text) {
+    if (text)
+        expect_messages(1, text);
+    else
         fixture_expect_silence(&fixture);
-        return;
-    }
-    if (fixture.messages.count != 1)
-        fail_msg("%u messages: %s", fixture.messages.count, fixture.messages.items[0].text);
-    if (!strstr(fixture.messages.items[0].text, text) &&
-        !strstr(fixture.messages.items[0].id, text))
-        fail_msg("\"%s\" is not in: %s", text, fixture.messages.items[0].text);
-    messages_clear(&fixture.messages);
 }
 
 /* ---- two buffers on the same memory */
@@ -128,7 +104,7 @@ enum change {
 
 static void test_boxes(const char *level, enum change change, bool is_valid)
 {
-    open_fixture(level);
+    open_scene(level);
     struct lures lures = {.memory = memory_allocate(&fixture)};
     struct memory memory = memory_allocate(&fixture);
     struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE), second;
@@ -148,12 +124,12 @@ static void test_boxes(const char *level, enum change change, bool is_valid)
     memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &first : &second);
     memory_free(&fixture, &memory);
     lures_free(&fixture, &lures);
-    close_fixture();
+    close_scene();
 }
 
 static void test_update(const char *level, enum change change, bool is_valid)
 {
-    open_fixture(level);
+    open_scene(level);
     struct lures lures = {.memory = memory_allocate(&fixture)};
     struct memory memory = memory_allocate(&fixture);
     struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE), second;
@@ -176,13 +152,12 @@ static void test_update(const char *level, enum change change, bool is_valid)
     memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &first : &second);
     memory_free(&fixture, &memory);
     lures_free(&fixture, &lures);
-    close_fixture();
+    close_scene();
 }
 
 static void test_changes(void **state)
 {
     static const char *const levels[] = {"execution", "content"};
-    (void)state;
     for (int i = 0; i < 2; i++)
         for (int change = 0; change < CHANGE_COUNT; change++)
             for (int is_valid = 0; is_valid < 2; is_valid++) {
@@ -194,8 +169,7 @@ static void test_changes(void **state)
 /* Each submission reads from what has the address then. */
 static void test_submits_again(void **state)
 {
-    (void)state;
-    open_fixture("content");
+    open_scene("content");
     struct lures lures = {.memory = memory_allocate(&fixture)};
     struct memory memory = memory_allocate(&fixture);
     struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
@@ -216,33 +190,19 @@ static void test_submits_again(void **state)
     memory_destroy(&fixture, &second);
     memory_free(&fixture, &memory);
     lures_free(&fixture, &lures);
-    close_fixture();
+    close_scene();
 }
 
 static void test_in_secondary(void **state)
 {
-    const VkCommandBufferAllocateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = VK_NULL_HANDLE,
-        .level = VK_COMMAND_BUFFER_LEVEL_SECONDARY,
-        .commandBufferCount = 1,
-    };
-    const VkCommandBufferInheritanceInfo inheritance = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
-    const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                            .pInheritanceInfo = &inheritance};
-    (void)state;
-    open_fixture("content");
-    VkCommandBufferAllocateInfo of_pool = info;
-    of_pool.commandPool = fixture.pool;
+    open_scene("content");
     struct lures lures = {.memory = memory_allocate(&fixture)};
     struct memory memory = memory_allocate(&fixture);
     struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
     write_boxes(&memory, false);
     write_boxes(&lures.memory, true);
-    VkCommandBuffer secondary, commands = fixture_begin(&fixture, 0);
-    GET(fixture.vk.AllocateCommandBuffers(fixture.device, &of_pool, &secondary));
-    GET(fixture.vk.BeginCommandBuffer(secondary, &begin));
+    VkCommandBuffer secondary = fixture_begin_secondary(&fixture, 0);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(secondary, first.address);
     GET(fixture.vk.EndCommandBuffer(secondary));
     fixture.vk.CmdExecuteCommands(commands, 1, &secondary);
@@ -255,7 +215,7 @@ static void test_in_secondary(void **state)
     memory_destroy(&fixture, &second);
     memory_free(&fixture, &memory);
     lures_free(&fixture, &lures);
-    close_fixture();
+    close_scene();
 }
 
 /* ---- the application's mistakes: where the driver doesn't build, and so reads nothing */
@@ -263,8 +223,7 @@ static void test_in_secondary(void **state)
 /* The build reads more than the buffer has: what it reads beyond the end isn't known. */
 static void test_replaced_by_smaller(void **state)
 {
-    (void)state;
-    open_fixture("content");
+    open_scene("content");
     struct memory memory = memory_allocate(&fixture);
     struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
     write_boxes(&memory, false);
@@ -276,14 +235,13 @@ static void test_replaced_by_smaller(void **state)
     fixture_expect_silence(&fixture);
     memory_destroy(&fixture, &second);
     memory_free(&fixture, &memory);
-    close_fixture();
+    close_scene();
 }
 
 /* The memory is freed, and may be unmapped. */
 static void test_nothing_is_there(void **state)
 {
-    (void)state;
-    open_fixture("content");
+    open_scene("content");
     struct lures lures = {.memory = memory_allocate(&fixture)};
     struct memory memory = memory_allocate(&fixture);
     struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
@@ -297,18 +255,17 @@ static void test_nothing_is_there(void **state)
     fixture_finish(&fixture, commands);
     expect_told("11364"); /* the address leads nowhere; nothing of what it led to */
     lures_free(&fixture, &lures);
-    close_fixture();
+    close_scene();
 }
 
 /* On the null driver, which can give the address to other memory. */
 static void test_on_other_memory(void **state)
 {
     struct null_driver_config config = platform.null_driver.default_config();
-    (void)state;
     config.recycle_addresses = true;
     platform.null_driver.configure(&config);
     for (int is_valid = 0; is_valid < 2; is_valid++) {
-        open_fixture("content");
+        open_scene("content");
         struct memory memory = memory_allocate(&fixture);
         struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
         write_boxes(&memory, !is_valid);
@@ -324,7 +281,7 @@ static void test_on_other_memory(void **state)
         expect_told(is_valid ? NULL : "minX");
         memory_destroy(&fixture, &second);
         memory_free(&fixture, &memory);
-        close_fixture();
+        close_scene();
     }
     platform.null_driver.configure(NULL);
 }

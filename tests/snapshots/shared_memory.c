@@ -6,16 +6,8 @@
 
 struct memory memory_allocate(const struct fixture *fixture)
 {
-    struct memory memory;
-    const VkMemoryAllocateFlagsInfo flags = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
-    };
-    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                       .pNext = &flags,
-                                       .allocationSize = MEMORY_SIZE,
-                                       .memoryTypeIndex = fixture->memory_type};
-    GET(fixture->vk.AllocateMemory(fixture->device, &info, NULL, &memory.handle));
+    struct memory memory = {
+        memory_create(&fixture->vk, fixture->device, fixture->memory_type, MEMORY_SIZE), NULL};
     GET(fixture->vk.MapMemory(fixture->device, memory.handle, 0, VK_WHOLE_SIZE, 0,
                               (void **)&memory.bytes));
     memset(memory.bytes, 0, MEMORY_SIZE);
@@ -41,9 +33,7 @@ struct placed memory_place(const struct fixture *fixture, const struct memory *m
     GET(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &placed.handle));
     fixture->vk.GetBufferMemoryRequirements(fixture->device, placed.handle, &requirements);
     GET(fixture->vk.BindBufferMemory(fixture->device, placed.handle, memory->handle, 0));
-    const VkBufferDeviceAddressInfo address = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = placed.handle};
-    placed.address = fixture->vk.GetBufferDeviceAddress(fixture->device, &address);
+    placed.address = buffer_address(&fixture->vk, fixture->device, placed.handle);
     return placed;
 }
 
