@@ -8,7 +8,6 @@ static struct instance_fixture other;
 
 static void test_commands_by_name(void **state)
 {
-    (void)state;
     VkuDeviceDispatchTable vk;
     VkDevice device = instance_fixture_open_device(&instance_fixture, &vk);
     assert_non_null(vk.CreateAccelerationStructureKHR);
@@ -17,8 +16,7 @@ static void test_commands_by_name(void **state)
     assert_null(instance_fixture.get_device_proc_addr(device, "vkNoSuchCommand"));
     vk.DestroyDevice(device, NULL);
 
-    assert_int_equal(instance_fixture_create_device(&instance_fixture, NULL, NULL, 0, &device, &vk),
-                     VK_SUCCESS);
+    GET(instance_fixture_create_device(&instance_fixture, NULL, NULL, 0, &device, &vk));
     assert_null(instance_fixture.get_device_proc_addr(device, "vkCreateAccelerationStructureKHR"));
     assert_null(instance_fixture.get_device_proc_addr(device, "vkCreateDeferredOperationKHR"));
     vk.DestroyDevice(device, NULL);
@@ -28,13 +26,10 @@ static void test_commands_by_name(void **state)
 /* Either of the extensions that have structures is enough to trace them. */
 static void test_nv_commands_by_name(void **state)
 {
-    (void)state;
     const char *extensions[] = {VK_NV_RAY_TRACING_EXTENSION_NAME};
     VkuDeviceDispatchTable vk;
     VkDevice device;
-    assert_int_equal(
-        instance_fixture_create_device(&instance_fixture, NULL, extensions, 1, &device, &vk),
-        VK_SUCCESS);
+    GET(instance_fixture_create_device(&instance_fixture, NULL, extensions, 1, &device, &vk));
     assert_non_null(vk.CreateAccelerationStructureNV);
     assert_non_null(vk.CmdBuildAccelerationStructureNV);
     assert_non_null(vk.CmdTraceRaysNV);
@@ -44,9 +39,7 @@ static void test_nv_commands_by_name(void **state)
     vk.DestroyDevice(device, NULL);
 
     extensions[0] = VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME;
-    assert_int_equal(
-        instance_fixture_create_device(&instance_fixture, NULL, extensions, 1, &device, &vk),
-        VK_SUCCESS);
+    GET(instance_fixture_create_device(&instance_fixture, NULL, extensions, 1, &device, &vk));
     assert_null(instance_fixture.get_device_proc_addr(device, "vkCreateAccelerationStructureNV"));
     assert_null(instance_fixture.get_device_proc_addr(device, "vkCreateRayTracingPipelinesNV"));
     vk.DestroyDevice(device, NULL);
@@ -56,7 +49,6 @@ static void test_nv_commands_by_name(void **state)
 /* What a driver has of the same extension isn't asked. */
 static void test_over_a_driver_with_nv(void **state)
 {
-    (void)state;
     if (!platform.is_null)
         skip();
     static const struct instance_fixture_setup setup = {.driver_traces = true};
@@ -69,9 +61,8 @@ static void test_over_a_driver_with_nv(void **state)
         .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV}};
     instance_fixture_open(&other, &platform, &setup);
     assert_int_equal(instance_fixture_count_extension(&other, VK_NV_RAY_TRACING_EXTENSION_NAME), 1);
-    assert_int_equal(instance_fixture_create_device(&other, NULL, extensions, 1, &device, &vk),
-                     VK_SUCCESS);
-    assert_int_equal(vk.CreateAccelerationStructureNV(device, &info, NULL, &structure), VK_SUCCESS);
+    GET(instance_fixture_create_device(&other, NULL, extensions, 1, &device, &vk));
+    GET(vk.CreateAccelerationStructureNV(device, &info, NULL, &structure));
     vk.DestroyAccelerationStructureNV(device, structure, NULL);
     assert_int_equal(platform.null_driver.calls("vkCreateAccelerationStructureNV"), 0);
     vk.DestroyDevice(device, NULL);
@@ -80,12 +71,9 @@ static void test_over_a_driver_with_nv(void **state)
 
 static void test_two_devices(void **state)
 {
-    (void)state;
     VkuDeviceDispatchTable vk, plain;
     VkDevice with = instance_fixture_open_device(&instance_fixture, &vk), without;
-    assert_int_equal(
-        instance_fixture_create_device(&instance_fixture, NULL, NULL, 0, &without, &plain),
-        VK_SUCCESS);
+    GET(instance_fixture_create_device(&instance_fixture, NULL, NULL, 0, &without, &plain));
     plain.DestroyDevice(without, NULL);
     assert_non_null(
         instance_fixture.get_device_proc_addr(with, "vkCreateAccelerationStructureKHR"));
@@ -96,7 +84,6 @@ static void test_two_devices(void **state)
 /* Whatever stands before and behind the features in the chain, also what nobody knows. */
 static void test_chains(void **state)
 {
-    (void)state;
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
                                              VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
@@ -130,9 +117,7 @@ static void test_chains(void **state)
             heads[i] = *links[i];
         VkuDeviceDispatchTable vk;
         VkDevice device;
-        assert_int_equal(
-            instance_fixture_create_device(&instance_fixture, chain, extensions, 3, &device, &vk),
-            VK_SUCCESS);
+        GET(instance_fixture_create_device(&instance_fixture, chain, extensions, 3, &device, &vk));
         for (unsigned i = 0; i < LINKS; i++)
             assert_memory_equal(&heads[i], links[i], sizeof(heads[i]));
         vk.DestroyDevice(device, NULL);
@@ -142,7 +127,6 @@ static void test_chains(void **state)
 
 static void test_what_is_not_offered(void **state)
 {
-    (void)state;
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
                                              VK_KHR_RAY_QUERY_EXTENSION_NAME};
@@ -179,7 +163,7 @@ static void test_what_is_not_offered(void **state)
     assert_int_equal(messages_count(&instance_fixture.messages, "ASSAY-error", "CaptureReplay"), 1);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_commands_by_name, offer_open, offer_close),
@@ -189,10 +173,5 @@ static int run_all(void)
         cmocka_unit_test_setup_teardown(test_chains, offer_open, offer_close),
         cmocka_unit_test_setup_teardown(test_what_is_not_offered, offer_open, offer_close),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return offer_main(argc, argv, run_all);
+    return offer_main(argc, argv, tests, COUNT(tests));
 }

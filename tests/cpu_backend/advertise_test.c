@@ -38,7 +38,6 @@ static bool is_offered(const char *name)
 
 static void test_extensions(void **state)
 {
-    (void)state;
     for (size_t i = 0; i < registry_ray_tracing_count; i++)
         assert_int_equal(
             instance_fixture_count_extension(&instance_fixture, registry_ray_tracing[i]),
@@ -52,7 +51,6 @@ static void test_extensions(void **state)
 /* The rest is the driver's, in the driver's order. */
 static void test_other_extensions(void **state)
 {
-    (void)state;
     instance_fixture_open(&other, &platform, &on_driver);
     uint32_t at = 0;
     for (uint32_t i = 0; i < other.extension_count; i++) {
@@ -71,12 +69,11 @@ static void test_other_extensions(void **state)
 
 static void test_extension_counts(void **state)
 {
-    (void)state;
     const PFN_vkEnumerateDeviceExtensionProperties enumerate =
         instance_fixture.vk.EnumerateDeviceExtensionProperties;
     static VkExtensionProperties list[INSTANCE_FIXTURE_EXTENSIONS_MAX];
     uint32_t count = 77;
-    assert_int_equal(enumerate(instance_fixture.physical, NULL, &count, NULL), VK_SUCCESS);
+    GET(enumerate(instance_fixture.physical, NULL, &count, NULL));
     assert_int_equal(count, instance_fixture.extension_count);
 
     for (uint32_t room = 0; room <= instance_fixture.extension_count + 1; room++) {
@@ -93,7 +90,6 @@ static void test_extension_counts(void **state)
 
 static void test_failing_enumeration(void **state)
 {
-    (void)state;
     if (!platform.is_null)
         skip();
     uint32_t count = 77;
@@ -108,7 +104,6 @@ static void test_failing_enumeration(void **state)
 
 static void test_features(void **state)
 {
-    (void)state;
     VkPhysicalDeviceRayQueryFeaturesKHR query = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = 77};
     VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
@@ -171,7 +166,6 @@ static void test_features(void **state)
 
 static void test_properties(void **state)
 {
-    (void)state;
     VkPhysicalDeviceRayTracingPipelinePropertiesKHR pipelines = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR,
         .maxRayRecursionDepth = 77};
@@ -225,7 +219,6 @@ enum {
 
 static void test_formats(void **state)
 {
-    (void)state;
     for (VkFormat format = VK_FORMAT_UNDEFINED; format <= VK_FORMAT_ASTC_12x12_SRGB_BLOCK;
          format++) {
         const bool is_vertex = vertex_format_find(format) != NULL;
@@ -276,21 +269,18 @@ static void configure_without_addresses(struct null_driver_config *config)
 
 static void test_vulkan_1_0(void **state)
 {
-    (void)state;
     test_without_what_it_needs(&(struct instance_fixture_setup){.configure = configure_1_0});
     test_without_what_it_needs(&(struct instance_fixture_setup){.api_version = VK_API_VERSION_1_0});
 }
 
 static void test_no_buffer_addresses(void **state)
 {
-    (void)state;
     test_without_what_it_needs(
         &(struct instance_fixture_setup){.configure = configure_without_addresses});
 }
 
 static void test_backend_driver(void **state)
 {
-    (void)state;
     instance_fixture_open(&other, &platform, &on_driver);
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR};
@@ -301,7 +291,7 @@ static void test_backend_driver(void **state)
     instance_fixture_close(&other);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_extensions, offer_open, offer_close),
@@ -315,10 +305,5 @@ static int run_all(void)
         cmocka_unit_test(test_no_buffer_addresses),
         cmocka_unit_test(test_backend_driver),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return offer_main(argc, argv, run_all);
+    return offer_main(argc, argv, tests, COUNT(tests));
 }

@@ -22,9 +22,9 @@ static VkBuffer create_alias(const struct device_buffer *buffer, VkDeviceSize si
     };
     VkBuffer alias;
     VkMemoryRequirements requirements;
-    expect(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &alias));
+    GET(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &alias));
     fixture->vk.GetBufferMemoryRequirements(fixture->device, alias, &requirements);
-    expect(fixture->vk.BindBufferMemory(fixture->device, alias, buffer->memory, 0));
+    GET(fixture->vk.BindBufferMemory(fixture->device, alias, buffer->memory, 0));
     const VkBufferDeviceAddressInfo address = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = alias};
     assert_int_equal(fixture->vk.GetBufferDeviceAddress(fixture->device, &address),
@@ -54,7 +54,6 @@ static void free_lures(struct lures *lures)
 
 static void test_builds(void **state)
 {
-    (void)state;
     struct result_scene scene;
     struct lures lures;
     result_scene_open(&scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
@@ -71,7 +70,6 @@ static void test_builds(void **state)
 
 static void test_serializes(void **state)
 {
-    (void)state;
     struct result_scene scene;
     struct lures lures;
     size_t size;
@@ -102,7 +100,6 @@ static void test_serializes(void **state)
 
 static void test_deserializes(void **state)
 {
-    (void)state;
     struct result_scene scene;
     struct lures lures;
     size_t size;
@@ -133,17 +130,12 @@ static void test_deserializes(void **state)
     result_scene_close(&scene);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_builds),
         cmocka_unit_test(test_serializes),
         cmocka_unit_test(test_deserializes),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return device_fixture_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
 }

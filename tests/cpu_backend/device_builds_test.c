@@ -83,8 +83,7 @@ static struct fixture_structure create_twin(struct fixture_build *build)
 
 static void host_build(struct fixture_build *build, VkAccelerationStructureKHR dst)
 {
-    assert_int_equal(fixture_build(fixture, VK_NULL_HANDLE, build, dst, VK_NULL_HANDLE),
-                     VK_SUCCESS);
+    GET(fixture_build(fixture, VK_NULL_HANDLE, build, dst, VK_NULL_HANDLE));
 }
 
 static void record_clone(VkCommandBuffer commands, VkAccelerationStructureKHR src,
@@ -103,7 +102,6 @@ static void record_clone(VkCommandBuffer commands, VkAccelerationStructureKHR sr
 
 static void test_same_as_host_build(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 0);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -126,7 +124,6 @@ static void test_same_as_host_build(void **state)
 
 static void test_only_what_is_asked_for(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, UPDATABLE);
     const AssayCounters before = fixture_counters(fixture);
@@ -150,7 +147,6 @@ static void test_only_what_is_asked_for(void **state)
 /* However many updates nobody looked at, one is carried out. */
 static void test_updates(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, UPDATABLE);
     const AssayCounters before = fixture_counters(fixture);
@@ -171,7 +167,6 @@ static void test_updates(void **state)
  * asks. */
 static void test_tlas_keeps_its_timestamp(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 0);
     struct fixture_structure twin = create_twin(&scene.host_instances);
@@ -201,7 +196,6 @@ static void test_tlas_keeps_its_timestamp(void **state)
  * needs. */
 static void test_resubmission(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 0);
     struct fixture_structure clone = create_twin(&scene.host_triangles);
@@ -229,7 +223,6 @@ static void test_resubmission(void **state)
 
 static void test_secondary(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 0);
     VkCommandBuffer secondary = device_begin(&device, SECONDARY);
@@ -247,7 +240,6 @@ static void test_secondary(void **state)
 /* Each execution copies to the same place. Only what is asked for is told, and only once. */
 static void test_executed_twice_at_once(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 0);
     struct fixture_structure clone = create_twin(&scene.host_triangles);
@@ -280,14 +272,13 @@ static void test_executed_twice_at_once(void **state)
 
 static void test_indirect(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 0);
     enum { SKIPPED = 10, COUNT = 5 };
     struct device_buffer ranges = device_buffer_create(&device, 64);
     const VkAccelerationStructureBuildRangeInfoKHR range = {
         .primitiveCount = COUNT, .primitiveOffset = SKIPPED * TRIANGLE_SIZE};
-    memcpy((char *)ranges.bytes + 16, &range, sizeof(range));
+    memcpy(ranges.bytes + 16, &range, sizeof(range));
     const VkDeviceAddress address = ranges.address + 16;
     const uint32_t stride = sizeof(range), maximum = TRIANGLES;
     const uint32_t *const maxima = &maximum;
@@ -306,7 +297,7 @@ static void test_indirect(void **state)
     close_scene(&scene);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_as_host_build),
@@ -318,10 +309,5 @@ static int run_all(void)
         cmocka_unit_test(test_executed_twice_at_once),
         cmocka_unit_test(test_indirect),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return device_fixture_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
 }

@@ -85,7 +85,6 @@ static void expect_pair(const struct deeds *plain, const struct deeds *with,
 
 static void test_untouched(void **state)
 {
-    (void)state;
     const AssayCounters did = run(&(struct deeds){0});
     const AssayCounters expected = {.bytesSnapshot = DATA_SIZE};
     assert_memory_equal(&did, &expected, sizeof(did));
@@ -93,7 +92,6 @@ static void test_untouched(void **state)
 
 static void test_transform(void **state)
 {
-    (void)state;
     expect_pair(&(struct deeds){.is_traced = true},
                 &(struct deeds){.is_traced = true, .transforms = true},
                 &(AssayCounters){.bytesSnapshot = sizeof(moved), .matrixProducts = 3 * TRIANGLES});
@@ -101,7 +99,6 @@ static void test_transform(void **state)
 
 static void test_rebuild(void **state)
 {
-    (void)state;
     expect_pair(&(struct deeds){.is_traced = true},
                 &(struct deeds){.is_traced = true, .builds_twice = true},
                 &(AssayCounters){.bytesSnapshot = DATA_SIZE});
@@ -110,14 +107,12 @@ static void test_rebuild(void **state)
 /* A clone that nobody changes is the same tree. */
 static void test_clone(void **state)
 {
-    (void)state;
     expect_pair(&(struct deeds){.is_traced = true},
                 &(struct deeds){.is_traced = true, .clones = true}, &(AssayCounters){0});
 }
 
 static void test_compaction(void **state)
 {
-    (void)state;
     expect_pair(&(struct deeds){.clones = true}, &(struct deeds){.compacts = true},
                 &(AssayCounters){0});
     const AssayCounters did = run(&(struct deeds){.compacts = true, .is_traced = true});
@@ -127,24 +122,18 @@ static void test_compaction(void **state)
 
 static void test_exactness(void **state)
 {
-    (void)state;
     const AssayCounters inside = run(&(struct deeds){.is_traced = true});
     const AssayCounters edge = run(&(struct deeds){.is_traced = true, .grazes_an_edge = true});
     assert_int_equal(inside.exactCalls, 0);
     assert_true(edge.exactCalls > 0);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_untouched),  cmocka_unit_test(test_transform),
         cmocka_unit_test(test_rebuild),    cmocka_unit_test(test_clone),
         cmocka_unit_test(test_compaction), cmocka_unit_test(test_exactness),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return device_fixture_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
 }

@@ -16,15 +16,9 @@ const char *device_fixture_open(struct device_fixture *fixture, const char *plat
 void device_fixture_close(struct device_fixture *fixture);
 /* What main() returns: opens the stage on the platform that the arguments name, and runs tests. */
 int device_fixture_main(struct device_fixture *fixture, int argc, char **argv,
-                        int (*run_all)(void));
+                        const struct CMUnitTest *tests, size_t count);
 
-/* A buffer in mapped memory, for any use that the tests make of one. */
-struct device_buffer {
-    VkBuffer handle;
-    VkDeviceMemory memory;
-    VkDeviceAddress address;
-    void *bytes;
-};
+/* A buffer for any use that the tests make of one. */
 struct device_buffer device_buffer_create(struct device_fixture *fixture, VkDeviceSize size);
 void device_buffer_destroy(struct device_fixture *fixture, struct device_buffer *buffer);
 

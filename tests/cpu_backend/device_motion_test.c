@@ -21,6 +21,7 @@ struct device_scene {
 
 static void open_device_scene(struct device_scene *scene)
 {
+    fixture = device.fixture; /* for what host_scene.h serializes */
     moving_scene_open(&device.fixture, &scene->host, 0);
     device_build_create(&device, &scene->host.triangles, MOTION_VERTICES_SIZE, &scene->triangles);
     device_build_create(&device, &scene->host.instances, MOTION_INSTANCES_SIZE, &scene->instances);
@@ -77,7 +78,6 @@ static void expect_same_as_by_the_host(struct moving_scene *scene)
 
 static void test_same_as_host_build(void **state)
 {
-    (void)state;
     struct device_scene scene;
     open_device_scene(&scene);
     const AssayCounters before = fixture_counters(&device.fixture);
@@ -92,7 +92,6 @@ static void test_same_as_host_build(void **state)
 
 static void test_offsets(void **state)
 {
-    (void)state;
     struct device_scene scene;
     open_device_scene(&scene);
     scene.host.triangles.range =
@@ -112,7 +111,6 @@ static void test_offsets(void **state)
 
 static void test_indirect(void **state)
 {
-    (void)state;
     struct device_scene scene;
     open_device_scene(&scene);
     struct device_buffer ranges = device_buffer_create(&device, sizeof(scene.host.triangles.range));
@@ -152,7 +150,7 @@ static void point_to_instances(const struct device_scene *scene,
         const size_t at = (size_t)(MOVING_INSTANCES - i) * APART - sizes[i];
         memcpy(&instance, (char *)scene->host.instances.data + (size_t)i * MOTION_INSTANCE_STRIDE,
                sizeof(instance));
-        memcpy((char *)instances->bytes + at, &instance.data, sizes[i]);
+        memcpy(instances->bytes + at, &instance.data, sizes[i]);
         pointers[i] = (instances->address + at) | instance.type;
     }
     pointers[MOVING_INSTANCES] = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV;
@@ -160,13 +158,12 @@ static void point_to_instances(const struct device_scene *scene,
 
 static void test_array_of_pointers(void **state)
 {
-    (void)state;
     struct device_scene scene;
     open_device_scene(&scene);
     struct device_buffer instances =
         device_buffer_create(&device, (VkDeviceSize)MOVING_INSTANCES * APART);
     struct device_buffer pointers = device_buffer_create(&device, POINTERS * sizeof(uint64_t));
-    point_to_instances(&scene, &instances, pointers.bytes);
+    point_to_instances(&scene, &instances, (uint64_t *)pointers.bytes);
     scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
     scene.instances.geometry.geometry.instances.data.deviceAddress = pointers.address;
     scene.host.instances.range.primitiveCount = POINTERS;
@@ -183,7 +180,7 @@ static void test_array_of_pointers(void **state)
     close_device_scene(&scene);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_as_host_build),
@@ -191,11 +188,5 @@ static int run_all(void)
         cmocka_unit_test(test_indirect),
         cmocka_unit_test(test_array_of_pointers),
     };
-    fixture = device.fixture; /* for what host_scene.h serializes */
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return device_fixture_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
 }

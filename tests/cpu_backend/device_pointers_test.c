@@ -12,8 +12,6 @@ static const uint32_t fill_code[] = {
 #include "fill_comp.h"
 };
 
-#define expect(call) assert_int_equal(call, VK_SUCCESS)
-
 static void expect_silence(void)
 {
     for (uint32_t i = 0; i < messages_kept(&fixture->instance_fixture.messages); i++)
@@ -37,8 +35,8 @@ static void open_scene(struct scene *scene)
 {
     fixture_triangles(&scene->triangles, 1, 0);
     scene->blas = fixture_create_for(fixture, &scene->triangles);
-    expect(fixture_build(fixture, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
-                         VK_NULL_HANDLE));
+    GET(fixture_build(fixture, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
+                      VK_NULL_HANDLE));
     const VkAccelerationStructureKHR blases[] = {scene->blas.handle, scene->blas.handle};
     fixture_instances(&scene->pairs, blases, 2, 0);
     scene->pairs.range.primitiveCount = COUNT;
@@ -49,8 +47,8 @@ static void open_scene(struct scene *scene)
     const VkAccelerationStructureInstanceKHR *from = scene->pairs.data;
     const uint64_t pointers[COUNT] = {scene->instances.address + APART, 0,
                                       scene->instances.address + 2 * APART, 0x123450};
-    memcpy((char *)scene->instances.bytes + 2 * APART, &from[0], sizeof(from[0]));
-    memcpy((char *)scene->instances.bytes + APART, &from[1], sizeof(from[1]));
+    memcpy(scene->instances.bytes + 2 * APART, &from[0], sizeof(from[0]));
+    memcpy(scene->instances.bytes + APART, &from[1], sizeof(from[1]));
     memcpy(scene->pointers.bytes, pointers, sizeof(pointers));
     scene->build.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
     scene->build.geometry.geometry.instances.data.deviceAddress = scene->pointers.address;
@@ -82,7 +80,6 @@ static void expect_instances(const struct scene *scene)
 
 static void test_gathered(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene);
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
@@ -98,7 +95,6 @@ static void test_gathered(void **state)
 
 static void test_gathered_by_indirect_build(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene);
     struct device_buffer range = device_buffer_create(&device, 64);
@@ -155,8 +151,8 @@ static struct fill create_fill(void)
         .pCode = fill_code,
     };
     VkShaderModule module;
-    expect(vk->CreatePipelineLayout(fixture->device, &layout, NULL, &fill.layout));
-    expect(vk->CreateShaderModule(fixture->device, &code, NULL, &module));
+    GET(vk->CreatePipelineLayout(fixture->device, &layout, NULL, &fill.layout));
+    GET(vk->CreateShaderModule(fixture->device, &code, NULL, &module));
     const VkComputePipelineCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
         .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
@@ -165,15 +161,14 @@ static struct fill create_fill(void)
                   .pName = "main"},
         .layout = fill.layout,
     };
-    expect(vk->CreateComputePipelines(fixture->device, VK_NULL_HANDLE, 1, &info, NULL,
-                                      &fill.pipeline));
+    GET(vk->CreateComputePipelines(fixture->device, VK_NULL_HANDLE, 1, &info, NULL,
+                                   &fill.pipeline));
     vk->DestroyShaderModule(fixture->device, module, NULL);
     return fill;
 }
 
 static void test_bound_state_stays(void **state)
 {
-    (void)state;
     const VkuDeviceDispatchTable *vk = &fixture->vk;
     struct scene scene;
     open_scene(&scene);
@@ -200,7 +195,6 @@ static void test_bound_state_stays(void **state)
 /* Builds follow no condition, and so what gathers for them must not; all else does. */
 static void test_condition_stays(void **state)
 {
-    (void)state;
     if (!instance_fixture_has_conditions(&fixture->instance_fixture))
         skip();
     const VkuDeviceDispatchTable *vk = &fixture->vk;
@@ -217,7 +211,7 @@ static void test_condition_stays(void **state)
     };
     const struct constants constants = {target.address, 0xabcdef};
     memset(condition.bytes, 0, 16);
-    memset((char *)condition.bytes + 8, 0xff, 4);
+    memset(condition.bytes + 8, 0xff, 4);
     memset(target.bytes, 0, 4);
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     vk->CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, fill.pipeline);
@@ -239,7 +233,7 @@ static void test_condition_stays(void **state)
     expect_silence();
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_gathered),
@@ -247,10 +241,5 @@ static int run_all(void)
         cmocka_unit_test(test_bound_state_stays),
         cmocka_unit_test(test_condition_stays),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return device_fixture_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
 }

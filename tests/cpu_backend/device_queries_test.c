@@ -13,7 +13,6 @@ static const VkQueryType SERIALIZATION_SIZE =
 
 static void test_queries(void **state)
 {
-    (void)state;
     struct result_scene scene;
     result_scene_open(&scene, COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -24,7 +23,7 @@ static void test_queries(void **state)
     const VkDeviceSize expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE);
     assert_in_range(expected, 1, scene.blas.size - 1);
     uint64_t wide[2][2];
-    expect(fixture->vk.GetQueryPoolResults(
+    GET(fixture->vk.GetQueryPoolResults(
         fixture->device, scene.pool, 0, 2, sizeof(wide), wide, sizeof(wide[0]),
         VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT));
     for (int i = 0; i < 2; i++) {
@@ -51,7 +50,6 @@ static void test_queries(void **state)
 /* A query tells of the structure as it was when the query was written. */
 static void test_query_keeps_its_timestamp(void **state)
 {
-    (void)state;
     struct result_scene scene;
     result_scene_open(&scene, SERIALIZATION_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -61,8 +59,8 @@ static void test_query_keeps_its_timestamp(void **state)
     result_scene_record_build(&scene, commands);
     device_finish(&device, commands);
     uint64_t value = 0;
-    expect(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 1, 1, sizeof(value), &value,
-                                           sizeof(value), VK_QUERY_RESULT_64_BIT));
+    GET(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 1, 1, sizeof(value), &value,
+                                        sizeof(value), VK_QUERY_RESULT_64_BIT));
     assert_in_range(value, result_scene_property(scene.blas.handle, SERIALIZATION_SIZE) + 1,
                     UINT64_MAX);
     scene.host.range.primitiveCount = TRIANGLES;
@@ -71,14 +69,13 @@ static void test_query_keeps_its_timestamp(void **state)
 
 static void test_other_queries(void **state)
 {
-    (void)state;
     const VkQueryPoolCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
         .queryType = VK_QUERY_TYPE_OCCLUSION,
         .queryCount = 1,
     };
     VkQueryPool pool;
-    expect(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &pool));
+    GET(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &pool));
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     fixture->vk.CmdResetQueryPool(commands, pool, 0, 1);
     device_finish(&device, commands);
@@ -92,7 +89,6 @@ static void test_other_queries(void **state)
 
 static void test_copied_queries(void **state)
 {
-    (void)state;
     struct result_scene scene;
     result_scene_open(&scene, COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
@@ -107,7 +103,7 @@ static void test_copied_queries(void **state)
     device_finish(&device, commands);
     const uint64_t expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE),
                    untouched = ~0ull / 255 * 0xee;
-    const uint64_t *words = buffer.bytes;
+    const uint64_t *words = (uint64_t *)buffer.bytes;
     const uint64_t found[] = {words[4], words[5],  words[6], words[8],
                               words[9], words[12], words[13]};
     const uint64_t wanted[] = {expected, 1, untouched, expected, 1, untouched, 0};
@@ -120,7 +116,6 @@ static void test_copied_queries(void **state)
  * written for queries that there aren't. */
 static void test_wild_counts(void **state)
 {
-    (void)state;
     struct result_scene scene;
     result_scene_open(&scene, COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
@@ -143,8 +138,8 @@ static void test_wild_counts(void **state)
                      VK_NOT_READY);
     assert_int_equal(values[0], expected);
     fixture->vk.ResetQueryPool(fixture->device, scene.pool, 1, UINT32_MAX);
-    expect(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(values),
-                                           values, 8, VK_QUERY_RESULT_64_BIT));
+    GET(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(values), values,
+                                        8, VK_QUERY_RESULT_64_BIT));
     fixture->vk.ResetQueryPool(fixture->device, scene.pool, 0, UINT32_MAX);
     assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1,
                                                      sizeof(values), values, 8,
@@ -154,17 +149,12 @@ static void test_wild_counts(void **state)
     result_scene_close(&scene);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_queries),       cmocka_unit_test(test_query_keeps_its_timestamp),
         cmocka_unit_test(test_other_queries), cmocka_unit_test(test_copied_queries),
         cmocka_unit_test(test_wild_counts),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return device_fixture_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
 }

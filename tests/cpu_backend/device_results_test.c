@@ -15,7 +15,6 @@ static const VkQueryType SERIALIZATION_SIZE =
 
 static void test_compaction(void **state)
 {
-    (void)state;
     struct result_scene scene;
     result_scene_open(&scene, COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -23,8 +22,8 @@ static void test_compaction(void **state)
     result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
     device_finish(&device, commands);
     uint64_t size = 0;
-    expect(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(size), &size,
-                                           sizeof(size), VK_QUERY_RESULT_64_BIT));
+    GET(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(size), &size,
+                                        sizeof(size), VK_QUERY_RESULT_64_BIT));
     struct fixture_structure compacted =
         fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
     const VkCopyAccelerationStructureInfoKHR copy = {
@@ -57,24 +56,24 @@ static void learn(enum learning learning, VkFence fence, VkSemaphore semaphore)
     uint64_t value = 0;
     switch (learning) {
     case BY_FENCE:
-        expect(vk->WaitForFences(fixture->device, 1, &fence, VK_TRUE, UINT64_MAX));
+        GET(vk->WaitForFences(fixture->device, 1, &fence, VK_TRUE, UINT64_MAX));
         break;
     case BY_FENCE_STATUS:
         while (vk->GetFenceStatus(fixture->device, fence) == VK_NOT_READY)
             continue;
         break;
     case BY_SEMAPHORE:
-        expect(vk->WaitSemaphores(fixture->device, &wait, UINT64_MAX));
+        GET(vk->WaitSemaphores(fixture->device, &wait, UINT64_MAX));
         break;
     case BY_SEMAPHORE_VALUE:
         while (value < one)
-            expect(vk->GetSemaphoreCounterValue(fixture->device, semaphore, &value));
+            GET(vk->GetSemaphoreCounterValue(fixture->device, semaphore, &value));
         break;
     case BY_QUEUE:
-        expect(vk->QueueWaitIdle(device.queue));
+        GET(vk->QueueWaitIdle(device.queue));
         break;
     case BY_DEVICE:
-        expect(vk->DeviceWaitIdle(fixture->device));
+        GET(vk->DeviceWaitIdle(fixture->device));
         break;
     }
 }
@@ -87,7 +86,7 @@ struct submission {
 
 static void end_submission(const struct submission *submission)
 {
-    expect(fixture->vk.DeviceWaitIdle(fixture->device));
+    GET(fixture->vk.DeviceWaitIdle(fixture->device));
     fixture->vk.DestroyFence(fixture->device, submission->fence, NULL);
     fixture->vk.DestroySemaphore(fixture->device, submission->semaphore, NULL);
 }
@@ -101,7 +100,7 @@ static VkSemaphore create_timeline(void)
     const VkSemaphoreCreateInfo semaphore_info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
                                                   .pNext = &timeline};
     VkSemaphore semaphore;
-    expect(fixture->vk.CreateSemaphore(fixture->device, &semaphore_info, NULL, &semaphore));
+    GET(fixture->vk.CreateSemaphore(fixture->device, &semaphore_info, NULL, &semaphore));
     return semaphore;
 }
 
@@ -116,7 +115,7 @@ static struct submission run_and_learn(VkCommandBuffer commands, enum learning l
         .pSignalSemaphoreValues = &one,
     };
     struct submission submission = {.semaphore = create_timeline()};
-    expect(vk->CreateFence(fixture->device, &fence_info, NULL, &submission.fence));
+    GET(vk->CreateFence(fixture->device, &fence_info, NULL, &submission.fence));
     const VkSubmitInfo submit = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
         .pNext = &values,
@@ -126,7 +125,7 @@ static struct submission run_and_learn(VkCommandBuffer commands, enum learning l
         .pSignalSemaphores = &submission.semaphore,
     };
     device_end(&device, commands);
-    expect(vk->QueueSubmit(device.queue, 1, &submit, submission.fence));
+    GET(vk->QueueSubmit(device.queue, 1, &submit, submission.fence));
     learn(learning, submission.fence, submission.semaphore);
     return submission;
 }
@@ -135,7 +134,6 @@ static struct submission run_and_learn(VkCommandBuffer commands, enum learning l
  * left for the end. */
 static void test_serialization(void **state)
 {
-    (void)state;
     for (enum learning learning = BY_FENCE; learning <= BY_DEVICE; learning++) {
         struct result_scene scene;
         result_scene_open(&scene, SERIALIZATION_SIZE);
@@ -157,7 +155,7 @@ static void test_serialization(void **state)
         size_t expected_size;
         void *expected = device_serialize(&device, scene.blas.handle, &expected_size);
         assert_int_equal(expected_size, size);
-        assert_memory_equal((char *)buffer.bytes + (address - buffer.address), expected, size);
+        assert_memory_equal(buffer.bytes + (address - buffer.address), expected, size);
         free(expected);
         end_submission(&submission);
 
@@ -182,7 +180,6 @@ static void test_serialization(void **state)
 /* One batch of a submission is seen complete, while another waits for the host. */
 static void test_batch_that_waits_for_the_host(void **state)
 {
-    (void)state;
     const VkuDeviceDispatchTable *vk = &fixture->vk;
     struct result_scene scene;
     result_scene_open(&scene, COMPACTED_SIZE);
@@ -209,29 +206,24 @@ static void test_batch_that_waits_for_the_host(void **state)
          NULL},
     };
     device_end(&device, commands);
-    expect(vk->QueueSubmit(device.queue, 2, submits, VK_NULL_HANDLE));
+    GET(vk->QueueSubmit(device.queue, 2, submits, VK_NULL_HANDLE));
     learn(BY_SEMAPHORE, VK_NULL_HANDLE, submission.semaphore);
     const VkSemaphoreSignalInfo signal = {VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, NULL,
                                           submission.semaphore, two};
-    expect(vk->SignalSemaphore(fixture->device, &signal));
+    GET(vk->SignalSemaphore(fixture->device, &signal));
     end_submission(&submission);
-    const uint64_t *words = buffer.bytes;
+    const uint64_t *words = (uint64_t *)buffer.bytes;
     assert_int_equal(words[0], result_scene_property(scene.blas.handle, COMPACTED_SIZE));
     device_buffer_destroy(&device, &buffer);
     result_scene_close(&scene);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_compaction),
         cmocka_unit_test(test_serialization),
         cmocka_unit_test(test_batch_that_waits_for_the_host),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return device_fixture_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
 }

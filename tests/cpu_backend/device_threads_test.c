@@ -133,7 +133,6 @@ static void *work(void *argument)
 
 static void test_threads(void **state)
 {
-    (void)state;
     static struct worker workers[THREADS];
     pthread_t threads[THREADS];
     struct fixture_build build;

@@ -7,7 +7,6 @@
 
 static void test_build_and_trace(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 10, 0);
     expect_scene(scene.tlas.handle, 1);
@@ -21,7 +20,6 @@ static void test_build_and_trace(void **state)
 
 static void test_sizes(void **state)
 {
-    (void)state;
     struct fixture_build build;
     fixture_triangles(&build, 1000, 0);
     VkAccelerationStructureBuildSizesInfoKHR sizes = fixture_sizes(&fixture, &build), other = sizes;
@@ -50,20 +48,18 @@ static void test_sizes(void **state)
 /* In place, and into another structure, which leaves the source as it was. */
 static void test_update(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 10, UPDATABLE);
     struct fixture_structure other =
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
     fixture_move(&scene.triangles, 2, 0, 0);
-    expect(
-        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, other.handle, scene.blas.handle));
+    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, other.handle, scene.blas.handle));
     assert_float_equal(fixture_trace(&fixture, other.handle, 0.25f, 0.25f).t, 3, 0);
     expect_scene(scene.tlas.handle, 1);
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
-                         scene.blas.handle));
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
-                         scene.tlas.handle));
+    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
+                      scene.blas.handle));
+    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
+                      scene.tlas.handle));
     expect_scene(scene.tlas.handle, 3);
     fixture_destroy(&fixture, &other);
     close_scene(&scene);
@@ -81,7 +77,6 @@ static AssayAnswer enter_half_way(void *data, uint32_t ray, AssayHit *candidate)
 /* Boxes are hit where the ray enters, unless the application says where. */
 static void test_boxes(void **state)
 {
-    (void)state;
     static const VkAabbPositionsKHR boxes[] = {{3, 0, 0, 4, 1, 1}, {1, 0, 0, 2, 1, 1}};
     struct fixture_build build;
     fixture_triangles(&build, 2, 0);
@@ -91,7 +86,7 @@ static void test_boxes(void **state)
         .data.hostAddress = boxes,
         .stride = sizeof(boxes[0])};
     struct fixture_structure blas = fixture_create_for(&fixture, &build);
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &build, blas.handle, VK_NULL_HANDLE));
+    GET(fixture_build(&fixture, VK_NULL_HANDLE, &build, blas.handle, VK_NULL_HANDLE));
     AssayHit hit = fixture_trace(&fixture, blas.handle, 0.5f, 0.5f);
     assert_true(hit.isHit && hit.isAabb);
     assert_int_equal(hit.primitive, 1);
@@ -108,7 +103,7 @@ static void test_boxes(void **state)
                                  .hits = &hit,
                                  .candidate = enter_half_way,
                                  .userData = &asked};
-    expect(fixture.trace_rays(fixture.device, &info));
+    GET(fixture.trace_rays(fixture.device, &info));
     assert_true(hit.isHit);
     assert_int_equal(hit.primitive, 1);
     assert_float_equal(hit.t, 2.5, 0);
@@ -130,7 +125,6 @@ static AssayCounters minus(AssayCounters after, AssayCounters before)
 
 static void test_counters(void **state)
 {
-    (void)state;
     AssayCounters start = fixture_counters(&fixture);
     struct scene scene;
     open_scene(&scene, 10, UPDATABLE);
@@ -176,7 +170,6 @@ static void test_counters(void **state)
 
 static void test_trace_arguments(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 10, 0);
     AssayRay rays[2] = {0};
@@ -189,7 +182,7 @@ static void test_trace_arguments(void **state)
                                   .rays = rays,
                                   .hits = hits};
     AssayTraceInfo info = valid;
-    expect(fixture.trace_rays(fixture.device, &info));
+    GET(fixture.trace_rays(fixture.device, &info));
     assert_false(hits[0].isHit || hits[1].isHit); /* no direction */
     info.raySize--;
     expect_mistake(fixture.trace_rays(fixture.device, &info));
@@ -210,7 +203,7 @@ static void test_trace_arguments(void **state)
     expect_mistake(fixture.trace_rays(fixture.device, &info));
     info.rayCount = 0;
     info = valid;
-    expect(fixture.trace_rays(fixture.device, &info));
+    GET(fixture.trace_rays(fixture.device, &info));
     expect_mistake(fixture.trace_rays(fixture.device, NULL));
     close_scene(&scene);
     expect_silence();
@@ -232,7 +225,6 @@ static AssayAnswer answer(void *data, uint32_t ray, AssayHit *candidate)
 
 static void test_trace_candidates(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 10, 0);
     const AssayRay ray = {
@@ -249,7 +241,7 @@ static void test_trace_candidates(void **state)
                                  .hits = hits,
                                  .candidate = answer,
                                  .userData = &answers};
-    expect(fixture.trace_rays(fixture.device, &info));
+    GET(fixture.trace_rays(fixture.device, &info));
     for (int i = 0; i < 2; i++) {
         assert_true(hits[i].isHit);
         assert_float_equal(hits[i].t, 4, 0);
@@ -257,13 +249,13 @@ static void test_trace_candidates(void **state)
     }
     assert_true(answers.asked >= 8);
     answers = (struct answers){ASSAY_ANSWER_STOP, 0};
-    expect(fixture.trace_rays(fixture.device, &info));
+    GET(fixture.trace_rays(fixture.device, &info));
     assert_false(hits[0].isHit || hits[1].isHit);
     close_scene(&scene);
     expect_silence();
 }
 
-static int run(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_build_and_trace),  cmocka_unit_test(test_sizes),
@@ -271,10 +263,5 @@ static int run(void)
         cmocka_unit_test(test_counters),         cmocka_unit_test(test_trace_arguments),
         cmocka_unit_test(test_trace_candidates),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return fixture_main(argc, argv, run);
+    return fixture_main(argc, argv, tests, COUNT(tests));
 }

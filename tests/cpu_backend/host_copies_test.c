@@ -7,7 +7,6 @@
 
 static void test_copies(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 100, COMPACTABLE | UPDATABLE);
     uint64_t size =
@@ -19,15 +18,14 @@ static void test_copies(void **state)
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
     struct fixture_structure clone =
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-    expect(copy_structure(scene.blas.handle, compact.handle,
-                          VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
-    expect(copy_structure(scene.blas.handle, clone.handle,
-                          VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
+    GET(copy_structure(scene.blas.handle, compact.handle,
+                       VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
+    GET(copy_structure(scene.blas.handle, clone.handle,
+                       VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
     expect_silence();
     assert_int_equal(property(compact.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR), size);
     fixture_move(&scene.triangles, 2, 0, 0);
-    expect(
-        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, compact.handle, compact.handle));
+    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, compact.handle, compact.handle));
     assert_float_equal(fixture_trace(&fixture, compact.handle, 0.25f, 0.25f).t, 3, 0);
     assert_float_equal(fixture_trace(&fixture, clone.handle, 0.25f, 0.25f).t, 1, 0);
     expect_silence();
@@ -67,7 +65,6 @@ static VkAccelerationStructureCompatibilityKHR compatibility(const void *bytes)
 /* A scene written to memory, destroyed, and read back with other references. */
 static void test_serialize_and_relocate(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 100, 0);
     size_t blas_size, tlas_size;
@@ -88,8 +85,8 @@ static void test_serialize_and_relocate(void **state)
     struct fixture_structure new_tlas =
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, tlas[5]);
     assert_int_equal(compatibility(tlas), VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR);
-    expect(deserialize(blas, new_blas.handle));
-    expect(deserialize(tlas, new_tlas.handle));
+    GET(deserialize(blas, new_blas.handle));
+    GET(deserialize(tlas, new_tlas.handle));
     assert_false(
         fixture_trace(&fixture, new_tlas.handle, 0.25f, 0.25f).isHit); /* its BLAS is gone */
     const VkAccelerationStructureDeviceAddressInfoKHR address = {
@@ -97,7 +94,7 @@ static void test_serialize_and_relocate(void **state)
         .accelerationStructure = new_blas.handle};
     tlas[7] = tlas[8] =
         fixture.vk.GetAccelerationStructureDeviceAddressKHR(fixture.device, &address);
-    expect(deserialize(tlas, new_tlas.handle));
+    GET(deserialize(tlas, new_tlas.handle));
     expect_scene(new_tlas.handle, 1);
     expect_silence();
 
@@ -118,16 +115,11 @@ static void test_serialize_and_relocate(void **state)
     forget_messages();
 }
 
-static int run(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_copies),
         cmocka_unit_test(test_serialize_and_relocate),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return fixture_main(argc, argv, run);
+    return fixture_main(argc, argv, tests, COUNT(tests));
 }

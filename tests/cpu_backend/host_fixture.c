@@ -5,20 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define GET(call) assert_int_equal(call, VK_SUCCESS)
-
 /* ---- the device */
-
-static void find_host_memory(struct fixture *fixture)
-{
-    const VkMemoryPropertyFlags wanted =
-        VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
-    VkPhysicalDeviceMemoryProperties memory;
-    fixture->instance_fixture.vk.GetPhysicalDeviceMemoryProperties(
-        fixture->instance_fixture.physical, &memory);
-    while ((memory.memoryTypes[fixture->host_memory_type].propertyFlags & wanted) != wanted)
-        assert_true(++fixture->host_memory_type < memory.memoryTypeCount);
-}
 
 void fixture_use_device(struct fixture *fixture, VkDevice device, const VkuDeviceDispatchTable *vk)
 {
@@ -42,7 +29,7 @@ const char *fixture_open(struct fixture *fixture, const char *platform)
     VkuDeviceDispatchTable vk;
     VkDevice device = instance_fixture_open_device(&fixture->instance_fixture, &vk);
     fixture_use_device(fixture, device, &vk);
-    find_host_memory(fixture);
+    fixture->host_memory_type = instance_fixture_memory_type(&fixture->instance_fixture);
     return NULL;
 }
 
@@ -65,24 +52,13 @@ static struct fixture_structure create(struct fixture *fixture, VkAccelerationSt
         .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
                  VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
     };
-    GET(fixture->vk.CreateBuffer(fixture->device, &buffer, NULL, &structure.buffer));
-    VkMemoryRequirements requirements;
-    fixture->vk.GetBufferMemoryRequirements(fixture->device, structure.buffer, &requirements);
-    const VkMemoryAllocateFlagsInfo flags = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
-    };
-    const VkMemoryAllocateInfo memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                         .pNext = &flags,
-                                         .allocationSize = requirements.size,
-                                         .memoryTypeIndex = fixture->host_memory_type};
-    GET(fixture->vk.AllocateMemory(fixture->device, &memory, NULL, &structure.memory));
-    GET(fixture->vk.BindBufferMemory(fixture->device, structure.buffer, structure.memory, 0));
+    structure.storage =
+        buffer_create(&fixture->vk, fixture->device, fixture->host_memory_type, &buffer);
     const VkAccelerationStructureCreateInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
         .pNext = motion,
         .createFlags = motion ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
-        .buffer = structure.buffer,
+        .buffer = structure.storage.handle,
         .size = size,
         .type = type,
     };
@@ -100,8 +76,7 @@ struct fixture_structure fixture_create(struct fixture *fixture,
 void fixture_destroy(struct fixture *fixture, struct fixture_structure *structure)
 {
     fixture->vk.DestroyAccelerationStructureKHR(fixture->device, structure->handle, NULL);
-    fixture->vk.DestroyBuffer(fixture->device, structure->buffer, NULL);
-    fixture->vk.FreeMemory(fixture->device, structure->memory, NULL);
+    buffer_destroy(&fixture->vk, fixture->device, &structure->storage);
 }
 
 /* ---- builds */

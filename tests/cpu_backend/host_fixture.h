@@ -4,15 +4,10 @@
 #ifndef ASSAY_TESTS_CPU_BACKEND_HOST_FIXTURE_H
 #define ASSAY_TESTS_CPU_BACKEND_HOST_FIXTURE_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "layer/assay.h"
 #include "tests/cpu_backend/instance_fixture.h"
+
+#define expect_mistake(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED)
 
 struct fixture {
     struct platform platform;
@@ -34,8 +29,7 @@ void fixture_use_device(struct fixture *fixture, VkDevice device, const VkuDevic
 /* A structure with a buffer of its own. */
 struct fixture_structure {
     VkAccelerationStructureKHR handle;
-    VkBuffer buffer;
-    VkDeviceMemory memory;
+    struct device_buffer storage;
     VkDeviceSize size;
 };
 struct fixture_structure fixture_create(struct fixture *fixture,

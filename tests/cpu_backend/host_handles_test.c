@@ -21,14 +21,13 @@ static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize o
         .size = 256,
         .type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR};
     VkAccelerationStructureKHR structure;
-    expect(fixture.vk.CreateAccelerationStructureKHR(fixture.device, &info, NULL, &structure));
+    GET(fixture.vk.CreateAccelerationStructureKHR(fixture.device, &info, NULL, &structure));
     return structure;
 }
 
 /* Stable, of nobody else, and as far apart as the offsets of generic structures. */
 static void test_addresses(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 10, 0);
     uint64_t blas = address_of(scene.blas.handle), tlas = address_of(scene.tlas.handle);
@@ -38,8 +37,8 @@ static void test_addresses(void **state)
 
     struct fixture_structure first =
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 4096);
-    VkAccelerationStructureKHR a = create_generic(first.buffer, 256);
-    VkAccelerationStructureKHR b = create_generic(first.buffer, 2048);
+    VkAccelerationStructureKHR a = create_generic(first.storage.handle, 256);
+    VkAccelerationStructureKHR b = create_generic(first.storage.handle, 2048);
     assert_int_equal(address_of(b) - address_of(a), 2048 - 256);
     fixture.vk.DestroyAccelerationStructureKHR(fixture.device, a, NULL);
     fixture.vk.DestroyAccelerationStructureKHR(fixture.device, b, NULL);
@@ -50,7 +49,6 @@ static void test_addresses(void **state)
 
 static void test_names(void **state)
 {
-    (void)state;
     struct scene scene;
     open_scene(&scene, 10, 0);
     VkDebugUtilsObjectNameInfoEXT name = {.sType =
@@ -58,24 +56,24 @@ static void test_names(void **state)
                                           .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                                           .objectHandle = (uint64_t)scene.blas.handle,
                                           .pObjectName = "bunny"};
-    expect(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
+    GET(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
     const VkDebugUtilsObjectTagInfoEXT tag = {
         .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_TAG_INFO_EXT,
         .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
         .objectHandle = (uint64_t)scene.blas.handle,
         .tagSize = 4,
         .pTag = "tag"};
-    expect(fixture.vk.SetDebugUtilsObjectTagEXT(fixture.device, &tag));
+    GET(fixture.vk.SetDebugUtilsObjectTagEXT(fixture.device, &tag));
     name.objectType = VK_OBJECT_TYPE_BUFFER; /* the driver's own */
-    name.objectHandle = (uint64_t)scene.blas.buffer;
-    expect(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
+    name.objectHandle = (uint64_t)scene.blas.storage.handle;
+    GET(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
     close_scene(&scene);
     expect_silence();
 }
 
 static void set_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t object, uint64_t value)
 {
-    expect(fixture.vk.SetPrivateData(fixture.device, type, object, slot, value));
+    GET(fixture.vk.SetPrivateData(fixture.device, type, object, slot, value));
 }
 
 static uint64_t get_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t object)
@@ -87,7 +85,6 @@ static uint64_t get_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t obj
 
 static void test_private_data(void **state)
 {
-    (void)state;
     if (!fixture.vk.SetPrivateData)
         skip();
     const VkPrivateDataSlotCreateInfo info = {.sType =
@@ -96,10 +93,10 @@ static void test_private_data(void **state)
     open_scene(&scene, 10, 0);
     const uint64_t blas = (uint64_t)scene.blas.handle, tlas = (uint64_t)scene.tlas.handle;
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-    const uint64_t buffer = (uint64_t)scene.blas.buffer;
+    const uint64_t buffer = (uint64_t)scene.blas.storage.handle;
     VkPrivateDataSlot slots[2];
     for (int i = 0; i < 2; i++)
-        expect(fixture.vk.CreatePrivateDataSlot(fixture.device, &info, NULL, &slots[i]));
+        GET(fixture.vk.CreatePrivateDataSlot(fixture.device, &info, NULL, &slots[i]));
     set_data(slots[0], type, blas, 1);
     set_data(slots[1], type, blas, 2);
     set_data(slots[0], type, tlas, 3);
@@ -111,7 +108,7 @@ static void test_private_data(void **state)
     assert_int_equal(get_data(slots[1], type, tlas), 0);
     assert_int_equal(get_data(slots[0], VK_OBJECT_TYPE_BUFFER, buffer), 4);
     fixture.vk.DestroyPrivateDataSlot(fixture.device, slots[0], NULL);
-    expect(fixture.vk.CreatePrivateDataSlot(fixture.device, &info, NULL, &slots[0]));
+    GET(fixture.vk.CreatePrivateDataSlot(fixture.device, &info, NULL, &slots[0]));
     assert_int_equal(get_data(slots[0], type, tlas), 0);
     assert_int_equal(get_data(slots[1], type, blas), 2);
     set_data(slots[0], type, blas, 6);
@@ -133,8 +130,8 @@ static void expect_own_commands(const struct instance_fixture_setup *setup, bool
     VkDevice device;
     VkuDeviceDispatchTable vk;
     instance_fixture_open(&instance_fixture, &fixture.platform, setup);
-    expect(instance_fixture_create_device(&instance_fixture, NULL, extensions,
-                                          has_extensions ? 2 : 0, &device, &vk));
+    GET(instance_fixture_create_device(&instance_fixture, NULL, extensions, has_extensions ? 2 : 0,
+                                       &device, &vk));
     for (int i = 0; i < 2; i++)
         assert_int_equal(instance_fixture.get_device_proc_addr(device, names[i]) != NULL, expected);
     vk.DestroyDevice(device, NULL);
@@ -143,7 +140,6 @@ static void expect_own_commands(const struct instance_fixture_setup *setup, bool
 
 static void test_own_commands(void **state)
 {
-    (void)state;
     expect_own_commands(&(struct instance_fixture_setup){.backend = "cpu"}, true, true);
     expect_own_commands(&(struct instance_fixture_setup){.backend = "cpu"}, false, false);
     expect_own_commands(
@@ -151,7 +147,7 @@ static void test_own_commands(void **state)
     expect_own_commands(&(struct instance_fixture_setup){.backend = "driver"}, false, false);
 }
 
-static int run(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_addresses),
@@ -159,10 +155,5 @@ static int run(void)
         cmocka_unit_test(test_names),
         cmocka_unit_test(test_private_data),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return fixture_main(argc, argv, run);
+    return fixture_main(argc, argv, tests, COUNT(tests));
 }

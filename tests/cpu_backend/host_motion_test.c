@@ -9,7 +9,6 @@
 
 static void test_triangles_and_instances(void **state)
 {
-    (void)state;
     struct moving_scene scene;
     moving_scene_open(&fixture, &scene, 0);
     moving_scene_build(&fixture, &scene);
@@ -22,11 +21,10 @@ static void test_triangles_and_instances(void **state)
 /* Of a build with motion, geometries may stand still. */
 static void test_still_triangles(void **state)
 {
-    (void)state;
     struct moving_scene scene;
     moving_scene_open(&fixture, &scene, 0);
     scene.triangles.geometry.geometry.triangles.pNext = NULL;
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
+    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
     expect_moving_blas(&fixture, scene.blas.handle, 0);
     moving_scene_close(&fixture, &scene);
     expect_silence();
@@ -34,14 +32,13 @@ static void test_still_triangles(void **state)
 
 static void test_update(void **state)
 {
-    (void)state;
     struct moving_scene scene;
     moving_scene_open(&fixture, &scene, UPDATABLE);
     moving_scene_build(&fixture, &scene);
     for (uint32_t i = 0; i < MOVING_TRIANGLES * 9; i += 3)
         scene.then[i] += 3;
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
-                         scene.blas.handle));
+    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
+                      scene.blas.handle));
     expect_moving_blas(&fixture, scene.blas.handle, 7);
     moving_scene_close(&fixture, &scene);
     expect_silence();
@@ -50,7 +47,6 @@ static void test_update(void **state)
 /* Pointers have the type of what they point to in their low 4 bits. */
 static void test_array_of_pointers(void **state)
 {
-    (void)state;
     struct moving_scene scene;
     moving_scene_open(&fixture, &scene, 0);
     VkAccelerationStructureMotionInstanceDataNV *data =
@@ -75,7 +71,6 @@ static void test_array_of_pointers(void **state)
 /* Vertices that aren't there, and a chain that isn't. */
 static void test_unreadable(void **state)
 {
-    (void)state;
     struct moving_scene scene;
     moving_scene_open(&fixture, &scene, 0);
     scene.motion.vertexData.deviceAddress = 0x1000;
@@ -90,7 +85,6 @@ static void test_unreadable(void **state)
 /* As assay.h had rays before they had a time. */
 static void test_rays_without_time(void **state)
 {
-    (void)state;
     struct untimed {
         float origin[3], tMin, direction[3], tMax;
         uint32_t flags, cullMask;
@@ -110,7 +104,7 @@ static void test_rays_without_time(void **state)
                                  .hitSize = sizeof(hits[0]),
                                  .rays = (const AssayRay *)(const void *)rays,
                                  .hits = hits};
-    expect(fixture.trace_rays(fixture.device, &info));
+    GET(fixture.trace_rays(fixture.device, &info));
     assert_false(hits[0].isHit);
     assert_true(hits[1].isHit);
     assert_float_equal(hits[1].t, 1, 0);
@@ -151,7 +145,6 @@ static void expect_same_sizes(const VkAccelerationStructureBuildSizesInfoKHR *a,
 
 static void test_no_motion_costs_nothing(void **state)
 {
-    (void)state;
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
     const VkPhysicalDeviceAccelerationStructureFeaturesKHR features = {
@@ -163,8 +156,8 @@ static void test_no_motion_costs_nothing(void **state)
     const VkuDeviceDispatchTable vk = fixture.vk;
     VkuDeviceDispatchTable with_vk, without_vk;
     VkDevice with = instance_fixture_open_device(&fixture.instance_fixture, &with_vk), without;
-    expect(instance_fixture_create_device(&fixture.instance_fixture, &features, extensions, 2,
-                                          &without, &without_vk));
+    GET(instance_fixture_create_device(&fixture.instance_fixture, &features, extensions, 2,
+                                       &without, &without_vk));
     fixture_use_device(&fixture, with, &with_vk);
     struct cost a = cost_of_still_scene();
     fixture.vk.DestroyDevice(with, NULL);
@@ -183,7 +176,7 @@ static void test_no_motion_costs_nothing(void **state)
     expect_silence();
 }
 
-static int run(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_triangles_and_instances),
@@ -194,10 +187,5 @@ static int run(void)
         cmocka_unit_test(test_rays_without_time),
         cmocka_unit_test(test_no_motion_costs_nothing),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return fixture_main(argc, argv, run);
+    return fixture_main(argc, argv, tests, COUNT(tests));
 }

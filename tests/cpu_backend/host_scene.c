@@ -2,17 +2,13 @@
 /* Scenes, and the frame of the tests' programs. */
 #include "host_scene.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 
 struct fixture fixture;
 
 void expect_silence(void)
 {
-    for (uint32_t i = 0; i < messages_kept(&fixture.instance_fixture.messages); i++)
-        print_error("%s: %s\n", fixture.instance_fixture.messages.items[i].id,
-                    fixture.instance_fixture.messages.items[i].text);
-    assert_int_equal(fixture.instance_fixture.messages.count, 0);
+    messages_expect_none(&fixture.instance_fixture.messages);
 }
 
 void forget_messages(void)
@@ -24,13 +20,13 @@ void open_scene(struct scene *scene, uint32_t triangles, VkBuildAccelerationStru
 {
     fixture_triangles(&scene->triangles, triangles, flags);
     scene->blas = fixture_create_for(&fixture, &scene->triangles);
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
-                         VK_NULL_HANDLE));
+    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
+                      VK_NULL_HANDLE));
     const VkAccelerationStructureKHR blases[] = {scene->blas.handle, scene->blas.handle};
     fixture_instances(&scene->instances, blases, 2, flags);
     scene->tlas = fixture_create_for(&fixture, &scene->instances);
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene->instances, scene->tlas.handle,
-                         VK_NULL_HANDLE));
+    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene->instances, scene->tlas.handle,
+                      VK_NULL_HANDLE));
 }
 
 void close_scene(struct scene *scene)
@@ -77,8 +73,8 @@ uint64_t property(VkAccelerationStructureKHR structure, VkQueryType type)
 {
     uint64_t values[4] = {7, 7, 7, 7};
     const VkAccelerationStructureKHR both[] = {structure, structure};
-    expect(fixture.vk.WriteAccelerationStructuresPropertiesKHR(fixture.device, 2, both, type,
-                                                               sizeof(values), values, 16));
+    GET(fixture.vk.WriteAccelerationStructuresPropertiesKHR(fixture.device, 2, both, type,
+                                                            sizeof(values), values, 16));
     assert_int_equal(values[0], values[2]);
     assert_int_equal(values[1], 7);
     assert_int_equal(values[3], 7);
@@ -94,18 +90,21 @@ void *serialize(VkAccelerationStructureKHR src, size_t *size)
         .src = src,
         .dst.hostAddress = bytes,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR};
-    expect(fixture.vk.CopyAccelerationStructureToMemoryKHR(fixture.device, VK_NULL_HANDLE, &info));
+    GET(fixture.vk.CopyAccelerationStructureToMemoryKHR(fixture.device, VK_NULL_HANDLE, &info));
     return bytes;
 }
 
-int fixture_main(int argc, char **argv, int (*run)(void))
+static const char *open(const char *name)
 {
-    const char *reason = argc == 2 ? fixture_open(&fixture, argv[1]) : "a platform is to be named";
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
-    int failed = run();
+    return fixture_open(&fixture, name);
+}
+
+static void close(void)
+{
     fixture_close(&fixture);
-    return failed;
+}
+
+int fixture_main(int argc, char **argv, const struct CMUnitTest *tests, size_t count)
+{
+    return tests_run(argc, argv, NULL, open, close, tests, count);
 }

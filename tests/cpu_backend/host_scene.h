@@ -12,9 +12,6 @@ enum {
     COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
 };
 
-#define expect(call) assert_int_equal(call, VK_SUCCESS)
-#define expect_mistake(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED)
-
 void expect_silence(void);
 /* Mistakes may be told or not: that is other tests' business. */
 void forget_messages(void);
@@ -41,6 +38,6 @@ void *serialize(VkAccelerationStructureKHR src, size_t *size);
 
 /* Opens the stage on the platform that the arguments name, runs the tests, and returns what main
  * is to return. */
-int fixture_main(int argc, char **argv, int (*run)(void));
+int fixture_main(int argc, char **argv, const struct CMUnitTest *tests, size_t count);
 
 #endif

@@ -8,9 +8,8 @@
 static uint64_t property(const struct micromap *micromap, VkQueryType type)
 {
     uint64_t value = 0;
-    assert_int_equal(device.fixture.vk.WriteMicromapsPropertiesEXT(
-                         device.fixture.device, 1, &micromap->ext, type, sizeof(value), &value, 8),
-                     VK_SUCCESS);
+    GET(device.fixture.vk.WriteMicromapsPropertiesEXT(device.fixture.device, 1, &micromap->ext,
+                                                      type, sizeof(value), &value, 8));
     return value;
 }
 
@@ -24,9 +23,7 @@ static void *serialize(const struct micromap *micromap, size_t *size)
         .dst.hostAddress = bytes,
         .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
     };
-    assert_int_equal(
-        device.fixture.vk.CopyMicromapToMemoryEXT(device.fixture.device, VK_NULL_HANDLE, &info),
-        VK_SUCCESS);
+    GET(device.fixture.vk.CopyMicromapToMemoryEXT(device.fixture.device, VK_NULL_HANDLE, &info));
     return bytes;
 }
 
@@ -41,11 +38,10 @@ static void expect_copy(const struct micromap *copy, const void *bytes, size_t s
 
 static void test_copies_by_host(void **state)
 {
-    (void)state;
     struct micromap from, to;
     size_t size;
     micromap_open(&from, true);
-    assert_int_equal(micromap_build_by_host(&from), VK_SUCCESS);
+    GET(micromap_build_by_host(&from));
     void *bytes = serialize(&from, &size);
     assert_true(property(&from, VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT) <= MICROMAP_SIZE);
     const VkCopyMicromapModeEXT modes[] = {VK_COPY_MICROMAP_MODE_CLONE_EXT,
@@ -62,11 +58,10 @@ static void test_copies_by_host(void **state)
                                             .src = from.ext,
                                             .dst = to.ext,
                                             .mode = modes[i % 2]};
-        assert_int_equal(i == 2 ? device.fixture.vk.CopyMemoryToMicromapEXT(
-                                      device.fixture.device, VK_NULL_HANDLE, &deserialize)
-                                : device.fixture.vk.CopyMicromapEXT(device.fixture.device,
-                                                                    VK_NULL_HANDLE, &copy),
-                         VK_SUCCESS);
+        GET(i == 2
+                ? device.fixture.vk.CopyMemoryToMicromapEXT(device.fixture.device, VK_NULL_HANDLE,
+                                                            &deserialize)
+                : device.fixture.vk.CopyMicromapEXT(device.fixture.device, VK_NULL_HANDLE, &copy));
         expect_copy(&to, bytes, size);
         micromap_close(&to);
     }
@@ -84,7 +79,6 @@ static void test_copies_by_host(void **state)
 /* Built, cloned, serialized and deserialized by one command buffer each, and queried. */
 static void test_copies_by_device(void **state)
 {
-    (void)state;
     struct micromap from, clone, again;
     struct device_buffer bytes = device_buffer_create(&device, MICROMAP_SIZE);
     const VkQueryPoolCreateInfo pool_info = {
@@ -95,8 +89,7 @@ static void test_copies_by_device(void **state)
     const VkuDeviceDispatchTable *vk = &device.fixture.vk;
     VkQueryPool pool;
     size_t size;
-    assert_int_equal(vk->CreateQueryPool(device.fixture.device, &pool_info, NULL, &pool),
-                     VK_SUCCESS);
+    GET(vk->CreateQueryPool(device.fixture.device, &pool_info, NULL, &pool));
     micromap_open(&from, true);
     micromap_open(&clone, true);
     micromap_open(&again, true);
@@ -127,9 +120,8 @@ static void test_copies_by_device(void **state)
     vk->CmdCopyMemoryToMicromapEXT(commands, &from_memory);
     device_finish(&device, commands);
     uint64_t queried = 0;
-    assert_int_equal(vk->GetQueryPoolResults(device.fixture.device, pool, 0, 1, sizeof(queried),
-                                             &queried, sizeof(queried), VK_QUERY_RESULT_64_BIT),
-                     VK_SUCCESS);
+    GET(vk->GetQueryPoolResults(device.fixture.device, pool, 0, 1, sizeof(queried), &queried,
+                                sizeof(queried), VK_QUERY_RESULT_64_BIT));
     void *expected = serialize(&from, &size);
     assert_int_equal(queried, size);
     expect_copy(&again, expected, size);
@@ -142,16 +134,11 @@ static void test_copies_by_device(void **state)
     device_expect_silence(&device);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_copies_by_host),
         cmocka_unit_test(test_copies_by_device),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return device_fixture_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
 }

@@ -63,9 +63,7 @@ static void create_ext(struct micromap *micromap)
         .size = MICROMAP_SIZE,
         .type = micromap->type,
     };
-    assert_int_equal(
-        device.fixture.vk.CreateMicromapEXT(device.fixture.device, &info, NULL, &micromap->ext),
-        VK_SUCCESS);
+    GET(device.fixture.vk.CreateMicromapEXT(device.fixture.device, &info, NULL, &micromap->ext));
 }
 
 void micromap_open_displacement(struct micromap *micromap)
@@ -86,9 +84,8 @@ void micromap_open(struct micromap *micromap, bool is_ext)
     if (is_ext)
         create_ext(micromap);
     else
-        assert_int_equal(fixture->vk.CreateAccelerationStructure2KHR(fixture->device, &khr, NULL,
-                                                                     &micromap->khr),
-                         VK_SUCCESS);
+        GET(fixture->vk.CreateAccelerationStructure2KHR(fixture->device, &khr, NULL,
+                                                        &micromap->khr));
     fill_micromap(micromap->input.bytes);
 }
 

@@ -2,8 +2,6 @@
 /* Objects of VK_NV_ray_tracing, and builds with them. */
 #include "tests/cpu_backend/nv_fixture.h"
 
-#define GET(call) assert_int_equal(call, VK_SUCCESS)
-
 VkMemoryRequirements nv_requirements(struct device_fixture *fixture,
                                      VkAccelerationStructureNV handle,
                                      VkAccelerationStructureMemoryRequirementsTypeNV type)

@@ -20,7 +20,7 @@ void result_scene_open(struct result_scene *scene, VkQueryType type)
     fixture_triangles(&scene->host, TRIANGLES, COMPACTABLE);
     scene->blas = fixture_create_for(fixture, &scene->host);
     device_build_create(&device, &scene->host, TRIANGLES * TRIANGLE_SIZE, &scene->build);
-    expect(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &scene->pool));
+    GET(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &scene->pool));
 }
 
 void result_scene_close(struct result_scene *scene)
@@ -51,7 +51,7 @@ void result_scene_record_queries(struct result_scene *scene, VkCommandBuffer com
 VkDeviceSize result_scene_property(VkAccelerationStructureKHR structure, VkQueryType type)
 {
     VkDeviceSize value = 0;
-    expect(fixture->vk.WriteAccelerationStructuresPropertiesKHR(
-        fixture->device, 1, &structure, type, sizeof(value), &value, sizeof(value)));
+    GET(fixture->vk.WriteAccelerationStructuresPropertiesKHR(fixture->device, 1, &structure, type,
+                                                             sizeof(value), &value, sizeof(value)));
     return value;
 }

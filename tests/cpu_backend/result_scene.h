@@ -7,8 +7,6 @@
 
 extern struct device_fixture device;
 
-#define expect(call) assert_int_equal(call, VK_SUCCESS)
-
 enum { QUERIES = 3, TRIANGLES = 50 };
 
 struct result_scene {

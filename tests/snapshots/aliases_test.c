@@ -13,7 +13,7 @@ enum {
     CORNERS = 3,
 };
 
-static struct bound_buffer vertices;
+static struct device_buffer vertices;
 
 static void open_scene(const char *level)
 {

@@ -7,7 +7,7 @@
 
 enum { BUFFER_SIZE = 1 << 16 };
 
-static struct bound_buffer data; /* whose memory the buffers are bound to */
+static struct device_buffer data; /* whose memory the buffers are bound to */
 
 static int open_scene(void **state)
 {

@@ -22,7 +22,7 @@ enum {
 
 static VkPipelineLayout layout;
 static VkPipeline pipeline;
-static struct bound_buffer source, target, list, gate;
+static struct device_buffer source, target, list, gate;
 
 static int open_scene(void **state)
 {

@@ -33,25 +33,26 @@ void fixture_close(struct fixture *fixture)
 
 /* ---- objects */
 
-struct bound_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
-                                   VkBufferUsageFlags usage)
+struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
+                                    VkBufferUsageFlags usage)
 {
     const VkBufferCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
         .size = size,
         .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
     };
-    return bound_buffer_create(&fixture->vk, fixture->device, fixture->memory_type, &info);
+    return buffer_create(&fixture->vk, fixture->device, fixture->memory_type, &info);
 }
 
-void fixture_destroy_buffer(struct fixture *fixture, struct bound_buffer *buffer)
+void fixture_destroy_buffer(struct fixture *fixture, struct device_buffer *buffer)
 {
-    bound_buffer_destroy(&fixture->vk, fixture->device, buffer);
+    buffer_destroy(&fixture->vk, fixture->device, buffer);
 }
 
 VkAccelerationStructureKHR fixture_structure(struct fixture *fixture,
-                                             const struct bound_buffer *buffer, VkDeviceSize offset,
-                                             VkDeviceSize size, VkAccelerationStructureTypeKHR type)
+                                             const struct device_buffer *buffer,
+                                             VkDeviceSize offset, VkDeviceSize size,
+                                             VkAccelerationStructureTypeKHR type)
 {
     const VkAccelerationStructureCreateInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,

@@ -20,13 +20,13 @@ void fixture_open(struct fixture *fixture, const struct platform *platform,
 void fixture_close(struct fixture *fixture);
 
 /* Has a device address beside its other usage. */
-struct bound_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
-                                   VkBufferUsageFlags usage);
-void fixture_destroy_buffer(struct fixture *fixture, struct bound_buffer *buffer);
+struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
+                                    VkBufferUsageFlags usage);
+void fixture_destroy_buffer(struct fixture *fixture, struct device_buffer *buffer);
 
 VkAccelerationStructureKHR fixture_structure(struct fixture *fixture,
-                                             const struct bound_buffer *buffer, VkDeviceSize offset,
-                                             VkDeviceSize size,
+                                             const struct device_buffer *buffer,
+                                             VkDeviceSize offset, VkDeviceSize size,
                                              VkAccelerationStructureTypeKHR type);
 
 VkCommandBuffer fixture_begin(struct fixture *fixture, VkCommandBufferUsageFlags flags);

@@ -76,7 +76,7 @@ static void test_one_time_submitted_twice(void **state)
  * It must not write there any more. */
 static void test_one_time_memory_of_another(void **state)
 {
-    struct bound_buffer others = scene_input(scene.boxes.size);
+    struct device_buffer others = scene_input(scene.boxes.size);
     VkCommandBuffer commands[2];
     commands[1] = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_build_boxes(commands[1], BOXES);

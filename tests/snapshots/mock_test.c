@@ -9,7 +9,7 @@
 
 enum { BUFFER_SIZE = 1 << 16 };
 
-static struct bound_buffer instances;
+static struct device_buffer instances;
 
 static void open_scene(const char *level, bool is_valid)
 {

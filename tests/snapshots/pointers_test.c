@@ -11,9 +11,9 @@ enum {
     INSTANCE_SIZE = sizeof(VkAccelerationStructureInstanceKHR),
 };
 
-static struct bound_buffer pointers, instance;
+static struct device_buffer pointers, instance;
 
-static void write_instance(const struct bound_buffer *buffer, bool is_valid)
+static void write_instance(const struct device_buffer *buffer, bool is_valid)
 {
     scene_write_instance(buffer, is_valid);
     memcpy(pointers.bytes, &buffer->address, sizeof(buffer->address));
@@ -110,7 +110,7 @@ static void test_follows_no_condition(void **state)
 {
     if (!instance_fixture_has_conditions(&fixture.instance))
         skip();
-    struct bound_buffer condition =
+    struct device_buffer condition =
         fixture_buffer(&fixture, 4, VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT);
     const VkConditionalRenderingBeginInfoEXT begin = {
         .sType = VK_STRUCTURE_TYPE_CONDITIONAL_RENDERING_BEGIN_INFO_EXT,
@@ -178,7 +178,7 @@ static void test_later_memory(void **state)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_top(commands);
-    struct bound_buffer later = scene_input(INSTANCE_SIZE);
+    struct device_buffer later = scene_input(INSTANCE_SIZE);
     write_instance(&later, false);
     fixture_finish(&fixture, commands);
     expect_messages(1, "transform");

@@ -43,7 +43,7 @@ void scene_close(void)
     fixture_close(&fixture);
 }
 
-struct bound_buffer scene_input(VkDeviceSize size)
+struct device_buffer scene_input(VkDeviceSize size)
 {
     return fixture_buffer(&fixture, size,
                           VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
@@ -56,7 +56,7 @@ void scene_build_boxes(VkCommandBuffer commands, uint32_t count)
     fixture_barrier(&fixture, commands);
 }
 
-void scene_write_instance(const struct bound_buffer *buffer, bool is_valid)
+void scene_write_instance(const struct device_buffer *buffer, bool is_valid)
 {
     VkAccelerationStructureInstanceKHR written = {
         .mask = 0xff,

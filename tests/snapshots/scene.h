@@ -9,7 +9,7 @@ extern struct platform platform;
 extern struct fixture fixture;
 
 extern struct scene {
-    struct bound_buffer boxes, structures, scratch;
+    struct device_buffer boxes, structures, scratch;
     VkDeviceAddress scratch_address; /* aligned */
     VkAccelerationStructureKHR blas, tlas;
 } scene;
@@ -25,14 +25,14 @@ void scene_open(const struct scene_setup *setup);
 void scene_close(void);
 
 /* A buffer that builds may read. */
-struct bound_buffer scene_input(VkDeviceSize size);
+struct device_buffer scene_input(VkDeviceSize size);
 
 /* A build of the BLAS, with a barrier behind it. */
 void scene_build_boxes(VkCommandBuffer commands, uint32_t count);
 
 /* An instance of the BLAS. If it is not valid, its transform has no inverse, which level content
  * reports. */
-void scene_write_instance(const struct bound_buffer *buffer, bool is_valid);
+void scene_write_instance(const struct device_buffer *buffer, bool is_valid);
 /* A build of the TLAS with one instance at an address, or with a pointer to one. */
 void scene_build_instance(VkCommandBuffer commands, VkDeviceAddress data, bool is_pointer);
 

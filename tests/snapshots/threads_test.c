@@ -20,7 +20,7 @@ static pthread_mutex_t queue_lock = PTHREAD_MUTEX_INITIALIZER;
 
 struct worker {
     struct fixture own; /* with a command pool of its own */
-    struct bound_buffer boxes, structures, scratch;
+    struct device_buffer boxes, structures, scratch;
     VkAccelerationStructureKHR blas;
     VkFence fence;
     VkResult result; /* of what it did last */
