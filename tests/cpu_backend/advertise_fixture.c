@@ -3,18 +3,18 @@
 #include "tests/cpu_backend/advertise_fixture.h"
 
 struct platform platform;
-struct instance_fixture instance_fixture;
+struct instance_fixture fixture;
 
 int offer_open(void **state)
 {
     static const struct instance_fixture_setup on_cpu = {0};
-    instance_fixture_open(&instance_fixture, &platform, &on_cpu);
+    instance_fixture_open(&fixture, &platform, &on_cpu);
     return 0;
 }
 
 int offer_close(void **state)
 {
-    instance_fixture_close(&instance_fixture);
+    instance_fixture_close(&fixture);
     return 0;
 }
 

@@ -6,7 +6,7 @@
 #include "tests/cpu_backend/instance_fixture.h"
 
 extern struct platform platform;
-extern struct instance_fixture instance_fixture; /* between: */
+extern struct instance_fixture fixture; /* between: */
 int offer_open(void **state);
 int offer_close(void **state);
 

@@ -79,14 +79,8 @@ static void test_serializes(void **state)
     device_finish(&device, commands);
     void *expected = device_serialize(&device, scene.blas.handle, &size);
     struct device_buffer buffer = device_buffer_create(&device, size);
-    const VkCopyAccelerationStructureToMemoryInfoKHR save = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = scene.blas.handle,
-        .dst.deviceAddress = buffer.address,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
-    };
     commands = device_begin(&device, PRIMARY);
-    fixture->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &save);
+    device_save(&device, commands, scene.blas.handle, buffer.address);
     replace(&buffer, size, &lures);
     device_finish(&device, commands);
     assert_memory_equal(buffer.bytes, expected, size);
@@ -112,14 +106,8 @@ static void test_deserializes(void **state)
     memcpy(buffer.bytes, bytes, size);
     struct fixture_structure loaded =
         fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-    const VkCopyMemoryToAccelerationStructureInfoKHR load = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.deviceAddress = buffer.address,
-        .dst = loaded.handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-    };
     commands = device_begin(&device, PRIMARY);
-    fixture->vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &load);
+    device_load(&device, commands, buffer.address, loaded.handle);
     replace(&buffer, size, &lures);
     device_finish(&device, commands);
     assert_true(fixture_trace(fixture, loaded.handle, 0.25f, 0.25f).isHit);
@@ -137,5 +125,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_serializes),
         cmocka_unit_test(test_deserializes),
     };
-    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

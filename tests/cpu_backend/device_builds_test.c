@@ -89,12 +89,7 @@ static void host_build(struct fixture_build *build, VkAccelerationStructureKHR d
 static void record_clone(VkCommandBuffer commands, VkAccelerationStructureKHR src,
                          VkAccelerationStructureKHR dst)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = src,
-        .dst = dst,
-    };
-    fixture->vk.CmdCopyAccelerationStructureKHR(commands, &info);
+    device_copy(&device, commands, src, dst, VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     device_barrier(&device, commands);
 }
 
@@ -309,5 +304,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_executed_twice_at_once),
         cmocka_unit_test(test_indirect),
     };
-    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -34,19 +34,14 @@ static AssayCounters run(const struct deeds *deeds)
     if (deeds->transforms)
         build.geometry.geometry.triangles.transformData.deviceAddress = transform.address;
 
-    const VkCopyAccelerationStructureInfoKHR copying = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = blas.handle,
-        .dst = copy.handle,
-        .mode = deeds->compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
-                                : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     device_upload(&device, commands, &build);
     for (int i = 0; i < (deeds->builds_twice ? 2 : 1); i++)
         device_build(&device, commands, &build, blas.handle, VK_NULL_HANDLE);
     if (deeds->clones || deeds->compacts)
-        fixture->vk.CmdCopyAccelerationStructureKHR(commands, &copying);
+        device_copy(&device, commands, blas.handle, copy.handle,
+                    deeds->compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                                    : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     device_finish(&device, commands);
     const float y = deeds->transforms ? 3 : 0;
     if (deeds->is_traced)
@@ -135,5 +130,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_rebuild),    cmocka_unit_test(test_clone),
         cmocka_unit_test(test_compaction), cmocka_unit_test(test_exactness),
     };
-    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

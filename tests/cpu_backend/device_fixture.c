@@ -162,7 +162,53 @@ void device_build(struct device_fixture *fixture, VkCommandBuffer commands,
     device_barrier(fixture, commands);
 }
 
+void device_copy(struct device_fixture *fixture, VkCommandBuffer commands,
+                 VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
+                 VkCopyAccelerationStructureModeKHR mode)
+{
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = src,
+        .dst = dst,
+        .mode = mode,
+    };
+    fixture->fixture.vk.CmdCopyAccelerationStructureKHR(commands, &info);
+}
+
+void device_save(struct device_fixture *fixture, VkCommandBuffer commands,
+                 VkAccelerationStructureKHR src, VkDeviceAddress dst)
+{
+    const VkCopyAccelerationStructureToMemoryInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
+        .src = src,
+        .dst.deviceAddress = dst,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
+    };
+    fixture->fixture.vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &info);
+}
+
+void device_load(struct device_fixture *fixture, VkCommandBuffer commands, VkDeviceAddress src,
+                 VkAccelerationStructureKHR dst)
+{
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.deviceAddress = src,
+        .dst = dst,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
+    };
+    fixture->fixture.vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &info);
+}
+
 /* ---- asking */
+
+uint64_t device_query(struct device_fixture *fixture, VkQueryPool pool, uint32_t query)
+{
+    uint64_t value = 0;
+    GET(fixture->fixture.vk.GetQueryPoolResults(fixture->fixture.device, pool, query, 1,
+                                                sizeof(value), &value, sizeof(value),
+                                                VK_QUERY_RESULT_64_BIT));
+    return value;
+}
 
 void device_expect_silence(struct device_fixture *fixture)
 {
@@ -172,21 +218,7 @@ void device_expect_silence(struct device_fixture *fixture)
 void *device_serialize(struct device_fixture *fixture, VkAccelerationStructureKHR structure,
                        size_t *size)
 {
-    const VkuDeviceDispatchTable *vk = &fixture->fixture.vk;
-    const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
-    VkDeviceSize value = 0;
-    GET(vk->WriteAccelerationStructuresPropertiesKHR(fixture->fixture.device, 1, &structure, type,
-                                                     sizeof(value), &value, sizeof(value)));
-    void *bytes = aligned_alloc(16, (value + 15) / 16 * 16);
-    const VkCopyAccelerationStructureToMemoryInfoKHR copy = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = structure,
-        .dst.hostAddress = bytes,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
-    };
-    GET(vk->CopyAccelerationStructureToMemoryKHR(fixture->fixture.device, VK_NULL_HANDLE, &copy));
-    *size = value;
-    return bytes;
+    return fixture_serialize(&fixture->fixture, structure, size);
 }
 
 void device_expect_same_bytes(struct device_fixture *fixture, VkAccelerationStructureKHR a,

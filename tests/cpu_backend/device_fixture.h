@@ -54,6 +54,18 @@ void device_build(struct device_fixture *fixture, VkCommandBuffer commands,
                   struct device_build *build, VkAccelerationStructureKHR dst,
                   VkAccelerationStructureKHR src);
 
+/* Records a copy of a structure to another one, to memory, or from there. */
+void device_copy(struct device_fixture *fixture, VkCommandBuffer commands,
+                 VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
+                 VkCopyAccelerationStructureModeKHR mode);
+void device_save(struct device_fixture *fixture, VkCommandBuffer commands,
+                 VkAccelerationStructureKHR src, VkDeviceAddress dst);
+void device_load(struct device_fixture *fixture, VkCommandBuffer commands, VkDeviceAddress src,
+                 VkAccelerationStructureKHR dst);
+
+/* The value of a query that has one. */
+uint64_t device_query(struct device_fixture *fixture, VkQueryPool pool, uint32_t query);
+
 /* No message until now. */
 void device_expect_silence(struct device_fixture *fixture);
 

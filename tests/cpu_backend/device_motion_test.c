@@ -188,5 +188,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_indirect),
         cmocka_unit_test(test_array_of_pointers),
     };
-    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -135,35 +135,10 @@ struct fill {
 
 static struct fill create_fill(void)
 {
-    const VkuDeviceDispatchTable *vk = &fixture->vk;
-    struct fill fill;
-    const VkPushConstantRange range = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
-                                       .offset = CONSTANTS_AT,
-                                       .size = sizeof(struct constants)};
-    const VkPipelineLayoutCreateInfo layout = {
-        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-        .pushConstantRangeCount = 1,
-        .pPushConstantRanges = &range,
-    };
-    const VkShaderModuleCreateInfo code = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-        .codeSize = sizeof(fill_code),
-        .pCode = fill_code,
-    };
-    VkShaderModule module;
-    GET(vk->CreatePipelineLayout(fixture->device, &layout, NULL, &fill.layout));
-    GET(vk->CreateShaderModule(fixture->device, &code, NULL, &module));
-    const VkComputePipelineCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                  .module = module,
-                  .pName = "main"},
-        .layout = fill.layout,
-    };
-    GET(vk->CreateComputePipelines(fixture->device, VK_NULL_HANDLE, 1, &info, NULL,
-                                   &fill.pipeline));
-    vk->DestroyShaderModule(fixture->device, module, NULL);
+    struct fill fill = {constants_layout_create(&fixture->vk, fixture->device, CONSTANTS_AT,
+                                                sizeof(struct constants))};
+    fill.pipeline = compute_pipeline_create(&fixture->vk, fixture->device, fill.layout, fill_code,
+                                            sizeof(fill_code));
     return fill;
 }
 
@@ -241,5 +216,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_bound_state_stays),
         cmocka_unit_test(test_condition_stays),
     };
-    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

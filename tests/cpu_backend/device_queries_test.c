@@ -58,9 +58,7 @@ static void test_query_keeps_its_timestamp(void **state)
     scene.host.range.primitiveCount = 1;
     result_scene_record_build(&scene, commands);
     device_finish(&device, commands);
-    uint64_t value = 0;
-    GET(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 1, 1, sizeof(value), &value,
-                                        sizeof(value), VK_QUERY_RESULT_64_BIT));
+    const uint64_t value = device_query(&device, scene.pool, 1);
     assert_in_range(value, result_scene_property(scene.blas.handle, SERIALIZATION_SIZE) + 1,
                     UINT64_MAX);
     scene.host.range.primitiveCount = TRIANGLES;
@@ -69,13 +67,7 @@ static void test_query_keeps_its_timestamp(void **state)
 
 static void test_other_queries(void **state)
 {
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_OCCLUSION,
-        .queryCount = 1,
-    };
-    VkQueryPool pool;
-    GET(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &pool));
+    VkQueryPool pool = query_pool_create(&fixture->vk, fixture->device, VK_QUERY_TYPE_OCCLUSION, 1);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     fixture->vk.CmdResetQueryPool(commands, pool, 0, 1);
     device_finish(&device, commands);
@@ -156,5 +148,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_other_queries), cmocka_unit_test(test_copied_queries),
         cmocka_unit_test(test_wild_counts),
     };
-    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -21,19 +21,12 @@ static void test_compaction(void **state)
     result_scene_record_build(&scene, commands);
     result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
     device_finish(&device, commands);
-    uint64_t size = 0;
-    GET(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(size), &size,
-                                        sizeof(size), VK_QUERY_RESULT_64_BIT));
+    const uint64_t size = device_query(&device, scene.pool, 0);
     struct fixture_structure compacted =
         fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
-    const VkCopyAccelerationStructureInfoKHR copy = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene.blas.handle,
-        .dst = compacted.handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
-    };
     commands = device_begin(&device, PRIMARY);
-    fixture->vk.CmdCopyAccelerationStructureKHR(commands, &copy);
+    device_copy(&device, commands, scene.blas.handle, compacted.handle,
+                VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
     device_finish(&device, commands);
     assert_true(fixture_trace(fixture, compacted.handle, 0.25f, 0.25f).isHit);
     fixture_destroy(fixture, &compacted);
@@ -91,31 +84,17 @@ static void end_submission(const struct submission *submission)
     fixture->vk.DestroySemaphore(fixture->device, submission->semaphore, NULL);
 }
 
-static VkSemaphore create_timeline(void)
-{
-    const VkSemaphoreTypeCreateInfo timeline = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
-        .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE,
-    };
-    const VkSemaphoreCreateInfo semaphore_info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
-                                                  .pNext = &timeline};
-    VkSemaphore semaphore;
-    GET(fixture->vk.CreateSemaphore(fixture->device, &semaphore_info, NULL, &semaphore));
-    return semaphore;
-}
-
 static struct submission run_and_learn(VkCommandBuffer commands, enum learning learning)
 {
     const VkuDeviceDispatchTable *vk = &fixture->vk;
-    const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     const uint64_t one = 1;
     const VkTimelineSemaphoreSubmitInfo values = {
         .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
         .signalSemaphoreValueCount = 1,
         .pSignalSemaphoreValues = &one,
     };
-    struct submission submission = {.semaphore = create_timeline()};
-    GET(vk->CreateFence(fixture->device, &fence_info, NULL, &submission.fence));
+    const struct submission submission = {fence_create(vk, fixture->device),
+                                          timeline_create(vk, fixture->device)};
     const VkSubmitInfo submit = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
         .pNext = &values,
@@ -143,14 +122,8 @@ static void test_serialization(void **state)
         const VkDeviceSize size = result_scene_property(scene.blas.handle, SERIALIZATION_SIZE);
         struct device_buffer buffer = device_buffer_create(&device, size + 256);
         const VkDeviceAddress address = (buffer.address + 255) / 256 * 256;
-        const VkCopyAccelerationStructureToMemoryInfoKHR save = {
-            .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-            .src = scene.blas.handle,
-            .dst.deviceAddress = address,
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
-        };
         commands = device_begin(&device, PRIMARY);
-        fixture->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &save);
+        device_save(&device, commands, scene.blas.handle, address);
         const struct submission submission = run_and_learn(commands, learning);
         size_t expected_size;
         void *expected = device_serialize(&device, scene.blas.handle, &expected_size);
@@ -161,14 +134,8 @@ static void test_serialization(void **state)
 
         struct fixture_structure loaded = fixture_create(
             fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-        const VkCopyMemoryToAccelerationStructureInfoKHR load = {
-            .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-            .src.deviceAddress = address,
-            .dst = loaded.handle,
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-        };
         commands = device_begin(&device, PRIMARY);
-        fixture->vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &load);
+        device_load(&device, commands, address, loaded.handle);
         device_finish(&device, commands);
         assert_true(fixture_trace(fixture, loaded.handle, 0.25f, 0.25f).isHit);
         fixture_destroy(fixture, &loaded);
@@ -189,7 +156,8 @@ static void test_batch_that_waits_for_the_host(void **state)
     result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
     vk->CmdCopyQueryPoolResults(commands, scene.pool, 0, 1, buffer.handle, 0, 8,
                                 VK_QUERY_RESULT_64_BIT);
-    const struct submission submission = {.semaphore = create_timeline()};
+    const struct submission submission = {.semaphore =
+                                              timeline_create(&fixture->vk, fixture->device)};
     const uint64_t one = 1, two = 2;
     const VkTimelineSemaphoreSubmitInfo values = {
         .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
@@ -225,5 +193,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_serialization),
         cmocka_unit_test(test_batch_that_waits_for_the_host),
     };
-    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

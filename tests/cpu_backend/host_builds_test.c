@@ -53,13 +53,11 @@ static void test_update(void **state)
     struct fixture_structure other =
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
     fixture_move(&scene.triangles, 2, 0, 0);
-    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, other.handle, scene.blas.handle));
+    GET(host_build(&scene.triangles, other.handle, scene.blas.handle));
     assert_float_equal(fixture_trace(&fixture, other.handle, 0.25f, 0.25f).t, 3, 0);
     expect_scene(scene.tlas.handle, 1);
-    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
-                      scene.blas.handle));
-    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
-                      scene.tlas.handle));
+    GET(host_build(&scene.triangles, scene.blas.handle, scene.blas.handle));
+    GET(host_build(&scene.instances, scene.tlas.handle, scene.tlas.handle));
     expect_scene(scene.tlas.handle, 3);
     fixture_destroy(&fixture, &other);
     close_scene(&scene);
@@ -86,7 +84,7 @@ static void test_boxes(void **state)
         .data.hostAddress = boxes,
         .stride = sizeof(boxes[0])};
     struct fixture_structure blas = fixture_create_for(&fixture, &build);
-    GET(fixture_build(&fixture, VK_NULL_HANDLE, &build, blas.handle, VK_NULL_HANDLE));
+    GET(host_build(&build, blas.handle, VK_NULL_HANDLE));
     AssayHit hit = fixture_trace(&fixture, blas.handle, 0.5f, 0.5f);
     assert_true(hit.isHit && hit.isAabb);
     assert_int_equal(hit.primitive, 1);
@@ -134,7 +132,7 @@ static void test_counters(void **state)
     assert_memory_equal(&did, &expected, sizeof(did));
 
     start = fixture_counters(&fixture);
-    fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, scene.blas.handle);
+    host_build(&scene.triangles, scene.blas.handle, scene.blas.handle);
     did = minus(fixture_counters(&fixture), start);
     expected = (AssayCounters){.updates = 1, .primitives = 10, .bytesBuilt = scene.blas.size};
     assert_memory_equal(&did, &expected, sizeof(did));
@@ -263,5 +261,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_counters),         cmocka_unit_test(test_trace_arguments),
         cmocka_unit_test(test_trace_candidates),
     };
-    return fixture_main(argc, argv, tests, COUNT(tests));
+    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

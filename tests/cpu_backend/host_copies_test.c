@@ -25,7 +25,7 @@ static void test_copies(void **state)
     expect_silence();
     assert_int_equal(property(compact.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR), size);
     fixture_move(&scene.triangles, 2, 0, 0);
-    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, compact.handle, compact.handle));
+    GET(host_build(&scene.triangles, compact.handle, compact.handle));
     assert_float_equal(fixture_trace(&fixture, compact.handle, 0.25f, 0.25f).t, 3, 0);
     assert_float_equal(fixture_trace(&fixture, clone.handle, 0.25f, 0.25f).t, 1, 0);
     expect_silence();
@@ -45,12 +45,7 @@ static void test_copies(void **state)
 
 static VkResult deserialize(const void *bytes, VkAccelerationStructureKHR dst)
 {
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.hostAddress = bytes,
-        .dst = dst,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
-    return fixture.vk.CopyMemoryToAccelerationStructureKHR(fixture.device, VK_NULL_HANDLE, &info);
+    return fixture_load(&fixture, VK_NULL_HANDLE, bytes, dst);
 }
 
 static VkAccelerationStructureCompatibilityKHR compatibility(const void *bytes)
@@ -89,11 +84,7 @@ static void test_serialize_and_relocate(void **state)
     GET(deserialize(tlas, new_tlas.handle));
     assert_false(
         fixture_trace(&fixture, new_tlas.handle, 0.25f, 0.25f).isHit); /* its BLAS is gone */
-    const VkAccelerationStructureDeviceAddressInfoKHR address = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = new_blas.handle};
-    tlas[7] = tlas[8] =
-        fixture.vk.GetAccelerationStructureDeviceAddressKHR(fixture.device, &address);
+    tlas[7] = tlas[8] = structure_address(&fixture.vk, fixture.device, new_blas.handle);
     GET(deserialize(tlas, new_tlas.handle));
     expect_scene(new_tlas.handle, 1);
     expect_silence();
@@ -121,5 +112,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_copies),
         cmocka_unit_test(test_serialize_and_relocate),
     };
-    return fixture_main(argc, argv, tests, COUNT(tests));
+    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -124,7 +124,7 @@ static void build_both_ways(struct fixture_build *build, struct fixture_structur
 {
     *structure = fixture_create_for(&fixture, build);
     struct fixture_structure shared = fixture_create(&fixture, build->info.type, structure->size);
-    GET(fixture_build(&fixture, VK_NULL_HANDLE, build, structure->handle, VK_NULL_HANDLE));
+    GET(host_build(build, structure->handle, VK_NULL_HANDLE));
     VkDeferredOperationKHR operation = create_operation();
     assert_int_equal(fixture_build(&fixture, operation, build, shared.handle, VK_NULL_HANDLE),
                      VK_OPERATION_DEFERRED_KHR);
@@ -168,36 +168,20 @@ static void test_copies(void **state)
     struct fixture_structure clone =
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, scene.tlas.size);
     VkDeferredOperationKHR operation = create_operation();
-    const VkCopyAccelerationStructureInfoKHR copy = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene.tlas.handle,
-        .dst = clone.handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR};
-    assert_int_equal(fixture.vk.CopyAccelerationStructureKHR(fixture.device, operation, &copy),
+    assert_int_equal(fixture_copy(&fixture, operation, scene.tlas.handle, clone.handle,
+                                  VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR),
                      VK_OPERATION_DEFERRED_KHR);
     GET(complete(operation));
     expect_scene(clone.handle, 1);
 
     size_t size;
     void *bytes = serialize(scene.tlas.handle, &size), *late = malloc(size);
-    const VkCopyAccelerationStructureToMemoryInfoKHR to_memory = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = clone.handle,
-        .dst.hostAddress = late,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR};
-    assert_int_equal(
-        fixture.vk.CopyAccelerationStructureToMemoryKHR(fixture.device, operation, &to_memory),
-        VK_OPERATION_DEFERRED_KHR);
+    assert_int_equal(fixture_save(&fixture, operation, clone.handle, late),
+                     VK_OPERATION_DEFERRED_KHR);
     GET(complete(operation));
     assert_memory_equal(bytes, late, size);
-    const VkCopyMemoryToAccelerationStructureInfoKHR from_memory = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.hostAddress = late,
-        .dst = clone.handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
-    assert_int_equal(
-        fixture.vk.CopyMemoryToAccelerationStructureKHR(fixture.device, operation, &from_memory),
-        VK_OPERATION_DEFERRED_KHR);
+    assert_int_equal(fixture_load(&fixture, operation, late, clone.handle),
+                     VK_OPERATION_DEFERRED_KHR);
     GET(complete(operation));
     expect_scene(clone.handle, 1);
     free(bytes);
@@ -280,5 +264,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_copies),      cmocka_unit_test(test_failing),
         cmocka_unit_test(test_destroyed),   cmocka_unit_test(test_shared_scratch),
     };
-    return fixture_main(argc, argv, tests, COUNT(tests));
+    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

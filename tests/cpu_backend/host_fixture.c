@@ -193,6 +193,68 @@ VkResult fixture_build(struct fixture *fixture, VkDeferredOperationKHR operation
                                                       &ranges);
 }
 
+/* ---- copies */
+
+VkResult fixture_copy(struct fixture *fixture, VkDeferredOperationKHR operation,
+                      VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
+                      VkCopyAccelerationStructureModeKHR mode)
+{
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = src,
+        .dst = dst,
+        .mode = mode,
+    };
+    return fixture->vk.CopyAccelerationStructureKHR(fixture->device, operation, &info);
+}
+
+VkResult fixture_save(struct fixture *fixture, VkDeferredOperationKHR operation,
+                      VkAccelerationStructureKHR src, void *dst)
+{
+    const VkCopyAccelerationStructureToMemoryInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
+        .src = src,
+        .dst.hostAddress = dst,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
+    };
+    return fixture->vk.CopyAccelerationStructureToMemoryKHR(fixture->device, operation, &info);
+}
+
+VkResult fixture_load(struct fixture *fixture, VkDeferredOperationKHR operation, const void *src,
+                      VkAccelerationStructureKHR dst)
+{
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.hostAddress = src,
+        .dst = dst,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
+    };
+    return fixture->vk.CopyMemoryToAccelerationStructureKHR(fixture->device, operation, &info);
+}
+
+/* The values of two structures, which are the same, 16 bytes apart; the bytes between stay. */
+uint64_t fixture_property(struct fixture *fixture, VkAccelerationStructureKHR structure,
+                          VkQueryType type)
+{
+    uint64_t values[4] = {7, 7, 7, 7};
+    const VkAccelerationStructureKHR both[] = {structure, structure};
+    GET(fixture->vk.WriteAccelerationStructuresPropertiesKHR(fixture->device, 2, both, type,
+                                                             sizeof(values), values, 16));
+    assert_int_equal(values[0], values[2]);
+    assert_int_equal(values[1], 7);
+    assert_int_equal(values[3], 7);
+    return values[0];
+}
+
+void *fixture_serialize(struct fixture *fixture, VkAccelerationStructureKHR structure, size_t *size)
+{
+    *size = fixture_property(fixture, structure,
+                             VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR);
+    void *bytes = aligned_alloc(16, (*size + 15) / 16 * 16);
+    GET(fixture_save(fixture, VK_NULL_HANDLE, structure, bytes));
+    return bytes;
+}
+
 /* ---- asking */
 
 AssayHit fixture_trace(struct fixture *fixture, VkAccelerationStructureKHR structure, float y,

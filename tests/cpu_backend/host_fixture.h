@@ -63,6 +63,20 @@ VkResult fixture_build(struct fixture *fixture, VkDeferredOperationKHR operation
                        struct fixture_build *build, VkAccelerationStructureKHR dst,
                        VkAccelerationStructureKHR src);
 
+/* vkCopyAccelerationStructureKHR and its kin. */
+VkResult fixture_copy(struct fixture *fixture, VkDeferredOperationKHR operation,
+                      VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
+                      VkCopyAccelerationStructureModeKHR mode);
+VkResult fixture_save(struct fixture *fixture, VkDeferredOperationKHR operation,
+                      VkAccelerationStructureKHR src, void *dst);
+VkResult fixture_load(struct fixture *fixture, VkDeferredOperationKHR operation, const void *src,
+                      VkAccelerationStructureKHR dst);
+uint64_t fixture_property(struct fixture *fixture, VkAccelerationStructureKHR structure,
+                          VkQueryType type);
+/* The serialized form of a structure; for free(). */
+void *fixture_serialize(struct fixture *fixture, VkAccelerationStructureKHR structure,
+                        size_t *size);
+
 /* A ray from (-1, y, z) towards +x, exact. */
 AssayHit fixture_trace(struct fixture *fixture, VkAccelerationStructureKHR structure, float y,
                        float z);

@@ -6,10 +6,7 @@
 
 static uint64_t address_of(VkAccelerationStructureKHR structure)
 {
-    const VkAccelerationStructureDeviceAddressInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = structure};
-    return fixture.vk.GetAccelerationStructureDeviceAddressKHR(fixture.device, &info);
+    return structure_address(&fixture.vk, fixture.device, structure);
 }
 
 static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize offset)
@@ -155,5 +152,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_names),
         cmocka_unit_test(test_private_data),
     };
-    return fixture_main(argc, argv, tests, COUNT(tests));
+    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -13,9 +13,8 @@ static void test_wild_handles(void **state)
 {
     struct scene scene;
     open_scene(&scene, 10, UPDATABLE);
-    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, WILD, VK_NULL_HANDLE));
-    expect_mistake(
-        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, WILD));
+    expect_mistake(host_build(&scene.triangles, WILD, VK_NULL_HANDLE));
+    expect_mistake(host_build(&scene.triangles, scene.blas.handle, WILD));
     expect_mistake(
         copy_structure(WILD, scene.blas.handle, VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
     uint64_t value = 1;
@@ -50,8 +49,7 @@ static void test_destroyed(void **state)
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
     VkAccelerationStructureInstanceKHR *instances = scene.instances.data;
     instances[1].accelerationStructureReference = (uint64_t)empty.handle;
-    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
-                      VK_NULL_HANDLE));
+    GET(host_build(&scene.instances, scene.tlas.handle, VK_NULL_HANDLE));
     expect_hit(scene.tlas.handle, 0.25f, 1, 0);
     assert_false(fixture_trace(&fixture, scene.tlas.handle, 2.25f, 0.25f).isHit);
     fixture_destroy(&fixture, &scene.blas);
@@ -69,8 +67,7 @@ static void test_destroyed(void **state)
 
 static VkResult build_again(struct scene *scene)
 {
-    return fixture_build(&fixture, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
-                         VK_NULL_HANDLE);
+    return host_build(&scene->triangles, scene->blas.handle, VK_NULL_HANDLE);
 }
 
 /* Each leaves the structure as it was. */
@@ -117,8 +114,7 @@ static void test_bad_pointers(void **state)
     expect_mistake(build_again(&scene));
     scene.triangles.info.pGeometries = &scene.triangles.geometry;
     scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
-    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
-                                 VK_NULL_HANDLE));
+    expect_mistake(host_build(&scene.instances, scene.tlas.handle, VK_NULL_HANDLE));
     expect_mistake(fixture.vk.WriteAccelerationStructuresPropertiesKHR(
         fixture.device, 1, &scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR, 8,
         hole + page, 8));
@@ -135,15 +131,12 @@ static void test_bad_builds(void **state)
     struct scene scene;
     open_scene(&scene, 10, UPDATABLE);
     scene.triangles.range.primitiveCount = 9;
-    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
-                                 scene.blas.handle));
+    expect_mistake(host_build(&scene.triangles, scene.blas.handle, scene.blas.handle));
     scene.triangles.range.primitiveCount = 10;
     struct fixture_structure small =
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 256);
-    expect_mistake(
-        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, small.handle, VK_NULL_HANDLE));
-    expect_mistake(
-        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, small.handle));
+    expect_mistake(host_build(&scene.triangles, small.handle, VK_NULL_HANDLE));
+    expect_mistake(host_build(&scene.triangles, scene.blas.handle, small.handle));
     fixture_destroy(&fixture, &small);
     expect_scene(scene.tlas.handle, 1);
     close_scene(&scene);
@@ -158,5 +151,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_bad_pointers),
         cmocka_unit_test(test_bad_builds),
     };
-    return fixture_main(argc, argv, tests, COUNT(tests));
+    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

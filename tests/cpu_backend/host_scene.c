@@ -20,13 +20,11 @@ void open_scene(struct scene *scene, uint32_t triangles, VkBuildAccelerationStru
 {
     fixture_triangles(&scene->triangles, triangles, flags);
     scene->blas = fixture_create_for(&fixture, &scene->triangles);
-    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
-                      VK_NULL_HANDLE));
+    GET(host_build(&scene->triangles, scene->blas.handle, VK_NULL_HANDLE));
     const VkAccelerationStructureKHR blases[] = {scene->blas.handle, scene->blas.handle};
     fixture_instances(&scene->instances, blases, 2, flags);
     scene->tlas = fixture_create_for(&fixture, &scene->instances);
-    GET(fixture_build(&fixture, VK_NULL_HANDLE, &scene->instances, scene->tlas.handle,
-                      VK_NULL_HANDLE));
+    GET(host_build(&scene->instances, scene->tlas.handle, VK_NULL_HANDLE));
 }
 
 void close_scene(struct scene *scene)
@@ -58,40 +56,26 @@ void expect_scene(VkAccelerationStructureKHR tlas, float t)
     assert_false(fixture_trace(&fixture, tlas, 1.5f, 0.25f).isHit);
 }
 
+VkResult host_build(struct fixture_build *build, VkAccelerationStructureKHR dst,
+                    VkAccelerationStructureKHR src)
+{
+    return fixture_build(&fixture, VK_NULL_HANDLE, build, dst, src);
+}
+
 VkResult copy_structure(VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
                         VkCopyAccelerationStructureModeKHR mode)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = src,
-        .dst = dst,
-        .mode = mode};
-    return fixture.vk.CopyAccelerationStructureKHR(fixture.device, VK_NULL_HANDLE, &info);
+    return fixture_copy(&fixture, VK_NULL_HANDLE, src, dst, mode);
 }
 
 uint64_t property(VkAccelerationStructureKHR structure, VkQueryType type)
 {
-    uint64_t values[4] = {7, 7, 7, 7};
-    const VkAccelerationStructureKHR both[] = {structure, structure};
-    GET(fixture.vk.WriteAccelerationStructuresPropertiesKHR(fixture.device, 2, both, type,
-                                                            sizeof(values), values, 16));
-    assert_int_equal(values[0], values[2]);
-    assert_int_equal(values[1], 7);
-    assert_int_equal(values[3], 7);
-    return values[0];
+    return fixture_property(&fixture, structure, type);
 }
 
 void *serialize(VkAccelerationStructureKHR src, size_t *size)
 {
-    *size = property(src, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR);
-    void *bytes = malloc(*size);
-    const VkCopyAccelerationStructureToMemoryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = src,
-        .dst.hostAddress = bytes,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR};
-    GET(fixture.vk.CopyAccelerationStructureToMemoryKHR(fixture.device, VK_NULL_HANDLE, &info));
-    return bytes;
+    return fixture_serialize(&fixture, src, size);
 }
 
 static const char *open(const char *name)

@@ -29,6 +29,10 @@ void close_scene(struct scene *scene);
 void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t instance);
 void expect_scene(VkAccelerationStructureKHR tlas, float t);
 
+/* By the host, and not deferred; an update if `src` isn't VK_NULL_HANDLE. */
+VkResult host_build(struct fixture_build *build, VkAccelerationStructureKHR dst,
+                    VkAccelerationStructureKHR src);
+
 VkResult copy_structure(VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
                         VkCopyAccelerationStructureModeKHR mode);
 

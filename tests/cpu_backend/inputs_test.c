@@ -243,5 +243,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_swept_spheres), cmocka_unit_test(test_spheres_out_of_range),
         cmocka_unit_test(test_dense),         cmocka_unit_test(test_unreadable_chain),
     };
-    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

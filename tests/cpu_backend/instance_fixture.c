@@ -77,7 +77,7 @@ VkDevice instance_fixture_open_device(const struct instance_fixture *fixture,
         .accelerationStructureHostCommands = VK_TRUE,
     };
     VkDevice device;
-    GET(instance_fixture_create_device(fixture, &structures, extensions, COUNT(extensions), &device,
-                                       vk));
+    GET(instance_fixture_create_device(fixture, &structures, extensions, ARRAY_COUNT(extensions),
+                                       &device, vk));
     return device;
 }

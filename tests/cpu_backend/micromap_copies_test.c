@@ -81,15 +81,10 @@ static void test_copies_by_device(void **state)
 {
     struct micromap from, clone, again;
     struct device_buffer bytes = device_buffer_create(&device, MICROMAP_SIZE);
-    const VkQueryPoolCreateInfo pool_info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT,
-        .queryCount = 1,
-    };
+    const VkQueryType type = VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT;
     const VkuDeviceDispatchTable *vk = &device.fixture.vk;
-    VkQueryPool pool;
+    VkQueryPool pool = query_pool_create(vk, device.fixture.device, type, 1);
     size_t size;
-    GET(vk->CreateQueryPool(device.fixture.device, &pool_info, NULL, &pool));
     micromap_open(&from, true);
     micromap_open(&clone, true);
     micromap_open(&again, true);
@@ -113,15 +108,13 @@ static void test_copies_by_device(void **state)
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     vk->CmdResetQueryPool(commands, pool, 0, 1);
     vk->CmdCopyMicromapEXT(commands, &copy);
-    vk->CmdWriteMicromapsPropertiesEXT(commands, 1, &clone.ext, pool_info.queryType, pool, 0);
+    vk->CmdWriteMicromapsPropertiesEXT(commands, 1, &clone.ext, type, pool, 0);
     vk->CmdCopyMicromapToMemoryEXT(commands, &to_memory);
     device_finish(&device, commands);
     commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     vk->CmdCopyMemoryToMicromapEXT(commands, &from_memory);
     device_finish(&device, commands);
-    uint64_t queried = 0;
-    GET(vk->GetQueryPoolResults(device.fixture.device, pool, 0, 1, sizeof(queried), &queried,
-                                sizeof(queried), VK_QUERY_RESULT_64_BIT));
+    const uint64_t queried = device_query(&device, pool, 0);
     void *expected = serialize(&from, &size);
     assert_int_equal(queried, size);
     expect_copy(&again, expected, size);
@@ -140,5 +133,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_copies_by_host),
         cmocka_unit_test(test_copies_by_device),
     };
-    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

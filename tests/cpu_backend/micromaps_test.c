@@ -158,5 +158,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_rebuilt_and_destroyed),
         cmocka_unit_test(test_mistakes),
     };
-    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -274,5 +274,5 @@ int main(int argc, char **argv)
         cmocka_unit_test_setup_teardown(test_names_and_private_data, open_scene, close_scene),
         cmocka_unit_test_setup_teardown(test_shader_side, open_scene, close_scene),
     };
-    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

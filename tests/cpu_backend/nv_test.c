@@ -308,11 +308,8 @@ static void test_updates(void **state)
 static VkDeviceSize compacted_size(const struct nv_structure *structure)
 {
     const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV;
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = type, .queryCount = 2};
-    VkQueryPool pool;
+    VkQueryPool pool = query_pool_create(&fixture->vk, fixture->device, type, 2);
     VkDeviceSize size = 0;
-    GET(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &pool));
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     fixture->vk.CmdResetQueryPool(commands, pool, 0, 2);
     fixture->vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &structure->handle, type,
@@ -365,5 +362,5 @@ int main(int argc, char **argv)
         cmocka_unit_test_setup_teardown(test_updates, open_data, close_data),
         cmocka_unit_test_setup_teardown(test_copies, open_data, close_data),
     };
-    return device_fixture_main(&device, argc, argv, tests, COUNT(tests));
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

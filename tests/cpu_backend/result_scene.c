@@ -12,15 +12,10 @@ enum {
 
 void result_scene_open(struct result_scene *scene, VkQueryType type)
 {
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = type,
-        .queryCount = QUERIES,
-    };
     fixture_triangles(&scene->host, TRIANGLES, COMPACTABLE);
     scene->blas = fixture_create_for(fixture, &scene->host);
     device_build_create(&device, &scene->host, TRIANGLES * TRIANGLE_SIZE, &scene->build);
-    GET(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &scene->pool));
+    scene->pool = query_pool_create(&fixture->vk, fixture->device, type, QUERIES);
 }
 
 void result_scene_close(struct result_scene *scene)
@@ -50,8 +45,5 @@ void result_scene_record_queries(struct result_scene *scene, VkCommandBuffer com
 
 VkDeviceSize result_scene_property(VkAccelerationStructureKHR structure, VkQueryType type)
 {
-    VkDeviceSize value = 0;
-    GET(fixture->vk.WriteAccelerationStructuresPropertiesKHR(fixture->device, 1, &structure, type,
-                                                             sizeof(value), &value, sizeof(value)));
-    return value;
+    return fixture_property(fixture, structure, type);
 }

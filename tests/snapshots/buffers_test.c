@@ -142,5 +142,5 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_sparse, open_scene, close_scene),
         cmocka_unit_test_setup_teardown(test_sparse_with_hole, open_scene, close_scene),
     };
-    return tests_run(0, NULL, "null", scene_open_platform, NULL, tests, COUNT(tests));
+    return tests_run(0, NULL, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

@@ -27,7 +27,7 @@ static struct device_buffer source, target, list, gate;
 static int open_scene(void **state)
 {
     fixture_open(&fixture, &platform, &(struct instance_settings){.without_layer = true});
-    layout = constants_layout_create(&fixture.vk, fixture.device, 2 * sizeof(uint64_t));
+    layout = constants_layout_create(&fixture.vk, fixture.device, 0, 2 * sizeof(uint64_t));
     pipeline = compute_pipeline_create(&fixture.vk, fixture.device, layout, code, sizeof(code));
     source = fixture_buffer(&fixture, SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     target =
@@ -120,5 +120,5 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_copies, open_scene, close_scene),
         cmocka_unit_test_setup_teardown(test_closed_gate, open_scene, close_scene)};
-    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, COUNT(tests));
+    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

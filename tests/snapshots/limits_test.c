@@ -191,5 +191,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_tells_at_destruction),
         cmocka_unit_test(test_not_without_its_level),
     };
-    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, COUNT(tests));
+    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

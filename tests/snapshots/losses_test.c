@@ -124,5 +124,5 @@ int main(void)
         cmocka_unit_test(test_device_lost),
         cmocka_unit_test(test_held_to_the_end),
     };
-    return tests_run(0, NULL, "null", scene_open_platform, NULL, tests, COUNT(tests));
+    return tests_run(0, NULL, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

@@ -62,7 +62,7 @@ void memory_fixture_open(struct memory_fixture *memory_fixture, const struct pla
     write_instances(memory_fixture);
     for (int i = 0; i < 2; i++)
         memory_fixture->layouts[i] =
-            constants_layout_create(&fixture->vk, fixture->device, sizeof(struct constants));
+            constants_layout_create(&fixture->vk, fixture->device, 0, sizeof(struct constants));
     memory_fixture->fill = compute_pipeline_create(
         &fixture->vk, fixture->device, memory_fixture->layouts[0], fill_code, sizeof(fill_code));
 }

@@ -310,5 +310,5 @@ static void test_memory_is_the_same(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_memory_is_the_same)};
-    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, COUNT(tests));
+    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

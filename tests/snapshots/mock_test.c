@@ -107,5 +107,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_marks_are_of_one_execution),
         cmocka_unit_test(test_backend_warns),
     };
-    return tests_run(argc, argv, "null", scene_open_platform, NULL, tests, COUNT(tests));
+    return tests_run(argc, argv, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

@@ -135,5 +135,5 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_lost_device),
     };
-    return tests_run(argc, argv, "null", scene_open_platform, NULL, tests, COUNT(tests));
+    return tests_run(argc, argv, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }
