@@ -161,47 +161,20 @@ static void test_micromap_that_changes(void **state)
     micromap_close(&micromap);
 }
 
-static void clone(const struct micromap *from, const struct micromap *to)
-{
-    const VkCopyMicromapInfoEXT info = {.sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT,
-                                        .src = from->ext,
-                                        .dst = to->ext,
-                                        .mode = VK_COPY_MICROMAP_MODE_CLONE_EXT};
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    device.fixture.vk.CmdCopyMicromapEXT(commands, &info);
-    device_finish(&device, commands);
-}
-
-static void copy_through_memory(const struct micromap *from, const struct micromap *to)
-{
-    static _Alignas(16) unsigned char bytes[MICROMAP_SIZE];
-    const VkCopyMicromapToMemoryInfoEXT out = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_TO_MEMORY_INFO_EXT,
-        .src = from->ext,
-        .dst.hostAddress = bytes,
-        .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
-    };
-    const VkCopyMemoryToMicromapInfoEXT in = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT,
-        .src.hostAddress = bytes,
-        .dst = to->ext,
-        .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
-    };
-    const struct fixture *fixture = &device.fixture;
-    GET(fixture->vk.CopyMicromapToMemoryEXT(fixture->device, VK_NULL_HANDLE, &out));
-    GET(fixture->vk.CopyMemoryToMicromapEXT(fixture->device, VK_NULL_HANDLE, &in));
-}
-
 static void test_copies(void **state)
 {
+    static _Alignas(16) unsigned char bytes[MICROMAP_SIZE];
     struct micromap micromap[3];
     struct user user;
     for (int i = 0; i < 3; i++)
         micromap_open_displacement(&micromap[i]);
     open_user(&user, &micromap[2]);
     build_micromap(&micromap[0], 2047, false);
-    clone(&micromap[0], &micromap[1]);
-    copy_through_memory(&micromap[1], &micromap[2]);
+    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    micromap_clone_by_device(commands, &micromap[0], &micromap[1]);
+    device_finish(&device, commands);
+    GET(micromap_save_by_host(&micromap[1], bytes));
+    GET(micromap_load_by_host(bytes, &micromap[2]));
     input_scene_build(&user.scene, &user.scene.build.range, false);
     expect_surface(&user, 2);
     input_scene_close(&user.scene);

@@ -92,15 +92,9 @@ static void test_boxes(void **state)
 
     const AssayRay ray = {.origin = {-1, 0.5f, 0.5f}, .direction = {1, 0, 0}, .tMax = 10};
     uint32_t asked = 0;
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)blas.handle,
-                                 .accuracy = ASSAY_ACCURACY_ROBUST,
-                                 .rayCount = 1,
-                                 .raySize = sizeof(ray),
-                                 .hitSize = sizeof(hit),
-                                 .rays = &ray,
-                                 .hits = &hit,
-                                 .candidate = enter_half_way,
-                                 .userData = &asked};
+    AssayTraceInfo info = trace_info((uint64_t)blas.handle, ASSAY_ACCURACY_ROBUST, 1, &ray, &hit);
+    info.candidate = enter_half_way;
+    info.userData = &asked;
     GET(fixture.trace_rays(fixture.device, &info));
     assert_true(hit.isHit);
     assert_int_equal(hit.primitive, 1);
@@ -172,13 +166,8 @@ static void test_trace_arguments(void **state)
     open_scene(&scene, 10, 0);
     AssayRay rays[2] = {0};
     AssayHit hits[2];
-    const AssayTraceInfo valid = {.accelerationStructure = (uint64_t)scene.tlas.handle,
-                                  .accuracy = ASSAY_ACCURACY_FAST,
-                                  .rayCount = 2,
-                                  .raySize = sizeof(rays[0]),
-                                  .hitSize = sizeof(hits[0]),
-                                  .rays = rays,
-                                  .hits = hits};
+    const AssayTraceInfo valid =
+        trace_info((uint64_t)scene.tlas.handle, ASSAY_ACCURACY_FAST, 2, rays, hits);
     AssayTraceInfo info = valid;
     GET(fixture.trace_rays(fixture.device, &info));
     assert_false(hits[0].isHit || hits[1].isHit); /* no direction */
@@ -230,15 +219,10 @@ static void test_trace_candidates(void **state)
     const AssayRay rays[2] = {ray, ray};
     AssayHit hits[2];
     struct answers answers = {ASSAY_ANSWER_ACCEPT, 0};
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.tlas.handle,
-                                 .accuracy = ASSAY_ACCURACY_EXACT,
-                                 .rayCount = 2,
-                                 .raySize = sizeof(ray),
-                                 .hitSize = sizeof(hits[0]),
-                                 .rays = rays,
-                                 .hits = hits,
-                                 .candidate = answer,
-                                 .userData = &answers};
+    AssayTraceInfo info =
+        trace_info((uint64_t)scene.tlas.handle, ASSAY_ACCURACY_EXACT, 2, rays, hits);
+    info.candidate = answer;
+    info.userData = &answers;
     GET(fixture.trace_rays(fixture.device, &info));
     for (int i = 0; i < 2; i++) {
         assert_true(hits[i].isHit);

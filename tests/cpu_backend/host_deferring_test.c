@@ -204,9 +204,8 @@ static void test_failing(void **state)
                                               many->ranges);
     expect_mistake(complete(operation));
     assert_true(fixture_trace(&fixture, many->structures[6].handle, 0.25f, 0.25f).isHit);
-    const AssayTraceInfo trace = {.accelerationStructure = (uint64_t)many->structures[5].handle,
-                                  .raySize = sizeof(AssayRay),
-                                  .hitSize = sizeof(AssayHit)};
+    const AssayTraceInfo trace =
+        trace_info((uint64_t)many->structures[5].handle, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
     expect_mistake(fixture.trace_rays(fixture.device, &trace));
     destroy_operation(operation);
     close_many(many);

@@ -273,13 +273,8 @@ AssayHit fixture_trace_at(struct fixture *fixture, VkAccelerationStructureKHR st
                           .time = time};
     AssayHit hit;
     memset(&hit, 0xff, sizeof(hit));
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)structure,
-                                 .accuracy = ASSAY_ACCURACY_EXACT,
-                                 .rayCount = 1,
-                                 .raySize = sizeof(ray),
-                                 .hitSize = sizeof(hit),
-                                 .rays = &ray,
-                                 .hits = &hit};
+    const AssayTraceInfo info =
+        trace_info((uint64_t)structure, ASSAY_ACCURACY_EXACT, 1, &ray, &hit);
     GET(fixture->trace_rays(fixture->device, &info));
     return hit;
 }

@@ -4,8 +4,8 @@
 #ifndef ASSAY_TESTS_CPU_BACKEND_HOST_FIXTURE_H
 #define ASSAY_TESTS_CPU_BACKEND_HOST_FIXTURE_H
 
-#include "layer/assay.h"
 #include "tests/cpu_backend/instance_fixture.h"
+#include "tests/fixture/trace.h"
 
 #define expect_mistake(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED)
 

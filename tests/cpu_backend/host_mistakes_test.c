@@ -56,9 +56,8 @@ static void test_destroyed(void **state)
     assert_false(fixture_trace(&fixture, scene.tlas.handle, 0.25f, 0.25f).isHit);
     fixture_destroy(&fixture, &empty);
     fixture_destroy(&fixture, &scene.tlas);
-    AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.tlas.handle,
-                           .raySize = sizeof(AssayRay),
-                           .hitSize = sizeof(AssayHit)};
+    AssayTraceInfo info =
+        trace_info((uint64_t)scene.tlas.handle, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
     expect_mistake(fixture.trace_rays(fixture.device, &info));
     fixture_free(&scene.triangles);
     fixture_free(&scene.instances);

@@ -308,13 +308,8 @@ static void trace_all(struct application *app)
                              .direction = {1, 0, 0},
                              .tMax = 1000,
                              .cullMask = 0xff};
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)app->sets[BLASES].accel,
-                                 .accuracy = ASSAY_ACCURACY_EXACT,
-                                 .rayCount = BLASES,
-                                 .raySize = sizeof(rays[0]),
-                                 .hitSize = sizeof(hits[0]),
-                                 .rays = rays,
-                                 .hits = hits};
+    const AssayTraceInfo info =
+        trace_info((uint64_t)app->sets[BLASES].accel, ASSAY_ACCURACY_EXACT, BLASES, rays, hits);
     memset(hits, 0, sizeof(hits));
     GET(app, "vkTraceRaysASSAY", host.trace_rays(app->device, &info));
     for (unsigned i = 0; i < BLASES; i++)

@@ -190,13 +190,8 @@ static void expect_dense(const struct input_scene *scene)
                               .tMax = 100,
                               .cullMask = 0xff};
         AssayHit hit;
-        const AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene->blas.handle,
-                                     .accuracy = ASSAY_ACCURACY_EXACT,
-                                     .rayCount = 1,
-                                     .raySize = sizeof(ray),
-                                     .hitSize = sizeof(hit),
-                                     .rays = &ray,
-                                     .hits = &hit};
+        const AssayTraceInfo info =
+            trace_info((uint64_t)scene->blas.handle, ASSAY_ACCURACY_EXACT, 1, &ray, &hit);
         GET(device.fixture.trace_rays(device.fixture.device, &info));
         assert_true(hit.isHit);
         assert_float_equal(hit.t, 2, 0);

@@ -17,13 +17,7 @@ static void *serialize(const struct micromap *micromap, size_t *size)
 {
     *size = property(micromap, VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT);
     void *bytes = malloc(*size);
-    const VkCopyMicromapToMemoryInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_TO_MEMORY_INFO_EXT,
-        .src = micromap->ext,
-        .dst.hostAddress = bytes,
-        .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
-    };
-    GET(device.fixture.vk.CopyMicromapToMemoryEXT(device.fixture.device, VK_NULL_HANDLE, &info));
+    GET(micromap_save_by_host(micromap, bytes));
     return bytes;
 }
 
@@ -48,20 +42,8 @@ static void test_copies_by_host(void **state)
                                            VK_COPY_MICROMAP_MODE_COMPACT_EXT};
     for (int i = 0; i < 3; i++) {
         micromap_open(&to, true);
-        const VkCopyMemoryToMicromapInfoEXT deserialize = {
-            .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT,
-            .src.hostAddress = bytes,
-            .dst = to.ext,
-            .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
-        };
-        const VkCopyMicromapInfoEXT copy = {.sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT,
-                                            .src = from.ext,
-                                            .dst = to.ext,
-                                            .mode = modes[i % 2]};
-        GET(i == 2
-                ? device.fixture.vk.CopyMemoryToMicromapEXT(device.fixture.device, VK_NULL_HANDLE,
-                                                            &deserialize)
-                : device.fixture.vk.CopyMicromapEXT(device.fixture.device, VK_NULL_HANDLE, &copy));
+        GET(i == 2 ? micromap_load_by_host(bytes, &to)
+                   : micromap_copy_by_host(&from, &to, modes[i]));
         expect_copy(&to, bytes, size);
         micromap_close(&to);
     }
@@ -89,10 +71,6 @@ static void test_copies_by_device(void **state)
     micromap_open(&clone, true);
     micromap_open(&again, true);
     micromap_build_by_device(&from);
-    const VkCopyMicromapInfoEXT copy = {.sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT,
-                                        .src = from.ext,
-                                        .dst = clone.ext,
-                                        .mode = VK_COPY_MICROMAP_MODE_CLONE_EXT};
     const VkCopyMicromapToMemoryInfoEXT to_memory = {
         .sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_TO_MEMORY_INFO_EXT,
         .src = clone.ext,
@@ -107,7 +85,7 @@ static void test_copies_by_device(void **state)
     };
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     vk->CmdResetQueryPool(commands, pool, 0, 1);
-    vk->CmdCopyMicromapEXT(commands, &copy);
+    micromap_clone_by_device(commands, &from, &clone);
     vk->CmdWriteMicromapsPropertiesEXT(commands, 1, &clone.ext, type, pool, 0);
     vk->CmdCopyMicromapToMemoryEXT(commands, &to_memory);
     device_finish(&device, commands);

@@ -143,9 +143,8 @@ static void test_mistakes(void **state)
     expect_mistake(fixture->vk.BuildMicromapsEXT(fixture->device, VK_NULL_HANDLE, 1, &info));
     GET(micromap_build_by_host(&micromap));
     /* It is none that rays could be traced in. */
-    const AssayTraceInfo trace = {.accelerationStructure = (uint64_t)micromap.ext,
-                                  .raySize = sizeof(AssayRay),
-                                  .hitSize = sizeof(AssayHit)};
+    const AssayTraceInfo trace =
+        trace_info((uint64_t)micromap.ext, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
     expect_mistake(fixture->trace_rays(fixture->device, &trace));
     micromap_close(&micromap);
     messages_clear(&device.fixture.instance_fixture.messages);

@@ -75,12 +75,8 @@ static bool is_built(void)
 {
     const AssayRay ray = {.origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 2};
     AssayHit hit;
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.blas.handle,
-                                 .rayCount = 1,
-                                 .raySize = sizeof(ray),
-                                 .hitSize = sizeof(hit),
-                                 .rays = &ray,
-                                 .hits = &hit};
+    const AssayTraceInfo info =
+        trace_info((uint64_t)scene.blas.handle, ASSAY_ACCURACY_FAST, 1, &ray, &hit);
     const VkResult result = fixture->trace_rays(fixture->device, &info);
     if (result == VK_SUCCESS)
         return hit.isHit;

@@ -30,13 +30,7 @@ void scarce_trace(struct application *app, PFN_vkTraceRaysASSAY trace_rays, uint
 {
     const AssayRay ray = {.origin = {-1, 0, 0}, .direction = {1, 0, 0}, .tMax = 2};
     AssayHit hit;
-    const AssayTraceInfo info = {.accelerationStructure = structure,
-                                 .accuracy = ASSAY_ACCURACY_FAST,
-                                 .rayCount = 1,
-                                 .raySize = sizeof(ray),
-                                 .hitSize = sizeof(hit),
-                                 .rays = &ray,
-                                 .hits = &hit};
+    const AssayTraceInfo info = trace_info(structure, ASSAY_ACCURACY_FAST, 1, &ray, &hit);
     trace_rays(app->device, &info);
 }
 

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#include "layer/assay.h"
+#include "tests/fixture/trace.h"
 
 enum { BUFFER_SIZE = 1 << 16 };
 
@@ -88,12 +88,8 @@ static void test_backend_warns(void **state)
         fixture.device, "vkTraceRaysASSAY");
     const AssayRay ray = {.direction = {1, 0, 0}, .tMax = 1};
     AssayHit hit;
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.tlas,
-                                 .rayCount = 1,
-                                 .raySize = sizeof(ray),
-                                 .hitSize = sizeof(hit),
-                                 .rays = &ray,
-                                 .hits = &hit};
+    const AssayTraceInfo info =
+        trace_info((uint64_t)scene.tlas, ASSAY_ACCURACY_FAST, 1, &ray, &hit);
     assert_non_null(trace);
     assert_int_not_equal(trace(fixture.device, &info), VK_SUCCESS);
     expect_messages(1, "backend = cpu can't build");
