@@ -6,10 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static struct fixture *const fixture = &device.fixture;
-
-static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-
 /* A buffer on the memory of another one. */
 static VkBuffer create_alias(const struct device_buffer *buffer, VkDeviceSize size)
 {
@@ -54,9 +50,8 @@ static void free_lures(struct lures *lures)
 
 static void test_builds(void **state)
 {
-    struct result_scene scene;
     struct lures lures;
-    result_scene_open(&scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
+    result_scene_open(COMPACTED_SIZE);
     struct device_buffer *data = &scene.build.data;
     memcpy(data->bytes, scene.host.data, scene.build.size);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -65,17 +60,15 @@ static void test_builds(void **state)
     device_finish(&device, commands);
     assert_true(fixture_trace(fixture, scene.blas.handle, 0.25f, 0.25f).isHit);
     free_lures(&lures);
-    result_scene_close(&scene);
 }
 
 static void test_serializes(void **state)
 {
-    struct result_scene scene;
     struct lures lures;
     size_t size;
-    result_scene_open(&scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
+    result_scene_open(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
+    result_scene_record_build(commands);
     device_finish(&device, commands);
     void *expected = device_serialize(&device, scene.blas.handle, &size);
     struct device_buffer buffer = device_buffer_create(&device, size);
@@ -89,17 +82,15 @@ static void test_serializes(void **state)
     free(expected);
     free_lures(&lures);
     device_buffer_destroy(&device, &buffer);
-    result_scene_close(&scene);
 }
 
 static void test_deserializes(void **state)
 {
-    struct result_scene scene;
     struct lures lures;
     size_t size;
-    result_scene_open(&scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
+    result_scene_open(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
+    result_scene_record_build(commands);
     device_finish(&device, commands);
     void *bytes = device_serialize(&device, scene.blas.handle, &size);
     struct device_buffer buffer = device_buffer_create(&device, size);
@@ -115,15 +106,14 @@ static void test_deserializes(void **state)
     free_lures(&lures);
     fixture_destroy(fixture, &loaded);
     device_buffer_destroy(&device, &buffer);
-    result_scene_close(&scene);
 }
 
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_builds),
-        cmocka_unit_test(test_serializes),
-        cmocka_unit_test(test_deserializes),
+        cmocka_unit_test_teardown(test_builds, result_scene_close),
+        cmocka_unit_test_teardown(test_serializes, result_scene_close),
+        cmocka_unit_test_teardown(test_deserializes, result_scene_close),
     };
     return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -4,20 +4,15 @@
 
 #include "result_scene.h"
 
-static struct fixture *const fixture = &device.fixture;
-
-static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-static const VkQueryType COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
 static const VkQueryType SERIALIZATION_SIZE =
     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
 
 static void test_queries(void **state)
 {
-    struct result_scene scene;
-    result_scene_open(&scene, COMPACTED_SIZE);
+    result_scene_open(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
-    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    result_scene_record_build(commands);
+    result_scene_record_queries(commands, COMPACTED_SIZE);
     device_finish(&device, commands);
 
     const VkDeviceSize expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE);
@@ -44,25 +39,22 @@ static void test_queries(void **state)
                      VK_NOT_READY);
     assert_int_equal(partial[0], 0);
     assert_int_equal(partial[1], 0);
-    result_scene_close(&scene);
 }
 
 /* A query tells of the structure as it was when the query was written. */
 static void test_query_keeps_its_timestamp(void **state)
 {
-    struct result_scene scene;
-    result_scene_open(&scene, SERIALIZATION_SIZE);
+    result_scene_open(SERIALIZATION_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
-    result_scene_record_queries(&scene, commands, SERIALIZATION_SIZE);
+    result_scene_record_build(commands);
+    result_scene_record_queries(commands, SERIALIZATION_SIZE);
     scene.host.range.primitiveCount = 1;
-    result_scene_record_build(&scene, commands);
+    result_scene_record_build(commands);
     device_finish(&device, commands);
     const uint64_t value = device_query(&device, scene.pool, 1);
     assert_in_range(value, result_scene_property(scene.blas.handle, SERIALIZATION_SIZE) + 1,
                     UINT64_MAX);
     scene.host.range.primitiveCount = TRIANGLES;
-    result_scene_close(&scene);
 }
 
 static void test_other_queries(void **state)
@@ -81,13 +73,12 @@ static void test_other_queries(void **state)
 
 static void test_copied_queries(void **state)
 {
-    struct result_scene scene;
-    result_scene_open(&scene, COMPACTED_SIZE);
+    result_scene_open(COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
     memset(buffer.bytes, 0xee, 256);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
-    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    result_scene_record_build(commands);
+    result_scene_record_queries(commands, COMPACTED_SIZE);
     fixture->vk.CmdCopyQueryPoolResults(commands, scene.pool, 0, QUERIES, buffer.handle, 32, 32,
                                         VK_QUERY_RESULT_64_BIT |
                                             VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
@@ -101,20 +92,18 @@ static void test_copied_queries(void **state)
     const uint64_t wanted[] = {expected, 1, untouched, expected, 1, untouched, 0};
     assert_memory_equal(found, wanted, sizeof(found));
     device_buffer_destroy(&device, &buffer);
-    result_scene_close(&scene);
 }
 
 /* Counts beyond the end of the pool mean no more than up to there, take no time, and nothing is
  * written for queries that there aren't. */
 static void test_wild_counts(void **state)
 {
-    struct result_scene scene;
-    result_scene_open(&scene, COMPACTED_SIZE);
+    result_scene_open(COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
     memset(buffer.bytes, 0xee, 256);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
-    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    result_scene_record_build(commands);
+    result_scene_record_queries(commands, COMPACTED_SIZE);
     fixture->vk.CmdCopyQueryPoolResults(commands, scene.pool, 1, QUERIES, buffer.handle, 0, 8,
                                         VK_QUERY_RESULT_64_BIT);
     fixture->vk.CmdResetQueryPool(commands, scene.pool, 1, UINT32_MAX);
@@ -138,15 +127,16 @@ static void test_wild_counts(void **state)
                                                      VK_QUERY_RESULT_64_BIT),
                      VK_NOT_READY);
     device_buffer_destroy(&device, &buffer);
-    result_scene_close(&scene);
 }
 
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_queries),       cmocka_unit_test(test_query_keeps_its_timestamp),
-        cmocka_unit_test(test_other_queries), cmocka_unit_test(test_copied_queries),
-        cmocka_unit_test(test_wild_counts),
+        cmocka_unit_test_teardown(test_queries, result_scene_close),
+        cmocka_unit_test_teardown(test_query_keeps_its_timestamp, result_scene_close),
+        cmocka_unit_test(test_other_queries),
+        cmocka_unit_test_teardown(test_copied_queries, result_scene_close),
+        cmocka_unit_test_teardown(test_wild_counts, result_scene_close),
     };
     return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

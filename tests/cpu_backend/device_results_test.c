@@ -6,20 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-static struct fixture *const fixture = &device.fixture;
-
-static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-static const VkQueryType COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
 static const VkQueryType SERIALIZATION_SIZE =
     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
 
 static void test_compaction(void **state)
 {
-    struct result_scene scene;
-    result_scene_open(&scene, COMPACTED_SIZE);
+    result_scene_open(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
-    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    result_scene_record_build(commands);
+    result_scene_record_queries(commands, COMPACTED_SIZE);
     device_finish(&device, commands);
     const uint64_t size = device_query(&device, scene.pool, 0);
     struct fixture_structure compacted =
@@ -30,7 +25,6 @@ static void test_compaction(void **state)
     device_finish(&device, commands);
     assert_true(fixture_trace(fixture, compacted.handle, 0.25f, 0.25f).isHit);
     fixture_destroy(fixture, &compacted);
-    result_scene_close(&scene);
 }
 
 /* How an application may learn that a submission is complete. */
@@ -114,10 +108,9 @@ static struct submission run_and_learn(VkCommandBuffer commands, enum learning l
 static void test_serialization(void **state)
 {
     for (enum learning learning = BY_FENCE; learning <= BY_DEVICE; learning++) {
-        struct result_scene scene;
-        result_scene_open(&scene, SERIALIZATION_SIZE);
+        result_scene_open(SERIALIZATION_SIZE);
         VkCommandBuffer commands = device_begin(&device, PRIMARY);
-        result_scene_record_build(&scene, commands);
+        result_scene_record_build(commands);
         device_finish(&device, commands);
         const VkDeviceSize size = result_scene_property(scene.blas.handle, SERIALIZATION_SIZE);
         struct device_buffer buffer = device_buffer_create(&device, size + 256);
@@ -140,7 +133,7 @@ static void test_serialization(void **state)
         assert_true(fixture_trace(fixture, loaded.handle, 0.25f, 0.25f).isHit);
         fixture_destroy(fixture, &loaded);
         device_buffer_destroy(&device, &buffer);
-        result_scene_close(&scene);
+        result_scene_close(NULL);
     }
 }
 
@@ -148,12 +141,11 @@ static void test_serialization(void **state)
 static void test_batch_that_waits_for_the_host(void **state)
 {
     const VkuDeviceDispatchTable *vk = &fixture->vk;
-    struct result_scene scene;
-    result_scene_open(&scene, COMPACTED_SIZE);
+    result_scene_open(COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
-    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    result_scene_record_build(commands);
+    result_scene_record_queries(commands, COMPACTED_SIZE);
     vk->CmdCopyQueryPoolResults(commands, scene.pool, 0, 1, buffer.handle, 0, 8,
                                 VK_QUERY_RESULT_64_BIT);
     const struct submission submission = {.semaphore =
@@ -183,15 +175,14 @@ static void test_batch_that_waits_for_the_host(void **state)
     const uint64_t *words = (uint64_t *)buffer.bytes;
     assert_int_equal(words[0], result_scene_property(scene.blas.handle, COMPACTED_SIZE));
     device_buffer_destroy(&device, &buffer);
-    result_scene_close(&scene);
 }
 
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_compaction),
+        cmocka_unit_test_teardown(test_compaction, result_scene_close),
         cmocka_unit_test(test_serialization),
-        cmocka_unit_test(test_batch_that_waits_for_the_host),
+        cmocka_unit_test_teardown(test_batch_that_waits_for_the_host, result_scene_close),
     };
     return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -83,6 +83,11 @@ static void build_triangle(VkCommandBuffer commands, VkDeviceAddress indices, bo
     fixture_barrier(&fixture, commands);
 }
 
+static void update_triangle(VkCommandBuffer commands, VkDeviceAddress indices)
+{
+    build_triangle(commands, indices, true);
+}
+
 /* One message with the text, or none if it is NULL. */
 static void expect_told(const char *text)
 {
@@ -102,7 +107,17 @@ enum change {
     CHANGE_COUNT,
 };
 
-static void test_boxes(const char *level, enum change change, bool is_valid)
+/* What a build reads at an address: boxes, or the indices of an update. */
+static const struct input {
+    void (*write)(const struct memory *memory, bool is_valid);
+    void (*build)(VkCommandBuffer commands, VkDeviceAddress address);
+    const char *message; /* if it is not valid */
+    bool is_update;
+} boxes = {write_boxes, build_boxes, "minX", false},
+  indices = {write_indices, update_triangle, "03768", true};
+
+static void test_change(const struct input *input, const char *level, enum change change,
+                        bool is_valid)
 {
     open_scene(level);
     struct lures lures = {.memory = memory_allocate(&fixture)};
@@ -110,45 +125,22 @@ static void test_boxes(const char *level, enum change change, bool is_valid)
     struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE), second;
     if (change != FIRST_IS_REPLACED)
         second = memory_place(&fixture, &memory, MEMORY_SIZE);
-    write_boxes(&memory, is_valid);
-    write_boxes(&lures.memory, !is_valid);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    build_boxes(commands, first.address);
+    input->write(&memory, true);
+    if (input->is_update)
+        build_triangle(commands, first.address, false);
+    fixture_finish(&fixture, commands);
+    input->write(&memory, is_valid);
+    input->write(&lures.memory, !is_valid);
+    commands = fixture_begin(&fixture, 0);
+    input->build(commands, first.address);
     memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &second : &first);
     lures_lay(&fixture, &lures);
     if (change == FIRST_IS_REPLACED)
         second = memory_place(&fixture, &memory, MEMORY_SIZE);
     assert_int_equal(first.address, change == SECOND_IS_DESTROYED ? first.address : second.address);
     fixture_finish(&fixture, commands);
-    expect_told(is_valid || !judges_inputs(level) ? NULL : "minX");
-    memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &first : &second);
-    memory_free(&fixture, &memory);
-    lures_free(&fixture, &lures);
-    close_scene();
-}
-
-static void test_update(const char *level, enum change change, bool is_valid)
-{
-    open_scene(level);
-    struct lures lures = {.memory = memory_allocate(&fixture)};
-    struct memory memory = memory_allocate(&fixture);
-    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE), second;
-    if (change != FIRST_IS_REPLACED)
-        second = memory_place(&fixture, &memory, MEMORY_SIZE);
-    write_indices(&memory, true);
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    build_triangle(commands, first.address, false);
-    fixture_finish(&fixture, commands);
-    write_indices(&memory, is_valid);
-    write_indices(&lures.memory, !is_valid);
-    commands = fixture_begin(&fixture, 0);
-    build_triangle(commands, first.address, true);
-    memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &second : &first);
-    lures_lay(&fixture, &lures);
-    if (change == FIRST_IS_REPLACED)
-        second = memory_place(&fixture, &memory, MEMORY_SIZE);
-    fixture_finish(&fixture, commands);
-    expect_told(is_valid || !judges_inputs(level) ? NULL : "03768");
+    expect_told(is_valid || !judges_inputs(level) ? NULL : input->message);
     memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &first : &second);
     memory_free(&fixture, &memory);
     lures_free(&fixture, &lures);
@@ -161,8 +153,8 @@ static void test_changes(void **state)
     for (int i = 0; i < 2; i++)
         for (int change = 0; change < CHANGE_COUNT; change++)
             for (int is_valid = 0; is_valid < 2; is_valid++) {
-                test_boxes(levels[i], (enum change)change, is_valid);
-                test_update(levels[i], (enum change)change, is_valid);
+                test_change(&boxes, levels[i], (enum change)change, is_valid);
+                test_change(&indices, levels[i], (enum change)change, is_valid);
             }
 }
 
