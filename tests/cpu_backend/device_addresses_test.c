@@ -95,8 +95,7 @@ static void test_deserializes(void **state)
     void *bytes = device_serialize(&device, scene.blas.handle, &size);
     struct device_buffer buffer = device_buffer_create(&device, size);
     memcpy(buffer.bytes, bytes, size);
-    struct fixture_structure loaded =
-        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    struct fixture_structure loaded = fixture_create_blas(fixture, scene.blas.size);
     commands = device_begin(&device, PRIMARY);
     device_load(&device, commands, buffer.address, loaded.handle);
     replace(&buffer, size, &lures);

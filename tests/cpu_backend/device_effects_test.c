@@ -26,8 +26,7 @@ static AssayCounters run(const struct deeds *deeds)
     const AssayCounters before = fixture_counters(fixture);
     fixture_triangles(&host, TRIANGLES, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR);
     struct fixture_structure blas = fixture_create_for(fixture, &host);
-    struct fixture_structure copy =
-        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, blas.size);
+    struct fixture_structure copy = fixture_create_blas(fixture, blas.size);
     struct device_buffer transform = device_buffer_create(&device, sizeof(moved));
     device_build_create(&device, &host, DATA_SIZE, &build);
     memcpy(transform.bytes, &moved, sizeof(moved));

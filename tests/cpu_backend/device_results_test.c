@@ -17,8 +17,7 @@ static void test_compaction(void **state)
     result_scene_record_queries(commands, COMPACTED_SIZE);
     device_finish(&device, commands);
     const uint64_t size = device_query(&device, scene.pool, 0);
-    struct fixture_structure compacted =
-        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
+    struct fixture_structure compacted = fixture_create_blas(fixture, size);
     commands = device_begin(&device, PRIMARY);
     device_copy(&device, commands, scene.blas.handle, compacted.handle,
                 VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
@@ -125,8 +124,7 @@ static void test_serialization(void **state)
         free(expected);
         end_submission(&submission);
 
-        struct fixture_structure loaded = fixture_create(
-            fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+        struct fixture_structure loaded = fixture_create_blas(fixture, scene.blas.size);
         commands = device_begin(&device, PRIMARY);
         device_load(&device, commands, address, loaded.handle);
         device_finish(&device, commands);

@@ -7,15 +7,12 @@
 
 static void test_build_and_trace(void **state)
 {
-    struct scene scene;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     expect_scene(scene.tlas.handle, 1);
     AssayHit hit = fixture_trace(&fixture, scene.blas.handle, 0.25f, 0.25f);
     assert_true(hit.isHit);
     assert_int_equal(hit.instance, 0);
     assert_int_equal(hit.customIndex, 0);
-    close_scene(&scene);
-    expect_silence();
 }
 
 static void test_sizes(void **state)
@@ -48,10 +45,8 @@ static void test_sizes(void **state)
 /* In place, and into another structure, which leaves the source as it was. */
 static void test_update(void **state)
 {
-    struct scene scene;
-    open_scene(&scene, 10, UPDATABLE);
-    struct fixture_structure other =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    open_scene(10, UPDATABLE);
+    struct fixture_structure other = fixture_create_blas(&fixture, scene.blas.size);
     fixture_move(&scene.triangles, 2, 0, 0);
     GET(host_build(&scene.triangles, other.handle, scene.blas.handle));
     assert_float_equal(fixture_trace(&fixture, other.handle, 0.25f, 0.25f).t, 3, 0);
@@ -60,8 +55,6 @@ static void test_update(void **state)
     GET(host_build(&scene.instances, scene.tlas.handle, scene.tlas.handle));
     expect_scene(scene.tlas.handle, 3);
     fixture_destroy(&fixture, &other);
-    close_scene(&scene);
-    expect_silence();
 }
 
 static AssayAnswer enter_half_way(void *data, uint32_t ray, AssayHit *candidate)
@@ -118,8 +111,7 @@ static AssayCounters minus(AssayCounters after, AssayCounters before)
 static void test_counters(void **state)
 {
     AssayCounters start = fixture_counters(&fixture);
-    struct scene scene;
-    open_scene(&scene, 10, UPDATABLE);
+    open_scene(10, UPDATABLE);
     AssayCounters did = minus(fixture_counters(&fixture), start);
     AssayCounters expected = {
         .builds = 2, .primitives = 12, .bytesBuilt = scene.blas.size + scene.tlas.size};
@@ -154,16 +146,13 @@ static void test_counters(void **state)
     memcpy(&builds, part, 8);
     assert_int_equal(builds, fixture_counters(&fixture).builds);
     assert_int_equal(part[8], 0x55);
-    close_scene(&scene);
-    expect_silence();
 }
 
 /* ---- tracing */
 
 static void test_trace_arguments(void **state)
 {
-    struct scene scene;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     AssayRay rays[2] = {0};
     AssayHit hits[2];
     const AssayTraceInfo valid =
@@ -192,8 +181,6 @@ static void test_trace_arguments(void **state)
     info = valid;
     GET(fixture.trace_rays(fixture.device, &info));
     expect_mistake(fixture.trace_rays(fixture.device, NULL));
-    close_scene(&scene);
-    expect_silence();
 }
 
 struct answers {
@@ -212,8 +199,7 @@ static AssayAnswer answer(void *data, uint32_t ray, AssayHit *candidate)
 
 static void test_trace_candidates(void **state)
 {
-    struct scene scene;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     const AssayRay ray = {
         .origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 100, .cullMask = 0xff};
     const AssayRay rays[2] = {ray, ray};
@@ -233,17 +219,18 @@ static void test_trace_candidates(void **state)
     answers = (struct answers){ASSAY_ANSWER_STOP, 0};
     GET(fixture.trace_rays(fixture.device, &info));
     assert_false(hits[0].isHit || hits[1].isHit);
-    close_scene(&scene);
-    expect_silence();
 }
 
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_build_and_trace),  cmocka_unit_test(test_sizes),
-        cmocka_unit_test(test_update),           cmocka_unit_test(test_boxes),
-        cmocka_unit_test(test_counters),         cmocka_unit_test(test_trace_arguments),
-        cmocka_unit_test(test_trace_candidates),
+        cmocka_unit_test_teardown(test_build_and_trace, close_silent_scene),
+        cmocka_unit_test(test_sizes),
+        cmocka_unit_test_teardown(test_update, close_silent_scene),
+        cmocka_unit_test(test_boxes),
+        cmocka_unit_test_teardown(test_counters, close_silent_scene),
+        cmocka_unit_test_teardown(test_trace_arguments, close_silent_scene),
+        cmocka_unit_test_teardown(test_trace_candidates, close_silent_scene),
     };
     return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -7,17 +7,14 @@
 
 static void test_copies(void **state)
 {
-    struct scene scene;
-    open_scene(&scene, 100, COMPACTABLE | UPDATABLE);
+    open_scene(100, COMPACTABLE | UPDATABLE);
     uint64_t size =
         property(scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
     assert_true(size > 0 && size <= scene.blas.size);
     assert_int_equal(property(scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR),
                      scene.blas.size);
-    struct fixture_structure compact =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
-    struct fixture_structure clone =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    struct fixture_structure compact = fixture_create_blas(&fixture, size);
+    struct fixture_structure clone = fixture_create_blas(&fixture, scene.blas.size);
     GET(copy_structure(scene.blas.handle, compact.handle,
                        VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
     GET(copy_structure(scene.blas.handle, clone.handle,
@@ -39,8 +36,6 @@ static void test_copies(void **state)
     expect_mistake(copy_structure(clone.handle, compact.handle,
                                   VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
     fixture_destroy(&fixture, &compact);
-    close_scene(&scene);
-    forget_messages();
 }
 
 static VkResult deserialize(const void *bytes, VkAccelerationStructureKHR dst)
@@ -60,8 +55,7 @@ static VkAccelerationStructureCompatibilityKHR compatibility(const void *bytes)
 /* A scene written to memory, destroyed, and read back with other references. */
 static void test_serialize_and_relocate(void **state)
 {
-    struct scene scene;
-    open_scene(&scene, 100, 0);
+    open_scene(100, 0);
     size_t blas_size, tlas_size;
     uint64_t pointers =
         property(scene.tlas.handle,
@@ -73,10 +67,9 @@ static void test_serialize_and_relocate(void **state)
     assert_int_equal(tlas[4], tlas_size);
     assert_int_equal(tlas[6], 2);
     assert_int_equal(tlas[7], (uint64_t)scene.blas.handle);
-    close_scene(&scene);
+    close_scene();
 
-    struct fixture_structure new_blas =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, blas[5]);
+    struct fixture_structure new_blas = fixture_create_blas(&fixture, blas[5]);
     struct fixture_structure new_tlas =
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, tlas[5]);
     assert_int_equal(compatibility(tlas), VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR);
@@ -109,7 +102,7 @@ static void test_serialize_and_relocate(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_copies),
+        cmocka_unit_test_teardown(test_copies, close_any_scene),
         cmocka_unit_test(test_serialize_and_relocate),
     };
     return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));

@@ -163,8 +163,7 @@ static void test_same_bytes(void **state)
 
 static void test_copies(void **state)
 {
-    struct scene scene;
-    open_scene(&scene, 100, 0);
+    open_scene(100, 0);
     struct fixture_structure clone =
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, scene.tlas.size);
     VkDeferredOperationKHR operation = create_operation();
@@ -188,8 +187,6 @@ static void test_copies(void **state)
     free(late);
     destroy_operation(operation);
     fixture_destroy(&fixture, &clone);
-    close_scene(&scene);
-    expect_silence();
 }
 
 /* ---- mistakes */
@@ -232,8 +229,7 @@ static void test_destroyed(void **state)
                                               many->ranges);
     fixture_destroy(&fixture, &many->structures[0]);
     expect_mistake(complete(operation));
-    many->structures[0] = fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                                         many->structures[0].size);
+    many->structures[0] = fixture_create_blas(&fixture, many->structures[0].size);
     close_many(many);
     destroy_operation(operation);
     forget_messages();
@@ -259,9 +255,12 @@ static void test_shared_scratch(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_many_builds), cmocka_unit_test(test_same_bytes),
-        cmocka_unit_test(test_copies),      cmocka_unit_test(test_failing),
-        cmocka_unit_test(test_destroyed),   cmocka_unit_test(test_shared_scratch),
+        cmocka_unit_test(test_many_builds),
+        cmocka_unit_test(test_same_bytes),
+        cmocka_unit_test_teardown(test_copies, close_silent_scene),
+        cmocka_unit_test(test_failing),
+        cmocka_unit_test(test_destroyed),
+        cmocka_unit_test(test_shared_scratch),
     };
     return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -73,6 +73,11 @@ struct fixture_structure fixture_create(struct fixture *fixture,
     return create(fixture, type, size, NULL);
 }
 
+struct fixture_structure fixture_create_blas(struct fixture *fixture, VkDeviceSize size)
+{
+    return create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size, NULL);
+}
+
 void fixture_destroy(struct fixture *fixture, struct fixture_structure *structure)
 {
     fixture->vk.DestroyAccelerationStructureKHR(fixture->device, structure->handle, NULL);

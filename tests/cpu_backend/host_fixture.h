@@ -34,6 +34,7 @@ struct fixture_structure {
 };
 struct fixture_structure fixture_create(struct fixture *fixture,
                                         VkAccelerationStructureTypeKHR type, VkDeviceSize size);
+struct fixture_structure fixture_create_blas(struct fixture *fixture, VkDeviceSize size);
 void fixture_destroy(struct fixture *fixture, struct fixture_structure *structure);
 
 /* Parameters of a build of one geometry, with the memory behind them. Not to be moved. */

@@ -25,29 +25,24 @@ static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize o
 /* Stable, of nobody else, and as far apart as the offsets of generic structures. */
 static void test_addresses(void **state)
 {
-    struct scene scene;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     uint64_t blas = address_of(scene.blas.handle), tlas = address_of(scene.tlas.handle);
     assert_true(blas != 0 && tlas != 0 && blas != tlas);
     assert_int_equal(address_of(scene.blas.handle), blas);
     assert_int_equal(address_of((VkAccelerationStructureKHR)0x1234), 0);
 
-    struct fixture_structure first =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 4096);
+    struct fixture_structure first = fixture_create_blas(&fixture, 4096);
     VkAccelerationStructureKHR a = create_generic(first.storage.handle, 256);
     VkAccelerationStructureKHR b = create_generic(first.storage.handle, 2048);
     assert_int_equal(address_of(b) - address_of(a), 2048 - 256);
     fixture.vk.DestroyAccelerationStructureKHR(fixture.device, a, NULL);
     fixture.vk.DestroyAccelerationStructureKHR(fixture.device, b, NULL);
     fixture_destroy(&fixture, &first);
-    close_scene(&scene);
-    expect_silence();
 }
 
 static void test_names(void **state)
 {
-    struct scene scene;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     VkDebugUtilsObjectNameInfoEXT name = {.sType =
                                               VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
                                           .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
@@ -64,8 +59,6 @@ static void test_names(void **state)
     name.objectType = VK_OBJECT_TYPE_BUFFER; /* the driver's own */
     name.objectHandle = (uint64_t)scene.blas.storage.handle;
     GET(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
-    close_scene(&scene);
-    expect_silence();
 }
 
 static void set_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t object, uint64_t value)
@@ -86,8 +79,7 @@ static void test_private_data(void **state)
         skip();
     const VkPrivateDataSlotCreateInfo info = {.sType =
                                                   VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
-    struct scene scene;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     const uint64_t blas = (uint64_t)scene.blas.handle, tlas = (uint64_t)scene.tlas.handle;
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
     const uint64_t buffer = (uint64_t)scene.blas.storage.handle;
@@ -109,7 +101,7 @@ static void test_private_data(void **state)
     assert_int_equal(get_data(slots[0], type, tlas), 0);
     assert_int_equal(get_data(slots[1], type, blas), 2);
     set_data(slots[0], type, blas, 6);
-    close_scene(&scene);
+    close_scene();
     assert_int_equal(get_data(slots[0], type, blas), 0);
     for (int i = 0; i < 2; i++)
         fixture.vk.DestroyPrivateDataSlot(fixture.device, slots[i], NULL);
@@ -147,9 +139,9 @@ static void test_own_commands(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_addresses),
+        cmocka_unit_test_teardown(test_addresses, close_silent_scene),
         cmocka_unit_test(test_own_commands),
-        cmocka_unit_test(test_names),
+        cmocka_unit_test_teardown(test_names, close_silent_scene),
         cmocka_unit_test(test_private_data),
     };
     return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));

@@ -9,60 +9,60 @@
 
 static void test_triangles_and_instances(void **state)
 {
-    struct moving_scene scene;
-    moving_scene_open(&fixture, &scene, 0);
-    moving_scene_build(&fixture, &scene);
-    expect_moving_blas(&fixture, scene.blas.handle, 4);
-    expect_moving_tlas(&fixture, scene.tlas.handle);
-    moving_scene_close(&fixture, &scene);
+    struct moving_scene moving;
+    moving_scene_open(&fixture, &moving, 0);
+    moving_scene_build(&fixture, &moving);
+    expect_moving_blas(&fixture, moving.blas.handle, 4);
+    expect_moving_tlas(&fixture, moving.tlas.handle);
+    moving_scene_close(&fixture, &moving);
     expect_silence();
 }
 
 /* Of a build with motion, geometries may stand still. */
 static void test_still_triangles(void **state)
 {
-    struct moving_scene scene;
-    moving_scene_open(&fixture, &scene, 0);
-    scene.triangles.geometry.geometry.triangles.pNext = NULL;
-    GET(host_build(&scene.triangles, scene.blas.handle, 0));
-    expect_moving_blas(&fixture, scene.blas.handle, 0);
-    moving_scene_close(&fixture, &scene);
+    struct moving_scene moving;
+    moving_scene_open(&fixture, &moving, 0);
+    moving.triangles.geometry.geometry.triangles.pNext = NULL;
+    GET(host_build(&moving.triangles, moving.blas.handle, 0));
+    expect_moving_blas(&fixture, moving.blas.handle, 0);
+    moving_scene_close(&fixture, &moving);
     expect_silence();
 }
 
 static void test_update(void **state)
 {
-    struct moving_scene scene;
-    moving_scene_open(&fixture, &scene, UPDATABLE);
-    moving_scene_build(&fixture, &scene);
+    struct moving_scene moving;
+    moving_scene_open(&fixture, &moving, UPDATABLE);
+    moving_scene_build(&fixture, &moving);
     for (uint32_t i = 0; i < MOVING_TRIANGLES * 9; i += 3)
-        scene.then[i] += 3;
-    GET(host_build(&scene.triangles, scene.blas.handle, scene.blas.handle));
-    expect_moving_blas(&fixture, scene.blas.handle, 7);
-    moving_scene_close(&fixture, &scene);
+        moving.then[i] += 3;
+    GET(host_build(&moving.triangles, moving.blas.handle, moving.blas.handle));
+    expect_moving_blas(&fixture, moving.blas.handle, 7);
+    moving_scene_close(&fixture, &moving);
     expect_silence();
 }
 
 /* Pointers have the type of what they point to in their low 4 bits. */
 static void test_array_of_pointers(void **state)
 {
-    struct moving_scene scene;
-    moving_scene_open(&fixture, &scene, 0);
+    struct moving_scene moving;
+    moving_scene_open(&fixture, &moving, 0);
     VkAccelerationStructureMotionInstanceDataNV *data =
         aligned_alloc(16, MOVING_INSTANCES * sizeof(*data));
     uint64_t pointers[MOVING_INSTANCES];
     for (uint32_t i = 0; i < MOVING_INSTANCES; i++) {
         VkAccelerationStructureMotionInstanceNV instance;
-        memcpy(&instance, (char *)scene.instances.data + i * MOTION_INSTANCE_STRIDE,
+        memcpy(&instance, (char *)moving.instances.data + i * MOTION_INSTANCE_STRIDE,
                sizeof(instance));
         data[i] = instance.data;
         pointers[i] = (uint64_t)(uintptr_t)&data[i] | instance.type;
     }
-    scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
-    scene.instances.geometry.geometry.instances.data.hostAddress = pointers;
-    moving_scene_build(&fixture, &scene);
-    expect_moving_tlas(&fixture, scene.tlas.handle);
-    moving_scene_close(&fixture, &scene);
+    moving.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
+    moving.instances.geometry.geometry.instances.data.hostAddress = pointers;
+    moving_scene_build(&fixture, &moving);
+    expect_moving_tlas(&fixture, moving.tlas.handle);
+    moving_scene_close(&fixture, &moving);
     free(data);
     expect_silence();
 }
@@ -70,14 +70,14 @@ static void test_array_of_pointers(void **state)
 /* Vertices that aren't there, and a chain that isn't. */
 static void test_unreadable(void **state)
 {
-    struct moving_scene scene;
-    moving_scene_open(&fixture, &scene, 0);
-    scene.motion.vertexData.deviceAddress = 0x1000;
-    expect_mistake(host_build(&scene.triangles, scene.blas.handle, 0));
-    scene.triangles.geometry.geometry.triangles.pNext = (void *)(uintptr_t)0x1000;
-    expect_mistake(host_build(&scene.triangles, scene.blas.handle, 0));
-    assert_int_equal(fixture_sizes(&fixture, &scene.triangles).accelerationStructureSize, 0);
-    moving_scene_close(&fixture, &scene);
+    struct moving_scene moving;
+    moving_scene_open(&fixture, &moving, 0);
+    moving.motion.vertexData.deviceAddress = 0x1000;
+    expect_mistake(host_build(&moving.triangles, moving.blas.handle, 0));
+    moving.triangles.geometry.geometry.triangles.pNext = (void *)(uintptr_t)0x1000;
+    expect_mistake(host_build(&moving.triangles, moving.blas.handle, 0));
+    assert_int_equal(fixture_sizes(&fixture, &moving.triangles).accelerationStructureSize, 0);
+    moving_scene_close(&fixture, &moving);
     forget_messages();
 }
 
@@ -88,15 +88,15 @@ static void test_rays_without_time(void **state)
         float origin[3], tMin, direction[3], tMax;
         uint32_t flags, cullMask;
     };
-    struct moving_scene scene;
-    moving_scene_open(&fixture, &scene, 0);
-    moving_scene_build(&fixture, &scene);
+    struct moving_scene moving;
+    moving_scene_open(&fixture, &moving, 0);
+    moving_scene_build(&fixture, &moving);
     const struct untimed rays[] = {
         {.origin = {-1, 9, 0.25f}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff},
         {.origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff},
     };
     AssayHit hits[2];
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.tlas.handle,
+    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)moving.tlas.handle,
                                  .accuracy = ASSAY_ACCURACY_EXACT,
                                  .rayCount = 2,
                                  .raySize = sizeof(rays[0]),
@@ -107,7 +107,7 @@ static void test_rays_without_time(void **state)
     assert_false(hits[0].isHit);
     assert_true(hits[1].isHit);
     assert_float_equal(hits[1].t, 1, 0);
-    moving_scene_close(&fixture, &scene);
+    moving_scene_close(&fixture, &moving);
     expect_silence();
 }
 
@@ -122,15 +122,14 @@ struct cost {
 
 static struct cost cost_of_still_scene(void)
 {
-    struct scene scene;
     struct cost cost;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     expect_scene(scene.tlas.handle, 1);
     cost.bytes = serialize(scene.blas.handle, &cost.size);
     cost.sizes[0] = fixture_sizes(&fixture, &scene.triangles);
     cost.sizes[1] = fixture_sizes(&fixture, &scene.instances);
     cost.counters = fixture_counters(&fixture);
-    close_scene(&scene);
+    close_scene();
     return cost;
 }
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 struct fixture fixture;
+struct scene scene;
 
 void expect_silence(void)
 {
@@ -16,23 +17,37 @@ void forget_messages(void)
     messages_clear(&fixture.instance_fixture.messages);
 }
 
-void open_scene(struct scene *scene, uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags)
+void open_scene(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags)
 {
-    fixture_triangles(&scene->triangles, triangles, flags);
-    scene->blas = fixture_create_for(&fixture, &scene->triangles);
-    GET(host_build(&scene->triangles, scene->blas.handle, VK_NULL_HANDLE));
-    const VkAccelerationStructureKHR blases[] = {scene->blas.handle, scene->blas.handle};
-    fixture_instances(&scene->instances, blases, 2, flags);
-    scene->tlas = fixture_create_for(&fixture, &scene->instances);
-    GET(host_build(&scene->instances, scene->tlas.handle, VK_NULL_HANDLE));
+    fixture_triangles(&scene.triangles, triangles, flags);
+    scene.blas = fixture_create_for(&fixture, &scene.triangles);
+    GET(host_build(&scene.triangles, scene.blas.handle, VK_NULL_HANDLE));
+    const VkAccelerationStructureKHR blases[] = {scene.blas.handle, scene.blas.handle};
+    fixture_instances(&scene.instances, blases, 2, flags);
+    scene.tlas = fixture_create_for(&fixture, &scene.instances);
+    GET(host_build(&scene.instances, scene.tlas.handle, VK_NULL_HANDLE));
 }
 
-void close_scene(struct scene *scene)
+void close_scene(void)
 {
-    fixture_destroy(&fixture, &scene->tlas);
-    fixture_destroy(&fixture, &scene->blas);
-    fixture_free(&scene->instances);
-    fixture_free(&scene->triangles);
+    fixture_destroy(&fixture, &scene.tlas);
+    fixture_destroy(&fixture, &scene.blas);
+    fixture_free(&scene.instances);
+    fixture_free(&scene.triangles);
+}
+
+int close_silent_scene(void **state)
+{
+    close_scene();
+    expect_silence();
+    return 0;
+}
+
+int close_any_scene(void **state)
+{
+    close_scene();
+    forget_messages();
+    return 0;
 }
 
 void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t instance)

@@ -17,13 +17,15 @@ void expect_silence(void);
 void forget_messages(void);
 
 /* A BLAS of some triangles, and a TLAS with two instances of it. */
-struct scene {
+extern struct scene {
     struct fixture_build triangles, instances;
     struct fixture_structure blas, tlas;
-};
-void open_scene(struct scene *scene, uint32_t triangles,
-                VkBuildAccelerationStructureFlagsKHR flags);
-void close_scene(struct scene *scene);
+} scene;
+void open_scene(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags);
+void close_scene(void);
+/* The same for cmocka: no message until now, or whatever there was. */
+int close_silent_scene(void **state);
+int close_any_scene(void **state);
 
 /* The ray at (y, 0.25) hits the first triangle of an instance at t. */
 void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t instance);

@@ -2,7 +2,6 @@
 /* A build names addresses, which it resolves when it executes. The buffer that had an address when
  * the command was recorded may be destroyed by then: another buffer on the same memory has the same
  * address, or takes it later. The layer must read what the build reads. */
-#include "shared_memory.h"
 #include "tests/snapshots/scene.h"
 
 #include <stdio.h>
@@ -11,7 +10,82 @@
 enum {
     BOXES = 2,
     CORNERS = 3,
+    MEMORY_SIZE = 1 << 16,
+    LURES = 4,
 };
+
+/* ---- memory that buffers share, so that they have the same address */
+
+/* Mapped, and all zeros. */
+struct memory {
+    VkDeviceMemory handle;
+    unsigned char *bytes;
+};
+
+/* A buffer at the begin of a memory, which builds may read. */
+struct placed {
+    VkBuffer handle;
+    VkDeviceAddress address;
+};
+
+/* Buffers that a driver may put where a destroyed one was: who still uses the destroyed buffer's
+ * handle reads their memory. */
+struct lures {
+    struct memory memory;
+    struct placed buffers[LURES];
+};
+
+static struct memory memory_allocate(void)
+{
+    struct memory memory = {
+        memory_create(&fixture.vk, fixture.device, fixture.memory_type, MEMORY_SIZE), NULL};
+    GET(fixture.vk.MapMemory(fixture.device, memory.handle, 0, VK_WHOLE_SIZE, 0,
+                             (void **)&memory.bytes));
+    memset(memory.bytes, 0, MEMORY_SIZE);
+    return memory;
+}
+
+static void memory_free(const struct memory *memory)
+{
+    fixture.vk.FreeMemory(fixture.device, memory->handle, NULL);
+}
+
+static struct placed memory_place(const struct memory *memory, VkDeviceSize size)
+{
+    struct placed placed;
+    const VkBufferCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .size = size,
+        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+    };
+    VkMemoryRequirements requirements;
+    GET(fixture.vk.CreateBuffer(fixture.device, &info, NULL, &placed.handle));
+    fixture.vk.GetBufferMemoryRequirements(fixture.device, placed.handle, &requirements);
+    GET(fixture.vk.BindBufferMemory(fixture.device, placed.handle, memory->handle, 0));
+    placed.address = buffer_address(&fixture.vk, fixture.device, placed.handle);
+    return placed;
+}
+
+static void memory_destroy(const struct placed *placed)
+{
+    fixture.vk.DestroyBuffer(fixture.device, placed->handle, NULL);
+}
+
+static void lures_lay(struct lures *lures)
+{
+    for (int i = 0; i < LURES; i++)
+        lures->buffers[i] = memory_place(&lures->memory, MEMORY_SIZE);
+}
+
+static void lures_free(const struct lures *lures)
+{
+    for (int i = 0; i < LURES; i++)
+        memory_destroy(&lures->buffers[i]);
+    memory_free(&lures->memory);
+}
+
+/* ---- the scene */
 
 static struct device_buffer vertices;
 
@@ -120,11 +194,11 @@ static void test_change(const struct input *input, const char *level, enum chang
                         bool is_valid)
 {
     open_scene(level);
-    struct lures lures = {.memory = memory_allocate(&fixture)};
-    struct memory memory = memory_allocate(&fixture);
-    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE), second;
+    struct lures lures = {.memory = memory_allocate()};
+    struct memory memory = memory_allocate();
+    struct placed first = memory_place(&memory, MEMORY_SIZE), second;
     if (change != FIRST_IS_REPLACED)
-        second = memory_place(&fixture, &memory, MEMORY_SIZE);
+        second = memory_place(&memory, MEMORY_SIZE);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     input->write(&memory, true);
     if (input->is_update)
@@ -134,16 +208,16 @@ static void test_change(const struct input *input, const char *level, enum chang
     input->write(&lures.memory, !is_valid);
     commands = fixture_begin(&fixture, 0);
     input->build(commands, first.address);
-    memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &second : &first);
-    lures_lay(&fixture, &lures);
+    memory_destroy(change == SECOND_IS_DESTROYED ? &second : &first);
+    lures_lay(&lures);
     if (change == FIRST_IS_REPLACED)
-        second = memory_place(&fixture, &memory, MEMORY_SIZE);
+        second = memory_place(&memory, MEMORY_SIZE);
     assert_int_equal(first.address, change == SECOND_IS_DESTROYED ? first.address : second.address);
     fixture_finish(&fixture, commands);
     expect_told(is_valid || !judges_inputs(level) ? NULL : input->message);
-    memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &first : &second);
-    memory_free(&fixture, &memory);
-    lures_free(&fixture, &lures);
+    memory_destroy(change == SECOND_IS_DESTROYED ? &first : &second);
+    memory_free(&memory);
+    lures_free(&lures);
     close_scene();
 }
 
@@ -162,9 +236,9 @@ static void test_changes(void **state)
 static void test_submits_again(void **state)
 {
     open_scene("content");
-    struct lures lures = {.memory = memory_allocate(&fixture)};
-    struct memory memory = memory_allocate(&fixture);
-    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
+    struct lures lures = {.memory = memory_allocate()};
+    struct memory memory = memory_allocate();
+    struct placed first = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, true);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(commands, first.address);
@@ -172,25 +246,25 @@ static void test_submits_again(void **state)
     GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
     fixture_expect_silence(&fixture);
-    memory_destroy(&fixture, &first);
-    lures_lay(&fixture, &lures);
-    struct placed second = memory_place(&fixture, &memory, MEMORY_SIZE);
+    memory_destroy(&first);
+    lures_lay(&lures);
+    struct placed second = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, false);
     GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
     expect_told("minX");
-    memory_destroy(&fixture, &second);
-    memory_free(&fixture, &memory);
-    lures_free(&fixture, &lures);
+    memory_destroy(&second);
+    memory_free(&memory);
+    lures_free(&lures);
     close_scene();
 }
 
 static void test_in_secondary(void **state)
 {
     open_scene("content");
-    struct lures lures = {.memory = memory_allocate(&fixture)};
-    struct memory memory = memory_allocate(&fixture);
-    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
+    struct lures lures = {.memory = memory_allocate()};
+    struct memory memory = memory_allocate();
+    struct placed first = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, false);
     write_boxes(&lures.memory, true);
     VkCommandBuffer secondary = fixture_begin_secondary(&fixture, 0);
@@ -198,15 +272,15 @@ static void test_in_secondary(void **state)
     build_boxes(secondary, first.address);
     GET(fixture.vk.EndCommandBuffer(secondary));
     fixture.vk.CmdExecuteCommands(commands, 1, &secondary);
-    memory_destroy(&fixture, &first);
-    lures_lay(&fixture, &lures);
-    struct placed second = memory_place(&fixture, &memory, MEMORY_SIZE);
+    memory_destroy(&first);
+    lures_lay(&lures);
+    struct placed second = memory_place(&memory, MEMORY_SIZE);
     fixture_finish(&fixture, commands);
     expect_told("minX");
     fixture.vk.FreeCommandBuffers(fixture.device, fixture.pool, 1, &secondary);
-    memory_destroy(&fixture, &second);
-    memory_free(&fixture, &memory);
-    lures_free(&fixture, &lures);
+    memory_destroy(&second);
+    memory_free(&memory);
+    lures_free(&lures);
     close_scene();
 }
 
@@ -216,17 +290,17 @@ static void test_in_secondary(void **state)
 static void test_replaced_by_smaller(void **state)
 {
     open_scene("content");
-    struct memory memory = memory_allocate(&fixture);
-    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
+    struct memory memory = memory_allocate();
+    struct placed first = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, false);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(commands, first.address);
-    memory_destroy(&fixture, &first);
-    struct placed second = memory_place(&fixture, &memory, sizeof(VkAabbPositionsKHR));
+    memory_destroy(&first);
+    struct placed second = memory_place(&memory, sizeof(VkAabbPositionsKHR));
     fixture_finish(&fixture, commands);
     fixture_expect_silence(&fixture);
-    memory_destroy(&fixture, &second);
-    memory_free(&fixture, &memory);
+    memory_destroy(&second);
+    memory_free(&memory);
     close_scene();
 }
 
@@ -234,19 +308,19 @@ static void test_replaced_by_smaller(void **state)
 static void test_nothing_is_there(void **state)
 {
     open_scene("content");
-    struct lures lures = {.memory = memory_allocate(&fixture)};
-    struct memory memory = memory_allocate(&fixture);
-    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
+    struct lures lures = {.memory = memory_allocate()};
+    struct memory memory = memory_allocate();
+    struct placed first = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, false);
     write_boxes(&lures.memory, false);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(commands, first.address);
-    memory_destroy(&fixture, &first);
-    memory_free(&fixture, &memory);
-    lures_lay(&fixture, &lures);
+    memory_destroy(&first);
+    memory_free(&memory);
+    lures_lay(&lures);
     fixture_finish(&fixture, commands);
     expect_told("11364"); /* the address leads nowhere; nothing of what it led to */
-    lures_free(&fixture, &lures);
+    lures_free(&lures);
     close_scene();
 }
 
@@ -258,21 +332,21 @@ static void test_on_other_memory(void **state)
     platform.null_driver.configure(&config);
     for (int is_valid = 0; is_valid < 2; is_valid++) {
         open_scene("content");
-        struct memory memory = memory_allocate(&fixture);
-        struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
+        struct memory memory = memory_allocate();
+        struct placed first = memory_place(&memory, MEMORY_SIZE);
         write_boxes(&memory, !is_valid);
         VkCommandBuffer commands = fixture_begin(&fixture, 0);
         build_boxes(commands, first.address);
-        memory_destroy(&fixture, &first);
-        memory_free(&fixture, &memory);
-        memory = memory_allocate(&fixture);
-        struct placed second = memory_place(&fixture, &memory, MEMORY_SIZE);
+        memory_destroy(&first);
+        memory_free(&memory);
+        memory = memory_allocate();
+        struct placed second = memory_place(&memory, MEMORY_SIZE);
         assert_int_equal(first.address, second.address);
         write_boxes(&memory, is_valid);
         fixture_finish(&fixture, commands);
         expect_told(is_valid ? NULL : "minX");
-        memory_destroy(&fixture, &second);
-        memory_free(&fixture, &memory);
+        memory_destroy(&second);
+        memory_free(&memory);
         close_scene();
     }
     platform.null_driver.configure(NULL);
