@@ -10,63 +10,62 @@
 
 static struct device_fixture device;
 
-/* ---- the moving, with its data in buffers */
+/* ---- the scene, with its data in buffers */
 
-struct device_scene {
+static struct {
     struct moving_scene host;
     VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
     struct device_build triangles, instances;
     struct device_buffer then;
-};
+} moving;
 
-static void open_device_scene(struct device_scene *moving)
+static int open_device_scene(void **state)
 {
     fixture = device.fixture; /* for what host_scene.h serializes */
-    moving_scene_open(&device.fixture, &moving->host, 0);
-    device_build_create(&device, &moving->host.triangles, MOTION_VERTICES_SIZE, &moving->triangles);
-    device_build_create(&device, &moving->host.instances, MOTION_INSTANCES_SIZE,
-                        &moving->instances);
-    moving->then = device_buffer_create(&device, MOTION_VERTICES_SIZE);
-    memcpy(moving->then.bytes, moving->host.then, MOTION_VERTICES_SIZE);
-    moving->motion = moving->host.motion;
-    moving->motion.vertexData.deviceAddress = moving->then.address;
-    moving->triangles.geometry.geometry.triangles.pNext = &moving->motion;
+    moving_scene_open(&device.fixture, &moving.host, 0);
+    device_build_create(&device, &moving.host.triangles, MOTION_VERTICES_SIZE, &moving.triangles);
+    device_build_create(&device, &moving.host.instances, MOTION_INSTANCES_SIZE, &moving.instances);
+    moving.then = device_buffer_create(&device, MOTION_VERTICES_SIZE);
+    memcpy(moving.then.bytes, moving.host.then, MOTION_VERTICES_SIZE);
+    moving.motion = moving.host.motion;
+    moving.motion.vertexData.deviceAddress = moving.then.address;
+    moving.triangles.geometry.geometry.triangles.pNext = &moving.motion;
+    return 0;
 }
 
-static void close_device_scene(struct device_scene *moving)
+static int close_device_scene(void **state)
 {
-    device_buffer_destroy(&device, &moving->then);
-    device_build_destroy(&device, &moving->triangles);
-    device_build_destroy(&device, &moving->instances);
-    moving_scene_close(&device.fixture, &moving->host);
-    for (uint32_t i = 0; i < messages_kept(&device.fixture.instance_fixture.messages); i++)
-        print_error("%s\n", device.fixture.instance_fixture.messages.items[i].text);
-    assert_int_equal(device.fixture.instance_fixture.messages.count, 0);
+    device_buffer_destroy(&device, &moving.then);
+    device_build_destroy(&device, &moving.triangles);
+    device_build_destroy(&device, &moving.instances);
+    moving_scene_close(&device.fixture, &moving.host);
+    device_expect_silence(&device);
+    return 0;
 }
 
 /* Once they have executed, nothing is left of the data. */
-static void build_scene(struct device_scene *moving)
+static void build_scene(void)
 {
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    device_upload(&device, commands, &moving->triangles);
-    device_upload(&device, commands, &moving->instances);
-    device_build(&device, commands, &moving->triangles, moving->host.blas.handle, VK_NULL_HANDLE);
-    device_build(&device, commands, &moving->instances, moving->host.tlas.handle, VK_NULL_HANDLE);
+    device_upload(&device, commands, &moving.triangles);
+    device_upload(&device, commands, &moving.instances);
+    device_build(&device, commands, &moving.triangles, moving.host.blas.handle, VK_NULL_HANDLE);
+    device_build(&device, commands, &moving.instances, moving.host.tlas.handle, VK_NULL_HANDLE);
     device_finish(&device, commands);
-    memset(moving->then.bytes, 0, MOTION_VERTICES_SIZE);
-    memset(moving->triangles.data.bytes, 0, MOTION_VERTICES_SIZE);
-    memset(moving->instances.data.bytes, 0, MOTION_INSTANCES_SIZE);
+    memset(moving.then.bytes, 0, MOTION_VERTICES_SIZE);
+    memset(moving.triangles.data.bytes, 0, MOTION_VERTICES_SIZE);
+    memset(moving.instances.data.bytes, 0, MOTION_INSTANCES_SIZE);
 }
 
-static void expect_same_as_by_the_host(struct moving_scene *moving)
+static void expect_same_as_by_the_host(struct moving_scene *host)
 {
     size_t sizes[4];
     void *bytes[4];
-    bytes[0] = serialize(moving->blas.handle, &sizes[0]);
-    bytes[1] = serialize(moving->tlas.handle, &sizes[1]);
-    moving_scene_build(&device.fixture, moving);
-    bytes[2] = serialize(moving->blas.handle, &sizes[2]);
-    bytes[3] = serialize(moving->tlas.handle, &sizes[3]);
+    bytes[0] = serialize(host->blas.handle, &sizes[0]);
+    bytes[1] = serialize(host->tlas.handle, &sizes[1]);
+    moving_scene_build(&device.fixture, host);
+    bytes[2] = serialize(host->blas.handle, &sizes[2]);
+    bytes[3] = serialize(host->tlas.handle, &sizes[3]);
     for (int i = 0; i < 2; i++) {
         assert_int_equal(sizes[i], sizes[i + 2]);
         assert_memory_equal(bytes[i], bytes[i + 2], sizes[i]);
@@ -79,42 +78,34 @@ static void expect_same_as_by_the_host(struct moving_scene *moving)
 
 static void test_same_as_host_build(void **state)
 {
-    struct device_scene moving;
-    open_device_scene(&moving);
     const AssayCounters before = fixture_counters(&device.fixture);
-    build_scene(&moving);
+    build_scene();
     assert_int_equal(fixture_counters(&device.fixture).bytesSnapshot - before.bytesSnapshot,
                      2 * MOTION_VERTICES_SIZE + MOTION_INSTANCES_SIZE);
     expect_moving_blas(&device.fixture, moving.host.blas.handle, 4);
     expect_moving_tlas(&device.fixture, moving.host.tlas.handle);
     expect_same_as_by_the_host(&moving.host);
-    close_device_scene(&moving);
 }
 
 static void test_offsets(void **state)
 {
-    struct device_scene moving;
-    open_device_scene(&moving);
     moving.host.triangles.range =
         (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = MOVING_TRIANGLES - 2,
                                                    .primitiveOffset = 9 * sizeof(float),
                                                    .firstVertex = 3};
     moving.host.instances.range = (VkAccelerationStructureBuildRangeInfoKHR){
         .primitiveCount = MOVING_INSTANCES - 1, .primitiveOffset = MOTION_INSTANCE_STRIDE};
-    build_scene(&moving);
+    build_scene();
     /* The last of the triangles, by the first of the instances: 2 from where the others begin. */
     const AssayHit hit =
         fixture_trace_at(&device.fixture, moving.host.tlas.handle, 2.25f, 0.25f, 1);
     assert_true(hit.isHit);
     assert_float_equal(hit.t, 1 + 2 + 4 + 8, 1e-5);
     expect_same_as_by_the_host(&moving.host);
-    close_device_scene(&moving);
 }
 
 static void test_indirect(void **state)
 {
-    struct device_scene moving;
-    open_device_scene(&moving);
     struct device_buffer ranges =
         device_buffer_create(&device, sizeof(moving.host.triangles.range));
     const VkAccelerationStructureBuildRangeInfoKHR range = {
@@ -133,7 +124,6 @@ static void test_indirect(void **state)
     assert_true(hit.isHit);
     assert_float_equal(hit.t, 1 + 2 + 2, 1e-5);
     device_buffer_destroy(&device, &ranges);
-    close_device_scene(&moving);
 }
 
 /* ---- pointers, whose low 4 bits are types */
@@ -142,8 +132,7 @@ enum { POINTERS = MOVING_INSTANCES + 1, APART = 160 };
 
 /* In `instances`, so that each ends where the next one or the buffer's end comes, the last of them
  * first. */
-static void point_to_instances(const struct device_scene *moving,
-                               const struct device_buffer *instances, uint64_t pointers[POINTERS])
+static void point_to_instances(const struct device_buffer *instances, uint64_t pointers[POINTERS])
 {
     static const size_t sizes[] = {sizeof(VkAccelerationStructureInstanceKHR),
                                    sizeof(VkAccelerationStructureMatrixMotionInstanceNV),
@@ -151,7 +140,7 @@ static void point_to_instances(const struct device_scene *moving,
     for (uint32_t i = 0; i < MOVING_INSTANCES; i++) {
         VkAccelerationStructureMotionInstanceNV instance;
         const size_t at = (size_t)(MOVING_INSTANCES - i) * APART - sizes[i];
-        memcpy(&instance, (char *)moving->host.instances.data + (size_t)i * MOTION_INSTANCE_STRIDE,
+        memcpy(&instance, (char *)moving.host.instances.data + (size_t)i * MOTION_INSTANCE_STRIDE,
                sizeof(instance));
         memcpy(instances->bytes + at, &instance.data, sizes[i]);
         pointers[i] = (instances->address + at) | instance.type;
@@ -161,35 +150,34 @@ static void point_to_instances(const struct device_scene *moving,
 
 static void test_array_of_pointers(void **state)
 {
-    struct device_scene moving;
-    open_device_scene(&moving);
     struct device_buffer instances =
         device_buffer_create(&device, (VkDeviceSize)MOVING_INSTANCES * APART);
     struct device_buffer pointers = device_buffer_create(&device, POINTERS * sizeof(uint64_t));
-    point_to_instances(&moving, &instances, (uint64_t *)pointers.bytes);
+    point_to_instances(&instances, (uint64_t *)pointers.bytes);
     moving.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
     moving.instances.geometry.geometry.instances.data.deviceAddress = pointers.address;
     moving.host.instances.range.primitiveCount = POINTERS;
     fixture_destroy(&device.fixture, &moving.host.tlas);
     free(moving.host.instances.scratch);
     moving.host.tlas = fixture_create_for(&device.fixture, &moving.host.instances);
-    build_scene(&moving);
+    build_scene();
     memset(instances.bytes, 0, (size_t)MOVING_INSTANCES * APART); /* too late to matter */
     expect_moving_tlas(&device.fixture, moving.host.tlas.handle);
     /* Content may tell of the null pointer. */
     messages_clear(&device.fixture.instance_fixture.messages);
     device_buffer_destroy(&device, &instances);
     device_buffer_destroy(&device, &pointers);
-    close_device_scene(&moving);
 }
 
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_as_host_build),
-        cmocka_unit_test(test_offsets),
-        cmocka_unit_test(test_indirect),
-        cmocka_unit_test(test_array_of_pointers),
+        cmocka_unit_test_setup_teardown(test_same_as_host_build, open_device_scene,
+                                        close_device_scene),
+        cmocka_unit_test_setup_teardown(test_offsets, open_device_scene, close_device_scene),
+        cmocka_unit_test_setup_teardown(test_indirect, open_device_scene, close_device_scene),
+        cmocka_unit_test_setup_teardown(test_array_of_pointers, open_device_scene,
+                                        close_device_scene),
     };
     return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

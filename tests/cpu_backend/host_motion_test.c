@@ -7,46 +7,45 @@
 #include <stdlib.h>
 #include <string.h>
 
+static struct moving_scene moving;
+
+static int close_moving(void **state)
+{
+    moving_scene_close(&fixture, &moving);
+    expect_silence();
+    return 0;
+}
+
 static void test_triangles_and_instances(void **state)
 {
-    struct moving_scene moving;
     moving_scene_open(&fixture, &moving, 0);
     moving_scene_build(&fixture, &moving);
     expect_moving_blas(&fixture, moving.blas.handle, 4);
     expect_moving_tlas(&fixture, moving.tlas.handle);
-    moving_scene_close(&fixture, &moving);
-    expect_silence();
 }
 
 /* Of a build with motion, geometries may stand still. */
 static void test_still_triangles(void **state)
 {
-    struct moving_scene moving;
     moving_scene_open(&fixture, &moving, 0);
     moving.triangles.geometry.geometry.triangles.pNext = NULL;
     GET(host_build(&moving.triangles, moving.blas.handle, 0));
     expect_moving_blas(&fixture, moving.blas.handle, 0);
-    moving_scene_close(&fixture, &moving);
-    expect_silence();
 }
 
 static void test_update(void **state)
 {
-    struct moving_scene moving;
     moving_scene_open(&fixture, &moving, UPDATABLE);
     moving_scene_build(&fixture, &moving);
     for (uint32_t i = 0; i < MOVING_TRIANGLES * 9; i += 3)
         moving.then[i] += 3;
     GET(host_build(&moving.triangles, moving.blas.handle, moving.blas.handle));
     expect_moving_blas(&fixture, moving.blas.handle, 7);
-    moving_scene_close(&fixture, &moving);
-    expect_silence();
 }
 
 /* Pointers have the type of what they point to in their low 4 bits. */
 static void test_array_of_pointers(void **state)
 {
-    struct moving_scene moving;
     moving_scene_open(&fixture, &moving, 0);
     VkAccelerationStructureMotionInstanceDataNV *data =
         aligned_alloc(16, MOVING_INSTANCES * sizeof(*data));
@@ -70,7 +69,6 @@ static void test_array_of_pointers(void **state)
 /* Vertices that aren't there, and a chain that isn't. */
 static void test_unreadable(void **state)
 {
-    struct moving_scene moving;
     moving_scene_open(&fixture, &moving, 0);
     moving.motion.vertexData.deviceAddress = 0x1000;
     expect_mistake(host_build(&moving.triangles, moving.blas.handle, 0));
@@ -88,7 +86,6 @@ static void test_rays_without_time(void **state)
         float origin[3], tMin, direction[3], tMax;
         uint32_t flags, cullMask;
     };
-    struct moving_scene moving;
     moving_scene_open(&fixture, &moving, 0);
     moving_scene_build(&fixture, &moving);
     const struct untimed rays[] = {
@@ -107,8 +104,6 @@ static void test_rays_without_time(void **state)
     assert_false(hits[0].isHit);
     assert_true(hits[1].isHit);
     assert_float_equal(hits[1].t, 1, 0);
-    moving_scene_close(&fixture, &moving);
-    expect_silence();
 }
 
 /* ---- what it costs */
@@ -177,12 +172,12 @@ static void test_no_motion_costs_nothing(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_triangles_and_instances),
-        cmocka_unit_test(test_still_triangles),
-        cmocka_unit_test(test_update),
+        cmocka_unit_test_teardown(test_triangles_and_instances, close_moving),
+        cmocka_unit_test_teardown(test_still_triangles, close_moving),
+        cmocka_unit_test_teardown(test_update, close_moving),
         cmocka_unit_test(test_array_of_pointers),
         cmocka_unit_test(test_unreadable),
-        cmocka_unit_test(test_rays_without_time),
+        cmocka_unit_test_teardown(test_rays_without_time, close_moving),
         cmocka_unit_test(test_no_motion_costs_nothing),
     };
     return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
