@@ -141,6 +141,15 @@ static void barrier(VkPipelineStageFlags src, VkPipelineStageFlags dst, uint32_t
                            NULL, 0, NULL);
 }
 
+static void expect_masks(VkPipelineStageFlags src, VkPipelineStageFlags dst,
+                         VkAccessFlags src_access, VkAccessFlags dst_access)
+{
+    assert_int_equal(seen.src, src);
+    assert_int_equal(seen.dst, dst);
+    assert_int_equal(seen.memory[0].srcAccessMask, src_access);
+    assert_int_equal(seen.memory[0].dstAccessMask, dst_access);
+}
+
 /* What has no bit of ray tracing is not even copied. */
 static void test_other_barriers_pass(void **state)
 {
@@ -157,10 +166,7 @@ static void test_barrier_before_a_build(void **state)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = SHADER_WRITE, .dstAccessMask = SHADER_READ};
     barrier(COMPUTE, BUILD, 1, &memory);
-    assert_int_equal(seen.src, COMPUTE);
-    assert_int_equal(seen.dst, ALL);
-    assert_int_equal(seen.memory[0].srcAccessMask, SHADER_WRITE);
-    assert_int_equal(seen.memory[0].dstAccessMask, SHADER_READ | MEMORY_READ);
+    expect_masks(COMPUTE, ALL, SHADER_WRITE, SHADER_READ | MEMORY_READ);
     assert_int_equal(memory.dstAccessMask, SHADER_READ);
 }
 
@@ -168,10 +174,7 @@ static void test_barrier_between_builds(void **state)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = WRITE, .dstAccessMask = READ | WRITE};
     barrier(BUILD, BUILD | COMPUTE, 1, &memory);
-    assert_int_equal(seen.src, ALL);
-    assert_int_equal(seen.dst, ALL | COMPUTE);
-    assert_int_equal(seen.memory[0].srcAccessMask, MEMORY_READ | MEMORY_WRITE);
-    assert_int_equal(seen.memory[0].dstAccessMask, MEMORY_READ | MEMORY_WRITE);
+    expect_masks(ALL, ALL | COMPUTE, MEMORY_READ | MEMORY_WRITE, MEMORY_READ | MEMORY_WRITE);
 }
 
 /* An access of ray tracing at a stage that isn't. */

@@ -5,7 +5,6 @@
 #include "device_fixture.h"
 
 #include <pthread.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -145,12 +144,6 @@ static void test_threads(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_threads)};
-    const char *reason = device_fixture_open(&device, "null");
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_fixture_close(&device);
-    return failed;
+    char name[] = "threads", platform[] = "null", *arguments[] = {name, platform};
+    return device_fixture_main(&device, 2, arguments, tests, ARRAY_COUNT(tests));
 }

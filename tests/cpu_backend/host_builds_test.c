@@ -157,29 +157,18 @@ static void test_trace_arguments(void **state)
     AssayHit hits[2];
     const AssayTraceInfo valid =
         trace_info((uint64_t)scene.tlas.handle, ASSAY_ACCURACY_FAST, 2, rays, hits);
-    AssayTraceInfo info = valid;
-    GET(fixture.trace_rays(fixture.device, &info));
+    GET(fixture.trace_rays(fixture.device, &valid));
     assert_false(hits[0].isHit || hits[1].isHit); /* no direction */
-    info.raySize--;
-    expect_mistake(fixture.trace_rays(fixture.device, &info));
-    info = valid;
-    info.hitSize++;
-    expect_mistake(fixture.trace_rays(fixture.device, &info));
-    info = valid;
-    info.accuracy = (AssayAccuracy)3;
-    expect_mistake(fixture.trace_rays(fixture.device, &info));
-    info = valid;
-    info.rays = NULL;
-    expect_mistake(fixture.trace_rays(fixture.device, &info));
-    info = valid;
-    info.hits = (AssayHit *)(uintptr_t)0x1000;
-    expect_mistake(fixture.trace_rays(fixture.device, &info));
-    info = valid;
-    info.accelerationStructure++;
-    expect_mistake(fixture.trace_rays(fixture.device, &info));
-    info.rayCount = 0;
-    info = valid;
-    GET(fixture.trace_rays(fixture.device, &info));
+    AssayTraceInfo mistakes[] = {valid, valid, valid, valid, valid, valid};
+    mistakes[0].raySize--;
+    mistakes[1].hitSize++;
+    mistakes[2].accuracy = (AssayAccuracy)3;
+    mistakes[3].rays = NULL;
+    mistakes[4].hits = (AssayHit *)(uintptr_t)0x1000;
+    mistakes[5].accelerationStructure++;
+    for (size_t i = 0; i < ARRAY_COUNT(mistakes); i++)
+        expect_mistake(fixture.trace_rays(fixture.device, &mistakes[i]));
+    GET(fixture.trace_rays(fixture.device, &valid));
     expect_mistake(fixture.trace_rays(fixture.device, NULL));
 }
 

@@ -242,8 +242,7 @@ static void test_submits_again(void **state)
     write_boxes(&memory, true);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(commands, first.address);
-    GET(fixture.vk.EndCommandBuffer(commands));
-    GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
+    scene_submit(commands);
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
     fixture_expect_silence(&fixture);
     memory_destroy(&first);

@@ -47,6 +47,12 @@ static void read_structure(void)
             sizeof(size), &size, sizeof(size));
 }
 
+static void wait_and_read_structure(void)
+{
+    wait();
+    read_structure();
+}
+
 /* ---- tests */
 
 /* Its memory for copies went to the next command buffer when it was complete. */
@@ -55,8 +61,7 @@ static void test_one_time_submitted_twice(void **state)
     VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_invalidate_box(BOXES - 1);
     scene_build_boxes(commands, BOXES);
-    GET(fixture.vk.EndCommandBuffer(commands));
-    submit(commands);
+    scene_submit(commands);
     wait();
     expect_messages(1, "minX");
     read_structure();
@@ -66,8 +71,7 @@ static void test_one_time_submitted_twice(void **state)
                         "assay_validation.level = content: builds are not looked at, of executions "
                         "of command buffers: 1 of command buffers that were begun with "
                         "VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT and are submitted again.");
-        wait();
-        read_structure();
+        wait_and_read_structure();
         fixture_expect_silence(&fixture);
     }
 }
@@ -80,10 +84,8 @@ static void test_one_time_memory_of_another(void **state)
     VkCommandBuffer commands[2];
     commands[1] = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_build_boxes(commands[1], BOXES);
-    GET(fixture.vk.EndCommandBuffer(commands[1]));
-    submit(commands[1]);
-    wait();
-    read_structure();
+    scene_submit(commands[1]);
+    wait_and_read_structure();
     fixture_expect_silence(&fixture);
     scene_invalidate_box(0);
     commands[0] = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
@@ -95,8 +97,7 @@ static void test_one_time_memory_of_another(void **state)
                                .commandBufferCount = 2,
                                .pCommandBuffers = commands};
     GET(fixture.vk.QueueSubmit(fixture.queue, 1, &both, VK_NULL_HANDLE));
-    wait();
-    read_structure();
+    wait_and_read_structure();
     expect_messages(1, "submitted again");
     fixture_destroy_buffer(&fixture, &others);
 }
@@ -108,8 +109,7 @@ static void test_one_time_submitted_twice_at_once(void **state)
     VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_invalidate_box(0);
     scene_build_boxes(commands, 1);
-    GET(fixture.vk.EndCommandBuffer(commands));
-    submit(commands);
+    scene_submit(commands);
     submit(commands);
     wait();
     expect_messages(2, platform.is_cpu ? "minX" : "");
@@ -126,8 +126,7 @@ static void test_secondary_one_time_submitted_twice(void **state)
     GET(fixture.vk.EndCommandBuffer(secondary));
     fixture.vk.CmdExecuteCommands(primary, 1, &secondary);
     scene_build_boxes(primary, 1);
-    GET(fixture.vk.EndCommandBuffer(primary));
-    submit(primary);
+    scene_submit(primary);
     wait();
     expect_messages(2, "minX");
     submit(primary);
@@ -141,17 +140,14 @@ static void test_one_time_recorded_further(void **state)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_build_boxes(commands, BOXES);
-    GET(fixture.vk.EndCommandBuffer(commands));
-    submit(commands);
-    wait();
-    read_structure();
+    scene_submit(commands);
+    wait_and_read_structure();
     fixture_expect_silence(&fixture);
     scene_build_boxes(commands, BOXES);
     messages_clear(&fixture.instance.messages); /* it isn't in the recording state */
     submit(commands);
     expect_messages(platform.is_cpu ? 1 : 2, "looked at");
-    wait();
-    read_structure();
+    wait_and_read_structure();
     fixture_expect_silence(&fixture);
 }
 
@@ -168,10 +164,8 @@ static void test_recorded_further_after_submission(void **state)
     read_structure();
     wait();
     expect_messages(1, "minX");
-    GET(fixture.vk.EndCommandBuffer(commands));
-    submit(commands);
-    wait();
-    read_structure();
+    scene_submit(commands);
+    wait_and_read_structure();
     expect_messages(9, "minX"); /* the tenth and last that duplicate_message_limit allows */
 }
 
@@ -183,10 +177,8 @@ static void test_recorded_further_and_submitted_again(void **state)
     submit(commands);
     for (int i = 1; i < BUILDS; i++)
         scene_build_boxes(commands, BOXES);
-    GET(fixture.vk.EndCommandBuffer(commands));
-    submit(commands);
-    wait();
-    read_structure();
+    scene_submit(commands);
+    wait_and_read_structure();
     fixture_expect_silence(&fixture);
 }
 
@@ -227,8 +219,7 @@ static void test_secondary_recorded_further(void **state)
     }
     for (int i = 0; i < BUILDS; i++)
         scene_build_boxes(secondary, BOXES);
-    wait();
-    read_structure();
+    wait_and_read_structure();
     GET(fixture.vk.EndCommandBuffer(secondary));
     fixture_expect_silence(&fixture);
 }
@@ -245,8 +236,7 @@ static void test_reset_before_the_wait(void **state)
     GET(fixture.vk.EndCommandBuffer(secondary));
     fixture.vk.CmdExecuteCommands(primary, 1, &secondary);
     scene_build_boxes(primary, 1);
-    GET(fixture.vk.EndCommandBuffer(primary));
-    submit(primary);
+    scene_submit(primary);
     GET(fixture.vk.ResetCommandBuffer(secondary, 0));
     GET(fixture.vk.BeginCommandBuffer(primary, &begin));
     for (int i = 0; i < BUILDS; i++)
@@ -275,8 +265,7 @@ static void test_executed_in_circles(void **state)
     fixture.vk.CmdExecuteCommands(primary, 2, secondaries);
     fixture.vk.CmdExecuteCommands(primary, 1, &primary);
     submit(primary);
-    wait();
-    read_structure();
+    wait_and_read_structure();
 }
 
 int main(int argc, char **argv)

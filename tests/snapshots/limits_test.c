@@ -75,8 +75,7 @@ static void test_waits_for_budget(void **state)
     for (int i = 0; i < BUILDS; i++) {
         commands[i] = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
         scene_build_boxes(commands[i], BOXES);
-        GET(fixture.vk.EndCommandBuffer(commands[i]));
-        GET(fixture_submit(&fixture, commands[i], VK_NULL_HANDLE));
+        scene_submit(commands[i]);
     }
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
     assert_int_equal(bytes_copied(), BUILDS * BOXES * sizeof(VkAabbPositionsKHR));
@@ -161,8 +160,7 @@ static void test_tells_at_destruction(void **state)
     scene_invalidate_box(0);
     scene_build_boxes(commands, 1);
     fixture.vk.CmdSetEvent(commands, event, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT);
-    GET(fixture.vk.EndCommandBuffer(commands));
-    GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
+    scene_submit(commands);
     while (fixture.vk.GetEventStatus(fixture.device, event) != VK_EVENT_SET)
         continue;
     nanosleep(&(struct timespec){.tv_nsec = 100 * 1000 * 1000}, NULL);

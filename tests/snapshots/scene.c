@@ -56,6 +56,12 @@ void scene_build_boxes(VkCommandBuffer commands, uint32_t count)
     fixture_barrier(&fixture, commands);
 }
 
+void scene_submit(VkCommandBuffer commands)
+{
+    GET(fixture.vk.EndCommandBuffer(commands));
+    GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
+}
+
 void scene_write_instance(const struct device_buffer *buffer, bool is_valid)
 {
     VkAccelerationStructureInstanceKHR written = {

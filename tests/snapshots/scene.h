@@ -30,6 +30,9 @@ struct device_buffer scene_input(VkDeviceSize size);
 /* A build of the BLAS, with a barrier behind it. */
 void scene_build_boxes(VkCommandBuffer commands, uint32_t count);
 
+/* Ends a command buffer and submits it. */
+void scene_submit(VkCommandBuffer commands);
+
 /* An instance of the BLAS. If it is not valid, its transform has no inverse, which level content
  * reports. */
 void scene_write_instance(const struct device_buffer *buffer, bool is_valid);
