@@ -8,55 +8,47 @@ static struct instance_fixture other;
 
 static void test_commands_by_name(void **state)
 {
-    (void)state;
     VkuDeviceDispatchTable vk;
-    VkDevice device = instance_fixture_open_device(&instance_fixture, &vk);
+    VkDevice device = instance_fixture_open_device(&fixture, &vk);
     assert_non_null(vk.CreateAccelerationStructureKHR);
     assert_non_null(vk.GetAccelerationStructureDeviceAddressKHR);
     assert_null(vk.CreateRayTracingPipelinesKHR);
-    assert_null(instance_fixture.get_device_proc_addr(device, "vkNoSuchCommand"));
+    assert_null(fixture.get_device_proc_addr(device, "vkNoSuchCommand"));
     vk.DestroyDevice(device, NULL);
 
-    assert_int_equal(instance_fixture_create_device(&instance_fixture, NULL, NULL, 0, &device, &vk),
-                     VK_SUCCESS);
-    assert_null(instance_fixture.get_device_proc_addr(device, "vkCreateAccelerationStructureKHR"));
-    assert_null(instance_fixture.get_device_proc_addr(device, "vkCreateDeferredOperationKHR"));
+    GET(instance_fixture_create_device(&fixture, NULL, NULL, 0, &device, &vk));
+    assert_null(fixture.get_device_proc_addr(device, "vkCreateAccelerationStructureKHR"));
+    assert_null(fixture.get_device_proc_addr(device, "vkCreateDeferredOperationKHR"));
     vk.DestroyDevice(device, NULL);
-    assert_int_equal(instance_fixture.messages.count, 0);
+    assert_int_equal(fixture.messages.count, 0);
 }
 
 /* Either of the extensions that have structures is enough to trace them. */
 static void test_nv_commands_by_name(void **state)
 {
-    (void)state;
     const char *extensions[] = {VK_NV_RAY_TRACING_EXTENSION_NAME};
     VkuDeviceDispatchTable vk;
     VkDevice device;
-    assert_int_equal(
-        instance_fixture_create_device(&instance_fixture, NULL, extensions, 1, &device, &vk),
-        VK_SUCCESS);
+    GET(instance_fixture_create_device(&fixture, NULL, extensions, 1, &device, &vk));
     assert_non_null(vk.CreateAccelerationStructureNV);
     assert_non_null(vk.CmdBuildAccelerationStructureNV);
     assert_non_null(vk.CmdTraceRaysNV);
     assert_null(vk.CreateAccelerationStructureKHR);
     assert_null(vk.CreateDeferredOperationKHR);
-    assert_non_null(instance_fixture.get_device_proc_addr(device, "vkTraceRaysASSAY"));
+    assert_non_null(fixture.get_device_proc_addr(device, "vkTraceRaysASSAY"));
     vk.DestroyDevice(device, NULL);
 
     extensions[0] = VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME;
-    assert_int_equal(
-        instance_fixture_create_device(&instance_fixture, NULL, extensions, 1, &device, &vk),
-        VK_SUCCESS);
-    assert_null(instance_fixture.get_device_proc_addr(device, "vkCreateAccelerationStructureNV"));
-    assert_null(instance_fixture.get_device_proc_addr(device, "vkCreateRayTracingPipelinesNV"));
+    GET(instance_fixture_create_device(&fixture, NULL, extensions, 1, &device, &vk));
+    assert_null(fixture.get_device_proc_addr(device, "vkCreateAccelerationStructureNV"));
+    assert_null(fixture.get_device_proc_addr(device, "vkCreateRayTracingPipelinesNV"));
     vk.DestroyDevice(device, NULL);
-    assert_int_equal(instance_fixture.messages.count, 0);
+    assert_int_equal(fixture.messages.count, 0);
 }
 
 /* What a driver has of the same extension isn't asked. */
 static void test_over_a_driver_with_nv(void **state)
 {
-    (void)state;
     if (!platform.is_null)
         skip();
     static const struct instance_fixture_setup setup = {.driver_traces = true};
@@ -69,9 +61,8 @@ static void test_over_a_driver_with_nv(void **state)
         .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV}};
     instance_fixture_open(&other, &platform, &setup);
     assert_int_equal(instance_fixture_count_extension(&other, VK_NV_RAY_TRACING_EXTENSION_NAME), 1);
-    assert_int_equal(instance_fixture_create_device(&other, NULL, extensions, 1, &device, &vk),
-                     VK_SUCCESS);
-    assert_int_equal(vk.CreateAccelerationStructureNV(device, &info, NULL, &structure), VK_SUCCESS);
+    GET(instance_fixture_create_device(&other, NULL, extensions, 1, &device, &vk));
+    GET(vk.CreateAccelerationStructureNV(device, &info, NULL, &structure));
     vk.DestroyAccelerationStructureNV(device, structure, NULL);
     assert_int_equal(platform.null_driver.calls("vkCreateAccelerationStructureNV"), 0);
     vk.DestroyDevice(device, NULL);
@@ -80,23 +71,18 @@ static void test_over_a_driver_with_nv(void **state)
 
 static void test_two_devices(void **state)
 {
-    (void)state;
     VkuDeviceDispatchTable vk, plain;
-    VkDevice with = instance_fixture_open_device(&instance_fixture, &vk), without;
-    assert_int_equal(
-        instance_fixture_create_device(&instance_fixture, NULL, NULL, 0, &without, &plain),
-        VK_SUCCESS);
+    VkDevice with = instance_fixture_open_device(&fixture, &vk), without;
+    GET(instance_fixture_create_device(&fixture, NULL, NULL, 0, &without, &plain));
     plain.DestroyDevice(without, NULL);
-    assert_non_null(
-        instance_fixture.get_device_proc_addr(with, "vkCreateAccelerationStructureKHR"));
+    assert_non_null(fixture.get_device_proc_addr(with, "vkCreateAccelerationStructureKHR"));
     vk.DestroyDevice(with, NULL);
-    assert_int_equal(instance_fixture.messages.count, 0);
+    assert_int_equal(fixture.messages.count, 0);
 }
 
 /* Whatever stands before and behind the features in the chain, also what nobody knows. */
 static void test_chains(void **state)
 {
-    (void)state;
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
                                              VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
@@ -130,19 +116,16 @@ static void test_chains(void **state)
             heads[i] = *links[i];
         VkuDeviceDispatchTable vk;
         VkDevice device;
-        assert_int_equal(
-            instance_fixture_create_device(&instance_fixture, chain, extensions, 3, &device, &vk),
-            VK_SUCCESS);
+        GET(instance_fixture_create_device(&fixture, chain, extensions, 3, &device, &vk));
         for (unsigned i = 0; i < LINKS; i++)
             assert_memory_equal(&heads[i], links[i], sizeof(heads[i]));
         vk.DestroyDevice(device, NULL);
     }
-    assert_int_equal(instance_fixture.messages.count, 0);
+    assert_int_equal(fixture.messages.count, 0);
 }
 
 static void test_what_is_not_offered(void **state)
 {
-    (void)state;
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
                                              VK_KHR_RAY_QUERY_EXTENSION_NAME};
@@ -150,36 +133,32 @@ static void test_what_is_not_offered(void **state)
     VkDevice device;
     VkPhysicalDeviceRayQueryFeaturesKHR query = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = VK_TRUE};
-    assert_int_equal(
-        instance_fixture_create_device(&instance_fixture, &query, extensions, 2, &device, &vk),
-        VK_ERROR_FEATURE_NOT_PRESENT);
-    assert_int_equal(
-        messages_count(&instance_fixture.messages, "ASSAY-error", "assay_validation.backend"), 1);
-    assert_int_equal(messages_count(&instance_fixture.messages, "ASSAY-error", "RayQueryFeatures"),
+    assert_int_equal(instance_fixture_create_device(&fixture, &query, extensions, 2, &device, &vk),
+                     VK_ERROR_FEATURE_NOT_PRESENT);
+    assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", "assay_validation.backend"),
                      1);
-    assert_int_equal(
-        instance_fixture_create_device(&instance_fixture, NULL, extensions, 3, &device, &vk),
-        VK_ERROR_EXTENSION_NOT_PRESENT);
+    assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", "RayQueryFeatures"), 1);
+    assert_int_equal(instance_fixture_create_device(&fixture, NULL, extensions, 3, &device, &vk),
+                     VK_ERROR_EXTENSION_NOT_PRESENT);
     VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
         .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE};
-    assert_int_equal(
-        instance_fixture_create_device(&instance_fixture, &motion, extensions, 2, &device, &vk),
-        VK_ERROR_FEATURE_NOT_PRESENT);
-    assert_int_equal(
-        messages_count(&instance_fixture.messages, "ASSAY-error", "PipelineTraceRaysIndirect"), 1);
+    assert_int_equal(instance_fixture_create_device(&fixture, &motion, extensions, 2, &device, &vk),
+                     VK_ERROR_FEATURE_NOT_PRESENT);
+    assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", "PipelineTraceRaysIndirect"),
+                     1);
 
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
         .accelerationStructure = VK_TRUE,
         .accelerationStructureCaptureReplay = VK_TRUE};
     assert_int_equal(
-        instance_fixture_create_device(&instance_fixture, &structures, extensions, 2, &device, &vk),
+        instance_fixture_create_device(&fixture, &structures, extensions, 2, &device, &vk),
         VK_ERROR_FEATURE_NOT_PRESENT);
-    assert_int_equal(messages_count(&instance_fixture.messages, "ASSAY-error", "CaptureReplay"), 1);
+    assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", "CaptureReplay"), 1);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_commands_by_name, offer_open, offer_close),
@@ -189,10 +168,5 @@ static int run_all(void)
         cmocka_unit_test_setup_teardown(test_chains, offer_open, offer_close),
         cmocka_unit_test_setup_teardown(test_what_is_not_offered, offer_open, offer_close),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return offer_main(argc, argv, run_all);
+    return offer_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -38,31 +38,27 @@ static bool is_offered(const char *name)
 
 static void test_extensions(void **state)
 {
-    (void)state;
     for (size_t i = 0; i < registry_ray_tracing_count; i++)
+        assert_int_equal(instance_fixture_count_extension(&fixture, registry_ray_tracing[i]),
+                         is_offered(registry_ray_tracing[i]));
+    for (uint32_t i = 0; i < fixture.extension_count; i++)
         assert_int_equal(
-            instance_fixture_count_extension(&instance_fixture, registry_ray_tracing[i]),
-            is_offered(registry_ray_tracing[i]));
-    for (uint32_t i = 0; i < instance_fixture.extension_count; i++)
-        assert_int_equal(instance_fixture_count_extension(
-                             &instance_fixture, instance_fixture.extensions[i].extensionName),
-                         1);
+            instance_fixture_count_extension(&fixture, fixture.extensions[i].extensionName), 1);
 }
 
 /* The rest is the driver's, in the driver's order. */
 static void test_other_extensions(void **state)
 {
-    (void)state;
     instance_fixture_open(&other, &platform, &on_driver);
     uint32_t at = 0;
     for (uint32_t i = 0; i < other.extension_count; i++) {
         const VkExtensionProperties *theirs = &other.extensions[i];
         if (registry_is_ray_tracing(theirs->extensionName))
             continue;
-        assert_string_equal(instance_fixture.extensions[at].extensionName, theirs->extensionName);
-        assert_int_equal(instance_fixture.extensions[at++].specVersion, theirs->specVersion);
+        assert_string_equal(fixture.extensions[at].extensionName, theirs->extensionName);
+        assert_int_equal(fixture.extensions[at++].specVersion, theirs->specVersion);
     }
-    assert_int_equal(at + OFFERED, instance_fixture.extension_count);
+    assert_int_equal(at + OFFERED, fixture.extension_count);
     if (platform.is_null)
         assert_int_equal(instance_fixture_count_extension(&other, VK_KHR_RAY_QUERY_EXTENSION_NAME),
                          1);
@@ -71,44 +67,41 @@ static void test_other_extensions(void **state)
 
 static void test_extension_counts(void **state)
 {
-    (void)state;
     const PFN_vkEnumerateDeviceExtensionProperties enumerate =
-        instance_fixture.vk.EnumerateDeviceExtensionProperties;
+        fixture.vk.EnumerateDeviceExtensionProperties;
     static VkExtensionProperties list[INSTANCE_FIXTURE_EXTENSIONS_MAX];
     uint32_t count = 77;
-    assert_int_equal(enumerate(instance_fixture.physical, NULL, &count, NULL), VK_SUCCESS);
-    assert_int_equal(count, instance_fixture.extension_count);
+    GET(enumerate(fixture.physical, NULL, &count, NULL));
+    assert_int_equal(count, fixture.extension_count);
 
-    for (uint32_t room = 0; room <= instance_fixture.extension_count + 1; room++) {
+    for (uint32_t room = 0; room <= fixture.extension_count + 1; room++) {
         memset(list, 0x5a, sizeof(list));
         count = room;
-        const bool is_all = room >= instance_fixture.extension_count;
-        assert_int_equal(enumerate(instance_fixture.physical, NULL, &count, list),
+        const bool is_all = room >= fixture.extension_count;
+        assert_int_equal(enumerate(fixture.physical, NULL, &count, list),
                          is_all ? VK_SUCCESS : VK_INCOMPLETE);
-        assert_int_equal(count, is_all ? instance_fixture.extension_count : room);
-        assert_memory_equal(list, instance_fixture.extensions, count * sizeof(*list));
+        assert_int_equal(count, is_all ? fixture.extension_count : room);
+        assert_memory_equal(list, fixture.extensions, count * sizeof(*list));
         assert_int_equal(list[count].extensionName[0], 0x5a);
     }
 }
 
 static void test_failing_enumeration(void **state)
 {
-    (void)state;
     if (!platform.is_null)
         skip();
     uint32_t count = 77;
     platform.null_driver.fail_next("vkEnumerateDeviceExtensionProperties",
                                    VK_ERROR_OUT_OF_HOST_MEMORY);
-    assert_int_equal(instance_fixture.vk.EnumerateDeviceExtensionProperties(
-                         instance_fixture.physical, NULL, &count, NULL),
-                     VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_int_equal(
+        fixture.vk.EnumerateDeviceExtensionProperties(fixture.physical, NULL, &count, NULL),
+        VK_ERROR_OUT_OF_HOST_MEMORY);
 }
 
 /* ---- features and properties */
 
 static void test_features(void **state)
 {
-    (void)state;
     VkPhysicalDeviceRayQueryFeaturesKHR query = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = 77};
     VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
@@ -145,7 +138,7 @@ static void test_features(void **state)
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, .pNext = &structures};
     VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
                                           .pNext = &core};
-    instance_fixture.vk.GetPhysicalDeviceFeatures2(instance_fixture.physical, &features);
+    fixture.vk.GetPhysicalDeviceFeatures2(fixture.physical, &features);
     assert_true(structures.accelerationStructure);
     assert_true(structures.accelerationStructureIndirectBuild);
     assert_true(structures.accelerationStructureHostCommands);
@@ -171,7 +164,6 @@ static void test_features(void **state)
 
 static void test_properties(void **state)
 {
-    (void)state;
     VkPhysicalDeviceRayTracingPipelinePropertiesKHR pipelines = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR,
         .maxRayRecursionDepth = 77};
@@ -193,7 +185,7 @@ static void test_properties(void **state)
         .pNext = &nv};
     VkPhysicalDeviceProperties2 properties = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &structures};
-    instance_fixture.vk.GetPhysicalDeviceProperties2(instance_fixture.physical, &properties);
+    fixture.vk.GetPhysicalDeviceProperties2(fixture.physical, &properties);
     /* The least that the specification allows. */
     assert_true(structures.maxGeometryCount >= (1 << 24) - 1);
     assert_true(structures.maxInstanceCount >= (1 << 24) - 1);
@@ -225,20 +217,17 @@ enum {
 
 static void test_formats(void **state)
 {
-    (void)state;
     for (VkFormat format = VK_FORMAT_UNDEFINED; format <= VK_FORMAT_ASTC_12x12_SRGB_BLOCK;
          format++) {
         const bool is_vertex = vertex_format_find(format) != NULL;
         VkFormatProperties first;
-        instance_fixture.vk.GetPhysicalDeviceFormatProperties(instance_fixture.physical, format,
-                                                              &first);
+        fixture.vk.GetPhysicalDeviceFormatProperties(fixture.physical, format, &first);
         assert_int_equal((first.bufferFeatures & VERTICES) != 0, is_vertex);
 
         VkFormatProperties3 third = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3};
         VkFormatProperties2 second = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2,
                                       .pNext = &third};
-        instance_fixture.vk.GetPhysicalDeviceFormatProperties2(instance_fixture.physical, format,
-                                                               &second);
+        fixture.vk.GetPhysicalDeviceFormatProperties2(fixture.physical, format, &second);
         assert_int_equal(second.formatProperties.bufferFeatures, first.bufferFeatures);
         assert_int_equal((third.bufferFeatures & VERTICES) != 0, is_vertex);
         const bool is_radius =
@@ -276,21 +265,18 @@ static void configure_without_addresses(struct null_driver_config *config)
 
 static void test_vulkan_1_0(void **state)
 {
-    (void)state;
     test_without_what_it_needs(&(struct instance_fixture_setup){.configure = configure_1_0});
     test_without_what_it_needs(&(struct instance_fixture_setup){.api_version = VK_API_VERSION_1_0});
 }
 
 static void test_no_buffer_addresses(void **state)
 {
-    (void)state;
     test_without_what_it_needs(
         &(struct instance_fixture_setup){.configure = configure_without_addresses});
 }
 
 static void test_backend_driver(void **state)
 {
-    (void)state;
     instance_fixture_open(&other, &platform, &on_driver);
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR};
@@ -301,7 +287,7 @@ static void test_backend_driver(void **state)
     instance_fixture_close(&other);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_extensions, offer_open, offer_close),
@@ -315,10 +301,5 @@ static int run_all(void)
         cmocka_unit_test(test_no_buffer_addresses),
         cmocka_unit_test(test_backend_driver),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return offer_main(argc, argv, run_all);
+    return offer_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -14,34 +14,27 @@ unsigned refusals;
 
 struct layer_device *layer_find_device(const void *dispatchable)
 {
-    (void)dispatchable;
     return &device;
 }
 
 struct layer_device *layer_find_recording_device(VkCommandBuffer handle)
 {
-    (void)handle;
     return &device;
 }
 
 struct layer_instance *layer_find_instance(const void *dispatchable)
 {
-    (void)dispatchable;
     return &instance;
 }
 
 bool cpu_advertises(const struct layer_instance *of, VkPhysicalDevice physical_device)
 {
-    (void)of;
-    (void)physical_device;
     return true;
 }
 
 void cpu_report_unsupported(const struct layer_instance *of_instance, const char *command,
                             const char *what)
 {
-    (void)of_instance;
-    (void)what;
     refused_command = command;
     refusals++;
 }

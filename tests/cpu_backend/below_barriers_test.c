@@ -1,18 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the driver sees of stages and accesses of ray tracing: barriers, events and timestamps. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "../report/scarce_memory.h"
 #include "below_masks.h"
 #include "layer/cpu/commands.h"
-
-#pragma GCC diagnostic ignored "-Wunused-parameter"
+#include "tests/fixture/objects.h"
 
 /* ---- the driver */
 
@@ -32,7 +25,6 @@ static struct {
 
 static int clear(void **state)
 {
-    (void)state;
     memset(&seen, 0, sizeof(seen));
     return 0;
 }
@@ -149,10 +141,18 @@ static void barrier(VkPipelineStageFlags src, VkPipelineStageFlags dst, uint32_t
                            NULL, 0, NULL);
 }
 
+static void expect_masks(VkPipelineStageFlags src, VkPipelineStageFlags dst,
+                         VkAccessFlags src_access, VkAccessFlags dst_access)
+{
+    assert_int_equal(seen.src, src);
+    assert_int_equal(seen.dst, dst);
+    assert_int_equal(seen.memory[0].srcAccessMask, src_access);
+    assert_int_equal(seen.memory[0].dstAccessMask, dst_access);
+}
+
 /* What has no bit of ray tracing is not even copied. */
 static void test_other_barriers_pass(void **state)
 {
-    (void)state;
     const VkMemoryBarrier memory = {.srcAccessMask = SHADER_WRITE, .dstAccessMask = SHADER_READ};
     barrier(COMPUTE, ALL, 1, &memory);
     assert_int_equal(seen.calls, 1);
@@ -164,31 +164,22 @@ static void test_other_barriers_pass(void **state)
 /* What builds read, they read with any access: the copies that stand for it read memory. */
 static void test_barrier_before_a_build(void **state)
 {
-    (void)state;
     const VkMemoryBarrier memory = {.srcAccessMask = SHADER_WRITE, .dstAccessMask = SHADER_READ};
     barrier(COMPUTE, BUILD, 1, &memory);
-    assert_int_equal(seen.src, COMPUTE);
-    assert_int_equal(seen.dst, ALL);
-    assert_int_equal(seen.memory[0].srcAccessMask, SHADER_WRITE);
-    assert_int_equal(seen.memory[0].dstAccessMask, SHADER_READ | MEMORY_READ);
+    expect_masks(COMPUTE, ALL, SHADER_WRITE, SHADER_READ | MEMORY_READ);
     assert_int_equal(memory.dstAccessMask, SHADER_READ);
 }
 
 static void test_barrier_between_builds(void **state)
 {
-    (void)state;
     const VkMemoryBarrier memory = {.srcAccessMask = WRITE, .dstAccessMask = READ | WRITE};
     barrier(BUILD, BUILD | COMPUTE, 1, &memory);
-    assert_int_equal(seen.src, ALL);
-    assert_int_equal(seen.dst, ALL | COMPUTE);
-    assert_int_equal(seen.memory[0].srcAccessMask, MEMORY_READ | MEMORY_WRITE);
-    assert_int_equal(seen.memory[0].dstAccessMask, MEMORY_READ | MEMORY_WRITE);
+    expect_masks(ALL, ALL | COMPUTE, MEMORY_READ | MEMORY_WRITE, MEMORY_READ | MEMORY_WRITE);
 }
 
 /* An access of ray tracing at a stage that isn't. */
 static void test_access_alone(void **state)
 {
-    (void)state;
     const VkMemoryBarrier memory = {.srcAccessMask = WRITE, .dstAccessMask = READ};
     barrier(ALL, ALL, 1, &memory);
     assert_int_equal(seen.memory[0].srcAccessMask, MEMORY_WRITE);
@@ -200,7 +191,6 @@ static void test_access_alone(void **state)
 
 static void test_all_kinds_of_barriers(void **state)
 {
-    (void)state;
     const VkBufferMemoryBarrier buffer = {.srcAccessMask = WRITE,
                                           .dstAccessMask = READ,
                                           .buffer = (VkBuffer)(uintptr_t)7,
@@ -226,7 +216,6 @@ static void test_all_kinds_of_barriers(void **state)
 /* More than the stack takes; without memory the call goes down as it is. */
 static void test_many_barriers(void **state)
 {
-    (void)state;
     static VkMemoryBarrier memory[MANY];
     for (unsigned i = 0; i < MANY; i++)
         memory[i].dstAccessMask = i == MANY - 1 ? READ : SHADER_READ;
@@ -247,7 +236,6 @@ static void test_many_barriers(void **state)
 
 static void test_stages_alone(void **state)
 {
-    (void)state;
     cpu_CmdSetEvent(COMMAND_BUFFER, VK_NULL_HANDLE, BUILD | COMPUTE);
     assert_int_equal(seen.stage, ALL | COMPUTE);
     cpu_CmdResetEvent(COMMAND_BUFFER, VK_NULL_HANDLE, COMPUTE);
@@ -267,7 +255,6 @@ static void test_stages_alone(void **state)
 
 static void test_other_dependencies_pass(void **state)
 {
-    (void)state;
     const VkMemoryBarrier2 memory = {.srcStageMask = COMPUTE,
                                      .srcAccessMask = VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
                                      .dstStageMask = ALL,
@@ -280,7 +267,6 @@ static void test_other_dependencies_pass(void **state)
 
 static void test_dependency(void **state)
 {
-    (void)state;
     const VkMemoryBarrier2 memory[] = {
         {.srcStageMask = VK_PIPELINE_STAGE_2_COPY_BIT,
          .srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT,
@@ -323,7 +309,6 @@ static void test_dependency(void **state)
 
 static void test_waits_for_events(void **state)
 {
-    (void)state;
     const VkMemoryBarrier2 plain = {.srcStageMask = COMPUTE, .dstStageMask = COMPUTE};
     const VkMemoryBarrier2 traced = {.srcStageMask = BUILD, .dstStageMask = COMPUTE};
     const VkDependencyInfo infos[] = {
@@ -343,7 +328,6 @@ static void test_waits_for_events(void **state)
 /* Every allocation fails in turn; the last life has all. */
 static void test_dependencies_without_memory(void **state)
 {
-    (void)state;
     static VkMemoryBarrier2 memory[MANY];
     const VkMemoryRangeBarrierKHR range = {.srcStageMask = BUILD};
     const VkMemoryRangeBarriersInfoKHR ranges = {

@@ -1,17 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the driver sees of descriptors, of which those of structures are refused. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "below.h"
 #include "layer/cpu/commands.h"
-
-#pragma GCC diagnostic ignored "-Wunused-parameter"
+#include "tests/fixture/objects.h"
 
 #define STRUCTURE VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR
 #define OTHER VK_DESCRIPTOR_TYPE_STORAGE_BUFFER
@@ -25,7 +18,6 @@ static struct {
 
 static int clear(void **state)
 {
-    (void)state;
     memset(&seen, 0, sizeof(seen));
     refusals = 0;
     refused_command = "";
@@ -123,7 +115,6 @@ static VkResult try_layout(VkDescriptorType type, const void *chain)
 
 static void test_layouts(void **state)
 {
-    (void)state;
     static const VkDescriptorType types[] = {OTHER, STRUCTURE};
     const VkMutableDescriptorTypeListEXT list = {2, types};
     const VkMutableDescriptorTypeCreateInfoEXT mutable = {
@@ -142,7 +133,6 @@ static void test_layouts(void **state)
 
 static void test_pools_and_templates(void **state)
 {
-    (void)state;
     VkDescriptorPoolSize size = {OTHER, 1};
     const VkDescriptorPoolCreateInfo info = {.poolSizeCount = 1, .pPoolSizes = &size};
     VkDescriptorUpdateTemplateEntry entry = {.descriptorType = OTHER};
@@ -197,14 +187,12 @@ static void check_writes(unsigned structures)
 
 static void test_writes(void **state)
 {
-    (void)state;
     for (unsigned structures = 0; structures < 16; structures++)
         check_writes(structures);
 }
 
 static void test_descriptors_in_memory(void **state)
 {
-    (void)state;
     VkDescriptorGetInfoEXT info = {.type = OTHER};
     char data[16];
     cpu_GetDescriptorEXT(DEVICE, &info, sizeof(data), data);

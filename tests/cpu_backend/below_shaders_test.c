@@ -1,16 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the driver sees of shaders, of which those that trace rays are refused. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "below.h"
 #include "layer/cpu/commands.h"
-
-#pragma GCC diagnostic ignored "-Wunused-parameter"
+#include "tests/fixture/objects.h"
 
 /* ---- the driver */
 
@@ -18,7 +11,6 @@ static unsigned calls;
 
 static int clear(void **state)
 {
-    (void)state;
     calls = 0;
     refusals = 0;
     refused_command = "";
@@ -104,7 +96,6 @@ static VkResult try_code(const uint32_t *code, size_t size)
 
 static void test_shaders(void **state)
 {
-    (void)state;
     assert_int_equal(try_code(plain, sizeof(plain)), VK_SUCCESS);
     assert_int_equal(try_code(behind, sizeof(behind)), VK_SUCCESS);
     assert_int_equal(try_code(plain, 8), VK_SUCCESS);
@@ -121,7 +112,6 @@ static void test_shaders(void **state)
 
 static void test_pipelines_of_nv(void **state)
 {
-    (void)state;
     VkPipeline pipelines[2] = {(VkPipeline)(uintptr_t)7, (VkPipeline)(uintptr_t)7};
     char data[16];
     assert_int_equal(

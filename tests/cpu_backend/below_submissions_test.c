@@ -1,18 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the driver sees of stages and accesses of ray tracing: submissions and render passes. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "../report/scarce_memory.h"
 #include "below_masks.h"
 #include "layer/cpu/commands.h"
-
-#pragma GCC diagnostic ignored "-Wunused-parameter"
+#include "tests/fixture/objects.h"
 
 /* ---- the driver */
 
@@ -27,7 +20,6 @@ static struct {
 
 static int clear(void **state)
 {
-    (void)state;
     memset(&seen, 0, sizeof(seen));
     return 0;
 }
@@ -80,7 +72,6 @@ static VKAPI_ATTR VkResult VKAPI_CALL create_render_pass2(VkDevice device,
 
 static void test_submissions(void **state)
 {
-    (void)state;
     const VkPipelineStageFlags plain = COMPUTE, traced = BUILD | COMPUTE;
     const VkSemaphore semaphore = VK_NULL_HANDLE;
     const VkSubmitInfo submits[] = {
@@ -98,7 +89,6 @@ static void test_submissions(void **state)
 
 static void test_submissions2(void **state)
 {
-    (void)state;
     VkSemaphoreSubmitInfo wait = {.stageMask = COMPUTE}, signal = {.stageMask = COMPUTE};
     const VkSubmitInfo2 submit = {.waitSemaphoreInfoCount = 1,
                                   .pWaitSemaphoreInfos = &wait,
@@ -114,7 +104,6 @@ static void test_submissions2(void **state)
 
 static void test_submissions_without_memory(void **state)
 {
-    (void)state;
     static VkSubmitInfo submits[MANY];
     static const VkPipelineStageFlags traced = BUILD;
     submits[0].waitSemaphoreCount = 1;
@@ -130,7 +119,6 @@ static void test_submissions_without_memory(void **state)
 
 static void test_render_pass(void **state)
 {
-    (void)state;
     VkSubpassDependency dependency = {.srcSubpass = VK_SUBPASS_EXTERNAL,
                                       .srcStageMask = COMPUTE,
                                       .dstStageMask = COMPUTE,
@@ -151,7 +139,6 @@ static void test_render_pass(void **state)
 
 static void test_render_pass2(void **state)
 {
-    (void)state;
     VkMemoryBarrier2 barrier2 = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
                                  .srcStageMask = COMPUTE,
                                  .dstStageMask = COMPUTE};

@@ -1,18 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the driver sees of buffers' usage. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "../report/scarce_memory.h"
 #include "below.h"
 #include "layer/cpu/commands.h"
-
-#pragma GCC diagnostic ignored "-Wunused-parameter"
+#include "tests/fixture/objects.h"
 
 enum {
     MANY = 100, /* more than fit on the stack */
@@ -38,7 +31,6 @@ static struct {
 
 static int clear(void **state)
 {
-    (void)state;
     memset(&seen, 0, sizeof(seen));
     return 0;
 }
@@ -98,7 +90,6 @@ static VkBufferUsageFlags create(VkBufferUsageFlags usage, const void *chain)
 
 static void test_usage(void **state)
 {
-    (void)state;
     assert_int_equal(create(VERTEX, NULL), VERTEX);
     assert_int_equal(create(STORAGE, NULL), COPIES);
     assert_int_equal(create(INPUT | VERTEX | ADDRESS, NULL), VERTEX | ADDRESS | COPIES);
@@ -108,7 +99,6 @@ static void test_usage(void **state)
 
 static void test_usage_in_the_chain(void **state)
 {
-    (void)state;
     const VkExternalMemoryBufferCreateInfo last = {
         .sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO};
     const VkBufferUsageFlags2CreateInfo flags2 = {
@@ -147,7 +137,6 @@ static void test_usage_in_the_chain(void **state)
 /* The usage that the driver knows the buffer by. */
 static void test_descriptor_buffers(void **state)
 {
-    (void)state;
     enum { SAMPLERS = VK_BUFFER_USAGE_SAMPLER_DESCRIPTOR_BUFFER_BIT_EXT };
     const VkBufferUsageFlags2CreateInfo flags2 = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,

@@ -26,7 +26,6 @@ static uint32_t runs, warnings;
 
 uint32_t cpu_playback_take_failed(struct cpu_playback *playback)
 {
-    (void)playback;
     uint32_t count = lost;
     lost = 0;
     return count;
@@ -35,40 +34,25 @@ uint32_t cpu_playback_take_failed(struct cpu_playback *playback)
 void cpu_playback_run(struct cpu_playback *playback, struct execution *execution,
                       struct timestamp timestamp)
 {
-    (void)playback;
-    (void)execution;
-    (void)timestamp;
     runs++;
 }
 
-void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delivery *delivery)
-{
-    (void)playback;
-    (void)delivery;
-}
+void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delivery *delivery) {}
 
 bool cpu_playback_has_results(struct cpu_playback *playback)
 {
-    (void)playback;
     return false;
 }
 
-void cpu_playback_forget_buffer(struct cpu_playback *playback, VkBuffer buffer)
-{
-    (void)playback;
-    (void)buffer;
-}
+void cpu_playback_forget_buffer(struct cpu_playback *playback, VkBuffer buffer) {}
 
 void reporter_warn(struct reporter *reporter, const char *line)
 {
-    (void)reporter;
-    (void)line;
     warnings++;
 }
 
 void warn_lack_of_copies(const struct layer_device *of_device)
 {
-    (void)of_device;
     warnings++;
 }
 
@@ -76,51 +60,29 @@ void warn_lack_of_copies(const struct layer_device *of_device)
 
 struct layer_device *layer_find_device(const void *dispatchable)
 {
-    (void)dispatchable;
     return NULL;
 }
 
-void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock)
-{
-    (void)order;
-    (void)clock;
-}
+void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock) {}
 
 bool snapshots_queue_family(struct snapshots *snapshots, VkQueue queue, uint32_t *family)
 {
-    (void)snapshots;
-    (void)queue;
-    (void)family;
     return false;
 }
 
-void snapshots_lock_queues(struct snapshots *snapshots)
-{
-    (void)snapshots;
-}
+void snapshots_lock_queues(struct snapshots *snapshots) {}
 
-void snapshots_unlock_queues(struct snapshots *snapshots)
-{
-    (void)snapshots;
-}
+void snapshots_unlock_queues(struct snapshots *snapshots) {}
 
 VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chunk **chunk)
 {
-    (void)staging;
-    (void)size;
-    (void)chunk;
     return VK_ERROR_OUT_OF_HOST_MEMORY;
 }
 
-void staging_give_back(struct staging *staging, struct staging_chunk *chunk)
-{
-    (void)staging;
-    (void)chunk;
-}
+void staging_give_back(struct staging *staging, struct staging_chunk *chunk) {}
 
 VkQueue ticket_queue(const struct ticket *ticket)
 {
-    (void)ticket;
     return VK_NULL_HANDLE;
 }
 
@@ -144,7 +106,6 @@ static void test_warnings_follow_a_run_in_order(void **state)
 {
     static const struct batch_run batch;
     const struct snapshots_consumer *consumer = set_up();
-    (void)state;
     consumer->run(consumer->user, &(struct submitted_execution){.batch = &batch});
     assert_int_equal(runs, 1);
     assert_int_equal(warnings, 3);
@@ -153,7 +114,6 @@ static void test_warnings_follow_a_run_in_order(void **state)
 static void test_warnings_wait_while_queues_are_locked(void **state)
 {
     const struct snapshots_consumer *consumer = set_up();
-    (void)state;
     consumer->run(consumer->user, &(struct submitted_execution){.timestamp = timestamp_never()});
     assert_int_equal(runs, 1);
     assert_int_equal(warnings, 0);

@@ -6,10 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static struct fixture *const fixture = &device.fixture;
-
-static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-
 /* A buffer on the memory of another one. */
 static VkBuffer create_alias(const struct device_buffer *buffer, VkDeviceSize size)
 {
@@ -22,9 +18,9 @@ static VkBuffer create_alias(const struct device_buffer *buffer, VkDeviceSize si
     };
     VkBuffer alias;
     VkMemoryRequirements requirements;
-    expect(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &alias));
+    GET(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &alias));
     fixture->vk.GetBufferMemoryRequirements(fixture->device, alias, &requirements);
-    expect(fixture->vk.BindBufferMemory(fixture->device, alias, buffer->memory, 0));
+    GET(fixture->vk.BindBufferMemory(fixture->device, alias, buffer->memory, 0));
     const VkBufferDeviceAddressInfo address = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = alias};
     assert_int_equal(fixture->vk.GetBufferDeviceAddress(fixture->device, &address),
@@ -54,10 +50,8 @@ static void free_lures(struct lures *lures)
 
 static void test_builds(void **state)
 {
-    (void)state;
-    struct result_scene scene;
     struct lures lures;
-    result_scene_open(&scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
+    result_scene_open(COMPACTED_SIZE);
     struct device_buffer *data = &scene.build.data;
     memcpy(data->bytes, scene.host.data, scene.build.size);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -66,29 +60,20 @@ static void test_builds(void **state)
     device_finish(&device, commands);
     assert_true(fixture_trace(fixture, scene.blas.handle, 0.25f, 0.25f).isHit);
     free_lures(&lures);
-    result_scene_close(&scene);
 }
 
 static void test_serializes(void **state)
 {
-    (void)state;
-    struct result_scene scene;
     struct lures lures;
     size_t size;
-    result_scene_open(&scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
+    result_scene_open(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
+    result_scene_record_build(commands);
     device_finish(&device, commands);
     void *expected = device_serialize(&device, scene.blas.handle, &size);
     struct device_buffer buffer = device_buffer_create(&device, size);
-    const VkCopyAccelerationStructureToMemoryInfoKHR save = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = scene.blas.handle,
-        .dst.deviceAddress = buffer.address,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
-    };
     commands = device_begin(&device, PRIMARY);
-    fixture->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &save);
+    device_save(&device, commands, scene.blas.handle, buffer.address);
     replace(&buffer, size, &lures);
     device_finish(&device, commands);
     assert_memory_equal(buffer.bytes, expected, size);
@@ -97,32 +82,22 @@ static void test_serializes(void **state)
     free(expected);
     free_lures(&lures);
     device_buffer_destroy(&device, &buffer);
-    result_scene_close(&scene);
 }
 
 static void test_deserializes(void **state)
 {
-    (void)state;
-    struct result_scene scene;
     struct lures lures;
     size_t size;
-    result_scene_open(&scene, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
+    result_scene_open(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
+    result_scene_record_build(commands);
     device_finish(&device, commands);
     void *bytes = device_serialize(&device, scene.blas.handle, &size);
     struct device_buffer buffer = device_buffer_create(&device, size);
     memcpy(buffer.bytes, bytes, size);
-    struct fixture_structure loaded =
-        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-    const VkCopyMemoryToAccelerationStructureInfoKHR load = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.deviceAddress = buffer.address,
-        .dst = loaded.handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-    };
+    struct fixture_structure loaded = fixture_create_blas(fixture, scene.blas.size);
     commands = device_begin(&device, PRIMARY);
-    fixture->vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &load);
+    device_load(&device, commands, buffer.address, loaded.handle);
     replace(&buffer, size, &lures);
     device_finish(&device, commands);
     assert_true(fixture_trace(fixture, loaded.handle, 0.25f, 0.25f).isHit);
@@ -130,20 +105,14 @@ static void test_deserializes(void **state)
     free_lures(&lures);
     fixture_destroy(fixture, &loaded);
     device_buffer_destroy(&device, &buffer);
-    result_scene_close(&scene);
-}
-
-static int run_all(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_builds),
-        cmocka_unit_test(test_serializes),
-        cmocka_unit_test(test_deserializes),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
 
 int main(int argc, char **argv)
 {
-    return device_fixture_main(&device, argc, argv, run_all);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_builds, result_scene_close),
+        cmocka_unit_test_teardown(test_serializes, result_scene_close),
+        cmocka_unit_test_teardown(test_deserializes, result_scene_close),
+    };
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -21,50 +21,51 @@ static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
 
 /* ---- scenes: a BLAS of triangles, and a TLAS of two instances of it */
 
-struct scene {
+static struct {
     struct fixture_build host_triangles, host_instances;
     struct device_build triangles, instances;
     struct fixture_structure blas, tlas;
-};
+} scene;
 
-static void open_scene(struct scene *scene, VkBuildAccelerationStructureFlagsKHR flags)
+static void open_scene(VkBuildAccelerationStructureFlagsKHR flags)
 {
-    fixture_triangles(&scene->host_triangles, TRIANGLES, flags);
-    scene->blas = fixture_create_for(fixture, &scene->host_triangles);
-    device_build_create(&device, &scene->host_triangles, TRIANGLES * TRIANGLE_SIZE,
-                        &scene->triangles);
-    const VkAccelerationStructureKHR blases[] = {scene->blas.handle, scene->blas.handle};
-    fixture_instances(&scene->host_instances, blases, 2, flags);
-    scene->tlas = fixture_create_for(fixture, &scene->host_instances);
-    device_build_create(&device, &scene->host_instances,
-                        2 * sizeof(VkAccelerationStructureInstanceKHR), &scene->instances);
+    fixture_triangles(&scene.host_triangles, TRIANGLES, flags);
+    scene.blas = fixture_create_for(fixture, &scene.host_triangles);
+    device_build_create(&device, &scene.host_triangles, TRIANGLES * TRIANGLE_SIZE,
+                        &scene.triangles);
+    const VkAccelerationStructureKHR blases[] = {scene.blas.handle, scene.blas.handle};
+    fixture_instances(&scene.host_instances, blases, 2, flags);
+    scene.tlas = fixture_create_for(fixture, &scene.host_instances);
+    device_build_create(&device, &scene.host_instances,
+                        2 * sizeof(VkAccelerationStructureInstanceKHR), &scene.instances);
 }
 
-static void close_scene(struct scene *scene)
+static int close_scene(void **state)
 {
-    device_build_destroy(&device, &scene->triangles);
-    device_build_destroy(&device, &scene->instances);
-    fixture_destroy(fixture, &scene->tlas);
-    fixture_destroy(fixture, &scene->blas);
-    fixture_free(&scene->host_triangles);
-    fixture_free(&scene->host_instances);
+    device_build_destroy(&device, &scene.triangles);
+    device_build_destroy(&device, &scene.instances);
+    fixture_destroy(fixture, &scene.tlas);
+    fixture_destroy(fixture, &scene.blas);
+    fixture_free(&scene.host_triangles);
+    fixture_free(&scene.host_instances);
     device_expect_silence(&device);
+    return 0;
 }
 
 /* Triangles at (x, y, z), as far as the command buffer goes. */
-static void record_triangles(struct scene *scene, VkCommandBuffer commands, float y,
-                             VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src)
+static void record_triangles(VkCommandBuffer commands, float y, VkAccelerationStructureKHR dst,
+                             VkAccelerationStructureKHR src)
 {
-    fixture_move(&scene->host_triangles, 0, y, 0);
-    device_upload(&device, commands, &scene->triangles);
-    device_build(&device, commands, &scene->triangles, dst, src);
+    fixture_move(&scene.host_triangles, 0, y, 0);
+    device_upload(&device, commands, &scene.triangles);
+    device_build(&device, commands, &scene.triangles, dst, src);
 }
 
-static void record_scene(struct scene *scene, VkCommandBuffer commands)
+static void record_scene(VkCommandBuffer commands)
 {
-    record_triangles(scene, commands, 0, scene->blas.handle, VK_NULL_HANDLE);
-    device_upload(&device, commands, &scene->instances);
-    device_build(&device, commands, &scene->instances, scene->tlas.handle, VK_NULL_HANDLE);
+    record_triangles(commands, 0, scene.blas.handle, VK_NULL_HANDLE);
+    device_upload(&device, commands, &scene.instances);
+    device_build(&device, commands, &scene.instances, scene.tlas.handle, VK_NULL_HANDLE);
 }
 
 /* Whether the triangles of a structure are where they are after record_triangles(y). */
@@ -83,19 +84,13 @@ static struct fixture_structure create_twin(struct fixture_build *build)
 
 static void host_build(struct fixture_build *build, VkAccelerationStructureKHR dst)
 {
-    assert_int_equal(fixture_build(fixture, VK_NULL_HANDLE, build, dst, VK_NULL_HANDLE),
-                     VK_SUCCESS);
+    GET(fixture_build(fixture, VK_NULL_HANDLE, build, dst, VK_NULL_HANDLE));
 }
 
 static void record_clone(VkCommandBuffer commands, VkAccelerationStructureKHR src,
                          VkAccelerationStructureKHR dst)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = src,
-        .dst = dst,
-    };
-    fixture->vk.CmdCopyAccelerationStructureKHR(commands, &info);
+    device_copy(&device, commands, src, dst, VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     device_barrier(&device, commands);
 }
 
@@ -103,11 +98,9 @@ static void record_clone(VkCommandBuffer commands, VkAccelerationStructureKHR sr
 
 static void test_same_as_host_build(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 0);
+    open_scene(0);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    record_scene(&scene, commands);
+    record_scene(commands);
     device_finish(&device, commands);
     assert_true(fixture_trace(fixture, scene.tlas.handle, 0.25f, 0.25f).isHit);
     assert_true(fixture_trace(fixture, scene.tlas.handle, 2.25f, 0.25f).isHit);
@@ -121,17 +114,14 @@ static void test_same_as_host_build(void **state)
     device_expect_same_bytes(&device, scene.tlas.handle, tlas.handle);
     fixture_destroy(fixture, &blas);
     fixture_destroy(fixture, &tlas);
-    close_scene(&scene);
 }
 
 static void test_only_what_is_asked_for(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, UPDATABLE);
+    open_scene(UPDATABLE);
     const AssayCounters before = fixture_counters(fixture);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    record_scene(&scene, commands);
+    record_scene(commands);
     device_end(&device, commands);
     for (int i = 0; i < 3; i++)
         device_run(&device, commands);
@@ -144,19 +134,16 @@ static void test_only_what_is_asked_for(void **state)
     fixture_trace(fixture, scene.tlas.handle, 0, 0);
     assert_int_equal(fixture_counters(fixture).builds - before.builds, 2);
     fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 1, &commands);
-    close_scene(&scene);
 }
 
 /* However many updates nobody looked at, one is carried out. */
 static void test_updates(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, UPDATABLE);
+    open_scene(UPDATABLE);
     const AssayCounters before = fixture_counters(fixture);
     for (int i = 0; i < 20; i++) {
         VkCommandBuffer commands = device_begin(&device, PRIMARY);
-        record_triangles(&scene, commands, (float)i, scene.blas.handle,
+        record_triangles(commands, (float)i, scene.blas.handle,
                          i ? scene.blas.handle : VK_NULL_HANDLE);
         device_finish(&device, commands);
     }
@@ -164,16 +151,13 @@ static void test_updates(void **state)
     const AssayCounters after = fixture_counters(fixture);
     assert_int_equal(after.builds - before.builds, 1);
     assert_int_equal(after.updates - before.updates, 1);
-    close_scene(&scene);
 }
 
 /* A TLAS is built over its BLAS as it was then, though that is rebuilt, or gone, before anybody
  * asks. */
 static void test_tlas_keeps_its_timestamp(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 0);
+    open_scene(0);
     struct fixture_structure twin = create_twin(&scene.host_instances);
     host_build(&scene.host_triangles, scene.blas.handle);
     host_build(&scene.host_instances, twin.handle);
@@ -182,10 +166,10 @@ static void test_tlas_keeps_its_timestamp(void **state)
     fixture_destroy(fixture, &twin);
 
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    record_scene(&scene, commands);
+    record_scene(commands);
     device_finish(&device, commands);
     commands = device_begin(&device, PRIMARY);
-    record_triangles(&scene, commands, 100, scene.blas.handle, VK_NULL_HANDLE);
+    record_triangles(commands, 100, scene.blas.handle, VK_NULL_HANDLE);
     device_finish(&device, commands);
     fixture->vk.DestroyAccelerationStructureKHR(fixture->device, scene.blas.handle, NULL);
     scene.blas.handle = VK_NULL_HANDLE;
@@ -194,19 +178,16 @@ static void test_tlas_keeps_its_timestamp(void **state)
     assert_memory_equal(bytes, twin_bytes, size);
     free(bytes);
     free(twin_bytes);
-    close_scene(&scene);
 }
 
 /* A command buffer that runs again overwrites the snapshots of its last run, which a clone still
  * needs. */
 static void test_resubmission(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 0);
+    open_scene(0);
     struct fixture_structure clone = create_twin(&scene.host_triangles);
     VkCommandBuffer build = device_begin(&device, PRIMARY);
-    record_triangles(&scene, build, 0, scene.blas.handle, VK_NULL_HANDLE);
+    record_triangles(build, 0, scene.blas.handle, VK_NULL_HANDLE);
     device_end(&device, build);
     VkCommandBuffer copy = device_begin(&device, PRIMARY);
     record_clone(copy, scene.blas.handle, clone.handle);
@@ -224,16 +205,13 @@ static void test_resubmission(void **state)
     fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 1, &build);
     fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 1, &copy);
     fixture_destroy(fixture, &clone);
-    close_scene(&scene);
 }
 
 static void test_secondary(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 0);
+    open_scene(0);
     VkCommandBuffer secondary = device_begin(&device, SECONDARY);
-    record_scene(&scene, secondary);
+    record_scene(secondary);
     device_end(&device, secondary);
     VkCommandBuffer primary = device_begin(&device, PRIMARY);
     fixture->vk.CmdExecuteCommands(primary, 1, &secondary);
@@ -241,18 +219,15 @@ static void test_secondary(void **state)
     fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 1, &secondary);
     assert_true(is_at(scene.blas.handle, 0));
     assert_true(fixture_trace(fixture, scene.tlas.handle, 2.25f, 0.25f).isHit);
-    close_scene(&scene);
 }
 
 /* Each execution copies to the same place. Only what is asked for is told, and only once. */
 static void test_executed_twice_at_once(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 0);
+    open_scene(0);
     struct fixture_structure clone = create_twin(&scene.host_triangles);
     VkCommandBuffer secondary = device_begin(&device, SECONDARY);
-    record_triangles(&scene, secondary, 0, scene.blas.handle, VK_NULL_HANDLE);
+    record_triangles(secondary, 0, scene.blas.handle, VK_NULL_HANDLE);
     device_end(&device, secondary);
     VkCommandBuffer primary = device_begin(&device, PRIMARY);
     fixture->vk.CmdExecuteCommands(primary, 1, &secondary);
@@ -275,19 +250,16 @@ static void test_executed_twice_at_once(void **state)
     fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 1, &primary);
     fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 1, &secondary);
     fixture_destroy(fixture, &clone);
-    close_scene(&scene);
 }
 
 static void test_indirect(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 0);
+    open_scene(0);
     enum { SKIPPED = 10, COUNT = 5 };
     struct device_buffer ranges = device_buffer_create(&device, 64);
     const VkAccelerationStructureBuildRangeInfoKHR range = {
         .primitiveCount = COUNT, .primitiveOffset = SKIPPED * TRIANGLE_SIZE};
-    memcpy((char *)ranges.bytes + 16, &range, sizeof(range));
+    memcpy(ranges.bytes + 16, &range, sizeof(range));
     const VkDeviceAddress address = ranges.address + 16;
     const uint32_t stride = sizeof(range), maximum = TRIANGLES;
     const uint32_t *const maxima = &maximum;
@@ -303,25 +275,19 @@ static void test_indirect(void **state)
     assert_int_equal(hit.primitive, 0);
     assert_float_equal(hit.t, SKIPPED + 1, 0); /* the ray begins at x = -1 */
     device_buffer_destroy(&device, &ranges);
-    close_scene(&scene);
-}
-
-static int run_all(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_as_host_build),
-        cmocka_unit_test(test_only_what_is_asked_for),
-        cmocka_unit_test(test_updates),
-        cmocka_unit_test(test_tlas_keeps_its_timestamp),
-        cmocka_unit_test(test_resubmission),
-        cmocka_unit_test(test_secondary),
-        cmocka_unit_test(test_executed_twice_at_once),
-        cmocka_unit_test(test_indirect),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
 
 int main(int argc, char **argv)
 {
-    return device_fixture_main(&device, argc, argv, run_all);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_same_as_host_build, close_scene),
+        cmocka_unit_test_teardown(test_only_what_is_asked_for, close_scene),
+        cmocka_unit_test_teardown(test_updates, close_scene),
+        cmocka_unit_test_teardown(test_tlas_keeps_its_timestamp, close_scene),
+        cmocka_unit_test_teardown(test_resubmission, close_scene),
+        cmocka_unit_test_teardown(test_secondary, close_scene),
+        cmocka_unit_test_teardown(test_executed_twice_at_once, close_scene),
+        cmocka_unit_test_teardown(test_indirect, close_scene),
+    };
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

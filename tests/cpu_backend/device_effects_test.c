@@ -26,27 +26,21 @@ static AssayCounters run(const struct deeds *deeds)
     const AssayCounters before = fixture_counters(fixture);
     fixture_triangles(&host, TRIANGLES, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR);
     struct fixture_structure blas = fixture_create_for(fixture, &host);
-    struct fixture_structure copy =
-        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, blas.size);
+    struct fixture_structure copy = fixture_create_blas(fixture, blas.size);
     struct device_buffer transform = device_buffer_create(&device, sizeof(moved));
     device_build_create(&device, &host, DATA_SIZE, &build);
     memcpy(transform.bytes, &moved, sizeof(moved));
     if (deeds->transforms)
         build.geometry.geometry.triangles.transformData.deviceAddress = transform.address;
 
-    const VkCopyAccelerationStructureInfoKHR copying = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = blas.handle,
-        .dst = copy.handle,
-        .mode = deeds->compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
-                                : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     device_upload(&device, commands, &build);
     for (int i = 0; i < (deeds->builds_twice ? 2 : 1); i++)
         device_build(&device, commands, &build, blas.handle, VK_NULL_HANDLE);
     if (deeds->clones || deeds->compacts)
-        fixture->vk.CmdCopyAccelerationStructureKHR(commands, &copying);
+        device_copy(&device, commands, blas.handle, copy.handle,
+                    deeds->compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                                    : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     device_finish(&device, commands);
     const float y = deeds->transforms ? 3 : 0;
     if (deeds->is_traced)
@@ -85,7 +79,6 @@ static void expect_pair(const struct deeds *plain, const struct deeds *with,
 
 static void test_untouched(void **state)
 {
-    (void)state;
     const AssayCounters did = run(&(struct deeds){0});
     const AssayCounters expected = {.bytesSnapshot = DATA_SIZE};
     assert_memory_equal(&did, &expected, sizeof(did));
@@ -93,7 +86,6 @@ static void test_untouched(void **state)
 
 static void test_transform(void **state)
 {
-    (void)state;
     expect_pair(&(struct deeds){.is_traced = true},
                 &(struct deeds){.is_traced = true, .transforms = true},
                 &(AssayCounters){.bytesSnapshot = sizeof(moved), .matrixProducts = 3 * TRIANGLES});
@@ -101,7 +93,6 @@ static void test_transform(void **state)
 
 static void test_rebuild(void **state)
 {
-    (void)state;
     expect_pair(&(struct deeds){.is_traced = true},
                 &(struct deeds){.is_traced = true, .builds_twice = true},
                 &(AssayCounters){.bytesSnapshot = DATA_SIZE});
@@ -110,14 +101,12 @@ static void test_rebuild(void **state)
 /* A clone that nobody changes is the same tree. */
 static void test_clone(void **state)
 {
-    (void)state;
     expect_pair(&(struct deeds){.is_traced = true},
                 &(struct deeds){.is_traced = true, .clones = true}, &(AssayCounters){0});
 }
 
 static void test_compaction(void **state)
 {
-    (void)state;
     expect_pair(&(struct deeds){.clones = true}, &(struct deeds){.compacts = true},
                 &(AssayCounters){0});
     const AssayCounters did = run(&(struct deeds){.compacts = true, .is_traced = true});
@@ -127,24 +116,18 @@ static void test_compaction(void **state)
 
 static void test_exactness(void **state)
 {
-    (void)state;
     const AssayCounters inside = run(&(struct deeds){.is_traced = true});
     const AssayCounters edge = run(&(struct deeds){.is_traced = true, .grazes_an_edge = true});
     assert_int_equal(inside.exactCalls, 0);
     assert_true(edge.exactCalls > 0);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_untouched),  cmocka_unit_test(test_transform),
         cmocka_unit_test(test_rebuild),    cmocka_unit_test(test_clone),
         cmocka_unit_test(test_compaction), cmocka_unit_test(test_exactness),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return device_fixture_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

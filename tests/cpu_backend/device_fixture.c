@@ -2,24 +2,16 @@
 /* Command buffers, buffers, and builds with them. */
 #include "device_fixture.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define GET(call) assert_int_equal(call, VK_SUCCESS)
 
 const char *device_fixture_open(struct device_fixture *fixture, const char *platform)
 {
     const char *reason = fixture_open(&fixture->fixture, platform);
     if (reason)
         return reason;
-    const VkCommandPoolCreateInfo pool = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-        .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
-    };
     fixture->fixture.vk.GetDeviceQueue(fixture->fixture.device, 0, 0, &fixture->queue);
-    GET(fixture->fixture.vk.CreateCommandPool(fixture->fixture.device, &pool, NULL,
-                                              &fixture->pool));
+    fixture->pool = command_pool_create(&fixture->fixture.vk, fixture->fixture.device);
     return NULL;
 }
 
@@ -29,25 +21,29 @@ void device_fixture_close(struct device_fixture *fixture)
     fixture_close(&fixture->fixture);
 }
 
-int device_fixture_main(struct device_fixture *fixture, int argc, char **argv, int (*run_all)(void))
+static struct device_fixture *tested;
+
+static const char *open_tested(const char *name)
 {
-    const char *reason = argc == 2 ? device_fixture_open(fixture, argv[1]) : "name a platform";
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
-    int failed = run_all();
-    device_fixture_close(fixture);
-    return failed;
+    return device_fixture_open(tested, name);
+}
+
+static void close_tested(void)
+{
+    device_fixture_close(tested);
+}
+
+int device_fixture_main(struct device_fixture *fixture, int argc, char **argv,
+                        const struct CMUnitTest *tests, size_t count)
+{
+    tested = fixture;
+    return tests_run(argc, argv, NULL, open_tested, close_tested, tests, count);
 }
 
 /* ---- buffers */
 
 struct device_buffer device_buffer_create(struct device_fixture *fixture, VkDeviceSize size)
 {
-    const VkuDeviceDispatchTable *vk = &fixture->fixture.vk;
-    VkDevice device = fixture->fixture.device;
-    struct device_buffer buffer = {0};
     const VkBufferUsageFlags2CreateInfo usage = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
         .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
@@ -61,53 +57,21 @@ struct device_buffer device_buffer_create(struct device_fixture *fixture, VkDevi
                                      .pNext = &usage,
                                      .size = size,
                                      .usage = (VkBufferUsageFlags)usage.usage};
-    GET(vk->CreateBuffer(device, &info, NULL, &buffer.handle));
-    VkMemoryRequirements requirements;
-    vk->GetBufferMemoryRequirements(device, buffer.handle, &requirements);
-    const VkMemoryAllocateFlagsInfo flags = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
-    };
-    const VkMemoryAllocateInfo memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                         .pNext = &flags,
-                                         .allocationSize = requirements.size,
-                                         .memoryTypeIndex = fixture->fixture.host_memory_type};
-    GET(vk->AllocateMemory(device, &memory, NULL, &buffer.memory));
-    GET(vk->BindBufferMemory(device, buffer.handle, buffer.memory, 0));
-    GET(vk->MapMemory(device, buffer.memory, 0, VK_WHOLE_SIZE, 0, &buffer.bytes));
-    memset(buffer.bytes, 0, size);
-    const VkBufferDeviceAddressInfo address = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer.handle};
-    buffer.address = vk->GetBufferDeviceAddress(device, &address);
-    return buffer;
+    return buffer_create(&fixture->fixture.vk, fixture->fixture.device,
+                         fixture->fixture.host_memory_type, &info);
 }
 
 void device_buffer_destroy(struct device_fixture *fixture, struct device_buffer *buffer)
 {
-    fixture->fixture.vk.DestroyBuffer(fixture->fixture.device, buffer->handle, NULL);
-    fixture->fixture.vk.FreeMemory(fixture->fixture.device, buffer->memory, NULL);
+    buffer_destroy(&fixture->fixture.vk, fixture->fixture.device, buffer);
 }
 
 /* ---- command buffers */
 
 VkCommandBuffer device_begin(struct device_fixture *fixture, VkCommandBufferLevel level)
 {
-    const VkCommandBufferAllocateInfo allocate = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = fixture->pool,
-        .level = level,
-        .commandBufferCount = 1,
-    };
-    const VkCommandBufferInheritanceInfo inheritance = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
-    const VkCommandBufferBeginInfo begin = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-        .pInheritanceInfo = &inheritance,
-    };
-    VkCommandBuffer commands;
-    GET(fixture->fixture.vk.AllocateCommandBuffers(fixture->fixture.device, &allocate, &commands));
-    GET(fixture->fixture.vk.BeginCommandBuffer(commands, &begin));
-    return commands;
+    return commands_begin(&fixture->fixture.vk, fixture->fixture.device, fixture->pool, level, 0,
+                          NULL);
 }
 
 void device_end(struct device_fixture *fixture, VkCommandBuffer commands)
@@ -117,18 +81,7 @@ void device_end(struct device_fixture *fixture, VkCommandBuffer commands)
 
 void device_run(struct device_fixture *fixture, VkCommandBuffer commands)
 {
-    const VkuDeviceDispatchTable *vk = &fixture->fixture.vk;
-    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    const VkSubmitInfo submit = {
-        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-        .commandBufferCount = 1,
-        .pCommandBuffers = &commands,
-    };
-    VkFence fence;
-    GET(vk->CreateFence(fixture->fixture.device, &info, NULL, &fence));
-    GET(vk->QueueSubmit(fixture->queue, 1, &submit, fence));
-    GET(vk->WaitForFences(fixture->fixture.device, 1, &fence, VK_TRUE, UINT64_MAX));
-    vk->DestroyFence(fixture->fixture.device, fence, NULL);
+    commands_run(&fixture->fixture.vk, fixture->fixture.device, fixture->queue, commands);
 }
 
 void device_finish(struct device_fixture *fixture, VkCommandBuffer commands)
@@ -140,14 +93,7 @@ void device_finish(struct device_fixture *fixture, VkCommandBuffer commands)
 
 void device_barrier(struct device_fixture *fixture, VkCommandBuffer commands)
 {
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT,
-        .dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT,
-    };
-    fixture->fixture.vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-                                           VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1, &barrier, 0,
-                                           NULL, 0, NULL);
+    commands_barrier(&fixture->fixture.vk, commands);
 }
 
 /* ---- builds */
@@ -216,34 +162,63 @@ void device_build(struct device_fixture *fixture, VkCommandBuffer commands,
     device_barrier(fixture, commands);
 }
 
+void device_copy(struct device_fixture *fixture, VkCommandBuffer commands,
+                 VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
+                 VkCopyAccelerationStructureModeKHR mode)
+{
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = src,
+        .dst = dst,
+        .mode = mode,
+    };
+    fixture->fixture.vk.CmdCopyAccelerationStructureKHR(commands, &info);
+}
+
+void device_save(struct device_fixture *fixture, VkCommandBuffer commands,
+                 VkAccelerationStructureKHR src, VkDeviceAddress dst)
+{
+    const VkCopyAccelerationStructureToMemoryInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
+        .src = src,
+        .dst.deviceAddress = dst,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
+    };
+    fixture->fixture.vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &info);
+}
+
+void device_load(struct device_fixture *fixture, VkCommandBuffer commands, VkDeviceAddress src,
+                 VkAccelerationStructureKHR dst)
+{
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.deviceAddress = src,
+        .dst = dst,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
+    };
+    fixture->fixture.vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &info);
+}
+
 /* ---- asking */
+
+uint64_t device_query(struct device_fixture *fixture, VkQueryPool pool, uint32_t query)
+{
+    uint64_t value = 0;
+    GET(fixture->fixture.vk.GetQueryPoolResults(fixture->fixture.device, pool, query, 1,
+                                                sizeof(value), &value, sizeof(value),
+                                                VK_QUERY_RESULT_64_BIT));
+    return value;
+}
 
 void device_expect_silence(struct device_fixture *fixture)
 {
-    const struct messages *messages = &fixture->fixture.instance_fixture.messages;
-    for (uint32_t i = 0; i < messages_kept(messages); i++)
-        print_error("%s: %s\n", messages->items[i].id, messages->items[i].text);
-    assert_int_equal(messages->count, 0);
+    messages_expect_none(&fixture->fixture.instance_fixture.messages);
 }
 
 void *device_serialize(struct device_fixture *fixture, VkAccelerationStructureKHR structure,
                        size_t *size)
 {
-    const VkuDeviceDispatchTable *vk = &fixture->fixture.vk;
-    const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
-    VkDeviceSize value = 0;
-    GET(vk->WriteAccelerationStructuresPropertiesKHR(fixture->fixture.device, 1, &structure, type,
-                                                     sizeof(value), &value, sizeof(value)));
-    void *bytes = aligned_alloc(16, (value + 15) / 16 * 16);
-    const VkCopyAccelerationStructureToMemoryInfoKHR copy = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = structure,
-        .dst.hostAddress = bytes,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
-    };
-    GET(vk->CopyAccelerationStructureToMemoryKHR(fixture->fixture.device, VK_NULL_HANDLE, &copy));
-    *size = value;
-    return bytes;
+    return fixture_serialize(&fixture->fixture, structure, size);
 }
 
 void device_expect_same_bytes(struct device_fixture *fixture, VkAccelerationStructureKHR a,

@@ -16,15 +16,9 @@ const char *device_fixture_open(struct device_fixture *fixture, const char *plat
 void device_fixture_close(struct device_fixture *fixture);
 /* What main() returns: opens the stage on the platform that the arguments name, and runs tests. */
 int device_fixture_main(struct device_fixture *fixture, int argc, char **argv,
-                        int (*run_all)(void));
+                        const struct CMUnitTest *tests, size_t count);
 
-/* A buffer in mapped memory, for any use that the tests make of one. */
-struct device_buffer {
-    VkBuffer handle;
-    VkDeviceMemory memory;
-    VkDeviceAddress address;
-    void *bytes;
-};
+/* A buffer for any use that the tests make of one. */
 struct device_buffer device_buffer_create(struct device_fixture *fixture, VkDeviceSize size);
 void device_buffer_destroy(struct device_fixture *fixture, struct device_buffer *buffer);
 
@@ -59,6 +53,18 @@ void device_upload(struct device_fixture *fixture, VkCommandBuffer commands,
 void device_build(struct device_fixture *fixture, VkCommandBuffer commands,
                   struct device_build *build, VkAccelerationStructureKHR dst,
                   VkAccelerationStructureKHR src);
+
+/* Records a copy of a structure to another one, to memory, or from there. */
+void device_copy(struct device_fixture *fixture, VkCommandBuffer commands,
+                 VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
+                 VkCopyAccelerationStructureModeKHR mode);
+void device_save(struct device_fixture *fixture, VkCommandBuffer commands,
+                 VkAccelerationStructureKHR src, VkDeviceAddress dst);
+void device_load(struct device_fixture *fixture, VkCommandBuffer commands, VkDeviceAddress src,
+                 VkAccelerationStructureKHR dst);
+
+/* The value of a query that has one. */
+uint64_t device_query(struct device_fixture *fixture, VkQueryPool pool, uint32_t query);
 
 /* No message until now. */
 void device_expect_silence(struct device_fixture *fixture);

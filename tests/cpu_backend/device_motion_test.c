@@ -12,59 +12,60 @@ static struct device_fixture device;
 
 /* ---- the scene, with its data in buffers */
 
-struct device_scene {
+static struct {
     struct moving_scene host;
     VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
     struct device_build triangles, instances;
     struct device_buffer then;
-};
+} moving;
 
-static void open_device_scene(struct device_scene *scene)
+static int open_device_scene(void **state)
 {
-    moving_scene_open(&device.fixture, &scene->host, 0);
-    device_build_create(&device, &scene->host.triangles, MOTION_VERTICES_SIZE, &scene->triangles);
-    device_build_create(&device, &scene->host.instances, MOTION_INSTANCES_SIZE, &scene->instances);
-    scene->then = device_buffer_create(&device, MOTION_VERTICES_SIZE);
-    memcpy(scene->then.bytes, scene->host.then, MOTION_VERTICES_SIZE);
-    scene->motion = scene->host.motion;
-    scene->motion.vertexData.deviceAddress = scene->then.address;
-    scene->triangles.geometry.geometry.triangles.pNext = &scene->motion;
+    fixture = device.fixture; /* for what host_scene.h serializes */
+    moving_scene_open(&device.fixture, &moving.host, 0);
+    device_build_create(&device, &moving.host.triangles, MOTION_VERTICES_SIZE, &moving.triangles);
+    device_build_create(&device, &moving.host.instances, MOTION_INSTANCES_SIZE, &moving.instances);
+    moving.then = device_buffer_create(&device, MOTION_VERTICES_SIZE);
+    memcpy(moving.then.bytes, moving.host.then, MOTION_VERTICES_SIZE);
+    moving.motion = moving.host.motion;
+    moving.motion.vertexData.deviceAddress = moving.then.address;
+    moving.triangles.geometry.geometry.triangles.pNext = &moving.motion;
+    return 0;
 }
 
-static void close_device_scene(struct device_scene *scene)
+static int close_device_scene(void **state)
 {
-    device_buffer_destroy(&device, &scene->then);
-    device_build_destroy(&device, &scene->triangles);
-    device_build_destroy(&device, &scene->instances);
-    moving_scene_close(&device.fixture, &scene->host);
-    for (uint32_t i = 0; i < messages_kept(&device.fixture.instance_fixture.messages); i++)
-        print_error("%s\n", device.fixture.instance_fixture.messages.items[i].text);
-    assert_int_equal(device.fixture.instance_fixture.messages.count, 0);
+    device_buffer_destroy(&device, &moving.then);
+    device_build_destroy(&device, &moving.triangles);
+    device_build_destroy(&device, &moving.instances);
+    moving_scene_close(&device.fixture, &moving.host);
+    device_expect_silence(&device);
+    return 0;
 }
 
 /* Once they have executed, nothing is left of the data. */
-static void build_scene(struct device_scene *scene)
+static void build_scene(void)
 {
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    device_upload(&device, commands, &scene->triangles);
-    device_upload(&device, commands, &scene->instances);
-    device_build(&device, commands, &scene->triangles, scene->host.blas.handle, VK_NULL_HANDLE);
-    device_build(&device, commands, &scene->instances, scene->host.tlas.handle, VK_NULL_HANDLE);
+    device_upload(&device, commands, &moving.triangles);
+    device_upload(&device, commands, &moving.instances);
+    device_build(&device, commands, &moving.triangles, moving.host.blas.handle, VK_NULL_HANDLE);
+    device_build(&device, commands, &moving.instances, moving.host.tlas.handle, VK_NULL_HANDLE);
     device_finish(&device, commands);
-    memset(scene->then.bytes, 0, MOTION_VERTICES_SIZE);
-    memset(scene->triangles.data.bytes, 0, MOTION_VERTICES_SIZE);
-    memset(scene->instances.data.bytes, 0, MOTION_INSTANCES_SIZE);
+    memset(moving.then.bytes, 0, MOTION_VERTICES_SIZE);
+    memset(moving.triangles.data.bytes, 0, MOTION_VERTICES_SIZE);
+    memset(moving.instances.data.bytes, 0, MOTION_INSTANCES_SIZE);
 }
 
-static void expect_same_as_by_the_host(struct moving_scene *scene)
+static void expect_same_as_by_the_host(struct moving_scene *host)
 {
     size_t sizes[4];
     void *bytes[4];
-    bytes[0] = serialize(scene->blas.handle, &sizes[0]);
-    bytes[1] = serialize(scene->tlas.handle, &sizes[1]);
-    moving_scene_build(&device.fixture, scene);
-    bytes[2] = serialize(scene->blas.handle, &sizes[2]);
-    bytes[3] = serialize(scene->tlas.handle, &sizes[3]);
+    bytes[0] = serialize(host->blas.handle, &sizes[0]);
+    bytes[1] = serialize(host->tlas.handle, &sizes[1]);
+    moving_scene_build(&device.fixture, host);
+    bytes[2] = serialize(host->blas.handle, &sizes[2]);
+    bytes[3] = serialize(host->tlas.handle, &sizes[3]);
     for (int i = 0; i < 2; i++) {
         assert_int_equal(sizes[i], sizes[i + 2]);
         assert_memory_equal(bytes[i], bytes[i + 2], sizes[i]);
@@ -77,62 +78,52 @@ static void expect_same_as_by_the_host(struct moving_scene *scene)
 
 static void test_same_as_host_build(void **state)
 {
-    (void)state;
-    struct device_scene scene;
-    open_device_scene(&scene);
     const AssayCounters before = fixture_counters(&device.fixture);
-    build_scene(&scene);
+    build_scene();
     assert_int_equal(fixture_counters(&device.fixture).bytesSnapshot - before.bytesSnapshot,
                      2 * MOTION_VERTICES_SIZE + MOTION_INSTANCES_SIZE);
-    expect_moving_blas(&device.fixture, scene.host.blas.handle, 4);
-    expect_moving_tlas(&device.fixture, scene.host.tlas.handle);
-    expect_same_as_by_the_host(&scene.host);
-    close_device_scene(&scene);
+    expect_moving_blas(&device.fixture, moving.host.blas.handle, 4);
+    expect_moving_tlas(&device.fixture, moving.host.tlas.handle);
+    expect_same_as_by_the_host(&moving.host);
 }
 
 static void test_offsets(void **state)
 {
-    (void)state;
-    struct device_scene scene;
-    open_device_scene(&scene);
-    scene.host.triangles.range =
+    moving.host.triangles.range =
         (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = MOVING_TRIANGLES - 2,
                                                    .primitiveOffset = 9 * sizeof(float),
                                                    .firstVertex = 3};
-    scene.host.instances.range = (VkAccelerationStructureBuildRangeInfoKHR){
+    moving.host.instances.range = (VkAccelerationStructureBuildRangeInfoKHR){
         .primitiveCount = MOVING_INSTANCES - 1, .primitiveOffset = MOTION_INSTANCE_STRIDE};
-    build_scene(&scene);
+    build_scene();
     /* The last of the triangles, by the first of the instances: 2 from where the others begin. */
-    const AssayHit hit = fixture_trace_at(&device.fixture, scene.host.tlas.handle, 2.25f, 0.25f, 1);
+    const AssayHit hit =
+        fixture_trace_at(&device.fixture, moving.host.tlas.handle, 2.25f, 0.25f, 1);
     assert_true(hit.isHit);
     assert_float_equal(hit.t, 1 + 2 + 4 + 8, 1e-5);
-    expect_same_as_by_the_host(&scene.host);
-    close_device_scene(&scene);
+    expect_same_as_by_the_host(&moving.host);
 }
 
 static void test_indirect(void **state)
 {
-    (void)state;
-    struct device_scene scene;
-    open_device_scene(&scene);
-    struct device_buffer ranges = device_buffer_create(&device, sizeof(scene.host.triangles.range));
+    struct device_buffer ranges =
+        device_buffer_create(&device, sizeof(moving.host.triangles.range));
     const VkAccelerationStructureBuildRangeInfoKHR range = {
         .primitiveCount = 1, .primitiveOffset = 9 * sizeof(float), .firstVertex = 3};
     memcpy(ranges.bytes, &range, sizeof(range));
     const uint32_t stride = sizeof(range), most = MOVING_TRIANGLES;
     const uint32_t *const maxima = &most;
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    device_upload(&device, commands, &scene.triangles);
-    scene.triangles.info.dstAccelerationStructure = scene.host.blas.handle;
-    device.fixture.vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.triangles.info,
+    device_upload(&device, commands, &moving.triangles);
+    moving.triangles.info.dstAccelerationStructure = moving.host.blas.handle;
+    device.fixture.vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &moving.triangles.info,
                                                                 &ranges.address, &stride, &maxima);
     device_finish(&device, commands);
     const AssayHit hit =
-        fixture_trace_at(&device.fixture, scene.host.blas.handle, 0.25f, 0.25f, 0.5f);
+        fixture_trace_at(&device.fixture, moving.host.blas.handle, 0.25f, 0.25f, 0.5f);
     assert_true(hit.isHit);
     assert_float_equal(hit.t, 1 + 2 + 2, 1e-5);
     device_buffer_destroy(&device, &ranges);
-    close_device_scene(&scene);
 }
 
 /* ---- pointers, whose low 4 bits are types */
@@ -141,8 +132,7 @@ enum { POINTERS = MOVING_INSTANCES + 1, APART = 160 };
 
 /* In `instances`, so that each ends where the next one or the buffer's end comes, the last of them
  * first. */
-static void point_to_instances(const struct device_scene *scene,
-                               const struct device_buffer *instances, uint64_t pointers[POINTERS])
+static void point_to_instances(const struct device_buffer *instances, uint64_t pointers[POINTERS])
 {
     static const size_t sizes[] = {sizeof(VkAccelerationStructureInstanceKHR),
                                    sizeof(VkAccelerationStructureMatrixMotionInstanceNV),
@@ -150,9 +140,9 @@ static void point_to_instances(const struct device_scene *scene,
     for (uint32_t i = 0; i < MOVING_INSTANCES; i++) {
         VkAccelerationStructureMotionInstanceNV instance;
         const size_t at = (size_t)(MOVING_INSTANCES - i) * APART - sizes[i];
-        memcpy(&instance, (char *)scene->host.instances.data + (size_t)i * MOTION_INSTANCE_STRIDE,
+        memcpy(&instance, (char *)moving.host.instances.data + (size_t)i * MOTION_INSTANCE_STRIDE,
                sizeof(instance));
-        memcpy((char *)instances->bytes + at, &instance.data, sizes[i]);
+        memcpy(instances->bytes + at, &instance.data, sizes[i]);
         pointers[i] = (instances->address + at) | instance.type;
     }
     pointers[MOVING_INSTANCES] = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV;
@@ -160,42 +150,34 @@ static void point_to_instances(const struct device_scene *scene,
 
 static void test_array_of_pointers(void **state)
 {
-    (void)state;
-    struct device_scene scene;
-    open_device_scene(&scene);
     struct device_buffer instances =
         device_buffer_create(&device, (VkDeviceSize)MOVING_INSTANCES * APART);
     struct device_buffer pointers = device_buffer_create(&device, POINTERS * sizeof(uint64_t));
-    point_to_instances(&scene, &instances, pointers.bytes);
-    scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
-    scene.instances.geometry.geometry.instances.data.deviceAddress = pointers.address;
-    scene.host.instances.range.primitiveCount = POINTERS;
-    fixture_destroy(&device.fixture, &scene.host.tlas);
-    free(scene.host.instances.scratch);
-    scene.host.tlas = fixture_create_for(&device.fixture, &scene.host.instances);
-    build_scene(&scene);
+    point_to_instances(&instances, (uint64_t *)pointers.bytes);
+    moving.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
+    moving.instances.geometry.geometry.instances.data.deviceAddress = pointers.address;
+    moving.host.instances.range.primitiveCount = POINTERS;
+    fixture_destroy(&device.fixture, &moving.host.tlas);
+    free(moving.host.instances.scratch);
+    moving.host.tlas = fixture_create_for(&device.fixture, &moving.host.instances);
+    build_scene();
     memset(instances.bytes, 0, (size_t)MOVING_INSTANCES * APART); /* too late to matter */
-    expect_moving_tlas(&device.fixture, scene.host.tlas.handle);
+    expect_moving_tlas(&device.fixture, moving.host.tlas.handle);
     /* Content may tell of the null pointer. */
     messages_clear(&device.fixture.instance_fixture.messages);
     device_buffer_destroy(&device, &instances);
     device_buffer_destroy(&device, &pointers);
-    close_device_scene(&scene);
-}
-
-static int run_all(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_as_host_build),
-        cmocka_unit_test(test_offsets),
-        cmocka_unit_test(test_indirect),
-        cmocka_unit_test(test_array_of_pointers),
-    };
-    fixture = device.fixture; /* for what host_scene.h serializes */
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
 
 int main(int argc, char **argv)
 {
-    return device_fixture_main(&device, argc, argv, run_all);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_same_as_host_build, open_device_scene,
+                                        close_device_scene),
+        cmocka_unit_test_setup_teardown(test_offsets, open_device_scene, close_device_scene),
+        cmocka_unit_test_setup_teardown(test_indirect, open_device_scene, close_device_scene),
+        cmocka_unit_test_setup_teardown(test_array_of_pointers, open_device_scene,
+                                        close_device_scene),
+    };
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -12,65 +12,58 @@ static const uint32_t fill_code[] = {
 #include "fill_comp.h"
 };
 
-#define expect(call) assert_int_equal(call, VK_SUCCESS)
-
-static void expect_silence(void)
-{
-    for (uint32_t i = 0; i < messages_kept(&fixture->instance_fixture.messages); i++)
-        print_error("%s: %s\n", fixture->instance_fixture.messages.items[i].id,
-                    fixture->instance_fixture.messages.items[i].text);
-    assert_int_equal(fixture->instance_fixture.messages.count, 0);
-}
-
 /* ---- four pointers to instances that lie apart: the second, null, the first, and a wild one */
 
 enum { COUNT = 4, APART = 128 };
 
-struct scene {
+static struct {
     struct fixture_build triangles, pairs;
     struct fixture_structure blas, tlas;
     struct device_build build;
     struct device_buffer instances, pointers;
-};
+} scene;
 
-static void open_scene(struct scene *scene)
+static int open_scene(void **state)
 {
-    fixture_triangles(&scene->triangles, 1, 0);
-    scene->blas = fixture_create_for(fixture, &scene->triangles);
-    expect(fixture_build(fixture, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
-                         VK_NULL_HANDLE));
-    const VkAccelerationStructureKHR blases[] = {scene->blas.handle, scene->blas.handle};
-    fixture_instances(&scene->pairs, blases, 2, 0);
-    scene->pairs.range.primitiveCount = COUNT;
-    scene->tlas = fixture_create_for(fixture, &scene->pairs);
-    device_build_create(&device, &scene->pairs, 1, &scene->build);
-    scene->instances = device_buffer_create(&device, COUNT * APART);
-    scene->pointers = device_buffer_create(&device, COUNT * sizeof(uint64_t));
-    const VkAccelerationStructureInstanceKHR *from = scene->pairs.data;
-    const uint64_t pointers[COUNT] = {scene->instances.address + APART, 0,
-                                      scene->instances.address + 2 * APART, 0x123450};
-    memcpy((char *)scene->instances.bytes + 2 * APART, &from[0], sizeof(from[0]));
-    memcpy((char *)scene->instances.bytes + APART, &from[1], sizeof(from[1]));
-    memcpy(scene->pointers.bytes, pointers, sizeof(pointers));
-    scene->build.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
-    scene->build.geometry.geometry.instances.data.deviceAddress = scene->pointers.address;
+    fixture_triangles(&scene.triangles, 1, 0);
+    scene.blas = fixture_create_for(fixture, &scene.triangles);
+    GET(fixture_build(fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
+                      VK_NULL_HANDLE));
+    const VkAccelerationStructureKHR blases[] = {scene.blas.handle, scene.blas.handle};
+    fixture_instances(&scene.pairs, blases, 2, 0);
+    scene.pairs.range.primitiveCount = COUNT;
+    scene.tlas = fixture_create_for(fixture, &scene.pairs);
+    device_build_create(&device, &scene.pairs, 1, &scene.build);
+    scene.instances = device_buffer_create(&device, COUNT * APART);
+    scene.pointers = device_buffer_create(&device, COUNT * sizeof(uint64_t));
+    const VkAccelerationStructureInstanceKHR *from = scene.pairs.data;
+    const uint64_t pointers[COUNT] = {scene.instances.address + APART, 0,
+                                      scene.instances.address + 2 * APART, 0x123450};
+    memcpy(scene.instances.bytes + 2 * APART, &from[0], sizeof(from[0]));
+    memcpy(scene.instances.bytes + APART, &from[1], sizeof(from[1]));
+    memcpy(scene.pointers.bytes, pointers, sizeof(pointers));
+    scene.build.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
+    scene.build.geometry.geometry.instances.data.deviceAddress = scene.pointers.address;
+    return 0;
 }
 
-static void close_scene(struct scene *scene)
+static int close_scene(void **state)
 {
-    device_buffer_destroy(&device, &scene->instances);
-    device_buffer_destroy(&device, &scene->pointers);
-    device_build_destroy(&device, &scene->build);
-    fixture_destroy(fixture, &scene->blas);
-    fixture_destroy(fixture, &scene->tlas);
-    fixture_free(&scene->triangles);
-    fixture_free(&scene->pairs);
+    device_buffer_destroy(&device, &scene.instances);
+    device_buffer_destroy(&device, &scene.pointers);
+    device_build_destroy(&device, &scene.build);
+    fixture_destroy(fixture, &scene.blas);
+    fixture_destroy(fixture, &scene.tlas);
+    fixture_free(&scene.triangles);
+    fixture_free(&scene.pairs);
+    device_expect_silence(&device);
+    return 0;
 }
 
-static void expect_instances(const struct scene *scene)
+static void expect_instances(void)
 {
-    const AssayHit upper = fixture_trace(fixture, scene->tlas.handle, 2.25f, 0.25f);
-    const AssayHit lower = fixture_trace(fixture, scene->tlas.handle, 0.25f, 0.25f);
+    const AssayHit upper = fixture_trace(fixture, scene.tlas.handle, 2.25f, 0.25f);
+    const AssayHit lower = fixture_trace(fixture, scene.tlas.handle, 0.25f, 0.25f);
     assert_true(upper.isHit && lower.isHit);
     assert_int_equal(upper.instance, 0);
     assert_int_equal(upper.customIndex, 101);
@@ -82,25 +75,17 @@ static void expect_instances(const struct scene *scene)
 
 static void test_gathered(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene);
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     device_build(&device, commands, &scene.build, scene.tlas.handle, VK_NULL_HANDLE);
     device_finish(&device, commands);
     memset(scene.instances.bytes, 0, COUNT * APART); /* too late to matter */
-    expect_instances(&scene);
+    expect_instances();
     /* Content tells of the null pointer and the wild one, where it is asked. */
     messages_clear(&fixture->instance_fixture.messages);
-    close_scene(&scene);
-    expect_silence();
 }
 
 static void test_gathered_by_indirect_build(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene);
     struct device_buffer range = device_buffer_create(&device, 64);
     const VkAccelerationStructureBuildRangeInfoKHR two = {.primitiveCount = 2,
                                                           .primitiveOffset = 2 * sizeof(uint64_t)};
@@ -119,8 +104,6 @@ static void test_gathered_by_indirect_build(void **state)
     assert_false(fixture_trace(fixture, scene.tlas.handle, 2.25f, 0.25f).isHit);
     messages_clear(&fixture->instance_fixture.messages);
     device_buffer_destroy(&device, &range);
-    close_scene(&scene);
-    expect_silence();
 }
 
 /* ---- a pipeline of the application's own */
@@ -139,44 +122,16 @@ struct fill {
 
 static struct fill create_fill(void)
 {
-    const VkuDeviceDispatchTable *vk = &fixture->vk;
-    struct fill fill;
-    const VkPushConstantRange range = {.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
-                                       .offset = CONSTANTS_AT,
-                                       .size = sizeof(struct constants)};
-    const VkPipelineLayoutCreateInfo layout = {
-        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-        .pushConstantRangeCount = 1,
-        .pPushConstantRanges = &range,
-    };
-    const VkShaderModuleCreateInfo code = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-        .codeSize = sizeof(fill_code),
-        .pCode = fill_code,
-    };
-    VkShaderModule module;
-    expect(vk->CreatePipelineLayout(fixture->device, &layout, NULL, &fill.layout));
-    expect(vk->CreateShaderModule(fixture->device, &code, NULL, &module));
-    const VkComputePipelineCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                  .module = module,
-                  .pName = "main"},
-        .layout = fill.layout,
-    };
-    expect(vk->CreateComputePipelines(fixture->device, VK_NULL_HANDLE, 1, &info, NULL,
-                                      &fill.pipeline));
-    vk->DestroyShaderModule(fixture->device, module, NULL);
+    struct fill fill = {constants_layout_create(&fixture->vk, fixture->device, CONSTANTS_AT,
+                                                sizeof(struct constants))};
+    fill.pipeline = compute_pipeline_create(&fixture->vk, fixture->device, fill.layout, fill_code,
+                                            sizeof(fill_code));
     return fill;
 }
 
 static void test_bound_state_stays(void **state)
 {
-    (void)state;
     const VkuDeviceDispatchTable *vk = &fixture->vk;
-    struct scene scene;
-    open_scene(&scene);
     const struct fill fill = create_fill();
     struct device_buffer target = device_buffer_create(&device, 4);
     const struct constants constants = {target.address, 0xabcdef};
@@ -188,24 +143,19 @@ static void test_bound_state_stays(void **state)
     vk->CmdDispatch(commands, 1, 1, 1);
     device_finish(&device, commands);
     assert_int_equal(*(uint32_t *)target.bytes, constants.value);
-    expect_instances(&scene);
+    expect_instances();
     messages_clear(&fixture->instance_fixture.messages);
     vk->DestroyPipeline(fixture->device, fill.pipeline, NULL);
     vk->DestroyPipelineLayout(fixture->device, fill.layout, NULL);
     device_buffer_destroy(&device, &target);
-    close_scene(&scene);
-    expect_silence();
 }
 
 /* Builds follow no condition, and so what gathers for them must not; all else does. */
 static void test_condition_stays(void **state)
 {
-    (void)state;
     if (!instance_fixture_has_conditions(&fixture->instance_fixture))
         skip();
     const VkuDeviceDispatchTable *vk = &fixture->vk;
-    struct scene scene;
-    open_scene(&scene);
     const struct fill fill = create_fill();
     struct device_buffer condition = device_buffer_create(&device, 16),
                          target = device_buffer_create(&device, 4);
@@ -217,7 +167,7 @@ static void test_condition_stays(void **state)
     };
     const struct constants constants = {target.address, 0xabcdef};
     memset(condition.bytes, 0, 16);
-    memset((char *)condition.bytes + 8, 0xff, 4);
+    memset(condition.bytes + 8, 0xff, 4);
     memset(target.bytes, 0, 4);
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     vk->CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, fill.pipeline);
@@ -229,28 +179,21 @@ static void test_condition_stays(void **state)
     vk->CmdEndConditionalRenderingEXT(commands);
     device_finish(&device, commands);
     assert_int_equal(*(uint32_t *)target.bytes, 0);
-    expect_instances(&scene);
+    expect_instances();
     messages_clear(&fixture->instance_fixture.messages);
     vk->DestroyPipeline(fixture->device, fill.pipeline, NULL);
     vk->DestroyPipelineLayout(fixture->device, fill.layout, NULL);
     device_buffer_destroy(&device, &condition);
     device_buffer_destroy(&device, &target);
-    close_scene(&scene);
-    expect_silence();
-}
-
-static int run_all(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_gathered),
-        cmocka_unit_test(test_gathered_by_indirect_build),
-        cmocka_unit_test(test_bound_state_stays),
-        cmocka_unit_test(test_condition_stays),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
 
 int main(int argc, char **argv)
 {
-    return device_fixture_main(&device, argc, argv, run_all);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_gathered, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_gathered_by_indirect_build, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_bound_state_stays, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_condition_stays, open_scene, close_scene),
+    };
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

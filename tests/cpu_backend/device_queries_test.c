@@ -4,27 +4,21 @@
 
 #include "result_scene.h"
 
-static struct fixture *const fixture = &device.fixture;
-
-static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-static const VkQueryType COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
 static const VkQueryType SERIALIZATION_SIZE =
     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
 
 static void test_queries(void **state)
 {
-    (void)state;
-    struct result_scene scene;
-    result_scene_open(&scene, COMPACTED_SIZE);
+    result_scene_open(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
-    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    result_scene_record_build(commands);
+    result_scene_record_queries(commands, COMPACTED_SIZE);
     device_finish(&device, commands);
 
     const VkDeviceSize expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE);
     assert_in_range(expected, 1, scene.blas.size - 1);
     uint64_t wide[2][2];
-    expect(fixture->vk.GetQueryPoolResults(
+    GET(fixture->vk.GetQueryPoolResults(
         fixture->device, scene.pool, 0, 2, sizeof(wide), wide, sizeof(wide[0]),
         VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT));
     for (int i = 0; i < 2; i++) {
@@ -45,40 +39,27 @@ static void test_queries(void **state)
                      VK_NOT_READY);
     assert_int_equal(partial[0], 0);
     assert_int_equal(partial[1], 0);
-    result_scene_close(&scene);
 }
 
 /* A query tells of the structure as it was when the query was written. */
 static void test_query_keeps_its_timestamp(void **state)
 {
-    (void)state;
-    struct result_scene scene;
-    result_scene_open(&scene, SERIALIZATION_SIZE);
+    result_scene_open(SERIALIZATION_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
-    result_scene_record_queries(&scene, commands, SERIALIZATION_SIZE);
+    result_scene_record_build(commands);
+    result_scene_record_queries(commands, SERIALIZATION_SIZE);
     scene.host.range.primitiveCount = 1;
-    result_scene_record_build(&scene, commands);
+    result_scene_record_build(commands);
     device_finish(&device, commands);
-    uint64_t value = 0;
-    expect(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 1, 1, sizeof(value), &value,
-                                           sizeof(value), VK_QUERY_RESULT_64_BIT));
+    const uint64_t value = device_query(&device, scene.pool, 1);
     assert_in_range(value, result_scene_property(scene.blas.handle, SERIALIZATION_SIZE) + 1,
                     UINT64_MAX);
     scene.host.range.primitiveCount = TRIANGLES;
-    result_scene_close(&scene);
 }
 
 static void test_other_queries(void **state)
 {
-    (void)state;
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_OCCLUSION,
-        .queryCount = 1,
-    };
-    VkQueryPool pool;
-    expect(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &pool));
+    VkQueryPool pool = query_pool_create(&fixture->vk, fixture->device, VK_QUERY_TYPE_OCCLUSION, 1);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     fixture->vk.CmdResetQueryPool(commands, pool, 0, 1);
     device_finish(&device, commands);
@@ -92,14 +73,12 @@ static void test_other_queries(void **state)
 
 static void test_copied_queries(void **state)
 {
-    (void)state;
-    struct result_scene scene;
-    result_scene_open(&scene, COMPACTED_SIZE);
+    result_scene_open(COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
     memset(buffer.bytes, 0xee, 256);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
-    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    result_scene_record_build(commands);
+    result_scene_record_queries(commands, COMPACTED_SIZE);
     fixture->vk.CmdCopyQueryPoolResults(commands, scene.pool, 0, QUERIES, buffer.handle, 32, 32,
                                         VK_QUERY_RESULT_64_BIT |
                                             VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
@@ -107,27 +86,24 @@ static void test_copied_queries(void **state)
     device_finish(&device, commands);
     const uint64_t expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE),
                    untouched = ~0ull / 255 * 0xee;
-    const uint64_t *words = buffer.bytes;
+    const uint64_t *words = (uint64_t *)buffer.bytes;
     const uint64_t found[] = {words[4], words[5],  words[6], words[8],
                               words[9], words[12], words[13]};
     const uint64_t wanted[] = {expected, 1, untouched, expected, 1, untouched, 0};
     assert_memory_equal(found, wanted, sizeof(found));
     device_buffer_destroy(&device, &buffer);
-    result_scene_close(&scene);
 }
 
 /* Counts beyond the end of the pool mean no more than up to there, take no time, and nothing is
  * written for queries that there aren't. */
 static void test_wild_counts(void **state)
 {
-    (void)state;
-    struct result_scene scene;
-    result_scene_open(&scene, COMPACTED_SIZE);
+    result_scene_open(COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
     memset(buffer.bytes, 0xee, 256);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
-    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    result_scene_record_build(commands);
+    result_scene_record_queries(commands, COMPACTED_SIZE);
     fixture->vk.CmdCopyQueryPoolResults(commands, scene.pool, 1, QUERIES, buffer.handle, 0, 8,
                                         VK_QUERY_RESULT_64_BIT);
     fixture->vk.CmdResetQueryPool(commands, scene.pool, 1, UINT32_MAX);
@@ -143,28 +119,24 @@ static void test_wild_counts(void **state)
                      VK_NOT_READY);
     assert_int_equal(values[0], expected);
     fixture->vk.ResetQueryPool(fixture->device, scene.pool, 1, UINT32_MAX);
-    expect(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(values),
-                                           values, 8, VK_QUERY_RESULT_64_BIT));
+    GET(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(values), values,
+                                        8, VK_QUERY_RESULT_64_BIT));
     fixture->vk.ResetQueryPool(fixture->device, scene.pool, 0, UINT32_MAX);
     assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1,
                                                      sizeof(values), values, 8,
                                                      VK_QUERY_RESULT_64_BIT),
                      VK_NOT_READY);
     device_buffer_destroy(&device, &buffer);
-    result_scene_close(&scene);
-}
-
-static int run_all(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_queries),       cmocka_unit_test(test_query_keeps_its_timestamp),
-        cmocka_unit_test(test_other_queries), cmocka_unit_test(test_copied_queries),
-        cmocka_unit_test(test_wild_counts),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
 
 int main(int argc, char **argv)
 {
-    return device_fixture_main(&device, argc, argv, run_all);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_queries, result_scene_close),
+        cmocka_unit_test_teardown(test_query_keeps_its_timestamp, result_scene_close),
+        cmocka_unit_test(test_other_queries),
+        cmocka_unit_test_teardown(test_copied_queries, result_scene_close),
+        cmocka_unit_test_teardown(test_wild_counts, result_scene_close),
+    };
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

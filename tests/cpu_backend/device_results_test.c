@@ -6,39 +6,24 @@
 #include <stdlib.h>
 #include <string.h>
 
-static struct fixture *const fixture = &device.fixture;
-
-static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-static const VkQueryType COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
 static const VkQueryType SERIALIZATION_SIZE =
     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
 
 static void test_compaction(void **state)
 {
-    (void)state;
-    struct result_scene scene;
-    result_scene_open(&scene, COMPACTED_SIZE);
+    result_scene_open(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
-    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    result_scene_record_build(commands);
+    result_scene_record_queries(commands, COMPACTED_SIZE);
     device_finish(&device, commands);
-    uint64_t size = 0;
-    expect(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(size), &size,
-                                           sizeof(size), VK_QUERY_RESULT_64_BIT));
-    struct fixture_structure compacted =
-        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
-    const VkCopyAccelerationStructureInfoKHR copy = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene.blas.handle,
-        .dst = compacted.handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
-    };
+    const uint64_t size = device_query(&device, scene.pool, 0);
+    struct fixture_structure compacted = fixture_create_blas(fixture, size);
     commands = device_begin(&device, PRIMARY);
-    fixture->vk.CmdCopyAccelerationStructureKHR(commands, &copy);
+    device_copy(&device, commands, scene.blas.handle, compacted.handle,
+                VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
     device_finish(&device, commands);
     assert_true(fixture_trace(fixture, compacted.handle, 0.25f, 0.25f).isHit);
     fixture_destroy(fixture, &compacted);
-    result_scene_close(&scene);
 }
 
 /* How an application may learn that a submission is complete. */
@@ -57,24 +42,24 @@ static void learn(enum learning learning, VkFence fence, VkSemaphore semaphore)
     uint64_t value = 0;
     switch (learning) {
     case BY_FENCE:
-        expect(vk->WaitForFences(fixture->device, 1, &fence, VK_TRUE, UINT64_MAX));
+        GET(vk->WaitForFences(fixture->device, 1, &fence, VK_TRUE, UINT64_MAX));
         break;
     case BY_FENCE_STATUS:
         while (vk->GetFenceStatus(fixture->device, fence) == VK_NOT_READY)
             continue;
         break;
     case BY_SEMAPHORE:
-        expect(vk->WaitSemaphores(fixture->device, &wait, UINT64_MAX));
+        GET(vk->WaitSemaphores(fixture->device, &wait, UINT64_MAX));
         break;
     case BY_SEMAPHORE_VALUE:
         while (value < one)
-            expect(vk->GetSemaphoreCounterValue(fixture->device, semaphore, &value));
+            GET(vk->GetSemaphoreCounterValue(fixture->device, semaphore, &value));
         break;
     case BY_QUEUE:
-        expect(vk->QueueWaitIdle(device.queue));
+        GET(vk->QueueWaitIdle(device.queue));
         break;
     case BY_DEVICE:
-        expect(vk->DeviceWaitIdle(fixture->device));
+        GET(vk->DeviceWaitIdle(fixture->device));
         break;
     }
 }
@@ -87,36 +72,22 @@ struct submission {
 
 static void end_submission(const struct submission *submission)
 {
-    expect(fixture->vk.DeviceWaitIdle(fixture->device));
+    GET(fixture->vk.DeviceWaitIdle(fixture->device));
     fixture->vk.DestroyFence(fixture->device, submission->fence, NULL);
     fixture->vk.DestroySemaphore(fixture->device, submission->semaphore, NULL);
-}
-
-static VkSemaphore create_timeline(void)
-{
-    const VkSemaphoreTypeCreateInfo timeline = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
-        .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE,
-    };
-    const VkSemaphoreCreateInfo semaphore_info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
-                                                  .pNext = &timeline};
-    VkSemaphore semaphore;
-    expect(fixture->vk.CreateSemaphore(fixture->device, &semaphore_info, NULL, &semaphore));
-    return semaphore;
 }
 
 static struct submission run_and_learn(VkCommandBuffer commands, enum learning learning)
 {
     const VkuDeviceDispatchTable *vk = &fixture->vk;
-    const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     const uint64_t one = 1;
     const VkTimelineSemaphoreSubmitInfo values = {
         .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
         .signalSemaphoreValueCount = 1,
         .pSignalSemaphoreValues = &one,
     };
-    struct submission submission = {.semaphore = create_timeline()};
-    expect(vk->CreateFence(fixture->device, &fence_info, NULL, &submission.fence));
+    const struct submission submission = {fence_create(vk, fixture->device),
+                                          timeline_create(vk, fixture->device)};
     const VkSubmitInfo submit = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
         .pNext = &values,
@@ -126,7 +97,7 @@ static struct submission run_and_learn(VkCommandBuffer commands, enum learning l
         .pSignalSemaphores = &submission.semaphore,
     };
     device_end(&device, commands);
-    expect(vk->QueueSubmit(device.queue, 1, &submit, submission.fence));
+    GET(vk->QueueSubmit(device.queue, 1, &submit, submission.fence));
     learn(learning, submission.fence, submission.semaphore);
     return submission;
 }
@@ -135,64 +106,48 @@ static struct submission run_and_learn(VkCommandBuffer commands, enum learning l
  * left for the end. */
 static void test_serialization(void **state)
 {
-    (void)state;
     for (enum learning learning = BY_FENCE; learning <= BY_DEVICE; learning++) {
-        struct result_scene scene;
-        result_scene_open(&scene, SERIALIZATION_SIZE);
+        result_scene_open(SERIALIZATION_SIZE);
         VkCommandBuffer commands = device_begin(&device, PRIMARY);
-        result_scene_record_build(&scene, commands);
+        result_scene_record_build(commands);
         device_finish(&device, commands);
         const VkDeviceSize size = result_scene_property(scene.blas.handle, SERIALIZATION_SIZE);
         struct device_buffer buffer = device_buffer_create(&device, size + 256);
         const VkDeviceAddress address = (buffer.address + 255) / 256 * 256;
-        const VkCopyAccelerationStructureToMemoryInfoKHR save = {
-            .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-            .src = scene.blas.handle,
-            .dst.deviceAddress = address,
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
-        };
         commands = device_begin(&device, PRIMARY);
-        fixture->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &save);
+        device_save(&device, commands, scene.blas.handle, address);
         const struct submission submission = run_and_learn(commands, learning);
         size_t expected_size;
         void *expected = device_serialize(&device, scene.blas.handle, &expected_size);
         assert_int_equal(expected_size, size);
-        assert_memory_equal((char *)buffer.bytes + (address - buffer.address), expected, size);
+        assert_memory_equal(buffer.bytes + (address - buffer.address), expected, size);
         free(expected);
         end_submission(&submission);
 
-        struct fixture_structure loaded = fixture_create(
-            fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-        const VkCopyMemoryToAccelerationStructureInfoKHR load = {
-            .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-            .src.deviceAddress = address,
-            .dst = loaded.handle,
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-        };
+        struct fixture_structure loaded = fixture_create_blas(fixture, scene.blas.size);
         commands = device_begin(&device, PRIMARY);
-        fixture->vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &load);
+        device_load(&device, commands, address, loaded.handle);
         device_finish(&device, commands);
         assert_true(fixture_trace(fixture, loaded.handle, 0.25f, 0.25f).isHit);
         fixture_destroy(fixture, &loaded);
         device_buffer_destroy(&device, &buffer);
-        result_scene_close(&scene);
+        result_scene_close(NULL);
     }
 }
 
 /* One batch of a submission is seen complete, while another waits for the host. */
 static void test_batch_that_waits_for_the_host(void **state)
 {
-    (void)state;
     const VkuDeviceDispatchTable *vk = &fixture->vk;
-    struct result_scene scene;
-    result_scene_open(&scene, COMPACTED_SIZE);
+    result_scene_open(COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    result_scene_record_build(&scene, commands);
-    result_scene_record_queries(&scene, commands, COMPACTED_SIZE);
+    result_scene_record_build(commands);
+    result_scene_record_queries(commands, COMPACTED_SIZE);
     vk->CmdCopyQueryPoolResults(commands, scene.pool, 0, 1, buffer.handle, 0, 8,
                                 VK_QUERY_RESULT_64_BIT);
-    const struct submission submission = {.semaphore = create_timeline()};
+    const struct submission submission = {.semaphore =
+                                              timeline_create(&fixture->vk, fixture->device)};
     const uint64_t one = 1, two = 2;
     const VkTimelineSemaphoreSubmitInfo values = {
         .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
@@ -209,29 +164,23 @@ static void test_batch_that_waits_for_the_host(void **state)
          NULL},
     };
     device_end(&device, commands);
-    expect(vk->QueueSubmit(device.queue, 2, submits, VK_NULL_HANDLE));
+    GET(vk->QueueSubmit(device.queue, 2, submits, VK_NULL_HANDLE));
     learn(BY_SEMAPHORE, VK_NULL_HANDLE, submission.semaphore);
     const VkSemaphoreSignalInfo signal = {VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, NULL,
                                           submission.semaphore, two};
-    expect(vk->SignalSemaphore(fixture->device, &signal));
+    GET(vk->SignalSemaphore(fixture->device, &signal));
     end_submission(&submission);
-    const uint64_t *words = buffer.bytes;
+    const uint64_t *words = (uint64_t *)buffer.bytes;
     assert_int_equal(words[0], result_scene_property(scene.blas.handle, COMPACTED_SIZE));
     device_buffer_destroy(&device, &buffer);
-    result_scene_close(&scene);
-}
-
-static int run_all(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_compaction),
-        cmocka_unit_test(test_serialization),
-        cmocka_unit_test(test_batch_that_waits_for_the_host),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
 
 int main(int argc, char **argv)
 {
-    return device_fixture_main(&device, argc, argv, run_all);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_compaction, result_scene_close),
+        cmocka_unit_test(test_serialization),
+        cmocka_unit_test_teardown(test_batch_that_waits_for_the_host, result_scene_close),
+    };
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

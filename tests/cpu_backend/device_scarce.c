@@ -12,7 +12,6 @@ enum {
     STRUCTURES,
     STRUCTURE_SIZE = 16384,
     DATA_SIZE = 65536,
-    HOST_MEMORY_TYPE = 1,
     INSTANCES_AT = 4096, /* in the data; then */
     SAVED_AT = 16384,    /* a serialized structure, and */
     QUERIED_AT = 32768,  /* results of queries */
@@ -38,15 +37,8 @@ static const VkMicromapUsageEXT usage = {BOXES, 0,
 
 static VkDeviceMemory bind_memory(struct application *app, VkBuffer buffer, VkDeviceSize size)
 {
-    VkDeviceMemory memory = VK_NULL_HANDLE;
-    const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-                                             .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
-    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                       .pNext = &flags,
-                                       .allocationSize = size,
-                                       .memoryTypeIndex = HOST_MEMORY_TYPE};
-    GET(app, "vkAllocateMemory", app->vk.AllocateMemory(app->device, &info, NULL, &memory));
-    GET(app, "vkBindBufferMemory", app->vk.BindBufferMemory(app->device, buffer, memory, 0));
+    const VkDeviceMemory memory = allocate(app, size, HOST_MEMORY);
+    bind_buffer(app, buffer, memory, 0);
     return memory;
 }
 
@@ -55,17 +47,11 @@ static void create_structures(struct application *app)
     app->inputs = create_buffer(app, STRUCTURES * STRUCTURE_SIZE,
                                 VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, 0);
     app->memory = bind_memory(app, app->inputs, STRUCTURES * STRUCTURE_SIZE);
-    for (unsigned i = 0; i < STRUCTURES; i++) {
-        const VkAccelerationStructureCreateInfoKHR info = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-            .buffer = app->inputs,
-            .offset = i * STRUCTURE_SIZE,
-            .size = STRUCTURE_SIZE,
-            .type = i == TLAS ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
-                              : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR};
-        GET(app, "vkCreateAccelerationStructureKHR",
-            app->vk.CreateAccelerationStructureKHR(app->device, &info, NULL, &app->sets[i].accel));
-    }
+    for (unsigned i = 0; i < STRUCTURES; i++)
+        app->sets[i].accel =
+            create_accel(app, app->inputs, i * STRUCTURE_SIZE, STRUCTURE_SIZE,
+                         i == TLAS ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                                   : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
 void create_objects(struct application *app)
@@ -82,14 +68,10 @@ void create_objects(struct application *app)
     scarce_commands_create(app, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
                            &own.commands);
     const VkFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    GET(app, "vkCreateFence", app->vk.CreateFence(app->device, &fence, NULL, &own.fence));
+    CALL(app, CreateFence, app->device, &fence, NULL, &own.fence);
     own.trace_rays = scarce_find_tracing(app);
-    const VkMicromapCreateInfoEXT micromap = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
-                                              .buffer = app->inputs,
-                                              .size = STRUCTURE_SIZE,
-                                              .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV};
-    GET(app, "vkCreateMicromapEXT",
-        app->vk.CreateMicromapEXT(app->device, &micromap, NULL, &own.micromap));
+    own.micromap = create_micromap(app, app->inputs, 0, STRUCTURE_SIZE,
+                                   VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
 }
 
 void destroy_objects(struct application *app)
@@ -119,8 +101,7 @@ static void build_micromap(struct application *app)
                                          .data.hostAddress = block,
                                          .triangleArray.hostAddress = triangles,
                                          .triangleArrayStride = sizeof(triangles[0])};
-    GET(app, "vkBuildMicromapsEXT",
-        app->vk.BuildMicromapsEXT(app->device, VK_NULL_HANDLE, 1, &info));
+    CALL(app, BuildMicromapsEXT, app->device, VK_NULL_HANDLE, 1, &info);
 }
 
 /* With vertices and vectors from the same zeros. */
@@ -185,18 +166,9 @@ static void record_build(struct application *app, VkCommandBuffer commands, unsi
     app->vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
 }
 
-static VkResult begin(const struct application *app, VkCommandBuffer commands)
-{
-    const VkCommandBufferInheritanceInfo inheritance = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                           .pInheritanceInfo = &inheritance};
-    return app->vk.BeginCommandBuffer(commands, &info);
-}
-
 static VkResult record_secondary(struct application *app)
 {
-    VkResult result = begin(app, own.commands.secondary);
+    VkResult result = begin_commands(app, own.commands.secondary);
     for (unsigned i = 0; result == VK_SUCCESS && i < BLASES; i++)
         record_build(app, own.commands.secondary, i, VK_NULL_HANDLE);
     return result == VK_SUCCESS ? app->vk.EndCommandBuffer(own.commands.secondary) : result;
@@ -229,7 +201,7 @@ static VkResult record_primary(struct application *app)
     VkAccelerationStructureKHR queried[QUERIES];
     for (unsigned i = 0; i < QUERIES; i++)
         queried[i] = app->sets[i].accel;
-    VkResult result = begin(app, own.commands.primary);
+    VkResult result = begin_commands(app, own.commands.primary);
     if (result != VK_SUCCESS)
         return result;
     app->vk.CmdExecuteCommands(own.commands.primary, 1, &own.commands.secondary);
@@ -252,10 +224,9 @@ static void submit(struct application *app)
     const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                                .commandBufferCount = 1,
                                .pCommandBuffers = &own.commands.primary};
-    GET(app, "vkQueueSubmit", app->vk.QueueSubmit(app->queue, 1, &info, own.fence));
-    GET(app, "vkWaitForFences",
-        app->vk.WaitForFences(app->device, 1, &own.fence, VK_TRUE, UINT64_MAX));
-    GET(app, "vkResetFences", app->vk.ResetFences(app->device, 1, &own.fence));
+    CALL(app, QueueSubmit, app->queue, 1, &info, own.fence);
+    CALL(app, WaitForFences, app->device, 1, &own.fence, VK_TRUE, UINT64_MAX);
+    CALL(app, ResetFences, app->device, 1, &own.fence);
 }
 
 static void look(struct application *app)

@@ -5,7 +5,6 @@
 #include "device_fixture.h"
 
 #include <pthread.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -28,18 +27,12 @@ struct worker {
 
 static void open_worker(struct worker *worker)
 {
-    const VkCommandPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
-    const VkFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    const VkQueryPoolCreateInfo queries = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR,
-        .queryCount = 1,
-    };
-    const VkuDeviceDispatchTable *vk = &fixture->vk;
     worker->own = device;
-    assert_int_equal(vk->CreateCommandPool(fixture->device, &pool, NULL, &worker->own.pool), 0);
-    assert_int_equal(vk->CreateFence(fixture->device, &fence, NULL, &worker->fence), 0);
-    assert_int_equal(vk->CreateQueryPool(fixture->device, &queries, NULL, &worker->queries), 0);
+    worker->own.pool = command_pool_create(&fixture->vk, fixture->device);
+    worker->fence = fence_create(&fixture->vk, fixture->device);
+    worker->queries =
+        query_pool_create(&fixture->vk, fixture->device,
+                          VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, 1);
     fixture_triangles(&worker->host_triangles, 4, 0);
     worker->blas = fixture_create_for(fixture, &worker->host_triangles);
     device_build_create(&device, &worker->host_triangles, 4 * 9 * sizeof(float),
@@ -83,13 +76,8 @@ static VkCommandBuffer record(struct worker *worker)
 
 static bool run(struct worker *worker, VkCommandBuffer commands)
 {
-    const VkSubmitInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-        .commandBufferCount = 1,
-        .pCommandBuffers = &commands,
-    };
     pthread_mutex_lock(&queue_lock);
-    VkResult result = fixture->vk.QueueSubmit(device.queue, 1, &info, worker->fence);
+    VkResult result = commands_submit(&fixture->vk, device.queue, commands, worker->fence);
     pthread_mutex_unlock(&queue_lock);
     return result == VK_SUCCESS &&
            fixture->vk.WaitForFences(fixture->device, 1, &worker->fence, VK_TRUE, UINT64_MAX) ==
@@ -133,7 +121,6 @@ static void *work(void *argument)
 
 static void test_threads(void **state)
 {
-    (void)state;
     static struct worker workers[THREADS];
     pthread_t threads[THREADS];
     struct fixture_build build;
@@ -157,12 +144,6 @@ static void test_threads(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_threads)};
-    const char *reason = device_fixture_open(&device, "null");
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_fixture_close(&device);
-    return failed;
+    char name[] = "threads", platform[] = "null", *arguments[] = {name, platform};
+    return device_fixture_main(&device, 2, arguments, tests, ARRAY_COUNT(tests));
 }

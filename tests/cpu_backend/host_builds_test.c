@@ -7,21 +7,16 @@
 
 static void test_build_and_trace(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     expect_scene(scene.tlas.handle, 1);
     AssayHit hit = fixture_trace(&fixture, scene.blas.handle, 0.25f, 0.25f);
     assert_true(hit.isHit);
     assert_int_equal(hit.instance, 0);
     assert_int_equal(hit.customIndex, 0);
-    close_scene(&scene);
-    expect_silence();
 }
 
 static void test_sizes(void **state)
 {
-    (void)state;
     struct fixture_build build;
     fixture_triangles(&build, 1000, 0);
     VkAccelerationStructureBuildSizesInfoKHR sizes = fixture_sizes(&fixture, &build), other = sizes;
@@ -50,24 +45,16 @@ static void test_sizes(void **state)
 /* In place, and into another structure, which leaves the source as it was. */
 static void test_update(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 10, UPDATABLE);
-    struct fixture_structure other =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    open_scene(10, UPDATABLE);
+    struct fixture_structure other = fixture_create_blas(&fixture, scene.blas.size);
     fixture_move(&scene.triangles, 2, 0, 0);
-    expect(
-        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, other.handle, scene.blas.handle));
+    GET(host_build(&scene.triangles, other.handle, scene.blas.handle));
     assert_float_equal(fixture_trace(&fixture, other.handle, 0.25f, 0.25f).t, 3, 0);
     expect_scene(scene.tlas.handle, 1);
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
-                         scene.blas.handle));
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
-                         scene.tlas.handle));
+    GET(host_build(&scene.triangles, scene.blas.handle, scene.blas.handle));
+    GET(host_build(&scene.instances, scene.tlas.handle, scene.tlas.handle));
     expect_scene(scene.tlas.handle, 3);
     fixture_destroy(&fixture, &other);
-    close_scene(&scene);
-    expect_silence();
 }
 
 static AssayAnswer enter_half_way(void *data, uint32_t ray, AssayHit *candidate)
@@ -81,7 +68,6 @@ static AssayAnswer enter_half_way(void *data, uint32_t ray, AssayHit *candidate)
 /* Boxes are hit where the ray enters, unless the application says where. */
 static void test_boxes(void **state)
 {
-    (void)state;
     static const VkAabbPositionsKHR boxes[] = {{3, 0, 0, 4, 1, 1}, {1, 0, 0, 2, 1, 1}};
     struct fixture_build build;
     fixture_triangles(&build, 2, 0);
@@ -91,7 +77,7 @@ static void test_boxes(void **state)
         .data.hostAddress = boxes,
         .stride = sizeof(boxes[0])};
     struct fixture_structure blas = fixture_create_for(&fixture, &build);
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &build, blas.handle, VK_NULL_HANDLE));
+    GET(host_build(&build, blas.handle, VK_NULL_HANDLE));
     AssayHit hit = fixture_trace(&fixture, blas.handle, 0.5f, 0.5f);
     assert_true(hit.isHit && hit.isAabb);
     assert_int_equal(hit.primitive, 1);
@@ -99,16 +85,10 @@ static void test_boxes(void **state)
 
     const AssayRay ray = {.origin = {-1, 0.5f, 0.5f}, .direction = {1, 0, 0}, .tMax = 10};
     uint32_t asked = 0;
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)blas.handle,
-                                 .accuracy = ASSAY_ACCURACY_ROBUST,
-                                 .rayCount = 1,
-                                 .raySize = sizeof(ray),
-                                 .hitSize = sizeof(hit),
-                                 .rays = &ray,
-                                 .hits = &hit,
-                                 .candidate = enter_half_way,
-                                 .userData = &asked};
-    expect(fixture.trace_rays(fixture.device, &info));
+    AssayTraceInfo info = trace_info((uint64_t)blas.handle, ASSAY_ACCURACY_ROBUST, 1, &ray, &hit);
+    info.candidate = enter_half_way;
+    info.userData = &asked;
+    GET(fixture.trace_rays(fixture.device, &info));
     assert_true(hit.isHit);
     assert_int_equal(hit.primitive, 1);
     assert_float_equal(hit.t, 2.5, 0);
@@ -130,17 +110,15 @@ static AssayCounters minus(AssayCounters after, AssayCounters before)
 
 static void test_counters(void **state)
 {
-    (void)state;
     AssayCounters start = fixture_counters(&fixture);
-    struct scene scene;
-    open_scene(&scene, 10, UPDATABLE);
+    open_scene(10, UPDATABLE);
     AssayCounters did = minus(fixture_counters(&fixture), start);
     AssayCounters expected = {
         .builds = 2, .primitives = 12, .bytesBuilt = scene.blas.size + scene.tlas.size};
     assert_memory_equal(&did, &expected, sizeof(did));
 
     start = fixture_counters(&fixture);
-    fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, scene.blas.handle);
+    host_build(&scene.triangles, scene.blas.handle, scene.blas.handle);
     did = minus(fixture_counters(&fixture), start);
     expected = (AssayCounters){.updates = 1, .primitives = 10, .bytesBuilt = scene.blas.size};
     assert_memory_equal(&did, &expected, sizeof(did));
@@ -168,52 +146,30 @@ static void test_counters(void **state)
     memcpy(&builds, part, 8);
     assert_int_equal(builds, fixture_counters(&fixture).builds);
     assert_int_equal(part[8], 0x55);
-    close_scene(&scene);
-    expect_silence();
 }
 
 /* ---- tracing */
 
 static void test_trace_arguments(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     AssayRay rays[2] = {0};
     AssayHit hits[2];
-    const AssayTraceInfo valid = {.accelerationStructure = (uint64_t)scene.tlas.handle,
-                                  .accuracy = ASSAY_ACCURACY_FAST,
-                                  .rayCount = 2,
-                                  .raySize = sizeof(rays[0]),
-                                  .hitSize = sizeof(hits[0]),
-                                  .rays = rays,
-                                  .hits = hits};
-    AssayTraceInfo info = valid;
-    expect(fixture.trace_rays(fixture.device, &info));
+    const AssayTraceInfo valid =
+        trace_info((uint64_t)scene.tlas.handle, ASSAY_ACCURACY_FAST, 2, rays, hits);
+    GET(fixture.trace_rays(fixture.device, &valid));
     assert_false(hits[0].isHit || hits[1].isHit); /* no direction */
-    info.raySize--;
-    expect_mistake(fixture.trace_rays(fixture.device, &info));
-    info = valid;
-    info.hitSize++;
-    expect_mistake(fixture.trace_rays(fixture.device, &info));
-    info = valid;
-    info.accuracy = (AssayAccuracy)3;
-    expect_mistake(fixture.trace_rays(fixture.device, &info));
-    info = valid;
-    info.rays = NULL;
-    expect_mistake(fixture.trace_rays(fixture.device, &info));
-    info = valid;
-    info.hits = (AssayHit *)(uintptr_t)0x1000;
-    expect_mistake(fixture.trace_rays(fixture.device, &info));
-    info = valid;
-    info.accelerationStructure++;
-    expect_mistake(fixture.trace_rays(fixture.device, &info));
-    info.rayCount = 0;
-    info = valid;
-    expect(fixture.trace_rays(fixture.device, &info));
+    AssayTraceInfo mistakes[] = {valid, valid, valid, valid, valid, valid};
+    mistakes[0].raySize--;
+    mistakes[1].hitSize++;
+    mistakes[2].accuracy = (AssayAccuracy)3;
+    mistakes[3].rays = NULL;
+    mistakes[4].hits = (AssayHit *)(uintptr_t)0x1000;
+    mistakes[5].accelerationStructure++;
+    for (size_t i = 0; i < ARRAY_COUNT(mistakes); i++)
+        expect_mistake(fixture.trace_rays(fixture.device, &mistakes[i]));
+    GET(fixture.trace_rays(fixture.device, &valid));
     expect_mistake(fixture.trace_rays(fixture.device, NULL));
-    close_scene(&scene);
-    expect_silence();
 }
 
 struct answers {
@@ -232,24 +188,17 @@ static AssayAnswer answer(void *data, uint32_t ray, AssayHit *candidate)
 
 static void test_trace_candidates(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     const AssayRay ray = {
         .origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 100, .cullMask = 0xff};
     const AssayRay rays[2] = {ray, ray};
     AssayHit hits[2];
     struct answers answers = {ASSAY_ANSWER_ACCEPT, 0};
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.tlas.handle,
-                                 .accuracy = ASSAY_ACCURACY_EXACT,
-                                 .rayCount = 2,
-                                 .raySize = sizeof(ray),
-                                 .hitSize = sizeof(hits[0]),
-                                 .rays = rays,
-                                 .hits = hits,
-                                 .candidate = answer,
-                                 .userData = &answers};
-    expect(fixture.trace_rays(fixture.device, &info));
+    AssayTraceInfo info =
+        trace_info((uint64_t)scene.tlas.handle, ASSAY_ACCURACY_EXACT, 2, rays, hits);
+    info.candidate = answer;
+    info.userData = &answers;
+    GET(fixture.trace_rays(fixture.device, &info));
     for (int i = 0; i < 2; i++) {
         assert_true(hits[i].isHit);
         assert_float_equal(hits[i].t, 4, 0);
@@ -257,24 +206,20 @@ static void test_trace_candidates(void **state)
     }
     assert_true(answers.asked >= 8);
     answers = (struct answers){ASSAY_ANSWER_STOP, 0};
-    expect(fixture.trace_rays(fixture.device, &info));
+    GET(fixture.trace_rays(fixture.device, &info));
     assert_false(hits[0].isHit || hits[1].isHit);
-    close_scene(&scene);
-    expect_silence();
-}
-
-static int run(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_build_and_trace),  cmocka_unit_test(test_sizes),
-        cmocka_unit_test(test_update),           cmocka_unit_test(test_boxes),
-        cmocka_unit_test(test_counters),         cmocka_unit_test(test_trace_arguments),
-        cmocka_unit_test(test_trace_candidates),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
 
 int main(int argc, char **argv)
 {
-    return fixture_main(argc, argv, run);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_build_and_trace, close_silent_scene),
+        cmocka_unit_test(test_sizes),
+        cmocka_unit_test_teardown(test_update, close_silent_scene),
+        cmocka_unit_test(test_boxes),
+        cmocka_unit_test_teardown(test_counters, close_silent_scene),
+        cmocka_unit_test_teardown(test_trace_arguments, close_silent_scene),
+        cmocka_unit_test_teardown(test_trace_candidates, close_silent_scene),
+    };
+    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

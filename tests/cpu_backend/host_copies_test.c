@@ -7,27 +7,22 @@
 
 static void test_copies(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 100, COMPACTABLE | UPDATABLE);
+    open_scene(100, COMPACTABLE | UPDATABLE);
     uint64_t size =
         property(scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
     assert_true(size > 0 && size <= scene.blas.size);
     assert_int_equal(property(scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR),
                      scene.blas.size);
-    struct fixture_structure compact =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
-    struct fixture_structure clone =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-    expect(copy_structure(scene.blas.handle, compact.handle,
-                          VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
-    expect(copy_structure(scene.blas.handle, clone.handle,
-                          VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
+    struct fixture_structure compact = fixture_create_blas(&fixture, size);
+    struct fixture_structure clone = fixture_create_blas(&fixture, scene.blas.size);
+    GET(copy_structure(scene.blas.handle, compact.handle,
+                       VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
+    GET(copy_structure(scene.blas.handle, clone.handle,
+                       VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
     expect_silence();
     assert_int_equal(property(compact.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR), size);
     fixture_move(&scene.triangles, 2, 0, 0);
-    expect(
-        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, compact.handle, compact.handle));
+    GET(host_build(&scene.triangles, compact.handle, compact.handle));
     assert_float_equal(fixture_trace(&fixture, compact.handle, 0.25f, 0.25f).t, 3, 0);
     assert_float_equal(fixture_trace(&fixture, clone.handle, 0.25f, 0.25f).t, 1, 0);
     expect_silence();
@@ -41,18 +36,11 @@ static void test_copies(void **state)
     expect_mistake(copy_structure(clone.handle, compact.handle,
                                   VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
     fixture_destroy(&fixture, &compact);
-    close_scene(&scene);
-    forget_messages();
 }
 
 static VkResult deserialize(const void *bytes, VkAccelerationStructureKHR dst)
 {
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.hostAddress = bytes,
-        .dst = dst,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
-    return fixture.vk.CopyMemoryToAccelerationStructureKHR(fixture.device, VK_NULL_HANDLE, &info);
+    return fixture_load(&fixture, VK_NULL_HANDLE, bytes, dst);
 }
 
 static VkAccelerationStructureCompatibilityKHR compatibility(const void *bytes)
@@ -67,9 +55,7 @@ static VkAccelerationStructureCompatibilityKHR compatibility(const void *bytes)
 /* A scene written to memory, destroyed, and read back with other references. */
 static void test_serialize_and_relocate(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 100, 0);
+    open_scene(100, 0);
     size_t blas_size, tlas_size;
     uint64_t pointers =
         property(scene.tlas.handle,
@@ -81,23 +67,18 @@ static void test_serialize_and_relocate(void **state)
     assert_int_equal(tlas[4], tlas_size);
     assert_int_equal(tlas[6], 2);
     assert_int_equal(tlas[7], (uint64_t)scene.blas.handle);
-    close_scene(&scene);
+    close_scene();
 
-    struct fixture_structure new_blas =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, blas[5]);
+    struct fixture_structure new_blas = fixture_create_blas(&fixture, blas[5]);
     struct fixture_structure new_tlas =
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, tlas[5]);
     assert_int_equal(compatibility(tlas), VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR);
-    expect(deserialize(blas, new_blas.handle));
-    expect(deserialize(tlas, new_tlas.handle));
+    GET(deserialize(blas, new_blas.handle));
+    GET(deserialize(tlas, new_tlas.handle));
     assert_false(
         fixture_trace(&fixture, new_tlas.handle, 0.25f, 0.25f).isHit); /* its BLAS is gone */
-    const VkAccelerationStructureDeviceAddressInfoKHR address = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = new_blas.handle};
-    tlas[7] = tlas[8] =
-        fixture.vk.GetAccelerationStructureDeviceAddressKHR(fixture.device, &address);
-    expect(deserialize(tlas, new_tlas.handle));
+    tlas[7] = tlas[8] = structure_address(&fixture.vk, fixture.device, new_blas.handle);
+    GET(deserialize(tlas, new_tlas.handle));
     expect_scene(new_tlas.handle, 1);
     expect_silence();
 
@@ -118,16 +99,11 @@ static void test_serialize_and_relocate(void **state)
     forget_messages();
 }
 
-static int run(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_copies),
-        cmocka_unit_test(test_serialize_and_relocate),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
 int main(int argc, char **argv)
 {
-    return fixture_main(argc, argv, run);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_copies, close_any_scene),
+        cmocka_unit_test(test_serialize_and_relocate),
+    };
+    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

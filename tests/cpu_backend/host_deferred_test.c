@@ -1,15 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Deferred operations of backend cpu: parts that are each done once, by whoever joins. */
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "src/cpu/deferred.h"
+#include "tests/fixture/objects.h"
 
 enum { PARTS = 200, THREADS = 4 };
 
@@ -73,8 +68,8 @@ static void *join(void *context)
 static struct joined open_operation(void)
 {
     struct joined joined;
-    assert_int_equal(cpu_deferred_operations_create(&joined.operations), VK_SUCCESS);
-    assert_int_equal(cpu_deferred_add(joined.operations, &joined.operation), VK_SUCCESS);
+    GET(cpu_deferred_operations_create(&joined.operations));
+    GET(cpu_deferred_add(joined.operations, &joined.operation));
     return joined;
 }
 
@@ -87,16 +82,15 @@ static void expect_done(const struct joined *joined, const struct counted *count
     assert_int_equal(counted->releases, 1);
     assert_int_equal(cpu_deferred_result(joined->operations, joined->operation), result);
     assert_int_equal(cpu_deferred_concurrency(joined->operations, joined->operation), 0);
-    assert_int_equal(cpu_deferred_join(joined->operations, joined->operation), VK_SUCCESS);
+    GET(cpu_deferred_join(joined->operations, joined->operation));
 }
 
 static void test_one_thread(void **state)
 {
-    (void)state;
     struct joined joined = open_operation();
-    assert_int_equal(cpu_deferred_result(joined.operations, joined.operation), VK_SUCCESS);
+    GET(cpu_deferred_result(joined.operations, joined.operation));
     assert_int_equal(cpu_deferred_concurrency(joined.operations, joined.operation), 0);
-    assert_int_equal(cpu_deferred_join(joined.operations, joined.operation), VK_SUCCESS);
+    GET(cpu_deferred_join(joined.operations, joined.operation));
     for (int i = 0; i < 3; i++) { /* an operation is used again */
         struct counted counted = {.failing = i == 1 ? 7 : PARTS};
         struct cpu_work work = work_of(&counted, PARTS);
@@ -104,7 +98,7 @@ static void test_one_thread(void **state)
                          VK_OPERATION_DEFERRED_KHR);
         assert_int_equal(cpu_deferred_result(joined.operations, joined.operation), VK_NOT_READY);
         assert_int_equal(cpu_deferred_concurrency(joined.operations, joined.operation), PARTS);
-        assert_int_equal(cpu_deferred_join(joined.operations, joined.operation), VK_SUCCESS);
+        GET(cpu_deferred_join(joined.operations, joined.operation));
         expect_done(&joined, &counted, PARTS, i == 1 ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
     }
     cpu_deferred_operations_destroy(joined.operations);
@@ -113,7 +107,6 @@ static void test_one_thread(void **state)
 /* All threads get a part before the first is done: the work is spread. */
 static void test_spread(void **state)
 {
-    (void)state;
     struct joined joined = open_operation();
     struct counted counted = {.failing = PARTS, .gate = THREADS};
     struct cpu_work work = work_of(&counted, PARTS);
@@ -136,7 +129,6 @@ static void test_spread(void **state)
 /* Threads that find no part left take part in those that run. */
 static void test_help(void **state)
 {
-    (void)state;
     struct joined joined = open_operation();
     struct counted counted = {.failing = PARTS, .gate = THREADS};
     struct cpu_work work = work_of(&counted, 1);
@@ -150,7 +142,7 @@ static void test_help(void **state)
     for (int i = 0; i < THREADS; i++) {
         void *result;
         pthread_join(threads[i], &result);
-        assert_int_equal((intptr_t)result, VK_SUCCESS);
+        GET((intptr_t)result);
     }
     assert_int_equal(counted.helps, THREADS - 1);
     expect_done(&joined, &counted, 1, VK_SUCCESS);
@@ -165,7 +157,6 @@ static void look_in(void *context)
 /* A thread that finds nothing to help with goes, but may find something later. */
 static void test_nothing_to_do_for_now(void **state)
 {
-    (void)state;
     struct joined joined = open_operation();
     struct counted counted = {.failing = PARTS, .gate = 2};
     struct cpu_work work = work_of(&counted, 1);
@@ -182,14 +173,13 @@ static void test_nothing_to_do_for_now(void **state)
     atomic_fetch_add(&counted.arrived, 1);
     void *result;
     pthread_join(thread, &result);
-    assert_int_equal((intptr_t)result, VK_SUCCESS);
+    GET((intptr_t)result);
     expect_done(&joined, &counted, 1, VK_SUCCESS);
     cpu_deferred_operations_destroy(joined.operations);
 }
 
 static void test_mistakes(void **state)
 {
-    (void)state;
     struct joined joined = open_operation();
     struct counted pending = {.failing = PARTS}, late = {.failing = PARTS}, wild = late;
     struct cpu_work work = work_of(&pending, 2);
@@ -218,7 +208,6 @@ static void test_mistakes(void **state)
 /* An operation that is destroyed while threads are in it, and one that goes with its device. */
 static void test_destroyed_in_use(void **state)
 {
-    (void)state;
     struct joined joined = open_operation();
     struct counted counted = {.failing = PARTS, .gate = 2};
     struct cpu_work work = work_of(&counted, 1);
@@ -235,7 +224,7 @@ static void test_destroyed_in_use(void **state)
 
     struct counted left = {.failing = PARTS};
     work = work_of(&left, 1);
-    assert_int_equal(cpu_deferred_add(joined.operations, &joined.operation), VK_SUCCESS);
+    GET(cpu_deferred_add(joined.operations, &joined.operation));
     cpu_deferred_start(joined.operations, joined.operation, &work);
     cpu_deferred_operations_destroy(joined.operations);
     assert_int_equal(left.releases, 1);

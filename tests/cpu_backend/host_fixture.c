@@ -5,20 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define GET(call) assert_int_equal(call, VK_SUCCESS)
-
 /* ---- the device */
-
-static void find_host_memory(struct fixture *fixture)
-{
-    const VkMemoryPropertyFlags wanted =
-        VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
-    VkPhysicalDeviceMemoryProperties memory;
-    fixture->instance_fixture.vk.GetPhysicalDeviceMemoryProperties(
-        fixture->instance_fixture.physical, &memory);
-    while ((memory.memoryTypes[fixture->host_memory_type].propertyFlags & wanted) != wanted)
-        assert_true(++fixture->host_memory_type < memory.memoryTypeCount);
-}
 
 void fixture_use_device(struct fixture *fixture, VkDevice device, const VkuDeviceDispatchTable *vk)
 {
@@ -42,7 +29,7 @@ const char *fixture_open(struct fixture *fixture, const char *platform)
     VkuDeviceDispatchTable vk;
     VkDevice device = instance_fixture_open_device(&fixture->instance_fixture, &vk);
     fixture_use_device(fixture, device, &vk);
-    find_host_memory(fixture);
+    fixture->host_memory_type = instance_fixture_memory_type(&fixture->instance_fixture);
     return NULL;
 }
 
@@ -65,24 +52,13 @@ static struct fixture_structure create(struct fixture *fixture, VkAccelerationSt
         .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
                  VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
     };
-    GET(fixture->vk.CreateBuffer(fixture->device, &buffer, NULL, &structure.buffer));
-    VkMemoryRequirements requirements;
-    fixture->vk.GetBufferMemoryRequirements(fixture->device, structure.buffer, &requirements);
-    const VkMemoryAllocateFlagsInfo flags = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
-    };
-    const VkMemoryAllocateInfo memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                         .pNext = &flags,
-                                         .allocationSize = requirements.size,
-                                         .memoryTypeIndex = fixture->host_memory_type};
-    GET(fixture->vk.AllocateMemory(fixture->device, &memory, NULL, &structure.memory));
-    GET(fixture->vk.BindBufferMemory(fixture->device, structure.buffer, structure.memory, 0));
+    structure.storage =
+        buffer_create(&fixture->vk, fixture->device, fixture->host_memory_type, &buffer);
     const VkAccelerationStructureCreateInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
         .pNext = motion,
         .createFlags = motion ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
-        .buffer = structure.buffer,
+        .buffer = structure.storage.handle,
         .size = size,
         .type = type,
     };
@@ -97,11 +73,15 @@ struct fixture_structure fixture_create(struct fixture *fixture,
     return create(fixture, type, size, NULL);
 }
 
+struct fixture_structure fixture_create_blas(struct fixture *fixture, VkDeviceSize size)
+{
+    return create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size, NULL);
+}
+
 void fixture_destroy(struct fixture *fixture, struct fixture_structure *structure)
 {
     fixture->vk.DestroyAccelerationStructureKHR(fixture->device, structure->handle, NULL);
-    fixture->vk.DestroyBuffer(fixture->device, structure->buffer, NULL);
-    fixture->vk.FreeMemory(fixture->device, structure->memory, NULL);
+    buffer_destroy(&fixture->vk, fixture->device, &structure->storage);
 }
 
 /* ---- builds */
@@ -218,6 +198,68 @@ VkResult fixture_build(struct fixture *fixture, VkDeferredOperationKHR operation
                                                       &ranges);
 }
 
+/* ---- copies */
+
+VkResult fixture_copy(struct fixture *fixture, VkDeferredOperationKHR operation,
+                      VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
+                      VkCopyAccelerationStructureModeKHR mode)
+{
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = src,
+        .dst = dst,
+        .mode = mode,
+    };
+    return fixture->vk.CopyAccelerationStructureKHR(fixture->device, operation, &info);
+}
+
+VkResult fixture_save(struct fixture *fixture, VkDeferredOperationKHR operation,
+                      VkAccelerationStructureKHR src, void *dst)
+{
+    const VkCopyAccelerationStructureToMemoryInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
+        .src = src,
+        .dst.hostAddress = dst,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
+    };
+    return fixture->vk.CopyAccelerationStructureToMemoryKHR(fixture->device, operation, &info);
+}
+
+VkResult fixture_load(struct fixture *fixture, VkDeferredOperationKHR operation, const void *src,
+                      VkAccelerationStructureKHR dst)
+{
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.hostAddress = src,
+        .dst = dst,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
+    };
+    return fixture->vk.CopyMemoryToAccelerationStructureKHR(fixture->device, operation, &info);
+}
+
+/* The values of two structures, which are the same, 16 bytes apart; the bytes between stay. */
+uint64_t fixture_property(struct fixture *fixture, VkAccelerationStructureKHR structure,
+                          VkQueryType type)
+{
+    uint64_t values[4] = {7, 7, 7, 7};
+    const VkAccelerationStructureKHR both[] = {structure, structure};
+    GET(fixture->vk.WriteAccelerationStructuresPropertiesKHR(fixture->device, 2, both, type,
+                                                             sizeof(values), values, 16));
+    assert_int_equal(values[0], values[2]);
+    assert_int_equal(values[1], 7);
+    assert_int_equal(values[3], 7);
+    return values[0];
+}
+
+void *fixture_serialize(struct fixture *fixture, VkAccelerationStructureKHR structure, size_t *size)
+{
+    *size = fixture_property(fixture, structure,
+                             VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR);
+    void *bytes = aligned_alloc(16, (*size + 15) / 16 * 16);
+    GET(fixture_save(fixture, VK_NULL_HANDLE, structure, bytes));
+    return bytes;
+}
+
 /* ---- asking */
 
 AssayHit fixture_trace(struct fixture *fixture, VkAccelerationStructureKHR structure, float y,
@@ -236,13 +278,8 @@ AssayHit fixture_trace_at(struct fixture *fixture, VkAccelerationStructureKHR st
                           .time = time};
     AssayHit hit;
     memset(&hit, 0xff, sizeof(hit));
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)structure,
-                                 .accuracy = ASSAY_ACCURACY_EXACT,
-                                 .rayCount = 1,
-                                 .raySize = sizeof(ray),
-                                 .hitSize = sizeof(hit),
-                                 .rays = &ray,
-                                 .hits = &hit};
+    const AssayTraceInfo info =
+        trace_info((uint64_t)structure, ASSAY_ACCURACY_EXACT, 1, &ray, &hit);
     GET(fixture->trace_rays(fixture->device, &info));
     return hit;
 }

@@ -4,15 +4,10 @@
 #ifndef ASSAY_TESTS_CPU_BACKEND_HOST_FIXTURE_H
 #define ASSAY_TESTS_CPU_BACKEND_HOST_FIXTURE_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include "layer/assay.h"
 #include "tests/cpu_backend/instance_fixture.h"
+#include "tests/fixture/trace.h"
+
+#define expect_mistake(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED)
 
 struct fixture {
     struct platform platform;
@@ -34,12 +29,12 @@ void fixture_use_device(struct fixture *fixture, VkDevice device, const VkuDevic
 /* A structure with a buffer of its own. */
 struct fixture_structure {
     VkAccelerationStructureKHR handle;
-    VkBuffer buffer;
-    VkDeviceMemory memory;
+    struct device_buffer storage;
     VkDeviceSize size;
 };
 struct fixture_structure fixture_create(struct fixture *fixture,
                                         VkAccelerationStructureTypeKHR type, VkDeviceSize size);
+struct fixture_structure fixture_create_blas(struct fixture *fixture, VkDeviceSize size);
 void fixture_destroy(struct fixture *fixture, struct fixture_structure *structure);
 
 /* Parameters of a build of one geometry, with the memory behind them. Not to be moved. */
@@ -68,6 +63,20 @@ struct fixture_structure fixture_create_for(struct fixture *fixture, struct fixt
 VkResult fixture_build(struct fixture *fixture, VkDeferredOperationKHR operation,
                        struct fixture_build *build, VkAccelerationStructureKHR dst,
                        VkAccelerationStructureKHR src);
+
+/* vkCopyAccelerationStructureKHR and its kin. */
+VkResult fixture_copy(struct fixture *fixture, VkDeferredOperationKHR operation,
+                      VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
+                      VkCopyAccelerationStructureModeKHR mode);
+VkResult fixture_save(struct fixture *fixture, VkDeferredOperationKHR operation,
+                      VkAccelerationStructureKHR src, void *dst);
+VkResult fixture_load(struct fixture *fixture, VkDeferredOperationKHR operation, const void *src,
+                      VkAccelerationStructureKHR dst);
+uint64_t fixture_property(struct fixture *fixture, VkAccelerationStructureKHR structure,
+                          VkQueryType type);
+/* The serialized form of a structure; for free(). */
+void *fixture_serialize(struct fixture *fixture, VkAccelerationStructureKHR structure,
+                        size_t *size);
 
 /* A ray from (-1, y, z) towards +x, exact. */
 AssayHit fixture_trace(struct fixture *fixture, VkAccelerationStructureKHR structure, float y,

@@ -6,10 +6,7 @@
 
 static uint64_t address_of(VkAccelerationStructureKHR structure)
 {
-    const VkAccelerationStructureDeviceAddressInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = structure};
-    return fixture.vk.GetAccelerationStructureDeviceAddressKHR(fixture.device, &info);
+    return structure_address(&fixture.vk, fixture.device, structure);
 }
 
 static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize offset)
@@ -21,61 +18,52 @@ static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize o
         .size = 256,
         .type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR};
     VkAccelerationStructureKHR structure;
-    expect(fixture.vk.CreateAccelerationStructureKHR(fixture.device, &info, NULL, &structure));
+    GET(fixture.vk.CreateAccelerationStructureKHR(fixture.device, &info, NULL, &structure));
     return structure;
 }
 
 /* Stable, of nobody else, and as far apart as the offsets of generic structures. */
 static void test_addresses(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     uint64_t blas = address_of(scene.blas.handle), tlas = address_of(scene.tlas.handle);
     assert_true(blas != 0 && tlas != 0 && blas != tlas);
     assert_int_equal(address_of(scene.blas.handle), blas);
     assert_int_equal(address_of((VkAccelerationStructureKHR)0x1234), 0);
 
-    struct fixture_structure first =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 4096);
-    VkAccelerationStructureKHR a = create_generic(first.buffer, 256);
-    VkAccelerationStructureKHR b = create_generic(first.buffer, 2048);
+    struct fixture_structure first = fixture_create_blas(&fixture, 4096);
+    VkAccelerationStructureKHR a = create_generic(first.storage.handle, 256);
+    VkAccelerationStructureKHR b = create_generic(first.storage.handle, 2048);
     assert_int_equal(address_of(b) - address_of(a), 2048 - 256);
     fixture.vk.DestroyAccelerationStructureKHR(fixture.device, a, NULL);
     fixture.vk.DestroyAccelerationStructureKHR(fixture.device, b, NULL);
     fixture_destroy(&fixture, &first);
-    close_scene(&scene);
-    expect_silence();
 }
 
 static void test_names(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     VkDebugUtilsObjectNameInfoEXT name = {.sType =
                                               VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
                                           .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                                           .objectHandle = (uint64_t)scene.blas.handle,
                                           .pObjectName = "bunny"};
-    expect(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
+    GET(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
     const VkDebugUtilsObjectTagInfoEXT tag = {
         .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_TAG_INFO_EXT,
         .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
         .objectHandle = (uint64_t)scene.blas.handle,
         .tagSize = 4,
         .pTag = "tag"};
-    expect(fixture.vk.SetDebugUtilsObjectTagEXT(fixture.device, &tag));
+    GET(fixture.vk.SetDebugUtilsObjectTagEXT(fixture.device, &tag));
     name.objectType = VK_OBJECT_TYPE_BUFFER; /* the driver's own */
-    name.objectHandle = (uint64_t)scene.blas.buffer;
-    expect(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
-    close_scene(&scene);
-    expect_silence();
+    name.objectHandle = (uint64_t)scene.blas.storage.handle;
+    GET(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
 }
 
 static void set_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t object, uint64_t value)
 {
-    expect(fixture.vk.SetPrivateData(fixture.device, type, object, slot, value));
+    GET(fixture.vk.SetPrivateData(fixture.device, type, object, slot, value));
 }
 
 static uint64_t get_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t object)
@@ -87,19 +75,17 @@ static uint64_t get_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t obj
 
 static void test_private_data(void **state)
 {
-    (void)state;
     if (!fixture.vk.SetPrivateData)
         skip();
     const VkPrivateDataSlotCreateInfo info = {.sType =
                                                   VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
-    struct scene scene;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     const uint64_t blas = (uint64_t)scene.blas.handle, tlas = (uint64_t)scene.tlas.handle;
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-    const uint64_t buffer = (uint64_t)scene.blas.buffer;
+    const uint64_t buffer = (uint64_t)scene.blas.storage.handle;
     VkPrivateDataSlot slots[2];
     for (int i = 0; i < 2; i++)
-        expect(fixture.vk.CreatePrivateDataSlot(fixture.device, &info, NULL, &slots[i]));
+        GET(fixture.vk.CreatePrivateDataSlot(fixture.device, &info, NULL, &slots[i]));
     set_data(slots[0], type, blas, 1);
     set_data(slots[1], type, blas, 2);
     set_data(slots[0], type, tlas, 3);
@@ -111,11 +97,11 @@ static void test_private_data(void **state)
     assert_int_equal(get_data(slots[1], type, tlas), 0);
     assert_int_equal(get_data(slots[0], VK_OBJECT_TYPE_BUFFER, buffer), 4);
     fixture.vk.DestroyPrivateDataSlot(fixture.device, slots[0], NULL);
-    expect(fixture.vk.CreatePrivateDataSlot(fixture.device, &info, NULL, &slots[0]));
+    GET(fixture.vk.CreatePrivateDataSlot(fixture.device, &info, NULL, &slots[0]));
     assert_int_equal(get_data(slots[0], type, tlas), 0);
     assert_int_equal(get_data(slots[1], type, blas), 2);
     set_data(slots[0], type, blas, 6);
-    close_scene(&scene);
+    close_scene();
     assert_int_equal(get_data(slots[0], type, blas), 0);
     for (int i = 0; i < 2; i++)
         fixture.vk.DestroyPrivateDataSlot(fixture.device, slots[i], NULL);
@@ -133,8 +119,8 @@ static void expect_own_commands(const struct instance_fixture_setup *setup, bool
     VkDevice device;
     VkuDeviceDispatchTable vk;
     instance_fixture_open(&instance_fixture, &fixture.platform, setup);
-    expect(instance_fixture_create_device(&instance_fixture, NULL, extensions,
-                                          has_extensions ? 2 : 0, &device, &vk));
+    GET(instance_fixture_create_device(&instance_fixture, NULL, extensions, has_extensions ? 2 : 0,
+                                       &device, &vk));
     for (int i = 0; i < 2; i++)
         assert_int_equal(instance_fixture.get_device_proc_addr(device, names[i]) != NULL, expected);
     vk.DestroyDevice(device, NULL);
@@ -143,7 +129,6 @@ static void expect_own_commands(const struct instance_fixture_setup *setup, bool
 
 static void test_own_commands(void **state)
 {
-    (void)state;
     expect_own_commands(&(struct instance_fixture_setup){.backend = "cpu"}, true, true);
     expect_own_commands(&(struct instance_fixture_setup){.backend = "cpu"}, false, false);
     expect_own_commands(
@@ -151,18 +136,13 @@ static void test_own_commands(void **state)
     expect_own_commands(&(struct instance_fixture_setup){.backend = "driver"}, false, false);
 }
 
-static int run(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_addresses),
-        cmocka_unit_test(test_own_commands),
-        cmocka_unit_test(test_names),
-        cmocka_unit_test(test_private_data),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
 int main(int argc, char **argv)
 {
-    return fixture_main(argc, argv, run);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_addresses, close_silent_scene),
+        cmocka_unit_test(test_own_commands),
+        cmocka_unit_test_teardown(test_names, close_silent_scene),
+        cmocka_unit_test(test_private_data),
+    };
+    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

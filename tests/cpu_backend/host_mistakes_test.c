@@ -11,12 +11,9 @@
 
 static void test_wild_handles(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 10, UPDATABLE);
-    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, WILD, VK_NULL_HANDLE));
-    expect_mistake(
-        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, WILD));
+    open_scene(10, UPDATABLE);
+    expect_mistake(host_build(&scene.triangles, WILD, VK_NULL_HANDLE));
+    expect_mistake(host_build(&scene.triangles, scene.blas.handle, WILD));
     expect_mistake(
         copy_structure(WILD, scene.blas.handle, VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
     uint64_t value = 1;
@@ -37,50 +34,40 @@ static void test_wild_handles(void **state)
     fixture.vk.DestroyDeferredOperationKHR(fixture.device, VK_NULL_HANDLE, NULL);
     fixture.vk.DestroyAccelerationStructureKHR(fixture.device, VK_NULL_HANDLE, NULL);
     expect_scene(scene.tlas.handle, 1);
-    close_scene(&scene);
-    forget_messages();
 }
 
 /* An instance of what is destroyed, or not built, is as good as none. */
 static void test_destroyed(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 10, UPDATABLE);
+    open_scene(10, UPDATABLE);
     expect_scene(scene.tlas.handle, 1);
-    struct fixture_structure empty =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    struct fixture_structure empty = fixture_create_blas(&fixture, scene.blas.size);
     VkAccelerationStructureInstanceKHR *instances = scene.instances.data;
     instances[1].accelerationStructureReference = (uint64_t)empty.handle;
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
-                         VK_NULL_HANDLE));
+    GET(host_build(&scene.instances, scene.tlas.handle, VK_NULL_HANDLE));
     expect_hit(scene.tlas.handle, 0.25f, 1, 0);
     assert_false(fixture_trace(&fixture, scene.tlas.handle, 2.25f, 0.25f).isHit);
     fixture_destroy(&fixture, &scene.blas);
     assert_false(fixture_trace(&fixture, scene.tlas.handle, 0.25f, 0.25f).isHit);
     fixture_destroy(&fixture, &empty);
     fixture_destroy(&fixture, &scene.tlas);
-    AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.tlas.handle,
-                           .raySize = sizeof(AssayRay),
-                           .hitSize = sizeof(AssayHit)};
+    AssayTraceInfo info =
+        trace_info((uint64_t)scene.tlas.handle, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
     expect_mistake(fixture.trace_rays(fixture.device, &info));
     fixture_free(&scene.triangles);
     fixture_free(&scene.instances);
     forget_messages();
 }
 
-static VkResult build_again(struct scene *scene)
+static VkResult build_again(void)
 {
-    return fixture_build(&fixture, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
-                         VK_NULL_HANDLE);
+    return host_build(&scene.triangles, scene.blas.handle, VK_NULL_HANDLE);
 }
 
 /* Each leaves the structure as it was. */
 static void test_bad_pointers(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 10, UPDATABLE);
+    open_scene(10, UPDATABLE);
     size_t page = (size_t)sysconf(_SC_PAGESIZE);
     char *hole = mmap(NULL, 2 * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     mprotect(hole + page, page, PROT_NONE);
@@ -89,83 +76,67 @@ static void test_bad_pointers(void **state)
     const VkAccelerationStructureGeometryTrianglesDataKHR valid = *triangles;
 
     triangles->vertexData.hostAddress = NULL;
-    expect_mistake(build_again(&scene));
+    expect_mistake(build_again());
     triangles->vertexData.hostAddress = hole + page - 100; /* three triangles are 108 bytes */
-    expect_mistake(build_again(&scene));
+    expect_mistake(build_again());
     triangles->vertexData.hostAddress = hole + page - 10 * 36;
-    expect(build_again(&scene));
+    GET(build_again());
     *triangles = valid;
     triangles->vertexStride = UINT64_MAX;
-    expect_mistake(build_again(&scene));
+    expect_mistake(build_again());
     *triangles = valid;
     triangles->indexType = VK_INDEX_TYPE_UINT32;
     triangles->indexData.hostAddress = hole + page - 119;
-    expect_mistake(build_again(&scene));
+    expect_mistake(build_again());
     triangles->indexData.hostAddress = hole + page - 120;
-    expect(build_again(&scene));
+    GET(build_again());
     memset(hole, 0xff, page); /* wild indices */
-    expect_mistake(build_again(&scene));
+    expect_mistake(build_again());
     *triangles = valid;
     triangles->transformData.hostAddress = hole + page - 47;
-    expect_mistake(build_again(&scene));
+    expect_mistake(build_again());
     *triangles = valid;
     triangles->vertexFormat = VK_FORMAT_D32_SFLOAT;
-    expect_mistake(build_again(&scene));
+    expect_mistake(build_again());
     *triangles = valid;
 
     scene.triangles.info.scratchData.hostAddress = hole + page; /* the backend has its own */
-    expect(build_again(&scene));
+    GET(build_again());
     scene.triangles.info.scratchData.hostAddress = scene.triangles.scratch;
     scene.triangles.info.pGeometries = (const void *)(hole + page - 8);
-    expect_mistake(build_again(&scene));
+    expect_mistake(build_again());
     scene.triangles.info.pGeometries = &scene.triangles.geometry;
     scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
-    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.instances, scene.tlas.handle,
-                                 VK_NULL_HANDLE));
+    expect_mistake(host_build(&scene.instances, scene.tlas.handle, VK_NULL_HANDLE));
     expect_mistake(fixture.vk.WriteAccelerationStructuresPropertiesKHR(
         fixture.device, 1, &scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR, 8,
         hole + page, 8));
-    expect(build_again(&scene));
+    GET(build_again());
     expect_scene(scene.tlas.handle, 1);
     munmap(hole, 2 * page);
-    close_scene(&scene);
-    forget_messages();
 }
 
 /* A shape that the source hasn't, and a structure that is too small. */
 static void test_bad_builds(void **state)
 {
-    (void)state;
-    struct scene scene;
-    open_scene(&scene, 10, UPDATABLE);
+    open_scene(10, UPDATABLE);
     scene.triangles.range.primitiveCount = 9;
-    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
-                                 scene.blas.handle));
+    expect_mistake(host_build(&scene.triangles, scene.blas.handle, scene.blas.handle));
     scene.triangles.range.primitiveCount = 10;
-    struct fixture_structure small =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 256);
-    expect_mistake(
-        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, small.handle, VK_NULL_HANDLE));
-    expect_mistake(
-        fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, small.handle));
+    struct fixture_structure small = fixture_create_blas(&fixture, 256);
+    expect_mistake(host_build(&scene.triangles, small.handle, VK_NULL_HANDLE));
+    expect_mistake(host_build(&scene.triangles, scene.blas.handle, small.handle));
     fixture_destroy(&fixture, &small);
     expect_scene(scene.tlas.handle, 1);
-    close_scene(&scene);
-    forget_messages();
-}
-
-static int run(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_wild_handles),
-        cmocka_unit_test(test_destroyed),
-        cmocka_unit_test(test_bad_pointers),
-        cmocka_unit_test(test_bad_builds),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }
 
 int main(int argc, char **argv)
 {
-    return fixture_main(argc, argv, run);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_wild_handles, close_any_scene),
+        cmocka_unit_test(test_destroyed),
+        cmocka_unit_test_teardown(test_bad_pointers, close_any_scene),
+        cmocka_unit_test_teardown(test_bad_builds, close_any_scene),
+    };
+    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -7,67 +7,61 @@
 #include <stdlib.h>
 #include <string.h>
 
+static struct moving_scene moving;
+
+static int close_moving(void **state)
+{
+    moving_scene_close(&fixture, &moving);
+    expect_silence();
+    return 0;
+}
+
 static void test_triangles_and_instances(void **state)
 {
-    (void)state;
-    struct moving_scene scene;
-    moving_scene_open(&fixture, &scene, 0);
-    moving_scene_build(&fixture, &scene);
-    expect_moving_blas(&fixture, scene.blas.handle, 4);
-    expect_moving_tlas(&fixture, scene.tlas.handle);
-    moving_scene_close(&fixture, &scene);
-    expect_silence();
+    moving_scene_open(&fixture, &moving, 0);
+    moving_scene_build(&fixture, &moving);
+    expect_moving_blas(&fixture, moving.blas.handle, 4);
+    expect_moving_tlas(&fixture, moving.tlas.handle);
 }
 
 /* Of a build with motion, geometries may stand still. */
 static void test_still_triangles(void **state)
 {
-    (void)state;
-    struct moving_scene scene;
-    moving_scene_open(&fixture, &scene, 0);
-    scene.triangles.geometry.geometry.triangles.pNext = NULL;
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
-    expect_moving_blas(&fixture, scene.blas.handle, 0);
-    moving_scene_close(&fixture, &scene);
-    expect_silence();
+    moving_scene_open(&fixture, &moving, 0);
+    moving.triangles.geometry.geometry.triangles.pNext = NULL;
+    GET(host_build(&moving.triangles, moving.blas.handle, 0));
+    expect_moving_blas(&fixture, moving.blas.handle, 0);
 }
 
 static void test_update(void **state)
 {
-    (void)state;
-    struct moving_scene scene;
-    moving_scene_open(&fixture, &scene, UPDATABLE);
-    moving_scene_build(&fixture, &scene);
+    moving_scene_open(&fixture, &moving, UPDATABLE);
+    moving_scene_build(&fixture, &moving);
     for (uint32_t i = 0; i < MOVING_TRIANGLES * 9; i += 3)
-        scene.then[i] += 3;
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
-                         scene.blas.handle));
-    expect_moving_blas(&fixture, scene.blas.handle, 7);
-    moving_scene_close(&fixture, &scene);
-    expect_silence();
+        moving.then[i] += 3;
+    GET(host_build(&moving.triangles, moving.blas.handle, moving.blas.handle));
+    expect_moving_blas(&fixture, moving.blas.handle, 7);
 }
 
 /* Pointers have the type of what they point to in their low 4 bits. */
 static void test_array_of_pointers(void **state)
 {
-    (void)state;
-    struct moving_scene scene;
-    moving_scene_open(&fixture, &scene, 0);
+    moving_scene_open(&fixture, &moving, 0);
     VkAccelerationStructureMotionInstanceDataNV *data =
         aligned_alloc(16, MOVING_INSTANCES * sizeof(*data));
     uint64_t pointers[MOVING_INSTANCES];
     for (uint32_t i = 0; i < MOVING_INSTANCES; i++) {
         VkAccelerationStructureMotionInstanceNV instance;
-        memcpy(&instance, (char *)scene.instances.data + i * MOTION_INSTANCE_STRIDE,
+        memcpy(&instance, (char *)moving.instances.data + i * MOTION_INSTANCE_STRIDE,
                sizeof(instance));
         data[i] = instance.data;
         pointers[i] = (uint64_t)(uintptr_t)&data[i] | instance.type;
     }
-    scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
-    scene.instances.geometry.geometry.instances.data.hostAddress = pointers;
-    moving_scene_build(&fixture, &scene);
-    expect_moving_tlas(&fixture, scene.tlas.handle);
-    moving_scene_close(&fixture, &scene);
+    moving.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
+    moving.instances.geometry.geometry.instances.data.hostAddress = pointers;
+    moving_scene_build(&fixture, &moving);
+    expect_moving_tlas(&fixture, moving.tlas.handle);
+    moving_scene_close(&fixture, &moving);
     free(data);
     expect_silence();
 }
@@ -75,47 +69,41 @@ static void test_array_of_pointers(void **state)
 /* Vertices that aren't there, and a chain that isn't. */
 static void test_unreadable(void **state)
 {
-    (void)state;
-    struct moving_scene scene;
-    moving_scene_open(&fixture, &scene, 0);
-    scene.motion.vertexData.deviceAddress = 0x1000;
-    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
-    scene.triangles.geometry.geometry.triangles.pNext = (void *)(uintptr_t)0x1000;
-    expect_mistake(fixture_build(&fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, 0));
-    assert_int_equal(fixture_sizes(&fixture, &scene.triangles).accelerationStructureSize, 0);
-    moving_scene_close(&fixture, &scene);
+    moving_scene_open(&fixture, &moving, 0);
+    moving.motion.vertexData.deviceAddress = 0x1000;
+    expect_mistake(host_build(&moving.triangles, moving.blas.handle, 0));
+    moving.triangles.geometry.geometry.triangles.pNext = (void *)(uintptr_t)0x1000;
+    expect_mistake(host_build(&moving.triangles, moving.blas.handle, 0));
+    assert_int_equal(fixture_sizes(&fixture, &moving.triangles).accelerationStructureSize, 0);
+    moving_scene_close(&fixture, &moving);
     forget_messages();
 }
 
 /* As assay.h had rays before they had a time. */
 static void test_rays_without_time(void **state)
 {
-    (void)state;
     struct untimed {
         float origin[3], tMin, direction[3], tMax;
         uint32_t flags, cullMask;
     };
-    struct moving_scene scene;
-    moving_scene_open(&fixture, &scene, 0);
-    moving_scene_build(&fixture, &scene);
+    moving_scene_open(&fixture, &moving, 0);
+    moving_scene_build(&fixture, &moving);
     const struct untimed rays[] = {
         {.origin = {-1, 9, 0.25f}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff},
         {.origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff},
     };
     AssayHit hits[2];
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.tlas.handle,
+    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)moving.tlas.handle,
                                  .accuracy = ASSAY_ACCURACY_EXACT,
                                  .rayCount = 2,
                                  .raySize = sizeof(rays[0]),
                                  .hitSize = sizeof(hits[0]),
                                  .rays = (const AssayRay *)(const void *)rays,
                                  .hits = hits};
-    expect(fixture.trace_rays(fixture.device, &info));
+    GET(fixture.trace_rays(fixture.device, &info));
     assert_false(hits[0].isHit);
     assert_true(hits[1].isHit);
     assert_float_equal(hits[1].t, 1, 0);
-    moving_scene_close(&fixture, &scene);
-    expect_silence();
 }
 
 /* ---- what it costs */
@@ -129,15 +117,14 @@ struct cost {
 
 static struct cost cost_of_still_scene(void)
 {
-    struct scene scene;
     struct cost cost;
-    open_scene(&scene, 10, 0);
+    open_scene(10, 0);
     expect_scene(scene.tlas.handle, 1);
     cost.bytes = serialize(scene.blas.handle, &cost.size);
     cost.sizes[0] = fixture_sizes(&fixture, &scene.triangles);
     cost.sizes[1] = fixture_sizes(&fixture, &scene.instances);
     cost.counters = fixture_counters(&fixture);
-    close_scene(&scene);
+    close_scene();
     return cost;
 }
 
@@ -151,7 +138,6 @@ static void expect_same_sizes(const VkAccelerationStructureBuildSizesInfoKHR *a,
 
 static void test_no_motion_costs_nothing(void **state)
 {
-    (void)state;
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
     const VkPhysicalDeviceAccelerationStructureFeaturesKHR features = {
@@ -163,8 +149,8 @@ static void test_no_motion_costs_nothing(void **state)
     const VkuDeviceDispatchTable vk = fixture.vk;
     VkuDeviceDispatchTable with_vk, without_vk;
     VkDevice with = instance_fixture_open_device(&fixture.instance_fixture, &with_vk), without;
-    expect(instance_fixture_create_device(&fixture.instance_fixture, &features, extensions, 2,
-                                          &without, &without_vk));
+    GET(instance_fixture_create_device(&fixture.instance_fixture, &features, extensions, 2,
+                                       &without, &without_vk));
     fixture_use_device(&fixture, with, &with_vk);
     struct cost a = cost_of_still_scene();
     fixture.vk.DestroyDevice(with, NULL);
@@ -183,21 +169,16 @@ static void test_no_motion_costs_nothing(void **state)
     expect_silence();
 }
 
-static int run(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_triangles_and_instances),
-        cmocka_unit_test(test_still_triangles),
-        cmocka_unit_test(test_update),
-        cmocka_unit_test(test_array_of_pointers),
-        cmocka_unit_test(test_unreadable),
-        cmocka_unit_test(test_rays_without_time),
-        cmocka_unit_test(test_no_motion_costs_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
 int main(int argc, char **argv)
 {
-    return fixture_main(argc, argv, run);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_triangles_and_instances, close_moving),
+        cmocka_unit_test_teardown(test_still_triangles, close_moving),
+        cmocka_unit_test_teardown(test_update, close_moving),
+        cmocka_unit_test(test_array_of_pointers),
+        cmocka_unit_test(test_unreadable),
+        cmocka_unit_test_teardown(test_rays_without_time, close_moving),
+        cmocka_unit_test(test_no_motion_costs_nothing),
+    };
+    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

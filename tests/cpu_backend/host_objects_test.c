@@ -2,22 +2,17 @@
 /* What backend cpu keeps: structures and their handles, trees that are shared and made late,
  * scratch, and memory that is probed before it is touched. */
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "src/bvh/bvh.h"
 #include "src/cpu/scratch.h"
 #include "src/cpu/structures.h"
 #include "src/snapshots/memory.h"
+#include "tests/fixture/objects.h"
 
 #define FIRST_HANDLE (1ull << 62)
 
@@ -29,7 +24,7 @@ static uint64_t add(struct cpu_structures *structures, VkAccelerationStructureTy
     const struct cpu_structure_info info = {
         .type = type, .size = 256, .buffer_id = buffer, .buffer_size = 65536, .offset = offset};
     uint64_t handle;
-    assert_int_equal(cpu_structures_add(structures, &info, &handle), VK_SUCCESS);
+    GET(cpu_structures_add(structures, &info, &handle));
     assert_true(handle >= FIRST_HANDLE);
     assert_int_equal(handle % 256, 0);
     return handle;
@@ -48,13 +43,12 @@ static uint64_t add_generic(struct cpu_structures *structures, uint64_t buffer, 
 static struct cpu_structures *open_structures(void)
 {
     struct cpu_structures *structures;
-    assert_int_equal(cpu_structures_create(&structures), VK_SUCCESS);
+    GET(cpu_structures_create(&structures));
     return structures;
 }
 
 static void test_handles(void **state)
 {
-    (void)state;
     struct cpu_structures *structures = open_structures(), *others = open_structures();
     struct cpu_structure_info info;
     uint64_t first = add_bottom(structures), second = add_bottom(others);
@@ -81,7 +75,6 @@ static void test_handles(void **state)
 /* As far apart as their offsets in the buffer, whatever came and went between. */
 static void test_generic_handles(void **state)
 {
-    (void)state;
     struct cpu_structures *structures = open_structures();
     uint64_t a = add_generic(structures, 1, 512);
     uint64_t other = add_generic(structures, 2, 512);
@@ -134,7 +127,6 @@ static void *read_tree(void *tree)
 
 static void test_lazy_bvh(void **state)
 {
-    (void)state;
     struct late late = {.result = VK_SUCCESS};
     struct cpu_tree *tree = make_lazy(&late);
     pthread_t threads[4];
@@ -166,7 +158,6 @@ static void test_lazy_bvh(void **state)
 /* Whoever holds a tree keeps it, though its structure gets another one or dies. */
 static void test_trees_of_structures(void **state)
 {
-    (void)state;
     struct cpu_structures *structures = open_structures();
     uint64_t handle = add_bottom(structures);
     struct late first = {.result = VK_SUCCESS}, second = first, third = first;
@@ -204,7 +195,6 @@ static char *map_pages(size_t page)
 
 static void test_probing(void **state)
 {
-    (void)state;
     size_t page = (size_t)sysconf(_SC_PAGESIZE);
     char *pages = map_pages(page);
     struct host_memory host;
@@ -239,7 +229,7 @@ static void test_probing(void **state)
 static void take(struct cpu_scratch_claims *claims, void *given, uint64_t size, bool is_owned,
                  struct cpu_scratch *scratch)
 {
-    assert_int_equal(cpu_scratch_take(claims, given, size, scratch), VK_SUCCESS);
+    GET(cpu_scratch_take(claims, given, size, scratch));
     assert_int_equal(scratch->owned != NULL, is_owned);
     assert_int_equal((uintptr_t)scratch->bytes % BUILDER_ALIGNMENT, 0);
     assert_int_equal(scratch->size, size);
@@ -251,7 +241,6 @@ static void take(struct cpu_scratch_claims *claims, void *given, uint64_t size, 
 
 static void test_scratch(void **state)
 {
-    (void)state;
     size_t page = (size_t)sysconf(_SC_PAGESIZE);
     char *pages = map_pages(page);
     struct cpu_scratch_claims claims;

@@ -12,8 +12,7 @@ enum {
     MOVING = 2,
     WITH_MICROMAP = 4,
     DISPLACED = 6 /* of them */,
-    STRUCTURE_SIZE = 16384,
-    HOST_MEMORY_TYPE = 1
+    STRUCTURE_SIZE = 16384
 };
 
 /* Beside the structures, of which the last is the TLAS. */
@@ -33,17 +32,6 @@ static struct {
 
 /* ---- objects */
 
-static void allocate_host_memory(struct application *app)
-{
-    const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-                                             .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
-    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                       .pNext = &flags,
-                                       .allocationSize = SETS * STRUCTURE_SIZE,
-                                       .memoryTypeIndex = HOST_MEMORY_TYPE};
-    GET(app, "vkAllocateMemory", app->vk.AllocateMemory(app->device, &info, NULL, &app->memory));
-}
-
 static VkAccelerationStructureKHR create_structure(struct application *app, unsigned n,
                                                    VkAccelerationStructureTypeKHR type)
 {
@@ -58,29 +46,16 @@ static VkAccelerationStructureKHR create_structure(struct application *app, unsi
         .offset = n * STRUCTURE_SIZE,
         .size = STRUCTURE_SIZE,
         .type = type};
-    GET(app, "vkCreateAccelerationStructureKHR",
-        app->vk.CreateAccelerationStructureKHR(app->device, &info, NULL, &structure));
+    CALL(app, CreateAccelerationStructureKHR, app->device, &info, NULL, &structure);
     return structure;
-}
-
-static VkMicromapEXT create_micromap(struct application *app, VkMicromapTypeEXT type)
-{
-    VkMicromapEXT micromap = VK_NULL_HANDLE;
-    const VkMicromapCreateInfoEXT info = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
-                                          .buffer = app->inputs,
-                                          .size = STRUCTURE_SIZE,
-                                          .type = type};
-    GET(app, "vkCreateMicromapEXT", app->vk.CreateMicromapEXT(app->device, &info, NULL, &micromap));
-    return micromap;
 }
 
 void create_objects(struct application *app)
 {
-    allocate_host_memory(app);
+    app->memory = allocate(app, SETS * STRUCTURE_SIZE, HOST_MEMORY);
     app->inputs = create_buffer(app, SETS * STRUCTURE_SIZE,
                                 VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, 0);
-    GET(app, "vkBindBufferMemory",
-        app->vk.BindBufferMemory(app->device, app->inputs, app->memory, 0));
+    bind_buffer(app, app->inputs, app->memory, 0);
     for (unsigned i = 0; i < BLASES; i++)
         app->sets[i].accel =
             create_structure(app, i,
@@ -88,14 +63,14 @@ void create_objects(struct application *app)
                                    : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     app->sets[BLASES].accel =
         create_structure(app, BLASES, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
-    host.micromap = create_micromap(app, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
-    host.displacing = create_micromap(app, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
+    host.micromap =
+        create_micromap(app, app->inputs, 0, STRUCTURE_SIZE, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+    host.displacing = create_micromap(app, app->inputs, 0, STRUCTURE_SIZE,
+                                      VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
     const VkPrivateDataSlotCreateInfo slot = {.sType =
                                                   VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
-    GET(app, "vkCreatePrivateDataSlot",
-        app->vk.CreatePrivateDataSlot(app->device, &slot, NULL, &host.slot));
-    GET(app, "vkCreateDeferredOperationKHR",
-        app->vk.CreateDeferredOperationKHR(app->device, NULL, &host.operation));
+    CALL(app, CreatePrivateDataSlot, app->device, &slot, NULL, &host.slot);
+    CALL(app, CreateDeferredOperationKHR, app->device, NULL, &host.operation);
     host.trace_rays = scarce_find_tracing(app);
     host.scratch = calloc(1, 65536);
 }
@@ -121,16 +96,8 @@ static VkAccelerationStructureBuildGeometryInfoKHR blas_info(const struct applic
     static const float vertices[9] = {0, 0, 0, 0, 1, 0, 0, 0, 1};
     memcpy(host.vertices, vertices, sizeof(vertices));
     for (uint32_t i = 0; i < geometries; i++)
-        host.triangles[i] = (VkAccelerationStructureGeometryKHR){
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-            .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-            .geometry.triangles = {
-                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                .vertexData.hostAddress = host.vertices,
-                .vertexStride = 12,
-                .maxVertex = 2,
-                .indexType = VK_INDEX_TYPE_NONE_KHR}};
+        host.triangles[i] =
+            describe_triangles((VkDeviceOrHostAddressConstKHR){.hostAddress = host.vertices}, NULL);
     return (VkAccelerationStructureBuildGeometryInfoKHR){
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
         .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
@@ -195,8 +162,7 @@ static void build_micromap(struct application *app, VkMicromapEXT micromap, VkMi
         .triangleArray.hostAddress = &triangle,
         .triangleArrayStride = sizeof(triangle),
     };
-    GET(app, "vkBuildMicromapsEXT",
-        app->vk.BuildMicromapsEXT(app->device, VK_NULL_HANDLE, 1, &info));
+    CALL(app, BuildMicromapsEXT, app->device, VK_NULL_HANDLE, 1, &info);
 }
 
 static void use_micromap(void)
@@ -295,8 +261,7 @@ static void copy_through_memory(struct application *app, VkAccelerationStructure
         .src.hostAddress = bytes,
         .dst = structure,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
-    GET(app, "vkCopyAccelerationStructureToMemoryKHR",
-        app->vk.CopyAccelerationStructureToMemoryKHR(app->device, VK_NULL_HANDLE, &out));
+    CALL(app, CopyAccelerationStructureToMemoryKHR, app->device, VK_NULL_HANDLE, &out);
     GET_DEFERRED(app, "vkCopyMemoryToAccelerationStructureKHR",
                  app->vk.CopyMemoryToAccelerationStructureKHR(app->device, host.operation, &in));
 }
@@ -308,16 +273,13 @@ static void copy_all(struct application *app)
         .src = app->sets[1].accel,
         .dst = app->sets[3].accel,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR};
-    GET(app, "vkCopyAccelerationStructureKHR",
-        app->vk.CopyAccelerationStructureKHR(app->device, VK_NULL_HANDLE, &copy));
+    CALL(app, CopyAccelerationStructureKHR, app->device, VK_NULL_HANDLE, &copy);
     copy_through_memory(app, app->sets[5].accel);
     copy_through_memory(app, app->sets[BLASES].accel);
     uint64_t size = 0;
-    GET(app, "vkWriteAccelerationStructuresPropertiesKHR",
-        app->vk.WriteAccelerationStructuresPropertiesKHR(
-            app->device, 1, &app->sets[3].accel,
-            VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, sizeof(size), &size,
-            sizeof(size)));
+    CALL(app, WriteAccelerationStructuresPropertiesKHR, app->device, 1, &app->sets[3].accel,
+         VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, sizeof(size), &size,
+         sizeof(size));
     if (!size)
         complain(app, "no serialization size", 0);
 }
@@ -328,9 +290,8 @@ static void set_private_data(struct application *app)
 {
     uint64_t value = 0;
     for (unsigned i = 0; i < SETS; i++)
-        GET(app, "vkSetPrivateData",
-            app->vk.SetPrivateData(app->device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                                   (uint64_t)app->sets[i].accel, host.slot, i));
+        CALL(app, SetPrivateData, app->device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+             (uint64_t)app->sets[i].accel, host.slot, i);
     app->vk.GetPrivateData(app->device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                            (uint64_t)app->sets[7].accel, host.slot, &value);
     if (value != 7)
@@ -347,13 +308,8 @@ static void trace_all(struct application *app)
                              .direction = {1, 0, 0},
                              .tMax = 1000,
                              .cullMask = 0xff};
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)app->sets[BLASES].accel,
-                                 .accuracy = ASSAY_ACCURACY_EXACT,
-                                 .rayCount = BLASES,
-                                 .raySize = sizeof(rays[0]),
-                                 .hitSize = sizeof(hits[0]),
-                                 .rays = rays,
-                                 .hits = hits};
+    const AssayTraceInfo info =
+        trace_info((uint64_t)app->sets[BLASES].accel, ASSAY_ACCURACY_EXACT, BLASES, rays, hits);
     memset(hits, 0, sizeof(hits));
     GET(app, "vkTraceRaysASSAY", host.trace_rays(app->device, &info));
     for (unsigned i = 0; i < BLASES; i++)

@@ -2,17 +2,14 @@
 /* Scenes, and the frame of the tests' programs. */
 #include "host_scene.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 
 struct fixture fixture;
+struct scene scene;
 
 void expect_silence(void)
 {
-    for (uint32_t i = 0; i < messages_kept(&fixture.instance_fixture.messages); i++)
-        print_error("%s: %s\n", fixture.instance_fixture.messages.items[i].id,
-                    fixture.instance_fixture.messages.items[i].text);
-    assert_int_equal(fixture.instance_fixture.messages.count, 0);
+    messages_expect_none(&fixture.instance_fixture.messages);
 }
 
 void forget_messages(void)
@@ -20,25 +17,37 @@ void forget_messages(void)
     messages_clear(&fixture.instance_fixture.messages);
 }
 
-void open_scene(struct scene *scene, uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags)
+void open_scene(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags)
 {
-    fixture_triangles(&scene->triangles, triangles, flags);
-    scene->blas = fixture_create_for(&fixture, &scene->triangles);
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
-                         VK_NULL_HANDLE));
-    const VkAccelerationStructureKHR blases[] = {scene->blas.handle, scene->blas.handle};
-    fixture_instances(&scene->instances, blases, 2, flags);
-    scene->tlas = fixture_create_for(&fixture, &scene->instances);
-    expect(fixture_build(&fixture, VK_NULL_HANDLE, &scene->instances, scene->tlas.handle,
-                         VK_NULL_HANDLE));
+    fixture_triangles(&scene.triangles, triangles, flags);
+    scene.blas = fixture_create_for(&fixture, &scene.triangles);
+    GET(host_build(&scene.triangles, scene.blas.handle, VK_NULL_HANDLE));
+    const VkAccelerationStructureKHR blases[] = {scene.blas.handle, scene.blas.handle};
+    fixture_instances(&scene.instances, blases, 2, flags);
+    scene.tlas = fixture_create_for(&fixture, &scene.instances);
+    GET(host_build(&scene.instances, scene.tlas.handle, VK_NULL_HANDLE));
 }
 
-void close_scene(struct scene *scene)
+void close_scene(void)
 {
-    fixture_destroy(&fixture, &scene->tlas);
-    fixture_destroy(&fixture, &scene->blas);
-    fixture_free(&scene->instances);
-    fixture_free(&scene->triangles);
+    fixture_destroy(&fixture, &scene.tlas);
+    fixture_destroy(&fixture, &scene.blas);
+    fixture_free(&scene.instances);
+    fixture_free(&scene.triangles);
+}
+
+int close_silent_scene(void **state)
+{
+    close_scene();
+    expect_silence();
+    return 0;
+}
+
+int close_any_scene(void **state)
+{
+    close_scene();
+    forget_messages();
+    return 0;
 }
 
 void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t instance)
@@ -62,50 +71,39 @@ void expect_scene(VkAccelerationStructureKHR tlas, float t)
     assert_false(fixture_trace(&fixture, tlas, 1.5f, 0.25f).isHit);
 }
 
+VkResult host_build(struct fixture_build *build, VkAccelerationStructureKHR dst,
+                    VkAccelerationStructureKHR src)
+{
+    return fixture_build(&fixture, VK_NULL_HANDLE, build, dst, src);
+}
+
 VkResult copy_structure(VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
                         VkCopyAccelerationStructureModeKHR mode)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = src,
-        .dst = dst,
-        .mode = mode};
-    return fixture.vk.CopyAccelerationStructureKHR(fixture.device, VK_NULL_HANDLE, &info);
+    return fixture_copy(&fixture, VK_NULL_HANDLE, src, dst, mode);
 }
 
 uint64_t property(VkAccelerationStructureKHR structure, VkQueryType type)
 {
-    uint64_t values[4] = {7, 7, 7, 7};
-    const VkAccelerationStructureKHR both[] = {structure, structure};
-    expect(fixture.vk.WriteAccelerationStructuresPropertiesKHR(fixture.device, 2, both, type,
-                                                               sizeof(values), values, 16));
-    assert_int_equal(values[0], values[2]);
-    assert_int_equal(values[1], 7);
-    assert_int_equal(values[3], 7);
-    return values[0];
+    return fixture_property(&fixture, structure, type);
 }
 
 void *serialize(VkAccelerationStructureKHR src, size_t *size)
 {
-    *size = property(src, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR);
-    void *bytes = malloc(*size);
-    const VkCopyAccelerationStructureToMemoryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = src,
-        .dst.hostAddress = bytes,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR};
-    expect(fixture.vk.CopyAccelerationStructureToMemoryKHR(fixture.device, VK_NULL_HANDLE, &info));
-    return bytes;
+    return fixture_serialize(&fixture, src, size);
 }
 
-int fixture_main(int argc, char **argv, int (*run)(void))
+static const char *open(const char *name)
 {
-    const char *reason = argc == 2 ? fixture_open(&fixture, argv[1]) : "a platform is to be named";
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
-    int failed = run();
+    return fixture_open(&fixture, name);
+}
+
+static void close(void)
+{
     fixture_close(&fixture);
-    return failed;
+}
+
+int fixture_main(int argc, char **argv, const struct CMUnitTest *tests, size_t count)
+{
+    return tests_run(argc, argv, NULL, open, close, tests, count);
 }

@@ -12,25 +12,28 @@ enum {
     COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
 };
 
-#define expect(call) assert_int_equal(call, VK_SUCCESS)
-#define expect_mistake(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED)
-
 void expect_silence(void);
 /* Mistakes may be told or not: that is other tests' business. */
 void forget_messages(void);
 
 /* A BLAS of some triangles, and a TLAS with two instances of it. */
-struct scene {
+extern struct scene {
     struct fixture_build triangles, instances;
     struct fixture_structure blas, tlas;
-};
-void open_scene(struct scene *scene, uint32_t triangles,
-                VkBuildAccelerationStructureFlagsKHR flags);
-void close_scene(struct scene *scene);
+} scene;
+void open_scene(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags);
+void close_scene(void);
+/* The same for cmocka: no message until now, or whatever there was. */
+int close_silent_scene(void **state);
+int close_any_scene(void **state);
 
 /* The ray at (y, 0.25) hits the first triangle of an instance at t. */
 void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t instance);
 void expect_scene(VkAccelerationStructureKHR tlas, float t);
+
+/* By the host, and not deferred; an update if `src` isn't VK_NULL_HANDLE. */
+VkResult host_build(struct fixture_build *build, VkAccelerationStructureKHR dst,
+                    VkAccelerationStructureKHR src);
 
 VkResult copy_structure(VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
                         VkCopyAccelerationStructureModeKHR mode);
@@ -41,6 +44,6 @@ void *serialize(VkAccelerationStructureKHR src, size_t *size);
 
 /* Opens the stage on the platform that the arguments name, runs the tests, and returns what main
  * is to return. */
-int fixture_main(int argc, char **argv, int (*run)(void));
+int fixture_main(int argc, char **argv, const struct CMUnitTest *tests, size_t count);
 
 #endif

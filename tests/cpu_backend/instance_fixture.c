@@ -2,15 +2,6 @@
 /* Making instances and devices. */
 #include "tests/cpu_backend/instance_fixture.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "vuid-tables/registry.h"
 
 static void configure(const struct platform *platform, const struct instance_fixture_setup *setup)
@@ -23,135 +14,19 @@ static void configure(const struct platform *platform, const struct instance_fix
     platform->null_driver.configure(&config);
 }
 
-static void create_instance(struct instance_fixture *instance_fixture,
-                            const struct instance_fixture_setup *setup)
-{
-    const char *backend = setup->backend != NULL ? setup->backend : "cpu";
-    const VkLayerSettingEXT setting = {LAYER_NAME, "backend", VK_LAYER_SETTING_TYPE_STRING_EXT, 1,
-                                       &backend};
-    const VkLayerSettingsCreateInfoEXT settings = {
-        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-        .settingCount = 1,
-        .pSettings = &setting,
-    };
-    const VkApplicationInfo application = {
-        .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-        .apiVersion = setup->api_version != 0 ? setup->api_version : VK_API_VERSION_1_3,
-    };
-    const char *layer = LAYER_NAME, *extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-    const VkInstanceCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-        .pNext = &settings,
-        .pApplicationInfo = &application,
-        .enabledLayerCount = 1,
-        .ppEnabledLayerNames = &layer,
-        .enabledExtensionCount = 1,
-        .ppEnabledExtensionNames = &extension,
-    };
-    const PFN_vkGetInstanceProcAddr proc_addr = instance_fixture->platform->get_instance_proc_addr;
-    const PFN_vkCreateInstance create = (PFN_vkCreateInstance)proc_addr(NULL, "vkCreateInstance");
-    assert_int_equal(create(&info, NULL, &instance_fixture->instance), VK_SUCCESS);
-    vkuInitInstanceDispatchTable(instance_fixture->instance, &instance_fixture->vk, proc_addr);
-    instance_fixture->vk.CreateDevice =
-        (PFN_vkCreateDevice)proc_addr(instance_fixture->instance, "vkCreateDevice");
-    instance_fixture->get_device_proc_addr =
-        (PFN_vkGetDeviceProcAddr)proc_addr(instance_fixture->instance, "vkGetDeviceProcAddr");
-}
-
-void instance_fixture_open(struct instance_fixture *instance_fixture,
-                           const struct platform *platform,
+void instance_fixture_open(struct instance_fixture *fixture, const struct platform *platform,
                            const struct instance_fixture_setup *setup)
 {
-    memset(instance_fixture, 0, sizeof(*instance_fixture));
-    instance_fixture->platform = platform;
+    const struct instance_settings settings = {
+        .backend = setup->backend ? setup->backend : "cpu",
+        .api_version = setup->api_version,
+    };
     if (platform->is_null)
         configure(platform, setup);
-    create_instance(instance_fixture, setup);
-    const VkDebugUtilsMessengerCreateInfoEXT messenger =
-        messages_messenger(&instance_fixture->messages);
-    assert_int_equal(
-        instance_fixture->vk.CreateDebugUtilsMessengerEXT(instance_fixture->instance, &messenger,
-                                                          NULL, &instance_fixture->messenger),
-        VK_SUCCESS);
-    uint32_t count = 1;
-    instance_fixture->vk.EnumeratePhysicalDevices(instance_fixture->instance, &count,
-                                                  &instance_fixture->physical);
-    assert_int_equal(count, 1);
-    instance_fixture->extension_count = INSTANCE_FIXTURE_EXTENSIONS_MAX;
-    assert_int_equal(instance_fixture->vk.EnumerateDeviceExtensionProperties(
-                         instance_fixture->physical, NULL, &instance_fixture->extension_count,
-                         instance_fixture->extensions),
-                     VK_SUCCESS);
+    instance_fixture_create(fixture, platform, &settings);
 }
 
-void instance_fixture_close(struct instance_fixture *instance_fixture)
-{
-    instance_fixture->vk.DestroyDebugUtilsMessengerEXT(instance_fixture->instance,
-                                                       instance_fixture->messenger, NULL);
-    instance_fixture->vk.DestroyInstance(instance_fixture->instance, NULL);
-}
-
-unsigned instance_fixture_count_extension(const struct instance_fixture *instance_fixture,
-                                          const char *name)
-{
-    unsigned found = 0;
-    for (uint32_t i = 0; i < instance_fixture->extension_count; i++)
-        found += strcmp(instance_fixture->extensions[i].extensionName, name) == 0;
-    return found;
-}
-
-bool instance_fixture_has_conditions(const struct instance_fixture *instance_fixture)
-{
-    return instance_fixture_count_extension(instance_fixture,
-                                            VK_EXT_CONDITIONAL_RENDERING_EXTENSION_NAME) != 0;
-}
-
-VkResult instance_fixture_create_device(const struct instance_fixture *instance_fixture,
-                                        const void *chain, const char *const *extensions,
-                                        uint32_t extension_count, VkDevice *device,
-                                        VkuDeviceDispatchTable *vk)
-{
-    const char *enabled[INSTANCE_FIXTURE_ENABLED_MAX];
-    VkPhysicalDeviceConditionalRenderingFeaturesEXT conditional = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_CONDITIONAL_RENDERING_FEATURES_EXT,
-        .pNext = (void *)(uintptr_t)chain,
-        .conditionalRendering = VK_TRUE,
-    };
-    assert_true(extension_count < INSTANCE_FIXTURE_ENABLED_MAX);
-    for (uint32_t i = 0; i < extension_count; i++)
-        enabled[i] = extensions[i];
-    if (instance_fixture_has_conditions(instance_fixture)) {
-        enabled[extension_count++] = VK_EXT_CONDITIONAL_RENDERING_EXTENSION_NAME;
-        chain = &conditional;
-    }
-    const VkPhysicalDeviceVulkan12Features core = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
-        .pNext = (void *)(uintptr_t)chain,
-        .timelineSemaphore = VK_TRUE,
-        .bufferDeviceAddress = VK_TRUE,
-    };
-    const float priority = 1;
-    const VkDeviceQueueCreateInfo queue = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-        .queueCount = 1,
-        .pQueuePriorities = &priority,
-    };
-    const VkDeviceCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-        .pNext = &core,
-        .queueCreateInfoCount = 1,
-        .pQueueCreateInfos = &queue,
-        .enabledExtensionCount = extension_count,
-        .ppEnabledExtensionNames = enabled,
-    };
-    const VkResult result =
-        instance_fixture->vk.CreateDevice(instance_fixture->physical, &info, NULL, device);
-    if (result == VK_SUCCESS)
-        vkuInitDeviceDispatchTable(*device, vk, instance_fixture->get_device_proc_addr);
-    return result;
-}
-
-VkDevice instance_fixture_open_device(const struct instance_fixture *instance_fixture,
+VkDevice instance_fixture_open_device(const struct instance_fixture *fixture,
                                       VkuDeviceDispatchTable *vk)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
@@ -202,9 +77,7 @@ VkDevice instance_fixture_open_device(const struct instance_fixture *instance_fi
         .accelerationStructureHostCommands = VK_TRUE,
     };
     VkDevice device;
-    assert_int_equal(instance_fixture_create_device(instance_fixture, &structures, extensions,
-                                                    sizeof(extensions) / sizeof(extensions[0]),
-                                                    &device, vk),
-                     VK_SUCCESS);
+    GET(instance_fixture_create_device(fixture, &structures, extensions, ARRAY_COUNT(extensions),
+                                       &device, vk));
     return device;
 }

@@ -8,9 +8,8 @@
 static uint64_t property(const struct micromap *micromap, VkQueryType type)
 {
     uint64_t value = 0;
-    assert_int_equal(device.fixture.vk.WriteMicromapsPropertiesEXT(
-                         device.fixture.device, 1, &micromap->ext, type, sizeof(value), &value, 8),
-                     VK_SUCCESS);
+    GET(device.fixture.vk.WriteMicromapsPropertiesEXT(device.fixture.device, 1, &micromap->ext,
+                                                      type, sizeof(value), &value, 8));
     return value;
 }
 
@@ -18,15 +17,7 @@ static void *serialize(const struct micromap *micromap, size_t *size)
 {
     *size = property(micromap, VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT);
     void *bytes = malloc(*size);
-    const VkCopyMicromapToMemoryInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_TO_MEMORY_INFO_EXT,
-        .src = micromap->ext,
-        .dst.hostAddress = bytes,
-        .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
-    };
-    assert_int_equal(
-        device.fixture.vk.CopyMicromapToMemoryEXT(device.fixture.device, VK_NULL_HANDLE, &info),
-        VK_SUCCESS);
+    GET(micromap_save_by_host(micromap, bytes));
     return bytes;
 }
 
@@ -41,32 +32,18 @@ static void expect_copy(const struct micromap *copy, const void *bytes, size_t s
 
 static void test_copies_by_host(void **state)
 {
-    (void)state;
     struct micromap from, to;
     size_t size;
     micromap_open(&from, true);
-    assert_int_equal(micromap_build_by_host(&from), VK_SUCCESS);
+    GET(micromap_build_by_host(&from));
     void *bytes = serialize(&from, &size);
     assert_true(property(&from, VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT) <= MICROMAP_SIZE);
     const VkCopyMicromapModeEXT modes[] = {VK_COPY_MICROMAP_MODE_CLONE_EXT,
                                            VK_COPY_MICROMAP_MODE_COMPACT_EXT};
     for (int i = 0; i < 3; i++) {
         micromap_open(&to, true);
-        const VkCopyMemoryToMicromapInfoEXT deserialize = {
-            .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT,
-            .src.hostAddress = bytes,
-            .dst = to.ext,
-            .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
-        };
-        const VkCopyMicromapInfoEXT copy = {.sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT,
-                                            .src = from.ext,
-                                            .dst = to.ext,
-                                            .mode = modes[i % 2]};
-        assert_int_equal(i == 2 ? device.fixture.vk.CopyMemoryToMicromapEXT(
-                                      device.fixture.device, VK_NULL_HANDLE, &deserialize)
-                                : device.fixture.vk.CopyMicromapEXT(device.fixture.device,
-                                                                    VK_NULL_HANDLE, &copy),
-                         VK_SUCCESS);
+        GET(i == 2 ? micromap_load_by_host(bytes, &to)
+                   : micromap_copy_by_host(&from, &to, modes[i]));
         expect_copy(&to, bytes, size);
         micromap_close(&to);
     }
@@ -84,27 +61,16 @@ static void test_copies_by_host(void **state)
 /* Built, cloned, serialized and deserialized by one command buffer each, and queried. */
 static void test_copies_by_device(void **state)
 {
-    (void)state;
     struct micromap from, clone, again;
     struct device_buffer bytes = device_buffer_create(&device, MICROMAP_SIZE);
-    const VkQueryPoolCreateInfo pool_info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT,
-        .queryCount = 1,
-    };
+    const VkQueryType type = VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT;
     const VkuDeviceDispatchTable *vk = &device.fixture.vk;
-    VkQueryPool pool;
+    VkQueryPool pool = query_pool_create(vk, device.fixture.device, type, 1);
     size_t size;
-    assert_int_equal(vk->CreateQueryPool(device.fixture.device, &pool_info, NULL, &pool),
-                     VK_SUCCESS);
     micromap_open(&from, true);
     micromap_open(&clone, true);
     micromap_open(&again, true);
     micromap_build_by_device(&from);
-    const VkCopyMicromapInfoEXT copy = {.sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT,
-                                        .src = from.ext,
-                                        .dst = clone.ext,
-                                        .mode = VK_COPY_MICROMAP_MODE_CLONE_EXT};
     const VkCopyMicromapToMemoryInfoEXT to_memory = {
         .sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_TO_MEMORY_INFO_EXT,
         .src = clone.ext,
@@ -119,17 +85,14 @@ static void test_copies_by_device(void **state)
     };
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     vk->CmdResetQueryPool(commands, pool, 0, 1);
-    vk->CmdCopyMicromapEXT(commands, &copy);
-    vk->CmdWriteMicromapsPropertiesEXT(commands, 1, &clone.ext, pool_info.queryType, pool, 0);
+    micromap_clone_by_device(commands, &from, &clone);
+    vk->CmdWriteMicromapsPropertiesEXT(commands, 1, &clone.ext, type, pool, 0);
     vk->CmdCopyMicromapToMemoryEXT(commands, &to_memory);
     device_finish(&device, commands);
     commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     vk->CmdCopyMemoryToMicromapEXT(commands, &from_memory);
     device_finish(&device, commands);
-    uint64_t queried = 0;
-    assert_int_equal(vk->GetQueryPoolResults(device.fixture.device, pool, 0, 1, sizeof(queried),
-                                             &queried, sizeof(queried), VK_QUERY_RESULT_64_BIT),
-                     VK_SUCCESS);
+    const uint64_t queried = device_query(&device, pool, 0);
     void *expected = serialize(&from, &size);
     assert_int_equal(queried, size);
     expect_copy(&again, expected, size);
@@ -142,16 +105,11 @@ static void test_copies_by_device(void **state)
     device_expect_silence(&device);
 }
 
-static int run_all(void)
+int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_copies_by_host),
         cmocka_unit_test(test_copies_by_device),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
-
-int main(int argc, char **argv)
-{
-    return device_fixture_main(&device, argc, argv, run_all);
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -63,9 +63,7 @@ static void create_ext(struct micromap *micromap)
         .size = MICROMAP_SIZE,
         .type = micromap->type,
     };
-    assert_int_equal(
-        device.fixture.vk.CreateMicromapEXT(device.fixture.device, &info, NULL, &micromap->ext),
-        VK_SUCCESS);
+    GET(device.fixture.vk.CreateMicromapEXT(device.fixture.device, &info, NULL, &micromap->ext));
 }
 
 void micromap_open_displacement(struct micromap *micromap)
@@ -86,9 +84,8 @@ void micromap_open(struct micromap *micromap, bool is_ext)
     if (is_ext)
         create_ext(micromap);
     else
-        assert_int_equal(fixture->vk.CreateAccelerationStructure2KHR(fixture->device, &khr, NULL,
-                                                                     &micromap->khr),
-                         VK_SUCCESS);
+        GET(fixture->vk.CreateAccelerationStructure2KHR(fixture->device, &khr, NULL,
+                                                        &micromap->khr));
     fill_micromap(micromap->input.bytes);
 }
 
@@ -163,4 +160,51 @@ void micromap_build_by_device(const struct micromap *micromap)
         record_khr(micromap, commands);
     device_finish(&device, commands);
     memset(micromap->input.bytes, 0xff, MICROMAP_SIZE);
+}
+
+/* ---- copies */
+
+static VkCopyMicromapInfoEXT copy_info(const struct micromap *src, const struct micromap *dst,
+                                       VkCopyMicromapModeEXT mode)
+{
+    return (VkCopyMicromapInfoEXT){.sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT,
+                                   .src = src->ext,
+                                   .dst = dst->ext,
+                                   .mode = mode};
+}
+
+VkResult micromap_copy_by_host(const struct micromap *src, const struct micromap *dst,
+                               VkCopyMicromapModeEXT mode)
+{
+    const VkCopyMicromapInfoEXT info = copy_info(src, dst, mode);
+    return device.fixture.vk.CopyMicromapEXT(device.fixture.device, VK_NULL_HANDLE, &info);
+}
+
+void micromap_clone_by_device(VkCommandBuffer commands, const struct micromap *src,
+                              const struct micromap *dst)
+{
+    const VkCopyMicromapInfoEXT info = copy_info(src, dst, VK_COPY_MICROMAP_MODE_CLONE_EXT);
+    device.fixture.vk.CmdCopyMicromapEXT(commands, &info);
+}
+
+VkResult micromap_save_by_host(const struct micromap *src, void *dst)
+{
+    const VkCopyMicromapToMemoryInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_TO_MEMORY_INFO_EXT,
+        .src = src->ext,
+        .dst.hostAddress = dst,
+        .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
+    };
+    return device.fixture.vk.CopyMicromapToMemoryEXT(device.fixture.device, VK_NULL_HANDLE, &info);
+}
+
+VkResult micromap_load_by_host(const void *src, const struct micromap *dst)
+{
+    const VkCopyMemoryToMicromapInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT,
+        .src.hostAddress = src,
+        .dst = dst->ext,
+        .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
+    };
+    return device.fixture.vk.CopyMemoryToMicromapEXT(device.fixture.device, VK_NULL_HANDLE, &info);
 }

@@ -28,6 +28,12 @@ void micromap_close(struct micromap *micromap);
 /* A build of -EXT's from the input at that address. */
 VkMicromapBuildInfoEXT micromap_info(const struct micromap *micromap, uint64_t base);
 VkResult micromap_build_by_host(const struct micromap *micromap);
+VkResult micromap_copy_by_host(const struct micromap *src, const struct micromap *dst,
+                               VkCopyMicromapModeEXT mode);
+VkResult micromap_save_by_host(const struct micromap *src, void *dst);
+VkResult micromap_load_by_host(const void *src, const struct micromap *dst);
+void micromap_clone_by_device(VkCommandBuffer commands, const struct micromap *src,
+                              const struct micromap *dst);
 /* Nothing is left of the input afterwards. */
 void micromap_build_by_device(const struct micromap *micromap);
 

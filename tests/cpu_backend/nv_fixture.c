@@ -2,8 +2,6 @@
 /* Objects of VK_NV_ray_tracing, and builds with them. */
 #include "tests/cpu_backend/nv_fixture.h"
 
-#define GET(call) assert_int_equal(call, VK_SUCCESS)
-
 VkMemoryRequirements nv_requirements(struct device_fixture *fixture,
                                      VkAccelerationStructureNV handle,
                                      VkAccelerationStructureMemoryRequirementsTypeNV type)
@@ -44,10 +42,8 @@ static void bind_memory(struct device_fixture *fixture, struct nv_structure *str
         fixture, structure->handle, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
     assert_true(requirements.memoryTypeBits >> fixture->fixture.host_memory_type & 1);
     structure->size = requirements.size;
-    const VkMemoryAllocateInfo memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                         .allocationSize = requirements.size,
-                                         .memoryTypeIndex = fixture->fixture.host_memory_type};
-    GET(vk->AllocateMemory(fixture->fixture.device, &memory, NULL, &structure->memory));
+    structure->memory = memory_create(vk, fixture->fixture.device,
+                                      fixture->fixture.host_memory_type, requirements.size);
     const VkBindAccelerationStructureMemoryInfoNV bind = {
         .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
         .accelerationStructure = structure->handle,

@@ -22,8 +22,7 @@ void destroy_objects(struct application *app)
 
 static VkResult record(struct application *app)
 {
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-    VkResult result = app->vk.BeginCommandBuffer(own.primary, &info);
+    const VkResult result = begin_commands(app, own.primary);
     if (result != VK_SUCCESS)
         return result;
     app->vk.CmdResetQueryPool(own.primary, own.queries, 0, QUERIES);
@@ -50,8 +49,8 @@ void record_all(struct application *app)
         return;
     GET(app, "a command buffer", record(app));
     for (int i = 0; i < 2; i++) {
-        GET(app, "vkQueueSubmit", app->vk.QueueSubmit(app->queue, 1, &info, VK_NULL_HANDLE));
-        GET(app, "vkQueueWaitIdle", app->vk.QueueWaitIdle(app->queue));
+        CALL(app, QueueSubmit, app->queue, 1, &info, VK_NULL_HANDLE);
+        CALL(app, QueueWaitIdle, app->queue);
         look(app);
     }
 }

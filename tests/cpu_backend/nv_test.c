@@ -33,7 +33,7 @@ static struct device_buffer data;
 
 static void *data_at(size_t offset)
 {
-    return (char *)data.bytes + offset;
+    return data.bytes + offset;
 }
 
 /* (x, y, 0), (x, y + 1, 0), (x, y, 1) for x = 0, 1, 2 ... */
@@ -46,8 +46,9 @@ static void put_triangles(size_t at, float y)
         }
 }
 
-static void put_data(void)
+static int open_data(void **state)
 {
+    data = device_buffer_create(&device, DATA_SIZE);
     const VkTransformMatrixKHR up = {{{1, 0, 0, 0}, {0, 1, 0, 10}, {0, 0, 1, 0}}};
     put_triangles(PLAIN_AT, 0);
     put_triangles(SHARED_AT, 0);
@@ -60,6 +61,13 @@ static void put_data(void)
         const VkAabbPositionsKHR box = {(float)i, 0, 0, i + 0.5f, 1, 1};
         memcpy(data_at(BOXES_AT + (size_t)i * BOX_STRIDE), &box, sizeof(box));
     }
+    return 0;
+}
+
+static int close_data(void **state)
+{
+    device_buffer_destroy(&device, &data);
+    return 0;
 }
 
 /* ---- a build, said in both ways */
@@ -206,9 +214,8 @@ static void expect_host_build(struct twins *twins, const struct nv_structure *bu
         fixture_create(fixture, twins->khr.type, sizes.accelerationStructureSize);
     twins->khr.dstAccelerationStructure = twin.handle;
     twins->khr.scratchData.hostAddress = malloc(sizes.buildScratchSize);
-    assert_int_equal(fixture->vk.BuildAccelerationStructuresKHR(fixture->device, VK_NULL_HANDLE, 1,
-                                                                &twins->khr, &ranges),
-                     VK_SUCCESS);
+    GET(fixture->vk.BuildAccelerationStructuresKHR(fixture->device, VK_NULL_HANDLE, 1, &twins->khr,
+                                                   &ranges));
     device_expect_same_bytes(&device, as_khr(built), twin.handle);
     free(twins->khr.scratchData.hostAddress);
     fixture_destroy(fixture, &twin);
@@ -223,7 +230,6 @@ static bool is_hit(const struct nv_structure *structure, float y)
 
 static void test_same_as_host_builds(void **state)
 {
-    (void)state;
     struct twins triangles, boxes, instances;
     describe_triangles(&triangles, 0);
     describe_boxes(&boxes);
@@ -253,7 +259,6 @@ static void test_same_as_host_builds(void **state)
 /* What a build copies is what it reads, once. */
 static void test_snapshots(void **state)
 {
-    (void)state;
     struct twins twins;
     describe_triangles(&twins, 0);
     twins.nv_geometries[0].geometry.triangles.vertexOffset = SHARED_AT;
@@ -273,7 +278,6 @@ static void test_snapshots(void **state)
 
 static void test_updates(void **state)
 {
-    (void)state;
     struct twins twins, instances;
     describe_triangles(&twins, UPDATABLE);
     struct nv_structure first = nv_create(&device, &twins.nv, 0);
@@ -304,19 +308,15 @@ static void test_updates(void **state)
 static VkDeviceSize compacted_size(const struct nv_structure *structure)
 {
     const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV;
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = type, .queryCount = 2};
-    VkQueryPool pool;
+    VkQueryPool pool = query_pool_create(&fixture->vk, fixture->device, type, 2);
     VkDeviceSize size = 0;
-    assert_int_equal(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &pool), VK_SUCCESS);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     fixture->vk.CmdResetQueryPool(commands, pool, 0, 2);
     fixture->vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &structure->handle, type,
                                                            pool, 1);
     device_finish(&device, commands);
-    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, pool, 1, 1, sizeof(size),
-                                                     &size, sizeof(size), VK_QUERY_RESULT_64_BIT),
-                     VK_SUCCESS);
+    GET(fixture->vk.GetQueryPoolResults(fixture->device, pool, 1, 1, sizeof(size), &size,
+                                        sizeof(size), VK_QUERY_RESULT_64_BIT));
     assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, pool, 0, 1, sizeof(size),
                                                      &size, sizeof(size), VK_QUERY_RESULT_64_BIT),
                      VK_NOT_READY);
@@ -326,7 +326,6 @@ static VkDeviceSize compacted_size(const struct nv_structure *structure)
 
 static void test_copies(void **state)
 {
-    (void)state;
     struct twins twins;
     describe_triangles(&twins, COMPACTABLE);
     struct nv_structure blas = nv_create(&device, &twins.nv, 0);
@@ -355,22 +354,13 @@ static void test_copies(void **state)
     device_expect_silence(&device);
 }
 
-static int run_all(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_as_host_builds),
-        cmocka_unit_test(test_snapshots),
-        cmocka_unit_test(test_updates),
-        cmocka_unit_test(test_copies),
-    };
-    data = device_buffer_create(&device, DATA_SIZE);
-    put_data();
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_buffer_destroy(&device, &data);
-    return failed;
-}
-
 int main(int argc, char **argv)
 {
-    return device_fixture_main(&device, argc, argv, run_all);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_same_as_host_builds, open_data, close_data),
+        cmocka_unit_test_setup_teardown(test_snapshots, open_data, close_data),
+        cmocka_unit_test_setup_teardown(test_updates, open_data, close_data),
+        cmocka_unit_test_setup_teardown(test_copies, open_data, close_data),
+    };
+    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -3,55 +3,47 @@
 #include "result_scene.h"
 
 struct device_fixture device;
-static struct fixture *const fixture = &device.fixture;
+struct fixture *const fixture = &device.fixture;
+struct result_scene scene;
 
 enum {
     TRIANGLE_SIZE = 9 * sizeof(float),
     COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
 };
 
-void result_scene_open(struct result_scene *scene, VkQueryType type)
+void result_scene_open(VkQueryType type)
 {
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = type,
-        .queryCount = QUERIES,
-    };
-    fixture_triangles(&scene->host, TRIANGLES, COMPACTABLE);
-    scene->blas = fixture_create_for(fixture, &scene->host);
-    device_build_create(&device, &scene->host, TRIANGLES * TRIANGLE_SIZE, &scene->build);
-    expect(fixture->vk.CreateQueryPool(fixture->device, &info, NULL, &scene->pool));
+    fixture_triangles(&scene.host, TRIANGLES, COMPACTABLE);
+    scene.blas = fixture_create_for(fixture, &scene.host);
+    device_build_create(&device, &scene.host, TRIANGLES * TRIANGLE_SIZE, &scene.build);
+    scene.pool = query_pool_create(&fixture->vk, fixture->device, type, QUERIES);
 }
 
-void result_scene_close(struct result_scene *scene)
+int result_scene_close(void **state)
 {
-    fixture->vk.DestroyQueryPool(fixture->device, scene->pool, NULL);
-    device_build_destroy(&device, &scene->build);
-    fixture_destroy(fixture, &scene->blas);
-    fixture_free(&scene->host);
+    fixture->vk.DestroyQueryPool(fixture->device, scene.pool, NULL);
+    device_build_destroy(&device, &scene.build);
+    fixture_destroy(fixture, &scene.blas);
+    fixture_free(&scene.host);
     device_expect_silence(&device);
+    return 0;
 }
 
-void result_scene_record_build(struct result_scene *scene, VkCommandBuffer commands)
+void result_scene_record_build(VkCommandBuffer commands)
 {
-    device_upload(&device, commands, &scene->build);
-    device_build(&device, commands, &scene->build, scene->blas.handle, VK_NULL_HANDLE);
+    device_upload(&device, commands, &scene.build);
+    device_build(&device, commands, &scene.build, scene.blas.handle, VK_NULL_HANDLE);
 }
 
-void result_scene_record_queries(struct result_scene *scene, VkCommandBuffer commands,
-                                 VkQueryType type)
+void result_scene_record_queries(VkCommandBuffer commands, VkQueryType type)
 {
-    const VkAccelerationStructureKHR both[] = {scene->blas.handle, scene->blas.handle};
-    fixture->vk.CmdResetQueryPool(commands, scene->pool, 0, QUERIES);
-    fixture->vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, 2, both, type, scene->pool,
-                                                            0);
+    const VkAccelerationStructureKHR both[] = {scene.blas.handle, scene.blas.handle};
+    fixture->vk.CmdResetQueryPool(commands, scene.pool, 0, QUERIES);
+    fixture->vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, 2, both, type, scene.pool, 0);
     device_barrier(&device, commands);
 }
 
 VkDeviceSize result_scene_property(VkAccelerationStructureKHR structure, VkQueryType type)
 {
-    VkDeviceSize value = 0;
-    expect(fixture->vk.WriteAccelerationStructuresPropertiesKHR(
-        fixture->device, 1, &structure, type, sizeof(value), &value, sizeof(value)));
-    return value;
+    return fixture_property(fixture, structure, type);
 }

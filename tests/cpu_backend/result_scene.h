@@ -6,25 +6,26 @@
 #include "device_fixture.h"
 
 extern struct device_fixture device;
+extern struct fixture *const fixture;
 
-#define expect(call) assert_int_equal(call, VK_SUCCESS)
+static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+static const VkQueryType COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
 
 enum { QUERIES = 3, TRIANGLES = 50 };
 
-struct result_scene {
+extern struct result_scene {
     struct fixture_build host;
     struct device_build build;
     struct fixture_structure blas;
     VkQueryPool pool; /* QUERIES of them */
-};
+} scene;
 
-void result_scene_open(struct result_scene *scene, VkQueryType type);
-void result_scene_close(struct result_scene *scene); /* no message until now */
+void result_scene_open(VkQueryType type);
+int result_scene_close(void **state); /* for cmocka; no message until now */
 
-void result_scene_record_build(struct result_scene *scene, VkCommandBuffer commands);
+void result_scene_record_build(VkCommandBuffer commands);
 /* Queries 0 and 1 of the BLAS; 2 stays unwritten. */
-void result_scene_record_queries(struct result_scene *scene, VkCommandBuffer commands,
-                                 VkQueryType type);
+void result_scene_record_queries(VkCommandBuffer commands, VkQueryType type);
 
 /* What the host's command says of a property. */
 VkDeviceSize result_scene_property(VkAccelerationStructureKHR structure, VkQueryType type);

@@ -34,8 +34,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear_messenger(
     const VkDebugUtilsMessengerCallbackDataEXT *data, void *user)
 {
     char text[4096];
-    (void)severity;
-    (void)types;
     snprintf(text, sizeof(text), "%s: %s", data->pMessageIdName ? data->pMessageIdName : "",
              data->pMessage);
     hear(user, text);
@@ -49,11 +47,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear_callback(VkDebugReportFlagsEXT flags,
                                                     void *user)
 {
     struct application *app = user;
-    (void)flags;
-    (void)type;
-    (void)object;
-    (void)location;
-    (void)code;
     if (strcmp(layer, "Assay") == 0 && !(app->expected_id && strstr(message, app->expected_id)))
         hear(user, message);
     return VK_FALSE;
@@ -108,11 +101,11 @@ static void create_instance(struct application *app)
     app->outcome->is_creating_instance = true;
     GET(app, "vkCreateInstance", create(&info, NULL, &app->instance));
     app->outcome->is_creating_instance = false;
-#define LOAD(name) app->vk.name = (PFN_vk##name)vkGetInstanceProcAddr(app->instance, "vk" #name);
-    if (app->instance) {
-        INSTANCE_COMMANDS(LOAD)
-    }
-#undef LOAD
+    if (!app->instance)
+        return;
+    vkuInitInstanceDispatchTable(app->instance, &app->instance_vk, vkGetInstanceProcAddr);
+    app->instance_vk.CreateDevice =
+        (PFN_vkCreateDevice)vkGetInstanceProcAddr(app->instance, "vkCreateDevice");
 }
 
 static void create_device(struct application *app)
@@ -163,13 +156,13 @@ static void create_device(struct application *app)
                                      .pEnabledFeatures = &core};
     VkPhysicalDevice physical = VK_NULL_HANDLE;
     uint32_t count = 1;
-    app->vk.EnumeratePhysicalDevices(app->instance, &count, &physical);
-    GET(app, "vkCreateDevice", app->vk.CreateDevice(physical, &info, NULL, &app->device));
+    app->instance_vk.EnumeratePhysicalDevices(app->instance, &count, &physical);
+    GET(app, "vkCreateDevice", app->instance_vk.CreateDevice(physical, &info, NULL, &app->device));
     if (!app->device)
         return;
-#define LOAD(name) app->vk.name = (PFN_vk##name)app->vk.GetDeviceProcAddr(app->device, "vk" #name);
-    DEVICE_COMMANDS(LOAD)
-#undef LOAD
+    vkuInitDeviceDispatchTable(
+        app->device, &app->vk,
+        (PFN_vkGetDeviceProcAddr)vkGetInstanceProcAddr(app->instance, "vkGetDeviceProcAddr"));
     app->vk.GetDeviceQueue(app->device, 0, 0, &app->queue);
 }
 
@@ -181,16 +174,17 @@ static void create_ears(struct application *app)
         .pfnCallback = hear_callback,
         .pUserData = app};
     GET(app, "vkCreateDebugUtilsMessengerEXT",
-        app->vk.CreateDebugUtilsMessengerEXT(app->instance, &app->messenger_info, NULL,
-                                             &app->messenger));
+        app->instance_vk.CreateDebugUtilsMessengerEXT(app->instance, &app->messenger_info, NULL,
+                                                      &app->messenger));
     GET(app, "vkCreateDebugReportCallbackEXT",
-        app->vk.CreateDebugReportCallbackEXT(app->instance, &callback, NULL, &app->callback));
+        app->instance_vk.CreateDebugReportCallbackEXT(app->instance, &callback, NULL,
+                                                      &app->callback));
 }
 
 static void destroy_ears(struct application *app)
 {
-    app->vk.DestroyDebugReportCallbackEXT(app->instance, app->callback, NULL);
-    app->vk.DestroyDebugUtilsMessengerEXT(app->instance, app->messenger, NULL);
+    app->instance_vk.DestroyDebugReportCallbackEXT(app->instance, app->callback, NULL);
+    app->instance_vk.DestroyDebugUtilsMessengerEXT(app->instance, app->messenger, NULL);
 }
 
 /* ---- objects */
@@ -216,19 +210,27 @@ VkBuffer create_buffer(struct application *app, VkDeviceSize size, VkBufferUsage
                                      .flags = flags,
                                      .size = size,
                                      .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT};
-    GET(app, "vkCreateBuffer", app->vk.CreateBuffer(app->device, &info, NULL, &buffer));
+    CALL(app, CreateBuffer, app->device, &info, NULL, &buffer);
     return buffer;
 }
 
-VkDeviceMemory allocate(struct application *app, VkDeviceSize size)
+VkDeviceMemory allocate(struct application *app, VkDeviceSize size, enum memory_type type)
 {
     VkDeviceMemory memory = VK_NULL_HANDLE;
     const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
                                              .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
-    const VkMemoryAllocateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .pNext = &flags, .allocationSize = size};
-    GET(app, "vkAllocateMemory", app->vk.AllocateMemory(app->device, &info, NULL, &memory));
+    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                       .pNext = &flags,
+                                       .allocationSize = size,
+                                       .memoryTypeIndex = type};
+    CALL(app, AllocateMemory, app->device, &info, NULL, &memory);
     return memory;
+}
+
+void bind_buffer(struct application *app, VkBuffer buffer, VkDeviceMemory memory,
+                 VkDeviceSize offset)
+{
+    CALL(app, BindBufferMemory, app->device, buffer, memory, offset);
 }
 
 VkDeviceAddress address_of(struct application *app, VkBuffer buffer)
@@ -239,7 +241,8 @@ VkDeviceAddress address_of(struct application *app, VkBuffer buffer)
 }
 
 VkAccelerationStructureKHR create_accel(struct application *app, VkBuffer buffer,
-                                        VkDeviceSize offset, VkDeviceSize size)
+                                        VkDeviceSize offset, VkDeviceSize size,
+                                        VkAccelerationStructureTypeKHR type)
 {
     VkAccelerationStructureKHR accel = VK_NULL_HANDLE;
     const VkAccelerationStructureCreateInfoKHR info = {
@@ -247,10 +250,75 @@ VkAccelerationStructureKHR create_accel(struct application *app, VkBuffer buffer
         .buffer = buffer,
         .offset = offset,
         .size = size,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR};
-    GET(app, "vkCreateAccelerationStructureKHR",
-        app->vk.CreateAccelerationStructureKHR(app->device, &info, NULL, &accel));
+        .type = type};
+    CALL(app, CreateAccelerationStructureKHR, app->device, &info, NULL, &accel);
     return accel;
+}
+
+VkMicromapEXT create_micromap(struct application *app, VkBuffer buffer, VkDeviceSize offset,
+                              VkDeviceSize size, VkMicromapTypeEXT type)
+{
+    VkMicromapEXT micromap = VK_NULL_HANDLE;
+    const VkMicromapCreateInfoEXT info = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
+                                          .buffer = buffer,
+                                          .offset = offset,
+                                          .size = size,
+                                          .type = type};
+    CALL(app, CreateMicromapEXT, app->device, &info, NULL, &micromap);
+    return micromap;
+}
+
+VkQueryPool create_queries(struct application *app, VkQueryType type)
+{
+    VkQueryPool queries = VK_NULL_HANDLE;
+    const VkQueryPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+                                        .queryType = type,
+                                        .queryCount = QUERIES};
+    CALL(app, CreateQueryPool, app->device, &info, NULL, &queries);
+    return queries;
+}
+
+/* ---- commands */
+
+void create_commands(struct application *app, VkCommandPool *pool, VkCommandBuffer *primary,
+                     VkCommandBuffer *secondary)
+{
+    const VkCommandPoolCreateInfo pool_info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                               .flags =
+                                                   VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT};
+    CALL(app, CreateCommandPool, app->device, &pool_info, NULL, pool);
+    VkCommandBufferAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                        .commandPool = *pool,
+                                        .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                                        .commandBufferCount = 1};
+    CALL(app, AllocateCommandBuffers, app->device, &info, primary);
+    info.level = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
+    CALL(app, AllocateCommandBuffers, app->device, &info, secondary);
+}
+
+VkResult begin_commands(const struct application *app, VkCommandBuffer commands)
+{
+    const VkCommandBufferInheritanceInfo inheritance = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
+    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+                                           .pInheritanceInfo = &inheritance};
+    return app->vk.BeginCommandBuffer(commands, &info);
+}
+
+VkAccelerationStructureGeometryKHR describe_triangles(VkDeviceOrHostAddressConstKHR vertices,
+                                                      const void *next)
+{
+    return (VkAccelerationStructureGeometryKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+        .geometry.triangles = {
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+            .pNext = next,
+            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+            .vertexData = vertices,
+            .vertexStride = 12,
+            .maxVertex = 2,
+            .indexType = VK_INDEX_TYPE_NONE_KHR}};
 }
 
 /* ---- life */
@@ -283,5 +351,5 @@ void application_live(struct outcome *outcome)
         destroy_ears(&app);
     }
     if (app.instance)
-        app.vk.DestroyInstance(app.instance, NULL);
+        app.instance_vk.DestroyInstance(app.instance, NULL);
 }

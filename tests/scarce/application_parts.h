@@ -3,8 +3,10 @@
 #ifndef SCARCE_APPLICATION_PARTS_H
 #define SCARCE_APPLICATION_PARTS_H
 
+#include <vulkan/utility/vk_dispatch_table.h>
+#include <vulkan/vulkan.h>
+
 #include "application.h"
-#include "commands.h"
 
 enum {
     /* Of each object, so that tables grow beyond their first size, and arrays beyond what is kept
@@ -32,7 +34,8 @@ struct set {
 
 struct application {
     struct outcome *outcome;
-    struct commands vk;
+    VkuInstanceDispatchTable instance_vk;
+    VkuDeviceDispatchTable vk;
     VkInstance instance;
     VkDevice device;
     VkQueue queue;
@@ -80,6 +83,9 @@ struct application {
             complain(app, what, get_result);                                                       \
     } while (0)
 
+/* The same for a device command of that name. */
+#define CALL(app, name, ...) GET(app, "vk" #name, (app)->vk.name(__VA_ARGS__))
+
 /* Notes the first thing that went wrong. */
 void complain(struct application *app, const char *what, int result);
 
@@ -91,10 +97,26 @@ void name_object(struct application *app, VkObjectType type, uint64_t handle, co
                  unsigned n);
 VkBuffer create_buffer(struct application *app, VkDeviceSize size, VkBufferUsageFlags usage,
                        VkBufferCreateFlags flags);
-VkDeviceMemory allocate(struct application *app, VkDeviceSize size);
+enum memory_type { DEVICE_MEMORY, HOST_MEMORY }; /* of the null driver */
+VkDeviceMemory allocate(struct application *app, VkDeviceSize size, enum memory_type type);
+void bind_buffer(struct application *app, VkBuffer buffer, VkDeviceMemory memory,
+                 VkDeviceSize offset);
 VkDeviceAddress address_of(struct application *app, VkBuffer buffer);
 VkAccelerationStructureKHR create_accel(struct application *app, VkBuffer buffer,
-                                        VkDeviceSize offset, VkDeviceSize size);
+                                        VkDeviceSize offset, VkDeviceSize size,
+                                        VkAccelerationStructureTypeKHR type);
+VkMicromapEXT create_micromap(struct application *app, VkBuffer buffer, VkDeviceSize offset,
+                              VkDeviceSize size, VkMicromapTypeEXT type);
+VkQueryPool create_queries(struct application *app, VkQueryType type); /* QUERIES of them */
+
+/* A pool with a primary and a secondary command buffer. */
+void create_commands(struct application *app, VkCommandPool *pool, VkCommandBuffer *primary,
+                     VkCommandBuffer *secondary);
+VkResult begin_commands(const struct application *app, VkCommandBuffer commands);
+
+/* Triangles of three floats a vertex, without indices; the first vertices are enough for one. */
+VkAccelerationStructureGeometryKHR describe_triangles(VkDeviceOrHostAddressConstKHR vertices,
+                                                      const void *next);
 
 /* Of VK_NV_ray_tracing (nv.c): what it records is valid, but for the mistake. */
 void create_nv(struct application *app);

@@ -2,7 +2,7 @@
 /* What the application builds and copies on the host, at once and deferred. */
 #include "application_parts.h"
 
-enum { STRUCTURES = 3, HOST_VISIBLE_TYPE = 1 /* of the null driver */ };
+enum { STRUCTURES = 3 };
 
 struct host {
     VkDeviceMemory memory;
@@ -15,21 +15,16 @@ struct host {
 
 static void create_structures(struct application *app, struct host *host)
 {
-    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                       .allocationSize = STRUCTURES * ACCEL_SIZE,
-                                       .memoryTypeIndex = HOST_VISIBLE_TYPE};
     void *mapped;
-    GET(app, "vkAllocateMemory", app->vk.AllocateMemory(app->device, &info, NULL, &host->memory));
-    GET(app, "vkMapMemory",
-        app->vk.MapMemory(app->device, host->memory, 0, VK_WHOLE_SIZE, 0, &mapped));
+    host->memory = allocate(app, STRUCTURES * ACCEL_SIZE, HOST_MEMORY);
+    CALL(app, MapMemory, app->device, host->memory, 0, VK_WHOLE_SIZE, 0, &mapped);
     host->buffer = create_buffer(app, STRUCTURES * ACCEL_SIZE,
                                  VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, 0);
-    GET(app, "vkBindBufferMemory",
-        app->vk.BindBufferMemory(app->device, host->buffer, host->memory, 0));
+    bind_buffer(app, host->buffer, host->memory, 0);
     for (unsigned i = 0; i < STRUCTURES; i++)
-        host->accels[i] = create_accel(app, host->buffer, i * ACCEL_SIZE, ACCEL_SIZE);
-    GET(app, "vkCreateDeferredOperationKHR",
-        app->vk.CreateDeferredOperationKHR(app->device, NULL, &host->operation));
+        host->accels[i] = create_accel(app, host->buffer, i * ACCEL_SIZE, ACCEL_SIZE,
+                                       VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    CALL(app, CreateDeferredOperationKHR, app->device, NULL, &host->operation);
 }
 
 static void destroy_structures(struct application *app, struct host *host)
@@ -46,16 +41,8 @@ static void build(struct application *app, struct host *host, VkDeferredOperatio
                   VkBuildAccelerationStructureFlagsKHR flags, VkAccelerationStructureKHR dst,
                   VkAccelerationStructureKHR src)
 {
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-            .vertexData.hostAddress = host->vertices,
-            .vertexStride = 12,
-            .maxVertex = 2,
-            .indexType = VK_INDEX_TYPE_NONE_KHR}};
+    const VkAccelerationStructureGeometryKHR geometry =
+        describe_triangles((VkDeviceOrHostAddressConstKHR){.hostAddress = host->vertices}, NULL);
     const VkAccelerationStructureBuildGeometryInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
         .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
@@ -83,8 +70,7 @@ static void copy(struct application *app, VkAccelerationStructureKHR src,
         .src = src,
         .dst = dst,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR};
-    GET(app, "vkCopyAccelerationStructureKHR",
-        app->vk.CopyAccelerationStructureKHR(app->device, VK_NULL_HANDLE, &info));
+    CALL(app, CopyAccelerationStructureKHR, app->device, VK_NULL_HANDLE, &info);
 }
 
 void work_on_host(struct application *app)
@@ -97,10 +83,8 @@ void work_on_host(struct application *app)
     copy(app, host.accels[1], host.accels[2]);
     for (unsigned i = 0; i < 2; i++) {
         build(app, &host, host.operation, ALLOW_UPDATE, host.accels[0], VK_NULL_HANDLE);
-        GET(app, "vkDeferredOperationJoinKHR",
-            app->vk.DeferredOperationJoinKHR(app->device, host.operation));
-        GET(app, "vkGetDeferredOperationResultKHR",
-            app->vk.GetDeferredOperationResultKHR(app->device, host.operation));
+        CALL(app, DeferredOperationJoinKHR, app->device, host.operation);
+        CALL(app, GetDeferredOperationResultKHR, app->device, host.operation);
     }
     expect(app, "VUID-vkBuildAccelerationStructuresKHR-pInfos-03759");
     build(app, &host, VK_NULL_HANDLE,

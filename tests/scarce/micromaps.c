@@ -9,22 +9,10 @@ enum {
     INPUT_AT = SCRATCH_AT + (1 << 16),
 };
 
-static void create_micromap(struct application *app, unsigned i)
-{
-    const VkMicromapCreateInfoEXT info = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
-                                          .buffer = app->micromap_buffer,
-                                          .offset = i * OBJECT,
-                                          .size = OBJECT,
-                                          .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT};
-    GET(app, "vkCreateMicromapEXT",
-        app->vk.CreateMicromapEXT(app->device, &info, NULL, &app->micromaps[i]));
-    name_object(app, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)app->micromaps[i], "micromap", i);
-}
-
 void create_micromaps(struct application *app)
 {
     const VkDeviceSize size = INPUT_AT + (1 << 16);
-    app->micromap_memory = allocate(app, size);
+    app->micromap_memory = allocate(app, size, DEVICE_MEMORY);
     app->micromap_buffer =
         create_buffer(app, size,
                       VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
@@ -32,18 +20,16 @@ void create_micromaps(struct application *app)
                           VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
                       0);
-    GET(app, "vkBindBufferMemory",
-        app->vk.BindBufferMemory(app->device, app->micromap_buffer, app->micromap_memory, 0));
-    for (unsigned i = 1; i < MICROMAPS; i++)
-        create_micromap(app, i);
-    const VkAccelerationStructureCreateInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-        .buffer = app->micromap_buffer,
-        .size = OBJECT,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR};
-    GET(app, "vkCreateAccelerationStructureKHR",
-        app->vk.CreateAccelerationStructureKHR(app->device, &info, NULL, &app->micromap));
-    app->with_micromaps = create_accel(app, app->micromap_buffer, ACCEL_AT, ACCEL_SIZE);
+    bind_buffer(app, app->micromap_buffer, app->micromap_memory, 0);
+    for (unsigned i = 1; i < MICROMAPS; i++) {
+        app->micromaps[i] = create_micromap(app, app->micromap_buffer, i * OBJECT, OBJECT,
+                                            VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+        name_object(app, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)app->micromaps[i], "micromap", i);
+    }
+    app->micromap = create_accel(app, app->micromap_buffer, 0, OBJECT,
+                                 VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    app->with_micromaps = create_accel(app, app->micromap_buffer, ACCEL_AT, ACCEL_SIZE,
+                                       VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
 void destroy_micromaps(struct application *app)
@@ -110,17 +96,8 @@ static void build_with_micromaps(struct application *app, VkCommandBuffer comman
             .pNext = &khr[i],
             .indexType = VK_INDEX_TYPE_NONE_KHR,
             .micromap = app->micromaps[i + 1]};
-        geometries[i] = (VkAccelerationStructureGeometryKHR){
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-            .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-            .geometry.triangles = {
-                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-                .pNext = &ext[i],
-                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                .vertexData.deviceAddress = app->input_address,
-                .vertexStride = 12,
-                .maxVertex = 2,
-                .indexType = VK_INDEX_TYPE_NONE_KHR}};
+        geometries[i] = describe_triangles(
+            (VkDeviceOrHostAddressConstKHR){.deviceAddress = app->input_address}, &ext[i]);
         ranges[i] = (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = 1};
     }
     VkAccelerationStructureBuildGeometryInfoKHR info = {

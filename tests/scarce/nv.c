@@ -33,24 +33,20 @@ static void start_call(const struct application *app, struct nv_call *call)
 void create_nv(struct application *app)
 {
     struct nv_call call;
-    app->nv_memory = allocate(app, NV_STRUCTURES * OBJECT + SCRATCH);
+    app->nv_memory = allocate(app, NV_STRUCTURES * OBJECT + SCRATCH, DEVICE_MEMORY);
     app->nv_scratch = create_buffer(app, SCRATCH, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV, 0);
-    GET(app, "vkBindBufferMemory",
-        app->vk.BindBufferMemory(app->device, app->nv_scratch, app->nv_memory,
-                                 NV_STRUCTURES * OBJECT));
+    bind_buffer(app, app->nv_scratch, app->nv_memory, NV_STRUCTURES * OBJECT);
     start_call(app, &call);
     const VkAccelerationStructureCreateInfoNV info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = call.info};
     for (unsigned i = 0; i < NV_STRUCTURES; i++) {
-        GET(app, "vkCreateAccelerationStructureNV",
-            app->vk.CreateAccelerationStructureNV(app->device, &info, NULL, &app->nv[i]));
+        CALL(app, CreateAccelerationStructureNV, app->device, &info, NULL, &app->nv[i]);
         const VkBindAccelerationStructureMemoryInfoNV bind = {
             .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
             .accelerationStructure = app->nv[i],
             .memory = app->nv_memory,
             .memoryOffset = i * OBJECT};
-        GET(app, "vkBindAccelerationStructureMemoryNV",
-            app->vk.BindAccelerationStructureMemoryNV(app->device, 1, &bind));
+        CALL(app, BindAccelerationStructureMemoryNV, app->device, 1, &bind);
         name_object(app, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, (uint64_t)app->nv[i], "nv", i);
     }
 }

@@ -6,34 +6,23 @@ enum { INPUT_SIZE = 65536, ALIAS_SIZE = 256 };
 
 static void create_set(struct application *app, struct set *set, unsigned n)
 {
-    const VkCommandPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                          .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT};
-    set->memory = allocate(app, 2 * ACCEL_SIZE);
+    set->memory = allocate(app, 2 * ACCEL_SIZE, DEVICE_MEMORY);
     set->buffer =
         create_buffer(app, ACCEL_SIZE, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, 0);
     if (n % 2) /* before its buffer is bound */
-        set->accel = create_accel(app, set->buffer, 0, ACCEL_SIZE);
+        set->accel = create_accel(app, set->buffer, 0, ACCEL_SIZE,
+                                  VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     const VkBindBufferMemoryInfo bind = {.sType = VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO,
                                          .buffer = set->buffer,
                                          .memory = set->memory};
     if (n % 3)
-        GET(app, "vkBindBufferMemory2", app->vk.BindBufferMemory2(app->device, 1, &bind));
+        CALL(app, BindBufferMemory2, app->device, 1, &bind);
     else
-        GET(app, "vkBindBufferMemory",
-            app->vk.BindBufferMemory(app->device, set->buffer, set->memory, 0));
+        bind_buffer(app, set->buffer, set->memory, 0);
     if (!set->accel)
-        set->accel = create_accel(app, set->buffer, 0, ACCEL_SIZE);
-    GET(app, "vkCreateCommandPool",
-        app->vk.CreateCommandPool(app->device, &pool, NULL, &set->pool));
-    VkCommandBufferAllocateInfo buffers = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                           .commandPool = set->pool,
-                                           .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-                                           .commandBufferCount = 1};
-    GET(app, "vkAllocateCommandBuffers",
-        app->vk.AllocateCommandBuffers(app->device, &buffers, &set->primary));
-    buffers.level = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
-    GET(app, "vkAllocateCommandBuffers",
-        app->vk.AllocateCommandBuffers(app->device, &buffers, &set->secondary));
+        set->accel = create_accel(app, set->buffer, 0, ACCEL_SIZE,
+                                  VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    create_commands(app, &set->pool, &set->primary, &set->secondary);
 }
 
 static void name_set(struct application *app, const struct set *set, unsigned n)
@@ -57,25 +46,19 @@ static void destroy_set(struct application *app, struct set *set, unsigned n)
     app->vk.DestroyCommandPool(app->device, set->pool, NULL);
 }
 
-static void bind(struct application *app, VkBuffer buffer, VkDeviceSize offset)
-{
-    GET(app, "vkBindBufferMemory",
-        app->vk.BindBufferMemory(app->device, buffer, app->memory, offset));
-}
-
 /* Each alias lies where the builds read, or where they have their scratch, and is too small and of
  * the wrong usage for either, which does not matter as long as the large buffers are there. */
 static void create_inputs(struct application *app)
 {
-    app->memory = allocate(app, INPUT_SIZE + (SETS + 1) * SCRATCH_SIZE);
+    app->memory = allocate(app, INPUT_SIZE + (SETS + 1) * SCRATCH_SIZE, DEVICE_MEMORY);
     app->inputs = create_buffer(
         app, INPUT_SIZE, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR, 0);
     app->scratch = create_buffer(app, SETS * SCRATCH_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, 0);
-    bind(app, app->inputs, 0);
-    bind(app, app->scratch, INPUT_SIZE);
+    bind_buffer(app, app->inputs, app->memory, 0);
+    bind_buffer(app, app->scratch, app->memory, INPUT_SIZE);
     for (unsigned i = 0; i < SETS; i++) {
         app->aliases[i] = create_buffer(app, ALIAS_SIZE, VK_BUFFER_USAGE_TRANSFER_DST_BIT, 0);
-        bind(app, app->aliases[i], i % 2 ? INPUT_SIZE + i * SCRATCH_SIZE : 0);
+        bind_buffer(app, app->aliases[i], app->memory, i % 2 ? INPUT_SIZE + i * SCRATCH_SIZE : 0);
         address_of(app, app->aliases[i]);
     }
     app->input_address = address_of(app, app->inputs);
@@ -95,7 +78,7 @@ static void destroy_inputs(struct application *app)
 static void create_sparse(struct application *app)
 {
     VkSparseMemoryBind binds[SPARSE_PAGES + 2];
-    app->pages = allocate(app, SPARSE_PAGES * SPARSE_PAGE);
+    app->pages = allocate(app, SPARSE_PAGES * SPARSE_PAGE, DEVICE_MEMORY);
     app->sparse = create_buffer(app, SPARSE_PAGES * SPARSE_PAGE,
                                 VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR,
                                 VK_BUFFER_CREATE_SPARSE_BINDING_BIT);
@@ -109,8 +92,9 @@ static void create_sparse(struct application *app)
         .buffer = app->sparse, .bindCount = SPARSE_PAGES + 2, .pBinds = binds};
     const VkBindSparseInfo info = {
         .sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO, .bufferBindCount = 1, .pBufferBinds = &buffer};
-    GET(app, "vkQueueBindSparse", app->vk.QueueBindSparse(app->queue, 1, &info, VK_NULL_HANDLE));
-    app->in_pages = create_accel(app, app->sparse, SPARSE_PAGE - ACCEL_SIZE / 2, 2 * SPARSE_PAGE);
+    CALL(app, QueueBindSparse, app->queue, 1, &info, VK_NULL_HANDLE);
+    app->in_pages = create_accel(app, app->sparse, SPARSE_PAGE - ACCEL_SIZE / 2, 2 * SPARSE_PAGE,
+                                 VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
 static void destroy_sparse(struct application *app)
@@ -122,13 +106,13 @@ static void destroy_sparse(struct application *app)
 
 static void create_tails(struct application *app)
 {
-    app->tails_memory = allocate(app, 4 * ACCEL_SIZE);
+    app->tails_memory = allocate(app, 4 * ACCEL_SIZE, DEVICE_MEMORY);
     app->tails = create_buffer(app, 3 * ACCEL_SIZE,
                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, 0);
-    GET(app, "vkBindBufferMemory",
-        app->vk.BindBufferMemory(app->device, app->tails, app->tails_memory, 0));
+    bind_buffer(app, app->tails, app->tails_memory, 0);
     for (unsigned i = 0; i < 2; i++)
-        app->with_tails[i] = create_accel(app, app->tails, i * ACCEL_SIZE, 2 * ACCEL_SIZE);
+        app->with_tails[i] = create_accel(app, app->tails, i * ACCEL_SIZE, 2 * ACCEL_SIZE,
+                                          VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
 static void destroy_tails(struct application *app)
@@ -139,25 +123,15 @@ static void destroy_tails(struct application *app)
     app->vk.FreeMemory(app->device, app->tails_memory, NULL);
 }
 
-static void create_queries(struct application *app)
-{
-    const VkQueryPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                                        .queryType =
-                                            VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-                                        .queryCount = QUERIES};
-    GET(app, "vkCreateQueryPool", app->vk.CreateQueryPool(app->device, &info, NULL, &app->queries));
-}
-
 void create_objects(struct application *app)
 {
     const VkSemaphoreCreateInfo semaphore = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO};
-    GET(app, "vkCreateSemaphore",
-        app->vk.CreateSemaphore(app->device, &semaphore, NULL, &app->semaphore));
+    CALL(app, CreateSemaphore, app->device, &semaphore, NULL, &app->semaphore);
     for (unsigned n = 0; n < SETS; n++) {
         create_set(app, &app->sets[n], n);
         name_set(app, &app->sets[n], n);
     }
-    create_queries(app);
+    app->queries = create_queries(app, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
     create_inputs(app);
     create_sparse(app);
     create_tails(app);

@@ -17,16 +17,8 @@ static void start_call(const struct application *app, struct call *call)
 {
     *call = (struct call){.count = 0};
     for (unsigned i = 0; i < GEOMETRIES; i++) {
-        call->geometries[i] = (VkAccelerationStructureGeometryKHR){
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-            .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-            .geometry.triangles = {
-                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                .vertexData.deviceAddress = app->input_address,
-                .vertexStride = 12,
-                .maxVertex = 2,
-                .indexType = VK_INDEX_TYPE_NONE_KHR}};
+        call->geometries[i] = describe_triangles(
+            (VkDeviceOrHostAddressConstKHR){.deviceAddress = app->input_address}, NULL);
         call->ranges[i].primitiveCount = 1;
     }
 }
@@ -62,16 +54,12 @@ static void send(const struct application *app, VkCommandBuffer command_buffer,
 
 static void begin(struct application *app, VkCommandBuffer command_buffer)
 {
-    const VkCommandBufferInheritanceInfo inheritance = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                           .pInheritanceInfo = &inheritance};
-    GET(app, "vkBeginCommandBuffer", app->vk.BeginCommandBuffer(command_buffer, &info));
+    GET(app, "vkBeginCommandBuffer", begin_commands(app, command_buffer));
 }
 
 static void end(struct application *app, VkCommandBuffer command_buffer)
 {
-    GET(app, "vkEndCommandBuffer", app->vk.EndCommandBuffer(command_buffer));
+    CALL(app, EndCommandBuffer, command_buffer);
 }
 
 static void submit(struct application *app, VkCommandBuffer command_buffer, bool waits,
@@ -86,7 +74,7 @@ static void submit(struct application *app, VkCommandBuffer command_buffer, bool
                                .pCommandBuffers = &command_buffer,
                                .signalSemaphoreCount = signals,
                                .pSignalSemaphores = &app->semaphore};
-    GET(app, "vkQueueSubmit", app->vk.QueueSubmit(app->queue, 1, &info, VK_NULL_HANDLE));
+    CALL(app, QueueSubmit, app->queue, 1, &info, VK_NULL_HANDLE);
 }
 
 static void open_labels(const struct application *app, VkCommandBuffer command_buffer, int count)
@@ -179,9 +167,8 @@ static void query_sizes(struct application *app, VkCommandBuffer command_buffer)
         app->queries, 0);
     end(app, command_buffer);
     submit(app, command_buffer, false, false);
-    GET(app, "vkGetQueryPoolResults",
-        app->vk.GetQueryPoolResults(app->device, app->queries, 0, QUERIES, sizeof(sizes), sizes,
-                                    sizeof(sizes[0]), VK_QUERY_RESULT_64_BIT));
+    CALL(app, GetQueryPoolResults, app->device, app->queries, 0, QUERIES, sizeof(sizes), sizes,
+         sizeof(sizes[0]), VK_QUERY_RESULT_64_BIT);
 }
 
 /* A primary that executes two secondary command buffers, one of which updates what the other
@@ -267,7 +254,7 @@ void record_all(struct application *app)
     submit(app, sets[0].primary, false, true); /* again */
     submit(app, sets[1].primary, true, false);
     app->vk.DeviceWaitIdle(app->device);
-    GET(app, "vkResetCommandPool", app->vk.ResetCommandPool(app->device, sets[0].pool, 0));
+    CALL(app, ResetCommandPool, app->device, sets[0].pool, 0);
     record_builds(app, sets[0].primary);
     submit(app, sets[0].primary, false, false);
     work_on_host(app);

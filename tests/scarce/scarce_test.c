@@ -29,7 +29,6 @@ static struct outcome outcome;
  * layer catches that. */
 static void end_in_abort(int signal)
 {
-    (void)signal;
     _exit(outcome.is_creating_instance ? IN_SETTINGS_LIBRARY : BADLY);
 }
 
@@ -100,7 +99,6 @@ static enum end live_in_a_process(unsigned failing)
 
 static void test_a_life_with_memory(void **state)
 {
-    (void)state;
     assert_int_equal(live_in_a_process(0), WELL_WITHOUT_FAILURE);
 }
 
@@ -109,7 +107,6 @@ enum { ENOUGH = 10 }; /* lives that end badly */
 /* ASSAY_SCARCE_AT repeats one life. */
 static void test_a_life_without_each_allocation(void **state)
 {
-    (void)state;
     const char *only = getenv("ASSAY_SCARCE_AT");
     unsigned n = only ? (unsigned)strtoul(only, NULL, 10) : 1, bad = 0, aborted = 0;
     for (enum end end = WELL; end != WELL_WITHOUT_FAILURE && bad < ENOUGH; n++) {
@@ -126,7 +123,6 @@ static void test_a_life_without_each_allocation(void **state)
 
 static int prepare(void **state)
 {
-    (void)state;
     setenv("VK_DRIVER_FILES", DRIVER_MANIFEST, 1);
     setenv("VK_LAYER_PATH", LAYER_FOLDER, 1);
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);

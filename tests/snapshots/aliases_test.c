@@ -2,7 +2,7 @@
 /* A build names addresses, which it resolves when it executes. The buffer that had an address when
  * the command was recorded may be destroyed by then: another buffer on the same memory has the same
  * address, or takes it later. The layer must read what the build reads. */
-#include "shared_memory.h"
+#include "tests/snapshots/scene.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -10,34 +10,96 @@
 enum {
     BOXES = 2,
     CORNERS = 3,
+    MEMORY_SIZE = 1 << 16,
+    LURES = 4,
 };
 
-static struct platform platform;
-static struct fixture fixture;
-static struct fixture_buffer structures, scratch, vertices;
-static VkAccelerationStructureKHR blas;
+/* ---- memory that buffers share, so that they have the same address */
 
-/* ---- the stage */
+/* Mapped, and all zeros. */
+struct memory {
+    VkDeviceMemory handle;
+    unsigned char *bytes;
+};
 
-static void open_fixture(const char *level)
+/* A buffer at the begin of a memory, which builds may read. */
+struct placed {
+    VkBuffer handle;
+    VkDeviceAddress address;
+};
+
+/* Buffers that a driver may put where a destroyed one was: who still uses the destroyed buffer's
+ * handle reads their memory. */
+struct lures {
+    struct memory memory;
+    struct placed buffers[LURES];
+};
+
+static struct memory memory_allocate(void)
 {
-    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true, .level = level});
-    structures = fixture_buffer(&fixture, MEMORY_SIZE,
-                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
-    scratch = fixture_buffer(&fixture, MEMORY_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    vertices = fixture_buffer(&fixture, MEMORY_SIZE,
-                              VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
-    blas = fixture_structure(&fixture, &structures, 0, MEMORY_SIZE,
-                             VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    struct memory memory = {
+        memory_create(&fixture.vk, fixture.device, fixture.memory_type, MEMORY_SIZE), NULL};
+    GET(fixture.vk.MapMemory(fixture.device, memory.handle, 0, VK_WHOLE_SIZE, 0,
+                             (void **)&memory.bytes));
+    memset(memory.bytes, 0, MEMORY_SIZE);
+    return memory;
 }
 
-static void close_fixture(void)
+static void memory_free(const struct memory *memory)
 {
-    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, blas, NULL);
-    fixture_destroy_buffer(&fixture, &structures);
-    fixture_destroy_buffer(&fixture, &scratch);
+    fixture.vk.FreeMemory(fixture.device, memory->handle, NULL);
+}
+
+static struct placed memory_place(const struct memory *memory, VkDeviceSize size)
+{
+    struct placed placed;
+    const VkBufferCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .size = size,
+        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+    };
+    VkMemoryRequirements requirements;
+    GET(fixture.vk.CreateBuffer(fixture.device, &info, NULL, &placed.handle));
+    fixture.vk.GetBufferMemoryRequirements(fixture.device, placed.handle, &requirements);
+    GET(fixture.vk.BindBufferMemory(fixture.device, placed.handle, memory->handle, 0));
+    placed.address = buffer_address(&fixture.vk, fixture.device, placed.handle);
+    return placed;
+}
+
+static void memory_destroy(const struct placed *placed)
+{
+    fixture.vk.DestroyBuffer(fixture.device, placed->handle, NULL);
+}
+
+static void lures_lay(struct lures *lures)
+{
+    for (int i = 0; i < LURES; i++)
+        lures->buffers[i] = memory_place(&lures->memory, MEMORY_SIZE);
+}
+
+static void lures_free(const struct lures *lures)
+{
+    for (int i = 0; i < LURES; i++)
+        memory_destroy(&lures->buffers[i]);
+    memory_free(&lures->memory);
+}
+
+/* ---- the scene */
+
+static struct device_buffer vertices;
+
+static void open_scene(const char *level)
+{
+    scene_open(&(struct scene_setup){
+        .settings.level = level, .boxes_size = MEMORY_SIZE, .structure_size = MEMORY_SIZE});
+    vertices = scene_input(MEMORY_SIZE);
+}
+
+static void close_scene(void)
+{
     fixture_destroy_buffer(&fixture, &vertices);
-    fixture_close(&fixture);
+    scene_close();
 }
 
 static bool judges_inputs(const char *level)
@@ -64,56 +126,49 @@ static void write_indices(const struct memory *memory, bool is_as_before)
 
 static void build_boxes(VkCommandBuffer commands, VkDeviceAddress address)
 {
-    fixture_build_boxes(&fixture, commands, blas, address, BOXES,
-                        (scratch.address + 255) & ~(VkDeviceAddress)255);
+    fixture_build_boxes(&fixture, commands, scene.blas, address, BOXES, scene.scratch_address);
     fixture_barrier(&fixture, commands);
 }
 
 /* A triangle whose indices are at the address; an update of the BLAS, or its first build. */
 static void build_triangle(VkCommandBuffer commands, VkDeviceAddress indices, bool is_update)
 {
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-            .vertexData.deviceAddress = vertices.address,
-            .vertexStride = 3 * sizeof(float),
-            .maxVertex = CORNERS - 1,
-            .indexType = VK_INDEX_TYPE_UINT32,
-            .indexData.deviceAddress = indices,
-        }};
-    const VkAccelerationStructureBuildGeometryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-        .mode = is_update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
-                          : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-        .srcAccelerationStructure = is_update ? blas : VK_NULL_HANDLE,
-        .dstAccelerationStructure = blas,
-        .geometryCount = 1,
-        .pGeometries = &geometry,
-        .scratchData.deviceAddress = (scratch.address + 255) & ~(VkDeviceAddress)255,
+    const struct fixture_build build = {
+        .geometry = {.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                     .geometry.triangles =
+                         {.sType =
+                              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+                          .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                          .vertexData.deviceAddress = vertices.address,
+                          .vertexStride = 3 * sizeof(float),
+                          .maxVertex = CORNERS - 1,
+                          .indexType = VK_INDEX_TYPE_UINT32,
+                          .indexData.deviceAddress = indices}},
+        .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+                 .mode = is_update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                                   : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+                 .srcAccelerationStructure = is_update ? scene.blas : VK_NULL_HANDLE,
+                 .dstAccelerationStructure = scene.blas,
+                 .scratchData.deviceAddress = scene.scratch_address},
+        .range.primitiveCount = 1,
     };
-    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 1}, *ranges = &range;
-    fixture.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
+    fixture_build(&fixture, commands, &build);
     fixture_barrier(&fixture, commands);
 }
 
-/* One message with the text, or none where it is NULL. */
+static void update_triangle(VkCommandBuffer commands, VkDeviceAddress indices)
+{
+    build_triangle(commands, indices, true);
+}
+
+/* One message with the text, or none if it is NULL. */
 static void expect_told(const char *text)
 {
-    if (!text) {
+    if (text)
+        expect_messages(1, text);
+    else
         fixture_expect_silence(&fixture);
-        return;
-    }
-    if (fixture.messages.count != 1)
-        fail_msg("%u messages: %s", fixture.messages.count, fixture.messages.items[0].text);
-    if (!strstr(fixture.messages.items[0].text, text) &&
-        !strstr(fixture.messages.items[0].id, text))
-        fail_msg("\"%s\" is not in: %s", text, fixture.messages.items[0].text);
-    messages_clear(&fixture.messages);
 }
 
 /* ---- two buffers on the same memory */
@@ -126,136 +181,106 @@ enum change {
     CHANGE_COUNT,
 };
 
-static void test_boxes(const char *level, enum change change, bool is_valid)
+/* What a build reads at an address: boxes, or the indices of an update. */
+static const struct input {
+    void (*write)(const struct memory *memory, bool is_valid);
+    void (*build)(VkCommandBuffer commands, VkDeviceAddress address);
+    const char *message; /* if it is not valid */
+    bool is_update;
+} boxes = {write_boxes, build_boxes, "minX", false},
+  indices = {write_indices, update_triangle, "03768", true};
+
+static void test_change(const struct input *input, const char *level, enum change change,
+                        bool is_valid)
 {
-    open_fixture(level);
-    struct lures lures = {.memory = memory_allocate(&fixture)};
-    struct memory memory = memory_allocate(&fixture);
-    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE), second;
+    open_scene(level);
+    struct lures lures = {.memory = memory_allocate()};
+    struct memory memory = memory_allocate();
+    struct placed first = memory_place(&memory, MEMORY_SIZE), second;
     if (change != FIRST_IS_REPLACED)
-        second = memory_place(&fixture, &memory, MEMORY_SIZE);
-    write_boxes(&memory, is_valid);
-    write_boxes(&lures.memory, !is_valid);
+        second = memory_place(&memory, MEMORY_SIZE);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    build_boxes(commands, first.address);
-    memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &second : &first);
-    lures_lay(&fixture, &lures);
+    input->write(&memory, true);
+    if (input->is_update)
+        build_triangle(commands, first.address, false);
+    fixture_finish(&fixture, commands);
+    input->write(&memory, is_valid);
+    input->write(&lures.memory, !is_valid);
+    commands = fixture_begin(&fixture, 0);
+    input->build(commands, first.address);
+    memory_destroy(change == SECOND_IS_DESTROYED ? &second : &first);
+    lures_lay(&lures);
     if (change == FIRST_IS_REPLACED)
-        second = memory_place(&fixture, &memory, MEMORY_SIZE);
+        second = memory_place(&memory, MEMORY_SIZE);
     assert_int_equal(first.address, change == SECOND_IS_DESTROYED ? first.address : second.address);
     fixture_finish(&fixture, commands);
-    expect_told(is_valid || !judges_inputs(level) ? NULL : "minX");
-    memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &first : &second);
-    memory_free(&fixture, &memory);
-    lures_free(&fixture, &lures);
-    close_fixture();
-}
-
-static void test_update(const char *level, enum change change, bool is_valid)
-{
-    open_fixture(level);
-    struct lures lures = {.memory = memory_allocate(&fixture)};
-    struct memory memory = memory_allocate(&fixture);
-    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE), second;
-    if (change != FIRST_IS_REPLACED)
-        second = memory_place(&fixture, &memory, MEMORY_SIZE);
-    write_indices(&memory, true);
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    build_triangle(commands, first.address, false);
-    fixture_finish(&fixture, commands);
-    write_indices(&memory, is_valid);
-    write_indices(&lures.memory, !is_valid);
-    commands = fixture_begin(&fixture, 0);
-    build_triangle(commands, first.address, true);
-    memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &second : &first);
-    lures_lay(&fixture, &lures);
-    if (change == FIRST_IS_REPLACED)
-        second = memory_place(&fixture, &memory, MEMORY_SIZE);
-    fixture_finish(&fixture, commands);
-    expect_told(is_valid || !judges_inputs(level) ? NULL : "03768");
-    memory_destroy(&fixture, change == SECOND_IS_DESTROYED ? &first : &second);
-    memory_free(&fixture, &memory);
-    lures_free(&fixture, &lures);
-    close_fixture();
+    expect_told(is_valid || !judges_inputs(level) ? NULL : input->message);
+    memory_destroy(change == SECOND_IS_DESTROYED ? &first : &second);
+    memory_free(&memory);
+    lures_free(&lures);
+    close_scene();
 }
 
 static void test_changes(void **state)
 {
     static const char *const levels[] = {"execution", "content"};
-    (void)state;
     for (int i = 0; i < 2; i++)
         for (int change = 0; change < CHANGE_COUNT; change++)
             for (int is_valid = 0; is_valid < 2; is_valid++) {
-                test_boxes(levels[i], (enum change)change, is_valid);
-                test_update(levels[i], (enum change)change, is_valid);
+                test_change(&boxes, levels[i], (enum change)change, is_valid);
+                test_change(&indices, levels[i], (enum change)change, is_valid);
             }
 }
 
 /* Each submission reads from what has the address then. */
 static void test_submits_again(void **state)
 {
-    (void)state;
-    open_fixture("content");
-    struct lures lures = {.memory = memory_allocate(&fixture)};
-    struct memory memory = memory_allocate(&fixture);
-    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
+    open_scene("content");
+    struct lures lures = {.memory = memory_allocate()};
+    struct memory memory = memory_allocate();
+    struct placed first = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, true);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(commands, first.address);
-    GET(fixture.vk.EndCommandBuffer(commands));
-    GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
+    scene_submit(commands);
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
     fixture_expect_silence(&fixture);
-    memory_destroy(&fixture, &first);
-    lures_lay(&fixture, &lures);
-    struct placed second = memory_place(&fixture, &memory, MEMORY_SIZE);
+    memory_destroy(&first);
+    lures_lay(&lures);
+    struct placed second = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, false);
     GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
     expect_told("minX");
-    memory_destroy(&fixture, &second);
-    memory_free(&fixture, &memory);
-    lures_free(&fixture, &lures);
-    close_fixture();
+    memory_destroy(&second);
+    memory_free(&memory);
+    lures_free(&lures);
+    close_scene();
 }
 
 static void test_in_secondary(void **state)
 {
-    const VkCommandBufferAllocateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = VK_NULL_HANDLE,
-        .level = VK_COMMAND_BUFFER_LEVEL_SECONDARY,
-        .commandBufferCount = 1,
-    };
-    const VkCommandBufferInheritanceInfo inheritance = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
-    const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                            .pInheritanceInfo = &inheritance};
-    (void)state;
-    open_fixture("content");
-    VkCommandBufferAllocateInfo of_pool = info;
-    of_pool.commandPool = fixture.pool;
-    struct lures lures = {.memory = memory_allocate(&fixture)};
-    struct memory memory = memory_allocate(&fixture);
-    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
+    open_scene("content");
+    struct lures lures = {.memory = memory_allocate()};
+    struct memory memory = memory_allocate();
+    struct placed first = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, false);
     write_boxes(&lures.memory, true);
-    VkCommandBuffer secondary, commands = fixture_begin(&fixture, 0);
-    GET(fixture.vk.AllocateCommandBuffers(fixture.device, &of_pool, &secondary));
-    GET(fixture.vk.BeginCommandBuffer(secondary, &begin));
+    VkCommandBuffer secondary = fixture_begin_secondary(&fixture, 0);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(secondary, first.address);
     GET(fixture.vk.EndCommandBuffer(secondary));
     fixture.vk.CmdExecuteCommands(commands, 1, &secondary);
-    memory_destroy(&fixture, &first);
-    lures_lay(&fixture, &lures);
-    struct placed second = memory_place(&fixture, &memory, MEMORY_SIZE);
+    memory_destroy(&first);
+    lures_lay(&lures);
+    struct placed second = memory_place(&memory, MEMORY_SIZE);
     fixture_finish(&fixture, commands);
     expect_told("minX");
     fixture.vk.FreeCommandBuffers(fixture.device, fixture.pool, 1, &secondary);
-    memory_destroy(&fixture, &second);
-    memory_free(&fixture, &memory);
-    lures_free(&fixture, &lures);
-    close_fixture();
+    memory_destroy(&second);
+    memory_free(&memory);
+    lures_free(&lures);
+    close_scene();
 }
 
 /* ---- the application's mistakes: where the driver doesn't build, and so reads nothing */
@@ -263,68 +288,65 @@ static void test_in_secondary(void **state)
 /* The build reads more than the buffer has: what it reads beyond the end isn't known. */
 static void test_replaced_by_smaller(void **state)
 {
-    (void)state;
-    open_fixture("content");
-    struct memory memory = memory_allocate(&fixture);
-    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
+    open_scene("content");
+    struct memory memory = memory_allocate();
+    struct placed first = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, false);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(commands, first.address);
-    memory_destroy(&fixture, &first);
-    struct placed second = memory_place(&fixture, &memory, sizeof(VkAabbPositionsKHR));
+    memory_destroy(&first);
+    struct placed second = memory_place(&memory, sizeof(VkAabbPositionsKHR));
     fixture_finish(&fixture, commands);
     fixture_expect_silence(&fixture);
-    memory_destroy(&fixture, &second);
-    memory_free(&fixture, &memory);
-    close_fixture();
+    memory_destroy(&second);
+    memory_free(&memory);
+    close_scene();
 }
 
 /* The memory is freed, and may be unmapped. */
 static void test_nothing_is_there(void **state)
 {
-    (void)state;
-    open_fixture("content");
-    struct lures lures = {.memory = memory_allocate(&fixture)};
-    struct memory memory = memory_allocate(&fixture);
-    struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
+    open_scene("content");
+    struct lures lures = {.memory = memory_allocate()};
+    struct memory memory = memory_allocate();
+    struct placed first = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, false);
     write_boxes(&lures.memory, false);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(commands, first.address);
-    memory_destroy(&fixture, &first);
-    memory_free(&fixture, &memory);
-    lures_lay(&fixture, &lures);
+    memory_destroy(&first);
+    memory_free(&memory);
+    lures_lay(&lures);
     fixture_finish(&fixture, commands);
     expect_told("11364"); /* the address leads nowhere; nothing of what it led to */
-    lures_free(&fixture, &lures);
-    close_fixture();
+    lures_free(&lures);
+    close_scene();
 }
 
 /* On the null driver, which can give the address to other memory. */
 static void test_on_other_memory(void **state)
 {
     struct null_driver_config config = platform.null_driver.default_config();
-    (void)state;
     config.recycle_addresses = true;
     platform.null_driver.configure(&config);
     for (int is_valid = 0; is_valid < 2; is_valid++) {
-        open_fixture("content");
-        struct memory memory = memory_allocate(&fixture);
-        struct placed first = memory_place(&fixture, &memory, MEMORY_SIZE);
+        open_scene("content");
+        struct memory memory = memory_allocate();
+        struct placed first = memory_place(&memory, MEMORY_SIZE);
         write_boxes(&memory, !is_valid);
         VkCommandBuffer commands = fixture_begin(&fixture, 0);
         build_boxes(commands, first.address);
-        memory_destroy(&fixture, &first);
-        memory_free(&fixture, &memory);
-        memory = memory_allocate(&fixture);
-        struct placed second = memory_place(&fixture, &memory, MEMORY_SIZE);
+        memory_destroy(&first);
+        memory_free(&memory);
+        memory = memory_allocate();
+        struct placed second = memory_place(&memory, MEMORY_SIZE);
         assert_int_equal(first.address, second.address);
         write_boxes(&memory, is_valid);
         fixture_finish(&fixture, commands);
         expect_told(is_valid ? NULL : "minX");
-        memory_destroy(&fixture, &second);
-        memory_free(&fixture, &memory);
-        close_fixture();
+        memory_destroy(&second);
+        memory_free(&memory);
+        close_scene();
     }
     platform.null_driver.configure(NULL);
 }

@@ -1,41 +1,27 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Buffers that could not be copied from by their handles, or must not be read at all: on the null
  * driver, which takes buffers of any kind. */
-#include "tests/snapshots/fixture.h"
+#include "tests/snapshots/scene.h"
 
-#include <stdio.h>
 #include <string.h>
 
 enum { BUFFER_SIZE = 1 << 16 };
 
-static struct platform platform;
-static struct fixture fixture;
-static struct fixture_buffer structures, scratch, data; /* whose memory the buffers are bound to */
-static VkAccelerationStructureKHR blas;
+static struct device_buffer data; /* whose memory the buffers are bound to */
 
-static int open_fixture(void **state)
+static int open_scene(void **state)
 {
     const VkAabbPositionsKHR box = {.minX = 1};
-    (void)state;
-    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true});
-    structures = fixture_buffer(&fixture, BUFFER_SIZE,
-                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
-    scratch = fixture_buffer(&fixture, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    scene_open(&(struct scene_setup){.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
     data = fixture_buffer(&fixture, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     memcpy(data.bytes, &box, sizeof(box));
-    blas = fixture_structure(&fixture, &structures, 0, BUFFER_SIZE,
-                             VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     return 0;
 }
 
-static int close_fixture(void **state)
+static int close_scene(void **state)
 {
-    (void)state;
-    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, blas, NULL);
-    fixture_destroy_buffer(&fixture, &structures);
-    fixture_destroy_buffer(&fixture, &scratch);
     fixture_destroy_buffer(&fixture, &data);
-    fixture_close(&fixture);
+    scene_close();
     return 0;
 }
 
@@ -64,18 +50,12 @@ static void bind_sparse(VkBuffer buffer, VkDeviceSize size)
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
 }
 
-static VkDeviceAddress address_of(VkBuffer buffer)
-{
-    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
-                                            .buffer = buffer};
-    return fixture.vk.GetBufferDeviceAddress(fixture.device, &info);
-}
-
 static VkCommandBuffer record(VkBuffer buffer, uint32_t count)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    fixture_build_boxes(&fixture, commands, blas, address_of(buffer), count,
-                        (scratch.address + 255) & ~(VkDeviceAddress)255);
+    fixture_build_boxes(&fixture, commands, scene.blas,
+                        buffer_address(&fixture.vk, fixture.device, buffer), count,
+                        scene.scratch_address);
     return commands;
 }
 
@@ -84,21 +64,11 @@ static void build_boxes(VkBuffer buffer, uint32_t count)
     fixture_finish(&fixture, record(buffer, count));
 }
 
-/* One message with the text; it is forgotten. */
-static void expect_told(const char *text)
-{
-    if (fixture.messages.count != 1)
-        fail_msg("%u messages: %s", fixture.messages.count, fixture.messages.items[0].text);
-    if (!strstr(fixture.messages.items[0].text, text))
-        fail_msg("\"%s\" is not in: %s", text, fixture.messages.items[0].text);
-    messages_clear(&fixture.messages);
-}
-
 static void build_on_memory(VkBuffer buffer, const char *text)
 {
     GET(fixture.vk.BindBufferMemory(fixture.device, buffer, data.memory, 0));
     build_boxes(buffer, 1);
-    expect_told(text);
+    expect_messages(1, text);
     fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
 }
 
@@ -110,19 +80,16 @@ static void test_imported(void **state)
         .sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO,
         .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT,
     };
-    (void)state;
     build_on_memory(create(0, &external), "minX");
 }
 
 static void test_replayed(void **state)
 {
-    (void)state;
     build_on_memory(create(VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT, NULL), "minX");
 }
 
 static void test_protected(void **state)
 {
-    (void)state;
     build_on_memory(create(VK_BUFFER_CREATE_PROTECTED_BIT, NULL), "a buffer that can't be read");
 }
 
@@ -130,12 +97,12 @@ static void test_protected(void **state)
 static void test_replaced_by_protected(void **state)
 {
     VkBuffer buffer = create(0, NULL);
-    (void)state;
     GET(fixture.vk.BindBufferMemory(fixture.device, buffer, data.memory, 0));
     VkCommandBuffer commands = record(buffer, 1);
     VkBuffer other = create(VK_BUFFER_CREATE_PROTECTED_BIT, NULL);
     GET(fixture.vk.BindBufferMemory(fixture.device, other, data.memory, 0));
-    assert_int_equal(address_of(other), address_of(buffer));
+    assert_int_equal(buffer_address(&fixture.vk, fixture.device, other),
+                     buffer_address(&fixture.vk, fixture.device, buffer));
     fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
     fixture_finish(&fixture, commands);
     fixture_expect_silence(&fixture);
@@ -147,10 +114,9 @@ static void test_sparse(void **state)
 {
     VkBuffer buffer =
         create(VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT, NULL);
-    (void)state;
     bind_sparse(buffer, BUFFER_SIZE);
     build_boxes(buffer, 1);
-    expect_told("minX");
+    expect_messages(1, "minX");
     fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
 }
 
@@ -158,29 +124,23 @@ static void test_sparse_with_hole(void **state)
 {
     VkBuffer buffer =
         create(VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT, NULL);
-    (void)state;
     bind_sparse(buffer, sizeof(VkAabbPositionsKHR));
     build_boxes(buffer, 2);
-    assert_int_equal(messages_count(&fixture.messages, "", NULL), 0);
-    for (uint32_t i = 0; i < messages_kept(&fixture.messages); i++)
-        assert_null(strstr(fixture.messages.items[i].text, "minX"));
+    assert_int_equal(messages_count(&fixture.instance.messages, "", NULL), 0);
+    for (uint32_t i = 0; i < messages_kept(&fixture.instance.messages); i++)
+        assert_null(strstr(fixture.instance.messages.items[i].text, "minX"));
     fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
 }
 
 int main(void)
 {
-    const char *reason = platform_open(&platform, "null");
-    if (reason) {
-        puts(reason);
-        return 77;
-    }
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_imported, open_fixture, close_fixture),
-        cmocka_unit_test_setup_teardown(test_replayed, open_fixture, close_fixture),
-        cmocka_unit_test_setup_teardown(test_protected, open_fixture, close_fixture),
-        cmocka_unit_test_setup_teardown(test_replaced_by_protected, open_fixture, close_fixture),
-        cmocka_unit_test_setup_teardown(test_sparse, open_fixture, close_fixture),
-        cmocka_unit_test_setup_teardown(test_sparse_with_hole, open_fixture, close_fixture),
+        cmocka_unit_test_setup_teardown(test_imported, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_replayed, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_protected, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_replaced_by_protected, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_sparse, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_sparse_with_hole, open_scene, close_scene),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return tests_run(0, NULL, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

@@ -45,7 +45,6 @@ static const struct batch_run batch = {
 
 void warn_unordered(const struct layer_device *of_device)
 {
-    (void)of_device;
     unordered_reports++;
 }
 
@@ -75,8 +74,6 @@ static bool wait_for_one(void *user)
 
 static VkResult wait_for_ticket(struct ticket *of_ticket, uint64_t nanoseconds)
 {
-    (void)of_ticket;
-    (void)nanoseconds;
     return VK_SUCCESS;
 }
 
@@ -89,7 +86,6 @@ static void add(struct observer *observer)
 static int set_up(void **state)
 {
     static const struct recording_memory memory;
-    (void)state;
     snapshots = (struct snapshots){.device = &device, .submitted_last = &snapshots.submitted};
     pthread_mutex_init(&snapshots.submitted_lock, NULL);
     device.snapshots = &snapshots;
@@ -108,7 +104,6 @@ static int set_up(void **state)
 
 static int tear_down(void **state)
 {
-    (void)state;
     assert_null(snapshots.submitted);
     assert_int_equal(atomic_load(&ticket.references), 1);
     for (int i = 0; i < 2; i++)
@@ -149,7 +144,6 @@ static void assert_calls(const char *kinds)
 
 static void test_batch_runs_each_consumer_in_order(void **state)
 {
-    (void)state;
     const struct execution *of_last = expect(1), *of_first = expect(0);
     snapshots_run(&snapshots, &batch);
     assert_int_equal(call_count, 4);
@@ -164,7 +158,6 @@ static void test_batch_runs_each_consumer_in_order(void **state)
 /* A command buffer that was submitted twice executes twice: each batch takes the older one. */
 static void test_batch_takes_one_execution_a_command(void **state)
 {
-    (void)state;
     const struct execution *older = expect(0), *newer = expect(0);
     snapshots_run(&snapshots, &batch);
     assert_int_equal(call_count, 2);
@@ -176,7 +169,6 @@ static void test_batch_takes_one_execution_a_command(void **state)
 
 static void test_spoiled_recording_has_lost_executions(void **state)
 {
-    (void)state;
     expect(0);
     atomic_store(&recordings[0]->is_invalidated, true);
     snapshots_run(&snapshots, &batch);
@@ -186,7 +178,6 @@ static void test_spoiled_recording_has_lost_executions(void **state)
 
 static void test_unknown_order_runs_all_that_is_expected(void **state)
 {
-    (void)state;
     const struct execution *older = expect(1), *newer = expect(0);
     snapshots_set_order_unknown(&snapshots, ORDER_UNKNOWN_TOO_MANY_QUEUES);
     assert_calls("rrrr");
@@ -204,7 +195,6 @@ static void test_unknown_order_runs_all_that_is_expected(void **state)
 
 static void test_each_consumer_delivers(void **state)
 {
-    (void)state;
     snapshots_deliver(&device);
     assert_calls("dd");
     assert_ptr_equal(calls[0].observer, &first);
@@ -213,7 +203,6 @@ static void test_each_consumer_delivers(void **state)
 
 static void test_waiting_ends_with_the_first_that_succeeds(void **state)
 {
-    (void)state;
     assert_false(snapshots_wait(&snapshots));
     assert_calls("ww");
     first.waits = true;
@@ -224,7 +213,6 @@ static void test_waiting_ends_with_the_first_that_succeeds(void **state)
 
 static void test_functions_are_optional(void **state)
 {
-    (void)state;
     second.consumer.run = NULL;
     second.consumer.deliver = NULL;
     second.consumer.wait = NULL;
@@ -237,7 +225,6 @@ static void test_functions_are_optional(void **state)
 
 static void test_snapshots_need_no_consumer(void **state)
 {
-    (void)state;
     snapshots.consumers = NULL;
     expect(0);
     expect(1);

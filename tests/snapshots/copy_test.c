@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The shader that copies, by itself: sources of any alignment and size, against memcpy(). */
-#include "tests/snapshots/fixture.h"
+#include "tests/snapshots/scene.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "../state/random.h"
@@ -21,54 +20,25 @@ enum {
     UNTOUCHED = 0xa5,
 };
 
-static struct platform platform;
-static struct fixture fixture;
 static VkPipelineLayout layout;
 static VkPipeline pipeline;
-static struct fixture_buffer source, target, list, gate;
+static struct device_buffer source, target, list, gate;
 
-static void create_pipeline(void)
+static int open_scene(void **state)
 {
-    const VkuDeviceDispatchTable *vk = &fixture.vk;
-    const VkPushConstantRange range = {VK_SHADER_STAGE_COMPUTE_BIT, 0, 2 * sizeof(uint64_t)};
-    const VkPipelineLayoutCreateInfo layout_info = {
-        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-        .pushConstantRangeCount = 1,
-        .pPushConstantRanges = &range,
-    };
-    const VkShaderModuleCreateInfo module_info = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-        .codeSize = sizeof(code),
-        .pCode = code,
-    };
-    VkShaderModule module;
-    GET(vk->CreatePipelineLayout(fixture.device, &layout_info, NULL, &layout));
-    GET(vk->CreateShaderModule(fixture.device, &module_info, NULL, &module));
-    const VkComputePipelineCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                  .module = module,
-                  .pName = "main"},
-        .layout = layout,
-    };
-    GET(vk->CreateComputePipelines(fixture.device, VK_NULL_HANDLE, 1, &info, NULL, &pipeline));
-    vk->DestroyShaderModule(fixture.device, module, NULL);
-}
-
-static void open_fixture(void)
-{
-    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = false});
-    create_pipeline();
+    fixture_open(&fixture, &platform, &(struct instance_settings){.without_layer = true});
+    layout = constants_layout_create(&fixture.vk, fixture.device, 0, 2 * sizeof(uint64_t));
+    pipeline = compute_pipeline_create(&fixture.vk, fixture.device, layout, code, sizeof(code));
     source = fixture_buffer(&fixture, SOURCE_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     target =
         fixture_buffer(&fixture, (VkDeviceSize)ORDERS * ROOM, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     gate = fixture_buffer(&fixture, sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     list = fixture_buffer(&fixture, ORDERS * sizeof(struct copy_order),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    return 0;
 }
 
-static void close_fixture(void)
+static int close_scene(void **state)
 {
     fixture_destroy_buffer(&fixture, &source);
     fixture_destroy_buffer(&fixture, &target);
@@ -77,6 +47,7 @@ static void close_fixture(void)
     fixture.vk.DestroyPipeline(fixture.device, pipeline, NULL);
     fixture.vk.DestroyPipelineLayout(fixture.device, layout, NULL);
     fixture_close(&fixture);
+    return 0;
 }
 
 static struct copy_order draw(struct random *random, uint32_t i)
@@ -111,8 +82,6 @@ static void run(bool is_open)
 
 static void test_copies(void **state)
 {
-    (void)state;
-    open_fixture();
     struct random random = random_of("copy_test");
     struct copy_order *orders = (struct copy_order *)list.bytes;
     for (uint32_t i = 0; i < SOURCE_SIZE; i++)
@@ -129,13 +98,10 @@ static void test_copies(void **state)
         for (uint64_t at = (size + 3) / 4 * 4; at < ROOM; at++)
             assert_int_equal(to[at], UNTOUCHED);
     }
-    close_fixture();
 }
 
 static void test_closed_gate(void **state)
 {
-    (void)state;
-    open_fixture();
     struct copy_order *orders = (struct copy_order *)list.bytes;
     memset(target.bytes, UNTOUCHED, target.size);
     for (uint32_t i = 0; i < ORDERS; i++)
@@ -147,17 +113,12 @@ static void test_closed_gate(void **state)
     for (uint32_t i = 0; i < ORDERS; i++)
         assert_int_equal(orders[i].is_done, 0);
     assert_int_equal(target.bytes[0], UNTOUCHED);
-    close_fixture();
 }
 
 int main(int argc, char **argv)
 {
-    const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "lavapipe");
-    if (reason) {
-        puts(reason);
-        return 77;
-    }
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_copies),
-                                       cmocka_unit_test(test_closed_gate)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_copies, open_scene, close_scene),
+        cmocka_unit_test_setup_teardown(test_closed_gate, open_scene, close_scene)};
+    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

@@ -1,65 +1,36 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A device with acceleration structures, at level content on backend driver or without the layer.
- * What fails though it should not ends the test. */
+/* A device with acceleration structures, with the layer or without it. What fails unexpectedly ends
+ * the test. */
 #ifndef ASSAY_TESTS_SNAPSHOTS_FIXTURE_H
 #define ASSAY_TESTS_SNAPSHOTS_FIXTURE_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include "messages.h"
-#include "platform.h"
-
-#define GET(call) assert_int_equal(call, VK_SUCCESS)
+#include "tests/fixture/instance.h"
 
 struct fixture {
-    const struct platform *platform;
-    struct messages messages;
-    VkInstance instance;
-    VkDebugUtilsMessengerEXT messenger; /* null without the layer */
-    VkuInstanceDispatchTable instance_vk;
-    PFN_vkGetDeviceProcAddr get_device_proc_addr;
-    VkPhysicalDevice physical;
+    struct instance_fixture instance;
     VkDevice device;
     VkuDeviceDispatchTable vk;
     VkQueue queue;
     VkCommandPool pool;
     uint32_t memory_type; /* mapped and coherent */
-    bool has_conditional_rendering;
-};
-
-struct fixture_setup {
-    bool has_layer;
-    const char *level;                  /* NULL: content */
-    const char *budget_mib, *when_full; /* settings; NULL: the default */
 };
 
 void fixture_open(struct fixture *fixture, const struct platform *platform,
-                  const struct fixture_setup *setup);
+                  const struct instance_settings *settings);
 void fixture_close(struct fixture *fixture);
 
-/* Mapped, and all zeros. */
-struct fixture_buffer {
-    VkBuffer handle;
-    VkDeviceMemory memory;
-    VkDeviceSize size;
-    VkDeviceAddress address;
-    unsigned char *bytes;
-};
-struct fixture_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
-                                     VkBufferUsageFlags usage);
-void fixture_destroy_buffer(struct fixture *fixture, struct fixture_buffer *buffer);
+/* Has a device address beside its other usage. */
+struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
+                                    VkBufferUsageFlags usage);
+void fixture_destroy_buffer(struct fixture *fixture, struct device_buffer *buffer);
 
 VkAccelerationStructureKHR fixture_structure(struct fixture *fixture,
-                                             const struct fixture_buffer *buffer,
+                                             const struct device_buffer *buffer,
                                              VkDeviceSize offset, VkDeviceSize size,
                                              VkAccelerationStructureTypeKHR type);
 
 VkCommandBuffer fixture_begin(struct fixture *fixture, VkCommandBufferUsageFlags flags);
+VkCommandBuffer fixture_begin_secondary(struct fixture *fixture, VkCommandBufferUsageFlags flags);
 /* Ends and submits it, and waits. */
 void fixture_finish(struct fixture *fixture, VkCommandBuffer commands);
 VkResult fixture_submit(struct fixture *fixture, VkCommandBuffer commands, VkFence fence);
@@ -69,9 +40,17 @@ VkSemaphore fixture_timeline(struct fixture *fixture);
 void fixture_submit_waiting(struct fixture *fixture, VkCommandBuffer commands, VkSemaphore timeline,
                             VkFence fence);
 
-/* All that was written before is seen by all that comes behind. */
+/* Makes all earlier writes visible to all later commands. */
 void fixture_barrier(struct fixture *fixture, VkCommandBuffer commands);
 
+/* A build of one geometry. */
+struct fixture_build {
+    VkAccelerationStructureGeometryKHR geometry;
+    VkAccelerationStructureBuildGeometryInfoKHR info; /* its sType and geometries are set later */
+    VkAccelerationStructureBuildRangeInfoKHR range;
+};
+void fixture_build(struct fixture *fixture, VkCommandBuffer commands,
+                   const struct fixture_build *build);
 /* A build of `count` AABBs, with scratch memory. */
 void fixture_build_boxes(struct fixture *fixture, VkCommandBuffer commands,
                          VkAccelerationStructureKHR dst, VkDeviceAddress boxes, uint32_t count,

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Executions that level content can't look at because nobody knows when they had their turn, or
  * because the device is lost: each is told. On the null driver, which waits for nothing. */
-#include "tests/snapshots/fixture.h"
+#include "tests/snapshots/scene.h"
 
-#include <stdio.h>
 #include <string.h>
 
 enum { BUFFER_SIZE = 1 << 16 };
@@ -12,42 +11,25 @@ enum { BUFFER_SIZE = 1 << 16 };
     "assay_validation.level = content: builds are not looked at, of executions of command "        \
     "buffers: "
 
-static struct platform platform;
-static struct fixture fixture;
-static struct fixture_buffer boxes, structures, scratch;
-static VkAccelerationStructureKHR blas;
 static VkSemaphore timeline; /* nobody signals it */
 static VkFence fence;
 
-/* ---- the stage */
-
-static void open_fixture(void)
+static void open_scene(void)
 {
-    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true});
-    boxes = fixture_buffer(&fixture, BUFFER_SIZE,
-                           VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
-    structures = fixture_buffer(&fixture, BUFFER_SIZE,
-                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
-    scratch = fixture_buffer(&fixture, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    blas = fixture_structure(&fixture, &structures, 0, BUFFER_SIZE,
-                             VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    scene_open(&(struct scene_setup){.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
     timeline = fixture_timeline(&fixture);
     fence = fixture_fence(&fixture);
-    ((VkAabbPositionsKHR *)boxes.bytes)[0] = (VkAabbPositionsKHR){.minX = 1, .maxX = -1};
+    scene_invalidate_box(0);
 }
 
 /* Without its semaphore, whose end ends waits for it. */
 static void close_rest(void)
 {
     fixture.vk.DestroyFence(fixture.device, fence, NULL);
-    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, blas, NULL);
-    fixture_destroy_buffer(&fixture, &boxes);
-    fixture_destroy_buffer(&fixture, &structures);
-    fixture_destroy_buffer(&fixture, &scratch);
-    fixture_close(&fixture);
+    scene_close();
 }
 
-static void close_fixture(void)
+static void close_scene(void)
 {
     fixture.vk.DestroySemaphore(fixture.device, timeline, NULL);
     close_rest();
@@ -56,8 +38,7 @@ static void close_fixture(void)
 static VkCommandBuffer record(void)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    fixture_build_boxes(&fixture, commands, blas, boxes.address, 1,
-                        (scratch.address + 255) & ~(VkDeviceAddress)255);
+    scene_build_boxes(commands, 1);
     GET(fixture.vk.EndCommandBuffer(commands));
     return commands;
 }
@@ -70,19 +51,20 @@ static VkResult wait(void)
 /* One message, which begins so; it is forgotten. */
 static void expect_told(const char *text)
 {
-    if (fixture.messages.count != 1)
-        fail_msg("%u messages: %s", fixture.messages.count, fixture.messages.items[0].text);
-    if (strncmp(fixture.messages.items[0].text, text, strlen(text)) != 0)
-        fail_msg("\"%s\" is not how this begins: %s", text, fixture.messages.items[0].text);
-    messages_clear(&fixture.messages);
+    if (fixture.instance.messages.count != 1)
+        fail_msg("%u messages: %s", fixture.instance.messages.count,
+                 fixture.instance.messages.items[0].text);
+    if (strncmp(fixture.instance.messages.items[0].text, text, strlen(text)) != 0)
+        fail_msg("\"%s\" is not how this begins: %s", text,
+                 fixture.instance.messages.items[0].text);
+    messages_clear(&fixture.instance.messages);
 }
 
 /* ---- tests */
 
 static void test_complete_for_no_known_reason(void **state)
 {
-    (void)state;
-    open_fixture();
+    open_scene();
     VkCommandBuffer first = record(), second = record();
     fixture_submit_waiting(&fixture, first, timeline, fence);
     fixture_expect_silence(&fixture);
@@ -93,15 +75,14 @@ static void test_complete_for_no_known_reason(void **state)
     GET(fixture_submit(&fixture, second, VK_NULL_HANDLE));
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
     fixture_expect_silence(&fixture);
-    close_fixture();
+    close_scene();
     fixture_expect_silence(&fixture);
 }
 
 /* What is submitted first after the loss is what there is to tell of. */
 static void test_nothing_left_out_until_later(void **state)
 {
-    (void)state;
-    open_fixture();
+    open_scene();
     VkCommandBuffer nothing = fixture_begin(&fixture, 0), commands = record();
     GET(fixture.vk.EndCommandBuffer(nothing));
     fixture_submit_waiting(&fixture, nothing, timeline, fence);
@@ -109,28 +90,26 @@ static void test_nothing_left_out_until_later(void **state)
     fixture_expect_silence(&fixture);
     GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
     expect_told(LEFT_OUT "1, and all from now on,");
-    close_fixture();
+    close_scene();
     fixture_expect_silence(&fixture);
 }
 
 static void test_device_lost(void **state)
 {
-    (void)state;
-    open_fixture();
+    open_scene();
     GET(fixture_submit(&fixture, record(), fence));
     fixture_expect_silence(&fixture);
     platform.null_driver.set_device_lost(true);
     assert_int_equal(wait(), VK_ERROR_DEVICE_LOST);
     expect_told(LEFT_OUT "1 on a device that is lost.");
-    close_fixture();
+    close_scene();
     platform.null_driver.set_device_lost(false);
     fixture_expect_silence(&fixture);
 }
 
 static void test_held_to_the_end(void **state)
 {
-    (void)state;
-    open_fixture();
+    open_scene();
     fixture_submit_waiting(&fixture, record(), timeline, fence);
     fixture_expect_silence(&fixture);
     close_rest();
@@ -139,16 +118,11 @@ static void test_held_to_the_end(void **state)
 
 int main(void)
 {
-    const char *reason = platform_open(&platform, "null");
-    if (reason) {
-        puts(reason);
-        return 77;
-    }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_complete_for_no_known_reason),
         cmocka_unit_test(test_nothing_left_out_until_later),
         cmocka_unit_test(test_device_lost),
         cmocka_unit_test(test_held_to_the_end),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return tests_run(0, NULL, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

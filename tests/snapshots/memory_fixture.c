@@ -8,52 +8,17 @@ static const uint32_t fill_code[] = {
 #include "fill_comp.h"
 };
 
-static void create_fill(struct memory_fixture *memory_fixture)
-{
-    const VkuDeviceDispatchTable *vk = &memory_fixture->fixture.vk;
-    VkDevice device = memory_fixture->fixture.device;
-    const VkPushConstantRange range = {VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(struct constants)};
-    const VkPipelineLayoutCreateInfo layout = {
-        .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-        .pushConstantRangeCount = 1,
-        .pPushConstantRanges = &range,
-    };
-    const VkShaderModuleCreateInfo code = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-        .codeSize = sizeof(fill_code),
-        .pCode = fill_code,
-    };
-    VkShaderModule module;
-    for (int i = 0; i < 2; i++)
-        GET(vk->CreatePipelineLayout(device, &layout, NULL, &memory_fixture->layouts[i]));
-    GET(vk->CreateShaderModule(device, &code, NULL, &module));
-    const VkComputePipelineCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                  .module = module,
-                  .pName = "main"},
-        .layout = memory_fixture->layouts[0],
-    };
-    GET(vk->CreateComputePipelines(device, VK_NULL_HANDLE, 1, &info, NULL, &memory_fixture->fill));
-    vk->DestroyShaderModule(device, module, NULL);
-}
-
 static void write_instances(struct memory_fixture *memory_fixture)
 {
     VkAccelerationStructureInstanceKHR instances[INSTANCES] = {0};
     uint64_t pointers[INSTANCES];
     for (uint32_t i = 0; i < INSTANCES; i++) {
-        const VkAccelerationStructureDeviceAddressInfoKHR info = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-            .accelerationStructure = memory_fixture->blases[i % BLASES],
-        };
         for (int j = 0; j < 3; j++)
             instances[i].transform.matrix[j][j] = 1;
         instances[i].mask = 0xff;
         instances[i].accelerationStructureReference =
-            memory_fixture->fixture.vk.GetAccelerationStructureDeviceAddressKHR(
-                memory_fixture->fixture.device, &info);
+            structure_address(&memory_fixture->fixture.vk, memory_fixture->fixture.device,
+                              memory_fixture->blases[i % BLASES]);
         pointers[i] = memory_fixture->instances.address + i * sizeof(instances[0]);
     }
     memcpy(memory_fixture->instances_written, instances, sizeof(instances));
@@ -69,9 +34,9 @@ void memory_fixture_open(struct memory_fixture *memory_fixture, const struct pla
     const VkBufferUsageFlags input =
         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
         VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
-    const struct fixture_setup setup = {.has_layer = has_layer};
+    const struct instance_settings settings = {.level = "content", .without_layer = !has_layer};
     struct fixture *fixture = &memory_fixture->fixture;
-    fixture_open(fixture, platform, &setup);
+    fixture_open(fixture, platform, &settings);
     for (int i = 0; i < BUFFERS; i++)
         memory_fixture->inputs[i] = fixture_buffer(
             fixture, SIZE, input | (i ? 0 : (VkBufferUsageFlags)VK_BUFFER_USAGE_TRANSFER_SRC_BIT));
@@ -90,12 +55,16 @@ void memory_fixture_open(struct memory_fixture *memory_fixture, const struct pla
         fixture_structure(fixture, &memory_fixture->structures, BLASES * STRUCTURE_SIZE,
                           STRUCTURE_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
     memory_fixture->conditions = fixture_buffer(fixture, 2 * sizeof(uint32_t),
-                                                fixture->has_conditional_rendering
+                                                instance_fixture_has_conditions(&fixture->instance)
                                                     ? VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT
                                                     : VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     ((uint32_t *)memory_fixture->conditions.bytes)[1] = 1;
     write_instances(memory_fixture);
-    create_fill(memory_fixture);
+    for (int i = 0; i < 2; i++)
+        memory_fixture->layouts[i] =
+            constants_layout_create(&fixture->vk, fixture->device, 0, sizeof(struct constants));
+    memory_fixture->fill = compute_pipeline_create(
+        &fixture->vk, fixture->device, memory_fixture->layouts[0], fill_code, sizeof(fill_code));
 }
 
 void memory_fixture_close(struct memory_fixture *memory_fixture)

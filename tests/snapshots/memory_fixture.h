@@ -29,9 +29,9 @@ struct constants {
 
 struct memory_fixture {
     struct fixture fixture;
-    struct fixture_buffer inputs[BUFFERS], instances, structures, scratch;
-    struct fixture_buffer conditions; /* two words: one that is false, and one that is true */
-    bool is_conditional;              /* the command buffer that is recorded */
+    struct device_buffer inputs[BUFFERS], instances, structures, scratch;
+    struct device_buffer conditions; /* two words: one that is false, and one that is true */
+    bool is_conditional;             /* the command buffer that is recorded */
     unsigned char instances_written[POINTERS_AT + INSTANCES * 8]; /* by the host, alone */
     VkAccelerationStructureKHR blases[BLASES], tlas;
     VkPipelineLayout layouts[2]; /* with the same push constants: compatible */

@@ -3,8 +3,8 @@
  * at level content and without it: the application's memory is the same after each submission, and
  * what is valid stays without a message. */
 #include "tests/snapshots/memory_fixture.h"
+#include "tests/snapshots/scene.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,7 +12,6 @@
 
 enum { PROGRAMS = 12, SUBMISSIONS = 8, STEPS = 24 };
 
-static struct platform platform;
 static struct memory_fixture memory_fixtures[2]; /* with the layer, and without it */
 
 /* ---- steps: what each does is drawn once, and recorded in both memory_fixtures */
@@ -180,7 +179,8 @@ static void begin_or_end_condition(struct memory_fixture *memory_fixture, const 
         .offset = step->count % 2 * sizeof(uint32_t),
         .flags = step->first % 2 ? VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT : 0,
     };
-    if (memory_fixture->is_conditional || !memory_fixture->fixture.has_conditional_rendering) {
+    if (memory_fixture->is_conditional ||
+        !instance_fixture_has_conditions(&memory_fixture->fixture.instance)) {
         end_condition(memory_fixture);
         return;
     }
@@ -291,7 +291,6 @@ static void play(struct random *random, uint32_t steps, bool builds_all)
 
 static void test_memory_is_the_same(void **state)
 {
-    (void)state;
     struct random random = random_of("memory_test");
     for (int program = 0; program < PROGRAMS; program++) {
         memory_fixture_open(&memory_fixtures[0], &platform, true);
@@ -310,11 +309,6 @@ static void test_memory_is_the_same(void **state)
 
 int main(int argc, char **argv)
 {
-    const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "lavapipe");
-    if (reason) {
-        puts(reason);
-        return 77;
-    }
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_memory_is_the_same)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

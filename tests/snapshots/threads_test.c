@@ -2,10 +2,9 @@
 /* Threads that record, submit and wait at once at level content on backend driver, each with
  * command buffers and data of its own, for thread sanitizers; and a device that is lost meanwhile.
  */
-#include "tests/snapshots/fixture.h"
+#include "tests/snapshots/scene.h"
 
 #include <pthread.h>
-#include <stdio.h>
 #include <string.h>
 
 enum {
@@ -17,13 +16,11 @@ enum {
     DATA_SIZE = BOXES * sizeof(VkAabbPositionsKHR),
 };
 
-static struct platform platform;
-static struct fixture fixture;
 static pthread_mutex_t queue_lock = PTHREAD_MUTEX_INITIALIZER;
 
 struct worker {
     struct fixture own; /* with a command pool of its own */
-    struct fixture_buffer boxes, structures, scratch;
+    struct device_buffer boxes, structures, scratch;
     VkAccelerationStructureKHR blas;
     VkFence fence;
     VkResult result; /* of what it did last */
@@ -31,18 +28,12 @@ struct worker {
 
 static void open_worker(struct worker *worker)
 {
-    const VkCommandPoolCreateInfo pool = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-        .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
-    };
     *worker = (struct worker){.fence = fixture_fence(&fixture)};
-    worker->own.platform = fixture.platform;
     worker->own.device = fixture.device;
     worker->own.vk = fixture.vk;
     worker->own.queue = fixture.queue;
-    GET(fixture.vk.CreateCommandPool(fixture.device, &pool, NULL, &worker->own.pool));
-    worker->boxes = fixture_buffer(
-        &fixture, DATA_SIZE, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    worker->own.pool = command_pool_create(&fixture.vk, fixture.device);
+    worker->boxes = scene_input(DATA_SIZE);
     worker->structures = fixture_buffer(&fixture, STRUCTURE_SIZE,
                                         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
     worker->scratch = fixture_buffer(&fixture, SCRATCH_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
@@ -103,9 +94,8 @@ static void run_threads(struct worker *workers, void (*meanwhile)(void))
 
 static void test_threads(void **state)
 {
-    (void)state;
     struct worker workers[THREADS];
-    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true});
+    fixture_open(&fixture, &platform, &(struct instance_settings){.level = "content"});
     run_threads(workers, NULL);
     for (int i = 0; i < THREADS; i++) {
         GET(workers[i].result);
@@ -123,33 +113,27 @@ static void lose_device(void)
 /* Of what may not have executed nothing is said but that, and nobody waits for it. */
 static void test_lost_device(void **state)
 {
-    (void)state;
     if (!platform.is_null)
         skip();
     struct worker workers[THREADS];
-    fixture_open(&fixture, &platform, &(struct fixture_setup){.has_layer = true});
+    fixture_open(&fixture, &platform, &(struct instance_settings){.level = "content"});
     run_threads(workers, lose_device);
     for (int i = 0; i < THREADS; i++) {
         assert_true(workers[i].result == VK_SUCCESS || workers[i].result == VK_ERROR_DEVICE_LOST);
         close_worker(&workers[i]);
     }
-    for (uint32_t i = 0; i < messages_kept(&fixture.messages); i++)
-        if (!strstr(fixture.messages.items[i].text, " is lost"))
-            fail_msg("%s", fixture.messages.items[i].text);
+    for (uint32_t i = 0; i < messages_kept(&fixture.instance.messages); i++)
+        if (!strstr(fixture.instance.messages.items[i].text, " is lost"))
+            fail_msg("%s", fixture.instance.messages.items[i].text);
     fixture_close(&fixture);
     platform.null_driver.set_device_lost(false);
 }
 
 int main(int argc, char **argv)
 {
-    const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "null");
-    if (reason) {
-        puts(reason);
-        return 77;
-    }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_lost_device),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return tests_run(argc, argv, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }
