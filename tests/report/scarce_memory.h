@@ -5,8 +5,10 @@
 
 #include <stdbool.h>
 
-/* The allocation after `count` others fails, once. Not for tests with threads. */
-void memory_fail_after(int count);
+/* The condition of a loop over counts from 0 on: true until no allocation failed in the last round.
+ * In the round that begins, the allocation after `count` others fails, once. Fails the test if
+ * there were no three rounds. Not for tests with threads. */
+bool memory_is_scarce(int count);
 
 /* Turns that off again. Returns true if an allocation has failed. */
 bool memory_fail_no_more(void);
