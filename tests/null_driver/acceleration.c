@@ -8,34 +8,20 @@ static VkDeviceAddress buffer_address(uint64_t handle)
     return buffer != NULL ? buffer->buffer.address : 0;
 }
 
-VkResult null_CreateAccelerationStructureKHR(
-    VkDevice device, const VkAccelerationStructureCreateInfoKHR *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
+void init_CreateAccelerationStructureKHR(struct object *as,
+                                         const VkAccelerationStructureCreateInfoKHR *pCreateInfo)
 {
-    struct object *as =
-        object_create(OBJECT(device), VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, NULL);
-    if (as == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     as->as.buffer = RAW(pCreateInfo->buffer);
     as->as.offset = pCreateInfo->offset;
     as->as.fallback = pCreateInfo->deviceAddress;
     if (as->as.fallback == 0 && buffer_address(as->as.buffer) == 0)
         as->as.fallback = address_allocate(NULL, pCreateInfo->size);
-    *pAccelerationStructure = HANDLE(VkAccelerationStructureKHR, as->handle);
-    return VK_SUCCESS;
 }
 
-VkResult null_CreateAccelerationStructure2KHR(
-    VkDevice device, const VkAccelerationStructureCreateInfo2KHR *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
+void init_CreateAccelerationStructure2KHR(struct object *as,
+                                          const VkAccelerationStructureCreateInfo2KHR *pCreateInfo)
 {
-    struct object *as =
-        object_create(OBJECT(device), VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, NULL);
-    if (as == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     as->as.fallback = pCreateInfo->addressRange.address;
-    *pAccelerationStructure = HANDLE(VkAccelerationStructureKHR, as->handle);
-    return VK_SUCCESS;
 }
 
 VkDeviceAddress null_GetAccelerationStructureDeviceAddressKHR(

@@ -36,19 +36,14 @@ static VkDeviceAddress first_address(const struct null_driver_config *config,
                : 0;
 }
 
-VkResult null_CreateBuffer(VkDevice device, const VkBufferCreateInfo *pCreateInfo,
-                           const VkAllocationCallbacks *pAllocator, VkBuffer *pBuffer)
+void init_CreateBuffer(struct object *buffer, const VkBufferCreateInfo *pCreateInfo)
 {
-    struct object *buffer = object_create(OBJECT(device), VK_OBJECT_TYPE_BUFFER, release_buffer);
-    if (buffer == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    buffer->release = release_buffer;
     buffer->buffer.size = pCreateInfo->size;
     buffer->buffer.flags = pCreateInfo->flags;
-    buffer->buffer.address = first_address(CONFIG(device), pCreateInfo);
+    buffer->buffer.address = first_address(buffer->config, pCreateInfo);
     if (pCreateInfo->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
         address_add_object(buffer, buffer->buffer.address, buffer->buffer.size);
-    *pBuffer = HANDLE(VkBuffer, buffer->handle);
-    return VK_SUCCESS;
 }
 
 void buffer_bind(struct object *buffer, const struct binding *binding)

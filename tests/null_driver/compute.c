@@ -23,16 +23,9 @@ static enum shader shader_of(const VkShaderModuleCreateInfo *info)
     return SHADER_NONE;
 }
 
-VkResult null_CreateShaderModule(VkDevice device, const VkShaderModuleCreateInfo *pCreateInfo,
-                                 const VkAllocationCallbacks *pAllocator,
-                                 VkShaderModule *pShaderModule)
+void init_CreateShaderModule(struct object *object, const VkShaderModuleCreateInfo *pCreateInfo)
 {
-    struct object *object = object_create(OBJECT(device), VK_OBJECT_TYPE_SHADER_MODULE, NULL);
-    if (object == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     object->shader = shader_of(pCreateInfo);
-    *pShaderModule = HANDLE(VkShaderModule, object->handle);
-    return VK_SUCCESS;
 }
 
 VkResult null_CreateComputePipelines(VkDevice device, VkPipelineCache pipelineCache,

@@ -106,6 +106,13 @@ class Command:
         deferred = "deferred_start(device, deferredOperation)"
         is_deferred = "deferredOperation" in self.names
         handle = self.registry.handles.get(self.types[-1])
+        if self.is_creation():
+            return [f"struct object *object = object_create(OBJECT({self.names[0]}), {handle}, NULL);",
+                    "if (object == NULL)",
+                    "    return VK_ERROR_OUT_OF_HOST_MEMORY;",
+                    f"init_{self.name}(object, pCreateInfo);",
+                    f"*{self.names[-1]} = HANDLE({self.types[-1]}, object->handle);",
+                    "return VK_SUCCESS;"]
         if self.name.startswith("Create") and handle:
             count = self.parameters[-1].get("len", "1")
             return [f"const VkResult result = objects_create(OBJECT({self.names[0]}), {handle}, "
@@ -124,6 +131,11 @@ class Command:
                       if name in lengths and name.startswith("p") and kind in ("uint32_t", "size_t")]
         return statements + ([] if self.returns == "void" else ["return 0;"])
 
+    def is_creation(self):
+        """Whether it creates one object as a structure says."""
+        return self.name.startswith("Create") and self.names[1:2] == ["pCreateInfo"] \
+            and self.types[-1] in self.registry.handles
+
     def source(self):
         call = f"null_{self.name}({', '.join(self.names)})"
         if self.returns == "VkResult":
@@ -132,7 +144,9 @@ class Command:
         else:
             entry = [f"entry_count(ENTRY_{self.name});",
                      call + ";" if self.returns == "void" else f"return {call};"]
-        return "".join(
+        init = f"\n__attribute__((weak)) void init_{self.name}(struct object *object, " \
+               f"const {self.types[1]} *pCreateInfo)\n{{\n}}\n" if self.is_creation() else ""
+        return init + "".join(
             f"\n{head} {self.returns} {prefix}_{self.name}({self.declaration})\n"
             + "{\n" + "".join(f"    {line}\n" for line in body) + "}\n"
             for head, prefix, body in (("__attribute__((weak))", "null", self.default()),
@@ -165,7 +179,10 @@ def header(registry, commands):
         HEAD, "#define EXTENSIONS(EXTENSION)",
         *(f" \\\n    EXTENSION({name}, {promoted})" for promoted, name in extensions),
         "\n\n#define ENTRIES(ENTRY)",
-        *(f" \\\n    ENTRY({command.name})" for command in commands), "\n"])
+        *(f" \\\n    ENTRY({command.name})" for command in commands),
+        "\n\n#define CREATIONS(CREATION)",
+        *(f" \\\n    CREATION({command.name}, {command.types[1]})"
+          for command in commands if command.is_creation()), "\n"])
 
 
 def stubs(commands, rows):

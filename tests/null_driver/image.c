@@ -21,15 +21,9 @@ static VkMemoryRequirements requirements(const struct null_driver_config *config
     };
 }
 
-VkResult null_CreateImage(VkDevice device, const VkImageCreateInfo *pCreateInfo,
-                          const VkAllocationCallbacks *pAllocator, VkImage *pImage)
+void init_CreateImage(struct object *image, const VkImageCreateInfo *pCreateInfo)
 {
-    struct object *image = object_create(OBJECT(device), VK_OBJECT_TYPE_IMAGE, NULL);
-    if (image == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    image->image = requirements(CONFIG(device), pCreateInfo);
-    *pImage = HANDLE(VkImage, image->handle);
-    return VK_SUCCESS;
+    image->image = requirements(image->config, pCreateInfo);
 }
 
 static VkMemoryRequirements requirements_of(VkImage image)

@@ -256,6 +256,13 @@ enum entry {
 ENTRIES(ENTRY)
 #undef ENTRY
 
+/* What a command that creates one object does to it before the application has its handle. Nothing,
+ * unless a file here defines it. */
+#define CREATION(name, info_type)                                                                  \
+    void init_##name(struct object *object, const info_type *pCreateInfo);
+CREATIONS(CREATION)
+#undef CREATION
+
 enum level { INSTANCE, PHYSICAL, DEVICE };
 
 /* A name of a command. The guard is the core version, or the extension to enable, with which

@@ -18,19 +18,11 @@ static uint64_t primitives_of(const VkAccelerationStructureInfoNV *info)
     return primitives;
 }
 
-VkResult null_CreateAccelerationStructureNV(VkDevice device,
-                                            const VkAccelerationStructureCreateInfoNV *pCreateInfo,
-                                            const VkAllocationCallbacks *pAllocator,
-                                            VkAccelerationStructureNV *pAccelerationStructure)
+void init_CreateAccelerationStructureNV(struct object *as,
+                                        const VkAccelerationStructureCreateInfoNV *pCreateInfo)
 {
-    struct object *as =
-        object_create(OBJECT(device), VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, NULL);
-    if (as == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     as->as_nv.primitives = primitives_of(&pCreateInfo->info);
     as->as_nv.compacted = pCreateInfo->compactedSize;
-    *pAccelerationStructure = HANDLE(VkAccelerationStructureNV, as->handle);
-    return VK_SUCCESS;
 }
 
 static VkDeviceSize size_of(const struct null_driver_sizes *sizes, const struct object *as,

@@ -11,16 +11,9 @@ static void release_slot(struct object *slot)
     free(slot->private_data.values);
 }
 
-VkResult null_CreatePrivateDataSlot(VkDevice device, const VkPrivateDataSlotCreateInfo *pCreateInfo,
-                                    const VkAllocationCallbacks *pAllocator,
-                                    VkPrivateDataSlot *pPrivateDataSlot)
+void init_CreatePrivateDataSlot(struct object *slot, const VkPrivateDataSlotCreateInfo *pCreateInfo)
 {
-    struct object *slot =
-        object_create(OBJECT(device), VK_OBJECT_TYPE_PRIVATE_DATA_SLOT, release_slot);
-    if (slot == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    *pPrivateDataSlot = HANDLE(VkPrivateDataSlot, slot->handle);
-    return VK_SUCCESS;
+    slot->release = release_slot;
 }
 
 static struct private_value *find(const struct object *slot, VkObjectType type, uint64_t handle)

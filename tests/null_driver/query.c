@@ -35,15 +35,9 @@ void query_write(const struct null_driver_config *config, uint32_t count, VkQuer
         write_value((char *)data + i * stride, sizeof(value), value);
 }
 
-VkResult null_CreateQueryPool(VkDevice device, const VkQueryPoolCreateInfo *pCreateInfo,
-                              const VkAllocationCallbacks *pAllocator, VkQueryPool *pQueryPool)
+void init_CreateQueryPool(struct object *pool, const VkQueryPoolCreateInfo *pCreateInfo)
 {
-    struct object *pool = object_create(OBJECT(device), VK_OBJECT_TYPE_QUERY_POOL, NULL);
-    if (pool == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     pool->query_type = pCreateInfo->queryType;
-    *pQueryPool = HANDLE(VkQueryPool, pool->handle);
-    return VK_SUCCESS;
 }
 
 /* All queries are available at once. */

@@ -75,15 +75,9 @@ static VkResult wait_until(bool (*done)(const void *what), const void *what, uin
 
 /* ---- fences */
 
-VkResult null_CreateFence(VkDevice device, const VkFenceCreateInfo *pCreateInfo,
-                          const VkAllocationCallbacks *pAllocator, VkFence *pFence)
+void init_CreateFence(struct object *fence, const VkFenceCreateInfo *pCreateInfo)
 {
-    struct object *fence = object_create(OBJECT(device), VK_OBJECT_TYPE_FENCE, NULL);
-    if (fence == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     fence->fence_signaled = pCreateInfo->flags & VK_FENCE_CREATE_SIGNALED_BIT;
-    *pFence = HANDLE(VkFence, fence->handle);
-    return VK_SUCCESS;
 }
 
 static void set_fence(VkFence fence, bool signaled)
@@ -140,17 +134,11 @@ VkResult null_GetFenceStatus(VkDevice device, VkFence fence)
 
 /* ---- semaphores: binary ones have no state, as nothing ever waits for them */
 
-VkResult null_CreateSemaphore(VkDevice device, const VkSemaphoreCreateInfo *pCreateInfo,
-                              const VkAllocationCallbacks *pAllocator, VkSemaphore *pSemaphore)
+void init_CreateSemaphore(struct object *semaphore, const VkSemaphoreCreateInfo *pCreateInfo)
 {
-    struct object *semaphore = object_create(OBJECT(device), VK_OBJECT_TYPE_SEMAPHORE, NULL);
-    if (semaphore == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     const VkSemaphoreTypeCreateInfo *type =
         chain_find(pCreateInfo->pNext, VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO);
     semaphore->semaphore_value = type != NULL ? type->initialValue : 0;
-    *pSemaphore = HANDLE(VkSemaphore, semaphore->handle);
-    return VK_SUCCESS;
 }
 
 void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value)
