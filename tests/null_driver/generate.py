@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Generates the null driver's tables and stubs from the registry: extensions and entry points
-(generated.h), the function of each entry point and what it does by default (stubs.c)."""
+(generated.h), the structures of features, the function of each entry point and what it does by
+default (stubs.c)."""
 
 import argparse
 import pathlib
@@ -172,6 +173,36 @@ def read_commands(registry):
             sorted(rows.values(), key=lambda row: row[1]))
 
 
+def members_of(structure):
+    return [member.findtext("name") for member in structure.iterfind("member")
+            if is_of_vulkan(member) and member.findtext("name") not in ("sType", "pNext")]
+
+
+def feature_rows(registry):
+    """Yields the initializer of each struct feature_row."""
+    structures = {structure.get("name"): structure
+                  for structure in registry.tree.iterfind("types/type[@category='struct']")}
+    homes = {member: (name, structures[name].find("member").get("values"))
+             for name in (f"VkPhysicalDeviceVulkan1{minor}Features" for minor in range(1, 5))
+             for member in members_of(structures[name])}
+    core = "VkPhysicalDeviceFeatures2"
+    rows = {}
+    for guard, name in registry.owned("type"):
+        name = structures[name].get("alias", name) if name in structures else None
+        if name and (name == core or core in structures[name].get("structextends", "").split(",")):
+            rows[guard, name] = structures[name]
+    of_core = {name for guard, name in rows if guard.startswith("V1_")}
+    for (guard, name), structure in rows.items():
+        kind = structure.find("member").get("values")
+        members = members_of(structures["VkPhysicalDeviceFeatures"] if name == core else structure)
+        owner, home = homes.get(members[0], (name, kind)) if name in of_core else (name, kind)
+        first = "features" if name == core else members[0]
+        is_beta = registry.extensions.get("VK_" + guard, structure).get("platform") == "provisional"
+        row = f"    {{{kind}, {guard}, {16 + 4 * len(members)}, {home}, " \
+              f"offsetof({owner}, {first})}},\n"
+        yield f"#ifdef VK_{guard}\n{row}#endif\n" if is_beta else row
+
+
 def header(registry, commands):
     """Extensions in the order of the core version that includes them."""
     extensions = sorted((registry.promoted(name), name[3:]) for name in registry.device)
@@ -185,14 +216,16 @@ def header(registry, commands):
           for command in commands if command.is_creation()), "\n"])
 
 
-def stubs(commands, rows):
+def stubs(registry, commands, rows):
     return "".join([
         HEAD, '#include "tests/null_driver/internal.h"\n',
         *(command.source() for command in commands),
         "\nconst struct entry_point entry_points[] = {\n",
         *(f'    {{"vk{name}", (PFN_vkVoidFunction)entry_{target}, ENTRY_{target}, {level}, '
           f"{guard}}},\n" for level, name, target, guard in rows),
-        "};\nconst size_t entry_point_count = COUNT_OF(entry_points);\n"])
+        "};\nconst size_t entry_point_count = COUNT_OF(entry_points);\n",
+        "\nconst struct feature_row feature_rows[] = {\n", *feature_rows(registry),
+        "};\nconst size_t feature_row_count = COUNT_OF(feature_rows);\n"])
 
 
 def main():
@@ -204,7 +237,7 @@ def main():
     commands, rows = read_commands(registry)
     arguments.out.mkdir(parents=True, exist_ok=True)
     (arguments.out / "generated.h").write_text(header(registry, commands))
-    (arguments.out / "stubs.c").write_text(stubs(commands, rows))
+    (arguments.out / "stubs.c").write_text(stubs(registry, commands, rows))
 
 
 if __name__ == "__main__":

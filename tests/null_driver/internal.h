@@ -45,6 +45,19 @@ bool guard_is_known(const struct null_driver_config *config, enum guard guard);
 /* A copy of the current one. */
 struct null_driver_config config_current(void);
 
+/* A structure of features: VkBool32 members behind sType and pNext. If they are also members of a
+ * VkPhysicalDeviceVulkan1xFeatures, in the same order, the first of them there is its home, and
+ * they share their values. generate.py makes a row for each way in which a structure is offered. */
+struct feature_row {
+    VkStructureType sType;
+    enum guard guard;
+    uint32_t end;         /* of the last member; there may be padding behind it */
+    VkStructureType home; /* its own sType if it shares with none */
+    uint32_t home_offset;
+};
+extern const struct feature_row feature_rows[];
+extern const size_t feature_row_count;
+
 bool feature_is_on(const struct null_driver_config *config, VkStructureType sType, uint32_t offset);
 void features_fill(const struct null_driver_config *config, VkPhysicalDeviceFeatures2 *features);
 /* Whether all features asked for are on; pEnabledFeatures may be NULL. */
