@@ -108,7 +108,8 @@ class Command:
         is_deferred = "deferredOperation" in self.names
         handle = self.registry.handles.get(self.types[-1])
         if self.is_creation():
-            return [f"struct object *object = object_create(OBJECT({self.names[0]}), {handle}, NULL);",
+            return [f"struct object *object = object_create(OBJECT({self.names[0]}), {handle}, "
+                    "NULL);",
                     "if (object == NULL)",
                     "    return VK_ERROR_OUT_OF_HOST_MEMORY;",
                     f"init_{self.name}(object, pCreateInfo);",
@@ -128,8 +129,8 @@ class Command:
                 return [f"object_destroy_dispatchable({self.names[0]}, {kind});"]
             return [f"object_destroy(RAW({self.names[1]}), {kind});"]
         lengths = {parameter.get("len") for parameter in self.parameters}
-        statements = [f"*{name} = 0;" for name, kind in zip(self.names, self.types)
-                      if name in lengths and name.startswith("p") and kind in ("uint32_t", "size_t")]
+        counts = [name for name in self.names if name in lengths and name.startswith("p")]
+        statements = [f"*{name} = 0;" for name in counts]
         return statements + ([] if self.returns == "void" else ["return 0;"])
 
     def is_creation(self):

@@ -105,10 +105,13 @@ static const struct property_row rows[] = {
     PART(V1_0, ID_PROPERTIES, vulkan11, deviceUUID, deviceLUIDValid)
     PART(V1_1, SUBGROUP_PROPERTIES, vulkan11, subgroupSize, subgroupQuadOperationsInAllStages)
     PART(V1_1, PROTECTED_MEMORY_PROPERTIES, vulkan11, protectedNoFault, protectedNoFault)
-    PART(KHR_maintenance3, MAINTENANCE_3_PROPERTIES, vulkan11, maxPerSetDescriptors, maxMemoryAllocationSize)
+    PART(KHR_maintenance3, MAINTENANCE_3_PROPERTIES, vulkan11, maxPerSetDescriptors,
+         maxMemoryAllocationSize)
     PART(KHR_maintenance4, MAINTENANCE_4_PROPERTIES, vulkan13, maxBufferSize, maxBufferSize)
-    PART(KHR_timeline_semaphore, TIMELINE_SEMAPHORE_PROPERTIES, vulkan12, maxTimelineSemaphoreValueDifference, maxTimelineSemaphoreValueDifference)
-    PART(KHR_push_descriptor, PUSH_DESCRIPTOR_PROPERTIES, vulkan14, maxPushDescriptors, maxPushDescriptors)
+    PART(KHR_timeline_semaphore, TIMELINE_SEMAPHORE_PROPERTIES, vulkan12,
+         maxTimelineSemaphoreValueDifference, maxTimelineSemaphoreValueDifference)
+    PART(KHR_push_descriptor, PUSH_DESCRIPTOR_PROPERTIES, vulkan14, maxPushDescriptors,
+         maxPushDescriptors)
     ROW(EXT_external_memory_host, EXTERNAL_MEMORY_HOST_PROPERTIES_EXT, external_memory_host)
     CONFIGURED(KHR_acceleration_structure, ACCELERATION_STRUCTURE_PROPERTIES_KHR, as_properties)
     CONFIGURED(NV_ray_tracing, RAY_TRACING_PROPERTIES_NV, nv_properties)
@@ -116,7 +119,8 @@ static const struct property_row rows[] = {
     CONFIGURED(EXT_opacity_micromap, OPACITY_MICROMAP_PROPERTIES_EXT, micromap_properties)
     CONFIGURED(KHR_opacity_micromap, OPACITY_MICROMAP_PROPERTIES_KHR, micromap_properties_khr)
 #ifdef VK_NV_displacement_micromap
-    CONFIGURED(NV_displacement_micromap, DISPLACEMENT_MICROMAP_PROPERTIES_NV, displacement_properties)
+    CONFIGURED(NV_displacement_micromap, DISPLACEMENT_MICROMAP_PROPERTIES_NV,
+               displacement_properties)
 #endif
 };
 /* clang-format on */

@@ -111,7 +111,6 @@ PFN_vkVoidFunction calls_driver_proc_addr(VkInstance instance, const char *name)
 
 VkResult calls_set_loader_data(VkDevice device, void *object)
 {
-    (void)device;
     set_key(object, &device_key);
     return VK_SUCCESS;
 }
