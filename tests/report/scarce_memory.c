@@ -1,6 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The wrapped allocation functions. */
-#include "hearing.h"
+#include "scarce_memory.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
 
 enum { OFF = -1 };
 
@@ -18,14 +25,19 @@ void *__wrap_calloc(size_t count, size_t size);
 void *__wrap_realloc(void *old, size_t size);
 char *__wrap_strdup(const char *text);
 
+void memory_fail_after(int count)
+{
+    left = count;
+    has_failed = false;
+}
+
 bool memory_is_scarce(int count)
 {
     if (count > 0 && !has_failed) {
         assert_true(count > 2); /* memory did run out */
         return false;
     }
-    left = count;
-    has_failed = false;
+    memory_fail_after(count);
     return true;
 }
 
