@@ -40,7 +40,6 @@ static void *small_blas;
 
 static const void *find_small(void *context, uint64_t reference)
 {
-    (void)context;
     return reference % 2 ? small_blas : NULL;
 }
 
@@ -51,7 +50,6 @@ static const void *find_micromap(void *context, uint64_t reference)
     static const uint8_t data[8] = {0x5a, 0x12, 0x34, 0x1b, 0xff, 0, 0x80, 1};
     static const VkMicromapUsageEXT usages[2] = {{1, 2, 1}, {1, 1, 2}};
     static const VkMicromapTriangleEXT triangles[2] = {{0, 2, 1}, {3, 1, 2}};
-    (void)context;
     if (micromap[0] == 0) {
         const struct micromap_input input = {VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
                                              2,
@@ -69,7 +67,6 @@ static const void *find_micromap(void *context, uint64_t reference)
 
 static enum trace_answer pass_on(void *context, struct trace_hit *candidate)
 {
-    (void)context;
     return candidate->primitive % 2 ? TRACE_ACCEPT : TRACE_IGNORE;
 }
 

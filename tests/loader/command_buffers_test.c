@@ -3,21 +3,15 @@
  * skips the command, and reports the handle if the command builds. */
 #define _GNU_SOURCE /* MAP_ANONYMOUS, dladdr */
 #include <dlfcn.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 
-#include <cmocka.h>
-
 #include "layer/cpu/commands.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/snapshots/commands.h"
-#include "tests/rules/fixture.h"
+#include "loader_test.h"
 
 #define WARNING_ID "ASSAY-warning"
 
@@ -51,7 +45,7 @@ static const char *id_of(const char *name)
         {"vkCmdBuildAccelerationStructureNV",
          "VUID-vkCmdBuildAccelerationStructureNV-commandBuffer-parameter"},
     };
-    for (size_t i = 0; i < sizeof(ids) / sizeof(ids[0]); i++)
+    for (size_t i = 0; i < LENGTH(ids); i++)
         if (strcmp(name, ids[i][0]) == 0)
             return ids[i][1];
     return NULL;
@@ -66,22 +60,20 @@ typedef VkResult(VKAPI_PTR *any_command)(const void *handle, uint64_t, uint64_t,
 
 /* ---- a device with all extensions that are offered, so that it has all commands */
 
-struct command_fixture {
-    struct fixture fixture;
-    VkDevice device, destroyed;
-    VkuDeviceDispatchTable vk;
-    const char *level;
-    const void *unreadable, *garbage, *zeros;
-    uint32_t called; /* commands, by the last call_all() */
-};
+static struct fixture fixture;
+static VkDevice device;
+static VkuDeviceDispatchTable vk;
+static const char *level;
+static const void *unreadable, *garbage, *zeros;
+static uint32_t called; /* commands, by the last call_all() */
 
-static VkDevice create_device(const struct fixture *fixture)
+static VkDevice create_device(void)
 {
     static VkExtensionProperties offered[EXTENSIONS_MAX];
     static const char *names[EXTENSIONS_MAX];
     uint32_t count = EXTENSIONS_MAX;
-    expect_success(fixture->vki.EnumerateDeviceExtensionProperties(fixture->physical_device, NULL,
-                                                                   &count, offered),
+    expect_success(fixture.vki.EnumerateDeviceExtensionProperties(fixture.physical_device, NULL,
+                                                                  &count, offered),
                    "vkEnumerateDeviceExtensionProperties");
     for (uint32_t i = 0; i < count; i++)
         names[i] = offered[i].extensionName;
@@ -98,23 +90,22 @@ static VkDevice create_device(const struct fixture *fixture)
         .enabledExtensionCount = count,
         .ppEnabledExtensionNames = names,
     };
-    VkDevice device;
-    expect_success(fixture->create_device(fixture->physical_device, &create_info, NULL, &device),
+    VkDevice created;
+    expect_success(fixture.create_device(fixture.physical_device, &create_info, NULL, &created),
                    "vkCreateDevice");
-    return device;
+    return created;
 }
 
-static VkCommandPool create_pool(VkDevice device, const VkuDeviceDispatchTable *vk)
+static VkCommandPool create_pool(VkDevice owner)
 {
     const VkCommandPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
     VkCommandPool pool;
-    expect_success(vk->CreateCommandPool(device, &info, NULL, &pool), "vkCreateCommandPool");
+    expect_success(vk.CreateCommandPool(owner, &info, NULL, &pool), "vkCreateCommandPool");
     return pool;
 }
 
 /* A command buffer that something has been recorded in, so that the layer knows it well. */
-static VkCommandBuffer allocate(VkDevice device, const VkuDeviceDispatchTable *vk,
-                                VkCommandPool pool)
+static VkCommandBuffer allocate(VkDevice owner, VkCommandPool pool)
 {
     const VkCommandBufferAllocateInfo info = {
         .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
@@ -123,9 +114,9 @@ static VkCommandBuffer allocate(VkDevice device, const VkuDeviceDispatchTable *v
     };
     const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
     VkCommandBuffer command_buffer;
-    expect_success(vk->AllocateCommandBuffers(device, &info, &command_buffer),
+    expect_success(vk.AllocateCommandBuffers(owner, &info, &command_buffer),
                    "vkAllocateCommandBuffers");
-    expect_success(vk->BeginCommandBuffer(command_buffer, &begin), "vkBeginCommandBuffer");
+    expect_success(vk.BeginCommandBuffer(command_buffer, &begin), "vkBeginCommandBuffer");
     return command_buffer;
 }
 
@@ -141,9 +132,9 @@ static void *map_page(int protection, int byte)
 /* ---- the tests */
 
 /* Below that level the layer says nothing of an invalid handle, and passes down what it can. */
-static bool knows_command_buffers(const struct command_fixture *command_fixture)
+static bool knows_command_buffers(void)
 {
-    return strcmp(command_fixture->level, "parameters") != 0;
+    return strcmp(level, "parameters") != 0;
 }
 
 static uint32_t findings(const struct messages *messages)
@@ -160,180 +151,163 @@ static bool is_of_layer(any_command command)
            strstr(info.dli_fname, "VkLayer_assay") != NULL;
 }
 
-static void call_all(struct command_fixture *command_fixture, const void *handle, const char *what)
+static void call_all(const void *handle, const char *what)
 {
-    const struct messages *messages = &command_fixture->fixture.messages;
-    command_fixture->called = 0;
-    for (size_t i = 0; i < sizeof(intercepted) / sizeof(intercepted[0]); i++) {
+    const struct messages *messages = &fixture.messages;
+    called = 0;
+    for (size_t i = 0; i < LENGTH(intercepted); i++) {
         const char *name = intercepted[i], *id = id_of(name);
         const any_command command =
-            is_recorded(name) ? (any_command)command_fixture->fixture.get_device_proc_addr(
-                                    command_fixture->device, name)
-                              : NULL;
+            is_recorded(name) ? (any_command)fixture.get_device_proc_addr(device, name) : NULL;
         if (!is_of_layer(command))
             continue;
-        command_fixture->called++;
-        messages_clear(&command_fixture->fixture.messages);
+        called++;
+        messages_clear(&fixture.messages);
         const VkResult result = command(handle, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
         if (strncmp(name, "vkCmd", 5) != 0)
             assert_int_equal(result, VK_ERROR_VALIDATION_FAILED_EXT);
-        const bool is_reported = id && knows_command_buffers(command_fixture);
+        const bool is_reported = id && knows_command_buffers();
         if (findings(messages) != (is_reported ? 1 : 0) ||
             (is_reported && messages_count(messages, id, NULL) != 1))
-            fail_msg("%s(%s) at level %s: %u messages, the first of %s", name, what,
-                     command_fixture->level, messages->count, messages->items[0].id);
+            fail_msg("%s(%s) at level %s: %u messages, the first of %s", name, what, level,
+                     messages->count, messages->items[0].id);
     }
 }
 
 static void test_null(void **state)
 {
-    const struct command_fixture *command_fixture = *state;
-    call_all(*state, NULL, "NULL");
-    assert_true(command_fixture->called >= COMMANDS_AT_LEAST);
-    print_message("%u commands\n", command_fixture->called);
+    call_all(NULL, "NULL");
+    assert_true(called >= COMMANDS_AT_LEAST);
+    print_message("%u commands\n", called);
 }
 
 static void test_freed(void **state)
 {
-    struct command_fixture *command_fixture = *state;
-    if (!knows_command_buffers(command_fixture))
+    if (!knows_command_buffers())
         skip(); /* what was freed may still lead to the device */
-    const VkCommandPool pool = create_pool(command_fixture->device, &command_fixture->vk);
-    const VkCommandBuffer handle = allocate(command_fixture->device, &command_fixture->vk, pool);
-    command_fixture->vk.FreeCommandBuffers(command_fixture->device, pool, 1, &handle);
-    call_all(command_fixture, handle, "freed");
-    command_fixture->vk.DestroyCommandPool(command_fixture->device, pool, NULL);
+    const VkCommandPool pool = create_pool(device);
+    const VkCommandBuffer handle = allocate(device, pool);
+    vk.FreeCommandBuffers(device, pool, 1, &handle);
+    call_all(handle, "freed");
+    vk.DestroyCommandPool(device, pool, NULL);
 }
 
 static void test_freed_with_its_pool(void **state)
 {
-    struct command_fixture *command_fixture = *state;
-    if (!knows_command_buffers(command_fixture))
+    if (!knows_command_buffers())
         skip();
-    const VkCommandPool pool = create_pool(command_fixture->device, &command_fixture->vk);
-    const VkCommandBuffer handle = allocate(command_fixture->device, &command_fixture->vk, pool);
-    command_fixture->vk.DestroyCommandPool(command_fixture->device, pool, NULL);
-    call_all(command_fixture, handle, "freed with its pool");
+    const VkCommandPool pool = create_pool(device);
+    const VkCommandBuffer handle = allocate(device, pool);
+    vk.DestroyCommandPool(device, pool, NULL);
+    call_all(handle, "freed with its pool");
 }
 
 static void test_freed_with_its_device(void **state)
 {
-    struct command_fixture *command_fixture = *state;
-    VkuDeviceDispatchTable vk;
-    const VkDevice device = create_device(&command_fixture->fixture);
-    vkuInitDeviceDispatchTable(device, &vk, command_fixture->fixture.get_device_proc_addr);
-    const VkCommandPool pool = create_pool(device, &vk);
-    const VkCommandBuffer handle = allocate(device, &vk, pool);
-    vk.DestroyDevice(device, NULL);
-    call_all(command_fixture, handle, "freed with its device");
+    VkuDeviceDispatchTable table;
+    const VkDevice other = create_device();
+    vkuInitDeviceDispatchTable(other, &table, fixture.get_device_proc_addr);
+    const VkCommandPool pool = create_pool(other);
+    const VkCommandBuffer handle = allocate(other, pool);
+    table.DestroyDevice(other, NULL);
+    call_all(handle, "freed with its device");
 }
 
 static void test_unreadable(void **state)
 {
-    const struct command_fixture *command_fixture = *state;
-    call_all(*state, command_fixture->unreadable, "unreadable");
-    call_all(*state, (const void *)(uintptr_t)0x13, "near 0");
-    call_all(*state, (const void *)(uintptr_t)0xdead00000000beef, "not canonical");
-    call_all(*state, (const char *)command_fixture->unreadable - 4, "half readable");
+    call_all(unreadable, "unreadable");
+    call_all((const void *)(uintptr_t)0x13, "near 0");
+    call_all((const void *)(uintptr_t)0xdead00000000beef, "not canonical");
+    call_all((const char *)unreadable - 4, "half readable");
 }
 
 static void test_readable_garbage(void **state)
 {
-    const struct command_fixture *command_fixture = *state;
-    call_all(*state, command_fixture->garbage, "garbage");
-    call_all(*state, command_fixture->zeros, "zeros");
-    call_all(*state, (const char *)command_fixture->garbage + 3, "misaligned garbage");
+    call_all(garbage, "garbage");
+    call_all(zeros, "zeros");
+    call_all((const char *)garbage + 3, "misaligned garbage");
 }
 
 /* Their first words lead to the device. */
 static void test_other_objects(void **state)
 {
-    struct command_fixture *command_fixture = *state;
-    if (!knows_command_buffers(command_fixture))
+    if (!knows_command_buffers())
         skip();
     VkQueue queue;
-    command_fixture->vk.GetDeviceQueue(command_fixture->device, 0, 0, &queue);
-    call_all(command_fixture, queue, "a queue");
-    call_all(command_fixture, command_fixture->device, "the device");
+    vk.GetDeviceQueue(device, 0, 0, &queue);
+    call_all(queue, "a queue");
+    call_all(device, "the device");
 }
 
 /* Beside a command buffer that lives, one byte on. */
 static void test_misaligned(void **state)
 {
-    struct command_fixture *command_fixture = *state;
-    const VkCommandPool pool = create_pool(command_fixture->device, &command_fixture->vk);
-    const VkCommandBuffer handle = allocate(command_fixture->device, &command_fixture->vk, pool);
+    const VkCommandPool pool = create_pool(device);
+    const VkCommandBuffer handle = allocate(device, pool);
     for (int i = 1; i < 8; i++)
-        call_all(command_fixture, (const char *)handle + i, "misaligned");
-    assert_int_equal(command_fixture->vk.EndCommandBuffer(handle), VK_SUCCESS);
-    command_fixture->vk.DestroyCommandPool(command_fixture->device, pool, NULL);
+        call_all((const char *)handle + i, "misaligned");
+    assert_int_equal(vk.EndCommandBuffer(handle), VK_SUCCESS);
+    vk.DestroyCommandPool(device, pool, NULL);
 }
 
 /* The handle that was freed is good again once it is allocated again. */
 static void test_allocated_again(void **state)
 {
-    struct command_fixture *command_fixture = *state;
-    if (!knows_command_buffers(command_fixture))
+    if (!knows_command_buffers())
         skip();
-    const VkCommandPool pool = create_pool(command_fixture->device, &command_fixture->vk);
+    const VkCommandPool pool = create_pool(device);
     for (int i = 0; i < 100; i++) {
-        const VkCommandBuffer handle =
-            allocate(command_fixture->device, &command_fixture->vk, pool);
-        assert_int_equal(command_fixture->vk.EndCommandBuffer(handle), VK_SUCCESS);
-        command_fixture->vk.FreeCommandBuffers(command_fixture->device, pool, 1, &handle);
-        assert_int_equal(command_fixture->vk.EndCommandBuffer(handle),
-                         VK_ERROR_VALIDATION_FAILED_EXT);
+        const VkCommandBuffer handle = allocate(device, pool);
+        assert_int_equal(vk.EndCommandBuffer(handle), VK_SUCCESS);
+        vk.FreeCommandBuffers(device, pool, 1, &handle);
+        assert_int_equal(vk.EndCommandBuffer(handle), VK_ERROR_VALIDATION_FAILED_EXT);
     }
-    command_fixture->vk.DestroyCommandPool(command_fixture->device, pool, NULL);
+    vk.DestroyCommandPool(device, pool, NULL);
 }
 
 /* Commands that don't build are skipped with a warning, once a device. */
 static void test_one_warning(void **state)
 {
-    struct command_fixture *command_fixture = *state;
-    if (!knows_command_buffers(command_fixture))
+    if (!knows_command_buffers())
         skip();
-    struct messages *messages = &command_fixture->fixture.messages;
-    VkuDeviceDispatchTable vk;
+    struct messages *messages = &fixture.messages;
+    VkuDeviceDispatchTable table;
     VkQueue queue;
-    const VkDevice device = create_device(&command_fixture->fixture);
-    vkuInitDeviceDispatchTable(device, &vk, command_fixture->fixture.get_device_proc_addr);
-    vk.GetDeviceQueue(device, 0, 0, &queue);
+    const VkDevice other = create_device();
+    vkuInitDeviceDispatchTable(other, &table, fixture.get_device_proc_addr);
+    table.GetDeviceQueue(other, 0, 0, &queue);
     messages_clear(messages);
-    vk.EndCommandBuffer((VkCommandBuffer)queue);
+    table.EndCommandBuffer((VkCommandBuffer)queue);
     assert_int_equal(messages_count(messages, WARNING_ID, "is not a command buffer"), 1);
-    vk.EndCommandBuffer((VkCommandBuffer)queue);
-    vk.CmdEndRenderPass((VkCommandBuffer)queue);
+    table.EndCommandBuffer((VkCommandBuffer)queue);
+    table.CmdEndRenderPass((VkCommandBuffer)queue);
     assert_int_equal(messages->count, 1);
-    vk.DestroyDevice(device, NULL);
+    table.DestroyDevice(other, NULL);
 }
 
 /* More devices than the layer finds without a lock; each finds its own command buffers. */
 static void test_many_devices(void **state)
 {
     enum { DEVICES = 12 };
-    struct command_fixture *command_fixture = *state;
     VkDevice devices[DEVICES];
     VkCommandBuffer handles[DEVICES];
-    VkuDeviceDispatchTable vk;
+    VkuDeviceDispatchTable table;
     for (int i = 0; i < DEVICES; i++) {
-        devices[i] = create_device(&command_fixture->fixture);
-        vkuInitDeviceDispatchTable(devices[i], &vk, command_fixture->fixture.get_device_proc_addr);
-        handles[i] = allocate(devices[i], &vk, create_pool(devices[i], &vk));
+        devices[i] = create_device();
+        vkuInitDeviceDispatchTable(devices[i], &table, fixture.get_device_proc_addr);
+        handles[i] = allocate(devices[i], create_pool(devices[i]));
     }
     for (int i = 0; i < DEVICES; i++)
-        assert_int_equal(vk.EndCommandBuffer(handles[i]), VK_SUCCESS);
+        assert_int_equal(table.EndCommandBuffer(handles[i]), VK_SUCCESS);
     for (int i = 0; i < DEVICES; i++) {
-        vkuInitDeviceDispatchTable(devices[i], &vk, command_fixture->fixture.get_device_proc_addr);
-        vk.DestroyDevice(devices[i], NULL);
-        assert_int_equal(vk.EndCommandBuffer(handles[i]), VK_ERROR_VALIDATION_FAILED_EXT);
+        vkuInitDeviceDispatchTable(devices[i], &table, fixture.get_device_proc_addr);
+        table.DestroyDevice(devices[i], NULL);
+        assert_int_equal(table.EndCommandBuffer(handles[i]), VK_ERROR_VALIDATION_FAILED_EXT);
     }
 }
 
 int main(int argc, char **argv)
 {
-    static struct platform platform;
-    static struct command_fixture command_fixture;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_null),
         cmocka_unit_test(test_freed),
@@ -352,26 +326,21 @@ int main(int argc, char **argv)
         return 2;
     }
     const char *missing = platform_open(&platform, argv[1]);
-    struct setup setup = {.level = argv[2]};
+    const struct setup setup = {.level = argv[2]};
     if (missing == NULL)
-        missing = fixture_open(&command_fixture.fixture, &platform, &setup);
+        missing = fixture_open(&fixture, &platform, &setup);
     if (missing != NULL) {
         fprintf(stderr, "%s\n", missing);
         return 77;
     }
-    struct CMUnitTest with_fixture[sizeof(tests) / sizeof(tests[0])];
-    memcpy(with_fixture, tests, sizeof(tests));
-    for (size_t i = 0; i < sizeof(tests) / sizeof(tests[0]); i++)
-        with_fixture[i].initial_state = &command_fixture;
-    command_fixture.level = argv[2];
-    command_fixture.device = create_device(&command_fixture.fixture);
-    vkuInitDeviceDispatchTable(command_fixture.device, &command_fixture.vk,
-                               command_fixture.fixture.get_device_proc_addr);
-    command_fixture.unreadable = map_page(PROT_NONE, 0);
-    command_fixture.garbage = map_page(PROT_READ, 0xab);
-    command_fixture.zeros = map_page(PROT_READ, 0);
-    const int result = cmocka_run_group_tests(with_fixture, NULL, NULL);
-    command_fixture.vk.DestroyDevice(command_fixture.device, NULL);
-    fixture_close(&command_fixture.fixture);
+    level = argv[2];
+    device = create_device();
+    vkuInitDeviceDispatchTable(device, &vk, fixture.get_device_proc_addr);
+    unreadable = map_page(PROT_NONE, 0);
+    garbage = map_page(PROT_READ, 0xab);
+    zeros = map_page(PROT_READ, 0);
+    const int result = cmocka_run_group_tests(tests, NULL, NULL);
+    vk.DestroyDevice(device, NULL);
+    fixture_close(&fixture);
     return result;
 }

@@ -16,8 +16,6 @@ static VKAPI_ATTR VkResult VKAPI_CALL create(const VkInstanceCreateInfo *info,
 {
     static void *key; /* what dispatchable objects begin with */
     static void *object = &key;
-    (void)info;
-    (void)allocator;
     *instance = (VkInstance)&object;
     return VK_SUCCESS;
 }
@@ -25,13 +23,10 @@ static VKAPI_ATTR VkResult VKAPI_CALL create(const VkInstanceCreateInfo *info,
 static VKAPI_ATTR void VKAPI_CALL destroy(VkInstance instance,
                                           const VkAllocationCallbacks *allocator)
 {
-    (void)instance;
-    (void)allocator;
 }
 
 static VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL find(VkInstance instance, const char *name)
 {
-    (void)instance;
     if (strcmp(name, "vkCreateInstance") == 0)
         return (PFN_vkVoidFunction)create;
     if (strcmp(name, "vkDestroyInstance") == 0)

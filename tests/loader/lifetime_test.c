@@ -1,20 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Several instances and devices at once; unloading and loading again. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
-#include "scene.h"
+#include "loader_test.h"
 
 enum { INSTANCES = 4, ROUNDS = 100 };
 
-static struct platform platform;
 static struct fixture fixtures[INSTANCES];
 static const struct setup plain;
 
@@ -59,7 +52,6 @@ static bool layer_is_loaded(void)
 
 static void test_several_instances(void **state)
 {
-    (void)state;
     for (int i = 0; i < INSTANCES; i++)
         open_fixture(&fixtures[i]);
     for (int i = 0; i < INSTANCES; i++)
@@ -78,7 +70,6 @@ static void test_several_instances(void **state)
  * the first one's as they are. */
 static void test_several_devices(void **state)
 {
-    (void)state;
     struct fixture *fixture = &fixtures[0];
     open_fixture(fixture);
     struct scene *first = scene_open(fixture, COMMAND_DEVICE);
@@ -102,7 +93,6 @@ static void test_several_devices(void **state)
 
 static void test_unload_and_load_again(void **state)
 {
-    (void)state;
     assert_false(layer_is_loaded());
     for (int round = 0; round < ROUNDS; round++) {
         open_fixture(&fixtures[0]);
@@ -116,7 +106,6 @@ static void test_unload_and_load_again(void **state)
 /* Destroying an instance whose device lives on in another one. */
 static void test_interleaved_loading(void **state)
 {
-    (void)state;
     for (int round = 0; round < ROUNDS / 10; round++) {
         open_fixture(&fixtures[0]);
         open_fixture(&fixtures[1]);
@@ -131,7 +120,6 @@ static void test_interleaved_loading(void **state)
 /* The layer stays loaded after a warning about a setting, so that the next instance brings none. */
 static void test_one_warning_of_a_setting(void **state)
 {
-    (void)state;
     setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "bogus", 1);
     for (int round = 0; round < 3; round++) {
         assert_null(fixture_open(&fixtures[0], &platform, &plain));
@@ -155,10 +143,5 @@ int main(void)
         /* Last: the layer stays loaded. */
         cmocka_unit_test(test_one_warning_of_a_setting),
     };
-    const char *missing = platform_open(&platform, "null");
-    if (missing != NULL) {
-        print_error("%s\n", missing);
-        return 1;
-    }
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, platform_set_up, NULL);
 }

@@ -2,23 +2,15 @@
 /* other_layers_test null|lavapipe: the layer above and below others. Some of those ask the next
  * layer for vkCreateDevice without an instance, which the Khronos layer answers, too. */
 #include <dlfcn.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "layer/intercepts/intercepts.h"
-#include "scene.h"
+#include "loader_test.h"
 #include "strict_layer.h"
 
 #define OVERLAY_NAME "VK_LAYER_MESA_overlay"
-
-static struct platform platform;
 
 static void need_layer(const char *name)
 {
@@ -40,7 +32,6 @@ static void need_layer(const char *name)
  * or by the folders in which they find them: the nearest to the application is first. */
 static void find_mistake(bool is_below, const char *other, const char *folder)
 {
-    static struct fixture fixture;
     const struct setup setup = {.by_environment = true};
     char layers[256], path[1024];
 
@@ -50,30 +41,17 @@ static void find_mistake(bool is_below, const char *other, const char *folder)
              is_below ? EXPLICIT_FOLDER : folder);
     setenv("VK_INSTANCE_LAYERS", layers, 1);
     setenv("VK_LAYER_PATH", path, 1);
-    assert_null(fixture_open(&fixture, &platform, &setup));
-    struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
-    scene_call(scene);
-    assert_int_equal(fixture.messages.count, 0);
-    scene->info_count = 0;
-    fixture.messages.answer = VK_TRUE;
-    scene_call(scene);
-    assert_int_equal(fixture.messages.count, 1);
-    assert_string_equal(fixture.messages.items[0].id,
-                        "VUID-vkCmdBuildAccelerationStructuresKHR-infoCount-arraylength");
-    scene_close(scene);
-    fixture_close(&fixture);
+    assert_int_equal(count_findings(&setup), 1);
     unsetenv("VK_INSTANCE_LAYERS");
 }
 
 static void test_below_the_strict_layer(void **state)
 {
-    (void)state;
     find_mistake(true, STRICT_LAYER_NAME, STRICT_FOLDER);
 }
 
 static void test_above_the_strict_layer(void **state)
 {
-    (void)state;
     find_mistake(false, STRICT_LAYER_NAME, STRICT_FOLDER);
 }
 
@@ -87,14 +65,12 @@ static void need_overlay(void)
 
 static void test_below_the_overlay(void **state)
 {
-    (void)state;
     need_overlay();
     find_mistake(true, OVERLAY_NAME, SYSTEM_FOLDER);
 }
 
 static void test_above_the_overlay(void **state)
 {
-    (void)state;
     need_overlay();
     find_mistake(false, OVERLAY_NAME, SYSTEM_FOLDER);
 }
@@ -102,7 +78,6 @@ static void test_above_the_overlay(void **state)
 /* All that is intercepted is answered without an instance, and nothing else. */
 static void test_names_without_an_instance(void **state)
 {
-    (void)state;
 #define NAME(name) "vk" #name,
     static const char *const names[] = {ASSAY_GLOBAL_INTERCEPTS(NAME) ASSAY_INSTANCE_INTERCEPTS(
         NAME) ASSAY_DEVICE_INTERCEPTS(NAME)};
@@ -117,10 +92,10 @@ static void test_names_without_an_instance(void **state)
                                            .loaderLayerInterfaceVersion = 2};
     assert_non_null(negotiate);
     assert_int_equal(negotiate(&interface), VK_SUCCESS);
-    for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++)
+    for (size_t i = 0; i < LENGTH(names); i++)
         if (!interface.pfnGetInstanceProcAddr(NULL, names[i]))
             fail_msg("%s is not answered", names[i]);
-    for (size_t i = 0; i < sizeof(others) / sizeof(others[0]); i++)
+    for (size_t i = 0; i < LENGTH(others); i++)
         assert_null(interface.pfnGetInstanceProcAddr(NULL, others[i]));
     assert_null(interface.pfnGetDeviceProcAddr(NULL, "vkDestroyDevice"));
     dlclose(library);
@@ -135,14 +110,8 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_below_the_overlay),
         cmocka_unit_test(test_above_the_overlay),
     };
-    if (argc != 2) {
-        fprintf(stderr, "usage: %s null|lavapipe\n", argv[0]);
-        return 2;
-    }
-    const char *missing = platform_open(&platform, argv[1]);
-    if (missing != NULL) {
-        printf("%s: %s\n", argv[1], missing);
-        return 77;
-    }
+    const int unusable = platform_of_arguments(argc, argv);
+    if (unusable != 0)
+        return unusable;
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

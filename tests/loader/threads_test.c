@@ -2,16 +2,10 @@
 /* Builds recorded on some threads while others make and destroy what builds use; run under the
  * thread sanitizer, too. */
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
-
+#include "loader_test.h"
 #include "placing.h"
-#include "scene.h"
 
 enum {
     RECORDERS = 4,
@@ -22,7 +16,6 @@ enum {
     MAKER_OBJECTS = 16,
 };
 
-static struct platform platform;
 static struct fixture fixture;
 static atomic_bool recording;
 
@@ -45,7 +38,6 @@ static void *record(void *context)
 /* Buffers come and go, with their addresses and structures in them. */
 static void *make(void *context)
 {
-    (void)context;
     while (atomic_load(&recording)) {
         struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
         for (int i = 0; i < MAKER_OBJECTS; i++) {
@@ -119,7 +111,6 @@ static void test_record_while_objects_come_and_go(void **state)
     static const struct setup plain;
     static struct messages of_others;
     pthread_t recorders[RECORDERS], others[MAKERS + 2];
-    (void)state;
 
     assert_null(fixture_open(&fixture, &platform, &plain));
     struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
@@ -146,10 +137,5 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_record_while_objects_come_and_go),
     };
-    const char *missing = platform_open(&platform, "null");
-    if (missing != NULL) {
-        print_error("%s\n", missing);
-        return 1;
-    }
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, platform_set_up, NULL);
 }

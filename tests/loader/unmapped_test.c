@@ -2,21 +2,14 @@
 /* Arrays of a large call that are unmapped right after it and handed over again: the layer reports
  * them and doesn't read them. */
 #define _GNU_SOURCE /* MAP_ANONYMOUS */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <sys/mman.h>
 
-#include <cmocka.h>
-
-#include "scene.h"
+#include "loader_test.h"
 
 enum { BUILDS = 64, ROUNDS = 20 };
 
 typedef VkAccelerationStructureBuildGeometryInfoKHR build_info;
 
-static struct platform platform;
 static struct fixture fixture;
 
 /* The same build so often, of handles that nobody looks up at level parameters. */
@@ -34,7 +27,6 @@ static build_info *map_infos(const struct scene *scene)
 
 static void test_infos_are_probed_anew(void **state)
 {
-    (void)state;
     static const VkAccelerationStructureBuildRangeInfoKHR *ranges[BUILDS];
     struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
     for (uint32_t i = 0; i < BUILDS; i++)
@@ -60,18 +52,20 @@ static void test_infos_are_probed_anew(void **state)
     scene_close(scene);
 }
 
+static int open_fixture(void **state)
+{
+    static const struct setup parameters = {.level = "parameters"};
+    return platform_set_up(state) || fixture_open(&fixture, &platform, &parameters) != NULL;
+}
+
+static int close_fixture(void **state)
+{
+    fixture_close(&fixture);
+    return 0;
+}
+
 int main(void)
 {
-    static const struct setup plain = {.level = "parameters"};
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_infos_are_probed_anew)};
-    const char *missing = platform_open(&platform, "null");
-    if (missing == NULL)
-        missing = fixture_open(&fixture, &platform, &plain);
-    if (missing != NULL) {
-        print_error("%s\n", missing);
-        return 1;
-    }
-    const int result = cmocka_run_group_tests(tests, NULL, NULL);
-    fixture_close(&fixture);
-    return result;
+    return cmocka_run_group_tests(tests, open_fixture, close_fixture);
 }

@@ -3,22 +3,15 @@
  * itself may not call, for the version that it asks for or for want of an extension. The strict
  * layer, below this one, counts such calls. */
 #include <dlfcn.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
-#include "scene.h"
+#include "loader_test.h"
 #include "strict_layer.h"
 
 enum { GEOMETRIES = 257 }; /* one more than the null driver's limit */
 
-static struct platform platform;
 static unsigned (*violations)(void);
 static struct messages messages;
 
@@ -174,42 +167,50 @@ static bool limit_was_exceeded(void)
                           NULL) > 0;
 }
 
-/* ---- backend driver: limits that the application may not ask for bound nothing */
+/* ---- limits that the application may not ask for bound nothing */
 
-static void test_1_0_with_the_extension(void **state)
+enum answer { NO, YES, IF_NULL, ANY }; /* IF_NULL: on the null driver */
+
+static const struct version_case {
+    const char *test;
+    struct application application;
+    enum answer has_extension, limit_exceeded;
+} cases[] = {
+    {"test_1_0_with_the_extension",
+     {.api_version = VK_API_VERSION_1_0, .has_properties2 = true},
+     IF_NULL,
+     IF_NULL},
+    {"test_1_0_without_the_extension", {.api_version = VK_API_VERSION_1_0}, ANY, NO},
+    {"test_no_version", {0}, ANY, NO},
+    {"test_1_1", {.api_version = VK_API_VERSION_1_1}, ANY, IF_NULL},
+    {"test_cpu_1_0_with_the_extension",
+     {.api_version = VK_API_VERSION_1_0, .has_properties2 = true, .backend = "cpu"},
+     YES,
+     NO},
+    /* VK_NV_ray_tracing needs the extension, or Vulkan 1.1. The null driver has its own. */
+    {"test_cpu_1_0_without_the_extension",
+     {.api_version = VK_API_VERSION_1_0, .backend = "cpu"},
+     IF_NULL,
+     ANY},
+    {"test_cpu_1_1", {.api_version = VK_API_VERSION_1_1, .backend = "cpu"}, YES, ANY},
+};
+
+static void assert_answer(enum answer expected, bool answer)
 {
-    (void)state;
-    const bool has_extension =
-        run(&(struct application){.api_version = VK_API_VERSION_1_0, .has_properties2 = true});
-    assert_int_equal(has_extension, platform.is_null);
-    assert_int_equal(limit_was_exceeded(), platform.is_null);
+    if (expected != ANY)
+        assert_int_equal(answer, expected == YES || (expected == IF_NULL && platform.is_null));
 }
 
-static void test_1_0_without_the_extension(void **state)
+static void test_version(void **state)
 {
-    (void)state;
-    run(&(struct application){.api_version = VK_API_VERSION_1_0});
-    assert_false(limit_was_exceeded());
-}
-
-static void test_no_version(void **state)
-{
-    (void)state;
-    run(&(struct application){0});
-    assert_false(limit_was_exceeded());
-}
-
-static void test_1_1(void **state)
-{
-    (void)state;
-    run(&(struct application){.api_version = VK_API_VERSION_1_1});
-    assert_int_equal(limit_was_exceeded(), platform.is_null);
+    const struct version_case *version = *state;
+    assert_answer(version->has_extension, run(&version->application));
+    assert_answer(version->limit_exceeded, limit_was_exceeded());
 }
 
 /* The physical device's version counts, too. */
 static void test_1_1_over_a_driver_of_1_0(void **state)
 {
-    (void)state;
     if (!platform.is_null)
         skip();
     struct application application = {.api_version = VK_API_VERSION_1_1,
@@ -221,36 +222,10 @@ static void test_1_1_over_a_driver_of_1_0(void **state)
     assert_true(limit_was_exceeded());
 }
 
-/* ---- backend cpu */
-
-static void test_cpu_1_0_with_the_extension(void **state)
-{
-    (void)state;
-    assert_true(run(&(struct application){
-        .api_version = VK_API_VERSION_1_0, .has_properties2 = true, .backend = "cpu"}));
-    assert_false(limit_was_exceeded());
-}
-
-/* VK_NV_ray_tracing needs the extension, or Vulkan 1.1. */
-static void test_cpu_1_0_without_the_extension(void **state)
-{
-    (void)state;
-    const bool has_extension =
-        run(&(struct application){.api_version = VK_API_VERSION_1_0, .backend = "cpu"});
-    assert_int_equal(has_extension, platform.is_null); /* the null driver's own */
-}
-
-static void test_cpu_1_1(void **state)
-{
-    (void)state;
-    assert_true(run(&(struct application){.api_version = VK_API_VERSION_1_1, .backend = "cpu"}));
-}
-
 /* ---- commands of devices */
 
 static void test_addresses_of_the_extension(void **state)
 {
-    (void)state;
     static struct fixture fixture;
     const struct setup setup = {.level = "content", .route = ROUTE_KHR, .by_environment = true};
     setenv("VK_INSTANCE_LAYERS", LAYER_NAME ":" STRICT_LAYER_NAME, 1);
@@ -266,26 +241,16 @@ static void test_addresses_of_the_extension(void **state)
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_1_0_with_the_extension),
-        cmocka_unit_test(test_1_0_without_the_extension),
-        cmocka_unit_test(test_no_version),
-        cmocka_unit_test(test_1_1),
+    struct CMUnitTest tests[LENGTH(cases) + 2] = {
         cmocka_unit_test(test_1_1_over_a_driver_of_1_0),
-        cmocka_unit_test(test_cpu_1_0_with_the_extension),
-        cmocka_unit_test(test_cpu_1_0_without_the_extension),
-        cmocka_unit_test(test_cpu_1_1),
         cmocka_unit_test(test_addresses_of_the_extension),
     };
-    if (argc != 2) {
-        fprintf(stderr, "usage: %s null|lavapipe\n", argv[0]);
-        return 2;
-    }
-    const char *missing = platform_open(&platform, argv[1]);
-    if (missing != NULL) {
-        printf("%s: %s\n", argv[1], missing);
-        return 77;
-    }
+    for (size_t i = 0; i < LENGTH(cases); i++)
+        tests[2 + i] =
+            (struct CMUnitTest){cases[i].test, test_version, .initial_state = (void *)&cases[i]};
+    const int unusable = platform_of_arguments(argc, argv);
+    if (unusable != 0)
+        return unusable;
     setenv("VK_LAYER_PATH", EXPLICIT_FOLDER ":" STRICT_FOLDER, 1);
     void *library = dlopen(STRICT_LIBRARY, RTLD_NOW | RTLD_LOCAL);
     violations = library ? (unsigned (*)(void))dlsym(library, "strict_layer_violations") : NULL;

@@ -4,59 +4,31 @@
 
 static VkDeviceAddress buffer_address(uint64_t handle)
 {
-    const struct object *buffer = object_find(handle, TYPE_BUFFER);
+    const struct object *buffer = object_find(handle, VK_OBJECT_TYPE_BUFFER);
     return buffer != NULL ? buffer->buffer.address : 0;
 }
 
-VkResult null_CreateAccelerationStructureKHR(
-    VkDevice device, const VkAccelerationStructureCreateInfoKHR *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
+void init_CreateAccelerationStructureKHR(struct object *as,
+                                         const VkAccelerationStructureCreateInfoKHR *pCreateInfo)
 {
-    ENTER_OR_FAIL(CreateAccelerationStructureKHR);
-    (void)pAllocator;
-    struct object *as = object_create(OBJECT(device), TYPE_ACCELERATION_STRUCTURE, NULL);
-    if (as == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     as->as.buffer = RAW(pCreateInfo->buffer);
     as->as.offset = pCreateInfo->offset;
     as->as.fallback = pCreateInfo->deviceAddress;
     if (as->as.fallback == 0 && buffer_address(as->as.buffer) == 0)
         as->as.fallback = address_allocate(NULL, pCreateInfo->size);
-    *pAccelerationStructure = HANDLE(VkAccelerationStructureKHR, as->handle);
-    return VK_SUCCESS;
 }
 
-VkResult null_CreateAccelerationStructure2KHR(
-    VkDevice device, const VkAccelerationStructureCreateInfo2KHR *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
+void init_CreateAccelerationStructure2KHR(struct object *as,
+                                          const VkAccelerationStructureCreateInfo2KHR *pCreateInfo)
 {
-    ENTER_OR_FAIL(CreateAccelerationStructure2KHR);
-    (void)pAllocator;
-    struct object *as = object_create(OBJECT(device), TYPE_ACCELERATION_STRUCTURE, NULL);
-    if (as == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     as->as.fallback = pCreateInfo->addressRange.address;
-    *pAccelerationStructure = HANDLE(VkAccelerationStructureKHR, as->handle);
-    return VK_SUCCESS;
-}
-
-void null_DestroyAccelerationStructureKHR(VkDevice device,
-                                          VkAccelerationStructureKHR accelerationStructure,
-                                          const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyAccelerationStructureKHR);
-    (void)device;
-    (void)pAllocator;
-    object_destroy(RAW(accelerationStructure), TYPE_ACCELERATION_STRUCTURE);
 }
 
 VkDeviceAddress null_GetAccelerationStructureDeviceAddressKHR(
     VkDevice device, const VkAccelerationStructureDeviceAddressInfoKHR *pInfo)
 {
-    ENTER(GetAccelerationStructureDeviceAddressKHR);
-    (void)device;
     const struct object *as =
-        object_find(RAW(pInfo->accelerationStructure), TYPE_ACCELERATION_STRUCTURE);
+        object_find(RAW(pInfo->accelerationStructure), VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR);
     if (as == NULL)
         return 0;
     /* Asked again: the buffer may have been bound since. */
@@ -69,8 +41,6 @@ void null_GetAccelerationStructureBuildSizesKHR(
     const VkAccelerationStructureBuildGeometryInfoKHR *pBuildInfo,
     const uint32_t *pMaxPrimitiveCounts, VkAccelerationStructureBuildSizesInfoKHR *pSizeInfo)
 {
-    ENTER(GetAccelerationStructureBuildSizesKHR);
-    (void)buildType;
     const struct null_driver_sizes *sizes = &CONFIG(device)->sizes;
     uint64_t primitives = 0;
     for (uint32_t i = 0; pMaxPrimitiveCounts != NULL && i < pBuildInfo->geometryCount; i++)
@@ -84,46 +54,16 @@ void null_GetDeviceAccelerationStructureCompatibilityKHR(
     VkDevice device, const VkAccelerationStructureVersionInfoKHR *pVersionInfo,
     VkAccelerationStructureCompatibilityKHR *pCompatibility)
 {
-    ENTER(GetDeviceAccelerationStructureCompatibilityKHR);
-    (void)device;
-    (void)pVersionInfo;
     *pCompatibility = VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR;
 }
 
 /* ---- host commands */
-
-VkResult null_BuildAccelerationStructuresKHR(
-    VkDevice device, VkDeferredOperationKHR deferredOperation, uint32_t infoCount,
-    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
-    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
-{
-    ENTER_OR_FAIL(BuildAccelerationStructuresKHR);
-    (void)infoCount;
-    (void)pInfos;
-    (void)ppBuildRangeInfos;
-    return deferred_start(device, deferredOperation);
-}
-
-#define HOST_COPY(name, info_type)                                                                 \
-    VkResult null_##name(VkDevice device, VkDeferredOperationKHR deferredOperation,                \
-                         const info_type *pInfo)                                                   \
-    {                                                                                              \
-        ENTER_OR_FAIL(name);                                                                       \
-        (void)pInfo;                                                                               \
-        return deferred_start(device, deferredOperation);                                          \
-    }
-
-HOST_COPY(CopyAccelerationStructureKHR, VkCopyAccelerationStructureInfoKHR)
-HOST_COPY(CopyAccelerationStructureToMemoryKHR, VkCopyAccelerationStructureToMemoryInfoKHR)
-HOST_COPY(CopyMemoryToAccelerationStructureKHR, VkCopyMemoryToAccelerationStructureInfoKHR)
 
 VkResult null_WriteAccelerationStructuresPropertiesKHR(
     VkDevice device, uint32_t accelerationStructureCount,
     const VkAccelerationStructureKHR *pAccelerationStructures, VkQueryType queryType,
     size_t dataSize, void *pData, size_t stride)
 {
-    ENTER_OR_FAIL(WriteAccelerationStructuresPropertiesKHR);
-    (void)pAccelerationStructures;
     query_write(CONFIG(device), accelerationStructureCount, queryType, dataSize, pData, stride);
     return VK_SUCCESS;
 }

@@ -105,7 +105,7 @@ void address_add_object(const struct object *object, VkDeviceAddress address, Vk
                                      .end = address + size,
                                      .object = object,
                                      .handle = object->handle,
-                                     .is_buffer = object->type == TYPE_BUFFER};
+                                     .is_buffer = object->type == VK_OBJECT_TYPE_BUFFER};
     }
     pthread_mutex_unlock(&lock);
 }
@@ -139,6 +139,6 @@ unsigned char *address_bytes(VkDeviceAddress address, VkDeviceSize *size)
     const VkDeviceSize offset = address - found.begin;
     if (found.is_buffer)
         return buffer_bytes(HANDLE(VkBuffer, found.handle), offset, size);
-    struct object *memory = object_find(found.handle, TYPE_MEMORY);
+    struct object *memory = object_find(found.handle, VK_OBJECT_TYPE_DEVICE_MEMORY);
     return memory != NULL ? memory_bytes(memory, offset, size) : NULL;
 }

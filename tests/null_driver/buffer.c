@@ -36,29 +36,14 @@ static VkDeviceAddress first_address(const struct null_driver_config *config,
                : 0;
 }
 
-VkResult null_CreateBuffer(VkDevice device, const VkBufferCreateInfo *pCreateInfo,
-                           const VkAllocationCallbacks *pAllocator, VkBuffer *pBuffer)
+void init_CreateBuffer(struct object *buffer, const VkBufferCreateInfo *pCreateInfo)
 {
-    ENTER_OR_FAIL(CreateBuffer);
-    (void)pAllocator;
-    struct object *buffer = object_create(OBJECT(device), TYPE_BUFFER, release_buffer);
-    if (buffer == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    buffer->release = release_buffer;
     buffer->buffer.size = pCreateInfo->size;
     buffer->buffer.flags = pCreateInfo->flags;
-    buffer->buffer.address = first_address(CONFIG(device), pCreateInfo);
+    buffer->buffer.address = first_address(buffer->config, pCreateInfo);
     if (pCreateInfo->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
         address_add_object(buffer, buffer->buffer.address, buffer->buffer.size);
-    *pBuffer = HANDLE(VkBuffer, buffer->handle);
-    return VK_SUCCESS;
-}
-
-void null_DestroyBuffer(VkDevice device, VkBuffer buffer, const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyBuffer);
-    (void)device;
-    (void)pAllocator;
-    object_destroy(RAW(buffer), TYPE_BUFFER);
 }
 
 void buffer_bind(struct object *buffer, const struct binding *binding)
@@ -73,7 +58,7 @@ void buffer_bind(struct object *buffer, const struct binding *binding)
 
 unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *size)
 {
-    const struct object *object = object_find(RAW(buffer), TYPE_BUFFER);
+    const struct object *object = object_find(RAW(buffer), VK_OBJECT_TYPE_BUFFER);
     const struct binding *binding = object != NULL ? object->buffer.bindings : NULL;
     for (; binding != NULL; binding = binding->next) {
         if (offset >= binding->offset && offset - binding->offset < binding->size)
@@ -82,7 +67,8 @@ unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *
         if (offset<binding->offset && * size> binding->offset - offset)
             *size = binding->offset - offset;
     }
-    struct object *memory = binding != NULL ? object_find(binding->memory, TYPE_MEMORY) : NULL;
+    struct object *memory =
+        binding != NULL ? object_find(binding->memory, VK_OBJECT_TYPE_DEVICE_MEMORY) : NULL;
     if (memory == NULL)
         return NULL;
     const VkDeviceSize inside = offset - binding->offset;
@@ -93,8 +79,8 @@ unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *
 
 static void bind(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset)
 {
-    struct object *to = object_find(RAW(buffer), TYPE_BUFFER);
-    const struct object *from = object_find(RAW(memory), TYPE_MEMORY);
+    struct object *to = object_find(RAW(buffer), VK_OBJECT_TYPE_BUFFER);
+    const struct object *from = object_find(RAW(memory), VK_OBJECT_TYPE_DEVICE_MEMORY);
     if (to == NULL || from == NULL || to->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
         return;
     to->buffer.address = from->memory.address + offset;
@@ -105,8 +91,6 @@ static void bind(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset)
 VkResult null_BindBufferMemory(VkDevice device, VkBuffer buffer, VkDeviceMemory memory,
                                VkDeviceSize memoryOffset)
 {
-    ENTER_OR_FAIL(BindBufferMemory);
-    (void)device;
     bind(buffer, memory, memoryOffset);
     return VK_SUCCESS;
 }
@@ -114,8 +98,6 @@ VkResult null_BindBufferMemory(VkDevice device, VkBuffer buffer, VkDeviceMemory 
 VkResult null_BindBufferMemory2(VkDevice device, uint32_t bindInfoCount,
                                 const VkBindBufferMemoryInfo *pBindInfos)
 {
-    ENTER_OR_FAIL(BindBufferMemory2);
-    (void)device;
     for (uint32_t i = 0; i < bindInfoCount; i++) {
         bind(pBindInfos[i].buffer, pBindInfos[i].memory, pBindInfos[i].memoryOffset);
         const VkBindMemoryStatus *status =
@@ -128,20 +110,16 @@ VkResult null_BindBufferMemory2(VkDevice device, uint32_t bindInfoCount,
 
 static VkDeviceAddress address_of(VkBuffer buffer)
 {
-    const struct object *object = object_find(RAW(buffer), TYPE_BUFFER);
+    const struct object *object = object_find(RAW(buffer), VK_OBJECT_TYPE_BUFFER);
     return object != NULL ? object->buffer.address : 0;
 }
 
 VkDeviceAddress null_GetBufferDeviceAddress(VkDevice device, const VkBufferDeviceAddressInfo *pInfo)
 {
-    ENTER(GetBufferDeviceAddress);
-    (void)device;
     return address_of(pInfo->buffer);
 }
 
 uint64_t null_GetBufferOpaqueCaptureAddress(VkDevice device, const VkBufferDeviceAddressInfo *pInfo)
 {
-    ENTER(GetBufferOpaqueCaptureAddress);
-    (void)device;
     return address_of(pInfo->buffer);
 }

@@ -23,27 +23,9 @@ static enum shader shader_of(const VkShaderModuleCreateInfo *info)
     return SHADER_NONE;
 }
 
-VkResult null_CreateShaderModule(VkDevice device, const VkShaderModuleCreateInfo *pCreateInfo,
-                                 const VkAllocationCallbacks *pAllocator,
-                                 VkShaderModule *pShaderModule)
+void init_CreateShaderModule(struct object *object, const VkShaderModuleCreateInfo *pCreateInfo)
 {
-    ENTER_OR_FAIL(CreateShaderModule);
-    (void)pAllocator;
-    struct object *object = object_create(OBJECT(device), TYPE_SIMPLE, NULL);
-    if (object == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     object->shader = shader_of(pCreateInfo);
-    *pShaderModule = HANDLE(VkShaderModule, object->handle);
-    return VK_SUCCESS;
-}
-
-void null_DestroyShaderModule(VkDevice device, VkShaderModule shaderModule,
-                              const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyShaderModule);
-    (void)device;
-    (void)pAllocator;
-    object_destroy(RAW(shaderModule), TYPE_SIMPLE);
 }
 
 VkResult null_CreateComputePipelines(VkDevice device, VkPipelineCache pipelineCache,
@@ -52,13 +34,11 @@ VkResult null_CreateComputePipelines(VkDevice device, VkPipelineCache pipelineCa
                                      const VkAllocationCallbacks *pAllocator,
                                      VkPipeline *pPipelines)
 {
-    ENTER_OR_FAIL(CreateComputePipelines);
-    (void)pipelineCache;
-    (void)pAllocator;
     VkResult result = VK_SUCCESS;
     for (uint32_t i = 0; i < createInfoCount; i++) {
-        const struct object *module = object_find(RAW(pCreateInfos[i].stage.module), TYPE_SIMPLE);
-        struct object *object = object_create(OBJECT(device), TYPE_SIMPLE, NULL);
+        const struct object *module =
+            object_find(RAW(pCreateInfos[i].stage.module), VK_OBJECT_TYPE_SHADER_MODULE);
+        struct object *object = object_create(OBJECT(device), VK_OBJECT_TYPE_PIPELINE, NULL);
         pPipelines[i] = object != NULL ? HANDLE(VkPipeline, object->handle) : VK_NULL_HANDLE;
         if (object == NULL)
             result = VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -73,11 +53,10 @@ VkResult null_CreateComputePipelines(VkDevice device, VkPipelineCache pipelineCa
 void null_CmdBindPipeline(VkCommandBuffer commandBuffer, VkPipelineBindPoint pipelineBindPoint,
                           VkPipeline pipeline)
 {
-    ENTER(CmdBindPipeline);
     struct object *commands = OBJECT(commandBuffer);
-    const struct object *object = object_find(RAW(pipeline), TYPE_SIMPLE);
+    const struct object *object = object_find(RAW(pipeline), VK_OBJECT_TYPE_PIPELINE);
     if (pipelineBindPoint == VK_PIPELINE_BIND_POINT_COMPUTE &&
-        commands->type == TYPE_COMMAND_BUFFER)
+        commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
         commands->command_buffer.compute.shader = object != NULL ? object->shader : SHADER_NONE;
 }
 
@@ -85,22 +64,18 @@ void null_CmdPushConstants(VkCommandBuffer commandBuffer, VkPipelineLayout layou
                            VkShaderStageFlags stageFlags, uint32_t offset, uint32_t size,
                            const void *pValues)
 {
-    ENTER(CmdPushConstants);
-    (void)layout;
     struct object *commands = OBJECT(commandBuffer);
     struct dispatch *compute = &commands->command_buffer.compute;
-    if ((stageFlags & VK_SHADER_STAGE_COMPUTE_BIT) && commands->type == TYPE_COMMAND_BUFFER &&
-        offset <= sizeof(compute->constants) && size <= sizeof(compute->constants) - offset)
+    if ((stageFlags & VK_SHADER_STAGE_COMPUTE_BIT) &&
+        commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER && offset <= sizeof(compute->constants) &&
+        size <= sizeof(compute->constants) - offset)
         memcpy(compute->constants + offset, pValues, size);
 }
 
 void null_CmdDispatch(VkCommandBuffer commandBuffer, uint32_t groupCountX, uint32_t groupCountY,
                       uint32_t groupCountZ)
 {
-    ENTER(CmdDispatch);
-    (void)groupCountY;
-    (void)groupCountZ;
-    if (OBJECT(commandBuffer)->type != TYPE_COMMAND_BUFFER)
+    if (OBJECT(commandBuffer)->type != VK_OBJECT_TYPE_COMMAND_BUFFER)
         return;
     struct dispatch dispatch = OBJECT(commandBuffer)->command_buffer.compute;
     dispatch.groups = groupCountX;

@@ -13,7 +13,7 @@ static const struct {
     enum guard promoted;
 } extensions[] = {
 #define EXTENSION(name, promoted) {"VK_" #name, promoted},
-#include "extensions.h"
+    EXTENSIONS(EXTENSION)
 #undef EXTENSION
 };
 

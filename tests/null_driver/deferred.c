@@ -6,7 +6,7 @@ static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of all operations */
 
 VkResult deferred_start(VkDevice device, VkDeferredOperationKHR operation)
 {
-    struct object *object = object_find(RAW(operation), TYPE_DEFERRED_OPERATION);
+    struct object *object = object_find(RAW(operation), VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR);
     if (object == NULL)
         return VK_SUCCESS;
     const uint32_t joins = CONFIG(device)->deferred_joins;
@@ -16,30 +16,10 @@ VkResult deferred_start(VkDevice device, VkDeferredOperationKHR operation)
     return joins > 0 ? VK_OPERATION_DEFERRED_KHR : VK_OPERATION_NOT_DEFERRED_KHR;
 }
 
-VkResult null_CreateDeferredOperationKHR(VkDevice device, const VkAllocationCallbacks *pAllocator,
-                                         VkDeferredOperationKHR *pDeferredOperation)
-{
-    ENTER_OR_FAIL(CreateDeferredOperationKHR);
-    (void)pAllocator;
-    struct object *operation = object_create(OBJECT(device), TYPE_DEFERRED_OPERATION, NULL);
-    if (operation == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    *pDeferredOperation = HANDLE(VkDeferredOperationKHR, operation->handle);
-    return VK_SUCCESS;
-}
-
-void null_DestroyDeferredOperationKHR(VkDevice device, VkDeferredOperationKHR operation,
-                                      const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyDeferredOperationKHR);
-    (void)device;
-    (void)pAllocator;
-    object_destroy(RAW(operation), TYPE_DEFERRED_OPERATION);
-}
-
 static uint32_t joins_left(VkDeferredOperationKHR operation)
 {
-    const struct object *object = object_find(RAW(operation), TYPE_DEFERRED_OPERATION);
+    const struct object *object =
+        object_find(RAW(operation), VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR);
     pthread_mutex_lock(&lock);
     const uint32_t left = object != NULL ? object->deferred.joins_left : 0;
     pthread_mutex_unlock(&lock);
@@ -49,23 +29,17 @@ static uint32_t joins_left(VkDeferredOperationKHR operation)
 uint32_t null_GetDeferredOperationMaxConcurrencyKHR(VkDevice device,
                                                     VkDeferredOperationKHR operation)
 {
-    ENTER(GetDeferredOperationMaxConcurrencyKHR);
-    (void)device;
     return joins_left(operation);
 }
 
 VkResult null_GetDeferredOperationResultKHR(VkDevice device, VkDeferredOperationKHR operation)
 {
-    ENTER_OR_FAIL(GetDeferredOperationResultKHR);
-    (void)device;
     return joins_left(operation) > 0 ? VK_NOT_READY : VK_SUCCESS;
 }
 
 VkResult null_DeferredOperationJoinKHR(VkDevice device, VkDeferredOperationKHR operation)
 {
-    ENTER_OR_FAIL(DeferredOperationJoinKHR);
-    (void)device;
-    struct object *object = object_find(RAW(operation), TYPE_DEFERRED_OPERATION);
+    struct object *object = object_find(RAW(operation), VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR);
     if (object == NULL)
         return VK_SUCCESS;
     pthread_mutex_lock(&lock);

@@ -28,7 +28,7 @@ static VkResult create_queues(struct object *device, const VkDeviceQueueCreateIn
         info->queueCount > config->queue_families[info->queueFamilyIndex].queueCount)
         return VK_ERROR_INITIALIZATION_FAILED;
     for (uint32_t i = 0; i < info->queueCount; i++) {
-        struct object *queue = object_create(device, TYPE_QUEUE, NULL);
+        struct object *queue = object_create(device, VK_OBJECT_TYPE_QUEUE, NULL);
         if (queue == NULL)
             return VK_ERROR_OUT_OF_HOST_MEMORY;
         queue->queue.family = info->queueFamilyIndex;
@@ -57,37 +57,28 @@ static VkResult set_up(struct object *device, const VkDeviceCreateInfo *info)
 VkResult null_CreateDevice(VkPhysicalDevice physicalDevice, const VkDeviceCreateInfo *pCreateInfo,
                            const VkAllocationCallbacks *pAllocator, VkDevice *pDevice)
 {
-    ENTER_OR_FAIL(CreateDevice);
-    (void)pAllocator;
-    struct object *device = object_create(OBJECT(physicalDevice), TYPE_DEVICE, NULL);
+    struct object *device = object_create(OBJECT(physicalDevice), VK_OBJECT_TYPE_DEVICE, NULL);
     if (device == NULL)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     const VkResult result = set_up(device, pCreateInfo);
     if (result != VK_SUCCESS) {
-        object_destroy_dispatchable(device, TYPE_DEVICE);
+        object_destroy_dispatchable(device, VK_OBJECT_TYPE_DEVICE);
         return result;
     }
     *pDevice = (VkDevice)device;
     return VK_SUCCESS;
 }
 
-void null_DestroyDevice(VkDevice device, const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyDevice);
-    (void)pAllocator;
-    object_destroy_dispatchable(device, TYPE_DEVICE);
-}
-
 PFN_vkVoidFunction null_GetDeviceProcAddr(VkDevice device, const char *pName)
 {
-    ENTER(GetDeviceProcAddr);
     return entry_find_device(OBJECT(device), pName);
 }
 
 static VkQueue find_queue(VkDevice device, const VkDeviceQueueInfo2 *info)
 {
     struct object *queue;
-    for (uint32_t i = 0; (queue = object_child(OBJECT(device), TYPE_QUEUE, i)) != NULL; i++) {
+    for (uint32_t i = 0; (queue = object_child(OBJECT(device), VK_OBJECT_TYPE_QUEUE, i)) != NULL;
+         i++) {
         if (queue->queue.family == info->queueFamilyIndex &&
             queue->queue.index == info->queueIndex && queue->queue.flags == info->flags)
             return (VkQueue)queue;
@@ -98,7 +89,6 @@ static VkQueue find_queue(VkDevice device, const VkDeviceQueueInfo2 *info)
 void null_GetDeviceQueue(VkDevice device, uint32_t queueFamilyIndex, uint32_t queueIndex,
                          VkQueue *pQueue)
 {
-    ENTER(GetDeviceQueue);
     const VkDeviceQueueInfo2 info = {.queueFamilyIndex = queueFamilyIndex,
                                      .queueIndex = queueIndex};
     *pQueue = find_queue(device, &info);
@@ -106,7 +96,6 @@ void null_GetDeviceQueue(VkDevice device, uint32_t queueFamilyIndex, uint32_t qu
 
 void null_GetDeviceQueue2(VkDevice device, const VkDeviceQueueInfo2 *pQueueInfo, VkQueue *pQueue)
 {
-    ENTER(GetDeviceQueue2);
     *pQueue = find_queue(device, pQueueInfo);
 }
 
@@ -114,11 +103,6 @@ void null_GetDeviceGroupPeerMemoryFeatures(VkDevice device, uint32_t heapIndex,
                                            uint32_t localDeviceIndex, uint32_t remoteDeviceIndex,
                                            VkPeerMemoryFeatureFlags *pPeerMemoryFeatures)
 {
-    ENTER(GetDeviceGroupPeerMemoryFeatures);
-    (void)device;
-    (void)heapIndex;
-    (void)localDeviceIndex;
-    (void)remoteDeviceIndex;
     *pPeerMemoryFeatures =
         VK_PEER_MEMORY_FEATURE_COPY_DST_BIT | VK_PEER_MEMORY_FEATURE_GENERIC_SRC_BIT;
 }

@@ -5,16 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum level { INSTANCE, PHYSICAL, DEVICE };
-
-struct entry_point {
-    const char *name;
-    PFN_vkVoidFunction function;
-    enum entry entry;
-    enum level level;
-    enum guard guard;
-};
-
 static _Atomic uint64_t calls[ENTRY_COUNT];
 static _Atomic int failures[ENTRY_COUNT];
 
@@ -26,63 +16,15 @@ VkResult entry_count(enum entry entry)
     return (VkResult)atomic_exchange(&failures[entry], VK_SUCCESS);
 }
 
-/* They take no parameters, as they look at none: with the calling conventions of every platform
- * that this is built for, a caller may pass any, and may ignore the result. */
-#define NO_OP(name, guard)                                                                         \
-    static VkResult no_op_##name(void)                                                             \
-    {                                                                                              \
-        return entry_count(ENTRY_##name);                                                          \
-    }
-#include "no_ops.h"
-#undef NO_OP
-
-#define ENTRY(level, name, guard)                                                                  \
-    {"vk" #name, (PFN_vkVoidFunction)null_##name, ENTRY_##name, level, guard},
-#define ALIAS(level, name, target, guard)
-#define NO_OP(name, guard)                                                                         \
-    {"vk" #name, (PFN_vkVoidFunction)no_op_##name, ENTRY_##name, DEVICE, guard},
-static const struct entry_point entry_points[] = {
-#include "entry_points.h"
-#include "no_ops.h"
-};
-#undef ENTRY
-#undef ALIAS
-#undef NO_OP
-
-#define ENTRY(level, name, guard)
-#define ALIAS(level, name, target, guard) {"vk" #name, NULL, ENTRY_##target, level, guard},
-static const struct entry_point aliases[] = {
-#include "entry_points.h"
-};
-#undef ENTRY
-#undef ALIAS
-
-/* All of both, sorted by name on first use. */
-static struct entry_point sorted[COUNT_OF(entry_points) + COUNT_OF(aliases)];
-static pthread_once_t sorted_once = PTHREAD_ONCE_INIT;
-
 static int compare(const void *a, const void *b)
 {
     return strcmp(((const struct entry_point *)a)->name, ((const struct entry_point *)b)->name);
 }
 
-static void sort(void)
-{
-    memcpy(sorted, entry_points, sizeof(entry_points));
-    for (size_t i = 0; i < COUNT_OF(aliases); i++) {
-        /* entry_points has them in the order of the enumeration. */
-        struct entry_point alias = aliases[i];
-        alias.function = entry_points[alias.entry].function;
-        sorted[COUNT_OF(entry_points) + i] = alias;
-    }
-    qsort(sorted, COUNT_OF(sorted), sizeof(sorted[0]), compare);
-}
-
 static const struct entry_point *find(const char *name)
 {
-    pthread_once(&sorted_once, sort);
     const struct entry_point key = {.name = name};
-    return bsearch(&key, sorted, COUNT_OF(sorted), sizeof(sorted[0]), compare);
+    return bsearch(&key, entry_points, entry_point_count, sizeof(key), compare);
 }
 
 PFN_vkVoidFunction entry_find(const char *name)

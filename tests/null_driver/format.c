@@ -48,7 +48,6 @@ static VkFormatProperties first_32_bits(const VkFormatProperties3 *properties)
 void null_GetPhysicalDeviceFormatProperties(VkPhysicalDevice physicalDevice, VkFormat format,
                                             VkFormatProperties *pFormatProperties)
 {
-    ENTER(GetPhysicalDeviceFormatProperties);
     const VkFormatProperties3 properties = format_properties(CONFIG(physicalDevice), format);
     *pFormatProperties = first_32_bits(&properties);
 }
@@ -56,7 +55,6 @@ void null_GetPhysicalDeviceFormatProperties(VkPhysicalDevice physicalDevice, VkF
 void null_GetPhysicalDeviceFormatProperties2(VkPhysicalDevice physicalDevice, VkFormat format,
                                              VkFormatProperties2 *pFormatProperties)
 {
-    ENTER(GetPhysicalDeviceFormatProperties2);
     const VkFormatProperties3 properties = format_properties(CONFIG(physicalDevice), format);
     pFormatProperties->formatProperties = first_32_bits(&properties);
     for (VkBaseOutStructure *out = pFormatProperties->pNext; out != NULL; out = out->pNext) {
@@ -92,11 +90,6 @@ null_GetPhysicalDeviceImageFormatProperties(VkPhysicalDevice physicalDevice, VkF
                                             VkImageUsageFlags usage, VkImageCreateFlags flags,
                                             VkImageFormatProperties *pImageFormatProperties)
 {
-    ENTER_OR_FAIL(GetPhysicalDeviceImageFormatProperties);
-    (void)type;
-    (void)tiling;
-    (void)usage;
-    (void)flags;
     return image_format(CONFIG(physicalDevice), format, pImageFormatProperties);
 }
 
@@ -104,34 +97,6 @@ VkResult null_GetPhysicalDeviceImageFormatProperties2(
     VkPhysicalDevice physicalDevice, const VkPhysicalDeviceImageFormatInfo2 *pImageFormatInfo,
     VkImageFormatProperties2 *pImageFormatProperties)
 {
-    ENTER_OR_FAIL(GetPhysicalDeviceImageFormatProperties2);
     return image_format(CONFIG(physicalDevice), pImageFormatInfo->format,
                         &pImageFormatProperties->imageFormatProperties);
-}
-
-void null_GetPhysicalDeviceSparseImageFormatProperties(
-    VkPhysicalDevice physicalDevice, VkFormat format, VkImageType type,
-    VkSampleCountFlagBits samples, VkImageUsageFlags usage, VkImageTiling tiling,
-    uint32_t *pPropertyCount, VkSparseImageFormatProperties *pProperties)
-{
-    ENTER(GetPhysicalDeviceSparseImageFormatProperties);
-    (void)physicalDevice;
-    (void)format;
-    (void)type;
-    (void)samples;
-    (void)usage;
-    (void)tiling;
-    (void)pProperties;
-    *pPropertyCount = 0;
-}
-
-void null_GetPhysicalDeviceSparseImageFormatProperties2(
-    VkPhysicalDevice physicalDevice, const VkPhysicalDeviceSparseImageFormatInfo2 *pFormatInfo,
-    uint32_t *pPropertyCount, VkSparseImageFormatProperties2 *pProperties)
-{
-    ENTER(GetPhysicalDeviceSparseImageFormatProperties2);
-    (void)physicalDevice;
-    (void)pFormatInfo;
-    (void)pProperties;
-    *pPropertyCount = 0;
 }

@@ -21,46 +21,26 @@ static VkMemoryRequirements requirements(const struct null_driver_config *config
     };
 }
 
-VkResult null_CreateImage(VkDevice device, const VkImageCreateInfo *pCreateInfo,
-                          const VkAllocationCallbacks *pAllocator, VkImage *pImage)
+void init_CreateImage(struct object *image, const VkImageCreateInfo *pCreateInfo)
 {
-    ENTER_OR_FAIL(CreateImage);
-    (void)pAllocator;
-    struct object *image = object_create(OBJECT(device), TYPE_IMAGE, NULL);
-    if (image == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    image->image = requirements(CONFIG(device), pCreateInfo);
-    *pImage = HANDLE(VkImage, image->handle);
-    return VK_SUCCESS;
-}
-
-void null_DestroyImage(VkDevice device, VkImage image, const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyImage);
-    (void)device;
-    (void)pAllocator;
-    object_destroy(RAW(image), TYPE_IMAGE);
+    image->image = requirements(image->config, pCreateInfo);
 }
 
 static VkMemoryRequirements requirements_of(VkImage image)
 {
-    const struct object *object = object_find(RAW(image), TYPE_IMAGE);
+    const struct object *object = object_find(RAW(image), VK_OBJECT_TYPE_IMAGE);
     return object != NULL ? object->image : (VkMemoryRequirements){0};
 }
 
 void null_GetImageMemoryRequirements(VkDevice device, VkImage image,
                                      VkMemoryRequirements *pMemoryRequirements)
 {
-    ENTER(GetImageMemoryRequirements);
-    (void)device;
     *pMemoryRequirements = requirements_of(image);
 }
 
 void null_GetImageMemoryRequirements2(VkDevice device, const VkImageMemoryRequirementsInfo2 *pInfo,
                                       VkMemoryRequirements2 *pMemoryRequirements)
 {
-    ENTER(GetImageMemoryRequirements2);
-    (void)device;
     pMemoryRequirements->memoryRequirements = requirements_of(pInfo->image);
     requirements_fill_chain(pMemoryRequirements->pNext);
 }
@@ -69,74 +49,14 @@ void null_GetDeviceImageMemoryRequirements(VkDevice device,
                                            const VkDeviceImageMemoryRequirements *pInfo,
                                            VkMemoryRequirements2 *pMemoryRequirements)
 {
-    ENTER(GetDeviceImageMemoryRequirements);
     pMemoryRequirements->memoryRequirements = requirements(CONFIG(device), pInfo->pCreateInfo);
     requirements_fill_chain(pMemoryRequirements->pNext);
-}
-
-void null_GetImageSparseMemoryRequirements(VkDevice device, VkImage image,
-                                           uint32_t *pSparseMemoryRequirementCount,
-                                           VkSparseImageMemoryRequirements *pRequirements)
-{
-    ENTER(GetImageSparseMemoryRequirements);
-    (void)device;
-    (void)image;
-    (void)pRequirements;
-    *pSparseMemoryRequirementCount = 0;
-}
-
-void null_GetImageSparseMemoryRequirements2(VkDevice device,
-                                            const VkImageSparseMemoryRequirementsInfo2 *pInfo,
-                                            uint32_t *pSparseMemoryRequirementCount,
-                                            VkSparseImageMemoryRequirements2 *pRequirements)
-{
-    ENTER(GetImageSparseMemoryRequirements2);
-    (void)device;
-    (void)pInfo;
-    (void)pRequirements;
-    *pSparseMemoryRequirementCount = 0;
-}
-
-void null_GetDeviceImageSparseMemoryRequirements(VkDevice device,
-                                                 const VkDeviceImageMemoryRequirements *pInfo,
-                                                 uint32_t *pSparseMemoryRequirementCount,
-                                                 VkSparseImageMemoryRequirements2 *pRequirements)
-{
-    ENTER(GetDeviceImageSparseMemoryRequirements);
-    (void)device;
-    (void)pInfo;
-    (void)pRequirements;
-    *pSparseMemoryRequirementCount = 0;
-}
-
-VkResult null_BindImageMemory(VkDevice device, VkImage image, VkDeviceMemory memory,
-                              VkDeviceSize memoryOffset)
-{
-    ENTER_OR_FAIL(BindImageMemory);
-    (void)device;
-    (void)image;
-    (void)memory;
-    (void)memoryOffset;
-    return VK_SUCCESS;
-}
-
-VkResult null_BindImageMemory2(VkDevice device, uint32_t bindInfoCount,
-                               const VkBindImageMemoryInfo *pBindInfos)
-{
-    ENTER_OR_FAIL(BindImageMemory2);
-    (void)device;
-    (void)bindInfoCount;
-    (void)pBindInfos;
-    return VK_SUCCESS;
 }
 
 void null_GetImageSubresourceLayout(VkDevice device, VkImage image,
                                     const VkImageSubresource *pSubresource,
                                     VkSubresourceLayout *pLayout)
 {
-    ENTER(GetImageSubresourceLayout);
-    (void)device;
-    (void)pSubresource;
     *pLayout = (VkSubresourceLayout){.size = requirements_of(image).size};
 }
 
@@ -144,9 +64,6 @@ void null_GetImageSubresourceLayout2(VkDevice device, VkImage image,
                                      const VkImageSubresource2 *pSubresource,
                                      VkSubresourceLayout2 *pLayout)
 {
-    ENTER(GetImageSubresourceLayout2);
-    (void)device;
-    (void)pSubresource;
     pLayout->subresourceLayout = (VkSubresourceLayout){.size = requirements_of(image).size};
 }
 
@@ -154,7 +71,6 @@ void null_GetDeviceImageSubresourceLayout(VkDevice device,
                                           const VkDeviceImageSubresourceInfo *pInfo,
                                           VkSubresourceLayout2 *pLayout)
 {
-    ENTER(GetDeviceImageSubresourceLayout);
     const VkMemoryRequirements memory = requirements(CONFIG(device), pInfo->pCreateInfo);
     pLayout->subresourceLayout = (VkSubresourceLayout){.size = memory.size};
 }

@@ -34,13 +34,11 @@ PFN_vkVoidFunction vk_icdGetInstanceProcAddr(VkInstance instance, const char *pN
 
 PFN_vkVoidFunction vk_icdGetPhysicalDeviceProcAddr(VkInstance instance, const char *pName)
 {
-    (void)instance;
     return entry_find_physical(pName);
 }
 
 PFN_vkVoidFunction null_GetInstanceProcAddr(VkInstance instance, const char *pName)
 {
-    (void)instance;
     return entry_find(pName);
 }
 
@@ -59,7 +57,6 @@ VkResult enumerate(uint32_t *count, void *to, const void *from, uint32_t availab
 
 VkResult null_EnumerateInstanceVersion(uint32_t *pApiVersion)
 {
-    ENTER_OR_FAIL(EnumerateInstanceVersion);
     *pApiVersion = config_current().api_version;
     return VK_SUCCESS;
 }
@@ -67,19 +64,8 @@ VkResult null_EnumerateInstanceVersion(uint32_t *pApiVersion)
 VkResult null_EnumerateInstanceExtensionProperties(const char *pLayerName, uint32_t *pPropertyCount,
                                                    VkExtensionProperties *pProperties)
 {
-    ENTER_OR_FAIL(EnumerateInstanceExtensionProperties);
-    (void)pLayerName;
     return enumerate(pPropertyCount, pProperties, instance_extensions,
                      COUNT_OF(instance_extensions), sizeof(instance_extensions[0]));
-}
-
-VkResult null_EnumerateInstanceLayerProperties(uint32_t *pPropertyCount,
-                                               VkLayerProperties *pProperties)
-{
-    ENTER_OR_FAIL(EnumerateInstanceLayerProperties);
-    (void)pProperties;
-    *pPropertyCount = 0;
-    return VK_SUCCESS;
 }
 
 static bool extension_is_known(const char *name)
@@ -99,14 +85,12 @@ static void release_instance(struct object *instance)
 VkResult null_CreateInstance(const VkInstanceCreateInfo *pCreateInfo,
                              const VkAllocationCallbacks *pAllocator, VkInstance *pInstance)
 {
-    ENTER_OR_FAIL(CreateInstance);
-    (void)pAllocator;
     for (uint32_t i = 0; i < pCreateInfo->enabledExtensionCount; i++) {
         if (!extension_is_known(pCreateInfo->ppEnabledExtensionNames[i]))
             return VK_ERROR_EXTENSION_NOT_PRESENT;
     }
     struct null_driver_config *config = malloc(sizeof(*config));
-    struct object *instance = object_create(NULL, TYPE_INSTANCE, release_instance);
+    struct object *instance = object_create(NULL, VK_OBJECT_TYPE_INSTANCE, release_instance);
     if (config == NULL || instance == NULL) {
         free(config);
         return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -115,9 +99,9 @@ VkResult null_CreateInstance(const VkInstanceCreateInfo *pCreateInfo,
     instance->instance_config = config;
     instance->config = config;
     for (uint32_t i = 0; i < config->physical_device_count; i++) {
-        struct object *physical = object_create(instance, TYPE_PHYSICAL_DEVICE, NULL);
+        struct object *physical = object_create(instance, VK_OBJECT_TYPE_PHYSICAL_DEVICE, NULL);
         if (physical == NULL) {
-            object_destroy_dispatchable(instance, TYPE_INSTANCE);
+            object_destroy_dispatchable(instance, VK_OBJECT_TYPE_INSTANCE);
             return VK_ERROR_OUT_OF_HOST_MEMORY;
         }
         physical->physical_device.index = i;
@@ -126,19 +110,13 @@ VkResult null_CreateInstance(const VkInstanceCreateInfo *pCreateInfo,
     return VK_SUCCESS;
 }
 
-void null_DestroyInstance(VkInstance instance, const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyInstance);
-    (void)pAllocator;
-    object_destroy_dispatchable(instance, TYPE_INSTANCE);
-}
-
 static uint32_t physical_devices(VkInstance instance,
                                  VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES])
 {
     const uint32_t count = CONFIG(instance)->physical_device_count;
     for (uint32_t i = 0; i < count; i++) {
-        devices[i] = (VkPhysicalDevice)object_child(OBJECT(instance), TYPE_PHYSICAL_DEVICE, i);
+        devices[i] =
+            (VkPhysicalDevice)object_child(OBJECT(instance), VK_OBJECT_TYPE_PHYSICAL_DEVICE, i);
     }
     return count;
 }
@@ -146,7 +124,6 @@ static uint32_t physical_devices(VkInstance instance,
 VkResult null_EnumeratePhysicalDevices(VkInstance instance, uint32_t *pPhysicalDeviceCount,
                                        VkPhysicalDevice *pPhysicalDevices)
 {
-    ENTER_OR_FAIL(EnumeratePhysicalDevices);
     VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
     const uint32_t count = physical_devices(instance, devices);
     return enumerate(pPhysicalDeviceCount, pPhysicalDevices, devices, count, sizeof(devices[0]));
@@ -155,7 +132,6 @@ VkResult null_EnumeratePhysicalDevices(VkInstance instance, uint32_t *pPhysicalD
 VkResult null_EnumeratePhysicalDeviceGroups(VkInstance instance, uint32_t *pGroupCount,
                                             VkPhysicalDeviceGroupProperties *pGroups)
 {
-    ENTER_OR_FAIL(EnumeratePhysicalDeviceGroups);
     VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
     const uint32_t device_count = physical_devices(instance, devices);
     const uint32_t group_size =
@@ -175,41 +151,4 @@ VkResult null_EnumeratePhysicalDeviceGroups(VkInstance instance, uint32_t *pGrou
         pGroups[i].subsetAllocation = VK_TRUE;
     }
     return all ? VK_SUCCESS : VK_INCOMPLETE;
-}
-
-/* The loader calls its own messengers; drivers keep theirs for messages of their own. */
-VkResult null_CreateDebugUtilsMessengerEXT(VkInstance instance,
-                                           const VkDebugUtilsMessengerCreateInfoEXT *pCreateInfo,
-                                           const VkAllocationCallbacks *pAllocator,
-                                           VkDebugUtilsMessengerEXT *pMessenger)
-{
-    ENTER_OR_FAIL(CreateDebugUtilsMessengerEXT);
-    (void)pCreateInfo;
-    (void)pAllocator;
-    struct object *messenger = object_create(OBJECT(instance), TYPE_SIMPLE, NULL);
-    if (messenger == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    *pMessenger = HANDLE(VkDebugUtilsMessengerEXT, messenger->handle);
-    return VK_SUCCESS;
-}
-
-void null_DestroyDebugUtilsMessengerEXT(VkInstance instance, VkDebugUtilsMessengerEXT messenger,
-                                        const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyDebugUtilsMessengerEXT);
-    (void)instance;
-    (void)pAllocator;
-    object_destroy(RAW(messenger), TYPE_SIMPLE);
-}
-
-void null_SubmitDebugUtilsMessageEXT(VkInstance instance,
-                                     VkDebugUtilsMessageSeverityFlagBitsEXT messageSeverity,
-                                     VkDebugUtilsMessageTypeFlagsEXT messageTypes,
-                                     const VkDebugUtilsMessengerCallbackDataEXT *pCallbackData)
-{
-    ENTER(SubmitDebugUtilsMessageEXT);
-    (void)instance;
-    (void)messageSeverity;
-    (void)messageTypes;
-    (void)pCallbackData;
 }

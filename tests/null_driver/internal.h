@@ -3,6 +3,7 @@
 #ifndef NULL_DRIVER_INTERNAL_H
 #define NULL_DRIVER_INTERNAL_H
 
+#include "generated.h"
 #include "null_driver.h"
 
 #include <pthread.h>
@@ -25,10 +26,10 @@ enum guard {
     NEVER,
     FIRST_EXTENSION,
     BEFORE_EXTENSIONS = FIRST_EXTENSION - 1,
-#define EXTENSION(name, promoted) name,
-#include "extensions.h"
-#undef EXTENSION
-    GUARD_COUNT,
+#define GUARD(name, promoted) name,
+    EXTENSIONS(GUARD)
+#undef GUARD
+        GUARD_COUNT,
     EXTENSION_COUNT = GUARD_COUNT - FIRST_EXTENSION,
 };
 
@@ -44,6 +45,19 @@ bool guard_is_known(const struct null_driver_config *config, enum guard guard);
 /* A copy of the current one. */
 struct null_driver_config config_current(void);
 
+/* A structure of features: VkBool32 members behind sType and pNext. If they are also members of a
+ * VkPhysicalDeviceVulkan1xFeatures, in the same order, the first of them there is its home, and
+ * they share their values. generate.py makes a row for each way in which a structure is offered. */
+struct feature_row {
+    VkStructureType sType;
+    enum guard guard;
+    uint32_t end;         /* of the last member; there may be padding behind it */
+    VkStructureType home; /* its own sType if it shares with none */
+    uint32_t home_offset;
+};
+extern const struct feature_row feature_rows[];
+extern const size_t feature_row_count;
+
 bool feature_is_on(const struct null_driver_config *config, VkStructureType sType, uint32_t offset);
 void features_fill(const struct null_driver_config *config, VkPhysicalDeviceFeatures2 *features);
 /* Whether all features asked for are on; pEnabledFeatures may be NULL. */
@@ -53,33 +67,6 @@ void properties_fill(const struct null_driver_config *config, uint32_t index,
                      VkPhysicalDeviceProperties2 *properties);
 
 /* ---- objects */
-
-enum object_type {
-    TYPE_NONE,
-    TYPE_INSTANCE,
-    TYPE_PHYSICAL_DEVICE,
-    TYPE_DEVICE,
-    TYPE_QUEUE,
-    TYPE_COMMAND_BUFFER,
-    TYPE_LAST_DISPATCHABLE = TYPE_COMMAND_BUFFER,
-    TYPE_COMMAND_POOL,
-    TYPE_MEMORY,
-    TYPE_BUFFER,
-    TYPE_IMAGE,
-    TYPE_ACCELERATION_STRUCTURE,
-    TYPE_ACCELERATION_STRUCTURE_NV,
-    TYPE_MICROMAP,
-    TYPE_DEFERRED_OPERATION,
-    TYPE_DESCRIPTOR_POOL,
-    TYPE_DESCRIPTOR_SET,
-    TYPE_FENCE,
-    TYPE_SEMAPHORE,
-    TYPE_EVENT,
-    TYPE_QUERY_POOL,
-    TYPE_PRIVATE_DATA_SLOT,
-    TYPE_SIMPLE,
-    TYPE_COUNT,
-};
 
 struct private_value {
     VkObjectType type;
@@ -102,7 +89,7 @@ struct dispatch {
 struct object {
     VK_LOADER_DATA loader; /* first: the loader's dispatch pointer of dispatchable objects */
     _Atomic uint64_t handle;
-    enum object_type type;
+    VkObjectType type;
     uint32_t index;
     uint32_t generation;
     const struct null_driver_config *config; /* of the instance, while it lives */
@@ -165,16 +152,18 @@ struct object {
 
 /* Returns NULL when out of memory. release, if any, is called when the object goes, with the lock
  * of object.c held. */
-struct object *object_create(struct object *parent, enum object_type type,
+struct object *object_create(struct object *parent, VkObjectType type,
                              void (*release)(struct object *));
+/* The handles of count objects without state; VK_NULL_HANDLE when out of memory. */
+VkResult objects_create(struct object *parent, VkObjectType type, uint32_t count, void *handles);
 /* The object behind a live non-dispatchable handle of that type, else NULL. */
-struct object *object_find(uint64_t handle, enum object_type type);
+struct object *object_find(uint64_t handle, VkObjectType type);
 /* Destroys it and what was made from it; ignores handles that are not live. */
-void object_destroy(uint64_t handle, enum object_type type);
-void object_destroy_dispatchable(void *handle, enum object_type type);
-void object_destroy_children(struct object *parent, enum object_type type);
+void object_destroy(uint64_t handle, VkObjectType type);
+void object_destroy_dispatchable(void *handle, VkObjectType type);
+void object_destroy_children(struct object *parent, VkObjectType type);
 /* The child of that number, counted from 0, in order of creation; else NULL. */
-struct object *object_child(struct object *parent, enum object_type type, uint32_t number);
+struct object *object_child(struct object *parent, VkObjectType type, uint32_t number);
 
 #define OBJECT(dispatchable) ((struct object *)(dispatchable))
 #define CONFIG(dispatchable) (OBJECT(dispatchable)->config)
@@ -260,38 +249,51 @@ void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value);
 void sync_wake(void);
 bool device_is_lost(void);
 
-/* ---- entry points: null_NAME implements vkNAME */
-
-#define ENTRY(level, name, guard) __typeof__(*(PFN_vk##name)NULL) null_##name;
-#define ALIAS(level, name, target, guard)
-#include "entry_points.h"
-#undef ENTRY
-#undef ALIAS
+/* ---- entry points
+ *
+ * generate.py makes a function entry_NAME for each command that the registry has of the versions
+ * and extensions offered. It counts the call, and calls null_NAME unless the call is to fail. Of
+ * null_NAME it makes a weak definition: creates or destroys an object without state, enumerates
+ * nothing, lets a deferred operation start, or does nothing and succeeds. A definition in a file
+ * here replaces it.
+ */
 
 enum entry {
-#define ENTRY(level, name, guard) ENTRY_##name,
-#define ALIAS(level, name, target, guard)
-#define NO_OP(name, guard) ENTRY_##name,
-#include "entry_points.h"
-#include "no_ops.h"
+#define ENTRY(name) ENTRY_##name,
+    ENTRIES(ENTRY)
 #undef ENTRY
-#undef ALIAS
-#undef NO_OP
-    ENTRY_COUNT,
+        ENTRY_COUNT,
 };
+
+#define ENTRY(name) __typeof__(*(PFN_vk##name)NULL) null_##name;
+ENTRIES(ENTRY)
+#undef ENTRY
+
+/* What a command that creates one object does to it before the application has its handle. Nothing,
+ * unless a file here defines it. */
+#define CREATION(name, info_type)                                                                  \
+    void init_##name(struct object *object, const info_type *pCreateInfo);
+CREATIONS(CREATION)
+#undef CREATION
+
+enum level { INSTANCE, PHYSICAL, DEVICE };
+
+/* A name of a command. The guard is the core version, or the extension to enable, with which
+ * vkGetDeviceProcAddr gives the command. */
+struct entry_point {
+    const char *name;
+    PFN_vkVoidFunction function;
+    enum entry entry;
+    enum level level;
+    enum guard guard;
+};
+extern const struct entry_point entry_points[]; /* sorted by name */
+extern const size_t entry_point_count;
 
 /* Counts a call; the failure that was asked for, else VK_SUCCESS. */
 VkResult entry_count(enum entry entry);
 PFN_vkVoidFunction entry_find(const char *name);
 PFN_vkVoidFunction entry_find_physical(const char *name);
 PFN_vkVoidFunction entry_find_device(const struct object *device, const char *name);
-
-#define ENTER(name) ((void)entry_count(ENTRY_##name))
-#define ENTER_OR_FAIL(name)                                                                        \
-    do {                                                                                           \
-        const VkResult failure_ = entry_count(ENTRY_##name);                                       \
-        if (failure_ != VK_SUCCESS)                                                                \
-            return failure_;                                                                       \
-    } while (0)
 
 #endif

@@ -50,13 +50,12 @@ static VkDeviceAddress replayed_address(const VkMemoryAllocateInfo *info)
 VkResult null_AllocateMemory(VkDevice device, const VkMemoryAllocateInfo *pAllocateInfo,
                              const VkAllocationCallbacks *pAllocator, VkDeviceMemory *pMemory)
 {
-    ENTER_OR_FAIL(AllocateMemory);
-    (void)pAllocator;
     const struct null_driver_config *config = CONFIG(device);
     const VkResult result = check(config, pAllocateInfo);
     if (result != VK_SUCCESS)
         return result;
-    struct object *memory = object_create(OBJECT(device), TYPE_MEMORY, release_memory);
+    struct object *memory =
+        object_create(OBJECT(device), VK_OBJECT_TYPE_DEVICE_MEMORY, release_memory);
     if (memory == NULL)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     const VkMemoryType *type = &config->memory.memoryTypes[pAllocateInfo->memoryTypeIndex];
@@ -69,15 +68,6 @@ VkResult null_AllocateMemory(VkDevice device, const VkMemoryAllocateInfo *pAlloc
     address_add_object(memory, memory->memory.address, memory->memory.size);
     *pMemory = HANDLE(VkDeviceMemory, memory->handle);
     return VK_SUCCESS;
-}
-
-void null_FreeMemory(VkDevice device, VkDeviceMemory memory,
-                     const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(FreeMemory);
-    (void)device;
-    (void)pAllocator;
-    object_destroy(RAW(memory), TYPE_MEMORY);
 }
 
 unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDeviceSize *size)
@@ -101,7 +91,7 @@ unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDevice
 
 static VkResult map(VkDeviceMemory handle, VkDeviceSize offset, void **ppData)
 {
-    struct object *memory = object_find(RAW(handle), TYPE_MEMORY);
+    struct object *memory = object_find(RAW(handle), VK_OBJECT_TYPE_DEVICE_MEMORY);
     if (memory == NULL || !memory->memory.host_visible)
         return VK_ERROR_MEMORY_MAP_FAILED;
     VkDeviceSize size = VK_WHOLE_SIZE;
@@ -115,42 +105,18 @@ static VkResult map(VkDeviceMemory handle, VkDeviceSize offset, void **ppData)
 VkResult null_MapMemory(VkDevice device, VkDeviceMemory memory, VkDeviceSize offset,
                         VkDeviceSize size, VkMemoryMapFlags flags, void **ppData)
 {
-    ENTER_OR_FAIL(MapMemory);
-    (void)device;
-    (void)size;
-    (void)flags;
     return map(memory, offset, ppData);
 }
 
 VkResult null_MapMemory2(VkDevice device, const VkMemoryMapInfo *pMemoryMapInfo, void **ppData)
 {
-    ENTER_OR_FAIL(MapMemory2);
-    (void)device;
     return map(pMemoryMapInfo->memory, pMemoryMapInfo->offset, ppData);
-}
-
-/* What was written stays until the memory is freed. */
-void null_UnmapMemory(VkDevice device, VkDeviceMemory memory)
-{
-    ENTER(UnmapMemory);
-    (void)device;
-    (void)memory;
-}
-
-VkResult null_UnmapMemory2(VkDevice device, const VkMemoryUnmapInfo *pMemoryUnmapInfo)
-{
-    ENTER_OR_FAIL(UnmapMemory2);
-    (void)device;
-    (void)pMemoryUnmapInfo;
-    return VK_SUCCESS;
 }
 
 void null_GetDeviceMemoryCommitment(VkDevice device, VkDeviceMemory memory,
                                     VkDeviceSize *pCommittedMemoryInBytes)
 {
-    ENTER(GetDeviceMemoryCommitment);
-    (void)device;
-    const struct object *object = object_find(RAW(memory), TYPE_MEMORY);
+    const struct object *object = object_find(RAW(memory), VK_OBJECT_TYPE_DEVICE_MEMORY);
     *pCommittedMemoryInBytes = object != NULL ? object->memory.size : 0;
 }
 
@@ -158,17 +124,13 @@ uint64_t
 null_GetDeviceMemoryOpaqueCaptureAddress(VkDevice device,
                                          const VkDeviceMemoryOpaqueCaptureAddressInfo *pInfo)
 {
-    ENTER(GetDeviceMemoryOpaqueCaptureAddress);
-    (void)device;
-    const struct object *memory = object_find(RAW(pInfo->memory), TYPE_MEMORY);
+    const struct object *memory = object_find(RAW(pInfo->memory), VK_OBJECT_TYPE_DEVICE_MEMORY);
     return memory != NULL ? memory->memory.address : 0;
 }
 
 VkResult null_GetMemoryFdKHR(VkDevice device, const VkMemoryGetFdInfoKHR *pGetFdInfo, int *pFd)
 {
-    ENTER_OR_FAIL(GetMemoryFdKHR);
-    (void)device;
-    if (object_find(RAW(pGetFdInfo->memory), TYPE_MEMORY) == NULL)
+    if (object_find(RAW(pGetFdInfo->memory), VK_OBJECT_TYPE_DEVICE_MEMORY) == NULL)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     *pFd = memfd_create("null driver", MFD_CLOEXEC);
     return *pFd >= 0 ? VK_SUCCESS : VK_ERROR_TOO_MANY_OBJECTS;
@@ -178,9 +140,6 @@ VkResult null_GetMemoryFdPropertiesKHR(VkDevice device,
                                        VkExternalMemoryHandleTypeFlagBits handleType, int fd,
                                        VkMemoryFdPropertiesKHR *pMemoryFdProperties)
 {
-    ENTER_OR_FAIL(GetMemoryFdPropertiesKHR);
-    (void)handleType;
-    (void)fd;
     pMemoryFdProperties->memoryTypeBits =
         requirements_types(CONFIG(device), 0, VK_MEMORY_PROPERTY_PROTECTED_BIT);
     return VK_SUCCESS;
@@ -190,9 +149,6 @@ VkResult null_GetMemoryHostPointerPropertiesEXT(
     VkDevice device, VkExternalMemoryHandleTypeFlagBits handleType, const void *pHostPointer,
     VkMemoryHostPointerPropertiesEXT *pMemoryHostPointerProperties)
 {
-    ENTER_OR_FAIL(GetMemoryHostPointerPropertiesEXT);
-    (void)handleType;
-    (void)pHostPointer;
     pMemoryHostPointerProperties->memoryTypeBits =
         requirements_types(CONFIG(device), VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT, 0);
     return VK_SUCCESS;

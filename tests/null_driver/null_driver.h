@@ -65,8 +65,8 @@ struct null_driver_config {
     uint32_t physical_device_count; /* default 2, all alike */
     bool one_device_group;          /* else each is a group of its own; default true */
 
-    /* The driver offers all extensions of extensions.h; hidden ones are taken away (with their
-     * features, properties and commands), extra ones are added by name alone. Strings are not
+    /* The driver offers all extensions that generate.py lists; hidden ones are taken away (with
+     * their features, properties and commands), extra ones are added by name alone. Strings are not
      * copied. */
     const char *hidden_extensions[NULL_DRIVER_MAX_EXTENSIONS];
     uint32_t hidden_extension_count;

@@ -18,30 +18,11 @@ static uint64_t primitives_of(const VkAccelerationStructureInfoNV *info)
     return primitives;
 }
 
-VkResult null_CreateAccelerationStructureNV(VkDevice device,
-                                            const VkAccelerationStructureCreateInfoNV *pCreateInfo,
-                                            const VkAllocationCallbacks *pAllocator,
-                                            VkAccelerationStructureNV *pAccelerationStructure)
+void init_CreateAccelerationStructureNV(struct object *as,
+                                        const VkAccelerationStructureCreateInfoNV *pCreateInfo)
 {
-    ENTER_OR_FAIL(CreateAccelerationStructureNV);
-    (void)pAllocator;
-    struct object *as = object_create(OBJECT(device), TYPE_ACCELERATION_STRUCTURE_NV, NULL);
-    if (as == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     as->as_nv.primitives = primitives_of(&pCreateInfo->info);
     as->as_nv.compacted = pCreateInfo->compactedSize;
-    *pAccelerationStructure = HANDLE(VkAccelerationStructureNV, as->handle);
-    return VK_SUCCESS;
-}
-
-void null_DestroyAccelerationStructureNV(VkDevice device,
-                                         VkAccelerationStructureNV accelerationStructure,
-                                         const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyAccelerationStructureNV);
-    (void)device;
-    (void)pAllocator;
-    object_destroy(RAW(accelerationStructure), TYPE_ACCELERATION_STRUCTURE_NV);
 }
 
 static VkDeviceSize size_of(const struct null_driver_sizes *sizes, const struct object *as,
@@ -62,10 +43,9 @@ void null_GetAccelerationStructureMemoryRequirementsNV(
     VkDevice device, const VkAccelerationStructureMemoryRequirementsInfoNV *pInfo,
     VkMemoryRequirements2KHR *pMemoryRequirements)
 {
-    ENTER(GetAccelerationStructureMemoryRequirementsNV);
     const struct null_driver_config *config = CONFIG(device);
     const struct object *as =
-        object_find(RAW(pInfo->accelerationStructure), TYPE_ACCELERATION_STRUCTURE_NV);
+        object_find(RAW(pInfo->accelerationStructure), VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV);
     const VkDeviceSize size = as != NULL ? size_of(&config->sizes, as, pInfo->type) : 0;
     pMemoryRequirements->memoryRequirements = (VkMemoryRequirements){
         .size = align_up(size, 256),
@@ -80,12 +60,11 @@ VkResult
 null_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
                                        const VkBindAccelerationStructureMemoryInfoNV *pBindInfos)
 {
-    ENTER_OR_FAIL(BindAccelerationStructureMemoryNV);
-    (void)device;
     for (uint32_t i = 0; i < bindInfoCount; i++) {
-        struct object *as =
-            object_find(RAW(pBindInfos[i].accelerationStructure), TYPE_ACCELERATION_STRUCTURE_NV);
-        const struct object *memory = object_find(RAW(pBindInfos[i].memory), TYPE_MEMORY);
+        struct object *as = object_find(RAW(pBindInfos[i].accelerationStructure),
+                                        VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV);
+        const struct object *memory =
+            object_find(RAW(pBindInfos[i].memory), VK_OBJECT_TYPE_DEVICE_MEMORY);
         if (as != NULL && memory != NULL)
             as->as_nv.address = memory->memory.address + pBindInfos[i].memoryOffset;
     }
@@ -96,10 +75,8 @@ VkResult null_GetAccelerationStructureHandleNV(VkDevice device,
                                                VkAccelerationStructureNV accelerationStructure,
                                                size_t dataSize, void *pData)
 {
-    ENTER_OR_FAIL(GetAccelerationStructureHandleNV);
-    (void)device;
     const struct object *as =
-        object_find(RAW(accelerationStructure), TYPE_ACCELERATION_STRUCTURE_NV);
+        object_find(RAW(accelerationStructure), VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV);
     const uint64_t address = as != NULL ? as->as_nv.address : 0;
     memcpy(pData, &address, dataSize < sizeof(address) ? dataSize : sizeof(address));
     return VK_SUCCESS;

@@ -17,11 +17,13 @@ static struct object *_Atomic chunks[MAX_CHUNKS];
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of all below, and the tree */
 static uint32_t slot_count;
-static struct object *free_lists[TYPE_LAST_DISPATCHABLE + 1]; /* linked by next; 0: all others */
+static struct object
+    *free_lists[VK_OBJECT_TYPE_COMMAND_BUFFER + 1]; /* linked by next; 0: all others */
 
-static bool is_dispatchable(enum object_type type)
+static bool is_dispatchable(VkObjectType type)
 {
-    return type != TYPE_NONE && type <= TYPE_LAST_DISPATCHABLE;
+    return type == VK_OBJECT_TYPE_COMMAND_BUFFER ||
+           (type != VK_OBJECT_TYPE_UNKNOWN && type <= VK_OBJECT_TYPE_QUEUE);
 }
 
 static uint64_t handle_of(const struct object *object)
@@ -48,9 +50,9 @@ static struct object *slot_new(void)
     return object;
 }
 
-static struct object *slot_take(enum object_type type)
+static struct object *slot_take(VkObjectType type)
 {
-    struct object **list = &free_lists[is_dispatchable(type) ? type : TYPE_NONE];
+    struct object **list = &free_lists[is_dispatchable(type) ? type : VK_OBJECT_TYPE_UNKNOWN];
     struct object *object = *list;
     if (object == NULL)
         return slot_new();
@@ -58,9 +60,9 @@ static struct object *slot_take(enum object_type type)
     return object;
 }
 
-static void slot_give(struct object *object, enum object_type type, bool recycle)
+static void slot_give(struct object *object, VkObjectType type, bool recycle)
 {
-    struct object **list = &free_lists[TYPE_NONE];
+    struct object **list = &free_lists[VK_OBJECT_TYPE_UNKNOWN];
     if (is_dispatchable(type)) {
         if (!recycle)
             return; /* its address is its handle */
@@ -104,12 +106,12 @@ static void destroy_tree(struct object *root)
         struct object *parent = object->parent;
         const bool last = object == root;
         const bool recycle = object->config->recycle_handles;
-        const enum object_type type = object->type;
+        const VkObjectType type = object->type;
         unlink_child(object);
         atomic_store_explicit(&object->handle, 0, memory_order_release);
         if (object->release != NULL)
             object->release(object);
-        object->type = TYPE_NONE;
+        object->type = VK_OBJECT_TYPE_UNKNOWN;
         object->config = NULL;
         slot_give(object, type, recycle);
         if (last)
@@ -118,7 +120,7 @@ static void destroy_tree(struct object *root)
     }
 }
 
-struct object *object_create(struct object *parent, enum object_type type,
+struct object *object_create(struct object *parent, VkObjectType type,
                              void (*release)(struct object *))
 {
     pthread_mutex_lock(&lock);
@@ -142,7 +144,20 @@ struct object *object_create(struct object *parent, enum object_type type,
     return object;
 }
 
-struct object *object_find(uint64_t handle, enum object_type type)
+VkResult objects_create(struct object *parent, VkObjectType type, uint32_t count, void *handles)
+{
+    VkResult result = VK_SUCCESS;
+    for (uint32_t i = 0; i < count; i++) {
+        const struct object *object = object_create(parent, type, NULL);
+        const uint64_t handle = object != NULL ? object->handle : 0;
+        memcpy((char *)handles + i * sizeof(handle), &handle, sizeof(handle));
+        if (object == NULL)
+            result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    return result;
+}
+
+struct object *object_find(uint64_t handle, VkObjectType type)
 {
     const uint64_t index = ((handle >> 4) & 0xfffffffff) - 1; /* of 0: too big */
     if (index >= (uint64_t)MAX_CHUNKS * CHUNK_SIZE)
@@ -156,7 +171,7 @@ struct object *object_find(uint64_t handle, enum object_type type)
     return object->type == type ? object : NULL;
 }
 
-void object_destroy(uint64_t handle, enum object_type type)
+void object_destroy(uint64_t handle, VkObjectType type)
 {
     pthread_mutex_lock(&lock);
     struct object *object = object_find(handle, type);
@@ -165,7 +180,7 @@ void object_destroy(uint64_t handle, enum object_type type)
     pthread_mutex_unlock(&lock);
 }
 
-void object_destroy_dispatchable(void *handle, enum object_type type)
+void object_destroy_dispatchable(void *handle, VkObjectType type)
 {
     struct object *object = handle;
     pthread_mutex_lock(&lock);
@@ -174,7 +189,7 @@ void object_destroy_dispatchable(void *handle, enum object_type type)
     pthread_mutex_unlock(&lock);
 }
 
-void object_destroy_children(struct object *parent, enum object_type type)
+void object_destroy_children(struct object *parent, VkObjectType type)
 {
     pthread_mutex_lock(&lock);
     for (struct object *child = parent->children, *next; child != NULL; child = next) {
@@ -185,7 +200,7 @@ void object_destroy_children(struct object *parent, enum object_type type)
     pthread_mutex_unlock(&lock);
 }
 
-struct object *object_child(struct object *parent, enum object_type type, uint32_t number)
+struct object *object_child(struct object *parent, VkObjectType type, uint32_t number)
 {
     struct object *found = NULL;
     pthread_mutex_lock(&lock);

@@ -7,14 +7,12 @@
 void null_GetPhysicalDeviceFeatures2(VkPhysicalDevice physicalDevice,
                                      VkPhysicalDeviceFeatures2 *pFeatures)
 {
-    ENTER(GetPhysicalDeviceFeatures2);
     features_fill(CONFIG(physicalDevice), pFeatures);
 }
 
 void null_GetPhysicalDeviceFeatures(VkPhysicalDevice physicalDevice,
                                     VkPhysicalDeviceFeatures *pFeatures)
 {
-    ENTER(GetPhysicalDeviceFeatures);
     VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2};
     features_fill(CONFIG(physicalDevice), &features);
     *pFeatures = features.features;
@@ -23,7 +21,6 @@ void null_GetPhysicalDeviceFeatures(VkPhysicalDevice physicalDevice,
 void null_GetPhysicalDeviceProperties2(VkPhysicalDevice physicalDevice,
                                        VkPhysicalDeviceProperties2 *pProperties)
 {
-    ENTER(GetPhysicalDeviceProperties2);
     properties_fill(CONFIG(physicalDevice), OBJECT(physicalDevice)->physical_device.index,
                     pProperties);
 }
@@ -31,7 +28,6 @@ void null_GetPhysicalDeviceProperties2(VkPhysicalDevice physicalDevice,
 void null_GetPhysicalDeviceProperties(VkPhysicalDevice physicalDevice,
                                       VkPhysicalDeviceProperties *pProperties)
 {
-    ENTER(GetPhysicalDeviceProperties);
     VkPhysicalDeviceProperties2 properties = {.sType =
                                                   VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
     properties_fill(CONFIG(physicalDevice), OBJECT(physicalDevice)->physical_device.index,
@@ -42,14 +38,12 @@ void null_GetPhysicalDeviceProperties(VkPhysicalDevice physicalDevice,
 void null_GetPhysicalDeviceMemoryProperties(VkPhysicalDevice physicalDevice,
                                             VkPhysicalDeviceMemoryProperties *pMemoryProperties)
 {
-    ENTER(GetPhysicalDeviceMemoryProperties);
     *pMemoryProperties = CONFIG(physicalDevice)->memory;
 }
 
 void null_GetPhysicalDeviceMemoryProperties2(VkPhysicalDevice physicalDevice,
                                              VkPhysicalDeviceMemoryProperties2 *pMemoryProperties)
 {
-    ENTER(GetPhysicalDeviceMemoryProperties2);
     pMemoryProperties->memoryProperties = CONFIG(physicalDevice)->memory;
 }
 
@@ -57,7 +51,6 @@ void null_GetPhysicalDeviceQueueFamilyProperties(VkPhysicalDevice physicalDevice
                                                  uint32_t *pQueueFamilyPropertyCount,
                                                  VkQueueFamilyProperties *pQueueFamilyProperties)
 {
-    ENTER(GetPhysicalDeviceQueueFamilyProperties);
     const struct null_driver_config *config = CONFIG(physicalDevice);
     enumerate(pQueueFamilyPropertyCount, pQueueFamilyProperties, config->queue_families,
               config->queue_family_count, sizeof(config->queue_families[0]));
@@ -79,7 +72,6 @@ void null_GetPhysicalDeviceQueueFamilyProperties2(VkPhysicalDevice physicalDevic
                                                   uint32_t *pQueueFamilyPropertyCount,
                                                   VkQueueFamilyProperties2 *pQueueFamilyProperties)
 {
-    ENTER(GetPhysicalDeviceQueueFamilyProperties2);
     const struct null_driver_config *config = CONFIG(physicalDevice);
     if (pQueueFamilyProperties == NULL || *pQueueFamilyPropertyCount > config->queue_family_count)
         *pQueueFamilyPropertyCount = config->queue_family_count;
@@ -117,40 +109,15 @@ VkResult null_EnumerateDeviceExtensionProperties(VkPhysicalDevice physicalDevice
                                                  const char *pLayerName, uint32_t *pPropertyCount,
                                                  VkExtensionProperties *pProperties)
 {
-    ENTER_OR_FAIL(EnumerateDeviceExtensionProperties);
-    (void)pLayerName;
     VkExtensionProperties extensions[EXTENSION_COUNT + NULL_DRIVER_MAX_EXTENSIONS];
     const uint32_t count = list_extensions(CONFIG(physicalDevice), extensions);
     return enumerate(pPropertyCount, pProperties, extensions, count, sizeof(extensions[0]));
-}
-
-VkResult null_EnumerateDeviceLayerProperties(VkPhysicalDevice physicalDevice,
-                                             uint32_t *pPropertyCount,
-                                             VkLayerProperties *pProperties)
-{
-    ENTER_OR_FAIL(EnumerateDeviceLayerProperties);
-    (void)physicalDevice;
-    (void)pProperties;
-    *pPropertyCount = 0;
-    return VK_SUCCESS;
-}
-
-VkResult null_GetPhysicalDeviceToolProperties(VkPhysicalDevice physicalDevice, uint32_t *pToolCount,
-                                              VkPhysicalDeviceToolProperties *pToolProperties)
-{
-    ENTER_OR_FAIL(GetPhysicalDeviceToolProperties);
-    (void)physicalDevice;
-    (void)pToolProperties;
-    *pToolCount = 0;
-    return VK_SUCCESS;
 }
 
 void null_GetPhysicalDeviceExternalBufferProperties(
     VkPhysicalDevice physicalDevice, const VkPhysicalDeviceExternalBufferInfo *pExternalBufferInfo,
     VkExternalBufferProperties *pExternalBufferProperties)
 {
-    ENTER(GetPhysicalDeviceExternalBufferProperties);
-    (void)physicalDevice;
     pExternalBufferProperties->externalMemoryProperties = (VkExternalMemoryProperties){
         VK_EXTERNAL_MEMORY_FEATURE_EXPORTABLE_BIT | VK_EXTERNAL_MEMORY_FEATURE_IMPORTABLE_BIT,
         pExternalBufferInfo->handleType, pExternalBufferInfo->handleType};
@@ -160,9 +127,6 @@ void null_GetPhysicalDeviceExternalFenceProperties(
     VkPhysicalDevice physicalDevice, const VkPhysicalDeviceExternalFenceInfo *pExternalFenceInfo,
     VkExternalFenceProperties *pExternalFenceProperties)
 {
-    ENTER(GetPhysicalDeviceExternalFenceProperties);
-    (void)physicalDevice;
-    (void)pExternalFenceInfo;
     pExternalFenceProperties->exportFromImportedHandleTypes = 0;
     pExternalFenceProperties->compatibleHandleTypes = 0;
     pExternalFenceProperties->externalFenceFeatures = 0;
@@ -173,9 +137,6 @@ void null_GetPhysicalDeviceExternalSemaphoreProperties(
     const VkPhysicalDeviceExternalSemaphoreInfo *pExternalSemaphoreInfo,
     VkExternalSemaphoreProperties *pExternalSemaphoreProperties)
 {
-    ENTER(GetPhysicalDeviceExternalSemaphoreProperties);
-    (void)physicalDevice;
-    (void)pExternalSemaphoreInfo;
     pExternalSemaphoreProperties->exportFromImportedHandleTypes = 0;
     pExternalSemaphoreProperties->compatibleHandleTypes = 0;
     pExternalSemaphoreProperties->externalSemaphoreFeatures = 0;

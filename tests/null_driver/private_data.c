@@ -11,27 +11,9 @@ static void release_slot(struct object *slot)
     free(slot->private_data.values);
 }
 
-VkResult null_CreatePrivateDataSlot(VkDevice device, const VkPrivateDataSlotCreateInfo *pCreateInfo,
-                                    const VkAllocationCallbacks *pAllocator,
-                                    VkPrivateDataSlot *pPrivateDataSlot)
+void init_CreatePrivateDataSlot(struct object *slot, const VkPrivateDataSlotCreateInfo *pCreateInfo)
 {
-    ENTER_OR_FAIL(CreatePrivateDataSlot);
-    (void)pCreateInfo;
-    (void)pAllocator;
-    struct object *slot = object_create(OBJECT(device), TYPE_PRIVATE_DATA_SLOT, release_slot);
-    if (slot == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    *pPrivateDataSlot = HANDLE(VkPrivateDataSlot, slot->handle);
-    return VK_SUCCESS;
-}
-
-void null_DestroyPrivateDataSlot(VkDevice device, VkPrivateDataSlot privateDataSlot,
-                                 const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyPrivateDataSlot);
-    (void)device;
-    (void)pAllocator;
-    object_destroy(RAW(privateDataSlot), TYPE_PRIVATE_DATA_SLOT);
+    slot->release = release_slot;
 }
 
 static struct private_value *find(const struct object *slot, VkObjectType type, uint64_t handle)
@@ -62,9 +44,7 @@ static VkResult set(struct object *slot, const struct private_value *new)
 VkResult null_SetPrivateData(VkDevice device, VkObjectType objectType, uint64_t objectHandle,
                              VkPrivateDataSlot privateDataSlot, uint64_t data)
 {
-    ENTER_OR_FAIL(SetPrivateData);
-    (void)device;
-    struct object *slot = object_find(RAW(privateDataSlot), TYPE_PRIVATE_DATA_SLOT);
+    struct object *slot = object_find(RAW(privateDataSlot), VK_OBJECT_TYPE_PRIVATE_DATA_SLOT);
     if (slot == NULL)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     const struct private_value value = {objectType, objectHandle, data};
@@ -77,9 +57,7 @@ VkResult null_SetPrivateData(VkDevice device, VkObjectType objectType, uint64_t 
 void null_GetPrivateData(VkDevice device, VkObjectType objectType, uint64_t objectHandle,
                          VkPrivateDataSlot privateDataSlot, uint64_t *pData)
 {
-    ENTER(GetPrivateData);
-    (void)device;
-    const struct object *slot = object_find(RAW(privateDataSlot), TYPE_PRIVATE_DATA_SLOT);
+    const struct object *slot = object_find(RAW(privateDataSlot), VK_OBJECT_TYPE_PRIVATE_DATA_SLOT);
     pthread_mutex_lock(&lock);
     const struct private_value *value = slot != NULL ? find(slot, objectType, objectHandle) : NULL;
     *pData = value != NULL ? value->value : 0;

@@ -70,39 +70,6 @@ static const VkPhysicalDeviceVulkan14Properties vulkan14 = {
     .identicalMemoryTypeRequirements = VK_TRUE,
 };
 
-static const VkPhysicalDeviceDriverProperties driver = {
-    .driverName = "null driver",
-    .driverInfo = "executes nothing",
-    .conformanceVersion = {1, 3, 0, 0},
-};
-
-static const VkPhysicalDeviceIDProperties id = {.driverUUID = "null driver", .deviceNodeMask = 1};
-
-static const VkPhysicalDeviceSubgroupProperties subgroup = {
-    .subgroupSize = 32,
-    .supportedStages = VK_SHADER_STAGE_ALL,
-    .supportedOperations = VK_SUBGROUP_FEATURE_BASIC_BIT,
-};
-
-static const VkPhysicalDeviceProtectedMemoryProperties protected_memory = {
-    .protectedNoFault = VK_TRUE,
-};
-
-static const VkPhysicalDeviceMaintenance3Properties maintenance3 = {
-    .maxPerSetDescriptors = MAX_DESCRIPTORS,
-    .maxMemoryAllocationSize = MAX_ALLOCATION,
-};
-
-static const VkPhysicalDeviceMaintenance4Properties maintenance4 = {
-    .maxBufferSize = MAX_ALLOCATION,
-};
-
-static const VkPhysicalDeviceTimelineSemaphoreProperties timeline = {
-    .maxTimelineSemaphoreValueDifference = UINT64_MAX,
-};
-
-static const VkPhysicalDevicePushDescriptorProperties push_descriptor = {.maxPushDescriptors = 32};
-
 static const VkPhysicalDeviceExternalMemoryHostPropertiesEXT external_memory_host = {
     .minImportedHostPointerAlignment = 4096,
 };
@@ -116,26 +83,35 @@ struct property_row {
     size_t size;
 };
 
+#define HEADER sizeof(VkBaseOutStructure)
 #define ROW(guard, name, fixed)                                                                    \
-    {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##name, guard, &(fixed), 0, sizeof(fixed)},
+    {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##name, guard, (const char *)&(fixed) + HEADER, 0,          \
+     sizeof(fixed) - HEADER},
+/* A structure whose members are also those of another one, from first to last. */
+#define PART(guard, name, whole, first, last)                                                      \
+    {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##name, guard, &(whole).first, 0,                           \
+     (size_t)((const char *)(&(whole).last + 1) - (const char *)&(whole).first)},
 #define CONFIGURED(guard, name, member)                                                            \
     {VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##name, guard, NULL,                                        \
-     offsetof(struct null_driver_config, member),                                                  \
-     sizeof(((struct null_driver_config *)NULL)->member)},
+     offsetof(struct null_driver_config, member) + HEADER,                                         \
+     sizeof(((struct null_driver_config *)NULL)->member) - HEADER},
 
 /* clang-format off */
 static const struct property_row rows[] = {
     ROW(V1_2, VULKAN_1_1_PROPERTIES, vulkan11)
     ROW(V1_2, VULKAN_1_2_PROPERTIES, vulkan12)
     ROW(V1_3, VULKAN_1_3_PROPERTIES, vulkan13)
-    ROW(KHR_driver_properties, DRIVER_PROPERTIES, driver)
-    ROW(V1_0, ID_PROPERTIES, id)
-    ROW(V1_1, SUBGROUP_PROPERTIES, subgroup)
-    ROW(V1_1, PROTECTED_MEMORY_PROPERTIES, protected_memory)
-    ROW(KHR_maintenance3, MAINTENANCE_3_PROPERTIES, maintenance3)
-    ROW(KHR_maintenance4, MAINTENANCE_4_PROPERTIES, maintenance4)
-    ROW(KHR_timeline_semaphore, TIMELINE_SEMAPHORE_PROPERTIES, timeline)
-    ROW(KHR_push_descriptor, PUSH_DESCRIPTOR_PROPERTIES, push_descriptor)
+    PART(KHR_driver_properties, DRIVER_PROPERTIES, vulkan12, driverID, conformanceVersion)
+    PART(V1_0, ID_PROPERTIES, vulkan11, deviceUUID, deviceLUIDValid)
+    PART(V1_1, SUBGROUP_PROPERTIES, vulkan11, subgroupSize, subgroupQuadOperationsInAllStages)
+    PART(V1_1, PROTECTED_MEMORY_PROPERTIES, vulkan11, protectedNoFault, protectedNoFault)
+    PART(KHR_maintenance3, MAINTENANCE_3_PROPERTIES, vulkan11, maxPerSetDescriptors,
+         maxMemoryAllocationSize)
+    PART(KHR_maintenance4, MAINTENANCE_4_PROPERTIES, vulkan13, maxBufferSize, maxBufferSize)
+    PART(KHR_timeline_semaphore, TIMELINE_SEMAPHORE_PROPERTIES, vulkan12,
+         maxTimelineSemaphoreValueDifference, maxTimelineSemaphoreValueDifference)
+    PART(KHR_push_descriptor, PUSH_DESCRIPTOR_PROPERTIES, vulkan14, maxPushDescriptors,
+         maxPushDescriptors)
     ROW(EXT_external_memory_host, EXTERNAL_MEMORY_HOST_PROPERTIES_EXT, external_memory_host)
     CONFIGURED(KHR_acceleration_structure, ACCELERATION_STRUCTURE_PROPERTIES_KHR, as_properties)
     CONFIGURED(NV_ray_tracing, RAY_TRACING_PROPERTIES_NV, nv_properties)
@@ -143,7 +119,8 @@ static const struct property_row rows[] = {
     CONFIGURED(EXT_opacity_micromap, OPACITY_MICROMAP_PROPERTIES_EXT, micromap_properties)
     CONFIGURED(KHR_opacity_micromap, OPACITY_MICROMAP_PROPERTIES_KHR, micromap_properties_khr)
 #ifdef VK_NV_displacement_micromap
-    CONFIGURED(NV_displacement_micromap, DISPLACEMENT_MICROMAP_PROPERTIES_NV, displacement_properties)
+    CONFIGURED(NV_displacement_micromap, DISPLACEMENT_MICROMAP_PROPERTIES_NV,
+               displacement_properties)
 #endif
 };
 /* clang-format on */
@@ -151,9 +128,8 @@ static const struct property_row rows[] = {
 static void fill(const struct null_driver_config *config, const struct property_row *row,
                  VkBaseOutStructure *out)
 {
-    const char *from =
-        row->fixed != NULL ? (const char *)row->fixed : (const char *)config + row->offset;
-    memcpy(out + 1, from + sizeof(*out), row->size - sizeof(*out));
+    memcpy(out + 1, row->fixed != NULL ? row->fixed : (const char *)config + row->offset,
+           row->size);
 }
 
 static void fill_vulkan14(VkPhysicalDeviceVulkan14Properties *properties)

@@ -35,26 +35,9 @@ void query_write(const struct null_driver_config *config, uint32_t count, VkQuer
         write_value((char *)data + i * stride, sizeof(value), value);
 }
 
-VkResult null_CreateQueryPool(VkDevice device, const VkQueryPoolCreateInfo *pCreateInfo,
-                              const VkAllocationCallbacks *pAllocator, VkQueryPool *pQueryPool)
+void init_CreateQueryPool(struct object *pool, const VkQueryPoolCreateInfo *pCreateInfo)
 {
-    ENTER_OR_FAIL(CreateQueryPool);
-    (void)pAllocator;
-    struct object *pool = object_create(OBJECT(device), TYPE_QUERY_POOL, NULL);
-    if (pool == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     pool->query_type = pCreateInfo->queryType;
-    *pQueryPool = HANDLE(VkQueryPool, pool->handle);
-    return VK_SUCCESS;
-}
-
-void null_DestroyQueryPool(VkDevice device, VkQueryPool queryPool,
-                           const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyQueryPool);
-    (void)device;
-    (void)pAllocator;
-    object_destroy(RAW(queryPool), TYPE_QUERY_POOL);
 }
 
 /* All queries are available at once. */
@@ -62,9 +45,7 @@ VkResult null_GetQueryPoolResults(VkDevice device, VkQueryPool queryPool, uint32
                                   uint32_t queryCount, size_t dataSize, void *pData,
                                   VkDeviceSize stride, VkQueryResultFlags flags)
 {
-    ENTER_OR_FAIL(GetQueryPoolResults);
-    (void)firstQuery;
-    const struct object *pool = object_find(RAW(queryPool), TYPE_QUERY_POOL);
+    const struct object *pool = object_find(RAW(queryPool), VK_OBJECT_TYPE_QUERY_POOL);
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
     if (pool == NULL)

@@ -43,7 +43,7 @@ static VkMemoryRequirements requirements(const struct null_driver_config *config
 
 static VkMemoryRequirements requirements_of(VkDevice device, VkBuffer buffer)
 {
-    const struct object *object = object_find(RAW(buffer), TYPE_BUFFER);
+    const struct object *object = object_find(RAW(buffer), VK_OBJECT_TYPE_BUFFER);
     return object != NULL ? requirements(CONFIG(device), object->buffer.size, object->buffer.flags)
                           : (VkMemoryRequirements){0};
 }
@@ -51,7 +51,6 @@ static VkMemoryRequirements requirements_of(VkDevice device, VkBuffer buffer)
 void null_GetBufferMemoryRequirements(VkDevice device, VkBuffer buffer,
                                       VkMemoryRequirements *pMemoryRequirements)
 {
-    ENTER(GetBufferMemoryRequirements);
     *pMemoryRequirements = requirements_of(device, buffer);
 }
 
@@ -59,7 +58,6 @@ void null_GetBufferMemoryRequirements2(VkDevice device,
                                        const VkBufferMemoryRequirementsInfo2 *pInfo,
                                        VkMemoryRequirements2 *pMemoryRequirements)
 {
-    ENTER(GetBufferMemoryRequirements2);
     pMemoryRequirements->memoryRequirements = requirements_of(device, pInfo->buffer);
     requirements_fill_chain(pMemoryRequirements->pNext);
 }
@@ -68,7 +66,6 @@ void null_GetDeviceBufferMemoryRequirements(VkDevice device,
                                             const VkDeviceBufferMemoryRequirements *pInfo,
                                             VkMemoryRequirements2 *pMemoryRequirements)
 {
-    ENTER(GetDeviceBufferMemoryRequirements);
     pMemoryRequirements->memoryRequirements =
         requirements(CONFIG(device), pInfo->pCreateInfo->size, pInfo->pCreateInfo->flags);
     requirements_fill_chain(pMemoryRequirements->pNext);

@@ -19,8 +19,8 @@ void make_instance(struct fixture *f)
                                        .pApplicationInfo = &application};
     uint32_t count = NULL_DRIVER_MAX_PHYSICAL_DEVICES;
     CHECK(create(&info, NULL, &f->instance));
-    vkuInitInstanceDispatchTable(f->instance, &f->instance_table, vkGetInstanceProcAddr);
-    CHECK(f->instance_table.EnumeratePhysicalDevices(f->instance, &count, f->physical));
+    vkuInitInstanceDispatchTable(f->instance, &f->vki, vkGetInstanceProcAddr);
+    CHECK(f->vki.EnumeratePhysicalDevices(f->instance, &count, f->physical));
 }
 
 VkResult make_device(struct fixture *f, const void *pNext)
@@ -48,8 +48,8 @@ VkResult make_device(struct fixture *f, const void *pNext)
     const VkResult result = create(f->physical[0], &info, NULL, &f->device);
     if (result != VK_SUCCESS)
         return result;
-    vkuInitDeviceDispatchTable(f->device, &f->device_table, get_address);
-    f->device_table.GetDeviceQueue(f->device, 0, 1, &f->queue);
+    vkuInitDeviceDispatchTable(f->device, &f->vk, get_address);
+    f->vk.GetDeviceQueue(f->device, 0, 1, &f->queue);
     assert_non_null(f->queue);
     return VK_SUCCESS;
 }
@@ -57,8 +57,8 @@ VkResult make_device(struct fixture *f, const void *pNext)
 static void destroy(struct fixture *f)
 {
     if (f->device != VK_NULL_HANDLE)
-        f->device_table.DestroyDevice(f->device, NULL);
-    f->instance_table.DestroyInstance(f->instance, NULL);
+        f->vk.DestroyDevice(f->device, NULL);
+    f->vki.DestroyInstance(f->instance, NULL);
 }
 
 int set_up(void **state)
@@ -103,7 +103,7 @@ VkBuffer make_buffer(struct fixture *f, VkBufferCreateFlags flags, VkDeviceSize 
                                          VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
                                          VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR};
     VkBuffer buffer;
-    CHECK(f->device_table.CreateBuffer(f->device, &info, NULL, &buffer));
+    CHECK(f->vk.CreateBuffer(f->device, &info, NULL, &buffer));
     return buffer;
 }
 
@@ -113,7 +113,7 @@ VkDeviceMemory make_memory(struct fixture *f, uint32_t type, VkDeviceSize size)
                                        .allocationSize = size,
                                        .memoryTypeIndex = type};
     VkDeviceMemory memory;
-    CHECK(f->device_table.AllocateMemory(f->device, &info, NULL, &memory));
+    CHECK(f->vk.AllocateMemory(f->device, &info, NULL, &memory));
     return memory;
 }
 
@@ -121,14 +121,14 @@ VkDeviceAddress address_of(struct fixture *f, VkBuffer buffer)
 {
     const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
                                             .buffer = buffer};
-    return f->device_table.GetBufferDeviceAddress(f->device, &info);
+    return f->vk.GetBufferDeviceAddress(f->device, &info);
 }
 
 VkCommandPool make_pool(struct fixture *f)
 {
     const VkCommandPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
     VkCommandPool pool;
-    CHECK(f->device_table.CreateCommandPool(f->device, &info, NULL, &pool));
+    CHECK(f->vk.CreateCommandPool(f->device, &info, NULL, &pool));
     return pool;
 }
 
@@ -139,6 +139,6 @@ VkCommandBuffer make_command_buffer(struct fixture *f, VkCommandPool pool)
                                               .commandPool = pool,
                                               .commandBufferCount = 1};
     VkCommandBuffer commands;
-    CHECK(f->device_table.AllocateCommandBuffers(f->device, &info, &commands));
+    CHECK(f->vk.AllocateCommandBuffers(f->device, &info, &commands));
     return commands;
 }

@@ -18,8 +18,8 @@
 extern struct null_driver_api driver;
 
 struct fixture {
-    VkuInstanceDispatchTable instance_table;
-    VkuDeviceDispatchTable device_table;
+    VkuInstanceDispatchTable vki;
+    VkuDeviceDispatchTable vk;
     VkInstance instance;
     VkPhysicalDevice physical[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
     VkDevice device;

@@ -12,33 +12,31 @@ static void test_build_commands(void **state)
     const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
     const void *bad = (const void *)(uintptr_t)0x10;
     const VkAccelerationStructureNV none = VK_NULL_HANDLE;
-    CHECK(f->device_table.BeginCommandBuffer(commands, &begin));
-    f->device_table.CmdBuildAccelerationStructuresKHR(commands, UINT32_MAX, bad, bad);
-    f->device_table.CmdBuildAccelerationStructuresIndirectKHR(commands, UINT32_MAX, bad, bad, bad,
-                                                              bad);
-    f->device_table.CmdBuildAccelerationStructureNV(commands, bad, VK_NULL_HANDLE, 0, VK_FALSE,
-                                                    none, none, VK_NULL_HANDLE, 0);
-    CHECK(f->device_table.EndCommandBuffer(commands));
-    CHECK(f->device_table.BuildAccelerationStructuresKHR(f->device, VK_NULL_HANDLE, UINT32_MAX, bad,
-                                                         bad));
+    CHECK(f->vk.BeginCommandBuffer(commands, &begin));
+    f->vk.CmdBuildAccelerationStructuresKHR(commands, UINT32_MAX, bad, bad);
+    f->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, UINT32_MAX, bad, bad, bad, bad);
+    f->vk.CmdBuildAccelerationStructureNV(commands, bad, VK_NULL_HANDLE, 0, VK_FALSE, none, none,
+                                          VK_NULL_HANDLE, 0);
+    CHECK(f->vk.EndCommandBuffer(commands));
+    CHECK(f->vk.BuildAccelerationStructuresKHR(f->device, VK_NULL_HANDLE, UINT32_MAX, bad, bad));
 
     const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     VkFence fence;
-    CHECK(f->device_table.CreateFence(f->device, &fence_info, NULL, &fence));
-    assert_int_equal(f->device_table.GetFenceStatus(f->device, fence), VK_NOT_READY);
+    CHECK(f->vk.CreateFence(f->device, &fence_info, NULL, &fence));
+    assert_int_equal(f->vk.GetFenceStatus(f->device, fence), VK_NOT_READY);
     const VkSubmitInfo submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                                  .commandBufferCount = 1,
                                  .pCommandBuffers = &commands};
-    CHECK(f->device_table.QueueSubmit(f->queue, 1, &submit, fence));
-    CHECK(f->device_table.WaitForFences(f->device, 1, &fence, VK_TRUE, UINT64_MAX));
+    CHECK(f->vk.QueueSubmit(f->queue, 1, &submit, fence));
+    CHECK(f->vk.WaitForFences(f->device, 1, &fence, VK_TRUE, UINT64_MAX));
 
-    f->device_table.FreeCommandBuffers(f->device, pool, 1, &commands);
-    f->device_table.CmdBuildAccelerationStructuresKHR(commands, 1, bad, bad);
+    f->vk.FreeCommandBuffers(f->device, pool, 1, &commands);
+    f->vk.CmdBuildAccelerationStructuresKHR(commands, 1, bad, bad);
     const VkCommandBuffer other = make_command_buffer(f, pool);
     assert_ptr_not_equal(other, commands);
-    f->device_table.DestroyCommandPool(f->device, pool, NULL);
-    f->device_table.CmdBuildAccelerationStructuresKHR(other, 1, bad, bad);
-    f->device_table.FreeCommandBuffers(f->device, pool, 1, &other);
+    f->vk.DestroyCommandPool(f->device, pool, NULL);
+    f->vk.CmdBuildAccelerationStructuresKHR(other, 1, bad, bad);
+    f->vk.FreeCommandBuffers(f->device, pool, 1, &other);
     assert_int_equal(driver.calls("vkCmdBuildAccelerationStructuresKHR"), 3);
     assert_int_equal(driver.calls("vkCmdBuildAccelerationStructuresIndirectKHR"), 1);
     assert_int_equal(driver.calls("vkCmdBuildAccelerationStructureNV"), 1);
@@ -50,7 +48,7 @@ static void test_build_commands(void **state)
 static void test_scopes(void **state)
 {
     struct fixture *f = *state;
-    const VkuDeviceDispatchTable *t = &f->device_table;
+    const VkuDeviceDispatchTable *t = &f->vk;
     const VkCommandPool pool = make_pool(f);
     const VkCommandBuffer commands = make_command_buffer(f, pool),
                           secondary = make_command_buffer(f, pool);
@@ -104,14 +102,14 @@ static void *record(void *data)
         const VkCommandBuffer commands = make_command_buffer(f, pool);
         const VkBuffer buffer = make_buffer(f, 0, 4096);
         const VkDeviceMemory memory = make_memory(f, 1, 4096);
-        CHECK(f->device_table.BindBufferMemory(f->device, buffer, memory, 0));
+        CHECK(f->vk.BindBufferMemory(f->device, buffer, memory, 0));
         assert_int_not_equal(address_of(f, buffer), 0);
-        f->device_table.CmdBuildAccelerationStructuresKHR(commands, 0, NULL, NULL);
-        f->device_table.DestroyBuffer(f->device, buffer, NULL);
-        f->device_table.FreeMemory(f->device, memory, NULL);
-        f->device_table.FreeCommandBuffers(f->device, pool, 1, &commands);
+        f->vk.CmdBuildAccelerationStructuresKHR(commands, 0, NULL, NULL);
+        f->vk.DestroyBuffer(f->device, buffer, NULL);
+        f->vk.FreeMemory(f->device, memory, NULL);
+        f->vk.FreeCommandBuffers(f->device, pool, 1, &commands);
     }
-    f->device_table.DestroyCommandPool(f->device, pool, NULL);
+    f->vk.DestroyCommandPool(f->device, pool, NULL);
     return NULL;
 }
 
@@ -133,21 +131,20 @@ static void test_failures(void **state)
     const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     VkFence fence;
     driver.fail_next("vkCreateFence", VK_ERROR_OUT_OF_HOST_MEMORY);
-    assert_int_equal(f->device_table.CreateFence(f->device, &info, NULL, &fence),
+    assert_int_equal(f->vk.CreateFence(f->device, &info, NULL, &fence),
                      VK_ERROR_OUT_OF_HOST_MEMORY);
-    CHECK(f->device_table.CreateFence(f->device, &info, NULL, &fence));
+    CHECK(f->vk.CreateFence(f->device, &info, NULL, &fence));
     assert_int_equal(driver.calls("vkCreateFence"), 2);
     assert_true(driver.calls("vkNoSuchCommand") == UINT64_MAX);
 
     driver.set_device_lost(true);
-    assert_int_equal(f->device_table.QueueSubmit(f->queue, 0, NULL, fence), VK_ERROR_DEVICE_LOST);
-    assert_int_equal(f->device_table.WaitForFences(f->device, 1, &fence, VK_TRUE, UINT64_MAX),
+    assert_int_equal(f->vk.QueueSubmit(f->queue, 0, NULL, fence), VK_ERROR_DEVICE_LOST);
+    assert_int_equal(f->vk.WaitForFences(f->device, 1, &fence, VK_TRUE, UINT64_MAX),
                      VK_ERROR_DEVICE_LOST);
     driver.set_device_lost(false);
-    assert_int_equal(f->device_table.WaitForFences(f->device, 1, &fence, VK_TRUE, 1000),
-                     VK_TIMEOUT);
-    CHECK(f->device_table.QueueSubmit(f->queue, 0, NULL, fence));
-    CHECK(f->device_table.GetFenceStatus(f->device, fence));
+    assert_int_equal(f->vk.WaitForFences(f->device, 1, &fence, VK_TRUE, 1000), VK_TIMEOUT);
+    CHECK(f->vk.QueueSubmit(f->queue, 0, NULL, fence));
+    CHECK(f->vk.GetFenceStatus(f->device, fence));
 }
 
 static void test_timeline(void **state)
@@ -159,24 +156,24 @@ static void test_timeline(void **state)
     const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
                                         .pNext = &type};
     VkSemaphore semaphore;
-    CHECK(f->device_table.CreateSemaphore(f->device, &info, NULL, &semaphore));
+    CHECK(f->vk.CreateSemaphore(f->device, &info, NULL, &semaphore));
     const VkSemaphoreSubmitInfo signal = {
         .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO, .semaphore = semaphore, .value = 9};
     const VkSubmitInfo2 submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
                                   .signalSemaphoreInfoCount = 1,
                                   .pSignalSemaphoreInfos = &signal};
     uint64_t value;
-    CHECK(f->device_table.GetSemaphoreCounterValue(f->device, semaphore, &value));
+    CHECK(f->vk.GetSemaphoreCounterValue(f->device, semaphore, &value));
     assert_int_equal(value, 5);
-    CHECK(f->device_table.QueueSubmit2(f->queue, 1, &submit, VK_NULL_HANDLE));
-    CHECK(f->device_table.GetSemaphoreCounterValue(f->device, semaphore, &value));
+    CHECK(f->vk.QueueSubmit2(f->queue, 1, &submit, VK_NULL_HANDLE));
+    CHECK(f->vk.GetSemaphoreCounterValue(f->device, semaphore, &value));
     assert_int_equal(value, 9);
     const uint64_t ten = 10;
     const VkSemaphoreWaitInfo wait = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
                                       .semaphoreCount = 1,
                                       .pSemaphores = &semaphore,
                                       .pValues = &ten};
-    assert_int_equal(f->device_table.WaitSemaphores(f->device, &wait, 1000), VK_TIMEOUT);
+    assert_int_equal(f->vk.WaitSemaphores(f->device, &wait, 1000), VK_TIMEOUT);
 }
 
 int run_command_tests(void)

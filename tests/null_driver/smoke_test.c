@@ -12,8 +12,7 @@ static bool device_offers(struct fixture *f, const char *name)
 {
     static VkExtensionProperties extensions[256];
     uint32_t count = 256;
-    CHECK(f->instance_table.EnumerateDeviceExtensionProperties(f->physical[0], NULL, &count,
-                                                               extensions));
+    CHECK(f->vki.EnumerateDeviceExtensionProperties(f->physical[0], NULL, &count, extensions));
     for (uint32_t i = 0; i < count; i++) {
         if (strcmp(extensions[i].extensionName, name) == 0)
             return true;
@@ -44,7 +43,7 @@ static void test_configuration(void **state)
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
     VkPhysicalDeviceProperties2 properties = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &as};
-    f->instance_table.GetPhysicalDeviceProperties2(f->physical[0], &properties);
+    f->vki.GetPhysicalDeviceProperties2(f->physical[0], &properties);
     assert_int_equal(properties.properties.apiVersion, VK_API_VERSION_1_2);
     assert_int_equal(as.maxInstanceCount, 7);
     assert_int_equal(as.minAccelerationStructureScratchOffsetAlignment, 256);
@@ -56,7 +55,7 @@ static void test_configuration(void **state)
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .pNext = &features12};
     VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
                                           .pNext = &query};
-    f->instance_table.GetPhysicalDeviceFeatures2(f->physical[0], &features);
+    f->vki.GetPhysicalDeviceFeatures2(f->physical[0], &features);
     assert_false(query.rayQuery);
     assert_false(features12.bufferDeviceAddressCaptureReplay);
     assert_true(features12.bufferDeviceAddress);
@@ -70,9 +69,9 @@ static void test_configuration(void **state)
     query = (VkPhysicalDeviceRayQueryFeaturesKHR){.sType = query.sType, .rayQuery = VK_TRUE};
     assert_int_equal(make_device(f, &query), VK_ERROR_FEATURE_NOT_PRESENT);
     CHECK(make_device(f, NULL));
-    assert_null(f->device_table.QueueSubmit2); /* is of 1.3 */
-    assert_null(f->device_table.CreateRayTracingPipelinesKHR);
-    assert_non_null(f->device_table.CreateAccelerationStructure2KHR);
+    assert_null(f->vk.QueueSubmit2); /* is of 1.3 */
+    assert_null(f->vk.CreateRayTracingPipelinesKHR);
+    assert_non_null(f->vk.CreateAccelerationStructure2KHR);
 }
 
 static void test_versions(void **state)
@@ -84,12 +83,12 @@ static void test_versions(void **state)
         driver.configure(&config);
         make_instance(f);
         VkPhysicalDeviceProperties properties;
-        f->instance_table.GetPhysicalDeviceProperties(f->physical[0], &properties);
+        f->vki.GetPhysicalDeviceProperties(f->physical[0], &properties);
         assert_int_equal(properties.apiVersion, config.api_version);
         CHECK(make_device(f, NULL));
-        assert_int_equal(f->device_table.GetBufferDeviceAddress != NULL, minor >= 2);
-        assert_int_equal(f->device_table.CmdBeginRendering != NULL, minor >= 3);
-        assert_int_equal(f->device_table.MapMemory2 != NULL, minor >= 4);
+        assert_int_equal(f->vk.GetBufferDeviceAddress != NULL, minor >= 2);
+        assert_int_equal(f->vk.CmdBeginRendering != NULL, minor >= 3);
+        assert_int_equal(f->vk.MapMemory2 != NULL, minor >= 4);
         tear_down(state);
     }
     driver.configure(NULL);
@@ -103,16 +102,14 @@ static void test_formats(void **state)
     VkFormatProperties3 three = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3};
     VkFormatProperties2 properties = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2,
                                       .pNext = &three};
-    f->instance_table.GetPhysicalDeviceFormatProperties2(f->physical[0], VK_FORMAT_R32G32B32_SFLOAT,
-                                                         &properties);
+    f->vki.GetPhysicalDeviceFormatProperties2(f->physical[0], VK_FORMAT_R32G32B32_SFLOAT,
+                                              &properties);
     assert_true(properties.formatProperties.bufferFeatures &
                 VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR);
-    f->instance_table.GetPhysicalDeviceFormatProperties2(f->physical[0], VK_FORMAT_R32_SFLOAT,
-                                                         &properties);
+    f->vki.GetPhysicalDeviceFormatProperties2(f->physical[0], VK_FORMAT_R32_SFLOAT, &properties);
     assert_true(three.bufferFeatures &
                 VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_RADIUS_BUFFER_BIT_NV);
-    f->instance_table.GetPhysicalDeviceFormatProperties2(f->physical[0], VK_FORMAT_R8_UNORM,
-                                                         &properties);
+    f->vki.GetPhysicalDeviceFormatProperties2(f->physical[0], VK_FORMAT_R8_UNORM, &properties);
     assert_int_equal(three.bufferFeatures, 0);
 }
 
@@ -122,12 +119,12 @@ static void test_device_group(void **state)
     VkPhysicalDeviceGroupProperties group = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_GROUP_PROPERTIES};
     uint32_t count = 1;
-    CHECK(f->instance_table.EnumeratePhysicalDeviceGroups(f->instance, &count, &group));
+    CHECK(f->vki.EnumeratePhysicalDeviceGroups(f->instance, &count, &group));
     assert_int_equal(count, 1);
     assert_int_equal(group.physicalDeviceCount, 2);
 
     VkPhysicalDeviceMemoryProperties memory;
-    f->instance_table.GetPhysicalDeviceMemoryProperties(f->physical[0], &memory);
+    f->vki.GetPhysicalDeviceMemoryProperties(f->physical[0], &memory);
     assert_true(memory.memoryHeaps[0].flags & VK_MEMORY_HEAP_MULTI_INSTANCE_BIT);
     const VkDeviceGroupDeviceCreateInfo both = {
         .sType = VK_STRUCTURE_TYPE_DEVICE_GROUP_DEVICE_CREATE_INFO,
@@ -145,28 +142,27 @@ static void test_addresses(void **state)
                    b = make_buffer(f, 0, 4096);
     const VkDeviceMemory memory = make_memory(f, 1, 65536);
     assert_int_not_equal(address_of(f, unbound), 0);
-    CHECK(f->device_table.BindBufferMemory(f->device, a, memory, 256));
+    CHECK(f->vk.BindBufferMemory(f->device, a, memory, 256));
     const VkBindBufferMemoryInfo bind = {.sType = VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO,
                                          .buffer = b,
                                          .memory = memory,
                                          .memoryOffset = 512};
-    CHECK(f->device_table.BindBufferMemory2(f->device, 1, &bind));
+    CHECK(f->vk.BindBufferMemory2(f->device, 1, &bind));
     assert_int_equal(address_of(f, a) % 65536, 256);
     assert_int_equal(address_of(f, b), address_of(f, a) + 256);
 
     char *data;
-    CHECK(f->device_table.MapMemory(f->device, memory, 16, VK_WHOLE_SIZE, 0, (void **)&data));
+    CHECK(f->vk.MapMemory(f->device, memory, 16, VK_WHOLE_SIZE, 0, (void **)&data));
     memset(data, 1, 65536 - 16);
-    f->device_table.UnmapMemory(f->device, memory);
-    CHECK(f->device_table.MapMemory(f->device, memory, 0, VK_WHOLE_SIZE, 0, (void **)&data));
+    f->vk.UnmapMemory(f->device, memory);
+    CHECK(f->vk.MapMemory(f->device, memory, 0, VK_WHOLE_SIZE, 0, (void **)&data));
     assert_int_equal(data[16], 1);
 
     const VkDeviceMemory local = make_memory(f, 0, 65536);
-    assert_int_equal(
-        f->device_table.MapMemory(f->device, local, 0, VK_WHOLE_SIZE, 0, (void **)&data),
-        VK_ERROR_MEMORY_MAP_FAILED);
+    assert_int_equal(f->vk.MapMemory(f->device, local, 0, VK_WHOLE_SIZE, 0, (void **)&data),
+                     VK_ERROR_MEMORY_MAP_FAILED);
 
-    f->device_table.DestroyBuffer(f->device, a, NULL);
+    f->vk.DestroyBuffer(f->device, a, NULL);
     assert_int_equal(address_of(f, a), 0);
     assert_int_equal(address_of(f, (VkBuffer)(uintptr_t)0xdeadbeef), 0);
     assert_int_not_equal(make_buffer(f, 0, 4096), a);
@@ -189,16 +185,16 @@ static void test_recycling(void **state)
         const VkDeviceMemory memory = make_memory(f, 1, 65536);
         const VkBuffer buffer = make_buffer(f, 0, 65536);
         const VkCommandBuffer commands = make_command_buffer(f, pool);
-        CHECK(f->device_table.BindBufferMemory(f->device, buffer, memory, 0));
+        CHECK(f->vk.BindBufferMemory(f->device, buffer, memory, 0));
         assert_true(i == 0 || buffer == before);
         assert_true(i == 0 || address_of(f, buffer) == address);
         assert_true(i == 0 || commands == commands_before);
         before = buffer;
         commands_before = commands;
         address = address_of(f, buffer);
-        f->device_table.FreeCommandBuffers(f->device, pool, 1, &commands);
-        f->device_table.DestroyBuffer(f->device, buffer, NULL);
-        f->device_table.FreeMemory(f->device, memory, NULL);
+        f->vk.FreeCommandBuffers(f->device, pool, 1, &commands);
+        f->vk.DestroyBuffer(f->device, buffer, NULL);
+        f->vk.FreeMemory(f->device, memory, NULL);
     }
 }
 
@@ -209,7 +205,7 @@ static void test_sparse(void **state)
     const VkDeviceAddress address = address_of(f, buffer);
     assert_int_not_equal(address, 0);
     VkMemoryRequirements requirements;
-    f->device_table.GetBufferMemoryRequirements(f->device, buffer, &requirements);
+    f->vk.GetBufferMemoryRequirements(f->device, buffer, &requirements);
     assert_int_equal(requirements.alignment, 65536);
     const VkSparseMemoryBind bind = {.size = 65536, .memory = make_memory(f, 0, 65536)};
     const VkSparseBufferMemoryBindInfo buffer_bind = {
@@ -217,7 +213,7 @@ static void test_sparse(void **state)
     const VkBindSparseInfo info = {.sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO,
                                    .bufferBindCount = 1,
                                    .pBufferBinds = &buffer_bind};
-    CHECK(f->device_table.QueueBindSparse(f->queue, 1, &info, VK_NULL_HANDLE));
+    CHECK(f->vk.QueueBindSparse(f->queue, 1, &info, VK_NULL_HANDLE));
     assert_int_equal(address_of(f, buffer), address);
 }
 
@@ -232,7 +228,7 @@ static VkAccelerationStructureKHR make_as(struct fixture *f, VkBuffer buffer, Vk
         .size = 4096,
         .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR};
     VkAccelerationStructureKHR as;
-    CHECK(f->device_table.CreateAccelerationStructureKHR(f->device, &info, NULL, &as));
+    CHECK(f->vk.CreateAccelerationStructureKHR(f->device, &info, NULL, &as));
     return as;
 }
 
@@ -241,7 +237,7 @@ static VkDeviceAddress as_address(struct fixture *f, VkAccelerationStructureKHR 
     const VkAccelerationStructureDeviceAddressInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
         .accelerationStructure = as};
-    return f->device_table.GetAccelerationStructureDeviceAddressKHR(f->device, &info);
+    return f->vk.GetAccelerationStructureDeviceAddressKHR(f->device, &info);
 }
 
 static void test_acceleration_structure(void **state)
@@ -249,7 +245,7 @@ static void test_acceleration_structure(void **state)
     struct fixture *f = *state;
     const VkBuffer buffer = make_buffer(f, 0, 65536);
     const VkAccelerationStructureKHR as = make_as(f, buffer, 512); /* not bound yet */
-    CHECK(f->device_table.BindBufferMemory(f->device, buffer, make_memory(f, 0, 65536), 0));
+    CHECK(f->vk.BindBufferMemory(f->device, buffer, make_memory(f, 0, 65536), 0));
     assert_int_equal(as_address(f, as), address_of(f, buffer) + 512);
 
     const uint32_t counts[] = {10, 20};
@@ -258,18 +254,18 @@ static void test_acceleration_structure(void **state)
         .geometryCount = 2};
     VkAccelerationStructureBuildSizesInfoKHR sizes = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-    f->device_table.GetAccelerationStructureBuildSizesKHR(
+    f->vk.GetAccelerationStructureBuildSizesKHR(
         f->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &build, counts, &sizes);
     assert_int_equal(sizes.accelerationStructureSize, 4096 + 30 * 64);
     assert_int_equal(driver.calls("vkGetAccelerationStructureBuildSizesKHR"), 1);
 
     uint64_t compacted[2] = {0};
     const VkAccelerationStructureKHR both[] = {as, as};
-    CHECK(f->device_table.WriteAccelerationStructuresPropertiesKHR(
+    CHECK(f->vk.WriteAccelerationStructuresPropertiesKHR(
         f->device, 2, both, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
         sizeof(compacted), compacted, sizeof(compacted[0])));
     assert_int_equal(compacted[1], 2048);
-    f->device_table.DestroyAccelerationStructureKHR(f->device, as, NULL);
+    f->vk.DestroyAccelerationStructureKHR(f->device, as, NULL);
     assert_int_equal(as_address(f, as), 0);
 }
 
@@ -277,16 +273,13 @@ static void test_deferred(void **state)
 {
     struct fixture *f = *state;
     VkDeferredOperationKHR operation;
-    CHECK(f->device_table.CreateDeferredOperationKHR(f->device, NULL, &operation));
-    assert_int_equal(
-        f->device_table.BuildAccelerationStructuresKHR(f->device, operation, 0, NULL, NULL),
-        VK_OPERATION_DEFERRED_KHR);
-    assert_int_equal(f->device_table.GetDeferredOperationResultKHR(f->device, operation),
-                     VK_NOT_READY);
-    assert_int_equal(f->device_table.GetDeferredOperationMaxConcurrencyKHR(f->device, operation),
-                     1);
-    CHECK(f->device_table.DeferredOperationJoinKHR(f->device, operation));
-    CHECK(f->device_table.GetDeferredOperationResultKHR(f->device, operation));
+    CHECK(f->vk.CreateDeferredOperationKHR(f->device, NULL, &operation));
+    assert_int_equal(f->vk.BuildAccelerationStructuresKHR(f->device, operation, 0, NULL, NULL),
+                     VK_OPERATION_DEFERRED_KHR);
+    assert_int_equal(f->vk.GetDeferredOperationResultKHR(f->device, operation), VK_NOT_READY);
+    assert_int_equal(f->vk.GetDeferredOperationMaxConcurrencyKHR(f->device, operation), 1);
+    CHECK(f->vk.DeferredOperationJoinKHR(f->device, operation));
+    CHECK(f->vk.GetDeferredOperationResultKHR(f->device, operation));
 }
 
 static void test_nv(void **state)
@@ -298,23 +291,23 @@ static void test_nv(void **state)
                  .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV,
                  .instanceCount = 10}};
     VkAccelerationStructureNV as;
-    CHECK(f->device_table.CreateAccelerationStructureNV(f->device, &info, NULL, &as));
+    CHECK(f->vk.CreateAccelerationStructureNV(f->device, &info, NULL, &as));
     const VkAccelerationStructureMemoryRequirementsInfoNV requirements_info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_INFO_NV,
         .accelerationStructure = as};
     VkMemoryRequirements2 requirements = {.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
-    f->device_table.GetAccelerationStructureMemoryRequirementsNV(f->device, &requirements_info,
-                                                                 &requirements);
+    f->vk.GetAccelerationStructureMemoryRequirementsNV(f->device, &requirements_info,
+                                                       &requirements);
     assert_true(requirements.memoryRequirements.size >= 4096 + 640);
     const VkBindAccelerationStructureMemoryInfoNV bind = {
         .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
         .accelerationStructure = as,
         .memory = make_memory(f, 0, 65536)};
-    CHECK(f->device_table.BindAccelerationStructureMemoryNV(f->device, 1, &bind));
+    CHECK(f->vk.BindAccelerationStructureMemoryNV(f->device, 1, &bind));
     uint64_t handle = 0;
-    CHECK(f->device_table.GetAccelerationStructureHandleNV(f->device, as, sizeof(handle), &handle));
+    CHECK(f->vk.GetAccelerationStructureHandleNV(f->device, as, sizeof(handle), &handle));
     assert_int_not_equal(handle, 0);
-    f->device_table.DestroyAccelerationStructureNV(f->device, as, NULL);
+    f->vk.DestroyAccelerationStructureNV(f->device, as, NULL);
 }
 
 int main(void)

@@ -17,16 +17,16 @@ static VkBuffer make_bound(struct fixture *f, uint32_t type, void **mapped)
 {
     const VkBuffer buffer = make_buffer(f, 0, SIZE);
     const VkDeviceMemory memory = make_memory(f, type, SIZE);
-    CHECK(f->device_table.BindBufferMemory(f->device, buffer, memory, 0));
+    CHECK(f->vk.BindBufferMemory(f->device, buffer, memory, 0));
     if (mapped != NULL)
-        CHECK(f->device_table.MapMemory(f->device, memory, 0, VK_WHOLE_SIZE, 0, mapped));
+        CHECK(f->vk.MapMemory(f->device, memory, 0, VK_WHOLE_SIZE, 0, mapped));
     return buffer;
 }
 
 static void begin(struct fixture *f, VkCommandBuffer commands)
 {
     const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-    CHECK(f->device_table.BeginCommandBuffer(commands, &info));
+    CHECK(f->vk.BeginCommandBuffer(commands, &info));
 }
 
 static struct bytes open_bytes(struct fixture *f)
@@ -45,14 +45,14 @@ static void submit(const struct bytes *bytes)
     const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                                .commandBufferCount = 1,
                                .pCommandBuffers = &bytes->commands};
-    CHECK(bytes->f->device_table.QueueSubmit(bytes->f->queue, 1, &info, VK_NULL_HANDLE));
+    CHECK(bytes->f->vk.QueueSubmit(bytes->f->queue, 1, &info, VK_NULL_HANDLE));
 }
 
 /* Nothing happens before the submission, and everything again at the next one. */
 static void test_through_hidden_memory(void **state)
 {
     struct bytes bytes = open_bytes(*state);
-    const VkuDeviceDispatchTable *t = &bytes.f->device_table;
+    const VkuDeviceDispatchTable *t = &bytes.f->vk;
     t->CmdCopyBuffer(bytes.commands, bytes.seen, bytes.hidden, 1, &(VkBufferCopy){0, 16, 8});
     const VkBufferCopy2 back = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_COPY_2, .srcOffset = 16, .dstOffset = 32, .size = 8};
@@ -75,7 +75,7 @@ static void test_through_hidden_memory(void **state)
 static void test_updates_and_fills(void **state)
 {
     struct bytes bytes = open_bytes(*state);
-    const VkuDeviceDispatchTable *t = &bytes.f->device_table;
+    const VkuDeviceDispatchTable *t = &bytes.f->vk;
     char data[4] = {'d', 'a', 't', 'a'};
     t->CmdFillBuffer(bytes.commands, bytes.seen, 4, VK_WHOLE_SIZE, 0x01020304);
     t->CmdUpdateBuffer(bytes.commands, bytes.seen, 8, sizeof(data), data);
@@ -92,7 +92,7 @@ static void test_updates_and_fills(void **state)
 static void test_secondaries(void **state)
 {
     struct bytes bytes = open_bytes(*state);
-    const VkuDeviceDispatchTable *t = &bytes.f->device_table;
+    const VkuDeviceDispatchTable *t = &bytes.f->vk;
     const VkCommandBuffer secondary = make_command_buffer(bytes.f, bytes.pool);
     begin(bytes.f, secondary);
     t->CmdCopyBuffer(secondary, bytes.seen, bytes.seen, 1, &(VkBufferCopy){0, 4, 4});
@@ -111,7 +111,7 @@ static void test_secondaries(void **state)
 static void test_sparse(void **state)
 {
     struct bytes bytes = open_bytes(*state);
-    const VkuDeviceDispatchTable *t = &bytes.f->device_table;
+    const VkuDeviceDispatchTable *t = &bytes.f->vk;
     const VkBuffer sparse = make_buffer(bytes.f, VK_BUFFER_CREATE_SPARSE_BINDING_BIT, SIZE);
     const VkDeviceMemory memory = make_memory(bytes.f, 1, SIZE);
     const VkSparseMemoryBind binds[] = {{0, 128, memory, 0, 0}, {16, 16, memory, 128, 0}};

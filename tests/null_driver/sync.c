@@ -75,30 +75,14 @@ static VkResult wait_until(bool (*done)(const void *what), const void *what, uin
 
 /* ---- fences */
 
-VkResult null_CreateFence(VkDevice device, const VkFenceCreateInfo *pCreateInfo,
-                          const VkAllocationCallbacks *pAllocator, VkFence *pFence)
+void init_CreateFence(struct object *fence, const VkFenceCreateInfo *pCreateInfo)
 {
-    ENTER_OR_FAIL(CreateFence);
-    (void)pAllocator;
-    struct object *fence = object_create(OBJECT(device), TYPE_FENCE, NULL);
-    if (fence == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     fence->fence_signaled = pCreateInfo->flags & VK_FENCE_CREATE_SIGNALED_BIT;
-    *pFence = HANDLE(VkFence, fence->handle);
-    return VK_SUCCESS;
-}
-
-void null_DestroyFence(VkDevice device, VkFence fence, const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyFence);
-    (void)device;
-    (void)pAllocator;
-    object_destroy(RAW(fence), TYPE_FENCE);
 }
 
 static void set_fence(VkFence fence, bool signaled)
 {
-    struct object *object = object_find(RAW(fence), TYPE_FENCE);
+    struct object *object = object_find(RAW(fence), VK_OBJECT_TYPE_FENCE);
     pthread_mutex_lock(&lock);
     if (object != NULL)
         object->fence_signaled = signaled;
@@ -112,8 +96,6 @@ void sync_signal_fence(VkFence fence)
 
 VkResult null_ResetFences(VkDevice device, uint32_t fenceCount, const VkFence *pFences)
 {
-    ENTER_OR_FAIL(ResetFences);
-    (void)device;
     for (uint32_t i = 0; i < fenceCount; i++)
         set_fence(pFences[i], false);
     return VK_SUCCESS;
@@ -130,7 +112,7 @@ static bool fences_done(const void *what)
     const struct fence_wait *wait = what;
     uint32_t signaled = 0;
     for (uint32_t i = 0; i < wait->count; i++) {
-        const struct object *fence = object_find(RAW(wait->fences[i]), TYPE_FENCE);
+        const struct object *fence = object_find(RAW(wait->fences[i]), VK_OBJECT_TYPE_FENCE);
         signaled += fence == NULL || fence->fence_signaled;
     }
     return wait->all ? signaled == wait->count : signaled > 0;
@@ -139,16 +121,12 @@ static bool fences_done(const void *what)
 VkResult null_WaitForFences(VkDevice device, uint32_t fenceCount, const VkFence *pFences,
                             VkBool32 waitAll, uint64_t timeout)
 {
-    ENTER_OR_FAIL(WaitForFences);
-    (void)device;
     const struct fence_wait wait = {fenceCount, pFences, waitAll};
     return wait_until(fences_done, &wait, timeout);
 }
 
 VkResult null_GetFenceStatus(VkDevice device, VkFence fence)
 {
-    ENTER_OR_FAIL(GetFenceStatus);
-    (void)device;
     const struct fence_wait wait = {1, &fence, true};
     const VkResult result = wait_until(fences_done, &wait, 0);
     return result == VK_TIMEOUT ? VK_NOT_READY : result;
@@ -156,33 +134,16 @@ VkResult null_GetFenceStatus(VkDevice device, VkFence fence)
 
 /* ---- semaphores: binary ones have no state, as nothing ever waits for them */
 
-VkResult null_CreateSemaphore(VkDevice device, const VkSemaphoreCreateInfo *pCreateInfo,
-                              const VkAllocationCallbacks *pAllocator, VkSemaphore *pSemaphore)
+void init_CreateSemaphore(struct object *semaphore, const VkSemaphoreCreateInfo *pCreateInfo)
 {
-    ENTER_OR_FAIL(CreateSemaphore);
-    (void)pAllocator;
-    struct object *semaphore = object_create(OBJECT(device), TYPE_SEMAPHORE, NULL);
-    if (semaphore == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
     const VkSemaphoreTypeCreateInfo *type =
         chain_find(pCreateInfo->pNext, VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO);
     semaphore->semaphore_value = type != NULL ? type->initialValue : 0;
-    *pSemaphore = HANDLE(VkSemaphore, semaphore->handle);
-    return VK_SUCCESS;
-}
-
-void null_DestroySemaphore(VkDevice device, VkSemaphore semaphore,
-                           const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroySemaphore);
-    (void)device;
-    (void)pAllocator;
-    object_destroy(RAW(semaphore), TYPE_SEMAPHORE);
 }
 
 void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value)
 {
-    struct object *object = object_find(RAW(semaphore), TYPE_SEMAPHORE);
+    struct object *object = object_find(RAW(semaphore), VK_OBJECT_TYPE_SEMAPHORE);
     pthread_mutex_lock(&lock);
     if (object != NULL && object->semaphore_value < value)
         object->semaphore_value = value;
@@ -191,8 +152,6 @@ void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value)
 
 VkResult null_SignalSemaphore(VkDevice device, const VkSemaphoreSignalInfo *pSignalInfo)
 {
-    ENTER_OR_FAIL(SignalSemaphore);
-    (void)device;
     sync_signal_semaphore(pSignalInfo->semaphore, pSignalInfo->value);
     sync_wake();
     return VK_SUCCESS;
@@ -200,9 +159,7 @@ VkResult null_SignalSemaphore(VkDevice device, const VkSemaphoreSignalInfo *pSig
 
 VkResult null_GetSemaphoreCounterValue(VkDevice device, VkSemaphore semaphore, uint64_t *pValue)
 {
-    ENTER_OR_FAIL(GetSemaphoreCounterValue);
-    (void)device;
-    const struct object *object = object_find(RAW(semaphore), TYPE_SEMAPHORE);
+    const struct object *object = object_find(RAW(semaphore), VK_OBJECT_TYPE_SEMAPHORE);
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
     pthread_mutex_lock(&lock);
@@ -216,7 +173,8 @@ static bool semaphores_done(const void *what)
     const VkSemaphoreWaitInfo *wait = what;
     uint32_t reached = 0;
     for (uint32_t i = 0; i < wait->semaphoreCount; i++) {
-        const struct object *semaphore = object_find(RAW(wait->pSemaphores[i]), TYPE_SEMAPHORE);
+        const struct object *semaphore =
+            object_find(RAW(wait->pSemaphores[i]), VK_OBJECT_TYPE_SEMAPHORE);
         reached += semaphore == NULL || semaphore->semaphore_value >= wait->pValues[i];
     }
     return wait->flags & VK_SEMAPHORE_WAIT_ANY_BIT ? reached > 0 : reached == wait->semaphoreCount;
@@ -225,62 +183,33 @@ static bool semaphores_done(const void *what)
 VkResult null_WaitSemaphores(VkDevice device, const VkSemaphoreWaitInfo *pWaitInfo,
                              uint64_t timeout)
 {
-    ENTER_OR_FAIL(WaitSemaphores);
-    (void)device;
     return wait_until(semaphores_done, pWaitInfo, timeout);
 }
 
 /* ---- events, as the host sees them */
 
-VkResult null_CreateEvent(VkDevice device, const VkEventCreateInfo *pCreateInfo,
-                          const VkAllocationCallbacks *pAllocator, VkEvent *pEvent)
-{
-    ENTER_OR_FAIL(CreateEvent);
-    (void)pCreateInfo;
-    (void)pAllocator;
-    struct object *event = object_create(OBJECT(device), TYPE_EVENT, NULL);
-    if (event == NULL)
-        return VK_ERROR_OUT_OF_HOST_MEMORY;
-    *pEvent = HANDLE(VkEvent, event->handle);
-    return VK_SUCCESS;
-}
-
-void null_DestroyEvent(VkDevice device, VkEvent event, const VkAllocationCallbacks *pAllocator)
-{
-    ENTER(DestroyEvent);
-    (void)device;
-    (void)pAllocator;
-    object_destroy(RAW(event), TYPE_EVENT);
-}
-
 static void set_event(VkEvent event, bool set)
 {
-    struct object *object = object_find(RAW(event), TYPE_EVENT);
+    struct object *object = object_find(RAW(event), VK_OBJECT_TYPE_EVENT);
     if (object != NULL)
         atomic_store(&object->event_set, set);
 }
 
 VkResult null_SetEvent(VkDevice device, VkEvent event)
 {
-    ENTER_OR_FAIL(SetEvent);
-    (void)device;
     set_event(event, true);
     return VK_SUCCESS;
 }
 
 VkResult null_ResetEvent(VkDevice device, VkEvent event)
 {
-    ENTER_OR_FAIL(ResetEvent);
-    (void)device;
     set_event(event, false);
     return VK_SUCCESS;
 }
 
 VkResult null_GetEventStatus(VkDevice device, VkEvent event)
 {
-    ENTER_OR_FAIL(GetEventStatus);
-    (void)device;
-    const struct object *object = object_find(RAW(event), TYPE_EVENT);
+    const struct object *object = object_find(RAW(event), VK_OBJECT_TYPE_EVENT);
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
     return object != NULL && atomic_load(&object->event_set) ? VK_EVENT_SET : VK_EVENT_RESET;

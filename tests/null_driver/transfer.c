@@ -33,7 +33,7 @@ static void add(VkCommandBuffer handle, const struct transfer *transfer, const v
     struct object *commands = OBJECT(handle);
     const size_t size = data != NULL ? transfer->region.size : 0;
     struct transfer *copy =
-        commands->type == TYPE_COMMAND_BUFFER ? malloc(sizeof(*copy) + size) : NULL;
+        commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER ? malloc(sizeof(*copy) + size) : NULL;
     if (copy == NULL)
         return;
     *copy = *transfer;
@@ -51,18 +51,14 @@ static void add(VkCommandBuffer handle, const struct transfer *transfer, const v
 VkResult null_BeginCommandBuffer(VkCommandBuffer commandBuffer,
                                  const VkCommandBufferBeginInfo *pBeginInfo)
 {
-    ENTER_OR_FAIL(BeginCommandBuffer);
-    (void)pBeginInfo;
-    if (OBJECT(commandBuffer)->type == TYPE_COMMAND_BUFFER)
+    if (OBJECT(commandBuffer)->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
         transfers_release(OBJECT(commandBuffer));
     return VK_SUCCESS;
 }
 
 VkResult null_ResetCommandBuffer(VkCommandBuffer commandBuffer, VkCommandBufferResetFlags flags)
 {
-    ENTER_OR_FAIL(ResetCommandBuffer);
-    (void)flags;
-    if (OBJECT(commandBuffer)->type == TYPE_COMMAND_BUFFER)
+    if (OBJECT(commandBuffer)->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
         transfers_release(OBJECT(commandBuffer));
     return VK_SUCCESS;
 }
@@ -70,10 +66,7 @@ VkResult null_ResetCommandBuffer(VkCommandBuffer commandBuffer, VkCommandBufferR
 VkResult null_ResetCommandPool(VkDevice device, VkCommandPool commandPool,
                                VkCommandPoolResetFlags flags)
 {
-    ENTER_OR_FAIL(ResetCommandPool);
-    (void)device;
-    (void)flags;
-    const struct object *pool = object_find(RAW(commandPool), TYPE_COMMAND_POOL);
+    const struct object *pool = object_find(RAW(commandPool), VK_OBJECT_TYPE_COMMAND_POOL);
     for (struct object *child = pool != NULL ? pool->children : NULL; child != NULL;
          child = child->next)
         transfers_release(child);
@@ -83,7 +76,6 @@ VkResult null_ResetCommandPool(VkDevice device, VkCommandPool commandPool,
 void null_CmdCopyBuffer(VkCommandBuffer commandBuffer, VkBuffer srcBuffer, VkBuffer dstBuffer,
                         uint32_t regionCount, const VkBufferCopy *pRegions)
 {
-    ENTER(CmdCopyBuffer);
     for (uint32_t i = 0; i < regionCount; i++)
         add(commandBuffer,
             &(struct transfer){
@@ -93,7 +85,6 @@ void null_CmdCopyBuffer(VkCommandBuffer commandBuffer, VkBuffer srcBuffer, VkBuf
 
 void null_CmdCopyBuffer2(VkCommandBuffer commandBuffer, const VkCopyBufferInfo2 *pCopyBufferInfo)
 {
-    ENTER(CmdCopyBuffer2);
     for (uint32_t i = 0; i < pCopyBufferInfo->regionCount; i++) {
         const VkBufferCopy2 *region = &pCopyBufferInfo->pRegions[i];
         add(commandBuffer,
@@ -108,7 +99,6 @@ void null_CmdCopyBuffer2(VkCommandBuffer commandBuffer, const VkCopyBufferInfo2 
 void null_CmdUpdateBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer, VkDeviceSize dstOffset,
                           VkDeviceSize dataSize, const void *pData)
 {
-    ENTER(CmdUpdateBuffer);
     add(commandBuffer,
         &(struct transfer){.kind = UPDATE, .dst = dstBuffer, .region = {0, dstOffset, dataSize}},
         pData);
@@ -117,7 +107,6 @@ void null_CmdUpdateBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer, VkD
 void null_CmdFillBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer, VkDeviceSize dstOffset,
                         VkDeviceSize size, uint32_t data)
 {
-    ENTER(CmdFillBuffer);
     add(commandBuffer,
         &(struct transfer){
             .kind = FILL, .dst = dstBuffer, .region = {0, dstOffset, size}, .word = data},
@@ -127,7 +116,6 @@ void null_CmdFillBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer, VkDev
 void null_CmdExecuteCommands(VkCommandBuffer commandBuffer, uint32_t commandBufferCount,
                              const VkCommandBuffer *pCommandBuffers)
 {
-    ENTER(CmdExecuteCommands);
     for (uint32_t i = 0; i < commandBufferCount; i++)
         add(commandBuffer, &(struct transfer){.kind = EXECUTE, .secondary = pCommandBuffers[i]},
             NULL);
@@ -189,7 +177,7 @@ static void execute_dispatch(const struct transfer *transfer)
 static void execute_one_level(VkCommandBuffer commands, bool primary)
 {
     const struct object *object = OBJECT(commands);
-    if (object == NULL || object->type != TYPE_COMMAND_BUFFER)
+    if (object == NULL || object->type != VK_OBJECT_TYPE_COMMAND_BUFFER)
         return;
     for (const struct transfer *at = object->command_buffer.first; at != NULL; at = at->next) {
         if (at->kind == FILL)

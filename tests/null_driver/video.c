@@ -6,8 +6,6 @@ VkResult null_GetPhysicalDeviceVideoCapabilitiesKHR(VkPhysicalDevice physicalDev
                                                     const VkVideoProfileInfoKHR *pVideoProfile,
                                                     VkVideoCapabilitiesKHR *pCapabilities)
 {
-    ENTER_OR_FAIL(GetPhysicalDeviceVideoCapabilitiesKHR);
-    (void)physicalDevice;
     if (pVideoProfile->videoCodecOperation != VK_VIDEO_CODEC_OPERATION_DECODE_H264_BIT_KHR)
         return VK_ERROR_VIDEO_PROFILE_CODEC_NOT_SUPPORTED_KHR;
     pCapabilities->flags = 0;
@@ -29,8 +27,6 @@ VkResult null_GetPhysicalDeviceVideoFormatPropertiesKHR(
     VkPhysicalDevice physicalDevice, const VkPhysicalDeviceVideoFormatInfoKHR *pVideoFormatInfo,
     uint32_t *pVideoFormatPropertyCount, VkVideoFormatPropertiesKHR *pVideoFormatProperties)
 {
-    ENTER_OR_FAIL(GetPhysicalDeviceVideoFormatPropertiesKHR);
-    (void)physicalDevice;
     if (pVideoFormatProperties != NULL && *pVideoFormatPropertyCount > 0) {
         pVideoFormatProperties->format = VK_FORMAT_G8_B8R8_2PLANE_420_UNORM;
         pVideoFormatProperties->imageCreateFlags = 0;
@@ -41,17 +37,4 @@ VkResult null_GetPhysicalDeviceVideoFormatPropertiesKHR(
     const bool short_of_room = pVideoFormatProperties != NULL && *pVideoFormatPropertyCount == 0;
     *pVideoFormatPropertyCount = short_of_room ? 0 : 1;
     return short_of_room ? VK_INCOMPLETE : VK_SUCCESS;
-}
-
-VkResult
-null_GetVideoSessionMemoryRequirementsKHR(VkDevice device, VkVideoSessionKHR videoSession,
-                                          uint32_t *pMemoryRequirementsCount,
-                                          VkVideoSessionMemoryRequirementsKHR *pMemoryRequirements)
-{
-    ENTER_OR_FAIL(GetVideoSessionMemoryRequirementsKHR);
-    (void)device;
-    (void)videoSession;
-    (void)pMemoryRequirements;
-    *pMemoryRequirementsCount = 0;
-    return VK_SUCCESS;
 }

@@ -4,16 +4,10 @@
 #include "hearing.h"
 
 #include <ftw.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 static void copy(char *to, size_t size, const char *text)
 {
@@ -63,7 +57,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear_report(VkDebugReportFlagsEXT flags,
                                                   int32_t message_code, const char *layer_prefix,
                                                   const char *message, void *user)
 {
-    (void)location;
     struct hearing *hearing = user;
     hearing->count++;
     hearing->report_flags = flags;
@@ -122,15 +115,11 @@ static bool has_folder;
 
 static int remove_entry(const char *path, const struct stat *status, int type, struct FTW *level)
 {
-    (void)status;
-    (void)type;
-    (void)level;
     return remove(path);
 }
 
 int surrounding_remove(void **state)
 {
-    (void)state;
     return !has_folder ? 0 : nftw(folder, remove_entry, 8, FTW_DEPTH | FTW_PHYS);
 }
 
@@ -148,7 +137,7 @@ void surrounding_clear(const char *settings_text)
         "ENABLE_MESSAGE_LIMIT",
         "MESSAGE_ID_FILTER",
     };
-    for (size_t i = 0; i < sizeof(keys) / sizeof(keys[0]); i++) {
+    for (size_t i = 0; i < LENGTH(keys); i++) {
         char name[64];
         snprintf(name, sizeof(name), "VK_ASSAY_VALIDATION_%s", keys[i]);
         unsetenv(name);
@@ -171,6 +160,12 @@ void surrounding_clear(const char *settings_text)
     }
 }
 
+int surrounding_set_up(void **state)
+{
+    surrounding_clear(NULL);
+    return 0;
+}
+
 struct reporter *reporter_of(const void *chain)
 {
     struct reporter *reporter = NULL;
@@ -182,12 +177,23 @@ struct reporter *reporter_of(const void *chain)
     return reporter;
 }
 
-struct reporter *reporter_heard_by(struct hearing *hearing)
+void reporter_add(struct reporter *reporter, VkDebugUtilsMessengerEXT handle,
+                  const VkDebugUtilsMessengerCreateInfoEXT *info)
+{
+    assert_int_equal(reporter_add_messenger(reporter, handle, info), VK_SUCCESS);
+}
+
+void reporter_add_hearing(struct reporter *reporter, unsigned n, struct hearing *hearing)
 {
     const VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(hearing);
+    reporter_add(reporter, MESSENGER(n), &info);
+}
+
+struct reporter *reporter_heard_by(struct hearing *hearing)
+{
     struct reporter *reporter = reporter_of(NULL);
     reporter_set_instance_alive(reporter, true);
-    assert_int_equal(reporter_add_messenger(reporter, MESSENGER(0), &info), VK_SUCCESS);
+    reporter_add_hearing(reporter, 0, hearing);
     return reporter;
 }
 

@@ -4,7 +4,17 @@
 #ifndef REPORT_HEARING_H
 #define REPORT_HEARING_H
 
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "scarce_memory.h"
 #include "src/report/reporter.h"
+
+#define LENGTH(array) (sizeof(array) / sizeof((array)[0]))
 
 enum { HEARD_TEXT = 10000, HEARD_OBJECTS = 8, HEARD_LABELS = 20 };
 
@@ -37,6 +47,9 @@ const char *capture_end(void);
  * is that of vk_layer_settings.txt there, or NULL for none. */
 void surrounding_clear(const char *settings_text);
 
+/* A setup: the same without a file. */
+int surrounding_set_up(void **state);
+
 /* A teardown: deletes the folder. */
 int surrounding_remove(void **state);
 
@@ -46,6 +59,12 @@ struct reporter *reporter_of(const void *chain);
 /* Handles of the n-th messenger and callback. */
 #define MESSENGER(n) ((VkDebugUtilsMessengerEXT)(uintptr_t)(0x11 + (n)))
 #define CALLBACK(n) ((VkDebugReportCallbackEXT)(uintptr_t)(0x11 + (n)))
+
+/* Adds a messenger, or fails the test. */
+void reporter_add(struct reporter *reporter, VkDebugUtilsMessengerEXT handle,
+                  const VkDebugUtilsMessengerCreateInfoEXT *info);
+/* Adds MESSENGER(n). */
+void reporter_add_hearing(struct reporter *reporter, unsigned n, struct hearing *hearing);
 
 /* A reporter of a living instance, with MESSENGER(0). */
 struct reporter *reporter_heard_by(struct hearing *hearing);

@@ -1,12 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the entries of message_id_filter. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
-
-#include <cmocka.h>
 
 #include "hearing.h"
 #include "src/report/message.h"
@@ -27,7 +21,6 @@ static void assert_filter(const char *entry, unsigned count, enum vuid vuid)
 
 static void test_by_id_and_number(void **state)
 {
-    (void)state;
     char number[32];
     assert_filter(SENT_ID, 1, SENT_VUID);
     assert_filter("vuid-vkcmdbuildaccelerationstructureskhr-pinfos-03710", 1, SENT_VUID);
@@ -44,20 +37,17 @@ static void test_by_id_and_number(void **state)
 
 static void test_by_id_of_a_warning(void **state)
 {
-    (void)state;
     assert_filter("ASSAY-instance-destroyed", 1, WARNING_instance_destroyed);
 }
 
 static void test_by_digits(void **state)
 {
-    (void)state;
     assert_filter("03710", 2, SENT_VUID); /* of the device command and of the indirect one */
     assert_filter("03710", 2, VUID_vkCmdBuildAccelerationStructuresIndirectKHR_pInfos_03710);
 }
 
 static void test_by_retired_id(void **state)
 {
-    (void)state;
     const char *retired = "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03674";
     assert_filter(retired, 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12261);
     assert_filter(retired, 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12260);
@@ -70,11 +60,10 @@ static void test_by_retired_id(void **state)
 
 static void test_entries_that_name_nothing(void **state)
 {
-    (void)state;
     static const char *const entries[] = {
         "", "-", "0x", "3710", "parameter", "99999", "0x1ffffffff", "VUID-vkCmdDraw-None-02699",
     };
-    for (size_t i = 0; i < sizeof(entries) / sizeof(entries[0]); i++)
+    for (size_t i = 0; i < LENGTH(entries); i++)
         assert_filter(entries[i], 0, VUID_NONE);
 }
 

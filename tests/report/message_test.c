@@ -1,14 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the wording of messages. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "hearing.h"
 #include "src/report/message.h"
@@ -28,7 +22,17 @@ static const char *word(const struct location *location, const struct call_origi
     return message.text;
 }
 
-/* The first line of it. */
+/* The message of a call that is wrong. */
+static void say(enum vuid vuid, enum vuid_names names, uint32_t reported)
+{
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
+    struct finding finding;
+    violated_plainly(&finding, "", "is wrong");
+    message_of_finding(&message, vuid, &location, &(struct call_origin){0}, &finding, names,
+                       reported);
+}
+
+/* The first line of a message of word(). */
 static const char *first_line(enum build_command command, enum subject subject, bool by_pointer,
                               const struct finding *finding)
 {
@@ -47,14 +51,12 @@ static const char *first_line(enum build_command command, enum subject subject, 
 
 static void test_id_numbers_are_those_of_the_khronos_layer(void **state)
 {
-    (void)state;
     assert_int_equal(message_id_number("VUID-vkDestroyDevice-device-05137"), 0x4872eaa0);
     assert_int_equal(message_id_number("VUID-vkDestroyDevice-device-00378"), 0x71500fba);
 }
 
 static void test_paths(void **state)
 {
-    (void)state;
 #define BUILD "vkCmdBuildAccelerationStructuresKHR(): "
 #define INDIRECT "vkCmdBuildAccelerationStructuresIndirectKHR(): "
     static const struct {
@@ -90,7 +92,7 @@ static void test_paths(void **state)
         {COMMAND_NV, SUBJECT_GEOMETRY, false, "flags",
          "vkCmdBuildAccelerationStructureNV(): pInfo->pGeometries[5].flags is wrong."},
     };
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < LENGTH(cases); i++) {
         struct finding finding;
         violated_plainly(&finding, cases[i].field, "is wrong");
         assert_string_equal(
@@ -101,7 +103,6 @@ static void test_paths(void **state)
 
 static void test_values(void **state)
 {
-    (void)state;
     struct finding finding;
     finding_says(&finding, "a", "{}, {}, {}, {}, {} and {} {}", hex(0xffffffffffffffff),
                  number(18446744073709551615u), text("VK_FORMAT_UNDEFINED"),
@@ -121,7 +122,6 @@ static void test_values(void **state)
 
 static void test_origin(void **state)
 {
-    (void)state;
     struct object_names *names;
     struct label_stack labels = {0};
     struct call_origin origin = {.device = DEVICE_HANDLE,
@@ -173,17 +173,12 @@ static void test_origin(void **state)
 
 static void test_specification(void **state)
 {
-    (void)state;
-    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
-    struct finding finding;
-    violated_plainly(&finding, "", "is wrong");
     char expected[MESSAGE_SIZE];
     for (enum vuid vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
         const struct vuid_text *stated = &vuid_texts[vuid];
         if (!stated->sentence[0])
             continue;
-        message_of_finding(&message, vuid, &location, &(struct call_origin){0}, &finding,
-                           VUID_NAMES_CURRENT, 0);
+        say(vuid, VUID_NAMES_CURRENT, 0);
         snprintf(expected, sizeof(expected),
                  BUILD
                  "is wrong.\nThe Vulkan spec states: %s "
@@ -199,8 +194,7 @@ static void test_specification(void **state)
             assert_string_equal(rest, "");
         }
     }
-    message_of_finding(&message, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12261, &location,
-                       &(struct call_origin){0}, &finding, VUID_NAMES_CURRENT, 0);
+    say(VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12261, VUID_NAMES_CURRENT, 0);
     assert_non_null(strstr(message.text,
                            ") (formerly VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03674, "
                            "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03802)"));
@@ -208,14 +202,9 @@ static void test_specification(void **state)
 
 static void test_a_message_may_go_by_the_retired_id(void **state)
 {
-    (void)state;
 #define RETIRED "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671"
     const enum vuid vuid = VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258;
-    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
-    struct finding finding;
-    violated_plainly(&finding, "scratchData.deviceAddress", "is wrong");
-    message_of_finding(&message, vuid, &location, &(struct call_origin){0}, &finding,
-                       VUID_NAMES_LISTED, 0);
+    say(vuid, VUID_NAMES_LISTED, 0);
     assert_string_equal(message.id, RETIRED);
     assert_int_equal(message.id_number, message_id_number(RETIRED));
     assert_non_null(strstr(message.heading, "Error: [ " RETIRED " ] | MessageID = 0x"));
@@ -225,8 +214,7 @@ static void test_a_message_may_go_by_the_retired_id(void **state)
         strstr(message.text, ") (today VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-12258)"));
 
     /* Most have none. */
-    message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding,
-                       VUID_NAMES_LISTED, 0);
+    say(SENT_VUID, VUID_NAMES_LISTED, 0);
     assert_string_equal(message.id, SENT_ID);
     assert_null(strstr(message.text, "today"));
 }
@@ -234,7 +222,6 @@ static void test_a_message_may_go_by_the_retired_id(void **state)
 /* No sentence of the specification goes with an id of the layer's own. */
 static void test_a_warning_of_the_layers_own(void **state)
 {
-    (void)state;
     const struct location location = {.command = COMMAND_NV, .subject = SUBJECT_PARAMETER};
     struct finding finding;
     finding_fill(&finding, "instanceData", "is odd", NULL, 0);
@@ -252,7 +239,6 @@ static void test_a_warning_of_the_layers_own(void **state)
 
 static void test_heading_and_log(void **state)
 {
-    (void)state;
     struct object_names *names;
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
     struct finding finding;
@@ -291,17 +277,11 @@ static void test_heading_and_log(void **state)
 
 static void test_last_notice(void **state)
 {
-    (void)state;
-    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
-    struct finding finding;
-    violated_plainly(&finding, "", "is wrong");
-    message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding,
-                       VUID_NAMES_CURRENT, 10);
+    say(SENT_VUID, VUID_NAMES_CURRENT, 10);
     assert_non_null(strstr(message.text,
                            "\nThis VUID has now been reported 10 times and will not "
                            "be reported again: duplicate_message_limit is reached."));
-    message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding,
-                       VUID_NAMES_CURRENT, 1);
+    say(SENT_VUID, VUID_NAMES_CURRENT, 1);
     assert_non_null(strstr(message.text, "reported 1 time and"));
 }
 
@@ -309,7 +289,6 @@ static void test_last_notice(void **state)
 
 static void test_too_much_text_is_cut(void **state)
 {
-    (void)state;
     static char much[20000];
     for (size_t i = 0; i + 2 < sizeof(much); i += 2)
         memcpy(much + i, "\xc3\xa9", 2); /* é */
@@ -327,7 +306,6 @@ static void test_too_much_text_is_cut(void **state)
 
 static void test_long_names_and_deep_labels_are_cut(void **state)
 {
-    (void)state;
     char name[2000];
     memset(name, 'n', sizeof(name) - 1);
     name[sizeof(name) - 1] = '\0';
@@ -354,7 +332,6 @@ static void test_long_names_and_deep_labels_are_cut(void **state)
 
 static void test_every_object_has_room(void **state)
 {
-    (void)state;
     struct finding finding;
     finding_says(&finding, "", "{} {} {} {} {} {}", object(VK_OBJECT_TYPE_BUFFER, 1),
                  object(VK_OBJECT_TYPE_BUFFER, 2), object(VK_OBJECT_TYPE_BUFFER, 3),

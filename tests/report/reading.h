@@ -3,6 +3,7 @@
 #ifndef REPORT_READING_H
 #define REPORT_READING_H
 
+#include "hearing.h"
 #include "src/report/settings.h"
 
 enum { WARNED_LINES = 12 };
@@ -15,6 +16,7 @@ extern struct warned {
 
 /* Those of an instance that is created with this chain. */
 VkResult settings_try(const void *chain, struct settings *settings);
+/* The same; they live until the next call, or fail the test. */
 struct settings settings_read(const void *chain);
 
 unsigned settings_muted(const struct settings *settings);

@@ -1,33 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is done with a message, and which messages are left out. */
-#include <setjmp.h>
 #include <signal.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "hearing.h"
-#include "scarce_memory.h"
 #include "src/report/message.h"
 #include "src/report/message_id.h"
 #include "src/state/commands/object_names.h"
 
-static int clear(void **state)
-{
-    (void)state;
-    surrounding_clear(NULL);
-    return 0;
-}
-
 static void test_ignore(void **state)
 {
-    (void)state;
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "ignore", 1);
     setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
     struct hearing hearing = {.answer = VK_TRUE};
@@ -43,7 +28,6 @@ static void test_ignore(void **state)
 
 static void test_callback_only(void **state)
 {
-    (void)state;
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback", 1);
     struct hearing hearing = {0};
     capture_begin(STDERR_FILENO);
@@ -60,13 +44,11 @@ static volatile sig_atomic_t traps;
 
 static void count_trap(int number)
 {
-    (void)number;
     traps++;
 }
 
 static void test_break(void **state)
 {
-    (void)state;
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "break", 1);
     struct hearing hearing = {0};
     struct reporter *reporter = reporter_heard_by(&hearing);
@@ -83,7 +65,6 @@ static void test_break(void **state)
 
 static void test_report_flags(void **state)
 {
-    (void)state;
     struct hearing hearing = {0};
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error", 1);
     struct reporter *reporter = reporter_heard_by(&hearing);
@@ -106,7 +87,6 @@ static void test_report_flags(void **state)
 
 static void test_refusals(void **state)
 {
-    (void)state;
     struct hearing hearing = {0};
     setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "2", 1);
     struct reporter *reporter = reporter_heard_by(&hearing);
@@ -123,7 +103,6 @@ static void test_refusals(void **state)
 
 static void test_muted_ids(void **state)
 {
-    (void)state;
     struct hearing hearing = {.answer = VK_TRUE};
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", "03710", 1);
     struct reporter *reporter = reporter_heard_by(&hearing);
@@ -137,7 +116,6 @@ static void test_muted_ids(void **state)
 
 static void test_retired_ids_in_place_of_current_ones(void **state)
 {
-    (void)state;
     static const char retired[] = "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671";
     struct hearing hearing = {0};
     setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "listed", 1);
@@ -156,7 +134,6 @@ static void test_retired_ids_in_place_of_current_ones(void **state)
 
 static void test_a_command_without_the_statement_is_not_told(void **state)
 {
-    (void)state;
     struct hearing hearing = {.answer = VK_TRUE};
     struct reporter *reporter = reporter_heard_by(&hearing);
     struct finding finding;
@@ -170,7 +147,6 @@ static void test_a_command_without_the_statement_is_not_told(void **state)
 
 static void test_duplicates(void **state)
 {
-    (void)state;
     struct hearing hearing = {0};
     struct reporter *reporter = reporter_heard_by(&hearing);
     for (unsigned i = 1; i <= 12; i++) {
@@ -199,15 +175,16 @@ static void test_duplicates(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_ignore, clear),
-        cmocka_unit_test_setup(test_callback_only, clear),
-        cmocka_unit_test_setup(test_break, clear),
-        cmocka_unit_test_setup(test_report_flags, clear),
-        cmocka_unit_test_setup(test_refusals, clear),
-        cmocka_unit_test_setup(test_muted_ids, clear),
-        cmocka_unit_test_setup(test_retired_ids_in_place_of_current_ones, clear),
-        cmocka_unit_test_setup(test_a_command_without_the_statement_is_not_told, clear),
-        cmocka_unit_test_setup(test_duplicates, clear),
+        cmocka_unit_test_setup(test_ignore, surrounding_set_up),
+        cmocka_unit_test_setup(test_callback_only, surrounding_set_up),
+        cmocka_unit_test_setup(test_break, surrounding_set_up),
+        cmocka_unit_test_setup(test_report_flags, surrounding_set_up),
+        cmocka_unit_test_setup(test_refusals, surrounding_set_up),
+        cmocka_unit_test_setup(test_muted_ids, surrounding_set_up),
+        cmocka_unit_test_setup(test_retired_ids_in_place_of_current_ones, surrounding_set_up),
+        cmocka_unit_test_setup(test_a_command_without_the_statement_is_not_told,
+                               surrounding_set_up),
+        cmocka_unit_test_setup(test_duplicates, surrounding_set_up),
     };
     return cmocka_run_group_tests_name("reporter_actions", tests, NULL, surrounding_remove);
 }

@@ -2,15 +2,9 @@
 /* Tests of messages sent on many threads while messengers come and go, also from inside callbacks.
  */
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "hearing.h"
 
@@ -22,9 +16,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL count_message(
     VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT types,
     const VkDebugUtilsMessengerCallbackDataEXT *data, void *user)
 {
-    (void)severity;
-    (void)types;
-    (void)user;
     atomic_fetch_add(&heard, 1);
     if (strstr(data->pMessage, "will not be reported again"))
         atomic_fetch_add(&last_notices, 1);
@@ -65,9 +56,7 @@ static struct reporter *counted(const char *limit)
     setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", limit, 1);
     struct reporter *reporter = reporter_of(NULL);
     const VkDebugUtilsMessengerCreateInfoEXT info = messenger(count_message, NULL);
-    assert_int_equal(
-        reporter_add_messenger(reporter, (VkDebugUtilsMessengerEXT)(uintptr_t)1, &info),
-        VK_SUCCESS);
+    reporter_add(reporter, (VkDebugUtilsMessengerEXT)(uintptr_t)1, &info);
     return reporter;
 }
 
@@ -92,7 +81,6 @@ static void add_and_remove(struct reporter *reporter)
 
 static void test_messengers_come_and_go(void **state)
 {
-    (void)state;
     struct reporter *reporter = counted("0");
     send_on_threads(reporter, add_and_remove);
     assert_true(atomic_load(&heard) >= SENDERS * SENT_EACH);
@@ -107,7 +95,6 @@ static void wait_for_senders(struct reporter *reporter)
 
 static void test_the_limit_is_exact(void **state)
 {
-    (void)state;
     struct reporter *reporter = counted("100");
     send_on_threads(reporter, wait_for_senders);
     assert_int_equal(atomic_load(&heard), 100);
@@ -128,9 +115,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL meddle(VkDebugUtilsMessageSeverityFlagBits
                                              const VkDebugUtilsMessengerCallbackDataEXT *data,
                                              void *user)
 {
-    (void)severity;
-    (void)types;
-    (void)data;
     struct meddler *meddler = user;
     const VkDebugUtilsMessengerCreateInfoEXT info = messenger(count_message, NULL);
     meddler->calls++;
@@ -142,11 +126,10 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL meddle(VkDebugUtilsMessageSeverityFlagBits
 
 static void test_a_callback_may_replace_its_messenger(void **state)
 {
-    (void)state;
     struct reporter *reporter = counted("0");
     struct meddler meddler = {reporter, (VkDebugUtilsMessengerEXT)(uintptr_t)7, 0};
     const VkDebugUtilsMessengerCreateInfoEXT info = messenger(meddle, &meddler);
-    assert_int_equal(reporter_add_messenger(reporter, meddler.handle, &info), VK_SUCCESS);
+    reporter_add(reporter, meddler.handle, &info);
     atomic_store(&heard, 0);
     assert_true(send_one(reporter));
     assert_int_equal(meddler.calls, 1);

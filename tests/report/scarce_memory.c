@@ -2,7 +2,12 @@
 /* The wrapped allocation functions. */
 #include "scarce_memory.h"
 
+#include <setjmp.h>
+#include <stdarg.h>
 #include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
 
 enum { OFF = -1 };
 
@@ -24,6 +29,16 @@ void memory_fail_after(int count)
 {
     left = count;
     has_failed = false;
+}
+
+bool memory_is_scarce(int count)
+{
+    if (count > 0 && !has_failed) {
+        assert_true(count > 2); /* memory did run out */
+        return false;
+    }
+    memory_fail_after(count);
+    return true;
 }
 
 bool memory_fail_no_more(void)

@@ -8,6 +8,11 @@
 /* The allocation after `count` others fails, once. Not for tests with threads. */
 void memory_fail_after(int count);
 
+/* The condition of a loop over counts from 0 on: true until no allocation failed in the last round.
+ * In the round that begins, memory_fail_after(count) holds. Fails the test if there were fewer than
+ * three rounds. */
+bool memory_is_scarce(int count);
+
 /* Turns that off again. Returns true if an allocation has failed. */
 bool memory_fail_no_more(void);
 

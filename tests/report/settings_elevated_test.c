@@ -1,23 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the settings in a process with elevated privileges: what the application gives counts,
  * and nothing else. getauxval() is wrapped. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/auxv.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
-#include "hearing.h"
 #include "reading.h"
-#include "scarce_memory.h"
 #include "src/report/settings_source.h"
-
-#define LENGTH(array) (sizeof(array) / sizeof((array)[0]))
 
 static bool is_elevated;
 
@@ -31,7 +21,6 @@ unsigned long __wrap_getauxval(unsigned long type)
 
 static int clear(void **state)
 {
-    (void)state;
     surrounding_clear(NULL);
     is_elevated = true;
     return 0;
@@ -45,25 +34,21 @@ static VkLayerSettingsCreateInfoEXT give(const VkLayerSettingEXT *settings, uint
 
 static void test_environment_and_file(void **state)
 {
-    (void)state;
     surrounding_clear("assay_validation.backend = cpu\nassay_validation.bakcend = cpu\n");
     setenv("VK_ASSAY_VALIDATION_LEVEL", "state", 1);
     struct settings settings = settings_read(NULL);
     assert_default_settings(&settings);
     assert_int_equal(warned.count, 0);
-    settings_release(&settings);
 
     is_elevated = false; /* the same is read */
     settings = settings_read(NULL);
     assert_int_equal(settings.level, LEVEL_STATE);
     assert_int_equal(settings.backend, BACKEND_CPU);
     assert_int_equal(warned.count, 1);
-    settings_release(&settings);
 }
 
 static void test_what_the_application_gives(void **state)
 {
-    (void)state;
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     const char *level = "state", *flags[] = {"error", "info"};
     const uint32_t limit = 4;
@@ -80,7 +65,6 @@ static void test_what_the_application_gives(void **state)
     assert_int_equal(settings.report_flags, REPORT_ERROR | REPORT_INFO);
     assert_int_equal(settings.duplicate_message_limit, 4);
     ASSERT_WARNED("assay_validation.levle");
-    settings_release(&settings);
 }
 
 /* ---- the same text as the utility library's */
@@ -115,7 +99,6 @@ static void assert_same_list(const VkLayerSettingEXT *settings, uint32_t count,
 
 static void test_types(void **state)
 {
-    (void)state;
     static const VkBool32 truths[] = {VK_TRUE, VK_FALSE};
     static const int32_t signed32[] = {INT32_MIN, 7};
     static const int64_t signed64[] = {INT64_MIN, 7};
@@ -150,7 +133,6 @@ static void test_types(void **state)
 
 static void test_a_key_twice(void **state)
 {
-    (void)state;
     const char *const first = "first", *const second = "second";
     const VkLayerSettingEXT settings[] = {
         setting_given("other", VK_LAYER_SETTING_TYPE_STRING_EXT, &second),
@@ -164,7 +146,6 @@ static void test_a_key_twice(void **state)
 
 static void test_log_file(void **state)
 {
-    (void)state;
     const char *name = "assay.log";
     const VkLayerSettingEXT setting =
         setting_given("log_filename", VK_LAYER_SETTING_TYPE_STRING_EXT, &name);
@@ -188,7 +169,6 @@ static void test_log_file(void **state)
 
 static void test_log_to_stdout(void **state)
 {
-    (void)state;
     const char *name = "stdout";
     const VkLayerSettingEXT setting =
         setting_given("log_filename", VK_LAYER_SETTING_TYPE_STRING_EXT, &name);
@@ -206,18 +186,14 @@ static void test_log_to_stdout(void **state)
 
 static void test_without_memory(void **state)
 {
-    (void)state;
     const char *level = "contents";
     const VkLayerSettingEXT setting =
         setting_given("level", VK_LAYER_SETTING_TYPE_STRING_EXT, &level);
     const VkLayerSettingsCreateInfoEXT info = give(&setting, 1);
-    bool failed = true;
-    int count;
-    for (count = 0; failed; count++) {
+    for (int count = 0; memory_is_scarce(count); count++) {
         struct settings settings;
-        memory_fail_after(count);
         const VkResult result = settings_try(&info, &settings);
-        failed = memory_fail_no_more();
+        const bool failed = memory_fail_no_more();
         if (result == VK_SUCCESS) {
             assert_int_equal(warned.count, 1);
             settings_release(&settings);
@@ -226,7 +202,6 @@ static void test_without_memory(void **state)
             assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
         }
     }
-    assert_true(count > 2); /* memory did run out */
 }
 
 int main(void)

@@ -2,26 +2,13 @@
 /* Tests that a warning about a setting comes once in a process, however many instances there are.
  */
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "hearing.h"
 
 enum { THREADS = 8, VALUES = 300 };
-
-static int clear(void **state)
-{
-    (void)state;
-    surrounding_clear(NULL);
-    return 0;
-}
 
 /* How many warnings an instance brings that is created with this level. */
 static unsigned count_warnings(const char *level)
@@ -35,7 +22,6 @@ static unsigned count_warnings(const char *level)
 
 static void test_instances(void **state)
 {
-    (void)state;
     assert_int_equal(count_warnings("instances-1"), 1);
     assert_int_equal(count_warnings("instances-1"), 0);
     assert_int_equal(count_warnings("instances-2"), 1);
@@ -46,7 +32,6 @@ static void test_instances(void **state)
 
 static void test_unknown_key(void **state)
 {
-    (void)state;
     setenv("VK_ASSAY_VALIDATION_LEVLE", "state", 1);
     assert_int_equal(count_warnings("state"), 1);
     assert_int_equal(count_warnings("state"), 0);
@@ -56,7 +41,6 @@ static void test_unknown_key(void **state)
 /* If no messenger and no log got a warning, the next instance repeats it. */
 static void test_unheard(void **state)
 {
-    (void)state;
     setenv("VK_ASSAY_VALIDATION_LEVEL", "unheard", 1);
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error", 1);
     assert_int_equal(count_warnings("unheard"), 0);
@@ -71,7 +55,6 @@ static void test_unheard(void **state)
 /* More than the layer remembers. */
 static void test_many_values(void **state)
 {
-    (void)state;
     for (int i = 0; i < VALUES; i++) {
         char level[32];
         snprintf(level, sizeof(level), "many-%d", i);
@@ -85,10 +68,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL count_message(
     VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT types,
     const VkDebugUtilsMessengerCallbackDataEXT *data, void *user)
 {
-    (void)severity;
-    (void)types;
-    (void)data;
-    (void)user;
     atomic_fetch_add(&heard, 1);
     return VK_FALSE;
 }
@@ -96,7 +75,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL count_message(
 static void *create_reporter(void *context)
 {
     VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(NULL);
-    (void)context;
     info.pfnUserCallback = count_message;
     reporter_destroy(reporter_of(&info));
     return NULL;
@@ -104,7 +82,6 @@ static void *create_reporter(void *context)
 
 static void test_threads(void **state)
 {
-    (void)state;
     pthread_t threads[THREADS];
     setenv("VK_ASSAY_VALIDATION_LEVEL", "threads", 1);
     for (int i = 0; i < THREADS; i++)
@@ -117,11 +94,11 @@ static void test_threads(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_instances, clear),
-        cmocka_unit_test_setup(test_unknown_key, clear),
-        cmocka_unit_test_setup(test_unheard, clear),
-        cmocka_unit_test_setup(test_threads, clear),
-        cmocka_unit_test_setup(test_many_values, clear), /* fills what is remembered */
+        cmocka_unit_test_setup(test_instances, surrounding_set_up),
+        cmocka_unit_test_setup(test_unknown_key, surrounding_set_up),
+        cmocka_unit_test_setup(test_unheard, surrounding_set_up),
+        cmocka_unit_test_setup(test_threads, surrounding_set_up),
+        cmocka_unit_test_setup(test_many_values, surrounding_set_up), /* fills what is remembered */
     };
     return cmocka_run_group_tests_name("settings_once", tests, NULL, surrounding_remove);
 }

@@ -1,29 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the settings: what they take, and what is said of the rest. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
-#include <cmocka.h>
-
-#include "hearing.h"
 #include "reading.h"
-
-static int clear(void **state)
-{
-    (void)state;
-    surrounding_clear(NULL);
-    return 0;
-}
 
 static void test_values_that_are_not_understood(void **state)
 {
-    (void)state;
     static const struct {
         const char *key, *value, *takes, *used;
     } cases[] = {
@@ -43,7 +28,7 @@ static void test_values_that_are_not_understood(void **state)
         {"duplicate_message_limit", "3x", "a number", "10"},
         {"enable_message_limit", "perhaps", "true or false", "true"},
     };
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < LENGTH(cases); i++) {
         char line[256], key[128];
         snprintf(line, sizeof(line), "assay_validation.%s = %s\n", cases[i].key, cases[i].value);
         snprintf(key, sizeof(key), "assay_validation.%s:", cases[i].key);
@@ -51,13 +36,11 @@ static void test_values_that_are_not_understood(void **state)
         struct settings settings = settings_read(NULL);
         assert_default_settings(&settings);
         ASSERT_WARNED(key, cases[i].value, cases[i].takes, cases[i].used);
-        settings_release(&settings);
     }
 }
 
 static void test_debug_actions(void **state)
 {
-    (void)state;
     static const struct {
         const char *value;
         uint32_t action;
@@ -72,44 +55,38 @@ static void test_debug_actions(void **state)
         {"VK_DBG_LAYER_ACTION_BREAK", DEBUG_ACTION_BREAK | DEBUG_ACTION_DEFAULT},
         {"break,log", DEBUG_ACTION_BREAK | DEBUG_ACTION_LOG},
     };
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < LENGTH(cases); i++) {
         setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", cases[i].value, 1);
         struct settings settings = settings_read(NULL);
         assert_int_equal(settings.debug_action, cases[i].action);
         assert_int_equal(warned.count, 0);
-        settings_release(&settings);
     }
 }
 
 static void test_flags_of_the_khronos_layer_are_accepted(void **state)
 {
-    (void)state;
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,perf,verbose,debug", 1);
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.report_flags, REPORT_ERROR);
     assert_int_equal(warned.count, 0);
-    settings_release(&settings);
 }
 
 /* ---- message_id_filter */
 
 static void test_filter_lists(void **state)
 {
-    (void)state;
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", " " SENT_ID " , 12258,", 1);
     struct settings settings = settings_read(NULL);
     assert_int_equal(warned.count, 0);
     assert_int_equal(settings_muted(&settings), 3);
     assert_true(settings.muted[SENT_VUID]);
     assert_true(settings.muted[VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258]);
-    settings_release(&settings);
 }
 
 static void test_filter_that_names_nothing(void **state)
 {
-    (void)state;
     static const char *const entries[] = {"VUID-vkCmdDraw-None-02699", "3710", "99999"};
-    for (size_t i = 0; i < sizeof(entries) / sizeof(entries[0]); i++) {
+    for (size_t i = 0; i < LENGTH(entries); i++) {
         char filter[128];
         snprintf(filter, sizeof(filter), "%s,%s", entries[i], SENT_ID);
         setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", filter, 1);
@@ -117,7 +94,6 @@ static void test_filter_that_names_nothing(void **state)
         assert_int_equal(settings_muted(&settings), 1);
         assert_true(settings.muted[SENT_VUID]);
         ASSERT_WARNED("assay_validation.message_id_filter:", entries[i], "ignored");
-        settings_release(&settings);
     }
 }
 
@@ -125,24 +101,20 @@ static void test_filter_that_names_nothing(void **state)
 
 static void test_unknown_keys(void **state)
 {
-    (void)state;
     setenv("VK_ASSAY_VALIDATION_LEVLE", "content", 1);
     struct settings settings = settings_read(NULL);
     assert_default_settings(&settings);
     ASSERT_WARNED("VK_ASSAY_VALIDATION_LEVLE is not a setting", "level", "message_id_filter");
-    settings_release(&settings);
 
     surrounding_clear("assay_validation.report_flag = error\n");
     settings = settings_read(NULL);
     assert_default_settings(&settings);
     ASSERT_WARNED("assay_validation.report_flag is not a setting", "report_flags");
-    settings_release(&settings);
 
     surrounding_clear("Assay_Validation.level = content\n");
     settings = settings_read(NULL);
     assert_default_settings(&settings);
     ASSERT_WARNED("Assay_Validation.level is not a setting");
-    settings_release(&settings);
 
     surrounding_clear(NULL);
     VkBool32 on = VK_TRUE;
@@ -153,7 +125,6 @@ static void test_unknown_keys(void **state)
     settings = settings_read(&info);
     assert_default_settings(&settings);
     ASSERT_WARNED("assay_validation.validate_sync is not a setting");
-    settings_release(&settings);
 }
 
 /* The library and the search for unknown keys have to find the same file. */
@@ -166,13 +137,11 @@ static void assert_file_is_read(const char *path)
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.level, LEVEL_STATE);
     ASSERT_WARNED("assay_validation.levle is not a setting");
-    settings_release(&settings);
     remove(path);
 }
 
 static void test_places_of_the_file(void **state)
 {
-    (void)state;
     char folder[256];
     snprintf(folder, sizeof(folder), "%s/.local", getenv("HOME"));
     mkdir(".local", 0700);
@@ -196,13 +165,13 @@ static void test_places_of_the_file(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_values_that_are_not_understood, clear),
-        cmocka_unit_test_setup(test_debug_actions, clear),
-        cmocka_unit_test_setup(test_flags_of_the_khronos_layer_are_accepted, clear),
-        cmocka_unit_test_setup(test_filter_lists, clear),
-        cmocka_unit_test_setup(test_filter_that_names_nothing, clear),
-        cmocka_unit_test_setup(test_unknown_keys, clear),
-        cmocka_unit_test_setup(test_places_of_the_file, clear),
+        cmocka_unit_test_setup(test_values_that_are_not_understood, surrounding_set_up),
+        cmocka_unit_test_setup(test_debug_actions, surrounding_set_up),
+        cmocka_unit_test_setup(test_flags_of_the_khronos_layer_are_accepted, surrounding_set_up),
+        cmocka_unit_test_setup(test_filter_lists, surrounding_set_up),
+        cmocka_unit_test_setup(test_filter_that_names_nothing, surrounding_set_up),
+        cmocka_unit_test_setup(test_unknown_keys, surrounding_set_up),
+        cmocka_unit_test_setup(test_places_of_the_file, surrounding_set_up),
     };
     return cmocka_run_group_tests_name("settings_values", tests, NULL, surrounding_remove);
 }

@@ -28,8 +28,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
                                            void *user)
 {
     const struct calls *calls = user;
-    (void)severity;
-    (void)types;
     return strlen(data->pMessage) ? calls->answer : VK_FALSE;
 }
 

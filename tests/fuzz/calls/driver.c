@@ -3,6 +3,9 @@
 #include "../../null_driver/internal.h"
 #include "calls.h"
 
+/* The driver's own command, which can be made to fail. */
+#define DRIVER(name) ((PFN_vk##name)entry_find("vk" #name))
+
 /* What handles of an instance begin with, and those of a device. */
 static const int instance_key, device_key;
 
@@ -16,7 +19,7 @@ static VKAPI_ATTR VkResult VKAPI_CALL create_instance(const VkInstanceCreateInfo
                                                       const VkAllocationCallbacks *allocator,
                                                       VkInstance *instance)
 {
-    VkResult result = null_CreateInstance(info, allocator, instance);
+    VkResult result = DRIVER(CreateInstance)(info, allocator, instance);
     if (result == VK_SUCCESS)
         set_key(*instance, &instance_key);
     return result;
@@ -25,7 +28,7 @@ static VKAPI_ATTR VkResult VKAPI_CALL create_instance(const VkInstanceCreateInfo
 static VKAPI_ATTR VkResult VKAPI_CALL enumerate_devices(VkInstance instance, uint32_t *count,
                                                         VkPhysicalDevice *devices)
 {
-    VkResult result = null_EnumeratePhysicalDevices(instance, count, devices);
+    VkResult result = DRIVER(EnumeratePhysicalDevices)(instance, count, devices);
     for (uint32_t i = 0; devices && i < *count; i++)
         set_key(devices[i], &instance_key);
     return result;
@@ -36,7 +39,7 @@ static VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical,
                                                     const VkAllocationCallbacks *allocator,
                                                     VkDevice *device)
 {
-    VkResult result = null_CreateDevice(physical, info, allocator, device);
+    VkResult result = DRIVER(CreateDevice)(physical, info, allocator, device);
     if (result == VK_SUCCESS)
         set_key(*device, &device_key);
     return result;
@@ -45,14 +48,14 @@ static VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical,
 static VKAPI_ATTR void VKAPI_CALL get_queue(VkDevice device, uint32_t family, uint32_t index,
                                             VkQueue *queue)
 {
-    null_GetDeviceQueue(device, family, index, queue);
+    DRIVER(GetDeviceQueue)(device, family, index, queue);
     set_key(*queue, &device_key);
 }
 
 static VKAPI_ATTR void VKAPI_CALL get_queue_2(VkDevice device, const VkDeviceQueueInfo2 *info,
                                               VkQueue *queue)
 {
-    null_GetDeviceQueue2(device, info, queue);
+    DRIVER(GetDeviceQueue2)(device, info, queue);
     set_key(*queue, &device_key);
 }
 
@@ -60,7 +63,7 @@ static VKAPI_ATTR VkResult VKAPI_CALL allocate_commands(VkDevice device,
                                                         const VkCommandBufferAllocateInfo *info,
                                                         VkCommandBuffer *buffers)
 {
-    VkResult result = null_AllocateCommandBuffers(device, info, buffers);
+    VkResult result = DRIVER(AllocateCommandBuffers)(device, info, buffers);
     for (uint32_t i = 0; result == VK_SUCCESS && i < info->commandBufferCount; i++)
         set_key(buffers[i], &device_key);
     return result;
@@ -74,7 +77,7 @@ static PFN_vkVoidFunction find_command(VkDevice device, const char *name)
         return (PFN_vkVoidFunction)get_queue_2;
     if (strcmp(name, "vkAllocateCommandBuffers") == 0)
         return (PFN_vkVoidFunction)allocate_commands;
-    return null_GetDeviceProcAddr(device, name);
+    return DRIVER(GetDeviceProcAddr)(device, name);
 }
 
 /* The layer asks for all commands at each device's creation, by names that are constants, so that
@@ -103,12 +106,11 @@ PFN_vkVoidFunction calls_driver_proc_addr(VkInstance instance, const char *name)
         return (PFN_vkVoidFunction)enumerate_devices;
     if (strcmp(name, "vkCreateDevice") == 0)
         return (PFN_vkVoidFunction)create_device;
-    return null_GetInstanceProcAddr(instance, name);
+    return DRIVER(GetInstanceProcAddr)(instance, name);
 }
 
 VkResult calls_set_loader_data(VkDevice device, void *object)
 {
-    (void)device;
     set_key(object, &device_key);
     return VK_SUCCESS;
 }

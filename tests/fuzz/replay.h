@@ -1,0 +1,10 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Runs a fuzz target without a fuzzer. */
+#ifndef ASSAY_TESTS_FUZZ_REPLAY_H
+#define ASSAY_TESTS_FUZZ_REPLAY_H
+
+/* Runs the target on each file named, and on each file of the folders named. Returns the number of
+ * those that can't be read, or 1 if there is no file at all. */
+int replay(int count, char **paths);
+
+#endif

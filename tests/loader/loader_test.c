@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "loader_test.h"
+
+#include <stdio.h>
+
+struct platform platform;
+
+int platform_set_up(void **state)
+{
+    const char *missing = platform_open(&platform, "null");
+    if (missing != NULL)
+        print_error("%s\n", missing);
+    return missing != NULL;
+}
+
+int platform_of_arguments(int argc, char **argv)
+{
+    if (argc != 2) {
+        fprintf(stderr, "usage: %s null|lavapipe\n", argv[0]);
+        return 2;
+    }
+    const char *missing = platform_open(&platform, argv[1]);
+    if (missing != NULL)
+        printf("%s: %s\n", argv[1], missing);
+    return missing != NULL ? 77 : 0;
+}
+
+uint32_t count_findings(const struct setup *setup)
+{
+    static struct fixture fixture;
+    assert_null(fixture_open(&fixture, &platform, setup));
+    struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
+    scene_call(scene);
+    assert_int_equal(fixture.messages.count, 0);
+    scene->info_count = 0;
+    fixture.messages.answer = VK_TRUE;
+    scene_call(scene);
+    const uint32_t count = fixture.messages.count;
+    if (count == 1)
+        assert_string_equal(fixture.messages.items[0].id,
+                            "VUID-vkCmdBuildAccelerationStructuresKHR-infoCount-arraylength");
+    scene_close(scene);
+    fixture_close(&fixture);
+    return count;
+}
