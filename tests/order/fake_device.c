@@ -4,12 +4,7 @@
 
 #include "fake_device.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 struct layer_device device;
 VkResult next_result;
@@ -158,6 +153,13 @@ void fake_device_start(struct program *program)
     set_commands();
     next_result = VK_SUCCESS;
     calls = 0;
+}
+
+struct program *fake_device_open(void)
+{
+    static struct program program;
+    fake_device_start(&program);
+    return &program;
 }
 
 /* ---- calls of the application */

@@ -2,12 +2,7 @@
 /* Many threads, each with a queue, submit at once and wait for each other's timelines; the device
  * is played by the hooks: a batch has executed when it has run. */
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-
-#include <cmocka.h>
 
 #include "../state/random.h"
 #include "program.h"
@@ -154,12 +149,11 @@ static void *submit_many(void *context)
     return NULL;
 }
 
-static void threads_submit_at_once(void **unused)
+TEST(threads_submit_at_once)
 {
     static struct machine machine;
     struct worker workers[THREADS];
     pthread_t threads[THREADS];
-    (void)unused;
     machine.seed = random_of("order_threads").state;
     const struct execution_hooks hooks = {.user = &machine,
                                           .capture = capture,
@@ -188,12 +182,4 @@ static void threads_submit_at_once(void **unused)
                   atomic_load(&machine.unknown));
     execution_order_destroy(machine.order);
     assert_int_equal(atomic_load(&machine.captured), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(threads_submit_at_once),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

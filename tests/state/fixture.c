@@ -2,12 +2,6 @@
 /* Filling and asking resources. */
 #include "tests/state/fixture.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
-
 struct resources *no_resources(void)
 {
     struct resources *resources = NULL;

@@ -4,6 +4,7 @@
 #define ASSAY_TESTS_STATE_FIXTURE_H
 
 #include "src/state/resources/resources.h"
+#include "tests/state/unit_test.h"
 
 /* The n-th handle of a type; 0 is none. */
 static inline VkDeviceMemory memory(unsigned n)
@@ -23,6 +24,10 @@ static inline VkAccelerationStructureKHR accel(unsigned n)
 
 /* Resources without anything in them; fails the test if there are none. */
 struct resources *no_resources(void);
+
+/* A test of `resources` without anything in them. */
+#define RESOURCES_TEST(name)                                                                       \
+    TEST_WITH(name, struct resources *resources, no_resources, resources_destroy)
 
 /* The others take numbers of handles. A buffer of `usage` 0 has VK_BUFFER_USAGE_STORAGE_BUFFER_BIT.
  */

@@ -1,13 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What is known of host addresses: mapped memory and what lies around it. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "src/state/resources/resources.h"
+#include "tests/state/unit_test.h"
 
 enum { PIECES = 8 };
 
@@ -59,10 +53,8 @@ static struct resources *make(void)
     return resources;
 }
 
-static void pieces_end_where_mappings_do(void **unused)
+TEST_WITH(pieces_end_where_mappings_do, struct resources *resources, make, resources_destroy)
 {
-    struct resources *resources = make();
-    (void)unused;
     resources_map_memory(resources, memory(1), 0x100, 0x200, at(0x10000));
     resources_map_memory(resources, memory(2), 0, VK_WHOLE_SIZE, at(0x20000));
     struct pieces pieces = find(resources, 0x10080, 0x10);
@@ -78,13 +70,10 @@ static void pieces_end_where_mappings_do(void **unused)
     assert_int_equal(find(resources, 0x10000, 0).count, 0);
     pieces = find(resources, UINTPTR_MAX - 1, UINT64_MAX);
     expect_piece(&pieces, 0, memory_of_host(), UINT64_MAX - 1, UINT64_MAX);
-    resources_destroy(resources);
 }
 
-static void mappings_end(void **unused)
+TEST_WITH(mappings_end, struct resources *resources, make, resources_destroy)
 {
-    struct resources *resources = make();
-    (void)unused;
     for (uintptr_t i = 1; i <= 3; i++)
         resources_map_memory(resources, memory(i), 0, VK_WHOLE_SIZE, at(i * 0x1000));
     resources_unmap_memory(resources, memory(2));
@@ -105,7 +94,6 @@ static void mappings_end(void **unused)
     expect_piece(&pieces, 0, memory(1), 0x800, 0x1000);
     resources_map_memory(resources, memory(1), 0x2000, 1, at(0x9000)); /* beyond its end */
     assert_ptr_equal(find(resources, 0x9000, 1).items[0].memory, memory_of_host());
-    resources_destroy(resources);
 }
 
 /* ---- by device addresses */
@@ -133,11 +121,10 @@ static void expect_mapped(struct resources *resources, VkDeviceAddress address, 
     assert_ptr_equal(bytes, at(pointer));
 }
 
-static void addresses_lead_to_what_is_mapped(void **unused)
+TEST(addresses_lead_to_what_is_mapped)
 {
     struct resources *resources =
         make_buffer(VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
-    (void)unused;
     expect_mapped(resources, BUFFER_AT, 8, 0, 0);
     resources_map_memory(resources, memory(4), 0, VK_WHOLE_SIZE, at(0x10000));
     expect_mapped(resources, BUFFER_AT, 8, 8, 0x10000 + OFFSET);
@@ -158,14 +145,4 @@ static void addresses_lead_to_what_is_mapped(void **unused)
     resources_remove_memory(resources, memory(4));
     expect_mapped(resources, BUFFER_AT, 8, 0, 0);
     resources_destroy(resources);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pieces_end_where_mappings_do),
-        cmocka_unit_test(mappings_end),
-        cmocka_unit_test(addresses_lead_to_what_is_mapped),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

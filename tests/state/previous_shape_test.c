@@ -1,19 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of builds that are like the one before: where one is, the rules that are said to read the
  * shape alone say of it what they say of the other. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "random.h"
 #include "rows_by_subject.h"
 #include "src/check/assemble/views.h"
 #include "src/rules/predicates.h"
 #include "src/state/builds/previous_shape.h"
+#include "tests/state/unit_test.h"
 #include "vuid-tables/rules.h"
 
 enum { PAIRS = 200000 };
@@ -286,9 +281,8 @@ static bool can_be_broken(enum rule rule)
            rule != RULE_triangles_chain_has_no_duplicates;
 }
 
-static void test_rules_of_the_shape_read_nothing_else(void **state)
+TEST(test_rules_of_the_shape_read_nothing_else)
 {
-    (void)state;
     struct random random = random_of("previous_shape");
     bool broken[RULE_COUNT] = {false};
     uint32_t alike = 0;
@@ -319,9 +313,8 @@ static struct sample a_sample(void)
                 .vertexStride = 12}}};
 }
 
-static void test_a_build_of_the_same_shape_has_its_sizes(void **state)
+TEST(test_a_build_of_the_same_shape_has_its_sizes)
 {
-    (void)state;
     const VkAccelerationStructureBuildTypeKHR type =
         VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
     struct sample a = a_sample();
@@ -342,9 +335,8 @@ static void test_a_build_of_the_same_shape_has_its_sizes(void **state)
 }
 
 /* One with a chain isn't kept, nor the one before it. */
-static void test_a_build_with_a_chain_is_like_none(void **state)
+TEST(test_a_build_with_a_chain_is_like_none)
 {
-    (void)state;
     const VkAccelerationStructureBuildTypeKHR type =
         VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
     struct sample a = a_sample();
@@ -356,14 +348,4 @@ static void test_a_build_with_a_chain_is_like_none(void **state)
     previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, true);
     a.geometry.pNext = NULL;
     assert_false(previous_shape_is_same(&recent, &a.info, 1, type));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_rules_of_the_shape_read_nothing_else),
-        cmocka_unit_test(test_a_build_of_the_same_shape_has_its_sizes),
-        cmocka_unit_test(test_a_build_with_a_chain_is_like_none),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,17 +3,11 @@
  * objects that stay, while others make, bind, name and destroy objects around them. What stays must
  * be found as it is at all times. Worth most under the thread sanitizer. */
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-
-#include <cmocka.h>
 
 #include "random.h"
 #include "src/report/reporter.h"
@@ -319,9 +313,8 @@ static struct random random_for(struct random *random, unsigned number)
     return (struct random){(random_next(random) & ~(uint64_t)0xff) | number};
 }
 
-static void test_recorders_and_makers(void **state)
+TEST(test_recorders_and_makers)
 {
-    (void)state;
     struct random random = random_of("threads"), randoms[RECORDERS + MAKERS];
     pthread_t threads[RECORDERS + MAKERS];
     make_device();
@@ -341,12 +334,4 @@ static void test_recorders_and_makers(void **state)
         fail_msg("line %u", atomic_load(&device.wrong));
     assert_int_equal(atomic_load(&device.heard), atomic_load(&device.sent));
     assert_true(atomic_load(&device.sent) > 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_recorders_and_makers),
-    };
-    return cmocka_run_group_tests_name("threads", tests, NULL, NULL);
 }
