@@ -216,6 +216,13 @@ struct step {
 #define RUN(cb) BATCH, WITH(cb), SUBMIT(QUEUE_OF(cb))
 #define RUN2(cb) BATCH, WITH(cb), SUBMIT2(QUEUE_OF(cb))
 #define RUN2_KHR(cb) BATCH, WITH(cb), SUBMIT2_KHR(QUEUE_OF(cb))
+/* The batch signals, or waits. */
+#define RUN_BEFORE(cb, signal) BATCH, WITH(cb), signal, SUBMIT(QUEUE_OF(cb))
+#define RUN_AFTER(cb, wait) BATCH, wait, WITH(cb), SUBMIT(QUEUE_OF(cb))
+#define RUN_AFTER_REPORTS(cb, wait) BATCH, wait, WITH(cb), REPORTS, SUBMIT(QUEUE_OF(cb))
+#define RUN2_BEFORE(cb, signal) BATCH, WITH(cb), signal, SUBMIT2(QUEUE_OF(cb))
+#define RUN2_AFTER(cb, wait) BATCH, wait, WITH(cb), SUBMIT2(QUEUE_OF(cb))
+#define RUN2_AFTER_REPORTS(cb, wait) BATCH, wait, WITH(cb), REPORTS, SUBMIT2(QUEUE_OF(cb))
 
 #define STEPS(...) ((const struct step[]){__VA_ARGS__, {ACTION_END_OF_PROGRAM, 0, 0, 0, 0, 0}})
 
@@ -254,6 +261,28 @@ struct program {
 };
 
 #define RULE_IS(rule_) .rule = (rule_), .has_rule = true
+
+/* A program of steps that is played for each difference. */
+#define PROGRAM(name_, needs_, ...)                                                                \
+    {                                                                                              \
+        .name = name_, .needs = (needs_), .steps = STEPS(__VA_ARGS__)                              \
+    }
+/* The same with commands of the host. */
+#define HOST_PROGRAM(name_, needs_, ...) PROGRAM(name_, NEEDS_HOST | (needs_), __VA_ARGS__)
+
+/* Programs that are played once: the steps break a rule, those of the twin keep it. What comes last
+ * is the shape of the builds, unless that is plain. */
+#define BREAKS_SHAPED(name_, needs_, rule_, path_, steps_, twin_, shape_)                          \
+    {                                                                                              \
+        .name = name_, .needs = (needs_), .steps = STEPS steps_, .twin = STEPS twin_,              \
+        .once = true, RULE_IS(rule_), .path = (path_), .shape = (shape_), .keeps_place = true      \
+    }
+#define BREAKS(name_, needs_, rule_, path_, steps_, twin_)                                         \
+    BREAKS_SHAPED(name_, needs_, rule_, path_, steps_, twin_, NULL)
+/* The source of an update was never built. */
+#define NEVER_BUILT(name_, needs_, steps_, twin_)                                                  \
+    BREAKS(name_, needs_, RULE_update_source_was_built_with_allow_update,                          \
+           ".srcAccelerationStructure", steps_, twin_)
 
 struct program_list {
     const char *name;

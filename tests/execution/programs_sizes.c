@@ -30,12 +30,9 @@ enum {
 
 /* Reports that Y is too small for an update of Z; the twin fits it. The steps make Z. */
 #define TOO_SMALL(name_, needs_, ...)                                                              \
-    {                                                                                              \
-        .name = name_, .steps = STEPS(FIT(X), __VA_ARGS__, SHRINK_Y, UPDATE_Y_REPORTS(Z)),         \
-        .twin = STEPS(FIT(X), __VA_ARGS__, FIT_Y, UPDATE_Y(Z)), .needs = (needs_), .once = true,   \
-        RULE_IS(RULE_dst_is_large_enough), .path = ".dstAccelerationStructure",                    \
-        .keeps_place = true                                                                        \
-    }
+    BREAKS(name_, needs_, RULE_dst_is_large_enough, ".dstAccelerationStructure",                   \
+           (FIT(X), __VA_ARGS__, SHRINK_Y, UPDATE_Y_REPORTS(Z)),                                   \
+           (FIT(X), __VA_ARGS__, FIT_Y, UPDATE_Y(Z)))
 
 /* Nothing is said of Y, as the size that Z was compacted to isn't known. */
 #define NOT_KNOWN(name_, needs_, ...)                                                              \
@@ -84,17 +81,13 @@ static const struct program programs[] = {
     TOO_SMALL("queried_by_the_host", NEEDS_NULL_DRIVER, RECORD_BUILD(A, X, GOOD), RUN(A), IDLE,
               HOST_QUERY(X), COMPACT_X),
     TOO_SMALL("two_queues", NEEDS_TWO_QUEUES, RECORD_BUILD(A, X, GOOD), BEGIN(P), RESET_QUERIES(P),
-              QUERY(P, X, 0), END(P), BATCH, WITH(A), SIGNAL(0), SUBMIT(0), BATCH, WITH(P), WAIT(0),
-              SUBMIT(1), IDLE, READ_QUERIES(BITS_64), COMPACT_X),
+              QUERY(P, X, 0), END(P), RUN_BEFORE(A, SIGNAL(0)), RUN_AFTER(P, WAIT(0)), IDLE,
+              READ_QUERIES(BITS_64), COMPACT_X),
 
-    {.name = "in_place",
-     .steps = STEPS(FIT(X), BUILD_AND_READ, DESTROY(Z), CREATE_TOO_SMALL(Z),
-                    RECORD_COMPACTION(B, X, Z), RUN(B), RECORD_UPDATE(C, Z, Z), REPORTS, RUN(C)),
-     .twin = STEPS(FIT(X), BUILD_AND_READ, COMPACT_X, RECORD_UPDATE(C, Z, Z), RUN(C), IDLE, RUN(C)),
-     .once = true,
-     RULE_IS(RULE_dst_is_large_enough),
-     .path = ".dstAccelerationStructure",
-     .keeps_place = true},
+    BREAKS("in_place", 0, RULE_dst_is_large_enough, ".dstAccelerationStructure",
+           (FIT(X), BUILD_AND_READ, DESTROY(Z), CREATE_TOO_SMALL(Z), RECORD_COMPACTION(B, X, Z),
+            RUN(B), RECORD_UPDATE(C, Z, Z), REPORTS, RUN(C)),
+           (FIT(X), BUILD_AND_READ, COMPACT_X, RECORD_UPDATE(C, Z, Z), RUN(C), IDLE, RUN(C))),
 
     NOT_KNOWN("never_read", 0, BUILD_AND_READ, RECORD_BUILD(D, X, GOOD), RUN(D), COMPACT_X),
     NOT_KNOWN("rebuilt_before_the_compaction", 0, BUILD_AND_READ, RUN(A), IDLE, COMPACT_X),
