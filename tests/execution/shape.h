@@ -56,8 +56,9 @@ void shape_fill_extension(struct shape_arguments *arguments, uint32_t index,
 void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
                 const struct shape *shape, bool by_host);
 
-/* The size of a structure for a build of that shape. */
-VkDeviceSize shape_size(const struct scene *scene, const struct shape *shape);
+/* What a build of that shape needs. */
+VkAccelerationStructureBuildSizesInfoKHR shape_sizes(const struct scene *scene,
+                                                     const struct shape *shape);
 
 /* An update that asks for `asked` of a source that was last built as `built` breaks the rules. */
 struct difference {
