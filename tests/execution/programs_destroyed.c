@@ -13,19 +13,8 @@ static struct shape instances(void)
 }
 
 /* Of geometries without primitives nothing is read, so their inputs may go. */
-static struct shape no_triangles(void)
-{
-    struct shape shape = shape_plain();
-    shape.primitive_count = 0;
-    return shape;
-}
-
-static struct shape no_instances(void)
-{
-    struct shape shape = instances();
-    shape.primitive_count = 0;
-    return shape;
-}
+SHAPE_BUT(no_triangles, shape_plain, primitive_count, 0)
+SHAPE_BUT(no_instances, instances, primitive_count, 0)
 
 /* Of an input, the buffer or else its memory. */
 #define BUFFER_OR_MEMORY_DIES(name_, input, rule_, path_, shape_)                                  \

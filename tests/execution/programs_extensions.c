@@ -14,26 +14,9 @@
 #define DENSE_FIELD(field)                                                                         \
     ".pGeometries[0].pNext<VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX>." field
 
-static struct shape moving(void)
-{
-    struct shape shape = shape_plain();
-    shape.moves = true;
-    return shape;
-}
-
-static struct shape spheres(void)
-{
-    struct shape shape = shape_plain();
-    shape.geometry_type = VK_GEOMETRY_TYPE_SPHERES_NV;
-    return shape;
-}
-
-static struct shape swept(void)
-{
-    struct shape shape = shape_plain();
-    shape.geometry_type = VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
-    return shape;
-}
+SHAPE_BUT(moving, shape_plain, moves, true)
+SHAPE_BUT(spheres, shape_plain, geometry_type, VK_GEOMETRY_TYPE_SPHERES_NV)
+SHAPE_BUT(swept, shape_plain, geometry_type, VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV)
 
 static struct shape dense(void)
 {
@@ -47,19 +30,11 @@ static struct shape dense(void)
     return shape;
 }
 
-#define DENSE_BUT(name, member, value)                                                             \
-    static struct shape name(void)                                                                 \
-    {                                                                                              \
-        struct shape shape = dense();                                                              \
-        shape.dense.member = value;                                                                \
-        return shape;                                                                              \
-    }
-
-DENSE_BUT(fewer_triangles, triangles, 1)
-DENSE_BUT(fewer_vertices, vertices, 3)
-DENSE_BUT(lower_primitives, max_primitive, 0)
-DENSE_BUT(higher_geometries, max_geometry, 2)
-DENSE_BUT(less_data, size, 384)
+SHAPE_BUT(fewer_triangles, dense, dense.triangles, 1)
+SHAPE_BUT(fewer_vertices, dense, dense.vertices, 3)
+SHAPE_BUT(lower_primitives, dense, dense.max_primitive, 0)
+SHAPE_BUT(higher_geometries, dense, dense.max_geometry, 2)
+SHAPE_BUT(less_data, dense, dense.size, 384)
 
 /* What counts is what X was built with last when the update executes. */
 #define DENSE_UPDATES(name_, rule_, path_, bad_)                                                   \

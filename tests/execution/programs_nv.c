@@ -2,12 +2,7 @@
 /* What recorded builds of VK_NV_ray_tracing use and no longer is there when they are submitted. */
 #include "tests/execution/destroyed.h"
 
-static struct shape instances(void)
-{
-    struct shape shape = shape_plain();
-    shape.geometry_type = VK_GEOMETRY_TYPE_INSTANCES_KHR;
-    return shape;
-}
+SHAPE_BUT(instances, shape_plain, geometry_type, VK_GEOMETRY_TYPE_INSTANCES_KHR)
 
 #define TRIANGLES_FIELD(field) "pInfo->pGeometries[0].geometry.triangles." field " VkBuffer"
 

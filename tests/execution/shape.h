@@ -30,6 +30,15 @@ enum { SHAPE_GEOMETRIES = 2, SHAPE_RULES = 2 };
 struct shape shape_plain(void);
 struct shape shape_boxes(void);
 
+/* Defines a function that returns the shape of `base` but for one member. */
+#define SHAPE_BUT(name, base, member, value)                                                       \
+    static struct shape name(void)                                                                 \
+    {                                                                                              \
+        struct shape shape = base();                                                               \
+        shape.member = value;                                                                      \
+        return shape;                                                                              \
+    }
+
 /* The arguments of a build of that shape; they refer to each other. */
 struct shape_arguments {
     VkAccelerationStructureBuildGeometryInfoKHR info;
