@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Many threads, each with a queue, submit at once and wait for each other's timelines; the device
  * is played by the hooks: a batch has executed when it has run. */
-#include <pthread.h>
 #include <stdatomic.h>
 
 #include "../state/random.h"
@@ -153,7 +152,6 @@ TEST(threads_submit_at_once)
 {
     static struct machine machine;
     struct worker workers[THREADS];
-    pthread_t threads[THREADS];
     machine.seed = random_of("order_threads").state;
     const struct execution_hooks hooks = {.user = &machine,
                                           .capture = capture,
@@ -168,12 +166,9 @@ TEST(threads_submit_at_once)
                                       false);
         execution_order_add_fence(machine.order, FENCE(i), false);
     }
-    for (uint32_t i = 0; i < THREADS; i++) {
-        workers[i] = (struct worker){&machine, i};
-        assert_int_equal(pthread_create(&threads[i], NULL, submit_many, &workers[i]), 0);
-    }
     for (uint32_t i = 0; i < THREADS; i++)
-        pthread_join(threads[i], NULL);
+        workers[i] = (struct worker){&machine, i};
+    unit_test_run_threads(THREADS, submit_many, workers, sizeof(workers[0]));
 
     assert_int_equal(atomic_load(&machine.losses), 0);
     for (uint32_t i = 0; i < THREADS; i++)

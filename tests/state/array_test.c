@@ -2,9 +2,9 @@
 /* Arrays that grow by one element: what they hold stays, also without memory. */
 #include <stdlib.h>
 
-#include "../report/scarce_memory.h"
 #include "src/base/array.h"
 #include "tests/state/unit_test.h"
+#include "tests/state/without_memory.h"
 
 enum { MOST = 1000 };
 
@@ -40,9 +40,7 @@ TEST(without_memory_nothing_changes)
     assert_non_null(bytes);
     const uint32_t before = capacity;
     bytes[0] = 'a';
-    memory_fail_after(0);
-    assert_null(array_make_room(bytes, before, &capacity, 1));
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(assert_null(array_make_room(bytes, before, &capacity, 1)));
     assert_int_equal(capacity, before);
     assert_int_equal(bytes[0], 'a');
     free(bytes);

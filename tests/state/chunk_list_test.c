@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Lists of chunks: against an array, with places to come back to, and no memory. */
-#include "../report/scarce_memory.h"
 #include "random.h"
 #include "src/base/chunk_list.h"
 #include "tests/state/unit_test.h"
+#include "tests/state/without_memory.h"
 
 enum { ITEM = 24, MOST = 5000, STEPS = 4000 };
 
@@ -105,15 +105,11 @@ TEST(emptied_chunks_are_used_again)
 TEST(without_memory_a_list_stays_as_it_is)
 {
     struct pair pair = {.count = 0};
-    memory_fail_after(0);
-    assert_false(chunk_list_make_room(&pair.list, ITEM));
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(assert_false(chunk_list_make_room(&pair.list, ITEM)));
     expect_all(&pair);
     while (pair.list.next < pair.list.limit || !pair.list.first)
         add(&pair, 1);
-    memory_fail_after(0);
-    assert_false(chunk_list_make_room(&pair.list, ITEM));
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(assert_false(chunk_list_make_room(&pair.list, ITEM)));
     expect_all(&pair);
     add(&pair, 1);
     expect_all(&pair);

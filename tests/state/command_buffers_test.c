@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the table of command pools and command buffers. */
-#include "../report/scarce_memory.h"
 #include "random.h"
 #include "tests/state/command_fixture.h"
+#include "tests/state/without_memory.h"
 
 /* ---- pools and handles */
 
@@ -118,9 +118,7 @@ TEST(test_random_lives)
 
 COMMAND_BUFFERS_TEST(test_what_was_lost_is_unknown)
 {
-    memory_fail_after(0);
-    add(all, 1, 4);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(add(all, 1, 4));
     assert_int_equal(facts_of(all, 4).alive, UNKNOWN);
     assert_int_equal(facts_of(all, 9).alive, UNKNOWN);
     assert_int_equal(facts_of(all, 4).state, COMMAND_BUFFER_UNKNOWN);
@@ -130,31 +128,25 @@ COMMAND_BUFFERS_TEST(test_what_was_lost_is_unknown)
 
 COMMAND_BUFFERS_TEST(test_the_command_buffers_of_a_lost_pool_are_unknown)
 {
-    memory_fail_after(0);
-    command_buffers_add_pool(all, pool(2), VK_QUEUE_TRANSFER_BIT, false);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(command_buffers_add_pool(all, pool(2), VK_QUEUE_TRANSFER_BIT, false));
     add(all, 2, 4);
     assert_int_equal(facts_of(all, 4).alive, UNKNOWN);
-    memory_fail_after(0);
-    command_buffers_add_pool(all, pool(1), VK_QUEUE_TRANSFER_BIT, false); /* a successor */
-    assert_true(memory_fail_no_more());
+    /* A successor. */
+    WITHOUT_MEMORY(command_buffers_add_pool(all, pool(1), VK_QUEUE_TRANSFER_BIT, false));
     assert_int_equal(facts_of(all, 1).alive, UNKNOWN);
 }
 
 /* A secondary whose record was lost is no reason to call its primary invalid. */
 COMMAND_BUFFERS_TEST(test_a_lost_secondary_invalidates_nothing)
 {
-    memory_fail_after(0);
-    add(all, 1, 4);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(add(all, 1, 4));
     command_buffer_execute(begin(all, 1), command_buffers_find(all, handle(4)));
     take_away(all, 4);
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);
 
     struct command_buffer *primary = begin(all, 1), *secondary = begin(all, 3);
-    memory_fail_after(0); /* for what the secondary would tell its primary by */
-    command_buffer_execute(primary, secondary);
-    assert_true(memory_fail_no_more());
+    /* No memory for what the secondary would tell its primary by. */
+    WITHOUT_MEMORY(command_buffer_execute(primary, secondary));
     take_away(all, 3);
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);
 }
@@ -162,10 +154,7 @@ COMMAND_BUFFERS_TEST(test_a_lost_secondary_invalidates_nothing)
 TEST(test_a_table_needs_memory)
 {
     struct command_buffers *all;
-    memory_fail_after(0);
-    VkResult result = command_buffers_create(&all);
-    assert_true(memory_fail_no_more());
-    assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
+    WITHOUT_MEMORY(assert_int_equal(command_buffers_create(&all), VK_ERROR_OUT_OF_HOST_MEMORY));
     assert_null(all);
 }
 

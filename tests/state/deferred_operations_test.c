@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Deferred operations: work that ends once, with the result of its own operation; reused handles,
  * and no memory. */
-#include "../report/scarce_memory.h"
 #include "src/state/commands/deferred_operations.h"
 #include "tests/state/unit_test.h"
+#include "tests/state/without_memory.h"
 
 struct work {
     uint32_t ends;
@@ -98,14 +98,11 @@ TEST(without_memory_nothing_is_known)
 {
     struct deferred_operations *operations = make();
     for (int i = 0; i < 2; i++) {
-        memory_fail_after(0);
-        deferred_operations_add(operations, handle(2));
-        assert_true(memory_fail_no_more());
+        WITHOUT_MEMORY(deferred_operations_add(operations, handle(2)));
         assert_int_equal(deferred_operations_has(operations, handle(2)), UNKNOWN);
         assert_int_equal(deferred_operations_has(operations, handle(1)), YES);
     }
     deferred_operations_destroy(operations);
-    memory_fail_after(0);
-    assert_int_equal(deferred_operations_create(&operations, end), VK_ERROR_OUT_OF_HOST_MEMORY);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(assert_int_equal(deferred_operations_create(&operations, end),
+                                    VK_ERROR_OUT_OF_HOST_MEMORY));
 }

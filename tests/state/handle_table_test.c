@@ -2,10 +2,10 @@
 /* Tests of the hash table from handles to records. */
 #include <stdlib.h>
 
-#include "../report/scarce_memory.h"
 #include "random.h"
 #include "src/base/handle_table.h"
 #include "tests/state/unit_test.h"
+#include "tests/state/without_memory.h"
 
 enum { KEYS = 300 };
 
@@ -187,9 +187,7 @@ TEST(test_what_was_removed_can_be_set_without_memory)
     struct handle_table table = {0};
     for (uint64_t key = 1; key <= 42; key++)
         assert_true(handle_table_set(&table, key, bytes));
-    memory_fail_after(0);
-    assert_false(handle_table_set(&table, 43, bytes));
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(assert_false(handle_table_set(&table, 43, bytes)));
     for (uint64_t key = 1; key <= 42; key++) {
         memory_fail_after(0);
         assert_ptr_equal(handle_table_remove(&table, key), bytes);
@@ -206,9 +204,7 @@ TEST(test_a_record_is_replaced_without_memory)
     for (uint64_t key = 1; key <= 42; key++)
         assert_true(handle_table_set(&table, key, bytes));
     for (uint64_t key = 1; key <= 42; key++) {
-        memory_fail_after(0);
-        assert_true(handle_table_set(&table, key, &bytes[key]));
-        assert_false(memory_fail_no_more());
+        ALLOCATES_NOTHING(assert_true(handle_table_set(&table, key, &bytes[key])));
         assert_ptr_equal(handle_table_find(&table, key), &bytes[key]);
     }
     assert_int_equal(table.count, 42);

@@ -16,9 +16,10 @@ static struct query_pools *make(void)
     return pools;
 }
 
-TEST(ids_are_of_one_query_alone)
+#define POOLS_TEST(name) TEST_WITH(name, struct query_pools *pools, make, query_pools_destroy)
+
+POOLS_TEST(ids_are_of_one_query_alone)
 {
-    struct query_pools *pools = make();
     struct query_pool first, second, again;
     query_pools_add(pools, handle(1), 3);
     query_pools_add(pools, handle(2), 2);
@@ -37,12 +38,10 @@ TEST(ids_are_of_one_query_alone)
     assert_true(again.first_id == second.first_id + 2);
     assert_true(query_pools_find(pools, handle(2), &again));
     assert_true(again.first_id == second.first_id + 3);
-    query_pools_destroy(pools);
 }
 
-TEST(what_is_not_there_is_not_known)
+POOLS_TEST(what_is_not_there_is_not_known)
 {
-    struct query_pools *pools = make();
     struct query_pool pool = {.count = 4};
     assert_false(query_pools_find(pools, handle(1), &pool));
     assert_false(query_pools_remove(pools, handle(1), &pool));
@@ -50,13 +49,11 @@ TEST(what_is_not_there_is_not_known)
     assert_int_equal(query_pool_clamp(&pool, 3, UINT32_MAX), 1);
     assert_int_equal(query_pool_clamp(&pool, 4, 1), 0);
     assert_int_equal(query_pool_clamp(&pool, UINT32_MAX, 1), 0);
-    query_pools_destroy(pools);
     query_pools_destroy(NULL);
 }
 
-TEST(without_memory_a_pool_is_not_known)
+POOLS_TEST(without_memory_a_pool_is_not_known)
 {
-    struct query_pools *pools = make();
     struct query_pool pool;
     for (int left = 0; left < 2; left++) {
         memory_fail_after(left);
@@ -66,5 +63,4 @@ TEST(without_memory_a_pool_is_not_known)
     }
     query_pools_add(pools, handle(1), 3);
     assert_true(query_pools_find(pools, handle(1), &pool));
-    query_pools_destroy(pools);
 }

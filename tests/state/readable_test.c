@@ -84,9 +84,10 @@ TEST(test_a_huge_range_ends_somewhere)
     assert_false(ask(&local, SIZE_MAX - (uintptr_t)&local));
 }
 
-TEST(test_a_page_without_access_is_not)
+#define PAGES_TEST(name) TEST_WITH(name, char *pages, map_pages, unmap_pages)
+
+PAGES_TEST(test_a_page_without_access_is_not)
 {
-    char *pages = map_pages();
     forbid(pages + page_size);
     assert_true(ask(pages, page_size));
     assert_true(ask(pages + page_size - 1, 1));
@@ -96,24 +97,20 @@ TEST(test_a_page_without_access_is_not)
     assert_false(ask(pages + 2 * page_size - 1, 2));
     assert_true(ask(pages + 2 * page_size, 1));
     assert_false(ask(pages, 3 * page_size));
-    unmap_pages(pages);
 }
 
-TEST(test_an_unmapped_page_is_not)
+PAGES_TEST(test_an_unmapped_page_is_not)
 {
-    char *pages = map_pages();
     munmap(pages + page_size, page_size);
     assert_true(ask(pages, page_size));
     assert_false(ask(pages, page_size + 1));
     assert_false(ask(pages + page_size, 1));
-    unmap_pages(pages);
 }
 
 /* Any range, with pages taken away here and there, against what was taken away. */
-TEST(test_ranges_against_a_map_of_pages)
+PAGES_TEST(test_ranges_against_a_map_of_pages)
 {
     struct random random = random_of("readable");
-    char *pages = map_pages();
     bool allowed[PAGES];
     for (int i = 0; i < PAGES; i++) {
         allowed[i] = !random_one_in(&random, 6);
@@ -129,13 +126,11 @@ TEST(test_ranges_against_a_map_of_pages)
             expected &= allowed[i];
         assert_int_equal(readable(&cache, pages + begin, size), expected);
     }
-    unmap_pages(pages);
 }
 
 /* What was found readable is not asked for again: it still counts when it is gone. */
-TEST(test_readable_ranges_are_remembered)
+PAGES_TEST(test_readable_ranges_are_remembered)
 {
-    char *pages = map_pages();
     struct readable_cache cache = {0};
     for (size_t i = 0; i < READABLE_RANGES; i++) /* apart, so that each is a range of its own */
         assert_true(readable(&cache, pages + 4 * i * page_size, 2 * page_size));
@@ -146,14 +141,12 @@ TEST(test_readable_ranges_are_remembered)
         assert_true(readable(&cache, pages + 4 * i * page_size, 2 * page_size));
         assert_true(readable(&cache, pages + (4 * i + 1) * page_size + 7, 9));
     }
-    unmap_pages(pages);
 }
 
 /* More ranges than there is room for: the oldest is forgotten, and asked for again, but for pages
  * in which something began that was asked for lately. */
-TEST(test_the_oldest_range_is_forgotten)
+PAGES_TEST(test_the_oldest_range_is_forgotten)
 {
-    char *pages = map_pages();
     struct readable_cache cache = {0};
     for (size_t i = 0; i <= READABLE_RANGES; i++)
         assert_true(readable(&cache, pages + 3 * i * page_size, 2 * page_size));
@@ -164,13 +157,11 @@ TEST(test_the_oldest_range_is_forgotten)
     assert_false(readable(&cache, pages, page_size + 1));
     readable_forget(&cache);
     assert_false(readable(&cache, pages, 1));
-    unmap_pages(pages);
 }
 
 /* An array that is walked to the end of its mapping. */
-TEST(test_an_array_is_walked_to_its_end)
+PAGES_TEST(test_an_array_is_walked_to_its_end)
 {
-    char *pages = map_pages();
     for (size_t behind = 1; behind < PAGES; behind++) {
         struct readable_cache cache = {0};
         forbid(pages + (PAGES - behind) * page_size);
@@ -180,28 +171,23 @@ TEST(test_an_array_is_walked_to_its_end)
         assert_true(readable(&cache, pages, (PAGES - behind) * page_size));
         assert_false(readable(&cache, pages, (PAGES - behind) * page_size + 1));
     }
-    unmap_pages(pages);
 }
 
-TEST(test_unreadable_pages_are_asked_for_again)
+PAGES_TEST(test_unreadable_pages_are_asked_for_again)
 {
-    char *pages = map_pages();
     struct readable_cache cache = {0};
     forbid(pages);
     assert_false(readable(&cache, pages, 1));
     assert_int_equal(mprotect(pages, page_size, PROT_READ), 0);
     assert_true(readable(&cache, pages, 1));
-    unmap_pages(pages);
 }
 
 /* A few milliseconds later the thread's is empty again. */
-TEST(test_what_a_thread_remembers_does_not_last)
+PAGES_TEST(test_what_a_thread_remembers_does_not_last)
 {
     const struct timespec while_the_timer_advances = {.tv_nsec = 50 * 1000 * 1000};
-    char *pages = map_pages();
     assert_true(readable(readable_cache_of_thread(), pages, 1));
     forbid(pages);
     nanosleep(&while_the_timer_advances, NULL);
     assert_false(readable(readable_cache_of_thread(), pages, 1));
-    unmap_pages(pages);
 }

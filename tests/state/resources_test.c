@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is known of acceleration structures, their buffers and their memory. */
-#include "../report/scarce_memory.h"
 #include "tests/state/fixture.h"
+#include "tests/state/without_memory.h"
 
 enum { SIZE = 0x1000 };
 
@@ -208,9 +208,7 @@ RESOURCES_TEST(test_what_was_lost_is_unknown)
     have_buffer(resources, 1, SIZE, 0);
     have_accel(resources, 1, 1, 0, 0x100);
     assert_int_equal(accel_facts(resources, 2).alive, NO);
-    memory_fail_after(0);
-    have_accel(resources, 2, 1, 0, 0x100);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(have_accel(resources, 2, 1, 0, 0x100));
     assert_int_equal(accel_facts(resources, 1).alive, YES);
     assert_int_equal(accel_facts(resources, 2).alive, UNKNOWN);
     assert_int_equal(accel_facts(resources, 3).alive, UNKNOWN);
@@ -220,9 +218,7 @@ RESOURCES_TEST(test_memory_that_was_lost_makes_bindings_unknown)
 {
     have_buffer(resources, 1, SIZE, 0);
     have_accel(resources, 1, 1, 0, 0x100);
-    memory_fail_after(0);
-    have_memory(resources, 1);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(have_memory(resources, 1));
     bind_at(resources, 1, 1, 0);
     assert_backed(resources, 1, UNKNOWN);
 }
@@ -232,25 +228,18 @@ BOUND_BUFFER_TEST(test_a_lost_successor_removes_its_predecessor)
 {
     resources_set_address(resources, buffer(1), 0x10000);
     have_accel(resources, 1, 1, 0, 0x100);
-    memory_fail_after(0);
-    have_buffer(resources, 1, SIZE, 0);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(have_buffer(resources, 1, SIZE, 0));
     assert_backed(resources, 1, NO);
     assert_int_equal(address_facts(resources, 0x10000).status, ADDRESS_UNKNOWN);
     have_accel(resources, 2, 1, 0, 0x100);
     assert_backed(resources, 2, UNKNOWN);
-    memory_fail_after(0);
-    have_accel(resources, 1, 1, 0, 0x100);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(have_accel(resources, 1, 1, 0, 0x100));
     assert_int_equal(accel_facts(resources, 1).alive, UNKNOWN);
 }
 
 TEST(test_resources_need_memory)
 {
     struct resources *resources;
-    memory_fail_after(0);
-    VkResult result = resources_create(&resources);
-    assert_true(memory_fail_no_more());
-    assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
+    WITHOUT_MEMORY(assert_int_equal(resources_create(&resources), VK_ERROR_OUT_OF_HOST_MEMORY));
     assert_null(resources);
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the cache of build sizes: what makes a shape, and what doesn't. */
-#include <pthread.h>
 #include <stdatomic.h>
 #include <string.h>
 
@@ -300,16 +299,12 @@ TEST(test_threads_share_it)
     enum { THREADS = 4 };
     struct random random = random_of("size_cache threads");
     struct sharer sharers[THREADS];
-    pthread_t threads[THREADS];
     struct size_cache *cache;
     assert_int_equal(size_cache_create(&cache), VK_SUCCESS);
-    for (int i = 0; i < THREADS; i++) {
+    for (int i = 0; i < THREADS; i++)
         sharers[i] = (struct sharer){.cache = cache, .random = {random_next(&random)}};
-        assert_int_equal(pthread_create(&threads[i], NULL, share, &sharers[i]), 0);
-    }
-    for (int i = 0; i < THREADS; i++) {
-        pthread_join(threads[i], NULL);
+    unit_test_run_threads(THREADS, share, sharers, sizeof(sharers[0]));
+    for (int i = 0; i < THREADS; i++)
         assert_int_equal(sharers[i].wrong, 0);
-    }
     size_cache_destroy(cache);
 }

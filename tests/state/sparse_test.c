@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of sparse buffers: what is bound where, and for whom. */
-#include "../report/scarce_memory.h"
 #include "tests/state/sparse_fixture.h"
+#include "tests/state/without_memory.h"
 
 PAGES_TEST(test_a_range_bound_in_one_piece)
 {
@@ -87,9 +87,7 @@ PAGES_TEST(test_bindings_without_bytes_do_nothing)
 /* What was bound is not known, so nothing is said of any of it. */
 PAGES_TEST(test_a_lost_binding_makes_all_unknown)
 {
-    memory_fail_after(0);
-    bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0));
     bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0);
     assert_int_equal(backed(resources), UNKNOWN);
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 0);

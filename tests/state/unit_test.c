@@ -4,9 +4,10 @@
 #include "tests/state/unit_test.h"
 
 #include <errno.h>
+#include <pthread.h>
 #include <stdlib.h>
 
-enum { MOST = 64 };
+enum { MOST = 64 }; /* tests, or threads */
 
 static const struct unit_test *tests[MOST];
 static size_t count;
@@ -19,6 +20,18 @@ void unit_test_register(const struct unit_test *test)
     for (; at && tests[at - 1]->line > test->line; at--)
         tests[at] = tests[at - 1];
     tests[at] = test;
+}
+
+void unit_test_run_threads(size_t thread_count, void *(*run)(void *element), void *elements,
+                           size_t element_size)
+{
+    pthread_t threads[MOST];
+    assert_true(thread_count <= MOST);
+    for (size_t i = 0; i < thread_count; i++)
+        assert_int_equal(
+            pthread_create(&threads[i], NULL, run, (char *)elements + i * element_size), 0);
+    for (size_t i = 0; i < thread_count; i++)
+        pthread_join(threads[i], NULL);
 }
 
 int main(void)

@@ -17,6 +17,10 @@ struct unit_test {
     int line; /* of its file: the order of the tests */
 };
 
+/* Runs `run` on so many threads at once, each with its element of an array, and waits for them. */
+void unit_test_run_threads(size_t thread_count, void *(*run)(void *element), void *elements,
+                           size_t element_size);
+
 /* Called before main. The program keeps the pointer. */
 void unit_test_register(const struct unit_test *test);
 
