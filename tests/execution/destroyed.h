@@ -26,9 +26,9 @@
 
 #define INDICES_DIE_UNDER_A_SECONDARY(rule_, path_)                                                \
     BREAKS("destroyed_under_a_secondary", 0, rule_, path_,                                         \
-           (RECORD_BUILD(S, X, GOOD), BEGIN(A), EXECUTE(A, S), END(A), DESTROY_INPUT(INDICES),     \
-            REPORTS, RUN(A)),                                                                      \
-           (RECORD_BUILD(S, X, GOOD), BEGIN(A), EXECUTE(A, S), END(A), RUN(A), IDLE,               \
+           (RECORD_BUILD(S, X, GOOD), RECORD(A, EXECUTE(A, S)), DESTROY_INPUT(INDICES), REPORTS,   \
+            RUN(A)),                                                                               \
+           (RECORD_BUILD(S, X, GOOD), RECORD(A, EXECUTE(A, S)), RUN(A), IDLE,                      \
             DESTROY_INPUT(INDICES)))
 
 #endif

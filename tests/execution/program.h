@@ -209,9 +209,10 @@ struct step {
 #define REPORTS_LATE STEP(ACTION_REPORTS_LATE, 0, 0, 0, 0, 0)
 #define REPORTS STEP(ACTION_REPORTS, 0, 0, 0, 0, 0)
 
-/* Command buffers with one thing in them, and submissions of one. */
-#define RECORD_BUILD(cb, dst, shape) BEGIN(cb), BUILD(cb, dst, shape), END(cb)
-#define RECORD_UPDATE(cb, src, dst) BEGIN(cb), UPDATE(cb, src, dst), END(cb)
+/* A command buffer with some steps in it, or with one, and submissions of one. */
+#define RECORD(cb, ...) BEGIN(cb), __VA_ARGS__, END(cb)
+#define RECORD_BUILD(cb, dst, shape) RECORD(cb, BUILD(cb, dst, shape))
+#define RECORD_UPDATE(cb, src, dst) RECORD(cb, UPDATE(cb, src, dst))
 #define QUEUE_OF(cb) ((cb) == P || (cb) == R)
 #define RUN(cb) BATCH, WITH(cb), SUBMIT(QUEUE_OF(cb))
 #define RUN2(cb) BATCH, WITH(cb), SUBMIT2(QUEUE_OF(cb))

@@ -48,9 +48,9 @@ SHAPE_BUT(less_data, dense, dense.size, 384)
      .bad = (bad_)},                                                                               \
     {                                                                                              \
         .name = name_ "_of_a_copy",                                                                \
-        .steps = STEPS(RECORD_BUILD(A, X, BAD), BEGIN(C), CLONE(C, X, Z), END(C),                  \
-                       RECORD_BUILD(D, X, GOOD), RECORD_UPDATE(B, Z, Y), RUN(A), RUN(C), RUN(D),   \
-                       REPORTS, RUN(B)),                                                           \
+        .steps =                                                                                   \
+            STEPS(RECORD_BUILD(A, X, BAD), RECORD(C, CLONE(C, X, Z)), RECORD_BUILD(D, X, GOOD),    \
+                  RECORD_UPDATE(B, Z, Y), RUN(A), RUN(C), RUN(D), REPORTS, RUN(B)),                \
         .once = true, .needs = NEEDS_EXTENSIONS, RULE_IS(rule_), .path = DENSE_FIELD(path_),       \
         .shape = dense, .bad = (bad_)                                                              \
     }

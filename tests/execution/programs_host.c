@@ -49,7 +49,7 @@ static const struct program programs[] = {
                  HOST_UPDATE(X, Y)),
     HOST_PROGRAM("device_rebuilds_then_host", 0, HOST_BUILD(X, BAD), RECORD_BUILD(A, X, GOOD),
                  RUN(A), IDLE, HOST_UPDATE(X, Y)),
-    HOST_PROGRAM("device_clones_then_host", 0, HOST_BUILD(X, BAD), BEGIN(A), CLONE(A, X, Z), END(A),
+    HOST_PROGRAM("device_clones_then_host", 0, HOST_BUILD(X, BAD), RECORD(A, CLONE(A, X, Z)),
                  RUN(A), IDLE, REPORTS, HOST_UPDATE(Z, Y)),
     HOST_PROGRAM("recorded_but_not_submitted", 0, HOST_BUILD(X, GOOD), RECORD_BUILD(A, X, BAD),
                  HOST_UPDATE(X, Y)),

@@ -6,18 +6,19 @@
 
 static const struct program programs[] = {
     /* Built and updated in one command buffer. */
-    PROGRAM("one_command_buffer", 0, BEGIN(A), BUILD(A, X, BAD), REPORTS, UPDATE(A, X, Y), END(A),
+    PROGRAM("one_command_buffer", 0, RECORD(A, BUILD(A, X, BAD), REPORTS, UPDATE(A, X, Y)), RUN(A)),
+    PROGRAM("one_command_buffer_in_place", 0, RECORD(A, BUILD(A, X, BAD), REPORTS, UPDATE(A, X, X)),
             RUN(A)),
-    PROGRAM("one_command_buffer_in_place", 0, BEGIN(A), BUILD(A, X, BAD), REPORTS, UPDATE(A, X, X),
-            END(A), RUN(A)),
-    PROGRAM("one_command_buffer_after_other_builds", 0, BEGIN(A), BUILD(A, W, GOOD),
-            BUILD_PAIR(A, Z, X, BAD), BUILD(A, W, GOOD), REPORTS, UPDATE(A, X, Y), END(A)),
-    PROGRAM("one_command_buffer_clone", 0, BEGIN(A), BUILD(A, X, BAD), CLONE(A, X, Z), REPORTS,
-            UPDATE(A, Z, Y), END(A)),
-    PROGRAM("one_command_buffer_compacted", 0, BEGIN(A), BUILD(A, X, BAD), COMPACT(A, X, Z),
-            REPORTS, UPDATE(A, Z, Y), END(A)),
-    PROGRAM("one_command_buffer_rebuilt", 0, BEGIN(A), BUILD(A, X, GOOD), UPDATE(A, X, Y),
-            BUILD(A, X, BAD), REPORTS, UPDATE(A, X, Y), END(A)),
+    PROGRAM("one_command_buffer_after_other_builds", 0,
+            RECORD(A, BUILD(A, W, GOOD), BUILD_PAIR(A, Z, X, BAD), BUILD(A, W, GOOD), REPORTS,
+                   UPDATE(A, X, Y))),
+    PROGRAM("one_command_buffer_clone", 0,
+            RECORD(A, BUILD(A, X, BAD), CLONE(A, X, Z), REPORTS, UPDATE(A, Z, Y))),
+    PROGRAM("one_command_buffer_compacted", 0,
+            RECORD(A, BUILD(A, X, BAD), COMPACT(A, X, Z), REPORTS, UPDATE(A, Z, Y))),
+    PROGRAM(
+        "one_command_buffer_rebuilt", 0,
+        RECORD(A, BUILD(A, X, GOOD), UPDATE(A, X, Y), BUILD(A, X, BAD), REPORTS, UPDATE(A, X, Y))),
 
     /* Two command buffers, recorded in the order of their submission, and against it. */
     PROGRAM("record_order", 0, RECORD_BUILD(A, X, BAD), RECORD_UPDATE(B, X, Y), RUN(A), REPORTS,
@@ -30,11 +31,12 @@ static const struct program programs[] = {
             REPORTS, RUN(B)),
     PROGRAM("good_build_recorded_last_but_submitted_first", 0, RECORD_BUILD(A, X, BAD),
             RECORD_BUILD(C, X, GOOD), RECORD_UPDATE(B, X, Y), RUN(C), RUN(A), REPORTS, RUN(B)),
-    PROGRAM("positions", 0, BEGIN(A), BUILD_PAIR(A, W, Z, GOOD), BUILD_PAIR(A, W, X, BAD), END(A),
-            BEGIN(B), BUILD(B, W, GOOD), BUILD_PAIR(B, W, Z, GOOD), UPDATE(B, X, Y), END(B), RUN(A),
+    PROGRAM("positions", 0, RECORD(A, BUILD_PAIR(A, W, Z, GOOD), BUILD_PAIR(A, W, X, BAD)),
+            RECORD(B, BUILD(B, W, GOOD), BUILD_PAIR(B, W, Z, GOOD), UPDATE(B, X, Y)), RUN(A),
             REPORTS, RUN(B)),
-    PROGRAM("built_and_updated_after_unrelated_builds", 0, RECORD_BUILD(A, X, BAD), BEGIN(B),
-            BUILD(B, Z, GOOD), UPDATE(B, Z, W), UPDATE(B, X, Y), END(B), RUN(A), REPORTS, RUN(B)),
+    PROGRAM("built_and_updated_after_unrelated_builds", 0, RECORD_BUILD(A, X, BAD),
+            RECORD(B, BUILD(B, Z, GOOD), UPDATE(B, Z, W), UPDATE(B, X, Y)), RUN(A), REPORTS,
+            RUN(B)),
 
     /* Again. */
     PROGRAM("resubmission_after_rebuild", 0, RECORD_BUILD(A, X, GOOD), RECORD_UPDATE(B, X, Y),
@@ -68,28 +70,28 @@ static const struct program programs[] = {
             REPORTS, RUN(B)),
 
     /* Secondary command buffers. */
-    PROGRAM("secondaries", 0, RECORD_BUILD(S, X, BAD), RECORD_UPDATE(T, X, Y), BEGIN(A),
-            EXECUTE(A, S), END(A), BEGIN(B), EXECUTE(B, T), END(B), RUN(A), REPORTS, RUN(B)),
+    PROGRAM("secondaries", 0, RECORD_BUILD(S, X, BAD), RECORD_UPDATE(T, X, Y),
+            RECORD(A, EXECUTE(A, S)), RECORD(B, EXECUTE(B, T)), RUN(A), REPORTS, RUN(B)),
     PROGRAM("secondaries_of_one_primary", 0, RECORD_BUILD(S, X, BAD), RECORD_UPDATE(T, X, Y),
-            BEGIN(A), EXECUTE(A, S), EXECUTE(A, T), END(A), REPORTS, RUN(A)),
-    PROGRAM("secondary_updates", 0, RECORD_UPDATE(T, X, Y), BEGIN(A), BUILD(A, X, BAD),
-            EXECUTE(A, T), END(A), REPORTS, RUN(A)),
-    PROGRAM("secondary_builds", 0, RECORD_BUILD(S, X, BAD), BEGIN(A), EXECUTE(A, S), REPORTS,
-            UPDATE(A, X, Y), END(A)),
-    PROGRAM("secondary_builds_before_submission", 0, RECORD_BUILD(S, X, BAD), BEGIN(A),
-            EXECUTE(A, S), END(A), RECORD_UPDATE(B, X, Y), RUN(A), REPORTS, RUN(B)),
-    PROGRAM("within_a_secondary", 0, BEGIN(S), BUILD(S, X, BAD), REPORTS, UPDATE(S, X, Y), END(S)),
+            RECORD(A, EXECUTE(A, S), EXECUTE(A, T)), REPORTS, RUN(A)),
+    PROGRAM("secondary_updates", 0, RECORD_UPDATE(T, X, Y),
+            RECORD(A, BUILD(A, X, BAD), EXECUTE(A, T)), REPORTS, RUN(A)),
+    PROGRAM("secondary_builds", 0, RECORD_BUILD(S, X, BAD),
+            RECORD(A, EXECUTE(A, S), REPORTS, UPDATE(A, X, Y))),
+    PROGRAM("secondary_builds_before_submission", 0, RECORD_BUILD(S, X, BAD),
+            RECORD(A, EXECUTE(A, S)), RECORD_UPDATE(B, X, Y), RUN(A), REPORTS, RUN(B)),
+    PROGRAM("within_a_secondary", 0, RECORD(S, BUILD(S, X, BAD), REPORTS, UPDATE(S, X, Y))),
 
     /* Copies carry what they copied. */
-    PROGRAM("clone_between", 0, RECORD_BUILD(A, X, BAD), BEGIN(B), CLONE(B, X, Z), END(B),
+    PROGRAM("clone_between", 0, RECORD_BUILD(A, X, BAD), RECORD(B, CLONE(B, X, Z)),
             RECORD_UPDATE(C, Z, Y), RUN(A), RUN(B), REPORTS, RUN(C)),
-    PROGRAM("compacting_copy_between", 0, RECORD_BUILD(A, X, BAD), BEGIN(B), COMPACT(B, X, Z),
-            END(B), RECORD_UPDATE(C, Z, Y), RUN(A), RUN(B), REPORTS, RUN(C)),
-    PROGRAM("copy_of_a_copy_with_the_update", 0, BEGIN(A), BUILD(A, X, BAD), COMPACT(A, X, Z),
-            END(A), BEGIN(B), CLONE(B, Z, W), UPDATE(B, W, Y), END(B), RUN(A), REPORTS, RUN(B)),
-    PROGRAM("copied_before_the_rebuild", 0, RECORD_BUILD(A, X, BAD), BEGIN(B), CLONE(B, X, Z),
-            END(B), RECORD_BUILD(C, X, GOOD), RECORD_UPDATE(D, Z, Y), RUN(A), RUN(B), RUN(C),
-            REPORTS, RUN(D)),
+    PROGRAM("compacting_copy_between", 0, RECORD_BUILD(A, X, BAD), RECORD(B, COMPACT(B, X, Z)),
+            RECORD_UPDATE(C, Z, Y), RUN(A), RUN(B), REPORTS, RUN(C)),
+    PROGRAM("copy_of_a_copy_with_the_update", 0, RECORD(A, BUILD(A, X, BAD), COMPACT(A, X, Z)),
+            RECORD(B, CLONE(B, Z, W), UPDATE(B, W, Y)), RUN(A), REPORTS, RUN(B)),
+    PROGRAM("copied_before_the_rebuild", 0, RECORD_BUILD(A, X, BAD), RECORD(B, CLONE(B, X, Z)),
+            RECORD_BUILD(C, X, GOOD), RECORD_UPDATE(D, Z, Y), RUN(A), RUN(B), RUN(C), REPORTS,
+            RUN(D)),
 
     /* Forms of submission. */
     PROGRAM("submit2", 0, RECORD_BUILD(A, X, BAD), RECORD_UPDATE(B, X, Y), RUN2(A), REPORTS,
@@ -149,9 +151,9 @@ static const struct program programs[] = {
     PROGRAM("stages_of_builds", NEEDS_TWO_QUEUES, RECORD_BUILD(A, X, BAD), RECORD_UPDATE(P, X, Y),
             RUN2_BEFORE(A, SIGNAL_AFTER(0, BUILD_STAGE)),
             RUN2_AFTER_REPORTS(P, WAIT_AT(0, BUILD_STAGE))),
-    PROGRAM("there_and_back", NEEDS_TWO_QUEUES, RECORD_BUILD(A, X, BAD), BEGIN(P), CLONE(P, X, Z),
-            END(P), RECORD_UPDATE(B, Z, Y), RUN_BEFORE(A, SIGNAL(0)), BATCH, WITH(P), WAIT(0),
-            SIGNAL(1), SUBMIT(1), RUN_AFTER_REPORTS(B, WAIT(1))),
+    PROGRAM("there_and_back", NEEDS_TWO_QUEUES, RECORD_BUILD(A, X, BAD), RECORD(P, CLONE(P, X, Z)),
+            RECORD_UPDATE(B, Z, Y), RUN_BEFORE(A, SIGNAL(0)), BATCH, WITH(P), WAIT(0), SIGNAL(1),
+            SUBMIT(1), RUN_AFTER_REPORTS(B, WAIT(1))),
 };
 
 PROGRAM_LIST(order_programs, programs);

@@ -8,7 +8,7 @@
 #define BOUND SPARSE(X), BIND(X, 0), IDLE
 #define BOUND_AND_RECORDED BOUND, RECORD_BUILD(A, X, GOOD)
 #define UNBOUND_AND_RECORDED SPARSE(X), RECORD_BUILD(A, X, GOOD)
-#define RECORD_PAIR(cb) BEGIN(cb), BUILD_PAIR(cb, X, Y, GOOD), END(cb)
+#define RECORD_PAIR(cb) RECORD(cb, BUILD_PAIR(cb, X, Y, GOOD))
 
 /* dst isn't bound when it is built; in the twin it is. */
 #define MISSING(name_, needs_, steps_, twin_)                                                      \
@@ -40,11 +40,11 @@ static const struct program programs[] = {
     MISSING("unbound_after_the_first_submission", 0,
             (BOUND_AND_RECORDED, RUN(A), IDLE, UNBIND(X), IDLE, REPORTS, RUN(A)),
             (BOUND_AND_RECORDED, RUN(A), IDLE, UNBIND(X), IDLE, BIND(X, 1), IDLE, RUN(A))),
-    MISSING("unbound_under_a_secondary", 0,
-            (BOUND, RECORD_BUILD(S, X, GOOD), BEGIN(A), EXECUTE(A, S), END(A), UNBIND(X), IDLE,
-             REPORTS, RUN(A)),
-            (BOUND, RECORD_BUILD(S, X, GOOD), BEGIN(A), EXECUTE(A, S), END(A), RUN(A), IDLE,
-             UNBIND(X), IDLE)),
+    MISSING(
+        "unbound_under_a_secondary", 0,
+        (BOUND, RECORD_BUILD(S, X, GOOD), RECORD(A, EXECUTE(A, S)), UNBIND(X), IDLE, REPORTS,
+         RUN(A)),
+        (BOUND, RECORD_BUILD(S, X, GOOD), RECORD(A, EXECUTE(A, S)), RUN(A), IDLE, UNBIND(X), IDLE)),
     MISSING("unbound_and_the_queue_idle", 0,
             (BOUND_AND_RECORDED, UNBIND(X), WAIT_QUEUE(0), REPORTS, RUN(A)),
             (BOUND_AND_RECORDED, BIND(X, 1), WAIT_QUEUE(0), RUN(A))),
