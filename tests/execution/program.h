@@ -213,6 +213,8 @@ struct step {
 #define RECORD(cb, ...) BEGIN(cb), __VA_ARGS__, END(cb)
 #define RECORD_BUILD(cb, dst, shape) RECORD(cb, BUILD(cb, dst, shape))
 #define RECORD_UPDATE(cb, src, dst) RECORD(cb, UPDATE(cb, src, dst))
+/* A bad build of X in one, an update from X to Y in the other. */
+#define RECORD_BAD(builds, updates) RECORD_BUILD(builds, X, BAD), RECORD_UPDATE(updates, X, Y)
 #define QUEUE_OF(cb) ((cb) == P || (cb) == R)
 #define RUN(cb) BATCH, WITH(cb), SUBMIT(QUEUE_OF(cb))
 #define RUN2(cb) BATCH, WITH(cb), SUBMIT2(QUEUE_OF(cb))
