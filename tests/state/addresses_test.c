@@ -42,7 +42,7 @@ ADDRESS_TEST(test_an_address_in_a_buffer)
     assert_ptr_equal(facts.buffer, buffer(1));
     assert_int_equal(facts.usage, STORAGE);
     assert_int_equal(facts.bytes_left, 0xfd0);
-    assert_address_lies(&facts, 1, 0x430, 0x1400);
+    assert_span(address_span(&facts), 1, 0x430, 0x1400);
     assert_status(resources, AT - 1, ADDRESS_NOWHERE);
     assert_status(resources, AT, ADDRESS_IN_BUFFER);
     assert_status(resources, AT + 0xfff, ADDRESS_IN_BUFFER);
@@ -127,7 +127,7 @@ ADDRESS_TEST(test_aliasing_buffers_add_up)
     assert_int_equal(facts.usage, STORAGE | INPUT | VK_BUFFER_USAGE_TRANSFER_DST_BIT);
     assert_ptr_equal(facts.buffer, buffer(2));
     assert_int_equal(facts.bytes_left, 0x3000 - 0x210);
-    assert_address_lies(&facts, 1, 0x410, 0x3200);
+    assert_span(address_span(&facts), 1, 0x410, 0x3200);
     assert_int_equal(address_facts(resources, AT + 0x100).usage, STORAGE | INPUT);
     assert_int_equal(address_facts(resources, AT + 0x1000).usage, INPUT);
     resources_remove_buffer(resources, buffer(2));
@@ -209,7 +209,7 @@ ADDRESS_TEST(test_a_structure_over_an_address_range_lies_in_its_buffer)
     assert_ptr_equal(facts.buffer, buffer(1));
     assert_int_equal(facts.size, 0x200);
     assert_int_equal(facts.backed, YES);
-    assert_accel_lies(&facts, 1, 0x500, 0x700);
+    assert_span(accel_span(&facts), 1, 0x500, 0x700);
     resources_remove_buffer(resources, buffer(1));
     assert_int_equal(accel_facts(resources, 1).backed, NO);
 }

@@ -52,13 +52,6 @@ struct address_facts address_facts(struct resources *resources, VkDeviceAddress 
 /* Where they lie. */
 struct memory_span accel_span(const struct accel_facts *facts);
 struct memory_span address_span(const struct address_facts *facts);
-void assert_accel_lies(const struct accel_facts *facts, unsigned memory_n, VkDeviceSize begin,
-                       VkDeviceSize end);
-void assert_address_lies(const struct address_facts *facts, unsigned memory_n, VkDeviceSize begin,
-                         VkDeviceSize end);
-
-void assert_span(const struct memory_span *span, unsigned memory_n, VkDeviceSize begin,
-                 VkDeviceSize end);
-void assert_no_span(const struct memory_span *span);
+void assert_span(struct memory_span span, unsigned memory_n, VkDeviceSize begin, VkDeviceSize end);
 
 #endif

@@ -1,36 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What is known of host addresses: mapped memory and what lies around it. */
-#include "src/state/resources/resources.h"
-#include "tests/state/unit_test.h"
-
-enum { PIECES = 8 };
-
-struct pieces {
-    struct memory_span items[PIECES];
-    uint32_t count;
-};
-
-static VkDeviceMemory memory(uintptr_t n)
-{
-    return (VkDeviceMemory)n;
-}
+#include "tests/state/sparse_fixture.h"
 
 static const void *at(uintptr_t address)
 {
     return (const void *)address;
 }
 
-static void keep(void *user, const struct memory_span *piece)
-{
-    struct pieces *pieces = user;
-    assert_true(pieces->count < PIECES);
-    pieces->items[pieces->count++] = *piece;
-}
-
 static struct pieces find(struct resources *resources, uintptr_t address, uint64_t size)
 {
     struct pieces pieces = {.count = 0};
-    resources_find_host_pieces(resources, at(address), size, keep, &pieces);
+    resources_find_host_pieces(resources, at(address), size, note_piece, &pieces);
     return pieces;
 }
 
@@ -38,17 +18,16 @@ static void expect_piece(const struct pieces *pieces, uint32_t i, VkDeviceMemory
                          uint64_t end)
 {
     assert_true(i < pieces->count);
-    assert_ptr_equal(pieces->items[i].memory, in);
-    assert_int_equal(pieces->items[i].begin, begin);
-    assert_int_equal(pieces->items[i].end, end);
+    assert_ptr_equal(pieces->spans[i].memory, in);
+    assert_int_equal(pieces->spans[i].begin, begin);
+    assert_int_equal(pieces->spans[i].end, end);
 }
 
 static struct resources *make(void)
 {
-    struct resources *resources;
-    assert_int_equal(resources_create(&resources), VK_SUCCESS);
-    for (uintptr_t i = 1; i <= 3; i++)
-        resources_add_memory(resources, memory(i), 0x1000, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT,
+    struct resources *resources = no_resources();
+    for (unsigned n = 1; n <= 3; n++)
+        resources_add_memory(resources, memory(n), 0x1000, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT,
                              false);
     return resources;
 }
@@ -74,7 +53,7 @@ TEST_WITH(pieces_end_where_mappings_do, struct resources *resources, make, resou
 
 TEST_WITH(mappings_end, struct resources *resources, make, resources_destroy)
 {
-    for (uintptr_t i = 1; i <= 3; i++)
+    for (unsigned i = 1; i <= 3; i++)
         resources_map_memory(resources, memory(i), 0, VK_WHOLE_SIZE, at(i * 0x1000));
     resources_unmap_memory(resources, memory(2));
     resources_unmap_memory(resources, memory(2));
@@ -93,7 +72,7 @@ TEST_WITH(mappings_end, struct resources *resources, make, resources_destroy)
     pieces = find(resources, 0x8000, 0x1000);
     expect_piece(&pieces, 0, memory(1), 0x800, 0x1000);
     resources_map_memory(resources, memory(1), 0x2000, 1, at(0x9000)); /* beyond its end */
-    assert_ptr_equal(find(resources, 0x9000, 1).items[0].memory, memory_of_host());
+    assert_ptr_equal(find(resources, 0x9000, 1).spans[0].memory, memory_of_host());
 }
 
 /* ---- by device addresses */
@@ -103,13 +82,10 @@ enum { BUFFER_AT = 0x100000, BUFFER_SIZE = 0x400, OFFSET = 0x200 /* in the memor
 static struct resources *make_buffer(VkMemoryPropertyFlags properties)
 {
     struct resources *resources = make();
-    const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                     .size = BUFFER_SIZE,
-                                     .usage = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT};
     resources_add_memory(resources, memory(4), 0x1000, properties, false);
-    resources_add_buffer(resources, (VkBuffer)(uintptr_t)1, &info);
-    resources_bind_buffer(resources, (VkBuffer)(uintptr_t)1, memory(4), OFFSET, false);
-    resources_set_address(resources, (VkBuffer)(uintptr_t)1, BUFFER_AT);
+    have_buffer(resources, 1, BUFFER_SIZE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    bind_at(resources, 1, 4, OFFSET);
+    resources_set_address(resources, buffer(1), BUFFER_AT);
     return resources;
 }
 

@@ -56,7 +56,7 @@ static void assert_binding(struct resources *resources, unsigned n, enum nv_bind
     struct nv_accel_facts facts = nv_facts(resources, n);
     assert_int_equal(facts.binding, binding);
     if (binding != NV_BOUND)
-        assert_no_span(&facts.span);
+        assert_null(facts.span.memory);
 }
 
 TEST(test_a_structure_has_its_details)
@@ -113,13 +113,12 @@ RESOURCES_TEST(test_where_a_structure_lies)
     assert_binding(resources, 1, NV_UNBOUND);
     resources_bind_nv_accel(resources, nv(1), memory(1), 0x100, false);
     assert_binding(resources, 1, NV_BOUND);
-    struct memory_span span = nv_facts(resources, 1).span;
-    assert_span(&span, 1, 0x100, 0x100 + OBJECT);
+    assert_span(nv_facts(resources, 1).span, 1, 0x100, 0x100 + OBJECT);
 
     resources_bind_nv_accel(resources, nv(1), memory(1), 0x100, true);
     struct nv_accel_facts facts = nv_facts(resources, 1);
     assert_int_equal(facts.binding, NV_BOUND);
-    assert_no_span(&facts.span);
+    assert_null(facts.span.memory);
 
     resources_bind_nv_accel(resources, nv(1), memory(1), MEMORY - OBJECT, false);
     assert_binding(resources, 1, NV_BOUND);

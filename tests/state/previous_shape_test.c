@@ -221,13 +221,21 @@ static void judge(struct sample *sample, struct verdicts *verdicts)
     sample->info.ppGeometries = NULL;
 }
 
+static const VkAccelerationStructureBuildTypeKHR type =
+    VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
+
+/* With sizes that are known, and some number of primitives. */
+static void keep(struct previous_shape *recent, const struct sample *sample,
+                 uint32_t primitive_count, bool passes)
+{
+    previous_shape_set(recent, &sample->info, primitive_count, type,
+                       &(struct size_facts){.known = true}, passes);
+}
+
 static bool is_alike(const struct sample *a, const struct sample *b)
 {
-    const VkAccelerationStructureBuildTypeKHR type =
-        VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
     struct previous_shape recent;
-    previous_shape_set(&recent, &a->info, a->range.primitiveCount, type,
-                       &(struct size_facts){.known = true}, true);
+    keep(&recent, a, a->range.primitiveCount, true);
     return previous_shape_is_same(&recent, &b->info, b->range.primitiveCount, type) &&
            previous_shape_matches(&recent, &b->info);
 }
@@ -294,19 +302,17 @@ static struct sample a_sample(void)
 
 TEST(test_a_build_of_the_same_shape_has_its_sizes)
 {
-    const VkAccelerationStructureBuildTypeKHR type =
-        VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
     struct sample a = a_sample();
     struct previous_shape recent = {0};
     a.info.pGeometries = &a.geometry;
     assert_false(previous_shape_is_same(&recent, &a.info, 1, type));
-    previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, false);
+    keep(&recent, &a, 1, false);
     assert_true(previous_shape_is_same(&recent, &a.info, 1, type));
     assert_false(previous_shape_matches(&recent, &a.info));
     assert_false(previous_shape_is_same(&recent, &a.info, 2, type));
     assert_false(
         previous_shape_is_same(&recent, &a.info, 1, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR));
-    previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, true);
+    keep(&recent, &a, 1, true);
     assert_true(previous_shape_matches(&recent, &a.info));
     a.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     assert_true(previous_shape_is_same(&recent, &a.info, 1, type));
@@ -316,15 +322,13 @@ TEST(test_a_build_of_the_same_shape_has_its_sizes)
 /* One with a chain isn't kept, nor the one before it. */
 TEST(test_a_build_with_a_chain_is_like_none)
 {
-    const VkAccelerationStructureBuildTypeKHR type =
-        VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
     struct sample a = a_sample();
     struct previous_shape recent = {0};
     a.info.pGeometries = &a.geometry;
-    previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, true);
+    keep(&recent, &a, 1, true);
     a.geometry.pNext = &stray;
     assert_false(previous_shape_is_same(&recent, &a.info, 1, type));
-    previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, true);
+    keep(&recent, &a, 1, true);
     a.geometry.pNext = NULL;
     assert_false(previous_shape_is_same(&recent, &a.info, 1, type));
 }

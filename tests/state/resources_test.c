@@ -19,7 +19,7 @@ static void assert_lies_at(struct resources *resources, unsigned n, unsigned mem
 {
     struct accel_facts facts = accel_facts(resources, n);
     assert_int_equal(facts.backed, YES);
-    assert_accel_lies(&facts, memory_n, begin, end);
+    assert_span(accel_span(&facts), memory_n, begin, end);
 }
 
 /* Buffer 1, at the beginning of memory 1. */

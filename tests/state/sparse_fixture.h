@@ -13,6 +13,9 @@ struct pieces {
     unsigned count;
 };
 
+/* Adds one; `user` is struct pieces. */
+void note_piece(void *user, const struct memory_span *piece);
+
 /* Of buffer n. */
 struct pieces pieces_of(struct resources *resources, unsigned n, VkDeviceSize begin,
                         VkDeviceSize end);

@@ -10,7 +10,7 @@ PAGES_TEST(test_a_range_bound_in_one_piece)
     assert_int_equal(backed(resources), YES);
     struct pieces pieces = pieces_of(resources, 1, PAGE, 7 * PAGE);
     assert_int_equal(pieces.count, 1);
-    assert_span(&pieces.spans[0], 1, 0x4100, 0x4700);
+    assert_span(pieces.spans[0], 1, 0x4100, 0x4700);
 }
 
 PAGES_TEST(test_a_range_bound_in_two_pieces)
@@ -21,8 +21,8 @@ PAGES_TEST(test_a_range_bound_in_two_pieces)
     assert_int_equal(backed(resources), YES);
     struct pieces pieces = pieces_of(resources, 1, PAGE, 7 * PAGE);
     assert_int_equal(pieces.count, 2);
-    assert_span(&pieces.spans[0], 1, 0x4100, 0x4400);
-    assert_span(&pieces.spans[1], 2, 0x8000, 0x8300);
+    assert_span(pieces.spans[0], 1, 0x4100, 0x4400);
+    assert_span(pieces.spans[1], 2, 0x8000, 0x8300);
 }
 
 PAGES_TEST(test_a_range_cut_out_of_the_middle)
@@ -31,9 +31,9 @@ PAGES_TEST(test_a_range_cut_out_of_the_middle)
     bind_sparse(resources, 1, 3 * PAGE, PAGE, 2, 0x700);
     struct pieces pieces = pieces_of(resources, 1, 0, 8 * PAGE);
     assert_int_equal(pieces.count, 3);
-    assert_span(&pieces.spans[0], 1, 0, 3 * PAGE);
-    assert_span(&pieces.spans[1], 2, 0x700, 0x800);
-    assert_span(&pieces.spans[2], 1, 4 * PAGE, 8 * PAGE);
+    assert_span(pieces.spans[0], 1, 0, 3 * PAGE);
+    assert_span(pieces.spans[1], 2, 0x700, 0x800);
+    assert_span(pieces.spans[2], 1, 4 * PAGE, 8 * PAGE);
     bind_sparse(resources, 1, 3 * PAGE, PAGE, 0, 0); /* unbinds */
     assert_int_equal(backed(resources), NO);
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 2);
@@ -49,7 +49,7 @@ PAGES_TEST(test_memory_freed_leaves_a_hole)
     assert_int_equal(backed(resources), NO);
     struct pieces pieces = pieces_of(resources, 1, 0, 8 * PAGE);
     assert_int_equal(pieces.count, 1);
-    assert_span(&pieces.spans[0], 2, 0, 4 * PAGE);
+    assert_span(pieces.spans[0], 2, 0, 4 * PAGE);
     have_memory(resources, 1); /* another one */
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 1);
 }
