@@ -37,6 +37,8 @@ void unit_test_run_threads(size_t thread_count, void *(*run)(void *element), voi
 int main(void)
 {
     struct CMUnitTest in_order[MOST];
+    if (count == 0)
+        return 1; /* a program without tests does not pass */
     for (size_t i = 0; i < count; i++)
         in_order[i] = tests[i]->test;
     return _cmocka_run_group_tests(program_invocation_short_name, in_order, count, NULL, NULL);
