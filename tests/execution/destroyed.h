@@ -7,41 +7,28 @@
 #include "program.h"
 
 /* An input of a build. */
-#define INPUT_DIES(name_, input, action, rule_, path_, shape_)                                     \
-    {                                                                                              \
-        .name = name_, .steps = STEPS(RECORD_BUILD(A, X, GOOD), action(input), REPORTS, RUN(A)),   \
-        .twin = STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, action(input)), .once = true,        \
-        RULE_IS(rule_), .path = (path_), .shape = (shape_), .keeps_place = true                    \
-    }
+#define INPUT_DIES(name_, needs_, input, action, rule_, path_, shape_)                             \
+    BREAKS_SHAPED(name_, needs_, rule_, path_,                                                     \
+                  (RECORD_BUILD(A, X, GOOD), action(input), REPORTS, RUN(A)),                      \
+                  (RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, action(input)), shape_)
 
 /* An object of an update from X to Y. */
 #define UPDATE_LOSES(name_, action, rule_, path_)                                                  \
-    {                                                                                              \
-        .name = name_,                                                                             \
-        .steps = STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), RECORD_UPDATE(B, X, Y), IDLE, action,     \
-                       REPORTS, RUN(B)),                                                           \
-        .twin =                                                                                    \
-            STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), RECORD_UPDATE(B, X, Y), RUN(B), IDLE, action), \
-        .once = true, RULE_IS(rule_), .path = (path_), .keeps_place = true                         \
-    }
+    BREAKS(                                                                                        \
+        name_, 0, rule_, path_,                                                                    \
+        (RECORD_BUILD(A, X, GOOD), RUN(A), RECORD_UPDATE(B, X, Y), IDLE, action, REPORTS, RUN(B)), \
+        (RECORD_BUILD(A, X, GOOD), RUN(A), RECORD_UPDATE(B, X, Y), RUN(B), IDLE, action))
 
 #define DST_IS_RECYCLED(rule_, path_)                                                              \
-    {                                                                                              \
-        .name = "dst_destroyed_and_its_handle_recycled",                                           \
-        .steps = STEPS(RECORD_BUILD(A, X, GOOD), DESTROY(X), CREATE(X), REPORTS, RUN(A)),          \
-        .twin = STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, DESTROY(X), CREATE(X)),              \
-        .once = true, .needs = NEEDS_RECYCLING, RULE_IS(rule_), .path = (path_),                   \
-        .keeps_place = true                                                                        \
-    }
+    BREAKS("dst_destroyed_and_its_handle_recycled", NEEDS_RECYCLING, rule_, path_,                 \
+           (RECORD_BUILD(A, X, GOOD), DESTROY(X), CREATE(X), REPORTS, RUN(A)),                     \
+           (RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, DESTROY(X), CREATE(X)))
 
 #define INDICES_DIE_UNDER_A_SECONDARY(rule_, path_)                                                \
-    {                                                                                              \
-        .name = "destroyed_under_a_secondary",                                                     \
-        .steps = STEPS(RECORD_BUILD(S, X, GOOD), BEGIN(A), EXECUTE(A, S), END(A),                  \
-                       DESTROY_INPUT(INDICES), REPORTS, RUN(A)),                                   \
-        .twin = STEPS(RECORD_BUILD(S, X, GOOD), BEGIN(A), EXECUTE(A, S), END(A), RUN(A), IDLE,     \
-                      DESTROY_INPUT(INDICES)),                                                     \
-        .once = true, RULE_IS(rule_), .path = (path_), .keeps_place = true                         \
-    }
+    BREAKS("destroyed_under_a_secondary", 0, rule_, path_,                                         \
+           (RECORD_BUILD(S, X, GOOD), RECORD(A, EXECUTE(A, S)), DESTROY_INPUT(INDICES), REPORTS,   \
+            RUN(A)),                                                                               \
+           (RECORD_BUILD(S, X, GOOD), RECORD(A, EXECUTE(A, S)), RUN(A), IDLE,                      \
+            DESTROY_INPUT(INDICES)))
 
 #endif

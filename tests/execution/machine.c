@@ -46,8 +46,7 @@ void machine_allocate(struct machine *machine, uint32_t command_buffer)
         .objectHandle = (uint64_t)(uintptr_t)machine->command_buffers[command_buffer],
         .pObjectName = machine_name(command_buffer),
     };
-    expect_success(machine->vk->SetDebugUtilsObjectNameEXT(machine->device, &name),
-                   "vkSetDebugUtilsObjectNameEXT");
+    MACHINE_CALL(machine, SetDebugUtilsObjectNameEXT, machine->device, &name);
 }
 
 void machine_create_pool(struct machine *machine, uint32_t command_buffer)
@@ -67,8 +66,7 @@ static void destroy_fence(struct scene *scene, VkDevice device, uint64_t handle)
 static void create_fence(struct machine *machine)
 {
     const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    expect_success(machine->vk->CreateFence(machine->device, &info, NULL, &machine->fence),
-                   "vkCreateFence");
+    MACHINE_CALL(machine, CreateFence, machine->device, &info, NULL, &machine->fence);
     scene_defer(machine->scene, machine->device, (uint64_t)machine->fence, destroy_fence);
 }
 
@@ -91,8 +89,7 @@ static VkSemaphore create_semaphore(struct machine *machine, VkSemaphoreType typ
     const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
                                         .pNext = &type_info};
     VkSemaphore semaphore;
-    expect_success(machine->vk->CreateSemaphore(machine->device, &info, NULL, &semaphore),
-                   "vkCreateSemaphore");
+    MACHINE_CALL(machine, CreateSemaphore, machine->device, &info, NULL, &semaphore);
     scene_defer(machine->scene, machine->device, (uint64_t)semaphore, destroy_semaphore);
     return semaphore;
 }
@@ -136,32 +133,20 @@ void machine_open(struct machine *machine, struct fixture *fixture,
 
 void machine_close(struct machine *machine)
 {
-    expect_success(machine->vk->DeviceWaitIdle(machine->device), "vkDeviceWaitIdle");
+    MACHINE_CALL(machine, DeviceWaitIdle, machine->device);
     scene_close(machine->scene);
 }
 
 static struct test_buffer *find_input(struct machine *machine, enum input input)
 {
     struct scene *scene = machine->scene;
-    switch (input) {
-    case VERTICES:
-        return &scene->vertices;
-    case INDICES:
-        return &scene->indices;
-    case TRANSFORMS:
-        return &scene->transforms;
-    case BOXES:
-        return &scene->boxes;
-    case INSTANCES_INPUT:
-        return &scene->instances;
-    case SCRATCH:
-        return &machine->scratch;
-    case RANGES:
-        return &scene->indirect;
-    case INPUTS:
-        break;
-    }
-    abort();
+    struct test_buffer *const inputs[INPUTS] = {
+        [VERTICES] = &scene->vertices,         [INDICES] = &scene->indices,
+        [TRANSFORMS] = &scene->transforms,     [BOXES] = &scene->boxes,
+        [INSTANCES_INPUT] = &scene->instances, [SCRATCH] = &machine->scratch,
+        [RANGES] = &scene->indirect,
+    };
+    return inputs[input];
 }
 
 static void change_input(struct machine *machine, const struct step *step)
@@ -179,7 +164,7 @@ static void change_input(struct machine *machine, const struct step *step)
 static VkDeviceSize size_of(const struct machine *machine, const struct step *step)
 {
     if (step->action == ACTION_CREATE_FITTING)
-        return shape_size(machine->scene, &machine->good);
+        return shape_sizes(machine->scene, &machine->good).accelerationStructureSize;
     return step->action == ACTION_CREATE_COMPACTED ? machine->compacted - step->value
                                                    : MACHINE_ACCEL_SIZE;
 }

@@ -24,6 +24,14 @@ struct machine_batch {
     uint32_t wait_count, signal_count;
 };
 
+/* The semaphores of a batch as vkQueueSubmit and vkQueueBindSparse take them. */
+struct machine_semaphores {
+    VkSemaphore waits[MACHINE_MEMBERS], signals[MACHINE_MEMBERS];
+    uint64_t wait_values[MACHINE_MEMBERS], signal_values[MACHINE_MEMBERS];
+    VkPipelineStageFlags stages[MACHINE_MEMBERS];
+    VkTimelineSemaphoreSubmitInfo values;
+};
+
 struct machine {
     struct scene *scene;
     const VkuDeviceDispatchTable *vk;
@@ -59,6 +67,10 @@ struct machine {
     struct place last_build, last_bad, last_update;
     VkResult result; /* of the last submission, or update by the host */
 };
+
+/* Calls a command of the machine's device that has to succeed. */
+#define MACHINE_CALL(machine, name, ...)                                                           \
+    expect_success((machine)->vk->name(__VA_ARGS__), "vk" #name)
 
 /* `type` is that of the structures. */
 void machine_open(struct machine *machine, struct fixture *fixture,
@@ -114,6 +126,8 @@ void machine_create_events(struct machine *machine);
 void machine_use_event(struct machine *machine, const struct step *step);
 
 /* machine_submit.c */
+void machine_fill_semaphores(struct machine_semaphores *semaphores,
+                             const struct machine_batch *batch);
 void machine_submit(struct machine *machine, const struct step *step);
 
 #endif

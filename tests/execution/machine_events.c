@@ -29,8 +29,7 @@ void machine_create_events(struct machine *machine)
             .sType = VK_STRUCTURE_TYPE_EVENT_CREATE_INFO,
             .flags = i == G ? VK_EVENT_CREATE_DEVICE_ONLY_BIT : 0,
         };
-        expect_success(machine->vk->CreateEvent(machine->device, &info, NULL, &machine->events[i]),
-                       "vkCreateEvent");
+        MACHINE_CALL(machine, CreateEvent, machine->device, &info, NULL, &machine->events[i]);
         scene_defer(machine->scene, machine->device, (uint64_t)machine->events[i], destroy_event);
     }
 }

@@ -15,8 +15,7 @@ static void destroy_operation(struct scene *scene, VkDevice device, uint64_t han
 void machine_create_operation(struct machine *machine, uint32_t operation)
 {
     VkDeferredOperationKHR *handle = &machine->operations[operation];
-    expect_success(machine->vk->CreateDeferredOperationKHR(machine->device, NULL, handle),
-                   "vkCreateDeferredOperationKHR");
+    MACHINE_CALL(machine, CreateDeferredOperationKHR, machine->device, NULL, handle);
     scene_defer(machine->scene, machine->device, (uint64_t)*handle, destroy_operation);
 }
 

@@ -61,27 +61,18 @@ static void copy(struct machine *machine, const struct step *step)
                                        : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
 }
 
+/* No build ranges: they are not in a buffer. */
 static VkBuffer find_input(const struct machine *machine, enum input input)
 {
     const struct scene_nv *nv = &machine->scene->nv;
-    switch (input) {
-    case VERTICES:
-        return nv->vertices.handle;
-    case INDICES:
-        return nv->indices.handle;
-    case TRANSFORMS:
-        return nv->transforms.handle;
-    case BOXES:
-        return nv->boxes.handle;
-    case INSTANCES_INPUT:
-        return nv->instances.handle;
-    case SCRATCH:
-        return nv->scratch;
-    case RANGES:
-    case INPUTS:
-        break;
-    }
-    abort();
+    const VkBuffer inputs[INPUTS] = {
+        [VERTICES] = nv->vertices.handle,         [INDICES] = nv->indices.handle,
+        [TRANSFORMS] = nv->transforms.handle,     [BOXES] = nv->boxes.handle,
+        [INSTANCES_INPUT] = nv->instances.handle, [SCRATCH] = nv->scratch,
+    };
+    if (inputs[input] == VK_NULL_HANDLE)
+        abort();
+    return inputs[input];
 }
 
 bool machine_nv_step(struct machine *machine, const struct step *step)

@@ -16,8 +16,7 @@ void machine_create_queries(struct machine *machine)
         .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
         .queryCount = QUERIES,
     };
-    expect_success(machine->vk->CreateQueryPool(machine->device, &info, NULL, &machine->queries),
-                   "vkCreateQueryPool");
+    MACHINE_CALL(machine, CreateQueryPool, machine->device, &info, NULL, &machine->queries);
     scene_defer(machine->scene, machine->device, (uint64_t)machine->queries, destroy_queries);
 }
 
@@ -38,11 +37,10 @@ static void read_queries(struct machine *machine, VkQueryResultFlags flags)
 
 static void query_on_the_host(struct machine *machine, uint32_t structure)
 {
-    expect_success(machine->vk->WriteAccelerationStructuresPropertiesKHR(
-                       machine->device, 1, &machine->structures[structure].handle,
-                       VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-                       sizeof(machine->compacted), &machine->compacted, sizeof(machine->compacted)),
-                   "vkWriteAccelerationStructuresPropertiesKHR");
+    MACHINE_CALL(machine, WriteAccelerationStructuresPropertiesKHR, machine->device, 1,
+                 &machine->structures[structure].handle,
+                 VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                 sizeof(machine->compacted), &machine->compacted, sizeof(machine->compacted));
 }
 
 void machine_query(struct machine *machine, const struct step *step)

@@ -188,12 +188,10 @@ void machine_record(struct machine *machine, const struct step *step)
         machine_use_event(machine, step);
         break;
     case ACTION_RESET:
-        expect_success(machine->vk->ResetCommandBuffer(command_buffer, 0), "vkResetCommandBuffer");
+        MACHINE_CALL(machine, ResetCommandBuffer, command_buffer, 0);
         break;
     case ACTION_RESET_POOL:
-        expect_success(
-            machine->vk->ResetCommandPool(machine->device, machine->pools[step->object], 0),
-            "vkResetCommandPool");
+        MACHINE_CALL(machine, ResetCommandPool, machine->device, machine->pools[step->object], 0);
         break;
     case ACTION_REALLOCATE:
         machine->vk->FreeCommandBuffers(machine->device, machine->pools[step->object], 1,

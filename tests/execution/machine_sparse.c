@@ -23,22 +23,9 @@ void machine_bind(struct machine *machine, const struct step *step)
 {
     static const struct machine_batch empty;
     const struct machine_batch *batch = machine->batch_count != 0 ? machine->batches : &empty;
-    VkSemaphore waits[MACHINE_MEMBERS], signals[MACHINE_MEMBERS];
-    uint64_t wait_values[MACHINE_MEMBERS], signal_values[MACHINE_MEMBERS];
+    struct machine_semaphores semaphores;
 
-    for (uint32_t i = 0; i < MACHINE_MEMBERS; i++) {
-        waits[i] = batch->waits[i].handle;
-        wait_values[i] = batch->waits[i].value;
-        signals[i] = batch->signals[i].handle;
-        signal_values[i] = batch->signals[i].value;
-    }
-    const VkTimelineSemaphoreSubmitInfo values = {
-        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
-        .waitSemaphoreValueCount = batch->wait_count,
-        .pWaitSemaphoreValues = wait_values,
-        .signalSemaphoreValueCount = batch->signal_count,
-        .pSignalSemaphoreValues = signal_values,
-    };
+    machine_fill_semaphores(&semaphores, batch);
     const VkSparseMemoryBind bind = {
         .size = MACHINE_ACCEL_SIZE,
         .memory = step->value != 0 ? machine->pages.handle : VK_NULL_HANDLE,
@@ -48,13 +35,13 @@ void machine_bind(struct machine *machine, const struct step *step)
         .buffer = machine->structures[step->dst].buffer.handle, .bindCount = 1, .pBinds = &bind};
     const VkBindSparseInfo info = {
         .sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO,
-        .pNext = &values,
+        .pNext = &semaphores.values,
         .waitSemaphoreCount = batch->wait_count,
-        .pWaitSemaphores = waits,
+        .pWaitSemaphores = semaphores.waits,
         .bufferBindCount = 1,
         .pBufferBinds = &buffer_bind,
         .signalSemaphoreCount = batch->signal_count,
-        .pSignalSemaphores = signals,
+        .pSignalSemaphores = semaphores.signals,
     };
     machine->result =
         machine->vk->QueueBindSparse(machine->queues[step->object], 1, &info,

@@ -38,43 +38,46 @@ static void add_commands(struct machine *machine, uint32_t command_buffer)
 
 /* ---- the two forms */
 
+void machine_fill_semaphores(struct machine_semaphores *semaphores,
+                             const struct machine_batch *batch)
+{
+    for (uint32_t i = 0; i < MACHINE_MEMBERS; i++) {
+        semaphores->waits[i] = batch->waits[i].handle;
+        semaphores->stages[i] = (VkPipelineStageFlags)stages_of(batch->waits[i].stages);
+        semaphores->wait_values[i] = batch->waits[i].value;
+        semaphores->signals[i] = batch->signals[i].handle;
+        semaphores->signal_values[i] = batch->signals[i].value;
+    }
+    semaphores->values = (VkTimelineSemaphoreSubmitInfo){
+        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
+        .waitSemaphoreValueCount = batch->wait_count,
+        .pWaitSemaphoreValues = semaphores->wait_values,
+        .signalSemaphoreValueCount = batch->signal_count,
+        .pSignalSemaphoreValues = semaphores->signal_values,
+    };
+}
+
 static VkResult submit(struct machine *machine, VkQueue queue, VkFence fence)
 {
     VkCommandBuffer commands[MACHINE_BATCHES][MACHINE_MEMBERS];
-    VkSemaphore waits[MACHINE_BATCHES][MACHINE_MEMBERS], signals[MACHINE_BATCHES][MACHINE_MEMBERS];
-    uint64_t wait_values[MACHINE_BATCHES][MACHINE_MEMBERS],
-        signal_values[MACHINE_BATCHES][MACHINE_MEMBERS];
-    VkPipelineStageFlags stages[MACHINE_BATCHES][MACHINE_MEMBERS];
-    VkTimelineSemaphoreSubmitInfo values[MACHINE_BATCHES];
+    struct machine_semaphores semaphores[MACHINE_BATCHES];
     VkSubmitInfo infos[MACHINE_BATCHES];
 
     for (uint32_t i = 0; i < machine->batch_count; i++) {
         const struct machine_batch *batch = &machine->batches[i];
-        for (uint32_t j = 0; j < MACHINE_MEMBERS; j++) {
+        for (uint32_t j = 0; j < MACHINE_MEMBERS; j++)
             commands[i][j] = machine->command_buffers[batch->commands[j]];
-            waits[i][j] = batch->waits[j].handle;
-            stages[i][j] = (VkPipelineStageFlags)stages_of(batch->waits[j].stages);
-            wait_values[i][j] = batch->waits[j].value;
-            signals[i][j] = batch->signals[j].handle;
-            signal_values[i][j] = batch->signals[j].value;
-        }
-        values[i] = (VkTimelineSemaphoreSubmitInfo){
-            .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
-            .waitSemaphoreValueCount = batch->wait_count,
-            .pWaitSemaphoreValues = wait_values[i],
-            .signalSemaphoreValueCount = batch->signal_count,
-            .pSignalSemaphoreValues = signal_values[i],
-        };
+        machine_fill_semaphores(&semaphores[i], batch);
         infos[i] = (VkSubmitInfo){
             .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-            .pNext = &values[i],
+            .pNext = &semaphores[i].values,
             .waitSemaphoreCount = batch->wait_count,
-            .pWaitSemaphores = waits[i],
-            .pWaitDstStageMask = stages[i],
+            .pWaitSemaphores = semaphores[i].waits,
+            .pWaitDstStageMask = semaphores[i].stages,
             .commandBufferCount = batch->command_count,
             .pCommandBuffers = commands[i],
             .signalSemaphoreCount = batch->signal_count,
-            .pSignalSemaphores = signals[i],
+            .pSignalSemaphores = semaphores[i].signals,
         };
     }
     return machine->vk->QueueSubmit(queue, machine->batch_count, infos, fence);
@@ -145,29 +148,24 @@ static void wait_on_host(struct machine *machine, const struct step *step)
     uint64_t value;
     switch (step->action) {
     case ACTION_QUEUE_IDLE:
-        expect_success(machine->vk->QueueWaitIdle(machine->queues[step->object]),
-                       "vkQueueWaitIdle");
+        MACHINE_CALL(machine, QueueWaitIdle, machine->queues[step->object]);
         break;
     case ACTION_WAIT_FENCE:
-        expect_success(
-            machine->vk->WaitForFences(machine->device, 1, &machine->fence, VK_TRUE, UINT64_MAX),
-            "vkWaitForFences");
+        MACHINE_CALL(machine, WaitForFences, machine->device, 1, &machine->fence, VK_TRUE,
+                     UINT64_MAX);
         break;
     case ACTION_POLL_FENCE:
-        expect_success(machine->vk->GetFenceStatus(machine->device, machine->fence),
-                       "vkGetFenceStatus");
+        MACHINE_CALL(machine, GetFenceStatus, machine->device, machine->fence);
         break;
     case ACTION_HOST_WAIT:
-        expect_success(machine->vk->WaitSemaphores(machine->device, &info, UINT64_MAX),
-                       "vkWaitSemaphores");
+        MACHINE_CALL(machine, WaitSemaphores, machine->device, &info, UINT64_MAX);
         break;
     case ACTION_HOST_READ:
-        expect_success(machine->vk->GetSemaphoreCounterValue(
-                           machine->device, machine->timelines[step->object], &value),
-                       "vkGetSemaphoreCounterValue");
+        MACHINE_CALL(machine, GetSemaphoreCounterValue, machine->device,
+                     machine->timelines[step->object], &value);
         break;
     default:
-        expect_success(machine->vk->DeviceWaitIdle(machine->device), "vkDeviceWaitIdle");
+        MACHINE_CALL(machine, DeviceWaitIdle, machine->device);
     }
 }
 
@@ -211,12 +209,10 @@ void machine_submit(struct machine *machine, const struct step *step)
         signal_from_host(machine, step);
         break;
     case ACTION_HOST_SET_EVENT:
-        expect_success(machine->vk->SetEvent(machine->device, machine->events[step->object]),
-                       "vkSetEvent");
+        MACHINE_CALL(machine, SetEvent, machine->device, machine->events[step->object]);
         break;
     case ACTION_HOST_RESET_EVENT:
-        expect_success(machine->vk->ResetEvent(machine->device, machine->events[step->object]),
-                       "vkResetEvent");
+        MACHINE_CALL(machine, ResetEvent, machine->device, machine->events[step->object]);
         break;
     case ACTION_IDLE:
     case ACTION_QUEUE_IDLE:

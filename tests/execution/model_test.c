@@ -9,7 +9,6 @@
 #include <string.h>
 
 #include "random_test.h"
-#include "tests/state/random.h"
 
 enum { PROGRAMS = 100000 };
 
@@ -38,7 +37,7 @@ int main(int argc, char **argv)
     for (uint64_t i = 0; i < programs && !test.failed; i++) {
         if (only != UINT64_MAX && i != only)
             continue;
-        test.random = seed + (i << 32);
+        test.random.state = seed + (i << 32);
         random_test_play(&test);
         if (test.failed)
             printf("program %" PRIu64 " of seed %" PRIu64 " differs\n", i, seed);

@@ -209,13 +209,23 @@ struct step {
 #define REPORTS_LATE STEP(ACTION_REPORTS_LATE, 0, 0, 0, 0, 0)
 #define REPORTS STEP(ACTION_REPORTS, 0, 0, 0, 0, 0)
 
-/* Command buffers with one thing in them, and submissions of one. */
-#define RECORD_BUILD(cb, dst, shape) BEGIN(cb), BUILD(cb, dst, shape), END(cb)
-#define RECORD_UPDATE(cb, src, dst) BEGIN(cb), UPDATE(cb, src, dst), END(cb)
+/* A command buffer with some steps in it, or with one, and submissions of one. */
+#define RECORD(cb, ...) BEGIN(cb), __VA_ARGS__, END(cb)
+#define RECORD_BUILD(cb, dst, shape) RECORD(cb, BUILD(cb, dst, shape))
+#define RECORD_UPDATE(cb, src, dst) RECORD(cb, UPDATE(cb, src, dst))
+/* A bad build of X in one, an update from X to Y in the other. */
+#define RECORD_BAD(builds, updates) RECORD_BUILD(builds, X, BAD), RECORD_UPDATE(updates, X, Y)
 #define QUEUE_OF(cb) ((cb) == P || (cb) == R)
 #define RUN(cb) BATCH, WITH(cb), SUBMIT(QUEUE_OF(cb))
 #define RUN2(cb) BATCH, WITH(cb), SUBMIT2(QUEUE_OF(cb))
 #define RUN2_KHR(cb) BATCH, WITH(cb), SUBMIT2_KHR(QUEUE_OF(cb))
+/* The batch signals, or waits. */
+#define RUN_BEFORE(cb, signal) BATCH, WITH(cb), signal, SUBMIT(QUEUE_OF(cb))
+#define RUN_AFTER(cb, wait) BATCH, wait, WITH(cb), SUBMIT(QUEUE_OF(cb))
+#define RUN_AFTER_REPORTS(cb, wait) BATCH, wait, WITH(cb), REPORTS, SUBMIT(QUEUE_OF(cb))
+#define RUN2_BEFORE(cb, signal) BATCH, WITH(cb), signal, SUBMIT2(QUEUE_OF(cb))
+#define RUN2_AFTER(cb, wait) BATCH, wait, WITH(cb), SUBMIT2(QUEUE_OF(cb))
+#define RUN2_AFTER_REPORTS(cb, wait) BATCH, wait, WITH(cb), REPORTS, SUBMIT2(QUEUE_OF(cb))
 
 #define STEPS(...) ((const struct step[]){__VA_ARGS__, {ACTION_END_OF_PROGRAM, 0, 0, 0, 0, 0}})
 
@@ -254,6 +264,28 @@ struct program {
 };
 
 #define RULE_IS(rule_) .rule = (rule_), .has_rule = true
+
+/* A program of steps that is played for each difference. */
+#define PROGRAM(name_, needs_, ...)                                                                \
+    {                                                                                              \
+        .name = name_, .needs = (needs_), .steps = STEPS(__VA_ARGS__)                              \
+    }
+/* The same with commands of the host. */
+#define HOST_PROGRAM(name_, needs_, ...) PROGRAM(name_, NEEDS_HOST | (needs_), __VA_ARGS__)
+
+/* Programs that are played once: the steps break a rule, those of the twin keep it. What comes last
+ * is the shape of the builds, unless that is plain. */
+#define BREAKS_SHAPED(name_, needs_, rule_, path_, steps_, twin_, shape_)                          \
+    {                                                                                              \
+        .name = name_, .needs = (needs_), .steps = STEPS steps_, .twin = STEPS twin_,              \
+        .once = true, RULE_IS(rule_), .path = (path_), .shape = (shape_), .keeps_place = true      \
+    }
+#define BREAKS(name_, needs_, rule_, path_, steps_, twin_)                                         \
+    BREAKS_SHAPED(name_, needs_, rule_, path_, steps_, twin_, NULL)
+/* The source of an update was never built. */
+#define NEVER_BUILT(name_, needs_, steps_, twin_)                                                  \
+    BREAKS(name_, needs_, RULE_update_source_was_built_with_allow_update,                          \
+           ".srcAccelerationStructure", steps_, twin_)
 
 struct program_list {
     const char *name;

@@ -13,19 +13,14 @@ static struct shape instances(void)
 }
 
 /* Of geometries without primitives nothing is read, so their inputs may go. */
-static struct shape no_triangles(void)
-{
-    struct shape shape = shape_plain();
-    shape.primitive_count = 0;
-    return shape;
-}
+SHAPE_BUT(no_triangles, shape_plain, primitive_count, 0)
+SHAPE_BUT(no_instances, instances, primitive_count, 0)
 
-static struct shape no_instances(void)
-{
-    struct shape shape = instances();
-    shape.primitive_count = 0;
-    return shape;
-}
+/* Of an input, the buffer or else its memory. */
+#define BUFFER_OR_MEMORY_DIES(name_, input, rule_, path_, shape_)                                  \
+    INPUT_DIES(name_ "_buffer_destroyed", 0, input, DESTROY_INPUT, rule_, path_, shape_),          \
+        INPUT_DIES(name_ "_memory_freed", 0, input, FREE_INPUT, RULE_input_buffer_is_bound, path_, \
+                   shape_)
 
 #define UNREAD_INPUT_DIES(name_, action, shape_)                                                   \
     {                                                                                              \
@@ -41,31 +36,18 @@ static struct shape no_instances(void)
     }
 
 static const struct program programs[] = {
-    INPUT_DIES("vertex_buffer_destroyed", VERTICES, DESTROY_INPUT,
-               RULE_input_address_is_in_a_buffer, TRIANGLES_FIELD("vertexData"), NULL),
-    INPUT_DIES("vertex_memory_freed", VERTICES, FREE_INPUT, RULE_input_buffer_is_bound,
-               TRIANGLES_FIELD("vertexData"), NULL),
-    INPUT_DIES("index_buffer_destroyed", INDICES, DESTROY_INPUT, RULE_input_address_is_in_a_buffer,
-               TRIANGLES_FIELD("indexData"), NULL),
-    INPUT_DIES("index_memory_freed", INDICES, FREE_INPUT, RULE_input_buffer_is_bound,
-               TRIANGLES_FIELD("indexData"), NULL),
-    INPUT_DIES("transform_buffer_destroyed", TRANSFORMS, DESTROY_INPUT,
-               RULE_transform_address_is_valid, TRIANGLES_FIELD("transformData"), NULL),
-    INPUT_DIES("transform_memory_freed", TRANSFORMS, FREE_INPUT, RULE_input_buffer_is_bound,
-               TRIANGLES_FIELD("transformData"), NULL),
-    INPUT_DIES("aabb_buffer_destroyed", BOXES, DESTROY_INPUT, RULE_input_address_is_in_a_buffer,
-               ".pGeometries[0].geometry.aabbs.data.deviceAddress", shape_boxes),
-    INPUT_DIES("aabb_memory_freed", BOXES, FREE_INPUT, RULE_input_buffer_is_bound,
-               ".pGeometries[0].geometry.aabbs.data.deviceAddress", shape_boxes),
-    INPUT_DIES("instance_buffer_destroyed", INSTANCES_INPUT, DESTROY_INPUT,
-               RULE_input_address_is_in_a_buffer,
-               ".pGeometries[0].geometry.instances.data.deviceAddress", instances),
-    INPUT_DIES("instance_memory_freed", INSTANCES_INPUT, FREE_INPUT, RULE_input_buffer_is_bound,
-               ".pGeometries[0].geometry.instances.data.deviceAddress", instances),
-    INPUT_DIES("scratch_buffer_destroyed", SCRATCH, DESTROY_INPUT,
-               RULE_build_scratch_is_in_one_buffer, ".scratchData.deviceAddress", NULL),
-    INPUT_DIES("scratch_memory_freed", SCRATCH, FREE_INPUT, RULE_input_buffer_is_bound,
-               ".scratchData.deviceAddress", NULL),
+    BUFFER_OR_MEMORY_DIES("vertex", VERTICES, RULE_input_address_is_in_a_buffer,
+                          TRIANGLES_FIELD("vertexData"), NULL),
+    BUFFER_OR_MEMORY_DIES("index", INDICES, RULE_input_address_is_in_a_buffer,
+                          TRIANGLES_FIELD("indexData"), NULL),
+    BUFFER_OR_MEMORY_DIES("transform", TRANSFORMS, RULE_transform_address_is_valid,
+                          TRIANGLES_FIELD("transformData"), NULL),
+    BUFFER_OR_MEMORY_DIES("aabb", BOXES, RULE_input_address_is_in_a_buffer,
+                          ".pGeometries[0].geometry.aabbs.data.deviceAddress", shape_boxes),
+    BUFFER_OR_MEMORY_DIES("instance", INSTANCES_INPUT, RULE_input_address_is_in_a_buffer,
+                          ".pGeometries[0].geometry.instances.data.deviceAddress", instances),
+    BUFFER_OR_MEMORY_DIES("scratch", SCRATCH, RULE_build_scratch_is_in_one_buffer,
+                          ".scratchData.deviceAddress", NULL),
 
     UNREAD_INPUT_DIES("unread_vertex_buffer_destroyed", DESTROY_INPUT(VERTICES), no_triangles),
     UNREAD_INPUT_DIES("unread_index_memory_freed", FREE_INPUT(INDICES), no_triangles),
@@ -104,14 +86,10 @@ static const struct program programs[] = {
                  ".srcAccelerationStructure"),
 
     DST_IS_RECYCLED(RULE_dst_is_a_valid_handle, ".dstAccelerationStructure"),
-    {.name = "destroyed_before_resubmission",
-     .steps =
-         STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, DESTROY_INPUT(INDICES), REPORTS, RUN(A)),
-     .twin = STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, RUN(A), IDLE, DESTROY_INPUT(INDICES)),
-     .once = true,
-     RULE_IS(RULE_input_address_is_in_a_buffer),
-     .path = TRIANGLES_FIELD("indexData"),
-     .keeps_place = true},
+    BREAKS("destroyed_before_resubmission", 0, RULE_input_address_is_in_a_buffer,
+           TRIANGLES_FIELD("indexData"),
+           (RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, DESTROY_INPUT(INDICES), REPORTS, RUN(A)),
+           (RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, RUN(A), IDLE, DESTROY_INPUT(INDICES))),
     INDICES_DIE_UNDER_A_SECONDARY(RULE_input_address_is_in_a_buffer, TRIANGLES_FIELD("indexData")),
     {.name = "destroyed_and_never_submitted",
      .steps = STEPS(RECORD_BUILD(A, X, GOOD), DESTROY_INPUT(INDICES), DESTROY(X)),

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What extensions add to builds, as the builds are submitted: their inputs may have died, and dense
  * geometries are updated by what their source was built with. */
-#include "program.h"
+#include "tests/execution/destroyed.h"
 
 #define MOTION_FIELD                                                                               \
     ".pGeometries[0].geometry.triangles."                                                          \
@@ -14,26 +14,9 @@
 #define DENSE_FIELD(field)                                                                         \
     ".pGeometries[0].pNext<VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX>." field
 
-static struct shape moving(void)
-{
-    struct shape shape = shape_plain();
-    shape.moves = true;
-    return shape;
-}
-
-static struct shape spheres(void)
-{
-    struct shape shape = shape_plain();
-    shape.geometry_type = VK_GEOMETRY_TYPE_SPHERES_NV;
-    return shape;
-}
-
-static struct shape swept(void)
-{
-    struct shape shape = shape_plain();
-    shape.geometry_type = VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
-    return shape;
-}
+SHAPE_BUT(moving, shape_plain, moves, true)
+SHAPE_BUT(spheres, shape_plain, geometry_type, VK_GEOMETRY_TYPE_SPHERES_NV)
+SHAPE_BUT(swept, shape_plain, geometry_type, VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV)
 
 static struct shape dense(void)
 {
@@ -47,28 +30,11 @@ static struct shape dense(void)
     return shape;
 }
 
-#define DENSE_BUT(name, member, value)                                                             \
-    static struct shape name(void)                                                                 \
-    {                                                                                              \
-        struct shape shape = dense();                                                              \
-        shape.dense.member = value;                                                                \
-        return shape;                                                                              \
-    }
-
-DENSE_BUT(fewer_triangles, triangles, 1)
-DENSE_BUT(fewer_vertices, vertices, 3)
-DENSE_BUT(lower_primitives, max_primitive, 0)
-DENSE_BUT(higher_geometries, max_geometry, 2)
-DENSE_BUT(less_data, size, 384)
-
-/* An input of a build; the twin loses it after the submission. */
-#define INPUT_DIES(name_, input, action, rule_, path_, shape_)                                     \
-    {                                                                                              \
-        .name = name_, .steps = STEPS(RECORD_BUILD(A, X, GOOD), action(input), REPORTS, RUN(A)),   \
-        .twin = STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, action(input)), .once = true,        \
-        .needs = NEEDS_EXTENSIONS, RULE_IS(rule_), .path = (path_), .shape = (shape_),             \
-        .keeps_place = true                                                                        \
-    }
+SHAPE_BUT(fewer_triangles, dense, dense.triangles, 1)
+SHAPE_BUT(fewer_vertices, dense, dense.vertices, 3)
+SHAPE_BUT(lower_primitives, dense, dense.max_primitive, 0)
+SHAPE_BUT(higher_geometries, dense, dense.max_geometry, 2)
+SHAPE_BUT(less_data, dense, dense.size, 384)
 
 /* What counts is what X was built with last when the update executes. */
 #define DENSE_UPDATES(name_, rule_, path_, bad_)                                                   \
@@ -82,31 +48,32 @@ DENSE_BUT(less_data, size, 384)
      .bad = (bad_)},                                                                               \
     {                                                                                              \
         .name = name_ "_of_a_copy",                                                                \
-        .steps = STEPS(RECORD_BUILD(A, X, BAD), BEGIN(C), CLONE(C, X, Z), END(C),                  \
-                       RECORD_BUILD(D, X, GOOD), RECORD_UPDATE(B, Z, Y), RUN(A), RUN(C), RUN(D),   \
-                       REPORTS, RUN(B)),                                                           \
+        .steps =                                                                                   \
+            STEPS(RECORD_BUILD(A, X, BAD), RECORD(C, CLONE(C, X, Z)), RECORD_BUILD(D, X, GOOD),    \
+                  RECORD_UPDATE(B, Z, Y), RUN(A), RUN(C), RUN(D), REPORTS, RUN(B)),                \
         .once = true, .needs = NEEDS_EXTENSIONS, RULE_IS(rule_), .path = DENSE_FIELD(path_),       \
         .shape = dense, .bad = (bad_)                                                              \
     }
 
 static const struct program programs[] = {
-    INPUT_DIES("motion_buffer_destroyed", BOXES, DESTROY_INPUT, RULE_input_address_is_in_a_buffer,
-               MOTION_FIELD, moving),
-    INPUT_DIES("sphere_vertex_memory_freed", VERTICES, FREE_INPUT, RULE_input_buffer_is_bound,
-               SPHERES_FIELD("vertexData"), spheres),
-    INPUT_DIES("sphere_radius_buffer_destroyed", BOXES, DESTROY_INPUT,
+    INPUT_DIES("motion_buffer_destroyed", NEEDS_EXTENSIONS, BOXES, DESTROY_INPUT,
+               RULE_input_address_is_in_a_buffer, MOTION_FIELD, moving),
+    INPUT_DIES("sphere_vertex_memory_freed", NEEDS_EXTENSIONS, VERTICES, FREE_INPUT,
+               RULE_input_buffer_is_bound, SPHERES_FIELD("vertexData"), spheres),
+    INPUT_DIES("sphere_radius_buffer_destroyed", NEEDS_EXTENSIONS, BOXES, DESTROY_INPUT,
                RULE_input_address_is_in_a_buffer, SPHERES_FIELD("radiusData"), spheres),
-    INPUT_DIES("sphere_index_buffer_destroyed", INDICES, DESTROY_INPUT,
+    INPUT_DIES("sphere_index_buffer_destroyed", NEEDS_EXTENSIONS, INDICES, DESTROY_INPUT,
                RULE_input_address_is_in_a_buffer, SPHERES_FIELD("indexData"), spheres),
-    INPUT_DIES("swept_vertex_buffer_destroyed", VERTICES, DESTROY_INPUT,
+    INPUT_DIES("swept_vertex_buffer_destroyed", NEEDS_EXTENSIONS, VERTICES, DESTROY_INPUT,
                RULE_input_address_is_in_a_buffer, SWEPT_FIELD("vertexData"), swept),
-    INPUT_DIES("swept_radius_memory_freed", BOXES, FREE_INPUT, RULE_input_buffer_is_bound,
-               SWEPT_FIELD("radiusData"), swept),
-    INPUT_DIES("swept_index_buffer_destroyed", INDICES, DESTROY_INPUT,
+    INPUT_DIES("swept_radius_memory_freed", NEEDS_EXTENSIONS, BOXES, FREE_INPUT,
+               RULE_input_buffer_is_bound, SWEPT_FIELD("radiusData"), swept),
+    INPUT_DIES("swept_index_buffer_destroyed", NEEDS_EXTENSIONS, INDICES, DESTROY_INPUT,
                RULE_input_address_is_in_a_buffer, SWEPT_FIELD("indexData"), swept),
-    INPUT_DIES("dense_buffer_destroyed", BOXES, DESTROY_INPUT, RULE_input_address_is_in_a_buffer,
-               DENSE_FIELD("compressedData.deviceAddress"), dense),
-    INPUT_DIES("dense_scratch_destroyed", SCRATCH, DESTROY_INPUT,
+    INPUT_DIES("dense_buffer_destroyed", NEEDS_EXTENSIONS, BOXES, DESTROY_INPUT,
+               RULE_input_address_is_in_a_buffer, DENSE_FIELD("compressedData.deviceAddress"),
+               dense),
+    INPUT_DIES("dense_scratch_destroyed", NEEDS_EXTENSIONS, SCRATCH, DESTROY_INPUT,
                RULE_build_scratch_is_in_one_buffer, ".scratchData.deviceAddress", dense),
 
     DENSE_UPDATES("dense_triangle_count", RULE_dense_triangle_count_matches_source, "numTriangles",

@@ -2,27 +2,23 @@
 /* What recorded builds of VK_NV_ray_tracing use and no longer is there when they are submitted. */
 #include "tests/execution/destroyed.h"
 
-static struct shape instances(void)
-{
-    struct shape shape = shape_plain();
-    shape.geometry_type = VK_GEOMETRY_TYPE_INSTANCES_KHR;
-    return shape;
-}
+SHAPE_BUT(instances, shape_plain, geometry_type, VK_GEOMETRY_TYPE_INSTANCES_KHR)
 
 #define TRIANGLES_FIELD(field) "pInfo->pGeometries[0].geometry.triangles." field " VkBuffer"
 
 static const struct program programs[] = {
-    INPUT_DIES("vertex_buffer_destroyed", VERTICES, DESTROY_INPUT,
+    INPUT_DIES("vertex_buffer_destroyed", 0, VERTICES, DESTROY_INPUT,
                RULE_nv_vertex_data_is_a_valid_buffer, TRIANGLES_FIELD("vertexData"), NULL),
-    INPUT_DIES("index_buffer_destroyed", INDICES, DESTROY_INPUT,
+    INPUT_DIES("index_buffer_destroyed", 0, INDICES, DESTROY_INPUT,
                RULE_nv_index_data_is_null_or_a_valid_buffer, TRIANGLES_FIELD("indexData"), NULL),
-    INPUT_DIES("transform_buffer_destroyed", TRANSFORMS, DESTROY_INPUT,
+    INPUT_DIES("transform_buffer_destroyed", 0, TRANSFORMS, DESTROY_INPUT,
                RULE_nv_transform_data_is_a_valid_buffer, TRIANGLES_FIELD("transformData"), NULL),
-    INPUT_DIES("aabb_buffer_destroyed", BOXES, DESTROY_INPUT, RULE_nv_aabb_data_is_a_valid_buffer,
+    INPUT_DIES("aabb_buffer_destroyed", 0, BOXES, DESTROY_INPUT,
+               RULE_nv_aabb_data_is_a_valid_buffer,
                "pInfo->pGeometries[0].geometry.aabbs.aabbData VkBuffer", shape_boxes),
-    INPUT_DIES("instance_buffer_destroyed", INSTANCES_INPUT, DESTROY_INPUT,
+    INPUT_DIES("instance_buffer_destroyed", 0, INSTANCES_INPUT, DESTROY_INPUT,
                RULE_nv_instance_data_is_a_valid_buffer, "instanceData VkBuffer", instances),
-    INPUT_DIES("scratch_buffer_destroyed", SCRATCH, DESTROY_INPUT,
+    INPUT_DIES("scratch_buffer_destroyed", 0, SCRATCH, DESTROY_INPUT,
                RULE_nv_scratch_is_a_valid_buffer, "scratch VkBuffer", NULL),
     UPDATE_LOSES("update_scratch_buffer_destroyed", DESTROY_INPUT(SCRATCH),
                  RULE_nv_scratch_is_a_valid_buffer, "scratch VkBuffer"),

@@ -11,9 +11,9 @@ enum {
 };
 
 #define RECORD_QUERIED_BUILD(cb, structure)                                                        \
-    BEGIN(cb), RESET_QUERIES(cb), BUILD(cb, structure, GOOD), QUERY(cb, structure, 0), END(cb)
-#define RECORD_QUERY(cb, structure) BEGIN(cb), RESET_QUERIES(cb), QUERY(cb, structure, 0), END(cb)
-#define RECORD_COMPACTION(cb, src, dst) BEGIN(cb), COMPACT(cb, src, dst), END(cb)
+    RECORD(cb, RESET_QUERIES(cb), BUILD(cb, structure, GOOD), QUERY(cb, structure, 0))
+#define RECORD_QUERY(cb, structure) RECORD(cb, RESET_QUERIES(cb), QUERY(cb, structure, 0))
+#define RECORD_COMPACTION(cb, src, dst) RECORD(cb, COMPACT(cb, src, dst))
 
 /* lavapipe answers with the size that a structure was created with. */
 #define FIT(structure) DESTROY(structure), CREATE_FITTING(structure)
@@ -30,12 +30,9 @@ enum {
 
 /* Reports that Y is too small for an update of Z; the twin fits it. The steps make Z. */
 #define TOO_SMALL(name_, needs_, ...)                                                              \
-    {                                                                                              \
-        .name = name_, .steps = STEPS(FIT(X), __VA_ARGS__, SHRINK_Y, UPDATE_Y_REPORTS(Z)),         \
-        .twin = STEPS(FIT(X), __VA_ARGS__, FIT_Y, UPDATE_Y(Z)), .needs = (needs_), .once = true,   \
-        RULE_IS(RULE_dst_is_large_enough), .path = ".dstAccelerationStructure",                    \
-        .keeps_place = true                                                                        \
-    }
+    BREAKS(name_, needs_, RULE_dst_is_large_enough, ".dstAccelerationStructure",                   \
+           (FIT(X), __VA_ARGS__, SHRINK_Y, UPDATE_Y_REPORTS(Z)),                                   \
+           (FIT(X), __VA_ARGS__, FIT_Y, UPDATE_Y(Z)))
 
 /* Nothing is said of Y, as the size that Z was compacted to isn't known. */
 #define NOT_KNOWN(name_, needs_, ...)                                                              \
@@ -56,21 +53,21 @@ static const struct program programs[] = {
               READ_QUERIES(AVAILABILITY), COMPACT_X),
     TOO_SMALL("queried_later", 0, RECORD_BUILD(A, X, GOOD), RUN(A), RECORD_QUERY(D, X), RUN(D),
               IDLE, READ_QUERIES(BITS_64), COMPACT_X),
-    TOO_SMALL("queried_in_a_secondary", 0, RECORD_BUILD(A, X, GOOD), RUN(A), BEGIN(S),
-              QUERY(S, X, 0), END(S), BEGIN(D), RESET_QUERIES(D), EXECUTE(D, S), END(D), RUN(D),
-              IDLE, READ_QUERIES(BITS_64), COMPACT_X),
+    TOO_SMALL("queried_in_a_secondary", 0, RECORD_BUILD(A, X, GOOD), RUN(A),
+              RECORD(S, QUERY(S, X, 0)), RECORD(D, RESET_QUERIES(D), EXECUTE(D, S)), RUN(D), IDLE,
+              READ_QUERIES(BITS_64), COMPACT_X),
     TOO_SMALL("the_only_query_read_without_a_wait_for_the_batch", 0, RECORD_QUERIED_BUILD(A, X),
               RUN(A), READ_QUERIES(BITS_64 | WAITING), COMPACT_X),
     TOO_SMALL("reset_by_the_host_and_read_without_a_wait", 0, BUILD_AND_READ, HOST_RESET_QUERIES,
-              BEGIN(D), BUILD(D, X, GOOD), QUERY(D, X, 0), END(D), RUN(D),
-              READ_QUERIES(BITS_64 | WAITING), COMPACT_X),
+              RECORD(D, BUILD(D, X, GOOD), QUERY(D, X, 0)), RUN(D), READ_QUERIES(BITS_64 | WAITING),
+              COMPACT_X),
     TOO_SMALL("read_again_after_a_rebuild", 0, BUILD_AND_READ, RUN(A), IDLE, READ_QUERIES(BITS_64),
               COMPACT_X),
-    TOO_SMALL("clone_of_the_build", 0, BUILD_AND_READ, BEGIN(D), CLONE(D, X, W), END(D), RUN(D),
+    TOO_SMALL("clone_of_the_build", 0, BUILD_AND_READ, RECORD(D, CLONE(D, X, W)), RUN(D),
               DESTROY(Z), CREATE_COMPACTED(Z), RECORD_COMPACTION(B, W, Z), RUN(B)),
     TOO_SMALL("clone_of_the_compacted", 0, BUILD_AND_READ, DESTROY(W), CREATE_COMPACTED(W),
-              RECORD_COMPACTION(B, X, W), RUN(B), DESTROY(Z), CREATE_COMPACTED(Z), BEGIN(D),
-              CLONE(D, W, Z), END(D), RUN(D)),
+              RECORD_COMPACTION(B, X, W), RUN(B), DESTROY(Z), CREATE_COMPACTED(Z),
+              RECORD(D, CLONE(D, W, Z)), RUN(D)),
     TOO_SMALL("compacted_before_it_was_read", 0, RECORD_QUERIED_BUILD(A, X), RUN(A),
               RECORD_COMPACTION(B, X, Z), RUN(B), IDLE, READ_QUERIES(BITS_64)),
     TOO_SMALL("update_of_an_update", 0, BUILD_AND_READ, DESTROY(W), CREATE_COMPACTED(W),
@@ -83,18 +80,14 @@ static const struct program programs[] = {
               BATCH, WITH(D), FAILED_SUBMIT(0)),
     TOO_SMALL("queried_by_the_host", NEEDS_NULL_DRIVER, RECORD_BUILD(A, X, GOOD), RUN(A), IDLE,
               HOST_QUERY(X), COMPACT_X),
-    TOO_SMALL("two_queues", NEEDS_TWO_QUEUES, RECORD_BUILD(A, X, GOOD), BEGIN(P), RESET_QUERIES(P),
-              QUERY(P, X, 0), END(P), BATCH, WITH(A), SIGNAL(0), SUBMIT(0), BATCH, WITH(P), WAIT(0),
-              SUBMIT(1), IDLE, READ_QUERIES(BITS_64), COMPACT_X),
+    TOO_SMALL("two_queues", NEEDS_TWO_QUEUES, RECORD_BUILD(A, X, GOOD),
+              RECORD(P, RESET_QUERIES(P), QUERY(P, X, 0)), RUN_BEFORE(A, SIGNAL(0)),
+              RUN_AFTER(P, WAIT(0)), IDLE, READ_QUERIES(BITS_64), COMPACT_X),
 
-    {.name = "in_place",
-     .steps = STEPS(FIT(X), BUILD_AND_READ, DESTROY(Z), CREATE_TOO_SMALL(Z),
-                    RECORD_COMPACTION(B, X, Z), RUN(B), RECORD_UPDATE(C, Z, Z), REPORTS, RUN(C)),
-     .twin = STEPS(FIT(X), BUILD_AND_READ, COMPACT_X, RECORD_UPDATE(C, Z, Z), RUN(C), IDLE, RUN(C)),
-     .once = true,
-     RULE_IS(RULE_dst_is_large_enough),
-     .path = ".dstAccelerationStructure",
-     .keeps_place = true},
+    BREAKS("in_place", 0, RULE_dst_is_large_enough, ".dstAccelerationStructure",
+           (FIT(X), BUILD_AND_READ, DESTROY(Z), CREATE_TOO_SMALL(Z), RECORD_COMPACTION(B, X, Z),
+            RUN(B), RECORD_UPDATE(C, Z, Z), REPORTS, RUN(C)),
+           (FIT(X), BUILD_AND_READ, COMPACT_X, RECORD_UPDATE(C, Z, Z), RUN(C), IDLE, RUN(C))),
 
     NOT_KNOWN("never_read", 0, BUILD_AND_READ, RECORD_BUILD(D, X, GOOD), RUN(D), COMPACT_X),
     NOT_KNOWN("rebuilt_before_the_compaction", 0, BUILD_AND_READ, RUN(A), IDLE, COMPACT_X),
@@ -104,7 +97,7 @@ static const struct program programs[] = {
               READ_QUERIES(BITS_64 | WAITING), COMPACT_X),
     NOT_KNOWN("compacted_twice", 0, BUILD_AND_READ, DESTROY(W), CREATE_COMPACTED(W),
               RECORD_COMPACTION(B, X, W), RUN(B), RECORD_QUERY(D, W), RUN(D), IDLE,
-              READ_QUERIES(BITS_64), BEGIN(D), COMPACT(D, W, Z), END(D), RUN(D)),
+              READ_QUERIES(BITS_64), RECORD(D, COMPACT(D, W, Z)), RUN(D)),
     NOT_KNOWN("query_of_another", 0, BUILD_AND_READ, RUN(A), FIT(W), RECORD_QUERIED_BUILD(D, W),
               RUN(D), IDLE, READ_QUERIES(BITS_64), COMPACT_X),
     NOT_KNOWN("not_ready", NEEDS_NULL_DRIVER | NEEDS_DRIVER, BUILD_AND_READ, RUN(A), IDLE,
@@ -118,8 +111,8 @@ static const struct program programs[] = {
     NOT_KNOWN("queried_by_the_host_without_a_wait", NEEDS_NULL_DRIVER, RECORD_BUILD(A, X, GOOD),
               RUN(A), HOST_QUERY(X), COMPACT_X),
     NOT_KNOWN("two_queues_without_semaphore", NEEDS_TWO_QUEUES, BUILD_AND_READ,
-              RECORD_BUILD(D, X, GOOD), BEGIN(P), RESET_QUERIES(P), QUERY(P, X, 0), END(P), RUN(D),
-              RUN(P), IDLE, READ_QUERIES(BITS_64), COMPACT_X),
+              RECORD_BUILD(D, X, GOOD), RECORD(P, RESET_QUERIES(P), QUERY(P, X, 0)), RUN(D), RUN(P),
+              IDLE, READ_QUERIES(BITS_64), COMPACT_X),
 };
 
 PROGRAM_LIST(size_programs, programs);

@@ -8,34 +8,22 @@
 #define BOUND SPARSE(X), BIND(X, 0), IDLE
 #define BOUND_AND_RECORDED BOUND, RECORD_BUILD(A, X, GOOD)
 #define UNBOUND_AND_RECORDED SPARSE(X), RECORD_BUILD(A, X, GOOD)
-#define RECORD_PAIR(cb) BEGIN(cb), BUILD_PAIR(cb, X, Y, GOOD), END(cb)
-/* After what the batch waits for. */
-#define RUN_AFTER(cb, wait) BATCH, wait, WITH(cb), SUBMIT(QUEUE_OF(cb))
-#define RUN_AFTER_REPORTS(cb, wait) BATCH, wait, WITH(cb), REPORTS, SUBMIT(QUEUE_OF(cb))
+#define RECORD_PAIR(cb) RECORD(cb, BUILD_PAIR(cb, X, Y, GOOD))
 
 /* dst isn't bound when it is built; in the twin it is. */
 #define MISSING(name_, needs_, steps_, twin_)                                                      \
-    {                                                                                              \
-        .name = name_, .steps = STEPS steps_, .twin = STEPS twin_, .once = true,                   \
-        .needs = NEEDS_SPARSE | (needs_), RULE_IS(RULE_dst_is_backed_by_memory),                   \
-        .path = ".dstAccelerationStructure", .keeps_place = true                                   \
-    }
+    BREAKS(name_, NEEDS_SPARSE | (needs_), RULE_dst_is_backed_by_memory,                           \
+           ".dstAccelerationStructure", steps_, twin_)
 
 /* The same of the source of an update from X to Y. */
 #define MISSING_SRC(name_, steps_, twin_)                                                          \
-    {                                                                                              \
-        .name = name_, .steps = STEPS steps_, .twin = STEPS twin_, .once = true,                   \
-        .needs = NEEDS_SPARSE, RULE_IS(RULE_update_src_is_backed_by_memory),                       \
-        .path = ".srcAccelerationStructure", .keeps_place = true                                   \
-    }
+    BREAKS(name_, NEEDS_SPARSE, RULE_update_src_is_backed_by_memory, ".srcAccelerationStructure",  \
+           steps_, twin_)
 
 /* X and Y are bound to one page when they are built at once; in the twin to two. */
 #define SHARED(name_, steps_, twin_)                                                               \
-    {                                                                                              \
-        .name = name_, .steps = STEPS steps_, .twin = STEPS twin_, .once = true,                   \
-        .needs = NEEDS_SPARSE, RULE_IS(RULE_dst_and_dst_are_apart),                                \
-        .path = ".dstAccelerationStructure", .keeps_place = true                                   \
-    }
+    BREAKS(name_, NEEDS_SPARSE, RULE_dst_and_dst_are_apart, ".dstAccelerationStructure", steps_,   \
+           twin_)
 
 /* What is bound isn't known. The driver doesn't look at what a build accesses. */
 #define OPEN(name_, needs_, ...)                                                                   \
@@ -52,11 +40,11 @@ static const struct program programs[] = {
     MISSING("unbound_after_the_first_submission", 0,
             (BOUND_AND_RECORDED, RUN(A), IDLE, UNBIND(X), IDLE, REPORTS, RUN(A)),
             (BOUND_AND_RECORDED, RUN(A), IDLE, UNBIND(X), IDLE, BIND(X, 1), IDLE, RUN(A))),
-    MISSING("unbound_under_a_secondary", 0,
-            (BOUND, RECORD_BUILD(S, X, GOOD), BEGIN(A), EXECUTE(A, S), END(A), UNBIND(X), IDLE,
-             REPORTS, RUN(A)),
-            (BOUND, RECORD_BUILD(S, X, GOOD), BEGIN(A), EXECUTE(A, S), END(A), RUN(A), IDLE,
-             UNBIND(X), IDLE)),
+    MISSING(
+        "unbound_under_a_secondary", 0,
+        (BOUND, RECORD_BUILD(S, X, GOOD), RECORD(A, EXECUTE(A, S)), UNBIND(X), IDLE, REPORTS,
+         RUN(A)),
+        (BOUND, RECORD_BUILD(S, X, GOOD), RECORD(A, EXECUTE(A, S)), RUN(A), IDLE, UNBIND(X), IDLE)),
     MISSING("unbound_and_the_queue_idle", 0,
             (BOUND_AND_RECORDED, UNBIND(X), WAIT_QUEUE(0), REPORTS, RUN(A)),
             (BOUND_AND_RECORDED, BIND(X, 1), WAIT_QUEUE(0), RUN(A))),
@@ -70,8 +58,7 @@ static const struct program programs[] = {
     MISSING("unbound_before_a_timeline", 0,
             (BOUND_AND_RECORDED, BATCH, SIGNAL_TO(0, 1), UNBIND(X),
              RUN_AFTER_REPORTS(A, WAIT_FOR(0, 1))),
-            (BOUND_AND_RECORDED, BATCH, WITH(A), SIGNAL_TO(0, 1), SUBMIT(0), BATCH, WAIT_FOR(0, 1),
-             UNBIND(X))),
+            (BOUND_AND_RECORDED, RUN_BEFORE(A, SIGNAL_TO(0, 1)), BATCH, WAIT_FOR(0, 1), UNBIND(X))),
     MISSING(
         "unbound_and_the_host_waits", 0,
         (BOUND_AND_RECORDED, BATCH, SIGNAL_TO(0, 1), UNBIND(X), HOST_WAIT(0, 1), REPORTS, RUN(A)),
@@ -112,10 +99,10 @@ static const struct program programs[] = {
             (BOUND_AND_RECORDED, RUN_AFTER(A, WAIT_FOR(0, 1)), BATCH, SIGNAL_TO(0, 1), BIND(X, 1),
              IDLE, UNBIND(X), IDLE, BIND(X, 0), IDLE, RUN(A))),
     MISSING("unbound_behind_what_its_queue_waits_for", NEEDS_NULL_DRIVER,
-            (BOUND_AND_RECORDED, BEGIN(B), END(B), BATCH, WAIT_FOR(0, 1), UNBIND(X), BATCH, WITH(B),
-             SIGNAL_TO(0, 1), SUBMIT(0), IDLE, REPORTS, RUN(A)),
-            (UNBOUND_AND_RECORDED, BEGIN(B), END(B), BATCH, WAIT_FOR(0, 1), BIND(X, 0), BATCH,
-             WITH(B), SIGNAL_TO(0, 1), SUBMIT(0), IDLE, RUN(A))),
+            (BOUND_AND_RECORDED, BEGIN(B), END(B), BATCH, WAIT_FOR(0, 1), UNBIND(X),
+             RUN_BEFORE(B, SIGNAL_TO(0, 1)), IDLE, REPORTS, RUN(A)),
+            (UNBOUND_AND_RECORDED, BEGIN(B), END(B), BATCH, WAIT_FOR(0, 1), BIND(X, 0),
+             RUN_BEFORE(B, SIGNAL_TO(0, 1)), IDLE, RUN(A))),
 
     MISSING_SRC(
         "src_unbound_after_recording",
@@ -125,8 +112,8 @@ static const struct program programs[] = {
     MISSING_SRC("src_unbound_before_a_semaphore",
                 (BOUND_AND_RECORDED, RUN(A), RECORD_UPDATE(B, X, Y), IDLE, BATCH, SIGNAL(0),
                  UNBIND(X), RUN_AFTER_REPORTS(B, WAIT(0))),
-                (BOUND_AND_RECORDED, RUN(A), RECORD_UPDATE(B, X, Y), BATCH, WITH(B), SIGNAL(0),
-                 SUBMIT(0), BATCH, WAIT(0), UNBIND(X))),
+                (BOUND_AND_RECORDED, RUN(A), RECORD_UPDATE(B, X, Y), RUN_BEFORE(B, SIGNAL(0)),
+                 BATCH, WAIT(0), UNBIND(X))),
 
     SHARED("one_page_after_recording",
            (SPARSE(X), SPARSE(Y), BIND(X, 0), BIND(Y, 1), IDLE, RECORD_PAIR(A), BIND(Y, 0), IDLE,

@@ -7,18 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* splitmix64 (Steele, Lea and Flood 2014). */
-static uint64_t random_next(struct random_test *test)
-{
-    uint64_t z = test->random += 0x9e3779b97f4a7c15;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
-    z = (z ^ z >> 27) * 0x94d049bb133111eb;
-    return z ^ z >> 31;
-}
-
 uint32_t below(struct random_test *test, uint32_t bound)
 {
-    return (uint32_t)(random_next(test) >> 32) % bound;
+    return (uint32_t)(random_next(&test->random) >> 32) % bound;
 }
 
 bool chance(struct random_test *test, uint32_t percent)

@@ -5,6 +5,7 @@
 
 #include "machine.h"
 #include "model.h"
+#include "tests/state/random.h"
 
 enum { STEPS_MAX = 512 };
 
@@ -12,7 +13,7 @@ struct random_test {
     struct fixture fixture;
     struct machine machine;
     struct model model;
-    uint64_t random;
+    struct random random;
     bool executable[COMMAND_BUFFERS], pending[COMMAND_BUFFERS], uses[COMMAND_BUFFERS][STRUCTURES];
     bool executes[COMMAND_BUFFERS][COMMAND_BUFFERS];
     uint32_t values[QUEUES];       /* of the timelines, as submitted */

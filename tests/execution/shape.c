@@ -100,7 +100,8 @@ void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
     };
 }
 
-VkDeviceSize shape_size(const struct scene *scene, const struct shape *shape)
+VkAccelerationStructureBuildSizesInfoKHR shape_sizes(const struct scene *scene,
+                                                     const struct shape *shape)
 {
     struct shape_arguments arguments;
     VkAccelerationStructureBuildSizesInfoKHR sizes = {
@@ -109,59 +110,33 @@ VkDeviceSize shape_size(const struct scene *scene, const struct shape *shape)
     scene->vk->GetAccelerationStructureBuildSizesKHR(
         scene->fixture->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &arguments.info,
         arguments.counts, &sizes);
-    return sizes.accelerationStructureSize;
+    return sizes;
 }
 
 /* ---- differences */
 
+#define DIFFERENCE(name, rule, path)                                                               \
+    {                                                                                              \
+        name, {rule}, 1, path                                                                      \
+    }
+#define TRIANGLES ".pGeometries[0].geometry.triangles."
+
 struct difference differences[DIFFERENCES] = {
-    {"no_allow_update",
-     {RULE_update_source_was_built_with_allow_update},
-     1,
-     ".srcAccelerationStructure",
-     {0},
-     {0}},
-    {"geometry_count", {RULE_geometry_count_matches_source}, 1, ".geometryCount", {0}, {0}},
-    {"flags", {RULE_build_flags_match_source}, 1, ".flags", {0}, {0}},
-    {"type", {RULE_build_type_matches_source, RULE_geometry_type_matches_source}, 2, "", {0}, {0}},
-    {"geometry_type",
-     {RULE_geometry_type_matches_source},
-     1,
-     ".pGeometries[0].geometryType",
-     {0},
-     {0}},
-    {"geometry_flags", {RULE_geometry_flags_match_source}, 1, ".pGeometries[0].flags", {0}, {0}},
-    {"vertex_format",
-     {RULE_vertex_format_matches_source},
-     1,
-     ".pGeometries[0].geometry.triangles.vertexFormat",
-     {0},
-     {0}},
-    {"max_vertex",
-     {RULE_max_vertex_matches_source},
-     1,
-     ".pGeometries[0].geometry.triangles.maxVertex",
-     {0},
-     {0}},
-    {"index_type",
-     {RULE_index_type_matches_source},
-     1,
-     ".pGeometries[0].geometry.triangles.indexType",
-     {0},
-     {0}},
-    {"transform_added",
-     {RULE_transform_is_absent_where_source_had_none},
-     1,
-     ".pGeometries[0].geometry.triangles.transformData",
-     {0},
-     {0}},
-    {"transform_missing",
-     {RULE_transform_is_given_where_source_had_one},
-     1,
-     ".pGeometries[0].geometry.triangles.transformData",
-     {0},
-     {0}},
-    {"primitive_count", {RULE_primitive_count_matches_source}, 1, ".pGeometries[0]", {0}, {0}},
+    DIFFERENCE("no_allow_update", RULE_update_source_was_built_with_allow_update,
+               ".srcAccelerationStructure"),
+    DIFFERENCE("geometry_count", RULE_geometry_count_matches_source, ".geometryCount"),
+    DIFFERENCE("flags", RULE_build_flags_match_source, ".flags"),
+    {"type", {RULE_build_type_matches_source, RULE_geometry_type_matches_source}, 2, ""},
+    DIFFERENCE("geometry_type", RULE_geometry_type_matches_source, ".pGeometries[0].geometryType"),
+    DIFFERENCE("geometry_flags", RULE_geometry_flags_match_source, ".pGeometries[0].flags"),
+    DIFFERENCE("vertex_format", RULE_vertex_format_matches_source, TRIANGLES "vertexFormat"),
+    DIFFERENCE("max_vertex", RULE_max_vertex_matches_source, TRIANGLES "maxVertex"),
+    DIFFERENCE("index_type", RULE_index_type_matches_source, TRIANGLES "indexType"),
+    DIFFERENCE("transform_added", RULE_transform_is_absent_where_source_had_none,
+               TRIANGLES "transformData"),
+    DIFFERENCE("transform_missing", RULE_transform_is_given_where_source_had_one,
+               TRIANGLES "transformData"),
+    DIFFERENCE("primitive_count", RULE_primitive_count_matches_source, ".pGeometries[0]"),
 };
 
 void differences_fill(void)

@@ -30,6 +30,15 @@ enum { SHAPE_GEOMETRIES = 2, SHAPE_RULES = 2 };
 struct shape shape_plain(void);
 struct shape shape_boxes(void);
 
+/* Defines a function that returns the shape of `base` but for one member. */
+#define SHAPE_BUT(name, base, member, value)                                                       \
+    static struct shape name(void)                                                                 \
+    {                                                                                              \
+        struct shape shape = base();                                                               \
+        shape.member = value;                                                                      \
+        return shape;                                                                              \
+    }
+
 /* The arguments of a build of that shape; they refer to each other. */
 struct shape_arguments {
     VkAccelerationStructureBuildGeometryInfoKHR info;
@@ -56,8 +65,9 @@ void shape_fill_extension(struct shape_arguments *arguments, uint32_t index,
 void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
                 const struct shape *shape, bool by_host);
 
-/* The size of a structure for a build of that shape. */
-VkDeviceSize shape_size(const struct scene *scene, const struct shape *shape);
+/* What a build of that shape needs. */
+VkAccelerationStructureBuildSizesInfoKHR shape_sizes(const struct scene *scene,
+                                                     const struct shape *shape);
 
 /* An update that asks for `asked` of a source that was last built as `built` breaks the rules. */
 struct difference {

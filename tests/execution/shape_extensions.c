@@ -11,20 +11,20 @@ static void fill_motion(VkAccelerationStructureGeometryMotionTrianglesDataNV *mo
     };
 }
 
+/* Spheres and linear swept spheres share these members. */
+#define SPHERES_OF(scene)                                                                          \
+    .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,                                                    \
+    .vertexData.deviceAddress = (scene)->vertices.address, .vertexStride = 12,                     \
+    .radiusFormat = VK_FORMAT_R32_SFLOAT, .radiusData.deviceAddress = (scene)->boxes.address,      \
+    .radiusStride = 4, .indexType = VK_INDEX_TYPE_UINT32,                                          \
+    .indexData.deviceAddress = (scene)->indices.address, .indexStride = 4
+
 static void fill_spheres(VkAccelerationStructureGeometrySpheresDataNV *spheres,
                          const struct scene *scene)
 {
     *spheres = (VkAccelerationStructureGeometrySpheresDataNV){
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV,
-        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.deviceAddress = scene->vertices.address,
-        .vertexStride = 12,
-        .radiusFormat = VK_FORMAT_R32_SFLOAT,
-        .radiusData.deviceAddress = scene->boxes.address,
-        .radiusStride = 4,
-        .indexType = VK_INDEX_TYPE_UINT32,
-        .indexData.deviceAddress = scene->indices.address,
-        .indexStride = 4,
+        SPHERES_OF(scene),
     };
 }
 
@@ -33,15 +33,7 @@ static void fill_swept(VkAccelerationStructureGeometryLinearSweptSpheresDataNV *
 {
     *swept = (VkAccelerationStructureGeometryLinearSweptSpheresDataNV){
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV,
-        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.deviceAddress = scene->vertices.address,
-        .vertexStride = 12,
-        .radiusFormat = VK_FORMAT_R32_SFLOAT,
-        .radiusData.deviceAddress = scene->boxes.address,
-        .radiusStride = 4,
-        .indexType = VK_INDEX_TYPE_UINT32,
-        .indexData.deviceAddress = scene->indices.address,
-        .indexStride = 4,
+        SPHERES_OF(scene),
         .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV,
     };
 }

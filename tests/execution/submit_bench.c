@@ -130,12 +130,7 @@ static double submit(struct bench *bench, uint32_t cb)
 
 static void find_size(struct bench *bench, const struct shape *shape)
 {
-    VkAccelerationStructureBuildSizesInfoKHR sizes = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-    shape_fill(&bench->arguments, bench->machine.scene, shape, false);
-    bench->fixture.vk.GetAccelerationStructureBuildSizesKHR(
-        bench->fixture.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
-        &bench->arguments.info, bench->arguments.counts, &sizes);
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = shape_sizes(bench->machine.scene, shape);
     bench->size = sizes.accelerationStructureSize;
     if (bench->size < sizes.buildScratchSize)
         bench->size = sizes.buildScratchSize;

@@ -3,15 +3,10 @@
  * sanitizer, too. Each has structures of its own, and plants a mistake now and then. */
 #include <pthread.h>
 #include <sched.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "machine.h"
+#include "tests/state/unit_test.h"
 
 enum { ROUNDS = 400, MISTAKES = 5 /* one in so many rounds */, JOINERS = 2 };
 
@@ -110,6 +105,8 @@ static pthread_t start(void *(*run)(void *unused))
 static void open_machines(void)
 {
     static const struct setup plain;
+    if (platform.name == NULL)
+        assert_null(platform_open(&platform, "null"));
     assert_null(fixture_open(&fixture, &platform, &plain));
     for (uint32_t i = 0; i < sizeof(machines) / sizeof(machines[0]); i++) {
         machine_open(&machines[i], &fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
@@ -136,9 +133,8 @@ static uint32_t count_messages(void)
     return count;
 }
 
-static void threads_submit_and_build_at_once(void **unused)
+TEST(threads_submit_and_build_at_once)
 {
-    (void)unused;
     open_machines();
     pthread_t threads[3 + JOINERS] = {start(submit_to_first), start(submit_to_second),
                                       start(build_on_host)};
@@ -150,9 +146,8 @@ static void threads_submit_and_build_at_once(void **unused)
 }
 
 /* Where calls under way may release others, the layer rather says nothing. */
-static void threads_wait_for_each_other(void **unused)
+TEST(threads_wait_for_each_other)
 {
-    (void)unused;
     open_machines();
     machines[1].timelines[0] = machines[0].timelines[0];
     pthread_t threads[] = {start(submit_to_first), start(wait_for_first)};
@@ -161,18 +156,4 @@ static void threads_wait_for_each_other(void **unused)
     const uint32_t count = count_messages();
     print_message("%u of %u mistakes told\n", count, 2 * ROUNDS / MISTAKES);
     assert_in_range(count, 1, 2 * ROUNDS / MISTAKES);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(threads_submit_and_build_at_once),
-        cmocka_unit_test(threads_wait_for_each_other),
-    };
-    const char *missing = platform_open(&platform, "null");
-    if (missing != NULL) {
-        print_error("%s\n", missing);
-        return 1;
-    }
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,12 +4,7 @@
 
 #include "fake_device.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 struct layer_device device;
 VkResult next_result;
@@ -40,11 +35,30 @@ static VkResult answer(const char *name)
     return result;
 }
 
-#define FAKE(name, ...)                                                                            \
+static VkuDeviceDispatchTable fake_commands;
+
+/* Before main. */
+#define ENTER(name)                                                                                \
+    __attribute__((constructor)) static void enter_##name(void)                                    \
+    {                                                                                              \
+        fake_commands.name = fake_##name;                                                          \
+    }
+
+/* A command that does something before it answers; then its name and parameters. */
+#define FAKE_THAT(action, name, ...)                                                               \
     static VKAPI_ATTR VkResult VKAPI_CALL fake_##name(__VA_ARGS__)                                 \
     {                                                                                              \
+        action;                                                                                    \
         return answer(#name);                                                                      \
-    }
+    }                                                                                              \
+    ENTER(name)
+#define FAKE(name, ...) FAKE_THAT((void)0, name, __VA_ARGS__)
+#define FAKE_DESTROY(name, ...)                                                                    \
+    static VKAPI_ATTR void VKAPI_CALL fake_##name(__VA_ARGS__)                                     \
+    {                                                                                              \
+        answer(#name);                                                                             \
+    }                                                                                              \
+    ENTER(name)
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 FAKE(QueueSubmit, VkQueue queue, uint32_t count, const VkSubmitInfo *submits, VkFence fence)
@@ -67,83 +81,19 @@ FAKE(ResetFences, VkDevice handle, uint32_t count, const VkFence *fences)
 FAKE(GetFenceStatus, VkDevice handle, VkFence fence)
 FAKE(WaitForFences, VkDevice handle, uint32_t count, const VkFence *fences, VkBool32 all,
      uint64_t timeout)
-
-static VKAPI_ATTR VkResult VKAPI_CALL fake_GetSemaphoreCounterValue(VkDevice handle,
-                                                                    VkSemaphore semaphore,
-                                                                    uint64_t *value)
-{
-    *value = counter;
-    return answer("GetSemaphoreCounterValue");
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL fake_GetSemaphoreCounterValueKHR(VkDevice handle,
-                                                                       VkSemaphore semaphore,
-                                                                       uint64_t *value)
-{
-    *value = counter;
-    return answer("GetSemaphoreCounterValueKHR");
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL fake_CreateSemaphore(VkDevice handle,
-                                                           const VkSemaphoreCreateInfo *info,
-                                                           const VkAllocationCallbacks *allocator,
-                                                           VkSemaphore *semaphore)
-{
-    *semaphore = SEMAPHORE(counter);
-    return answer("CreateSemaphore");
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL fake_CreateFence(VkDevice handle,
-                                                       const VkFenceCreateInfo *info,
-                                                       const VkAllocationCallbacks *allocator,
-                                                       VkFence *fence)
-{
-    *fence = FENCE(counter);
-    return answer("CreateFence");
-}
-
-static VKAPI_ATTR void VKAPI_CALL fake_DestroySemaphore(VkDevice handle, VkSemaphore semaphore,
-                                                        const VkAllocationCallbacks *allocator)
-{
-    answer("DestroySemaphore");
-}
-
-static VKAPI_ATTR void VKAPI_CALL fake_DestroyFence(VkDevice handle, VkFence fence,
-                                                    const VkAllocationCallbacks *allocator)
-{
-    answer("DestroyFence");
-}
+FAKE_THAT(*value = counter, GetSemaphoreCounterValue, VkDevice handle, VkSemaphore semaphore,
+          uint64_t *value)
+FAKE_THAT(*value = counter, GetSemaphoreCounterValueKHR, VkDevice handle, VkSemaphore semaphore,
+          uint64_t *value)
+FAKE_THAT(*semaphore = SEMAPHORE(counter), CreateSemaphore, VkDevice handle,
+          const VkSemaphoreCreateInfo *info, const VkAllocationCallbacks *allocator,
+          VkSemaphore *semaphore)
+FAKE_THAT(*fence = FENCE(counter), CreateFence, VkDevice handle, const VkFenceCreateInfo *info,
+          const VkAllocationCallbacks *allocator, VkFence *fence)
+FAKE_DESTROY(DestroySemaphore, VkDevice handle, VkSemaphore semaphore,
+             const VkAllocationCallbacks *allocator)
+FAKE_DESTROY(DestroyFence, VkDevice handle, VkFence fence, const VkAllocationCallbacks *allocator)
 #pragma GCC diagnostic warning "-Wunused-parameter"
-
-#define SET(name) device.vk.name = fake_##name
-
-static void set_commands(void)
-{
-    SET(QueueSubmit);
-    SET(QueueSubmit2);
-    SET(QueueSubmit2KHR);
-    SET(QueueBindSparse);
-    SET(QueuePresentKHR);
-    SET(QueueWaitIdle);
-    SET(DeviceWaitIdle);
-    SET(AcquireNextImageKHR);
-    SET(AcquireNextImage2KHR);
-    SET(SignalSemaphore);
-    SET(SignalSemaphoreKHR);
-    SET(WaitSemaphores);
-    SET(WaitSemaphoresKHR);
-    SET(ImportSemaphoreFdKHR);
-    SET(ImportFenceFdKHR);
-    SET(ResetFences);
-    SET(GetFenceStatus);
-    SET(WaitForFences);
-    SET(GetSemaphoreCounterValue);
-    SET(GetSemaphoreCounterValueKHR);
-    SET(CreateSemaphore);
-    SET(CreateFence);
-    SET(DestroySemaphore);
-    SET(DestroyFence);
-}
 
 void fake_device_start(struct program *program)
 {
@@ -155,9 +105,16 @@ void fake_device_start(struct program *program)
     device.events = events;
     device.physical_device_count = 1;
     device.order = program->order;
-    set_commands();
+    device.vk = fake_commands;
     next_result = VK_SUCCESS;
     calls = 0;
+}
+
+struct program *fake_device_open(void)
+{
+    static struct program program;
+    fake_device_start(&program);
+    return &program;
 }
 
 /* ---- calls of the application */

@@ -15,6 +15,12 @@ extern uint64_t counter;     /* of semaphores, and the handle of what is created
 
 void fake_device_start(struct program *program);
 
+/* Starts the device with the one program of DEVICE_TEST. */
+struct program *fake_device_open(void);
+
+/* A test of `p`, a program on the device; it stops after the test. */
+#define DEVICE_TEST(name) TEST_WITH(name, struct program *p, fake_device_open, program_stop)
+
 void create_semaphore(uint32_t handle, VkSemaphoreType type, const void *chain);
 void create_fence(uint32_t handle, const void *chain);
 

@@ -2,12 +2,7 @@
 /* Random submissions. */
 #include "generator.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 uint32_t below(struct test *test, uint32_t count)
 {

@@ -1,12 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the intercepts of layer/intercepts/sync.c, and those of presentation, tell the order of
  * others' signals and of what the host sees. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
-
 #include "fake_device.h"
 
 enum { S = 1, T = 2, F = 4 };
@@ -41,9 +35,8 @@ static void import_semaphore(void)
 
 static void (*const others_signal[])(void) = {present, acquire, acquire_2, import_semaphore};
 
-static void what_others_signal_brings_no_order(void **unused)
+TEST(what_others_signal_brings_no_order)
 {
-    (void)unused;
     for (uint32_t i = 0; i < sizeof(others_signal) / sizeof(others_signal[0]); i++) {
         struct program p;
         fake_device_start(&p);
@@ -56,7 +49,7 @@ static void what_others_signal_brings_no_order(void **unused)
     }
 }
 
-static void shared_semaphores_and_fences_bring_no_order(void **unused)
+DEVICE_TEST(shared_semaphores_and_fences_bring_no_order)
 {
     const VkExportSemaphoreCreateInfo semaphore = {
         .sType = VK_STRUCTURE_TYPE_EXPORT_SEMAPHORE_CREATE_INFO,
@@ -66,9 +59,6 @@ static void shared_semaphores_and_fences_bring_no_order(void **unused)
                                                VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT};
     const VkImportFenceFdInfoKHR import = {.sType = VK_STRUCTURE_TYPE_IMPORT_FENCE_FD_INFO_KHR,
                                            .fence = FENCE(F + 1)};
-    struct program p;
-    (void)unused;
-    fake_device_start(&p);
     create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, &semaphore);
     create_fence(F, &fence);
     create_fence(F + 1, NULL);
@@ -79,10 +69,9 @@ static void shared_semaphores_and_fences_bring_no_order(void **unused)
     assay_GetFenceStatus(NULL, FENCE(F + 1));
     PLAIN(.queue = 2, .name = 20);
     PLAIN(.queue = 3, .name = 30, .wait = S, .wait_value = 1);
-    assert_false(follows(&p, 20, 10));
-    assert_false(follows(&p, 30, 10));
-    assert_false(find_run(&p, 30)->predecessors_known);
-    program_stop(&p);
+    assert_false(follows(p, 20, 10));
+    assert_false(follows(p, 30, 10));
+    assert_false(find_run(p, 30)->predecessors_known);
 }
 
 /* ---- what the host sees */
@@ -183,21 +172,20 @@ static const struct {
     {queue_idle, true},          {other_queue_idle, false}, {device_idle, true},
 };
 
-static void submit_10(struct program *program)
+static void submit_10(void)
 {
-    fake_device_start(program);
     create_fence(F, NULL);
     create_fence(F + 1, NULL);
     create_semaphore(T, VK_SEMAPHORE_TYPE_TIMELINE, NULL);
     PLAIN(.queue = 1, .name = 10, .signal = T, .signal_value = 5, .fence = F);
 }
 
-static void the_host_sees_what_calls_return(void **unused)
+TEST(the_host_sees_what_calls_return)
 {
-    (void)unused;
     for (uint32_t i = 0; i < sizeof(looks) / sizeof(looks[0]); i++) {
         struct program p;
-        submit_10(&p);
+        fake_device_start(&p);
+        submit_10();
         next_result = VK_NOT_READY; /* or a timeout */
         assert_int_equal(looks[i].look(), VK_NOT_READY);
         PLAIN(.queue = 2, .name = 20);
@@ -213,31 +201,27 @@ static void the_host_sees_what_calls_return(void **unused)
     }
 }
 
-static void fences_are_reset(void **unused)
+DEVICE_TEST(fences_are_reset)
 {
-    struct program p;
     VkFence fence = FENCE(F);
-    (void)unused;
-    submit_10(&p);
+    submit_10();
     assert_int_equal(assay_ResetFences(NULL, 1, &fence), VK_SUCCESS);
     fence_status();
     PLAIN(.queue = 2, .name = 20);
-    assert_false(follows(&p, 20, 10));
+    assert_false(follows(p, 20, 10));
     PLAIN(.queue = 1, .name = 11, .fence = F);
     assay_DestroyFence(NULL, fence, NULL);
     create_fence(F, NULL);
     fence_status();
     PLAIN(.queue = 2, .name = 21);
-    assert_false(follows(&p, 21, 11));
-    program_stop(&p);
+    assert_false(follows(p, 21, 11));
 }
 
-static void the_host_signals(void **unused)
+TEST(the_host_signals)
 {
     const VkSemaphoreSignalInfo info = {
         .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, .semaphore = SEMAPHORE(S), .value = 1};
     const PFN_vkSignalSemaphore signals[] = {assay_SignalSemaphore, assay_SignalSemaphoreKHR};
-    (void)unused;
     for (uint32_t i = 0; i < 2; i++) {
         struct program p;
         fake_device_start(&p);
@@ -255,11 +239,8 @@ static void the_host_signals(void **unused)
 }
 
 /* Below level execution there is no order. */
-static void without_an_order_calls_are_forwarded(void **unused)
+DEVICE_TEST(without_an_order_calls_are_forwarded)
 {
-    struct program p;
-    (void)unused;
-    fake_device_start(&p);
     device.order = NULL;
     create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, NULL);
     create_fence(F, NULL);
@@ -274,18 +255,5 @@ static void without_an_order_calls_are_forwarded(void **unused)
         others_signal[i]();
     assert_int_equal(calls, sizeof(looks) / sizeof(looks[0]) +
                                 sizeof(others_signal) / sizeof(others_signal[0]));
-    program_stop(&p);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_others_signal_brings_no_order),
-        cmocka_unit_test(shared_semaphores_and_fences_bring_no_order),
-        cmocka_unit_test(the_host_sees_what_calls_return),
-        cmocka_unit_test(fences_are_reset),
-        cmocka_unit_test(the_host_signals),
-        cmocka_unit_test(without_an_order_calls_are_forwarded),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    assert_int_equal(p->run_count, 0);
 }

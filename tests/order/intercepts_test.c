@@ -1,33 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the intercepts of layer/intercepts/queues.c tell the order of submissions, and that they
  * forward. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
-
 #include "fake_device.h"
 
 enum { S = 1, T = 2, F = 4 };
 
-static void submits_are_observed_and_forwarded(void **unused)
+DEVICE_TEST(submits_are_observed_and_forwarded)
 {
-    struct program p;
-    (void)unused;
-    fake_device_start(&p);
     create_semaphore(S, VK_SEMAPHORE_TYPE_BINARY, NULL);
     create_semaphore(T, VK_SEMAPHORE_TYPE_TIMELINE, NULL);
     PLAIN(.queue = 1, .name = 10, .signal = S);
     assert_string_equal(reached, "QueueSubmit");
     PLAIN(.queue = 2, .name = 20, .wait = S, .signal = T, .signal_value = 7);
     PLAIN(.queue = 3, .name = 30, .wait = T, .wait_value = 7);
-    assert_true(follows(&p, 20, 10) && follows(&p, 30, 20));
+    assert_true(follows(p, 20, 10) && follows(p, 30, 20));
 
     SECOND(.queue = 4, .name = 40, .wait = T, .wait_value = 8,
            .wait_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
     assert_string_equal(reached, "QueueSubmit2");
-    assert_null(find_run(&p, 40));
+    assert_null(find_run(p, 40));
     submit_second(&(struct second){.queue = 3,
                                    .name = 31,
                                    .signal = T,
@@ -35,11 +26,10 @@ static void submits_are_observed_and_forwarded(void **unused)
                                    .signal_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT},
                   assay_QueueSubmit2KHR);
     assert_string_equal(reached, "QueueSubmit2KHR");
-    assert_true(follows(&p, 40, 31));
-    program_stop(&p);
+    assert_true(follows(p, 40, 31));
 }
 
-static void stages_of_waits_count(void **unused)
+TEST(stages_of_waits_count)
 {
     const struct {
         VkPipelineStageFlags stages;
@@ -54,7 +44,6 @@ static void stages_of_waits_count(void **unused)
              VK_PIPELINE_STAGE_RAY_TRACING_SHADER_BIT_KHR,
          true},
     };
-    (void)unused;
     for (uint32_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
         struct program p;
         fake_device_start(&p);
@@ -68,7 +57,7 @@ static void stages_of_waits_count(void **unused)
     }
 }
 
-static void stages_of_signals_count(void **unused)
+TEST(stages_of_signals_count)
 {
     const struct {
         VkPipelineStageFlags2 stages;
@@ -82,7 +71,6 @@ static void stages_of_signals_count(void **unused)
         {VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_COPY_BIT_KHR, false},
         {VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, true},
     };
-    (void)unused;
     for (uint32_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
         struct program p;
         fake_device_start(&p);
@@ -96,7 +84,7 @@ static void stages_of_signals_count(void **unused)
 }
 
 /* A semaphore of one physical device says nothing of another. */
-static void batches_on_several_physical_devices_are_not_ordered(void **unused)
+DEVICE_TEST(batches_on_several_physical_devices_are_not_ordered)
 {
     const uint32_t zero = 0, both = 3, first = 1;
     VkDeviceGroupSubmitInfo group = {.sType = VK_STRUCTURE_TYPE_DEVICE_GROUP_SUBMIT_INFO,
@@ -104,59 +92,48 @@ static void batches_on_several_physical_devices_are_not_ordered(void **unused)
                                      .pWaitSemaphoreDeviceIndices = &zero,
                                      .commandBufferCount = 1,
                                      .pCommandBufferDeviceMasks = &both};
-    struct program p;
-    (void)unused;
-    fake_device_start(&p);
     create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, NULL);
     PLAIN(.queue = 1, .name = 10, .signal = S, .signal_value = 1);
     PLAIN(.queue = 2, .name = 20, .wait = S, .wait_value = 1, .group = &group);
-    assert_true(follows(&p, 20, 10)); /* there is only one */
+    assert_true(follows(p, 20, 10)); /* there is only one */
     device.physical_device_count = 2;
     PLAIN(.queue = 3, .name = 30, .wait = S, .wait_value = 1, .group = &group);
-    assert_false(follows(&p, 30, 10));
+    assert_false(follows(p, 30, 10));
     group.pCommandBufferDeviceMasks = &first;
     PLAIN(.queue = 4, .name = 40, .wait = S, .wait_value = 1, .group = &group);
-    assert_true(follows(&p, 40, 10));
+    assert_true(follows(p, 40, 10));
     SECOND(.queue = 5, .name = 50, .wait = S, .wait_value = 1,
            .wait_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT); /* mask 0: all */
     SECOND(.queue = 6, .name = 60, .wait = S, .wait_value = 1,
            .wait_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, .device_mask = 1);
-    assert_false(follows(&p, 50, 10));
-    assert_true(follows(&p, 60, 10));
-    program_stop(&p);
+    assert_false(follows(p, 50, 10));
+    assert_true(follows(p, 60, 10));
 }
 
-static void a_skipped_call_does_not_go_down(void **unused)
+DEVICE_TEST(a_skipped_call_does_not_go_down)
 {
-    struct program p;
-    (void)unused;
-    fake_device_start(&p);
-    p.skip_name = 10;
+    p->skip_name = 10;
     assert_int_equal(PLAIN(.queue = 1, .name = 10), VK_ERROR_VALIDATION_FAILED_EXT);
     assert_int_equal(SECOND(.queue = 1, .name = 10), VK_ERROR_VALIDATION_FAILED_EXT);
     assert_int_equal(calls, 0);
-    assert_int_equal(p.run_count, 0);
-    p.skip_name = 0;
+    assert_int_equal(p->run_count, 0);
+    p->skip_name = 0;
     next_result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
     assert_int_equal(PLAIN(.queue = 1, .name = 11), VK_ERROR_OUT_OF_DEVICE_MEMORY);
     next_result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
     assert_int_equal(SECOND(.queue = 1, .name = 12), VK_ERROR_OUT_OF_DEVICE_MEMORY);
-    assert_int_equal(p.run_count, 0);
-    assert_int_equal(p.losses, 0);
-    program_stop(&p);
+    assert_int_equal(p->run_count, 0);
+    assert_int_equal(p->losses, 0);
 }
 
-static void bindings_are_observed(void **unused)
+DEVICE_TEST(bindings_are_observed)
 {
-    struct program p;
     VkSemaphore wait = SEMAPHORE(S), signal = SEMAPHORE(T);
     const VkBindSparseInfo info = {.sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO,
                                    .waitSemaphoreCount = 1,
                                    .pWaitSemaphores = &wait,
                                    .signalSemaphoreCount = 1,
                                    .pSignalSemaphores = &signal};
-    (void)unused;
-    fake_device_start(&p);
     create_semaphore(S, VK_SEMAPHORE_TYPE_BINARY, NULL);
     create_semaphore(T, VK_SEMAPHORE_TYPE_BINARY, NULL);
     create_fence(F, NULL);
@@ -164,22 +141,8 @@ static void bindings_are_observed(void **unused)
     assert_int_equal(assay_QueueBindSparse(QUEUE(2), 1, &info, FENCE(F)), VK_SUCCESS);
     assert_string_equal(reached, "QueueBindSparse");
     PLAIN(.queue = 3, .name = 30, .wait = T);
-    assert_true(follows(&p, 30, 10));
+    assert_true(follows(p, 30, 10));
     assert_int_equal(assay_GetFenceStatus(NULL, FENCE(F)), VK_SUCCESS);
     PLAIN(.queue = 4, .name = 40);
-    assert_true(follows(&p, 40, 10));
-    program_stop(&p);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(submits_are_observed_and_forwarded),
-        cmocka_unit_test(stages_of_waits_count),
-        cmocka_unit_test(stages_of_signals_count),
-        cmocka_unit_test(batches_on_several_physical_devices_are_not_ordered),
-        cmocka_unit_test(a_skipped_call_does_not_go_down),
-        cmocka_unit_test(bindings_are_observed),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    assert_true(follows(p, 40, 10));
 }

@@ -2,11 +2,6 @@
 /* What the order costs: no allocation once warm, bounded memory, few steps a batch; and what
  * happens without memory. */
 #include <inttypes.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
 
 #include "../report/scarce_memory.h"
 #include "program.h"
@@ -24,28 +19,24 @@ static void frame(struct program *program)
     program->run_count = 0;
 }
 
-static void a_warm_order_allocates_nothing(void **unused)
+PROGRAM_TEST(a_warm_order_allocates_nothing)
 {
-    struct program p;
-    (void)unused;
-    program_start(&p);
-    execution_order_add_fence(p.order, FENCE(F), false);
-    create_timeline(&p, S, 0);
-    create_binary(&p, T);
+    execution_order_add_fence(p->order, FENCE(F), false);
+    create_timeline(p, S, 0);
+    create_binary(p, T);
     uint64_t value = 0;
     for (int i = 0; i < 200; i++) {
         if (i == 100)
             memory_fail_after(0);
-        frame(&p);
-        SUBMIT(&p, .queue = 1, .name = 11, .signal = {{S, ++value}, {T}});
-        SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, value + 1}});
-        SUBMIT(&p, .queue = 1, .name = 12, .wait = {{T}}, .signal = {{S, ++value}});
-        wait_idle(&p, 2);
-        p.run_count = 0;
+        frame(p);
+        SUBMIT(p, .queue = 1, .name = 11, .signal = {{S, ++value}, {T}});
+        SUBMIT(p, .queue = 2, .name = 20, .wait = {{S, value + 1}});
+        SUBMIT(p, .queue = 1, .name = 12, .wait = {{T}}, .signal = {{S, ++value}});
+        wait_idle(p, 2);
+        p->run_count = 0;
     }
     assert_false(memory_fail_no_more());
-    assert_int_equal(p.losses, 0);
-    program_stop(&p);
+    assert_int_equal(p->losses, 0);
 }
 
 static uint32_t signals_kept(const struct program *program, uint32_t semaphore)
@@ -54,72 +45,56 @@ static uint32_t signals_kept(const struct program *program, uint32_t semaphore)
 }
 
 /* The host sees every frame's fence, but never asks for the semaphore. */
-static void signals_that_the_host_saw_are_dropped(void **unused)
+PROGRAM_TEST(signals_that_the_host_saw_are_dropped)
 {
-    struct program p;
-    (void)unused;
-    program_start(&p);
-    execution_order_add_fence(p.order, FENCE(F), false);
-    create_timeline(&p, S, 0);
+    execution_order_add_fence(p->order, FENCE(F), false);
+    create_timeline(p, S, 0);
     for (uint64_t value = 1; value < 1000; value++) {
-        SUBMIT(&p, .queue = 1, .name = 10, .signal = {{S, value}});
-        SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, value}});
-        frame(&p);
-        assert_true(signals_kept(&p, S) <= 2);
+        SUBMIT(p, .queue = 1, .name = 10, .signal = {{S, value}});
+        SUBMIT(p, .queue = 2, .name = 20, .wait = {{S, value}});
+        frame(p);
+        assert_true(signals_kept(p, S) <= 2);
     }
-    SUBMIT(&p, .queue = 3, .name = 30, .wait = {{S, 1}});
-    assert_true(find_run(&p, 30)->predecessors_known);
-    program_stop(&p);
+    SUBMIT(p, .queue = 3, .name = 30, .wait = {{S, 1}});
+    assert_true(find_run(p, 30)->predecessors_known);
 }
 
-static void signals_that_nobody_sees_are_bounded(void **unused)
+PROGRAM_TEST(signals_that_nobody_sees_are_bounded)
 {
-    struct program p;
-    (void)unused;
-    program_start(&p);
-    create_timeline(&p, S, 0);
+    create_timeline(p, S, 0);
     for (uint64_t value = 1; value <= 10000; value++) {
-        SUBMIT(&p, .queue = 1, .name = 10, .signal = {{S, value}});
-        p.run_count = 0;
-        assert_true(signals_kept(&p, S) <= SEMAPHORE_SIGNALS);
+        SUBMIT(p, .queue = 1, .name = 10, .signal = {{S, value}});
+        p->run_count = 0;
+        assert_true(signals_kept(p, S) <= SEMAPHORE_SIGNALS);
     }
-    SUBMIT(&p, .queue = 2, .name = 20, .wait = {{S, 10000}});
-    SUBMIT(&p, .queue = 3, .name = 30, .wait = {{S, 1}});
-    SUBMIT(&p, .queue = 1, .name = 11);
-    const struct timestamp last = {find_run(&p, 11)->timestamp.queue, 10000};
-    assert_true(execution_clock_has(&find_run(&p, 20)->clock, last));
-    assert_false(execution_clock_has(&find_run(&p, 30)->clock, (struct timestamp){last.queue, 1}));
-    program_stop(&p);
+    SUBMIT(p, .queue = 2, .name = 20, .wait = {{S, 10000}});
+    SUBMIT(p, .queue = 3, .name = 30, .wait = {{S, 1}});
+    SUBMIT(p, .queue = 1, .name = 11);
+    const struct timestamp last = {find_run(p, 11)->timestamp.queue, 10000};
+    assert_true(execution_clock_has(&find_run(p, 20)->clock, last));
+    assert_false(execution_clock_has(&find_run(p, 30)->clock, (struct timestamp){last.queue, 1}));
 }
 
-static void binary_semaphores_without_waits_are_bounded(void **unused)
+PROGRAM_TEST(binary_semaphores_without_waits_are_bounded)
 {
-    struct program p;
-    (void)unused;
-    program_start(&p);
-    create_binary(&p, S);
+    create_binary(p, S);
     for (int i = 0; i < 1000; i++) {
-        SUBMIT(&p, .queue = 1, .name = 10, .signal = {{S}});
-        p.run_count = 0;
+        SUBMIT(p, .queue = 1, .name = 10, .signal = {{S}});
+        p->run_count = 0;
     }
-    assert_true(signals_kept(&p, S) <= SEMAPHORE_SIGNALS);
-    program_stop(&p);
+    assert_true(signals_kept(p, S) <= SEMAPHORE_SIGNALS);
 }
 
-static void held_batches_are_bounded(void **unused)
+PROGRAM_TEST(held_batches_are_bounded)
 {
-    struct program p;
-    (void)unused;
-    program_start(&p);
-    create_timeline(&p, S, 0);
+    create_timeline(p, S, 0);
     for (int i = 0; i < EXECUTION_HELD_BATCHES; i++)
-        SUBMIT(&p, .queue = 1, .name = 10, .wait = {{S, 1}});
-    assert_int_equal(p.losses, 0);
-    SUBMIT(&p, .queue = 1, .name = 10, .wait = {{S, 1}});
-    assert_int_equal(p.losses, 1);
-    assert_int_equal(p.unknown_reason, ORDER_UNKNOWN_TOO_MANY_WAITS);
-    assert_int_equal(p.captured, 0);
-    program_stop(&p);
+        SUBMIT(p, .queue = 1, .name = 10, .wait = {{S, 1}});
+    assert_int_equal(p->losses, 0);
+    SUBMIT(p, .queue = 1, .name = 10, .wait = {{S, 1}});
+    assert_int_equal(p->losses, 1);
+    assert_int_equal(p->unknown_reason, ORDER_UNKNOWN_TOO_MANY_WAITS);
+    assert_int_equal(p->captured, 0);
 }
 
 /* ---- without memory */
@@ -142,10 +117,9 @@ static void play(struct program *program)
     SUBMIT(program, .queue = 4, .name = 60);
 }
 
-static void without_memory_the_order_is_lost(void **unused)
+TEST(without_memory_the_order_is_lost)
 {
     struct program complete, p;
-    (void)unused;
     program_start(&complete);
     play(&complete);
     assert_int_equal(complete.run_count, 18);
@@ -222,30 +196,12 @@ static void assert_cost(struct program *program, const char *name,
     }
 }
 
-static void a_batch_costs_few_steps(void **unused)
+PROGRAM_TEST(a_batch_costs_few_steps)
 {
-    struct program p;
-    (void)unused;
-    program_start(&p);
-    execution_order_add_fence(p.order, FENCE(F), false);
-    create_timeline(&p, S, 0);
-    create_binary(&p, T);
-    assert_cost(&p, "alone", one_batch, 1, 600);
-    assert_cost(&p, "with semaphores", with_semaphores, 2, 1300);
-    assert_cost(&p, "in calls of 100", many_batches, 100, 300);
-    program_stop(&p);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_warm_order_allocates_nothing),
-        cmocka_unit_test(signals_that_the_host_saw_are_dropped),
-        cmocka_unit_test(signals_that_nobody_sees_are_bounded),
-        cmocka_unit_test(binary_semaphores_without_waits_are_bounded),
-        cmocka_unit_test(held_batches_are_bounded),
-        cmocka_unit_test(without_memory_the_order_is_lost),
-        cmocka_unit_test(a_batch_costs_few_steps),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    execution_order_add_fence(p->order, FENCE(F), false);
+    create_timeline(p, S, 0);
+    create_binary(p, T);
+    assert_cost(p, "alone", one_batch, 1, 600);
+    assert_cost(p, "with semaphores", with_semaphores, 2, 1300);
+    assert_cost(p, "in calls of 100", many_batches, 100, 300);
 }

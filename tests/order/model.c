@@ -2,12 +2,7 @@
 /* The graph, and when batches are held back. */
 #include "model.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 static void add_edge(struct model *model, node before, node after)
 {

@@ -2,12 +2,7 @@
 /* Programs of submits, and the hooks that write down. */
 #include "program.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 static void *capture(void *user, VkCommandBuffer command_buffer)
 {
@@ -90,6 +85,13 @@ void program_stop(struct program *program)
 {
     execution_order_destroy(program->order);
     assert_int_equal(program->captured, 0);
+}
+
+struct program *program_open(void)
+{
+    static struct program program;
+    program_start(&program);
+    return &program;
 }
 
 static enum semaphore_scope scope_of(enum reach reach)

@@ -5,6 +5,7 @@
 #define ORDER_PROGRAM_H
 
 #include "src/state/order/order.h"
+#include "tests/state/unit_test.h"
 
 enum { PROGRAM_RUNS = 512, CALL_OPERATIONS = 4 };
 
@@ -38,6 +39,12 @@ struct program {
 
 void program_start(struct program *program);
 void program_stop(struct program *program);
+
+/* Starts the one program of PROGRAM_TEST. */
+struct program *program_open(void);
+
+/* A test of `p`, a program that has started; it stops after the test. */
+#define PROGRAM_TEST(name) TEST_WITH(name, struct program *p, program_open, program_stop)
 
 /* How far a semaphore operation reaches; the default is far. */
 enum reach { REACH_ALL, REACH_BUILDS, REACH_NOTHING };

@@ -2,12 +2,7 @@
 /* Random programs against the model: every pair of batches is asked for its order after each
  * program. Calls may overlap, as those of several threads do: others begin and end between the
  * preparation of one and its end. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "generator.h"
 
@@ -198,11 +193,10 @@ static void start(struct test *test)
     test->random = random;
 }
 
-static void random_programs_agree_with_the_model(void **unused)
+TEST(random_programs_agree_with_the_model)
 {
     static struct test test;
     uint64_t runs = 0, held = 0;
-    (void)unused;
     test.random = random_of("order_random");
     for (uint32_t i = 0; i < PROGRAMS; i++) {
         start(&test);
@@ -219,12 +213,4 @@ static void random_programs_agree_with_the_model(void **unused)
     }
     print_message("%u programs, %llu batches ran, %llu programs ended with batches held\n",
                   PROGRAMS, (unsigned long long)runs, (unsigned long long)held);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(random_programs_agree_with_the_model),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

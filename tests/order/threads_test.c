@@ -1,13 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Many threads, each with a queue, submit at once and wait for each other's timelines; the device
  * is played by the hooks: a batch has executed when it has run. */
-#include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-
-#include <cmocka.h>
 
 #include "../state/random.h"
 #include "program.h"
@@ -154,12 +148,10 @@ static void *submit_many(void *context)
     return NULL;
 }
 
-static void threads_submit_at_once(void **unused)
+TEST(threads_submit_at_once)
 {
     static struct machine machine;
     struct worker workers[THREADS];
-    pthread_t threads[THREADS];
-    (void)unused;
     machine.seed = random_of("order_threads").state;
     const struct execution_hooks hooks = {.user = &machine,
                                           .capture = capture,
@@ -174,12 +166,9 @@ static void threads_submit_at_once(void **unused)
                                       false);
         execution_order_add_fence(machine.order, FENCE(i), false);
     }
-    for (uint32_t i = 0; i < THREADS; i++) {
-        workers[i] = (struct worker){&machine, i};
-        assert_int_equal(pthread_create(&threads[i], NULL, submit_many, &workers[i]), 0);
-    }
     for (uint32_t i = 0; i < THREADS; i++)
-        pthread_join(threads[i], NULL);
+        workers[i] = (struct worker){&machine, i};
+    unit_test_run_threads(THREADS, submit_many, workers, sizeof(workers[0]));
 
     assert_int_equal(atomic_load(&machine.losses), 0);
     for (uint32_t i = 0; i < THREADS; i++)
@@ -188,12 +177,4 @@ static void threads_submit_at_once(void **unused)
                   atomic_load(&machine.unknown));
     execution_order_destroy(machine.order);
     assert_int_equal(atomic_load(&machine.captured), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(threads_submit_at_once),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,15 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of how good guesses at places are; that they are no more than guesses is tested with the
  * map (address_map_test.c). */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "random.h"
 #include "src/state/resources/address_map.h"
+#include "tests/state/unit_test.h"
 
 enum { PLACES = 12000 };
 
@@ -55,16 +49,14 @@ static struct address_facts few_large(uint32_t i)
     return (struct address_facts){.address = 0x100000000u * (1ull + i), .bytes_left = 0x100000000u};
 }
 
-static void test_places_are_guessed_as_they_come(void **state)
+TEST(test_places_are_guessed_as_they_come)
 {
-    (void)state;
     assert_in_range(guessed(one_heap, PLACES, false), 95, 100);
     assert_in_range(guessed(three_heaps, PLACES, false), 85, 100);
 }
 
-static void test_any_address_of_a_large_place_is_guessed(void **state)
+TEST(test_any_address_of_a_large_place_is_guessed)
 {
-    (void)state;
     assert_int_equal(guessed(few_large, 7, true), 100);
 }
 
@@ -75,19 +67,8 @@ static struct address_facts large_then_small(uint32_t i)
     return i < 7 ? few_large(i) : (struct address_facts){.address = small, .bytes_left = 0x80};
 }
 
-static void test_grains_are_chosen_anew(void **state)
+TEST(test_grains_are_chosen_anew)
 {
-    (void)state;
     assert_in_range(guessed(large_then_small, 60, false), 90, 100);
     assert_in_range(guessed(large_then_small, PLACES, false), 90, 100);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_places_are_guessed_as_they_come),
-        cmocka_unit_test(test_any_address_of_a_large_place_is_guessed),
-        cmocka_unit_test(test_grains_are_chosen_anew),
-    };
-    return cmocka_run_group_tests_name("address guesses", tests, NULL, NULL);
 }

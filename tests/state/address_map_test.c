@@ -1,16 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the ordered set of address ranges. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "../report/scarce_memory.h"
 #include "random.h"
 #include "src/state/resources/address_map.h"
+#include "tests/state/unit_test.h"
 
 enum { ENTRIES = 12000, QUERIES = 1200 };
 
@@ -227,46 +222,40 @@ static void live_through(struct random *random, layout lie, uint32_t count, uint
     teardown(&fixture);
 }
 
-static void test_ranges_apart(void **state)
+TEST(test_ranges_apart)
 {
-    (void)state;
     struct random random = random_of("address_map apart");
     live_through(&random, lie_apart, ENTRIES, QUERIES);
 }
 
-static void test_ranges_anywhere(void **state)
+TEST(test_ranges_anywhere)
 {
-    (void)state;
     struct random random = random_of("address_map anywhere");
     live_through(&random, lie_anywhere, ENTRIES, QUERIES);
     for (uint32_t count = 8; count < 600; count += 37) /* about one chunk and two */
         live_through(&random, lie_anywhere, count, count);
 }
 
-static void test_equal_beginnings_and_equal_ranges(void **state)
+TEST(test_equal_beginnings_and_equal_ranges)
 {
-    (void)state;
     struct random random = random_of("address_map together");
     live_through(&random, lie_together, 3000, 300);
 }
 
-static void test_nested_ranges(void **state)
+TEST(test_nested_ranges)
 {
-    (void)state;
     struct random random = random_of("address_map nested");
     live_through(&random, lie_nested, ENTRIES, 300);
 }
 
-static void test_ranges_at_the_top_of_the_address_space(void **state)
+TEST(test_ranges_at_the_top_of_the_address_space)
 {
-    (void)state;
     struct random random = random_of("address_map top");
     live_through(&random, lie_at_the_top, 2000, 600);
 }
 
-static void test_ranges_far_apart(void **state)
+TEST(test_ranges_far_apart)
 {
-    (void)state;
     struct random random = random_of("address_map far");
     live_through(&random, lie_far_apart, 2000, 600);
 }
@@ -278,9 +267,8 @@ static void note_usage(const struct address_facts *place, void *context)
     *(uint64_t *)context += place->usage;
 }
 
-static void test_what_is_said_of_one_of_equal_ranges_changes(void **state)
+TEST(test_what_is_said_of_one_of_equal_ranges_changes)
 {
-    (void)state;
     struct address_map map = {0};
     enum { EQUAL = 100, CHANGED = 7 };
     struct address_facts place = {.address = 0x1000, .bytes_left = 16, .usage = 1};
@@ -299,9 +287,8 @@ static void test_what_is_said_of_one_of_equal_ranges_changes(void **state)
 
 /* ---- edges */
 
-static void test_what_has_no_end_is_refused(void **state)
+TEST(test_what_has_no_end_is_refused)
 {
-    (void)state;
     struct address_map map = {0};
     struct range range = {0};
     const struct range endless[] = {{.begin = 0x1000, .size = 0},
@@ -328,9 +315,8 @@ static void test_what_has_no_end_is_refused(void **state)
     address_map_release(&map);
 }
 
-static void test_removing_what_is_not_there_does_nothing(void **state)
+TEST(test_removing_what_is_not_there_does_nothing)
 {
-    (void)state;
     struct range ranges[3] = {{0}};
     struct fixture fixture = {.ranges = ranges, .count = 3};
     const struct address_facts first = {.address = 0x1000, .buffer_id = 0};
@@ -353,9 +339,8 @@ static void test_removing_what_is_not_there_does_nothing(void **state)
 
 /* Many small ranges leave no trace in how a large one is found that stays: any of its addresses at
  * a glance, after one search, as if they had never been; and their memory is given back. */
-static void test_what_few_are_left_is_found_as_few_are(void **state)
+TEST(test_what_few_are_left_is_found_as_few_are)
 {
-    (void)state;
     struct fixture fixture;
     setup(&fixture, ENTRIES);
     fixture.ranges[0] = (struct range){.begin = 0x100000000u, .size = 1 << 24};
@@ -382,9 +367,8 @@ static void test_what_few_are_left_is_found_as_few_are(void **state)
     teardown(&fixture);
 }
 
-static void test_without_memory_it_stays_as_it_was(void **state)
+TEST(test_without_memory_it_stays_as_it_was)
 {
-    (void)state;
     struct random random = random_of("address_map memory");
     struct fixture fixture;
     unsigned failures = 0;
@@ -408,22 +392,4 @@ static void test_without_memory_it_stays_as_it_was(void **state)
     query(&random, &fixture, 200);
     assert_true(failures > 4);
     teardown(&fixture);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ranges_apart),
-        cmocka_unit_test(test_ranges_anywhere),
-        cmocka_unit_test(test_equal_beginnings_and_equal_ranges),
-        cmocka_unit_test(test_nested_ranges),
-        cmocka_unit_test(test_ranges_at_the_top_of_the_address_space),
-        cmocka_unit_test(test_ranges_far_apart),
-        cmocka_unit_test(test_what_is_said_of_one_of_equal_ranges_changes),
-        cmocka_unit_test(test_what_has_no_end_is_refused),
-        cmocka_unit_test(test_removing_what_is_not_there_does_nothing),
-        cmocka_unit_test(test_what_few_are_left_is_found_as_few_are),
-        cmocka_unit_test(test_without_memory_it_stays_as_it_was),
-    };
-    return cmocka_run_group_tests_name("address map", tests, NULL, NULL);
 }

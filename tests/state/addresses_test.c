@@ -1,14 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is known of device addresses. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include "../report/scarce_memory.h"
 #include "tests/state/fixture.h"
+#include "tests/state/without_memory.h"
 
 enum {
     STORAGE = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
@@ -28,6 +21,9 @@ static struct resources *one_buffer(void)
     return resources;
 }
 
+#define ADDRESS_TEST(name)                                                                         \
+    TEST_WITH(name, struct resources *resources, one_buffer, resources_destroy)
+
 static void assert_status(struct resources *resources, VkDeviceAddress address,
                           enum address_status status)
 {
@@ -39,28 +35,23 @@ static void assert_status(struct resources *resources, VkDeviceAddress address,
         assert_null(facts.memory);
 }
 
-static void test_an_address_in_a_buffer(void **state)
+ADDRESS_TEST(test_an_address_in_a_buffer)
 {
-    (void)state;
-    struct resources *resources = one_buffer();
     struct address_facts facts = address_facts(resources, AT + 0x30);
     assert_int_equal(facts.status, ADDRESS_IN_BUFFER);
     assert_ptr_equal(facts.buffer, buffer(1));
     assert_int_equal(facts.usage, STORAGE);
     assert_int_equal(facts.bytes_left, 0xfd0);
-    assert_address_lies(&facts, 1, 0x430, 0x1400);
+    assert_span(address_span(&facts), 1, 0x430, 0x1400);
     assert_status(resources, AT - 1, ADDRESS_NOWHERE);
     assert_status(resources, AT, ADDRESS_IN_BUFFER);
     assert_status(resources, AT + 0xfff, ADDRESS_IN_BUFFER);
     assert_status(resources, AT + 0x1000, ADDRESS_NOWHERE);
     assert_status(resources, 0, ADDRESS_NULL);
-    resources_destroy(resources);
 }
 
-static void test_an_address_needs_memory_behind_it(void **state)
+ADDRESS_TEST(test_an_address_needs_memory_behind_it)
 {
-    (void)state;
-    struct resources *resources = one_buffer();
     resources_remove_memory(resources, memory(1));
     assert_status(resources, AT, ADDRESS_UNBOUND);
     assert_ptr_equal(address_facts(resources, AT).buffer, buffer(1));
@@ -68,26 +59,20 @@ static void test_an_address_needs_memory_behind_it(void **state)
     assert_status(resources, AT, ADDRESS_UNKNOWN);
     resources_remove_buffer(resources, buffer(1));
     assert_status(resources, AT, ADDRESS_NOWHERE);
-    resources_destroy(resources);
 }
 
-static void test_an_address_may_be_asked_for_before_the_memory_is_bound(void **state)
+RESOURCES_TEST(test_an_address_may_be_asked_for_before_the_memory_is_bound)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_memory(resources, 1);
     have_buffer(resources, 1, 0x1000, STORAGE);
     resources_set_address(resources, buffer(1), AT);
     assert_status(resources, AT, ADDRESS_UNBOUND);
     bind_at(resources, 1, 1, 0);
     assert_status(resources, AT, ADDRESS_IN_BUFFER);
-    resources_destroy(resources);
 }
 
-static void test_an_address_that_changes_leaves_the_old_one(void **state)
+ADDRESS_TEST(test_an_address_that_changes_leaves_the_old_one)
 {
-    (void)state;
-    struct resources *resources = one_buffer();
     resources_set_address(resources, buffer(1), AT);
     resources_set_address(resources, buffer(1), AT + 0x100000);
     assert_status(resources, AT, ADDRESS_NOWHERE);
@@ -96,13 +81,10 @@ static void test_an_address_that_changes_leaves_the_old_one(void **state)
     assert_status(resources, AT + 0x100000, ADDRESS_NOWHERE);
     resources_set_address(resources, buffer(9), AT); /* nobody's */
     assert_status(resources, AT, ADDRESS_NOWHERE);
-    resources_destroy(resources);
 }
 
-static void test_a_recycled_address_is_of_its_new_buffer(void **state)
+ADDRESS_TEST(test_a_recycled_address_is_of_its_new_buffer)
 {
-    (void)state;
-    struct resources *resources = one_buffer();
     resources_remove_buffer(resources, buffer(1));
     have_buffer(resources, 2, 0x800, INPUT);
     bind_at(resources, 2, 1, 0);
@@ -111,13 +93,10 @@ static void test_a_recycled_address_is_of_its_new_buffer(void **state)
     assert_ptr_equal(facts.buffer, buffer(2));
     assert_int_equal(facts.usage, INPUT);
     assert_status(resources, AT + 0x800, ADDRESS_NOWHERE);
-    resources_destroy(resources);
 }
 
-static void test_usage_may_have_64_bits(void **state)
+RESOURCES_TEST(test_usage_may_have_64_bits)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     const VkBufferUsageFlags2CreateInfo flags2 = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
         .usage = INPUT | 1ull << 40,
@@ -131,15 +110,12 @@ static void test_usage_may_have_64_bits(void **state)
     bind_at(resources, 1, 1, 0);
     resources_set_address(resources, buffer(1), AT);
     assert_true(address_facts(resources, AT).usage == (INPUT | 1ull << 40));
-    resources_destroy(resources);
 }
 
 /* ---- buffers that share addresses */
 
-static void test_aliasing_buffers_add_up(void **state)
+ADDRESS_TEST(test_aliasing_buffers_add_up)
 {
-    (void)state;
-    struct resources *resources = one_buffer();
     have_buffer(resources, 2, 0x3000, INPUT);
     bind_at(resources, 2, 1, 0x200);
     resources_set_address(resources, buffer(2), AT - 0x200);
@@ -151,18 +127,15 @@ static void test_aliasing_buffers_add_up(void **state)
     assert_int_equal(facts.usage, STORAGE | INPUT | VK_BUFFER_USAGE_TRANSFER_DST_BIT);
     assert_ptr_equal(facts.buffer, buffer(2));
     assert_int_equal(facts.bytes_left, 0x3000 - 0x210);
-    assert_address_lies(&facts, 1, 0x410, 0x3200);
+    assert_span(address_span(&facts), 1, 0x410, 0x3200);
     assert_int_equal(address_facts(resources, AT + 0x100).usage, STORAGE | INPUT);
     assert_int_equal(address_facts(resources, AT + 0x1000).usage, INPUT);
     resources_remove_buffer(resources, buffer(2));
     assert_int_equal(address_facts(resources, AT + 0x10).bytes_left, 0xff0);
-    resources_destroy(resources);
 }
 
-static void test_a_bound_buffer_outweighs_an_unbound_one(void **state)
+ADDRESS_TEST(test_a_bound_buffer_outweighs_an_unbound_one)
 {
-    (void)state;
-    struct resources *resources = one_buffer();
     have_memory(resources, 2);
     have_buffer(resources, 2, 0x3000, INPUT);
     bind_at(resources, 2, 2, 0);
@@ -177,14 +150,11 @@ static void test_a_bound_buffer_outweighs_an_unbound_one(void **state)
         resources_set_address(resources, buffer(1), 0); /* the other order of insertion */
         resources_set_address(resources, buffer(1), AT);
     }
-    resources_destroy(resources);
 }
 
 /* What isn't known to be bound may be what the application relies on. */
-static void test_an_unknown_binding_makes_the_address_unknown(void **state)
+ADDRESS_TEST(test_an_unknown_binding_makes_the_address_unknown)
 {
-    (void)state;
-    struct resources *resources = one_buffer();
     have_buffer(resources, 2, 0x3000, INPUT);
     resources_set_address(resources, buffer(2), AT);
     resources_forget_binding(resources, buffer(2));
@@ -192,47 +162,34 @@ static void test_an_unknown_binding_makes_the_address_unknown(void **state)
     resources_set_address(resources, buffer(1), 0);
     resources_set_address(resources, buffer(1), AT);
     assert_status(resources, AT, ADDRESS_UNKNOWN);
-    resources_destroy(resources);
 }
 
 /* ---- without memory */
 
-static void test_a_lost_buffer_may_be_anywhere(void **state)
+ADDRESS_TEST(test_a_lost_buffer_may_be_anywhere)
 {
-    (void)state;
-    struct resources *resources = one_buffer();
-    memory_fail_after(0);
-    have_buffer(resources, 2, 0x3000, INPUT);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(have_buffer(resources, 2, 0x3000, INPUT));
     resources_set_address(resources, buffer(2), AT);
     assert_status(resources, 0, ADDRESS_NULL);
     assert_status(resources, AT + 0x2000, ADDRESS_UNKNOWN);
     assert_status(resources, AT, ADDRESS_UNKNOWN); /* or aliases one that is known */
-    resources_destroy(resources);
 }
 
-static void test_a_lost_address_may_be_anywhere(void **state)
+RESOURCES_TEST(test_a_lost_address_may_be_anywhere)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_memory(resources, 1);
     have_buffer(resources, 1, 0x1000, STORAGE);
     bind_at(resources, 1, 1, 0);
-    memory_fail_after(0);
-    resources_set_address(resources, buffer(1), AT);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(resources_set_address(resources, buffer(1), AT));
     assert_status(resources, AT, ADDRESS_UNKNOWN);
     assert_status(resources, AT + 0x10000, ADDRESS_UNKNOWN);
     resources_set_address(resources, buffer(1), AT);
     resources_remove_buffer(resources, buffer(1));
-    resources_destroy(resources);
 }
 
 /* A range without an end that can be told is as good as lost. */
-static void test_a_buffer_at_the_end_of_the_address_space(void **state)
+ADDRESS_TEST(test_a_buffer_at_the_end_of_the_address_space)
 {
-    (void)state;
-    struct resources *resources = one_buffer();
     have_buffer(resources, 2, 0x1000, STORAGE);
     bind_at(resources, 2, 1, 0);
     resources_set_address(resources, buffer(2), UINT64_MAX - 0x1000);
@@ -240,31 +197,25 @@ static void test_a_buffer_at_the_end_of_the_address_space(void **state)
     assert_status(resources, UINT64_MAX, ADDRESS_NOWHERE);
     resources_set_address(resources, buffer(2), UINT64_MAX - 0xfff);
     assert_status(resources, UINT64_MAX, ADDRESS_UNKNOWN);
-    resources_destroy(resources);
 }
 
 /* ---- structures over addresses */
 
-static void test_a_structure_over_an_address_range_lies_in_its_buffer(void **state)
+ADDRESS_TEST(test_a_structure_over_an_address_range_lies_in_its_buffer)
 {
-    (void)state;
-    struct resources *resources = one_buffer();
     have_accel_at(resources, 1, AT + 0x100, 0x200);
     struct accel_facts facts = accel_facts(resources, 1);
     assert_int_equal(facts.type, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
     assert_ptr_equal(facts.buffer, buffer(1));
     assert_int_equal(facts.size, 0x200);
     assert_int_equal(facts.backed, YES);
-    assert_accel_lies(&facts, 1, 0x500, 0x700);
+    assert_span(accel_span(&facts), 1, 0x500, 0x700);
     resources_remove_buffer(resources, buffer(1));
     assert_int_equal(accel_facts(resources, 1).backed, NO);
-    resources_destroy(resources);
 }
 
-static void test_a_structure_over_no_buffer_or_over_several_is_backed_by_who_knows(void **state)
+ADDRESS_TEST(test_a_structure_over_no_buffer_or_over_several_is_backed_by_who_knows)
 {
-    (void)state;
-    struct resources *resources = one_buffer();
     have_accel_at(resources, 1, AT + 0x10000, 0x200);
     have_accel_at(resources, 2, AT + 0xf00, 0x101);
     have_buffer(resources, 2, 0x1000, STORAGE);
@@ -277,7 +228,6 @@ static void test_a_structure_over_no_buffer_or_over_several_is_backed_by_who_kno
         assert_null(facts.buffer);
         assert_null(facts.memory);
     }
-    resources_destroy(resources);
 }
 
 static uint64_t readable_at(struct resources *resources, VkDeviceAddress address, uint64_t size)
@@ -285,25 +235,20 @@ static uint64_t readable_at(struct resources *resources, VkDeviceAddress address
     return resources_find_readable(resources, address, size, &all_of_queue_1);
 }
 
-static void test_what_can_be_read_ends_with_the_buffer(void **state)
+ADDRESS_TEST(test_what_can_be_read_ends_with_the_buffer)
 {
-    (void)state;
-    struct resources *resources = one_buffer();
     assert_int_equal(readable_at(resources, AT, 0x800), 0x800);
     assert_int_equal(readable_at(resources, AT + 0xf00, 0x800), 0x100);
     assert_int_equal(readable_at(resources, AT + 0x1000, 0x800), 0);
     resources_remove_memory(resources, memory(1));
     assert_int_equal(readable_at(resources, AT, 0x800), 0);
-    resources_destroy(resources);
 }
 
-static void test_no_protected_buffer_can_be_read(void **state)
+ADDRESS_TEST(test_no_protected_buffer_can_be_read)
 {
-    (void)state;
     const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
                                      .flags = VK_BUFFER_CREATE_PROTECTED_BIT,
                                      .size = 0x800};
-    struct resources *resources = one_buffer();
     resources_add_buffer(resources, buffer(2), &info);
     bind_at(resources, 2, 1, 0x400);
     resources_set_address(resources, buffer(2), AT);
@@ -311,14 +256,11 @@ static void test_no_protected_buffer_can_be_read(void **state)
     assert_int_equal(readable_at(resources, AT + 0x800, 0x10), 0x10);
     resources_remove_buffer(resources, buffer(2));
     assert_int_equal(readable_at(resources, AT, 0x10), 0x10);
-    resources_destroy(resources);
 }
 
-static void test_of_a_sparse_buffer_all_is_read_or_nothing(void **state)
+RESOURCES_TEST(test_of_a_sparse_buffer_all_is_read_or_nothing)
 {
-    (void)state;
     const struct execution_clock nothing = {0};
-    struct resources *resources = no_resources();
     have_memory(resources, 1);
     have_sparse_buffer(resources, 1, 0x1000);
     resources_set_address(resources, buffer(1), AT);
@@ -327,29 +269,4 @@ static void test_of_a_sparse_buffer_all_is_read_or_nothing(void **state)
     assert_int_equal(readable_at(resources, AT, 0x800), 0x800);
     assert_int_equal(readable_at(resources, AT, 0x801), 0);
     assert_int_equal(resources_find_readable(resources, AT, 0x800, &nothing), 0);
-    resources_destroy(resources);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_an_address_in_a_buffer),
-        cmocka_unit_test(test_an_address_needs_memory_behind_it),
-        cmocka_unit_test(test_an_address_may_be_asked_for_before_the_memory_is_bound),
-        cmocka_unit_test(test_an_address_that_changes_leaves_the_old_one),
-        cmocka_unit_test(test_a_recycled_address_is_of_its_new_buffer),
-        cmocka_unit_test(test_usage_may_have_64_bits),
-        cmocka_unit_test(test_aliasing_buffers_add_up),
-        cmocka_unit_test(test_a_bound_buffer_outweighs_an_unbound_one),
-        cmocka_unit_test(test_an_unknown_binding_makes_the_address_unknown),
-        cmocka_unit_test(test_a_lost_buffer_may_be_anywhere),
-        cmocka_unit_test(test_a_lost_address_may_be_anywhere),
-        cmocka_unit_test(test_a_buffer_at_the_end_of_the_address_space),
-        cmocka_unit_test(test_what_can_be_read_ends_with_the_buffer),
-        cmocka_unit_test(test_no_protected_buffer_can_be_read),
-        cmocka_unit_test(test_of_a_sparse_buffer_all_is_read_or_nothing),
-        cmocka_unit_test(test_a_structure_over_an_address_range_lies_in_its_buffer),
-        cmocka_unit_test(test_a_structure_over_no_buffer_or_over_several_is_backed_by_who_knows),
-    };
-    return cmocka_run_group_tests_name("addresses", tests, NULL, NULL);
 }

@@ -1,23 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Arrays that grow by one element: what they hold stays, also without memory. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
-
-#include "../report/scarce_memory.h"
 #include "src/base/array.h"
+#include "tests/state/unit_test.h"
+#include "tests/state/without_memory.h"
 
 enum { MOST = 1000 };
 
-static void growing_keeps_what_is_there(void **state)
+TEST(growing_keeps_what_is_there)
 {
     uint64_t *numbers = NULL;
     uint32_t capacity = 0;
-    (void)state;
     for (uint32_t count = 0; count < MOST; count++) {
         numbers = array_make_room(numbers, count, &capacity, sizeof(*numbers));
         assert_non_null(numbers);
@@ -29,50 +23,34 @@ static void growing_keeps_what_is_there(void **state)
     free(numbers);
 }
 
-static void an_array_with_room_stays_where_it_is(void **state)
+TEST(an_array_with_room_stays_where_it_is)
 {
     uint32_t capacity = 0;
     char *bytes = array_make_room(NULL, 0, &capacity, 1);
-    (void)state;
     assert_non_null(bytes);
     for (uint32_t count = 0; count < capacity; count++)
         assert_ptr_equal(array_make_room(bytes, count, &capacity, 1), bytes);
     free(bytes);
 }
 
-static void without_memory_nothing_changes(void **state)
+TEST(without_memory_nothing_changes)
 {
     uint32_t capacity = 0;
     char *bytes = array_make_room(NULL, 0, &capacity, 1);
-    (void)state;
     assert_non_null(bytes);
     const uint32_t before = capacity;
     bytes[0] = 'a';
-    memory_fail_after(0);
-    assert_null(array_make_room(bytes, before, &capacity, 1));
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(assert_null(array_make_room(bytes, before, &capacity, 1)));
     assert_int_equal(capacity, before);
     assert_int_equal(bytes[0], 'a');
     free(bytes);
 }
 
 /* One more doubling would wrap: that is out of memory, too. */
-static void a_capacity_never_wraps(void **state)
+TEST(a_capacity_never_wraps)
 {
     uint32_t capacity = UINT32_MAX / 2 + 1;
     char byte;
-    (void)state;
     assert_null(array_make_room(&byte, capacity, &capacity, 1));
     assert_int_equal(capacity, UINT32_MAX / 2 + 1);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(growing_keeps_what_is_there),
-        cmocka_unit_test(an_array_with_room_stays_where_it_is),
-        cmocka_unit_test(without_memory_nothing_changes),
-        cmocka_unit_test(a_capacity_never_wraps),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,12 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What structures were built with, asked for turns that have passed. */
 #include "src/state/builds/built_flags.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "tests/state/unit_test.h"
 
 enum { QUEUE = 1, OTHER_QUEUE = 2, ID = 7 };
 
@@ -37,9 +32,11 @@ static enum tristate ask(struct built_flags *flags, struct execution_point seria
     return built_flags_allow_disabling(flags, ID, &serial);
 }
 
-static void test_latest(void **state)
+#define FLAGS_TEST(name)                                                                           \
+    TEST_WITH(name, struct built_flags *flags, built_flags_create, built_flags_destroy)
+
+FLAGS_TEST(test_latest)
 {
-    struct built_flags *flags = *state;
     assert_int_equal(ask(flags, turn_in(flags, batch(1))), UNKNOWN);
     write(flags, true, batch(1));
     assert_int_equal(ask(flags, turn_in(flags, batch(1))), YES);
@@ -51,9 +48,8 @@ static void test_latest(void **state)
 }
 
 /* Written again with the same flag, it is still known; with another, no more. */
-static void test_turns_that_have_passed(void **state)
+FLAGS_TEST(test_turns_that_have_passed)
 {
-    struct built_flags *flags = *state;
     write(flags, false, batch(1));
     const struct execution_point serial = turn_in(flags, batch(2));
     write(flags, false, batch(3));
@@ -64,9 +60,8 @@ static void test_turns_that_have_passed(void **state)
     assert_int_equal(ask(flags, serial), UNKNOWN);
 }
 
-static void test_without_order(void **state)
+FLAGS_TEST(test_without_order)
 {
-    struct built_flags *flags = *state;
     write(flags, false, (struct timestamp){OTHER_QUEUE, 1});
     struct execution_point serial = turn_in(flags, batch(9));
     assert_int_equal(ask(flags, serial), UNKNOWN);
@@ -76,9 +71,8 @@ static void test_without_order(void **state)
     assert_int_equal(ask(flags, turn_in(flags, batch(9))), UNKNOWN);
 }
 
-static void test_within_a_batch(void **state)
+FLAGS_TEST(test_within_a_batch)
 {
-    struct built_flags *flags = *state;
     struct execution_point before = turn_in(flags, batch(1));
     write(flags, false, batch(1));
     struct execution_point after = turn_in(flags, batch(1));
@@ -88,9 +82,8 @@ static void test_within_a_batch(void **state)
     assert_int_equal(ask(flags, after), UNKNOWN);
 }
 
-static void test_states_that_tell_nothing(void **state)
+FLAGS_TEST(test_states_that_tell_nothing)
 {
-    struct built_flags *flags = *state;
     write(flags, true, batch(1));
     const struct built filled = {.state = BUILT_FILLED};
     built_flags_write(flags, ID, &filled, batch(2));
@@ -101,28 +94,4 @@ static void test_states_that_tell_nothing(void **state)
     assert_int_equal(built_flags_allow_disabling(flags, ID, NULL), UNKNOWN);
     built_flags_write(NULL, ID, &filled, batch(1));
     built_flags_forget(NULL, ID);
-}
-
-static int set_up(void **state)
-{
-    *state = built_flags_create();
-    return *state == NULL;
-}
-
-static int tear_down(void **state)
-{
-    built_flags_destroy(*state);
-    return 0;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_latest, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(test_turns_that_have_passed, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(test_without_order, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(test_within_a_batch, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(test_states_that_tell_nothing, set_up, tear_down),
-    };
-    return cmocka_run_group_tests_name("built_flags", tests, NULL, NULL);
 }

@@ -1,15 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Lists of chunks: against an array, with places to come back to, and no memory. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include "../report/scarce_memory.h"
 #include "random.h"
 #include "src/base/chunk_list.h"
+#include "tests/state/unit_test.h"
+#include "tests/state/without_memory.h"
 
 enum { ITEM = 24, MOST = 5000, STEPS = 4000 };
 
@@ -48,13 +42,12 @@ static void expect_all(const struct pair *pair)
     assert_int_equal(chunk_list_is_empty(&pair->list), pair->count == 0);
 }
 
-static void a_list_is_like_an_array(void **state)
+TEST(a_list_is_like_an_array)
 {
     struct random random = random_of("chunk_list");
     struct pair pair = {.count = 0};
     struct chunk_place place = {NULL, NULL};
     uint32_t placed = 0;
-    (void)state;
     expect_all(&pair);
     for (int step = 0; step < STEPS; step++) {
         if (pair.count + CHUNK_ITEMS_AT_ONCE > MOST || random_one_in(&random, 500)) {
@@ -80,11 +73,10 @@ static void a_list_is_like_an_array(void **state)
 }
 
 /* What was walked to the end goes on with what comes later. */
-static void a_walk_goes_on_where_it_was(void **state)
+TEST(a_walk_goes_on_where_it_was)
 {
     struct pair pair = {.count = 0};
     struct chunk_place place = {NULL, NULL};
-    (void)state;
     for (uint32_t i = 0; i < 3 * CHUNK_ITEMS; i++) {
         assert_null(chunk_list_next(&pair.list, ITEM, &place));
         add(&pair, 1);
@@ -95,10 +87,9 @@ static void a_walk_goes_on_where_it_was(void **state)
     chunk_list_free(&pair.list);
 }
 
-static void emptied_chunks_are_used_again(void **state)
+TEST(emptied_chunks_are_used_again)
 {
     struct pair pair = {.count = 0};
-    (void)state;
     for (int i = 0; i < 4 * CHUNK_ITEMS; i++)
         add(&pair, 1);
     chunk_list_clear(&pair.list, ITEM);
@@ -111,32 +102,16 @@ static void emptied_chunks_are_used_again(void **state)
     chunk_list_free(&pair.list);
 }
 
-static void without_memory_a_list_stays_as_it_is(void **state)
+TEST(without_memory_a_list_stays_as_it_is)
 {
     struct pair pair = {.count = 0};
-    (void)state;
-    memory_fail_after(0);
-    assert_false(chunk_list_make_room(&pair.list, ITEM));
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(assert_false(chunk_list_make_room(&pair.list, ITEM)));
     expect_all(&pair);
     while (pair.list.next < pair.list.limit || !pair.list.first)
         add(&pair, 1);
-    memory_fail_after(0);
-    assert_false(chunk_list_make_room(&pair.list, ITEM));
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(assert_false(chunk_list_make_room(&pair.list, ITEM)));
     expect_all(&pair);
     add(&pair, 1);
     expect_all(&pair);
     chunk_list_free(&pair.list);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_list_is_like_an_array),
-        cmocka_unit_test(a_walk_goes_on_where_it_was),
-        cmocka_unit_test(emptied_chunks_are_used_again),
-        cmocka_unit_test(without_memory_a_list_stays_as_it_is),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

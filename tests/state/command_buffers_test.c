@@ -1,22 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the table of command pools and command buffers. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include "../report/scarce_memory.h"
 #include "random.h"
 #include "tests/state/command_fixture.h"
+#include "tests/state/without_memory.h"
 
 /* ---- pools and handles */
 
-static void test_a_pool_resets_its_command_buffers(void **state)
+COMMAND_BUFFERS_TEST(test_a_pool_resets_its_command_buffers)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     command_buffers_add_pool(all, pool(2), VK_QUEUE_TRANSFER_BIT, true);
     add(all, 2, 4);
     for (unsigned n = 1; n <= 4; n++)
@@ -30,7 +21,6 @@ static void test_a_pool_resets_its_command_buffers(void **state)
     command_buffers_reset_pool(all, pool(2), true);
     assert_int_equal(facts_of(all, 4).state, COMMAND_BUFFER_INITIAL);
     command_buffers_reset_pool(all, pool(9), true);
-    command_buffers_destroy(all);
 }
 
 static void note_gone(void *user, VkCommandBuffer gone)
@@ -41,10 +31,8 @@ static void note_gone(void *user, VkCommandBuffer gone)
             *seen |= 1u << n;
 }
 
-static void test_a_pool_takes_its_command_buffers_along(void **state)
+COMMAND_BUFFERS_TEST(test_a_pool_takes_its_command_buffers_along)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     unsigned seen = 0;
     command_buffers_add_pool(all, pool(2), VK_QUEUE_COMPUTE_BIT, false);
     add(all, 2, 4);
@@ -59,13 +47,10 @@ static void test_a_pool_takes_its_command_buffers_along(void **state)
     assert_int_equal(facts_of(all, 4).alive, YES);
     command_buffers_remove_pool(all, pool(1), note_gone, &seen);
     command_buffers_remove_pool(all, VK_NULL_HANDLE, note_gone, &seen);
-    command_buffers_destroy(all);
 }
 
-static void test_freed_handles_come_again(void **state)
+COMMAND_BUFFERS_TEST(test_freed_handles_come_again)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     begin(all, 1);
     const VkCommandBuffer freed[] = {handle(1), VK_NULL_HANDLE, handle(9)};
     command_buffers_remove(all, 3, freed);
@@ -78,14 +63,11 @@ static void test_freed_handles_come_again(void **state)
     assert_int_equal(facts_of(all, 1).queue_flags, VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT);
     command_buffers_add_pool(all, pool(1), VK_QUEUE_COMPUTE_BIT, false); /* and a pool */
     assert_int_equal(facts_of(all, 1).alive, NO);
-    command_buffers_destroy(all);
 }
 
-static void test_what_is_not_known_changes_nothing(void **state)
+COMMAND_BUFFERS_TEST(test_what_is_not_known_changes_nothing)
 {
-    (void)state;
     const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-    struct command_buffers *all = some_command_buffers();
     command_buffer_begin(NULL, &info, 0, VK_SUCCESS);
     command_buffer_end(NULL, VK_SUCCESS);
     command_buffer_reset(NULL, true, VK_SUCCESS);
@@ -95,13 +77,11 @@ static void test_what_is_not_known_changes_nothing(void **state)
     command_buffer_execute(NULL, begin(all, 1));
     assert_int_equal(facts_of(all, 8).alive, NO);
     assert_int_equal(facts_of(all, 8).state, COMMAND_BUFFER_UNKNOWN);
-    command_buffers_destroy(all);
 }
 
 /* Pools and command buffers come and go at random; which are there is known from an array. */
-static void test_random_lives(void **state)
+TEST(test_random_lives)
 {
-    (void)state;
     enum { POOLS = 5, BUFFERS = 60 };
     struct random random = random_of("command_buffers");
     struct command_buffers *all;
@@ -136,73 +116,51 @@ static void test_random_lives(void **state)
 
 /* ---- without memory */
 
-static void test_what_was_lost_is_unknown(void **state)
+COMMAND_BUFFERS_TEST(test_what_was_lost_is_unknown)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
-    memory_fail_after(0);
-    add(all, 1, 4);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(add(all, 1, 4));
     assert_int_equal(facts_of(all, 4).alive, UNKNOWN);
     assert_int_equal(facts_of(all, 9).alive, UNKNOWN);
     assert_int_equal(facts_of(all, 4).state, COMMAND_BUFFER_UNKNOWN);
     assert_int_equal(facts_of(all, 4).queue_flags, 0);
     assert_int_equal(facts_of(all, 1).alive, YES);
-    command_buffers_destroy(all);
 }
 
-static void test_the_command_buffers_of_a_lost_pool_are_unknown(void **state)
+COMMAND_BUFFERS_TEST(test_the_command_buffers_of_a_lost_pool_are_unknown)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
-    memory_fail_after(0);
-    command_buffers_add_pool(all, pool(2), VK_QUEUE_TRANSFER_BIT, false);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(command_buffers_add_pool(all, pool(2), VK_QUEUE_TRANSFER_BIT, false));
     add(all, 2, 4);
     assert_int_equal(facts_of(all, 4).alive, UNKNOWN);
-    memory_fail_after(0);
-    command_buffers_add_pool(all, pool(1), VK_QUEUE_TRANSFER_BIT, false); /* a successor */
-    assert_true(memory_fail_no_more());
+    /* A successor. */
+    WITHOUT_MEMORY(command_buffers_add_pool(all, pool(1), VK_QUEUE_TRANSFER_BIT, false));
     assert_int_equal(facts_of(all, 1).alive, UNKNOWN);
-    command_buffers_destroy(all);
 }
 
 /* A secondary whose record was lost is no reason to call its primary invalid. */
-static void test_a_lost_secondary_invalidates_nothing(void **state)
+COMMAND_BUFFERS_TEST(test_a_lost_secondary_invalidates_nothing)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
-    memory_fail_after(0);
-    add(all, 1, 4);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(add(all, 1, 4));
     command_buffer_execute(begin(all, 1), command_buffers_find(all, handle(4)));
     take_away(all, 4);
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);
 
     struct command_buffer *primary = begin(all, 1), *secondary = begin(all, 3);
-    memory_fail_after(0); /* for what the secondary would tell its primary by */
-    command_buffer_execute(primary, secondary);
-    assert_true(memory_fail_no_more());
+    /* No memory for what the secondary would tell its primary by. */
+    WITHOUT_MEMORY(command_buffer_execute(primary, secondary));
     take_away(all, 3);
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_RECORDING);
-    command_buffers_destroy(all);
 }
 
-static void test_a_table_needs_memory(void **state)
+TEST(test_a_table_needs_memory)
 {
-    (void)state;
     struct command_buffers *all;
-    memory_fail_after(0);
-    VkResult result = command_buffers_create(&all);
-    assert_true(memory_fail_no_more());
-    assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
+    WITHOUT_MEMORY(assert_int_equal(command_buffers_create(&all), VK_ERROR_OUT_OF_HOST_MEMORY));
     assert_null(all);
 }
 
 /* What was found last in one table is not what another one has by that handle. */
-static void test_tables_have_their_own(void **state)
+TEST(test_tables_have_their_own)
 {
-    (void)state;
     struct command_buffers *one = some_command_buffers(), *other = some_command_buffers();
     struct command_buffer *of_one = command_buffers_find(one, handle(1));
     struct command_buffer *of_other = command_buffers_find(other, handle(1));
@@ -216,21 +174,4 @@ static void test_tables_have_their_own(void **state)
     assert_non_null(command_buffers_find(other, handle(1)));
     command_buffers_destroy(one);
     command_buffers_destroy(other);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_pool_resets_its_command_buffers),
-        cmocka_unit_test(test_a_pool_takes_its_command_buffers_along),
-        cmocka_unit_test(test_freed_handles_come_again),
-        cmocka_unit_test(test_what_is_not_known_changes_nothing),
-        cmocka_unit_test(test_tables_have_their_own),
-        cmocka_unit_test(test_random_lives),
-        cmocka_unit_test(test_what_was_lost_is_unknown),
-        cmocka_unit_test(test_the_command_buffers_of_a_lost_pool_are_unknown),
-        cmocka_unit_test(test_a_lost_secondary_invalidates_nothing),
-        cmocka_unit_test(test_a_table_needs_memory),
-    };
-    return cmocka_run_group_tests_name("command buffers", tests, NULL, NULL);
 }

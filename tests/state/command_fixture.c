@@ -2,13 +2,6 @@
 /* Making them, and asking. */
 #include "tests/state/command_fixture.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 struct command_buffers *some_command_buffers(void)
 {
     const VkCommandBuffer primaries[] = {handle(1), handle(2)}, secondary = handle(3);

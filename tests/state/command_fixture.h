@@ -4,6 +4,7 @@
 #define ASSAY_TESTS_STATE_COMMAND_FIXTURE_H
 
 #include "src/state/commands/command_buffers.h"
+#include "tests/state/unit_test.h"
 
 /* The n-th handle; 0 is none. */
 static inline VkCommandPool pool(unsigned n)
@@ -18,6 +19,10 @@ static inline VkCommandBuffer handle(unsigned n)
 
 /* Pool 1 of a graphics and compute family, with primary 1 and 2 and secondary 3. */
 struct command_buffers *some_command_buffers(void);
+
+/* A test of `all` those command buffers. */
+#define COMMAND_BUFFERS_TEST(name)                                                                 \
+    TEST_WITH(name, struct command_buffers *all, some_command_buffers, command_buffers_destroy)
 
 /* A primary command buffer more, and one less. */
 void add(struct command_buffers *all, unsigned pool_n, unsigned n);

@@ -1,20 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what recording does to a command buffer. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/state/command_fixture.h"
 
 /* ---- states */
 
-static void test_a_life(void **state)
+COMMAND_BUFFERS_TEST(test_a_life)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     struct command_buffer_facts facts = facts_of(all, 1);
     assert_ptr_equal(facts.handle, handle(1));
     assert_int_equal(facts.alive, YES);
@@ -32,14 +23,11 @@ static void test_a_life(void **state)
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_EXECUTABLE);
     command_buffer_reset(command_buffers_find(all, handle(1)), false, VK_SUCCESS);
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INITIAL);
-    command_buffers_destroy(all);
     command_buffers_destroy(NULL);
 }
 
-static void test_what_fails_leaves_a_state_that_is_not_known_or_invalid(void **state)
+COMMAND_BUFFERS_TEST(test_what_fails_leaves_a_state_that_is_not_known_or_invalid)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     begin_with(all, 1, 0, VK_ERROR_OUT_OF_DEVICE_MEMORY);
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_UNKNOWN);
     begin(all, 1);
@@ -47,13 +35,10 @@ static void test_what_fails_leaves_a_state_that_is_not_known_or_invalid(void **s
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INVALID);
     command_buffer_reset(command_buffers_find(all, handle(1)), true, VK_ERROR_OUT_OF_HOST_MEMORY);
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_UNKNOWN);
-    command_buffers_destroy(all);
 }
 
-static void test_beginning_again_starts_over(void **state)
+COMMAND_BUFFERS_TEST(test_beginning_again_starts_over)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     struct command_buffer *first = begin(all, 1);
     const VkDebugUtilsLabelEXT label = {.pLabelName = "frame"};
     command_buffer_begin_rendering(first, VK_RENDERING_SUSPENDING_BIT);
@@ -68,15 +53,12 @@ static void test_beginning_again_starts_over(void **state)
     assert_int_equal(facts.in_video_coding, NO);
     assert_int_equal(facts.build_index, 0);
     assert_int_equal(command_buffers_labels(all, handle(1))->count, 0);
-    command_buffers_destroy(all);
 }
 
 /* ---- scopes */
 
-static void test_rendering_is_a_scope(void **state)
+COMMAND_BUFFERS_TEST(test_rendering_is_a_scope)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     struct command_buffer *first = begin(all, 1);
     command_buffer_begin_rendering(first, 0);
     assert_int_equal(facts_of(all, 1).in_render_pass, YES);
@@ -84,13 +66,10 @@ static void test_rendering_is_a_scope(void **state)
     command_buffer_end_rendering(first);
     assert_int_equal(facts_of(all, 1).in_render_pass, NO);
     assert_int_equal(facts_of(all, 1).suspended, NO);
-    command_buffers_destroy(all);
 }
 
-static void test_a_suspended_rendering_waits_for_its_resumption(void **state)
+COMMAND_BUFFERS_TEST(test_a_suspended_rendering_waits_for_its_resumption)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     struct command_buffer *first = begin(all, 1);
     command_buffer_begin_rendering(first, VK_RENDERING_SUSPENDING_BIT);
     assert_int_equal(facts_of(all, 1).suspended, NO); /* not yet */
@@ -104,41 +83,32 @@ static void test_a_suspended_rendering_waits_for_its_resumption(void **state)
     command_buffer_begin_rendering(first, VK_RENDERING_RESUMING_BIT);
     command_buffer_end_rendering(first);
     assert_int_equal(facts_of(all, 1).suspended, NO);
-    command_buffers_destroy(all);
 }
 
-static void test_video_coding_is_a_scope(void **state)
+COMMAND_BUFFERS_TEST(test_video_coding_is_a_scope)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     struct command_buffer *first = begin(all, 1);
     command_buffer_set_video_coding(first, true);
     assert_int_equal(facts_of(all, 1).in_video_coding, YES);
     command_buffer_set_video_coding(first, false);
     assert_int_equal(facts_of(all, 1).in_video_coding, NO);
-    command_buffers_destroy(all);
 }
 
 /* The flag is ignored for primary command buffers (VkCommandBufferUsageFlagBits). */
-static void test_only_a_secondary_continues_a_render_pass(void **state)
+COMMAND_BUFFERS_TEST(test_only_a_secondary_continues_a_render_pass)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     begin_with(all, 1, VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT, VK_SUCCESS);
     begin_with(all, 3, VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT, VK_SUCCESS);
     assert_int_equal(facts_of(all, 1).in_render_pass, NO);
     assert_int_equal(facts_of(all, 3).in_render_pass, YES);
     begin(all, 3);
     assert_int_equal(facts_of(all, 3).in_render_pass, NO);
-    command_buffers_destroy(all);
 }
 
 /* ---- secondary command buffers */
 
-static void test_a_secondary_leaves_behind_what_it_suspended(void **state)
+COMMAND_BUFFERS_TEST(test_a_secondary_leaves_behind_what_it_suspended)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     struct command_buffer *first = begin(all, 1), *secondary = begin(all, 3);
     command_buffer_begin_rendering(secondary, VK_RENDERING_SUSPENDING_BIT);
     command_buffer_end_rendering(secondary);
@@ -147,49 +117,37 @@ static void test_a_secondary_leaves_behind_what_it_suspended(void **state)
     secondary = begin(all, 3); /* one that renders nothing leaves it so */
     command_buffer_execute(first, secondary);
     assert_int_equal(facts_of(all, 1).suspended, YES);
-    command_buffers_destroy(all);
 }
 
-static void test_builds_of_a_secondary_count(void **state)
+COMMAND_BUFFERS_TEST(test_builds_of_a_secondary_count)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     struct command_buffer *first = begin(all, 1), *secondary = begin(all, 3);
     first->facts.build_index = 2;
     secondary->facts.build_index = 3;
     command_buffer_execute(first, secondary);
     assert_int_equal(facts_of(all, 1).build_index, 5);
-    command_buffers_destroy(all);
 }
 
-static void test_a_secondary_that_is_not_known_may_have_done_anything(void **state)
+COMMAND_BUFFERS_TEST(test_a_secondary_that_is_not_known_may_have_done_anything)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     struct command_buffer *first = begin(all, 1);
     command_buffer_begin_rendering(first, 0);
     command_buffer_end_rendering(first);
     command_buffer_execute(first, NULL);
     assert_int_equal(facts_of(all, 1).suspended, UNKNOWN);
     assert_true(first->journal->incomplete);
-    command_buffers_destroy(all);
 }
 
-static void test_an_incomplete_secondary_makes_its_primary_incomplete(void **state)
+COMMAND_BUFFERS_TEST(test_an_incomplete_secondary_makes_its_primary_incomplete)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     struct command_buffer *first = begin(all, 1), *secondary = begin(all, 3);
     secondary->journal->incomplete = true;
     command_buffer_execute(first, secondary);
     assert_true(first->journal->incomplete);
-    command_buffers_destroy(all);
 }
 
-static void test_a_secondary_that_changes_makes_its_primary_invalid(void **state)
+COMMAND_BUFFERS_TEST(test_a_secondary_that_changes_makes_its_primary_invalid)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     const VkCommandBuffer secondary = handle(3);
     execute_in(all, 1);
     begin(all, 3);
@@ -210,14 +168,11 @@ static void test_a_secondary_that_changes_makes_its_primary_invalid(void **state
     command_buffers_add(all, pool(1), VK_COMMAND_BUFFER_LEVEL_SECONDARY, 1, &secondary);
     begin(all, 3);
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INVALID);
-    command_buffers_destroy(all);
 }
 
 /* One secondary in every frame: what it remembers doesn't grow with them. */
-static void test_a_secondary_remembers_only_those_that_still_execute_it(void **state)
+COMMAND_BUFFERS_TEST(test_a_secondary_remembers_only_those_that_still_execute_it)
 {
-    (void)state;
-    struct command_buffers *all = some_command_buffers();
     struct command_buffer *secondary = begin(all, 3);
     for (int frame = 0; frame < 100; frame++) {
         struct command_buffer *primary = begin(all, 1);
@@ -231,25 +186,4 @@ static void test_a_secondary_remembers_only_those_that_still_execute_it(void **s
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INVALID);
     assert_int_equal(facts_of(all, 2).state, COMMAND_BUFFER_INVALID);
     assert_int_equal(secondary->dependents.count, 0);
-    command_buffers_destroy(all);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_life),
-        cmocka_unit_test(test_what_fails_leaves_a_state_that_is_not_known_or_invalid),
-        cmocka_unit_test(test_beginning_again_starts_over),
-        cmocka_unit_test(test_rendering_is_a_scope),
-        cmocka_unit_test(test_a_suspended_rendering_waits_for_its_resumption),
-        cmocka_unit_test(test_video_coding_is_a_scope),
-        cmocka_unit_test(test_only_a_secondary_continues_a_render_pass),
-        cmocka_unit_test(test_a_secondary_leaves_behind_what_it_suspended),
-        cmocka_unit_test(test_builds_of_a_secondary_count),
-        cmocka_unit_test(test_a_secondary_that_is_not_known_may_have_done_anything),
-        cmocka_unit_test(test_an_incomplete_secondary_makes_its_primary_incomplete),
-        cmocka_unit_test(test_a_secondary_that_changes_makes_its_primary_invalid),
-        cmocka_unit_test(test_a_secondary_remembers_only_those_that_still_execute_it),
-    };
-    return cmocka_run_group_tests_name("command recording", tests, NULL, NULL);
 }

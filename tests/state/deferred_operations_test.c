@@ -1,15 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Deferred operations: work that ends once, with the result of its own operation; reused handles,
  * and no memory. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include "../report/scarce_memory.h"
 #include "src/state/commands/deferred_operations.h"
+#include "tests/state/unit_test.h"
+#include "tests/state/without_memory.h"
 
 struct work {
     uint32_t ends;
@@ -36,11 +30,10 @@ static struct deferred_operations *make(void)
     return operations;
 }
 
-static void work_ends_when_its_operation_completes(void **unused)
+TEST(work_ends_when_its_operation_completes)
 {
     struct deferred_operations *operations = make();
     struct work work = {0};
-    (void)unused;
     assert_int_equal(deferred_operations_ticket(operations, handle(1)), 0);
     assert_true(deferred_operations_defer(operations, handle(1), &work));
     const uint64_t first = deferred_operations_ticket(operations, handle(1));
@@ -62,11 +55,10 @@ static void work_ends_when_its_operation_completes(void **unused)
     assert_int_equal(work.ends, 2);
 }
 
-static void work_that_nobody_completed_is_not_known_to_have_succeeded(void **unused)
+TEST(work_that_nobody_completed_is_not_known_to_have_succeeded)
 {
     struct deferred_operations *operations = make();
     struct work works[4] = {{0}};
-    (void)unused;
     deferred_operations_add(operations, handle(2));
     deferred_operations_add(operations, handle(3));
     assert_true(deferred_operations_defer(operations, handle(1), &works[0]));
@@ -86,11 +78,10 @@ static void work_that_nobody_completed_is_not_known_to_have_succeeded(void **unu
     }
 }
 
-static void only_what_was_created_is_there(void **unused)
+TEST(only_what_was_created_is_there)
 {
     struct deferred_operations *operations = make();
     struct work work = {0};
-    (void)unused;
     assert_int_equal(deferred_operations_has(operations, handle(1)), YES);
     assert_int_equal(deferred_operations_has(operations, handle(2)), NO);
     assert_false(deferred_operations_defer(operations, handle(2), &work));
@@ -103,30 +94,15 @@ static void only_what_was_created_is_there(void **unused)
     assert_int_equal(work.ends, 0);
 }
 
-static void without_memory_nothing_is_known(void **unused)
+TEST(without_memory_nothing_is_known)
 {
     struct deferred_operations *operations = make();
-    (void)unused;
     for (int i = 0; i < 2; i++) {
-        memory_fail_after(0);
-        deferred_operations_add(operations, handle(2));
-        assert_true(memory_fail_no_more());
+        WITHOUT_MEMORY(deferred_operations_add(operations, handle(2)));
         assert_int_equal(deferred_operations_has(operations, handle(2)), UNKNOWN);
         assert_int_equal(deferred_operations_has(operations, handle(1)), YES);
     }
     deferred_operations_destroy(operations);
-    memory_fail_after(0);
-    assert_int_equal(deferred_operations_create(&operations, end), VK_ERROR_OUT_OF_HOST_MEMORY);
-    assert_true(memory_fail_no_more());
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(work_ends_when_its_operation_completes),
-        cmocka_unit_test(work_that_nobody_completed_is_not_known_to_have_succeeded),
-        cmocka_unit_test(only_what_was_created_is_there),
-        cmocka_unit_test(without_memory_nothing_is_known),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    WITHOUT_MEMORY(assert_int_equal(deferred_operations_create(&operations, end),
+                                    VK_ERROR_OUT_OF_HOST_MEMORY));
 }

@@ -2,12 +2,6 @@
 /* Filling and asking resources. */
 #include "tests/state/fixture.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
-
 struct resources *no_resources(void)
 {
     struct resources *resources = NULL;
@@ -134,29 +128,9 @@ struct memory_span address_span(const struct address_facts *facts)
     return memory_span_of(facts->memory, facts->begin, facts->bytes_left);
 }
 
-void assert_accel_lies(const struct accel_facts *facts, unsigned memory_n, VkDeviceSize begin,
-                       VkDeviceSize end)
+void assert_span(struct memory_span span, unsigned memory_n, VkDeviceSize begin, VkDeviceSize end)
 {
-    const struct memory_span span = accel_span(facts);
-    assert_span(&span, memory_n, begin, end);
-}
-
-void assert_address_lies(const struct address_facts *facts, unsigned memory_n, VkDeviceSize begin,
-                         VkDeviceSize end)
-{
-    const struct memory_span span = address_span(facts);
-    assert_span(&span, memory_n, begin, end);
-}
-
-void assert_span(const struct memory_span *span, unsigned memory_n, VkDeviceSize begin,
-                 VkDeviceSize end)
-{
-    assert_ptr_equal(span->memory, memory(memory_n));
-    assert_int_equal(span->begin, begin);
-    assert_int_equal(span->end, end);
-}
-
-void assert_no_span(const struct memory_span *span)
-{
-    assert_null(span->memory);
+    assert_ptr_equal(span.memory, memory(memory_n));
+    assert_int_equal(span.begin, begin);
+    assert_int_equal(span.end, end);
 }

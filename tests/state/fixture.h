@@ -4,6 +4,7 @@
 #define ASSAY_TESTS_STATE_FIXTURE_H
 
 #include "src/state/resources/resources.h"
+#include "tests/state/unit_test.h"
 
 /* The n-th handle of a type; 0 is none. */
 static inline VkDeviceMemory memory(unsigned n)
@@ -23,6 +24,10 @@ static inline VkAccelerationStructureKHR accel(unsigned n)
 
 /* Resources without anything in them; fails the test if there are none. */
 struct resources *no_resources(void);
+
+/* A test of `resources` without anything in them. */
+#define RESOURCES_TEST(name)                                                                       \
+    TEST_WITH(name, struct resources *resources, no_resources, resources_destroy)
 
 /* The others take numbers of handles. A buffer of `usage` 0 has VK_BUFFER_USAGE_STORAGE_BUFFER_BIT.
  */
@@ -47,13 +52,6 @@ struct address_facts address_facts(struct resources *resources, VkDeviceAddress 
 /* Where they lie. */
 struct memory_span accel_span(const struct accel_facts *facts);
 struct memory_span address_span(const struct address_facts *facts);
-void assert_accel_lies(const struct accel_facts *facts, unsigned memory_n, VkDeviceSize begin,
-                       VkDeviceSize end);
-void assert_address_lies(const struct address_facts *facts, unsigned memory_n, VkDeviceSize begin,
-                         VkDeviceSize end);
-
-void assert_span(const struct memory_span *span, unsigned memory_n, VkDeviceSize begin,
-                 VkDeviceSize end);
-void assert_no_span(const struct memory_span *span);
+void assert_span(struct memory_span span, unsigned memory_n, VkDeviceSize begin, VkDeviceSize end);
 
 #endif

@@ -1,16 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the hash table from handles to records. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
-
-#include "../report/scarce_memory.h"
 #include "random.h"
 #include "src/base/handle_table.h"
+#include "tests/state/unit_test.h"
+#include "tests/state/without_memory.h"
 
 enum { KEYS = 300 };
 
@@ -75,9 +70,8 @@ static uint64_t some_key(struct random *random, int i)
     }
 }
 
-static void test_it_agrees_with_an_array(void **state)
+TEST(test_it_agrees_with_an_array)
 {
-    (void)state;
     struct random random = random_of("handle_table");
     struct handle_table table = {0};
     struct model model = {0};
@@ -124,9 +118,8 @@ static void fill_with_wrapping_keys(struct model *model, int count)
     }
 }
 
-static void test_runs_that_wrap_around_stay_whole(void **state)
+TEST(test_runs_that_wrap_around_stay_whole)
 {
-    (void)state;
     enum { RUN = 30 }; /* of the keys; the others stay 0, which is in no table */
     struct random random = random_of("handle_table wrap");
     struct model model = {0};
@@ -148,9 +141,8 @@ static void test_runs_that_wrap_around_stay_whole(void **state)
     }
 }
 
-static void test_null_is_never_in_it(void **state)
+TEST(test_null_is_never_in_it)
 {
-    (void)state;
     struct handle_table table = {0};
     assert_false(handle_table_set(&table, 0, bytes));
     assert_null(handle_table_find(&table, 0));
@@ -163,9 +155,8 @@ static void test_null_is_never_in_it(void **state)
     handle_table_release(&table);
 }
 
-static void test_without_memory_it_stays_as_it_was(void **state)
+TEST(test_without_memory_it_stays_as_it_was)
 {
-    (void)state;
     struct handle_table table = {0};
     struct model model = {0};
     unsigned failures = 0;
@@ -191,15 +182,12 @@ static void test_without_memory_it_stays_as_it_was(void **state)
 }
 
 /* Removing needs no memory, and makes room for as many again. */
-static void test_what_was_removed_can_be_set_without_memory(void **state)
+TEST(test_what_was_removed_can_be_set_without_memory)
 {
-    (void)state;
     struct handle_table table = {0};
     for (uint64_t key = 1; key <= 42; key++)
         assert_true(handle_table_set(&table, key, bytes));
-    memory_fail_after(0);
-    assert_false(handle_table_set(&table, 43, bytes));
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(assert_false(handle_table_set(&table, 43, bytes)));
     for (uint64_t key = 1; key <= 42; key++) {
         memory_fail_after(0);
         assert_ptr_equal(handle_table_remove(&table, key), bytes);
@@ -210,25 +198,21 @@ static void test_what_was_removed_can_be_set_without_memory(void **state)
 }
 
 /* As full as it gets before it grows. */
-static void test_a_record_is_replaced_without_memory(void **state)
+TEST(test_a_record_is_replaced_without_memory)
 {
-    (void)state;
     struct handle_table table = {0};
     for (uint64_t key = 1; key <= 42; key++)
         assert_true(handle_table_set(&table, key, bytes));
     for (uint64_t key = 1; key <= 42; key++) {
-        memory_fail_after(0);
-        assert_true(handle_table_set(&table, key, &bytes[key]));
-        assert_false(memory_fail_no_more());
+        ALLOCATES_NOTHING(assert_true(handle_table_set(&table, key, &bytes[key])));
         assert_ptr_equal(handle_table_find(&table, key), &bytes[key]);
     }
     assert_int_equal(table.count, 42);
     handle_table_release(&table);
 }
 
-static void test_few_are_not_spread_over_many_slots(void **state)
+TEST(test_few_are_not_spread_over_many_slots)
 {
-    (void)state;
     enum { MANY = 5000, FEW = 100 };
     for (int is_scarce = 0; is_scarce < 2; is_scarce++) {
         struct handle_table table = {0};
@@ -263,9 +247,8 @@ static size_t longest_run(const struct handle_table *table)
 }
 
 /* Drivers make handles of pointers, and of indices shifted to any place: all have to spread. */
-static void test_regular_handles_spread(void **state)
+TEST(test_regular_handles_spread)
 {
-    (void)state;
     for (unsigned shift = 0; shift <= 48; shift++) {
         struct handle_table table = {0};
         for (uint64_t i = 1; i <= 5000; i++)
@@ -275,19 +258,4 @@ static void test_regular_handles_spread(void **state)
         if (longest > 200)
             fail_msg("handles of a multiple of 2^%u make runs of %zu slots", shift, longest);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_it_agrees_with_an_array),
-        cmocka_unit_test(test_runs_that_wrap_around_stay_whole),
-        cmocka_unit_test(test_null_is_never_in_it),
-        cmocka_unit_test(test_without_memory_it_stays_as_it_was),
-        cmocka_unit_test(test_what_was_removed_can_be_set_without_memory),
-        cmocka_unit_test(test_a_record_is_replaced_without_memory),
-        cmocka_unit_test(test_few_are_not_spread_over_many_slots),
-        cmocka_unit_test(test_regular_handles_spread),
-    };
-    return cmocka_run_group_tests_name("handle table", tests, NULL, NULL);
 }

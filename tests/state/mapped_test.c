@@ -1,42 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What is known of host addresses: mapped memory and what lies around it. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include "src/state/resources/resources.h"
-
-enum { PIECES = 8 };
-
-struct pieces {
-    struct memory_span items[PIECES];
-    uint32_t count;
-};
-
-static VkDeviceMemory memory(uintptr_t n)
-{
-    return (VkDeviceMemory)n;
-}
+#include "tests/state/sparse_fixture.h"
 
 static const void *at(uintptr_t address)
 {
     return (const void *)address;
 }
 
-static void keep(void *user, const struct memory_span *piece)
-{
-    struct pieces *pieces = user;
-    assert_true(pieces->count < PIECES);
-    pieces->items[pieces->count++] = *piece;
-}
-
 static struct pieces find(struct resources *resources, uintptr_t address, uint64_t size)
 {
     struct pieces pieces = {.count = 0};
-    resources_find_host_pieces(resources, at(address), size, keep, &pieces);
+    resources_find_host_pieces(resources, at(address), size, note_piece, &pieces);
     return pieces;
 }
 
@@ -44,25 +18,22 @@ static void expect_piece(const struct pieces *pieces, uint32_t i, VkDeviceMemory
                          uint64_t end)
 {
     assert_true(i < pieces->count);
-    assert_ptr_equal(pieces->items[i].memory, in);
-    assert_int_equal(pieces->items[i].begin, begin);
-    assert_int_equal(pieces->items[i].end, end);
+    assert_ptr_equal(pieces->spans[i].memory, in);
+    assert_int_equal(pieces->spans[i].begin, begin);
+    assert_int_equal(pieces->spans[i].end, end);
 }
 
 static struct resources *make(void)
 {
-    struct resources *resources;
-    assert_int_equal(resources_create(&resources), VK_SUCCESS);
-    for (uintptr_t i = 1; i <= 3; i++)
-        resources_add_memory(resources, memory(i), 0x1000, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT,
+    struct resources *resources = no_resources();
+    for (unsigned n = 1; n <= 3; n++)
+        resources_add_memory(resources, memory(n), 0x1000, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT,
                              false);
     return resources;
 }
 
-static void pieces_end_where_mappings_do(void **unused)
+TEST_WITH(pieces_end_where_mappings_do, struct resources *resources, make, resources_destroy)
 {
-    struct resources *resources = make();
-    (void)unused;
     resources_map_memory(resources, memory(1), 0x100, 0x200, at(0x10000));
     resources_map_memory(resources, memory(2), 0, VK_WHOLE_SIZE, at(0x20000));
     struct pieces pieces = find(resources, 0x10080, 0x10);
@@ -78,14 +49,11 @@ static void pieces_end_where_mappings_do(void **unused)
     assert_int_equal(find(resources, 0x10000, 0).count, 0);
     pieces = find(resources, UINTPTR_MAX - 1, UINT64_MAX);
     expect_piece(&pieces, 0, memory_of_host(), UINT64_MAX - 1, UINT64_MAX);
-    resources_destroy(resources);
 }
 
-static void mappings_end(void **unused)
+TEST_WITH(mappings_end, struct resources *resources, make, resources_destroy)
 {
-    struct resources *resources = make();
-    (void)unused;
-    for (uintptr_t i = 1; i <= 3; i++)
+    for (unsigned i = 1; i <= 3; i++)
         resources_map_memory(resources, memory(i), 0, VK_WHOLE_SIZE, at(i * 0x1000));
     resources_unmap_memory(resources, memory(2));
     resources_unmap_memory(resources, memory(2));
@@ -104,8 +72,7 @@ static void mappings_end(void **unused)
     pieces = find(resources, 0x8000, 0x1000);
     expect_piece(&pieces, 0, memory(1), 0x800, 0x1000);
     resources_map_memory(resources, memory(1), 0x2000, 1, at(0x9000)); /* beyond its end */
-    assert_ptr_equal(find(resources, 0x9000, 1).items[0].memory, memory_of_host());
-    resources_destroy(resources);
+    assert_ptr_equal(find(resources, 0x9000, 1).spans[0].memory, memory_of_host());
 }
 
 /* ---- by device addresses */
@@ -115,13 +82,10 @@ enum { BUFFER_AT = 0x100000, BUFFER_SIZE = 0x400, OFFSET = 0x200 /* in the memor
 static struct resources *make_buffer(VkMemoryPropertyFlags properties)
 {
     struct resources *resources = make();
-    const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                     .size = BUFFER_SIZE,
-                                     .usage = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT};
     resources_add_memory(resources, memory(4), 0x1000, properties, false);
-    resources_add_buffer(resources, (VkBuffer)(uintptr_t)1, &info);
-    resources_bind_buffer(resources, (VkBuffer)(uintptr_t)1, memory(4), OFFSET, false);
-    resources_set_address(resources, (VkBuffer)(uintptr_t)1, BUFFER_AT);
+    have_buffer(resources, 1, BUFFER_SIZE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    bind_at(resources, 1, 4, OFFSET);
+    resources_set_address(resources, buffer(1), BUFFER_AT);
     return resources;
 }
 
@@ -133,11 +97,10 @@ static void expect_mapped(struct resources *resources, VkDeviceAddress address, 
     assert_ptr_equal(bytes, at(pointer));
 }
 
-static void addresses_lead_to_what_is_mapped(void **unused)
+TEST(addresses_lead_to_what_is_mapped)
 {
     struct resources *resources =
         make_buffer(VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
-    (void)unused;
     expect_mapped(resources, BUFFER_AT, 8, 0, 0);
     resources_map_memory(resources, memory(4), 0, VK_WHOLE_SIZE, at(0x10000));
     expect_mapped(resources, BUFFER_AT, 8, 8, 0x10000 + OFFSET);
@@ -158,14 +121,4 @@ static void addresses_lead_to_what_is_mapped(void **unused)
     resources_remove_memory(resources, memory(4));
     expect_mapped(resources, BUFFER_AT, 8, 0, 0);
     resources_destroy(resources);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pieces_end_where_mappings_do),
-        cmocka_unit_test(mappings_end),
-        cmocka_unit_test(addresses_lead_to_what_is_mapped),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,12 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is known of structures of VK_NV_ray_tracing, and of buffers by their handles. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "../report/scarce_memory.h"
 #include "src/state/resources/nv_shape.h"
 #include "tests/state/fixture.h"
@@ -63,12 +56,11 @@ static void assert_binding(struct resources *resources, unsigned n, enum nv_bind
     struct nv_accel_facts facts = nv_facts(resources, n);
     assert_int_equal(facts.binding, binding);
     if (binding != NV_BOUND)
-        assert_no_span(&facts.span);
+        assert_null(facts.span.memory);
 }
 
-static void test_a_structure_has_its_details(void **state)
+TEST(test_a_structure_has_its_details)
 {
-    (void)state;
     struct resources *resources = no_resources();
     have_nv(resources, 1);
     struct nv_accel_facts facts;
@@ -89,23 +81,18 @@ static void test_a_structure_has_its_details(void **state)
     nv_shape_release(facts.created);
 }
 
-static void test_handles_are_of_their_extension(void **state)
+RESOURCES_TEST(test_handles_are_of_their_extension)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_nv(resources, 1);
     have_accel(resources, 1, 0, 0, 16);
     assert_int_equal(nv_facts(resources, 2).alive, NO);
     assert_int_equal(resources_find_id(resources, RESOURCE_ACCEL, 0x401), 0);
     assert_int_equal(resources_find_id(resources, RESOURCE_ACCEL_NV, 0x301), 0);
     assert_int_not_equal(nv_facts(resources, 1).id, accel_facts(resources, 1).id);
-    resources_destroy(resources);
 }
 
-static void test_a_handle_that_is_used_again_is_another_structure(void **state)
+RESOURCES_TEST(test_a_handle_that_is_used_again_is_another_structure)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_memory(resources, 1);
     have_nv(resources, 1);
     resources_bind_nv_accel(resources, nv(1), memory(1), 0, false);
@@ -117,25 +104,21 @@ static void test_a_handle_that_is_used_again_is_another_structure(void **state)
     assert_int_not_equal(resources_remove_nv_accel(resources, nv(1)), 0);
     assert_int_equal(resources_remove_nv_accel(resources, nv(1)), 0);
     assert_int_equal(nv_facts(resources, 1).alive, NO);
-    resources_destroy(resources);
 }
 
-static void test_where_a_structure_lies(void **state)
+RESOURCES_TEST(test_where_a_structure_lies)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_memory(resources, 1);
     have_nv(resources, 1);
     assert_binding(resources, 1, NV_UNBOUND);
     resources_bind_nv_accel(resources, nv(1), memory(1), 0x100, false);
     assert_binding(resources, 1, NV_BOUND);
-    struct memory_span span = nv_facts(resources, 1).span;
-    assert_span(&span, 1, 0x100, 0x100 + OBJECT);
+    assert_span(nv_facts(resources, 1).span, 1, 0x100, 0x100 + OBJECT);
 
     resources_bind_nv_accel(resources, nv(1), memory(1), 0x100, true);
     struct nv_accel_facts facts = nv_facts(resources, 1);
     assert_int_equal(facts.binding, NV_BOUND);
-    assert_no_span(&facts.span);
+    assert_null(facts.span.memory);
 
     resources_bind_nv_accel(resources, nv(1), memory(1), MEMORY - OBJECT, false);
     assert_binding(resources, 1, NV_BOUND);
@@ -143,13 +126,10 @@ static void test_where_a_structure_lies(void **state)
     assert_binding(resources, 1, NV_MEMORY_TOO_SMALL);
     resources_bind_nv_accel(resources, nv(1), memory(1), UINT64_MAX, false);
     assert_binding(resources, 1, NV_MEMORY_TOO_SMALL);
-    resources_destroy(resources);
 }
 
-static void test_memory_that_goes_away(void **state)
+RESOURCES_TEST(test_memory_that_goes_away)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_memory(resources, 1);
     have_nv(resources, 1);
     have_nv(resources, 2);
@@ -164,18 +144,14 @@ static void test_memory_that_goes_away(void **state)
     assert_binding(resources, 1, NV_BINDING_UNKNOWN);
     resources_forget_nv_binding(resources, nv(7));
     resources_bind_nv_accel(resources, nv(7), memory(1), 0, false);
-    resources_destroy(resources);
 }
 
-static void test_imported_memory_may_be_of_any_size(void **state)
+RESOURCES_TEST(test_imported_memory_may_be_of_any_size)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     resources_add_memory(resources, memory(1), 0, 0, false);
     have_nv(resources, 1);
     resources_bind_nv_accel(resources, nv(1), memory(1), 0, false);
     assert_binding(resources, 1, NV_BOUND);
-    resources_destroy(resources);
 }
 
 static void assert_reference(struct resources *resources, uint64_t reference, uint64_t deaths,
@@ -184,11 +160,9 @@ static void assert_reference(struct resources *resources, uint64_t reference, ui
     assert_int_equal(resources_find_nv_reference(resources, reference, deaths), expected);
 }
 
-static void test_references_of_what_was_destroyed(void **state)
+RESOURCES_TEST(test_references_of_what_was_destroyed)
 {
-    (void)state;
     enum { REFERENCE = 0xabc0, SHARED = 0xdef0, NOBODYS = 0x1230 };
-    struct resources *resources = no_resources();
     have_nv(resources, 1);
     resources_add_nv_reference(resources, nv(1), REFERENCE);
     resources_add_nv_reference(resources, nv(1), REFERENCE); /* asked for twice */
@@ -220,12 +194,10 @@ static void test_references_of_what_was_destroyed(void **state)
     resources_add_nv_reference(resources, nv(9), NOBODYS);
     resources_remove_nv_accel(resources, nv(9));
     assert_reference(resources, NOBODYS, resources_destroy_count(resources), NV_REFERENCE_UNKNOWN);
-    resources_destroy(resources);
 }
 
-static void test_geometries_that_cannot_be_read(void **state)
+TEST(test_geometries_that_cannot_be_read)
 {
-    (void)state;
     VkAccelerationStructureInfoNV bad = info;
     bad.pGeometries = (const VkGeometryNV *)16;
     assert_null(nv_shape_create(&bad));
@@ -237,9 +209,8 @@ static void test_geometries_that_cannot_be_read(void **state)
     assert_null(nv_shape_share(NULL));
 }
 
-static void test_without_memory(void **state)
+TEST(test_without_memory)
 {
-    (void)state;
     bool failed = true;
     for (int i = 0; failed; i++) {
         struct resources *resources = no_resources();
@@ -253,10 +224,8 @@ static void test_without_memory(void **state)
     }
 }
 
-static void test_buffers_by_handle(void **state)
+RESOURCES_TEST(test_buffers_by_handle)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_buffer(resources, 1, 0x123, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
     struct buffer_facts facts = buffer_facts(resources, 1);
     assert_int_equal(facts.alive, YES);
@@ -268,22 +237,4 @@ static void test_buffers_by_handle(void **state)
     resources_remove_buffer(resources, buffer(1));
     assert_int_equal(buffer_facts(resources, 1).alive, NO);
     assert_int_equal(buffer_facts(resources, 1).id, 0);
-    resources_destroy(resources);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_structure_has_its_details),
-        cmocka_unit_test(test_handles_are_of_their_extension),
-        cmocka_unit_test(test_a_handle_that_is_used_again_is_another_structure),
-        cmocka_unit_test(test_where_a_structure_lies),
-        cmocka_unit_test(test_memory_that_goes_away),
-        cmocka_unit_test(test_imported_memory_may_be_of_any_size),
-        cmocka_unit_test(test_references_of_what_was_destroyed),
-        cmocka_unit_test(test_geometries_that_cannot_be_read),
-        cmocka_unit_test(test_without_memory),
-        cmocka_unit_test(test_buffers_by_handle),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

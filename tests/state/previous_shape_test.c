@@ -1,19 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of builds that are like the one before: where one is, the rules that are said to read the
  * shape alone say of it what they say of the other. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "random.h"
 #include "rows_by_subject.h"
 #include "src/check/assemble/views.h"
 #include "src/rules/predicates.h"
 #include "src/state/builds/previous_shape.h"
+#include "tests/state/unit_test.h"
 #include "vuid-tables/rules.h"
 
 enum { PAIRS = 200000 };
@@ -52,50 +47,11 @@ static VkStructureType some_data_stype(struct random *random)
         VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR, JUNK);
 }
 
-/* The members one by one, so that one can be changed. */
-enum { MEMBERS = 22 };
-
-static void set_member_of_info(struct random *random, struct sample *sample, int member)
+static VkGeometryTypeKHR some_geometry_type(struct random *random)
 {
-    VkAccelerationStructureBuildGeometryInfoKHR *info = &sample->info;
-    switch (member) {
-    case 0:
-        info->sType = (VkStructureType)PICK(
-            random, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR, JUNK);
-        break;
-    case 1:
-        info->pNext = some_chain(random);
-        break;
-    case 2:
-        info->type = (VkAccelerationStructureTypeKHR)PICK(
-            random, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
-            VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-            VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR,
-            VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, JUNK);
-        break;
-    case 3:
-        info->flags = (VkBuildAccelerationStructureFlagsKHR)PICK(random, 0, 1, 4 | 8, 1 << 20);
-        break;
-    case 4:
-        info->mode = (VkBuildAccelerationStructureModeKHR)PICK(
-            random, VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-            VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR, JUNK);
-        break;
-    case 5:
-        info->srcAccelerationStructure =
-            (VkAccelerationStructureKHR)(uintptr_t)PICK(random, 0, 0x10);
-        break;
-    case 6:
-        info->dstAccelerationStructure =
-            (VkAccelerationStructureKHR)(uintptr_t)PICK(random, 0, 0x20);
-        break;
-    case 7:
-        info->scratchData.deviceAddress = PICK(random, 0, 0x100, 0x101);
-        break;
-    default:
-        sample->by_pointer = random_one_in(random, 2);
-        break;
-    }
+    return (VkGeometryTypeKHR)PICK(random, VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                                   VK_GEOMETRY_TYPE_AABBS_KHR, VK_GEOMETRY_TYPE_INSTANCES_KHR,
+                                   JUNK);
 }
 
 /* Of the union, which is filled as one of its members. */
@@ -134,74 +90,92 @@ static void set_data(struct random *random, VkAccelerationStructureGeometryKHR *
     geometry->geometry.triangles.sType = some_data_stype(random);
 }
 
-static void set_member_of_triangles(struct random *random,
-                                    VkAccelerationStructureGeometryTrianglesDataKHR *triangles,
-                                    int member)
-{
-    VkAccelerationStructureGeometryKHR some = {0};
-    do
-        set_data(random, &some);
-    while (some.geometryType != VK_GEOMETRY_TYPE_TRIANGLES_KHR);
-    switch (member) {
-    case 0:
-        triangles->vertexFormat = some.geometry.triangles.vertexFormat;
-        break;
-    case 1:
-        triangles->vertexStride = some.geometry.triangles.vertexStride;
-        break;
-    case 2:
-        triangles->indexType = some.geometry.triangles.indexType;
-        break;
-    case 3:
-        triangles->vertexData = some.geometry.triangles.vertexData;
-        break;
-    case 4:
-        triangles->indexData = some.geometry.triangles.indexData;
-        break;
-    default:
-        triangles->transformData = some.geometry.triangles.transformData;
-        break;
-    }
-}
-
-static void set_member(struct random *random, struct sample *sample, int member)
-{
-    VkAccelerationStructureGeometryKHR *geometry = &sample->geometry;
-    if (member < 9) {
-        set_member_of_info(random, sample, member);
-    } else if (member < 15) {
-        if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
-            set_member_of_triangles(random, &geometry->geometry.triangles, member - 9);
-    } else if (member == 15) {
-        geometry->sType = (VkStructureType)PICK(
-            random, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR, JUNK);
-    } else if (member == 16) {
-        geometry->pNext = some_chain(random);
-    } else if (member == 17) {
-        geometry->flags = (VkGeometryFlagsKHR)PICK(random, 0, 1, 1 << 9);
-    } else if (member == 18) {
-        geometry->geometryType = (VkGeometryTypeKHR)PICK(random, VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-                                                         VK_GEOMETRY_TYPE_AABBS_KHR,
-                                                         VK_GEOMETRY_TYPE_INSTANCES_KHR, JUNK);
-    } else if (member == 19) {
-        geometry->geometry.triangles.sType = some_data_stype(random);
-    } else if (member == 20) {
-        sample->range.primitiveCount = random_below(random, 2);
-    } else {
-        sample->range.primitiveOffset = random_below(random, 3);
-        sample->range.transformOffset = random_below(random, 3);
-    }
-}
-
 static struct sample some_sample(struct random *random)
 {
-    struct sample sample = {.info = {.geometryCount = 1}};
+    struct sample sample = {
+        .info = {.sType = (VkStructureType)PICK(
+                     random, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+                     JUNK),
+                 .pNext = some_chain(random),
+                 .type = (VkAccelerationStructureTypeKHR)PICK(
+                     random, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+                     VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                     VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR,
+                     VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, JUNK),
+                 .flags = (VkBuildAccelerationStructureFlagsKHR)PICK(random, 0, 1, 4 | 8, 1 << 20),
+                 .mode = (VkBuildAccelerationStructureModeKHR)PICK(
+                     random, VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+                     VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR, JUNK),
+                 .srcAccelerationStructure =
+                     (VkAccelerationStructureKHR)(uintptr_t)PICK(random, 0, 0x10),
+                 .dstAccelerationStructure =
+                     (VkAccelerationStructureKHR)(uintptr_t)PICK(random, 0, 0x20),
+                 .geometryCount = 1,
+                 .scratchData.deviceAddress = PICK(random, 0, 0x100, 0x101)},
+        .by_pointer = random_one_in(random, 2),
+        .range = {.primitiveCount = random_below(random, 2),
+                  .primitiveOffset = random_below(random, 3),
+                  .transformOffset = random_below(random, 3)}};
     set_data(random, &sample.geometry);
-    for (int member = 0; member < MEMBERS; member++)
-        if (member < 9 || member >= 15)
-            if (member != 18 || random_one_in(random, 8))
-                set_member(random, &sample, member);
+    sample.geometry.sType =
+        (VkStructureType)PICK(random, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR, JUNK);
+    sample.geometry.pNext = some_chain(random);
+    sample.geometry.flags = (VkGeometryFlagsKHR)PICK(random, 0, 1, 1 << 9);
+    if (random_one_in(random, 8))
+        sample.geometry.geometryType = some_geometry_type(random);
     return sample;
+}
+
+/* The members that can be changed one by one, those of triangles last. */
+#define MEMBER(name)                                                                               \
+    {                                                                                              \
+        offsetof(struct sample, name), sizeof(((struct sample *)0)->name)                          \
+    }
+#define TRIANGLES(name) MEMBER(geometry.geometry.triangles.name)
+
+static const struct {
+    size_t offset, size;
+} members[] = {MEMBER(info.sType),
+               MEMBER(info.pNext),
+               MEMBER(info.type),
+               MEMBER(info.flags),
+               MEMBER(info.mode),
+               MEMBER(info.srcAccelerationStructure),
+               MEMBER(info.dstAccelerationStructure),
+               MEMBER(info.scratchData),
+               MEMBER(by_pointer),
+               MEMBER(geometry.sType),
+               MEMBER(geometry.pNext),
+               MEMBER(geometry.flags),
+               TRIANGLES(sType),
+               MEMBER(geometry.geometryType),
+               MEMBER(range.primitiveCount),
+               MEMBER(range.primitiveOffset),
+               MEMBER(range.transformOffset),
+               TRIANGLES(vertexFormat),
+               TRIANGLES(vertexStride),
+               TRIANGLES(indexType),
+               TRIANGLES(vertexData),
+               TRIANGLES(indexData),
+               TRIANGLES(transformData)};
+enum { MEMBERS = sizeof(members) / sizeof(members[0]), FIRST_OF_TRIANGLES = MEMBERS - 6 };
+
+static bool has_triangles(const struct sample *sample)
+{
+    return sample->geometry.geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+}
+
+/* One member becomes that of another build. */
+static void change_member(struct random *random, struct sample *sample)
+{
+    const uint32_t member = random_below(random, MEMBERS);
+    struct sample other = some_sample(random);
+    if (member >= FIRST_OF_TRIANGLES && !has_triangles(sample))
+        return;
+    while (member >= FIRST_OF_TRIANGLES && !has_triangles(&other))
+        other = some_sample(random);
+    memcpy((char *)sample + members[member].offset, (char *)&other + members[member].offset,
+           members[member].size);
 }
 
 /* What the rules that read the shape alone say of a build: true where they hold. */
@@ -247,13 +221,21 @@ static void judge(struct sample *sample, struct verdicts *verdicts)
     sample->info.ppGeometries = NULL;
 }
 
+static const VkAccelerationStructureBuildTypeKHR type =
+    VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
+
+/* With sizes that are known, and some number of primitives. */
+static void keep(struct previous_shape *recent, const struct sample *sample,
+                 uint32_t primitive_count, bool passes)
+{
+    previous_shape_set(recent, &sample->info, primitive_count, type,
+                       &(struct size_facts){.known = true}, passes);
+}
+
 static bool is_alike(const struct sample *a, const struct sample *b)
 {
-    const VkAccelerationStructureBuildTypeKHR type =
-        VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
     struct previous_shape recent;
-    previous_shape_set(&recent, &a->info, a->range.primitiveCount, type,
-                       &(struct size_facts){.known = true}, true);
+    keep(&recent, a, a->range.primitiveCount, true);
     return previous_shape_is_same(&recent, &b->info, b->range.primitiveCount, type) &&
            previous_shape_matches(&recent, &b->info);
 }
@@ -264,7 +246,7 @@ static bool compare_with_another(struct random *random, bool broken[RULE_COUNT])
     struct sample a = some_sample(random), b = a;
     struct verdicts of_a, of_b;
     for (uint32_t i = 1 + random_below(random, 3); i; i--)
-        set_member(random, &b, (int)random_below(random, MEMBERS));
+        change_member(random, &b);
     judge(&a, &of_a);
     judge(&b, &of_b);
     a.info.pGeometries = &a.geometry;
@@ -286,9 +268,8 @@ static bool can_be_broken(enum rule rule)
            rule != RULE_triangles_chain_has_no_duplicates;
 }
 
-static void test_rules_of_the_shape_read_nothing_else(void **state)
+TEST(test_rules_of_the_shape_read_nothing_else)
 {
-    (void)state;
     struct random random = random_of("previous_shape");
     bool broken[RULE_COUNT] = {false};
     uint32_t alike = 0;
@@ -319,22 +300,19 @@ static struct sample a_sample(void)
                 .vertexStride = 12}}};
 }
 
-static void test_a_build_of_the_same_shape_has_its_sizes(void **state)
+TEST(test_a_build_of_the_same_shape_has_its_sizes)
 {
-    (void)state;
-    const VkAccelerationStructureBuildTypeKHR type =
-        VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
     struct sample a = a_sample();
     struct previous_shape recent = {0};
     a.info.pGeometries = &a.geometry;
     assert_false(previous_shape_is_same(&recent, &a.info, 1, type));
-    previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, false);
+    keep(&recent, &a, 1, false);
     assert_true(previous_shape_is_same(&recent, &a.info, 1, type));
     assert_false(previous_shape_matches(&recent, &a.info));
     assert_false(previous_shape_is_same(&recent, &a.info, 2, type));
     assert_false(
         previous_shape_is_same(&recent, &a.info, 1, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR));
-    previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, true);
+    keep(&recent, &a, 1, true);
     assert_true(previous_shape_matches(&recent, &a.info));
     a.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     assert_true(previous_shape_is_same(&recent, &a.info, 1, type));
@@ -342,28 +320,15 @@ static void test_a_build_of_the_same_shape_has_its_sizes(void **state)
 }
 
 /* One with a chain isn't kept, nor the one before it. */
-static void test_a_build_with_a_chain_is_like_none(void **state)
+TEST(test_a_build_with_a_chain_is_like_none)
 {
-    (void)state;
-    const VkAccelerationStructureBuildTypeKHR type =
-        VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
     struct sample a = a_sample();
     struct previous_shape recent = {0};
     a.info.pGeometries = &a.geometry;
-    previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, true);
+    keep(&recent, &a, 1, true);
     a.geometry.pNext = &stray;
     assert_false(previous_shape_is_same(&recent, &a.info, 1, type));
-    previous_shape_set(&recent, &a.info, 1, type, &(struct size_facts){.known = true}, true);
+    keep(&recent, &a, 1, true);
     a.geometry.pNext = NULL;
     assert_false(previous_shape_is_same(&recent, &a.info, 1, type));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_rules_of_the_shape_read_nothing_else),
-        cmocka_unit_test(test_a_build_of_the_same_shape_has_its_sizes),
-        cmocka_unit_test(test_a_build_with_a_chain_is_like_none),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

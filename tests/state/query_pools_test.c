@@ -1,14 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Query pools: ids that are never used twice, reused handles, and no memory. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "../report/scarce_memory.h"
 #include "src/state/commands/query_pools.h"
+#include "tests/state/unit_test.h"
 
 static VkQueryPool handle(uintptr_t n)
 {
@@ -22,11 +16,11 @@ static struct query_pools *make(void)
     return pools;
 }
 
-static void ids_are_of_one_query_alone(void **unused)
+#define POOLS_TEST(name) TEST_WITH(name, struct query_pools *pools, make, query_pools_destroy)
+
+POOLS_TEST(ids_are_of_one_query_alone)
 {
-    struct query_pools *pools = make();
     struct query_pool first, second, again;
-    (void)unused;
     query_pools_add(pools, handle(1), 3);
     query_pools_add(pools, handle(2), 2);
     assert_true(query_pools_find(pools, handle(1), &first));
@@ -44,29 +38,23 @@ static void ids_are_of_one_query_alone(void **unused)
     assert_true(again.first_id == second.first_id + 2);
     assert_true(query_pools_find(pools, handle(2), &again));
     assert_true(again.first_id == second.first_id + 3);
-    query_pools_destroy(pools);
 }
 
-static void what_is_not_there_is_not_known(void **unused)
+POOLS_TEST(what_is_not_there_is_not_known)
 {
-    struct query_pools *pools = make();
     struct query_pool pool = {.count = 4};
-    (void)unused;
     assert_false(query_pools_find(pools, handle(1), &pool));
     assert_false(query_pools_remove(pools, handle(1), &pool));
     assert_int_equal(query_pool_clamp(&pool, 0, 4), 4);
     assert_int_equal(query_pool_clamp(&pool, 3, UINT32_MAX), 1);
     assert_int_equal(query_pool_clamp(&pool, 4, 1), 0);
     assert_int_equal(query_pool_clamp(&pool, UINT32_MAX, 1), 0);
-    query_pools_destroy(pools);
     query_pools_destroy(NULL);
 }
 
-static void without_memory_a_pool_is_not_known(void **unused)
+POOLS_TEST(without_memory_a_pool_is_not_known)
 {
-    struct query_pools *pools = make();
     struct query_pool pool;
-    (void)unused;
     for (int left = 0; left < 2; left++) {
         memory_fail_after(left);
         query_pools_add(pools, handle(1), 3);
@@ -75,15 +63,4 @@ static void without_memory_a_pool_is_not_known(void **unused)
     }
     query_pools_add(pools, handle(1), 3);
     assert_true(query_pools_find(pools, handle(1), &pool));
-    query_pools_destroy(pools);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(ids_are_of_one_query_alone),
-        cmocka_unit_test(what_is_not_there_is_not_known),
-        cmocka_unit_test(without_memory_a_pool_is_not_known),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

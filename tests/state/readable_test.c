@@ -1,18 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the probe of application memory. */
 #define _GNU_SOURCE /* MAP_ANONYMOUS */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <sys/mman.h>
 #include <time.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "random.h"
 #include "src/base/readable.h"
+#include "tests/state/unit_test.h"
 
 enum { PAGES = 64 };
 
@@ -44,9 +39,8 @@ static bool ask(const void *pointer, size_t size)
     return readable(&cache, pointer, size);
 }
 
-static void test_objects_are_readable(void **state)
+TEST(test_objects_are_readable)
 {
-    (void)state;
     static const char constant[] = "text";
     int local = 0;
     assert_true(ask(&local, sizeof(local)));
@@ -54,51 +48,46 @@ static void test_objects_are_readable(void **state)
     assert_true(ask((const void *)(uintptr_t)test_objects_are_readable, 1));
 }
 
-static void test_null_and_low_addresses_are_not(void **state)
+TEST(test_null_and_low_addresses_are_not)
 {
-    (void)state;
     assert_false(ask(NULL, 1));
     assert_false(ask(NULL, SIZE_MAX));
     assert_false(ask((const void *)(uintptr_t)1, 1));
     assert_false(ask((const void *)(uintptr_t)0x10, 8));
 }
 
-static void test_nothing_is_readable_anywhere(void **state)
+TEST(test_nothing_is_readable_anywhere)
 {
-    (void)state;
     assert_true(ask(NULL, 0));
     assert_true(ask((const void *)UINTPTR_MAX, 0));
 }
 
-static void test_noncanonical_and_kernel_addresses_are_not(void **state)
+TEST(test_noncanonical_and_kernel_addresses_are_not)
 {
-    (void)state;
     assert_false(ask((const void *)(uintptr_t)0xdddddddddddddddd, 4));
     assert_false(ask((const void *)(uintptr_t)0xffffffff80000000, 4));
     assert_false(ask((const void *)(UINTPTR_MAX - 3), 4));
 }
 
-static void test_ranges_that_wrap_are_not(void **state)
+TEST(test_ranges_that_wrap_are_not)
 {
-    (void)state;
     int local = 0;
     assert_false(ask(&local, SIZE_MAX));
     assert_false(ask(&local, SIZE_MAX - (uintptr_t)&local + 2));
     assert_false(ask((const void *)(UINTPTR_MAX - 3), 5));
 }
 
-static void test_a_huge_range_ends_somewhere(void **state)
+TEST(test_a_huge_range_ends_somewhere)
 {
-    (void)state;
     int local = 0;
     assert_false(ask(&local, (size_t)UINT32_MAX * 112));
     assert_false(ask(&local, SIZE_MAX - (uintptr_t)&local));
 }
 
-static void test_a_page_without_access_is_not(void **state)
+#define PAGES_TEST(name) TEST_WITH(name, char *pages, map_pages, unmap_pages)
+
+PAGES_TEST(test_a_page_without_access_is_not)
 {
-    (void)state;
-    char *pages = map_pages();
     forbid(pages + page_size);
     assert_true(ask(pages, page_size));
     assert_true(ask(pages + page_size - 1, 1));
@@ -108,26 +97,20 @@ static void test_a_page_without_access_is_not(void **state)
     assert_false(ask(pages + 2 * page_size - 1, 2));
     assert_true(ask(pages + 2 * page_size, 1));
     assert_false(ask(pages, 3 * page_size));
-    unmap_pages(pages);
 }
 
-static void test_an_unmapped_page_is_not(void **state)
+PAGES_TEST(test_an_unmapped_page_is_not)
 {
-    (void)state;
-    char *pages = map_pages();
     munmap(pages + page_size, page_size);
     assert_true(ask(pages, page_size));
     assert_false(ask(pages, page_size + 1));
     assert_false(ask(pages + page_size, 1));
-    unmap_pages(pages);
 }
 
 /* Any range, with pages taken away here and there, against what was taken away. */
-static void test_ranges_against_a_map_of_pages(void **state)
+PAGES_TEST(test_ranges_against_a_map_of_pages)
 {
-    (void)state;
     struct random random = random_of("readable");
-    char *pages = map_pages();
     bool allowed[PAGES];
     for (int i = 0; i < PAGES; i++) {
         allowed[i] = !random_one_in(&random, 6);
@@ -143,14 +126,11 @@ static void test_ranges_against_a_map_of_pages(void **state)
             expected &= allowed[i];
         assert_int_equal(readable(&cache, pages + begin, size), expected);
     }
-    unmap_pages(pages);
 }
 
 /* What was found readable is not asked for again: it still counts when it is gone. */
-static void test_readable_ranges_are_remembered(void **state)
+PAGES_TEST(test_readable_ranges_are_remembered)
 {
-    (void)state;
-    char *pages = map_pages();
     struct readable_cache cache = {0};
     for (size_t i = 0; i < READABLE_RANGES; i++) /* apart, so that each is a range of its own */
         assert_true(readable(&cache, pages + 4 * i * page_size, 2 * page_size));
@@ -161,15 +141,12 @@ static void test_readable_ranges_are_remembered(void **state)
         assert_true(readable(&cache, pages + 4 * i * page_size, 2 * page_size));
         assert_true(readable(&cache, pages + (4 * i + 1) * page_size + 7, 9));
     }
-    unmap_pages(pages);
 }
 
 /* More ranges than there is room for: the oldest is forgotten, and asked for again, but for pages
  * in which something began that was asked for lately. */
-static void test_the_oldest_range_is_forgotten(void **state)
+PAGES_TEST(test_the_oldest_range_is_forgotten)
 {
-    (void)state;
-    char *pages = map_pages();
     struct readable_cache cache = {0};
     for (size_t i = 0; i <= READABLE_RANGES; i++)
         assert_true(readable(&cache, pages + 3 * i * page_size, 2 * page_size));
@@ -180,14 +157,11 @@ static void test_the_oldest_range_is_forgotten(void **state)
     assert_false(readable(&cache, pages, page_size + 1));
     readable_forget(&cache);
     assert_false(readable(&cache, pages, 1));
-    unmap_pages(pages);
 }
 
 /* An array that is walked to the end of its mapping. */
-static void test_an_array_is_walked_to_its_end(void **state)
+PAGES_TEST(test_an_array_is_walked_to_its_end)
 {
-    (void)state;
-    char *pages = map_pages();
     for (size_t behind = 1; behind < PAGES; behind++) {
         struct readable_cache cache = {0};
         forbid(pages + (PAGES - behind) * page_size);
@@ -197,51 +171,23 @@ static void test_an_array_is_walked_to_its_end(void **state)
         assert_true(readable(&cache, pages, (PAGES - behind) * page_size));
         assert_false(readable(&cache, pages, (PAGES - behind) * page_size + 1));
     }
-    unmap_pages(pages);
 }
 
-static void test_unreadable_pages_are_asked_for_again(void **state)
+PAGES_TEST(test_unreadable_pages_are_asked_for_again)
 {
-    (void)state;
-    char *pages = map_pages();
     struct readable_cache cache = {0};
     forbid(pages);
     assert_false(readable(&cache, pages, 1));
     assert_int_equal(mprotect(pages, page_size, PROT_READ), 0);
     assert_true(readable(&cache, pages, 1));
-    unmap_pages(pages);
 }
 
 /* A few milliseconds later the thread's is empty again. */
-static void test_what_a_thread_remembers_does_not_last(void **state)
+PAGES_TEST(test_what_a_thread_remembers_does_not_last)
 {
-    (void)state;
     const struct timespec while_the_timer_advances = {.tv_nsec = 50 * 1000 * 1000};
-    char *pages = map_pages();
     assert_true(readable(readable_cache_of_thread(), pages, 1));
     forbid(pages);
     nanosleep(&while_the_timer_advances, NULL);
     assert_false(readable(readable_cache_of_thread(), pages, 1));
-    unmap_pages(pages);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_objects_are_readable),
-        cmocka_unit_test(test_null_and_low_addresses_are_not),
-        cmocka_unit_test(test_nothing_is_readable_anywhere),
-        cmocka_unit_test(test_noncanonical_and_kernel_addresses_are_not),
-        cmocka_unit_test(test_ranges_that_wrap_are_not),
-        cmocka_unit_test(test_a_huge_range_ends_somewhere),
-        cmocka_unit_test(test_a_page_without_access_is_not),
-        cmocka_unit_test(test_an_unmapped_page_is_not),
-        cmocka_unit_test(test_ranges_against_a_map_of_pages),
-        cmocka_unit_test(test_readable_ranges_are_remembered),
-        cmocka_unit_test(test_the_oldest_range_is_forgotten),
-        cmocka_unit_test(test_an_array_is_walked_to_its_end),
-        cmocka_unit_test(test_unreadable_pages_are_asked_for_again),
-        cmocka_unit_test(test_what_a_thread_remembers_does_not_last),
-    };
-    return cmocka_run_group_tests_name("readable", tests, NULL, NULL);
 }

@@ -1,17 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the striped lock: readers see no half-done writes, and writers are not starved. */
 #include <pthread.h>
-#include <setjmp.h>
 #include <stdalign.h>
-#include <stdarg.h>
 #include <stdatomic.h>
 #include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "src/base/reader_lock.h"
+#include "tests/state/unit_test.h"
 
 enum { READERS = READER_LOCK_STRIPES + 3, WRITERS = 3, WRITES = 300 };
 
@@ -66,9 +61,8 @@ static void read_and_write(struct guarded *guarded)
     assert_int_equal(atomic_load(&guarded->torn), 0);
 }
 
-static void test_writes_are_whole(void **state)
+TEST(test_writes_are_whole)
 {
-    (void)state;
     static struct guarded guarded;
     read_and_write(&guarded);
 }
@@ -86,9 +80,8 @@ static void *enter_once(void *context)
 }
 
 /* A thread keeps its stripe, and the threads share all stripes out among them. */
-static void test_threads_spread_over_the_stripes(void **state)
+TEST(test_threads_spread_over_the_stripes)
 {
-    (void)state;
     static struct guarded guarded;
     for (int i = 0; i < READER_LOCK_STRIPES; i++) {
         pthread_t thread;
@@ -99,9 +92,8 @@ static void test_threads_spread_over_the_stripes(void **state)
     assert_int_equal(atomic_load(&guarded.torn), 0);
 }
 
-static void test_readers_do_not_share_cache_lines(void **state)
+TEST(test_readers_do_not_share_cache_lines)
 {
-    (void)state;
     static struct guarded guarded;
     for (int i = 1; i < READER_LOCK_STRIPES; i++) {
         uintptr_t end = (uintptr_t)&guarded.lock.stripes[i - 1].is_taken;
@@ -110,14 +102,4 @@ static void test_readers_do_not_share_cache_lines(void **state)
     }
     /* Modules allocate what holds a lock with calloc, so it may ask for no more alignment. */
     assert_true(alignof(struct reader_lock) <= alignof(max_align_t));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_writes_are_whole),
-        cmocka_unit_test(test_threads_spread_over_the_stripes),
-        cmocka_unit_test(test_readers_do_not_share_cache_lines),
-    };
-    return cmocka_run_group_tests_name("reader lock", tests, NULL, NULL);
 }

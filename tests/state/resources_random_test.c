@@ -1,13 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Random lives of buffers, memory and structures with few handles, which are therefore reused all
  * the time, against a naive model that keeps everything that ever was. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "../report/scarce_memory.h"
 #include "random.h"
@@ -168,9 +162,9 @@ static void assert_lies(const struct fixture *fixture, struct memory_span span,
                         const struct buffer_model *buffer, VkDeviceSize begin, VkDeviceSize end)
 {
     if (backing_of(fixture, buffer) == YES && !buffer->differs)
-        assert_span(&span, buffer->memory_handle, buffer->offset + begin, buffer->offset + end);
+        assert_span(span, buffer->memory_handle, buffer->offset + begin, buffer->offset + end);
     else
-        assert_no_span(&span);
+        assert_null(span.memory);
 }
 
 static void assert_accel(const struct fixture *fixture, uint32_t n)
@@ -236,9 +230,8 @@ static void assert_address(const struct fixture *fixture, VkDeviceAddress addres
     assert_lies(fixture, address_span(&facts), chosen, address - chosen->address, chosen->size);
 }
 
-static void test_random_lives(void **state)
+TEST(test_random_lives)
 {
-    (void)state;
     struct random random = random_of("resources");
     for (int life = 0; life < 4; life++) {
         struct fixture *fixture = a_fixture();
@@ -269,9 +262,8 @@ static void assert_accel_is_not_wrong(const struct fixture *fixture, uint32_t n)
         assert_lies(fixture, accel_span(&facts), in, model->offset, model->offset + model->size);
 }
 
-static void test_random_lives_without_memory(void **state)
+TEST(test_random_lives_without_memory)
 {
-    (void)state;
     struct random random = random_of("resources without memory");
     unsigned failures = 0;
     for (int life = 0; life < 200; life++) {
@@ -290,13 +282,4 @@ static void test_random_lives_without_memory(void **state)
         free(fixture);
     }
     assert_true(failures > 50);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_random_lives),
-        cmocka_unit_test(test_random_lives_without_memory),
-    };
-    return cmocka_run_group_tests_name("resources at random", tests, NULL, NULL);
 }

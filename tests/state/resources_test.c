@@ -1,14 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is known of acceleration structures, their buffers and their memory. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include "../report/scarce_memory.h"
 #include "tests/state/fixture.h"
+#include "tests/state/without_memory.h"
 
 enum { SIZE = 0x1000 };
 
@@ -26,7 +19,7 @@ static void assert_lies_at(struct resources *resources, unsigned n, unsigned mem
 {
     struct accel_facts facts = accel_facts(resources, n);
     assert_int_equal(facts.backed, YES);
-    assert_accel_lies(&facts, memory_n, begin, end);
+    assert_span(accel_span(&facts), memory_n, begin, end);
 }
 
 /* Buffer 1, at the beginning of memory 1. */
@@ -39,12 +32,13 @@ static struct resources *one_bound_buffer(void)
     return resources;
 }
 
+#define BOUND_BUFFER_TEST(name)                                                                    \
+    TEST_WITH(name, struct resources *resources, one_bound_buffer, resources_destroy)
+
 /* ---- structures in buffers */
 
-static void test_a_structure_has_its_details(void **state)
+RESOURCES_TEST(test_a_structure_has_its_details)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_buffer(resources, 1, SIZE, 0);
     have_accel(resources, 2, 1, 0x100, 0x200);
     struct accel_facts facts = accel_facts(resources, 2);
@@ -57,14 +51,11 @@ static void test_a_structure_has_its_details(void **state)
     assert_int_equal(facts.size, 0x200);
     assert_int_equal(facts.begin, 0x100);
     assert_ptr_equal(facts.buffer, buffer(1));
-    resources_destroy(resources);
     resources_destroy(NULL);
 }
 
-static void test_a_buffer_may_be_bound_before_or_after(void **state)
+RESOURCES_TEST(test_a_buffer_may_be_bound_before_or_after)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_memory(resources, 1);
     have_buffer(resources, 1, SIZE, 0);
     have_buffer(resources, 2, SIZE, 0);
@@ -75,13 +66,10 @@ static void test_a_buffer_may_be_bound_before_or_after(void **state)
     assert_backed(resources, 2, NO);
     bind_at(resources, 2, 1, 0x8000);
     assert_lies_at(resources, 2, 1, 0x8100, 0x8300);
-    resources_destroy(resources);
 }
 
-static void test_memory_freed_is_memory_lost(void **state)
+BOUND_BUFFER_TEST(test_memory_freed_is_memory_lost)
 {
-    (void)state;
-    struct resources *resources = one_bound_buffer();
     have_accel(resources, 1, 1, 0, 0x100);
     resources_remove_memory(resources, memory(1));
     assert_backed(resources, 1, NO);
@@ -91,13 +79,10 @@ static void test_memory_freed_is_memory_lost(void **state)
     resources_remove_memory(resources, memory(1));
     resources_remove_memory(resources, memory(1));
     resources_remove_memory(resources, VK_NULL_HANDLE);
-    resources_destroy(resources);
 }
 
-static void test_a_buffer_destroyed_takes_its_place_along(void **state)
+BOUND_BUFFER_TEST(test_a_buffer_destroyed_takes_its_place_along)
 {
-    (void)state;
-    struct resources *resources = one_bound_buffer();
     have_accel(resources, 1, 1, 0, 0x100);
     resources_remove_buffer(resources, buffer(1));
     assert_backed(resources, 1, NO);
@@ -107,13 +92,10 @@ static void test_a_buffer_destroyed_takes_its_place_along(void **state)
     assert_backed(resources, 1, NO);
     have_accel(resources, 1, 1, 0x80, 0x100);
     assert_lies_at(resources, 1, 1, 0x80, 0x180);
-    resources_destroy(resources);
 }
 
-static void test_a_structure_destroyed_is_no_structure(void **state)
+RESOURCES_TEST(test_a_structure_destroyed_is_no_structure)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_buffer(resources, 1, SIZE, 0);
     have_accel(resources, 1, 1, 0, 0x100);
     assert_true(resources_find_id(resources, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel(1)));
@@ -128,15 +110,12 @@ static void test_a_structure_destroyed_is_no_structure(void **state)
     assert_int_not_equal(accel_facts(resources, 1).id, id);
     assert_int_equal(accel_facts(resources, 0).alive, UNKNOWN); /* VK_NULL_HANDLE: nothing to say */
     assert_false(resources_find_id(resources, RESOURCE_ACCEL, 0));
-    resources_destroy(resources);
 }
 
 /* A handle that comes again without having gone: the layer missed nothing, so the old one is dead.
  */
-static void test_a_handle_created_again_is_another(void **state)
+RESOURCES_TEST(test_a_handle_created_again_is_another)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_memory(resources, 1);
     have_memory(resources, 2);
     have_buffer(resources, 1, SIZE, 0);
@@ -150,13 +129,10 @@ static void test_a_handle_created_again_is_another(void **state)
     have_buffer(resources, 1, SIZE, 0);
     bind_at(resources, 1, 2, 0);
     assert_backed(resources, 2, NO);
-    resources_destroy(resources);
 }
 
-static void test_buffers_share_memory(void **state)
+RESOURCES_TEST(test_buffers_share_memory)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_memory(resources, 1);
     for (unsigned n = 1; n <= 3; n++) {
         have_buffer(resources, n, SIZE, 0);
@@ -169,15 +145,12 @@ static void test_buffers_share_memory(void **state)
     resources_remove_buffer(resources, buffer(2));
     assert_backed(resources, 2, NO);
     assert_lies_at(resources, 3, 1, 0x1030, 0x1130);
-    resources_destroy(resources);
 }
 
 /* ---- bindings that are not known */
 
-static void test_a_failed_bind_leaves_the_binding_unknown(void **state)
+RESOURCES_TEST(test_a_failed_bind_leaves_the_binding_unknown)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_memory(resources, 1);
     have_buffer(resources, 1, SIZE, 0);
     have_accel(resources, 1, 1, 0, 0x100);
@@ -188,13 +161,10 @@ static void test_a_failed_bind_leaves_the_binding_unknown(void **state)
     resources_forget_binding(resources, buffer(1));
     assert_backed(resources, 1, UNKNOWN);
     resources_forget_binding(resources, buffer(9));
-    resources_destroy(resources);
 }
 
-static void test_a_binding_to_unknown_memory_is_unknown(void **state)
+RESOURCES_TEST(test_a_binding_to_unknown_memory_is_unknown)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_buffer(resources, 1, SIZE, 0);
     have_accel(resources, 1, 1, 0, 0x100);
     bind_at(resources, 1, 7, 0);
@@ -202,14 +172,11 @@ static void test_a_binding_to_unknown_memory_is_unknown(void **state)
     have_memory(resources, 7);
     assert_backed(resources, 1, UNKNOWN);
     bind_at(resources, 9, 7, 0); /* nor is that buffer known */
-    resources_destroy(resources);
 }
 
 /* Offsets in memory whose instances are exchanged are not comparable, but the memory is there. */
-static void test_bindings_with_instances_of_their_choice_have_no_span(void **state)
+RESOURCES_TEST(test_bindings_with_instances_of_their_choice_have_no_span)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     resources_add_memory(resources, memory(1), 1 << 20, 0, true);
     have_buffer(resources, 1, SIZE, 0);
     resources_bind_buffer(resources, buffer(1), memory(1), 0, true);
@@ -223,103 +190,56 @@ static void test_bindings_with_instances_of_their_choice_have_no_span(void **sta
     assert_null(address.memory);
     resources_remove_memory(resources, memory(1));
     assert_backed(resources, 1, NO);
-    resources_destroy(resources);
 }
 
-static void test_a_structure_in_an_unknown_buffer_is_backed_by_who_knows(void **state)
+RESOURCES_TEST(test_a_structure_in_an_unknown_buffer_is_backed_by_who_knows)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_accel(resources, 1, 5, 0, 0x100);
     assert_backed(resources, 1, UNKNOWN);
     assert_null(accel_facts(resources, 1).buffer);
     have_buffer(resources, 5, SIZE, 0);
     assert_backed(resources, 1, UNKNOWN);
-    resources_destroy(resources);
 }
 
 /* ---- without memory */
 
-static void test_what_was_lost_is_unknown(void **state)
+RESOURCES_TEST(test_what_was_lost_is_unknown)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_buffer(resources, 1, SIZE, 0);
     have_accel(resources, 1, 1, 0, 0x100);
     assert_int_equal(accel_facts(resources, 2).alive, NO);
-    memory_fail_after(0);
-    have_accel(resources, 2, 1, 0, 0x100);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(have_accel(resources, 2, 1, 0, 0x100));
     assert_int_equal(accel_facts(resources, 1).alive, YES);
     assert_int_equal(accel_facts(resources, 2).alive, UNKNOWN);
     assert_int_equal(accel_facts(resources, 3).alive, UNKNOWN);
-    resources_destroy(resources);
 }
 
-static void test_memory_that_was_lost_makes_bindings_unknown(void **state)
+RESOURCES_TEST(test_memory_that_was_lost_makes_bindings_unknown)
 {
-    (void)state;
-    struct resources *resources = no_resources();
     have_buffer(resources, 1, SIZE, 0);
     have_accel(resources, 1, 1, 0, 0x100);
-    memory_fail_after(0);
-    have_memory(resources, 1);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(have_memory(resources, 1));
     bind_at(resources, 1, 1, 0);
     assert_backed(resources, 1, UNKNOWN);
-    resources_destroy(resources);
 }
 
 /* A record that could not be replaced is gone: its handle has another owner now. */
-static void test_a_lost_successor_removes_its_predecessor(void **state)
+BOUND_BUFFER_TEST(test_a_lost_successor_removes_its_predecessor)
 {
-    (void)state;
-    struct resources *resources = one_bound_buffer();
     resources_set_address(resources, buffer(1), 0x10000);
     have_accel(resources, 1, 1, 0, 0x100);
-    memory_fail_after(0);
-    have_buffer(resources, 1, SIZE, 0);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(have_buffer(resources, 1, SIZE, 0));
     assert_backed(resources, 1, NO);
     assert_int_equal(address_facts(resources, 0x10000).status, ADDRESS_UNKNOWN);
     have_accel(resources, 2, 1, 0, 0x100);
     assert_backed(resources, 2, UNKNOWN);
-    memory_fail_after(0);
-    have_accel(resources, 1, 1, 0, 0x100);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(have_accel(resources, 1, 1, 0, 0x100));
     assert_int_equal(accel_facts(resources, 1).alive, UNKNOWN);
-    resources_destroy(resources);
 }
 
-static void test_resources_need_memory(void **state)
+TEST(test_resources_need_memory)
 {
-    (void)state;
     struct resources *resources;
-    memory_fail_after(0);
-    VkResult result = resources_create(&resources);
-    assert_true(memory_fail_no_more());
-    assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
+    WITHOUT_MEMORY(assert_int_equal(resources_create(&resources), VK_ERROR_OUT_OF_HOST_MEMORY));
     assert_null(resources);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_structure_has_its_details),
-        cmocka_unit_test(test_a_buffer_may_be_bound_before_or_after),
-        cmocka_unit_test(test_memory_freed_is_memory_lost),
-        cmocka_unit_test(test_a_buffer_destroyed_takes_its_place_along),
-        cmocka_unit_test(test_a_structure_destroyed_is_no_structure),
-        cmocka_unit_test(test_a_handle_created_again_is_another),
-        cmocka_unit_test(test_buffers_share_memory),
-        cmocka_unit_test(test_a_failed_bind_leaves_the_binding_unknown),
-        cmocka_unit_test(test_a_binding_to_unknown_memory_is_unknown),
-        cmocka_unit_test(test_bindings_with_instances_of_their_choice_have_no_span),
-        cmocka_unit_test(test_a_structure_in_an_unknown_buffer_is_backed_by_who_knows),
-        cmocka_unit_test(test_what_was_lost_is_unknown),
-        cmocka_unit_test(test_memory_that_was_lost_makes_bindings_unknown),
-        cmocka_unit_test(test_a_lost_successor_removes_its_predecessor),
-        cmocka_unit_test(test_resources_need_memory),
-    };
-    return cmocka_run_group_tests_name("resources", tests, NULL, NULL);
 }

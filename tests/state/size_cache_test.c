@@ -1,17 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the cache of build sizes: what makes a shape, and what doesn't. */
-#include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "random.h"
 #include "src/state/builds/size_cache.h"
+#include "tests/state/unit_test.h"
 
 enum { GEOMETRIES = 3 };
 
@@ -142,9 +136,8 @@ static void assert_all(const change *changes, size_t count, const struct build *
 #define ASSERT_ALL(changes, build, expected)                                                       \
     assert_all(changes, sizeof(changes) / sizeof(changes[0]), build, expected)
 
-static void test_what_matters_makes_another_shape(void **state)
+TEST(test_what_matters_makes_another_shape)
 {
-    (void)state;
     const struct build triangles = a_build(set_triangles), aabbs = a_build(set_aabbs),
                        instances = a_build(set_instances);
     const change to_triangles[] = {
@@ -161,9 +154,8 @@ static void test_what_matters_makes_another_shape(void **state)
     ASSERT_ALL(to_instances, &instances, false);
 }
 
-static void test_what_does_not_matter_leaves_the_shape(void **state)
+TEST(test_what_does_not_matter_leaves_the_shape)
 {
-    (void)state;
     const struct build triangles = a_build(set_triangles), aabbs = a_build(set_aabbs),
                        instances = a_build(set_instances);
     const change to_triangles[] = {change_nothing, change_mode,     change_src,    change_dst,
@@ -176,9 +168,8 @@ static void test_what_does_not_matter_leaves_the_shape(void **state)
 }
 
 /* Only whether there is a transform matters. */
-static void test_two_transforms_have_one_shape(void **state)
+TEST(test_two_transforms_have_one_shape)
 {
-    (void)state;
     struct build a = a_build(set_triangles), b = a;
     a.geometries[0].geometry.triangles.transformData.deviceAddress = 0x100;
     b.geometries[0].geometry.triangles.transformData.deviceAddress = 0x2000;
@@ -186,18 +177,16 @@ static void test_two_transforms_have_one_shape(void **state)
 }
 
 /* What a geometry's union holds beside the member that its type selects is nobody's. */
-static void test_the_rest_of_the_union_does_not_matter(void **state)
+TEST(test_the_rest_of_the_union_does_not_matter)
 {
-    (void)state;
     struct build a = a_build(set_aabbs), b = a;
     memset((char *)&b.geometries[0].geometry + sizeof(b.geometries[0].geometry.aabbs), 0x5a,
            sizeof(b.geometries[0].geometry) - sizeof(b.geometries[0].geometry.aabbs));
     assert_true(same_shape(&a, &b));
 }
 
-static void test_an_array_of_pointers_has_the_shape_of_an_array(void **state)
+TEST(test_an_array_of_pointers_has_the_shape_of_an_array)
 {
-    (void)state;
     struct build a = a_build(set_triangles), b = a;
     struct build_shape x, y;
     for (int i = 0; i < GEOMETRIES; i++)
@@ -208,10 +197,11 @@ static void test_an_array_of_pointers_has_the_shape_of_an_array(void **state)
     assert_true(x.low == y.low && x.high == y.high);
 }
 
-static void test_chains_have_no_shape(void **state)
+TEST(test_chains_have_no_shape)
 {
-    (void)state;
-    VkBaseInStructure other = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO};
+    const VkBaseInStructure other = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO};
+    void (*const sets[])(VkAccelerationStructureGeometryKHR *) = {set_triangles, set_aabbs,
+                                                                  set_instances};
     struct build_shape shape;
     struct build build = a_build(set_triangles);
     build.info.pNext = &other;
@@ -220,15 +210,11 @@ static void test_chains_have_no_shape(void **state)
         build = a_build(set_triangles);
         build.geometries[i].pNext = &other;
         assert_false(shape_of(&build, &shape));
-        build = a_build(set_triangles);
-        build.geometries[i].geometry.triangles.pNext = &other;
-        assert_false(shape_of(&build, &shape));
-        build = a_build(set_aabbs);
-        build.geometries[i].geometry.aabbs.pNext = &other;
-        assert_false(shape_of(&build, &shape));
-        build = a_build(set_instances);
-        build.geometries[i].geometry.instances.pNext = &other;
-        assert_false(shape_of(&build, &shape));
+        for (int j = 0; j < 3; j++) {
+            build = a_build(sets[j]);
+            build.geometries[i].geometry.triangles.pNext = &other; /* of any type of data */
+            assert_false(shape_of(&build, &shape));
+        }
         build = a_build(set_triangles);
         build.geometries[i].geometryType = VK_GEOMETRY_TYPE_SPHERES_NV;
         assert_false(shape_of(&build, &shape));
@@ -259,9 +245,8 @@ static struct build_shape some_shape(struct random *random)
                                 .high = random_below(random, 2)};
 }
 
-static void test_it_answers_only_what_it_was_told(void **state)
+TEST(test_it_answers_only_what_it_was_told)
 {
-    (void)state;
     struct random random = random_of("size_cache");
     struct size_cache *cache;
     assert_int_equal(size_cache_create(&cache), VK_SUCCESS);
@@ -307,37 +292,17 @@ static void *share(void *context)
     return NULL;
 }
 
-static void test_threads_share_it(void **state)
+TEST(test_threads_share_it)
 {
-    (void)state;
     enum { THREADS = 4 };
     struct random random = random_of("size_cache threads");
     struct sharer sharers[THREADS];
-    pthread_t threads[THREADS];
     struct size_cache *cache;
     assert_int_equal(size_cache_create(&cache), VK_SUCCESS);
-    for (int i = 0; i < THREADS; i++) {
+    for (int i = 0; i < THREADS; i++)
         sharers[i] = (struct sharer){.cache = cache, .random = {random_next(&random)}};
-        assert_int_equal(pthread_create(&threads[i], NULL, share, &sharers[i]), 0);
-    }
-    for (int i = 0; i < THREADS; i++) {
-        pthread_join(threads[i], NULL);
+    unit_test_run_threads(THREADS, share, sharers, sizeof(sharers[0]));
+    for (int i = 0; i < THREADS; i++)
         assert_int_equal(sharers[i].wrong, 0);
-    }
     size_cache_destroy(cache);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_what_matters_makes_another_shape),
-        cmocka_unit_test(test_what_does_not_matter_leaves_the_shape),
-        cmocka_unit_test(test_two_transforms_have_one_shape),
-        cmocka_unit_test(test_the_rest_of_the_union_does_not_matter),
-        cmocka_unit_test(test_an_array_of_pointers_has_the_shape_of_an_array),
-        cmocka_unit_test(test_chains_have_no_shape),
-        cmocka_unit_test(test_it_answers_only_what_it_was_told),
-        cmocka_unit_test(test_threads_share_it),
-    };
-    return cmocka_run_group_tests_name("size cache", tests, NULL, NULL);
 }

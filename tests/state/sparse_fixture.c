@@ -1,14 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tests/state/sparse_fixture.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-static void note_piece(void *user, const struct memory_span *piece)
+void note_piece(void *user, const struct memory_span *piece)
 {
     struct pieces *pieces = user;
     assert_true(pieces->count < 64);

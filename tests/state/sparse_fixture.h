@@ -13,12 +13,19 @@ struct pieces {
     unsigned count;
 };
 
+/* Adds one; `user` is struct pieces. */
+void note_piece(void *user, const struct memory_span *piece);
+
 /* Of buffer n. */
 struct pieces pieces_of(struct resources *resources, unsigned n, VkDeviceSize begin,
                         VkDeviceSize end);
 
 /* A sparse buffer 1 with structure 1 over its pages 1 to 6, and memories. */
 struct resources *a_structure_in_pages(void);
+
+/* A test of those `resources`. */
+#define PAGES_TEST(name)                                                                           \
+    TEST_WITH(name, struct resources *resources, a_structure_in_pages, resources_destroy)
 
 /* Of structure 1, for who follows the clock. */
 enum tristate backed_for(struct resources *resources, const struct execution_clock *clock);

@@ -1,12 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of sparse buffers against a map of their pages, and of what many pages cost. */
 #include <inttypes.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 
 #include "random.h"
 #include "tests/state/sparse_fixture.h"
@@ -72,11 +66,9 @@ static void assert_backed(struct resources *resources, const struct model *model
     assert_int_equal(backed(resources), all ? YES : NO);
 }
 
-static void test_random_bindings(void **state)
+PAGES_TEST(test_random_bindings)
 {
-    (void)state;
     struct random random = random_of("sparse");
-    struct resources *resources = a_structure_in_pages();
     struct model model = {0};
     for (int step = 0; step < 1500; step++) {
         bind_randomly(&random, resources, &model);
@@ -92,7 +84,6 @@ static void test_random_bindings(void **state)
         uint32_t first = random_below(&random, PAGES);
         assert_backed(resources, &model, first, 1 + random_below(&random, PAGES - first) % 5);
     }
-    resources_destroy(resources);
 }
 
 /* ---- cost */
@@ -115,20 +106,10 @@ static uint64_t steps_of_pages(uint32_t count)
     return steps_so_far() - start;
 }
 
-static void test_many_pages_cost_no_square(void **state)
+TEST(test_many_pages_cost_no_square)
 {
-    (void)state;
     uint64_t one = steps_of_pages(4000), ten = steps_of_pages(40000);
     print_message("4,000 pages take %" PRIu64 " steps, 40,000 %" PRIu64 "\n", one, ten);
     assert_true(one >= 4000);
     assert_true(ten <= 15 * one);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_random_bindings),
-        cmocka_unit_test(test_many_pages_cost_no_square),
-    };
-    return cmocka_run_group_tests_name("sparse_random", tests, NULL, NULL);
 }

@@ -1,82 +1,61 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of sparse buffers: what is bound where, and for whom. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include "../report/scarce_memory.h"
 #include "tests/state/sparse_fixture.h"
+#include "tests/state/without_memory.h"
 
-static void test_a_range_bound_in_one_piece(void **state)
+PAGES_TEST(test_a_range_bound_in_one_piece)
 {
-    (void)state;
-    struct resources *resources = a_structure_in_pages();
     assert_int_equal(backed(resources), NO);
     bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0x4000);
     assert_int_equal(backed(resources), YES);
     struct pieces pieces = pieces_of(resources, 1, PAGE, 7 * PAGE);
     assert_int_equal(pieces.count, 1);
-    assert_span(&pieces.spans[0], 1, 0x4100, 0x4700);
-    resources_destroy(resources);
+    assert_span(pieces.spans[0], 1, 0x4100, 0x4700);
 }
 
-static void test_a_range_bound_in_two_pieces(void **state)
+PAGES_TEST(test_a_range_bound_in_two_pieces)
 {
-    (void)state;
-    struct resources *resources = a_structure_in_pages();
     bind_sparse(resources, 1, 0, 4 * PAGE, 1, 0x4000);
     assert_int_equal(backed(resources), NO);
     bind_sparse(resources, 1, 4 * PAGE, 4 * PAGE, 2, 0x8000);
     assert_int_equal(backed(resources), YES);
     struct pieces pieces = pieces_of(resources, 1, PAGE, 7 * PAGE);
     assert_int_equal(pieces.count, 2);
-    assert_span(&pieces.spans[0], 1, 0x4100, 0x4400);
-    assert_span(&pieces.spans[1], 2, 0x8000, 0x8300);
-    resources_destroy(resources);
+    assert_span(pieces.spans[0], 1, 0x4100, 0x4400);
+    assert_span(pieces.spans[1], 2, 0x8000, 0x8300);
 }
 
-static void test_a_range_cut_out_of_the_middle(void **state)
+PAGES_TEST(test_a_range_cut_out_of_the_middle)
 {
-    (void)state;
-    struct resources *resources = a_structure_in_pages();
     bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0);
     bind_sparse(resources, 1, 3 * PAGE, PAGE, 2, 0x700);
     struct pieces pieces = pieces_of(resources, 1, 0, 8 * PAGE);
     assert_int_equal(pieces.count, 3);
-    assert_span(&pieces.spans[0], 1, 0, 3 * PAGE);
-    assert_span(&pieces.spans[1], 2, 0x700, 0x800);
-    assert_span(&pieces.spans[2], 1, 4 * PAGE, 8 * PAGE);
+    assert_span(pieces.spans[0], 1, 0, 3 * PAGE);
+    assert_span(pieces.spans[1], 2, 0x700, 0x800);
+    assert_span(pieces.spans[2], 1, 4 * PAGE, 8 * PAGE);
     bind_sparse(resources, 1, 3 * PAGE, PAGE, 0, 0); /* unbinds */
     assert_int_equal(backed(resources), NO);
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 2);
     bind_sparse(resources, 1, 0, 8 * PAGE, 0, 0);
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 0);
-    resources_destroy(resources);
 }
 
-static void test_memory_freed_leaves_a_hole(void **state)
+PAGES_TEST(test_memory_freed_leaves_a_hole)
 {
-    (void)state;
-    struct resources *resources = a_structure_in_pages();
     bind_sparse(resources, 1, 0, 4 * PAGE, 1, 0);
     bind_sparse(resources, 1, 4 * PAGE, 4 * PAGE, 2, 0);
     resources_remove_memory(resources, memory(1));
     assert_int_equal(backed(resources), NO);
     struct pieces pieces = pieces_of(resources, 1, 0, 8 * PAGE);
     assert_int_equal(pieces.count, 1);
-    assert_span(&pieces.spans[0], 2, 0, 4 * PAGE);
+    assert_span(pieces.spans[0], 2, 0, 4 * PAGE);
     have_memory(resources, 1); /* another one */
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 1);
-    resources_destroy(resources);
 }
 
-static void test_an_address_in_a_sparse_buffer_needs_no_memory(void **state)
+PAGES_TEST(test_an_address_in_a_sparse_buffer_needs_no_memory)
 {
-    (void)state;
-    struct resources *resources = a_structure_in_pages();
     resources_set_address(resources, buffer(1), 0x100000);
     struct address_facts facts = address_facts(resources, 0x100010);
     assert_int_equal(facts.status, ADDRESS_IN_BUFFER);
@@ -84,46 +63,34 @@ static void test_an_address_in_a_sparse_buffer_needs_no_memory(void **state)
     assert_int_equal(facts.begin, 0x10);
     assert_true(facts.is_sparse);
     assert_null(facts.memory);
-    resources_destroy(resources);
 }
 
-static void test_a_dead_buffer_backs_nothing(void **state)
+PAGES_TEST(test_a_dead_buffer_backs_nothing)
 {
-    (void)state;
-    struct resources *resources = a_structure_in_pages();
     bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0);
     resources_remove_buffer(resources, buffer(1));
     assert_int_equal(backed(resources), NO);
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 0);
     bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0);
     bind_sparse(resources, 9, 0, 8 * PAGE, 1, 0);
-    resources_destroy(resources);
 }
 
-static void test_bindings_without_bytes_do_nothing(void **state)
+PAGES_TEST(test_bindings_without_bytes_do_nothing)
 {
-    (void)state;
-    struct resources *resources = a_structure_in_pages();
     bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0);
     bind_sparse(resources, 1, PAGE, 0, 2, 0);
     bind_sparse(resources, 1, PAGE, UINT64_MAX, 2, 0); /* wraps */
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 1);
     assert_int_equal(pieces_of(resources, 1, PAGE, PAGE).count, 0);
-    resources_destroy(resources);
 }
 
 /* What was bound is not known, so nothing is said of any of it. */
-static void test_a_lost_binding_makes_all_unknown(void **state)
+PAGES_TEST(test_a_lost_binding_makes_all_unknown)
 {
-    (void)state;
-    struct resources *resources = a_structure_in_pages();
-    memory_fail_after(0);
-    bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0);
-    assert_true(memory_fail_no_more());
+    WITHOUT_MEMORY(bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0));
     bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0);
     assert_int_equal(backed(resources), UNKNOWN);
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 0);
-    resources_destroy(resources);
 }
 
 /* ---- in the order of execution */
@@ -146,10 +113,8 @@ static void bind_after(struct resources *resources, unsigned memory_n, struct ti
     resources_settle_sparse(resources, &binding);
 }
 
-static void test_who_does_not_follow_a_binding_does_not_know_it(void **state)
+PAGES_TEST(test_who_does_not_follow_a_binding_does_not_know_it)
 {
-    (void)state;
-    struct resources *resources = a_structure_in_pages();
     const struct execution_clock before = {.queues = 2, .counts = {0, 1}};
     bind_after(resources, 1, (struct timestamp){1, 2}, 0);
     assert_int_equal(backed(resources), YES);
@@ -157,13 +122,10 @@ static void test_who_does_not_follow_a_binding_does_not_know_it(void **state)
     bind_after(resources, 0, (struct timestamp){1, 3}, 2);
     assert_int_equal(backed(resources), NO);
     assert_int_equal(backed_for(resources, &before), UNKNOWN);
-    resources_destroy(resources);
 }
 
-static void test_bindings_without_order_leave_open_which_came_last(void **state)
+PAGES_TEST(test_bindings_without_order_leave_open_which_came_last)
 {
-    (void)state;
-    struct resources *resources = a_structure_in_pages();
     bind_after(resources, 1, (struct timestamp){1, 1}, 0);
     bind_after(resources, 0, (struct timestamp){2, 1}, 0);
     const struct execution_clock all = {.queues = 3, .counts = {0, 1, 1}};
@@ -171,13 +133,10 @@ static void test_bindings_without_order_leave_open_which_came_last(void **state)
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 0);
     bind_after(resources, 1, (struct timestamp){1, 2}, 1); /* nor does this one follow both */
     assert_int_equal(backed(resources), UNKNOWN);
-    resources_destroy(resources);
 }
 
-static void test_an_announced_binding_leaves_all_open(void **state)
+PAGES_TEST(test_an_announced_binding_leaves_all_open)
 {
-    (void)state;
-    struct resources *resources = a_structure_in_pages();
     assert_int_equal(backed(resources), NO);
     struct sparse_binding binding = announce(resources, 20 * PAGE, PAGE, 1);
     assert_int_equal(backed(resources), UNKNOWN);
@@ -189,37 +148,14 @@ static void test_an_announced_binding_leaves_all_open(void **state)
     resources_bind_sparse(resources, &binding, (struct timestamp){1, 1}, &all_of_queue_1);
     resources_settle_sparse(resources, &binding);
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 0);
-    resources_destroy(resources);
 }
 
-static void test_memory_of_a_recycled_handle_is_not_what_was_bound(void **state)
+PAGES_TEST(test_memory_of_a_recycled_handle_is_not_what_was_bound)
 {
-    (void)state;
-    struct resources *resources = a_structure_in_pages();
     struct sparse_binding binding = announce(resources, 0, 8 * PAGE, 1);
     resources_remove_memory(resources, memory(1));
     have_memory(resources, 1);
     resources_bind_sparse(resources, &binding, (struct timestamp){1, 1}, &all_of_queue_1);
     resources_settle_sparse(resources, &binding);
     assert_int_equal(backed(resources), UNKNOWN);
-    resources_destroy(resources);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_range_bound_in_one_piece),
-        cmocka_unit_test(test_a_range_bound_in_two_pieces),
-        cmocka_unit_test(test_a_range_cut_out_of_the_middle),
-        cmocka_unit_test(test_memory_freed_leaves_a_hole),
-        cmocka_unit_test(test_an_address_in_a_sparse_buffer_needs_no_memory),
-        cmocka_unit_test(test_a_dead_buffer_backs_nothing),
-        cmocka_unit_test(test_bindings_without_bytes_do_nothing),
-        cmocka_unit_test(test_a_lost_binding_makes_all_unknown),
-        cmocka_unit_test(test_who_does_not_follow_a_binding_does_not_know_it),
-        cmocka_unit_test(test_bindings_without_order_leave_open_which_came_last),
-        cmocka_unit_test(test_an_announced_binding_leaves_all_open),
-        cmocka_unit_test(test_memory_of_a_recycled_handle_is_not_what_was_bound),
-    };
-    return cmocka_run_group_tests_name("sparse", tests, NULL, NULL);
 }

@@ -1,14 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the sweep over ranges that are all in conflict: it stays linear. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "src/check/overlap/sweep.h"
 #include "tests/state/sweep_fixture.h"
+#include "tests/state/unit_test.h"
 
 /* Builds of one call that all have one structure as dst, update it, use it as an instance and a
  * micromap, and have one scratch; or the same with structures of their own, on the same memory. */
@@ -38,10 +32,9 @@ static uint32_t pairs_of_conflicts(uint32_t builds, bool one_structure)
 }
 
 /* However many builds there are: as many pairs a build, also if all pairs are wanted. */
-static void test_conflicts_cost_no_square(void **state)
+TEST(test_conflicts_cost_no_square)
 {
     enum { MANY = 20000, KINDS = 5 };
-    (void)state;
     for (int one_structure = 0; one_structure < 2; one_structure++) {
         uint32_t pairs = pairs_of_conflicts(MANY, one_structure);
         assert_true(pairs > MANY);
@@ -52,10 +45,9 @@ static void test_conflicts_cost_no_square(void **state)
 }
 
 /* What conflicts with a range that begins last of all is found behind any number of others. */
-static void test_conflicts_hide_no_other(void **state)
+TEST(test_conflicts_hide_no_other)
 {
     enum { MANY = 1000 };
-    (void)state;
     struct sweep sweep;
     uint32_t pairs = 0;
     sweep_init(&sweep);
@@ -73,13 +65,4 @@ static void test_conflicts_hide_no_other(void **state)
     sweep_shared_memory(&sweep, count_pair, &pairs);
     assert_int_equal(pairs, 2 * SWEEP_PARTNERS + 1);
     sweep_release(&sweep);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_conflicts_cost_no_square),
-        cmocka_unit_test(test_conflicts_hide_no_other),
-    };
-    return cmocka_run_group_tests_name("sweep_conflicts", tests, NULL, NULL);
 }

@@ -1,14 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of calls of which it is plain, before any search, that there is nothing to find. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "random.h"
 #include "tests/state/sweep_fixture.h"
+#include "tests/state/unit_test.h"
 
 enum { PLACE = 64, PLACES = 40 };
 
@@ -55,9 +49,8 @@ static uint32_t count_pairs(struct sweep *sweep)
     return pairs;
 }
 
-static void test_plain_calls_have_no_pairs(void **state)
+TEST(test_plain_calls_have_no_pairs)
 {
-    (void)state;
     struct random random = random_of("sweep_plain");
     uint32_t plain = 0, without_pairs = 0;
     for (int round = 0; round < 4000; round++) {
@@ -73,10 +66,4 @@ static void test_plain_calls_have_no_pairs(void **state)
     }
     assert_in_range(plain, without_pairs / 2, without_pairs);
     assert_in_range(without_pairs, 1000, 3500);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_plain_calls_have_no_pairs)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

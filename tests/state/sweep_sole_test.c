@@ -1,15 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of builds of which it is plain, before anything is collected, that they make no pair. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "random.h"
 #include "src/check/overlap/pairs.h"
 #include "tests/state/sweep_fixture.h"
+#include "tests/state/unit_test.h"
 
 enum { MEMORIES = 3, PLACES = 8, ROUNDS = 20000 };
 
@@ -98,9 +92,8 @@ static uint32_t count_by_sweep(const struct check_context *context, const struct
     return found;
 }
 
-static void test_plain_builds_have_no_pairs(void **state)
+TEST(test_plain_builds_have_no_pairs)
 {
-    (void)state;
     const struct check_context context = {.level = LEVEL_STATE};
     struct random random = random_of("sweep_sole");
     uint32_t plain = 0, without_pairs = 0;
@@ -116,10 +109,4 @@ static void test_plain_builds_have_no_pairs(void **state)
     }
     assert_in_range(plain, without_pairs / 2, without_pairs);
     assert_in_range(without_pairs, ROUNDS / 2, ROUNDS * 9 / 10);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_plain_builds_have_no_pairs)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,20 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the sweep over a call's structures and ranges, against all pairs taken one by one. */
 #include <inttypes.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "../report/scarce_memory.h"
 #include "random.h"
 #include "src/check/overlap/sweep.h"
 #include "tests/state/steps.h"
 #include "tests/state/sweep_fixture.h"
+#include "tests/state/unit_test.h"
 
 enum { RANGES = 120 };
 
@@ -185,9 +180,8 @@ static void make_random(struct random *random, struct call *call, const struct s
     }
 }
 
-static void test_random_calls(void **state)
+TEST(test_random_calls)
 {
-    (void)state;
     static const struct style styles[] = {
         {3, 20, 200, 40, false, 0},                               /* many pairs */
         {2, 3, 30, 30, false, 0},                                 /* nearly all alias */
@@ -226,9 +220,8 @@ static void add_pieces(struct call *call, enum range_role role, uint32_t build, 
         range_of(role, build, handle, 1, build * 64 + 48, build * 64 + 64);
 }
 
-static void test_a_structure_in_pieces_is_one_structure(void **state)
+TEST(test_a_structure_in_pieces_is_one_structure)
 {
-    (void)state;
     static struct call call;
     add_pieces(&call, ROLE_DST, 0, 7);
     assert_int_equal(visits_by_handle(&call), 0);
@@ -244,9 +237,8 @@ static void test_a_structure_in_pieces_is_one_structure(void **state)
 
 /* ---- pairs that are no longer wanted */
 
-static void test_it_stops_where_no_more_are_wanted(void **state)
+TEST(test_it_stops_where_no_more_are_wanted)
 {
-    (void)state;
     static const struct style style = {1, 2, 10, 30, false, 0};
     struct random random = random_of("sweep wanted");
     static struct call call;
@@ -299,9 +291,8 @@ static uint64_t steps_of_updates(uint32_t builds, uint32_t *pairs)
     return steps_so_far() - start;
 }
 
-static void test_a_common_source_costs_no_square(void **state)
+TEST(test_a_common_source_costs_no_square)
 {
-    (void)state;
     uint32_t pairs;
     uint64_t one = steps_of_updates(20000, &pairs);
     assert_int_equal(pairs, 0);
@@ -314,9 +305,8 @@ static void test_a_common_source_costs_no_square(void **state)
 
 /* ---- without memory */
 
-static void test_a_lost_range_silences_all(void **state)
+TEST(test_a_lost_range_silences_all)
 {
-    (void)state;
     static struct call call;
     struct sweep sweep;
     for (uint32_t i = 0; i < RANGES; i++)
@@ -335,9 +325,8 @@ static void test_a_lost_range_silences_all(void **state)
 }
 
 /* Whichever allocation of the search fails, what is visited is there, each pair once. */
-static void test_a_search_without_memory_makes_nothing_up(void **state)
+TEST(test_a_search_without_memory_makes_nothing_up)
 {
-    (void)state;
     static const struct style style = {2, 3, 60, 30, false, 0};
     struct random random = random_of("sweep memory");
     static struct call call;
@@ -360,17 +349,4 @@ static void test_a_search_without_memory_makes_nothing_up(void **state)
         sweep_release(&sweep);
     }
     assert_sweeps(&call);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_random_calls),
-        cmocka_unit_test(test_a_structure_in_pieces_is_one_structure),
-        cmocka_unit_test(test_it_stops_where_no_more_are_wanted),
-        cmocka_unit_test(test_a_common_source_costs_no_square),
-        cmocka_unit_test(test_a_lost_range_silences_all),
-        cmocka_unit_test(test_a_search_without_memory_makes_nothing_up),
-    };
-    return cmocka_run_group_tests_name("sweep", tests, NULL, NULL);
 }

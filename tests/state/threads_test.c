@@ -3,23 +3,17 @@
  * objects that stay, while others make, bind, name and destroy objects around them. What stays must
  * be found as it is at all times. Worth most under the thread sanitizer. */
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
-#include <cmocka.h>
-
 #include "random.h"
 #include "src/report/reporter.h"
 #include "src/state/builds/size_cache.h"
-#include "src/state/commands/command_buffers.h"
 #include "src/state/commands/object_names.h"
+#include "tests/state/command_fixture.h"
 #include "tests/state/fixture.h"
 
 enum {
@@ -52,21 +46,11 @@ static struct device {
             atomic_compare_exchange_strong(&device.wrong, &none, (unsigned)__LINE__);              \
     } while (0)
 
-static VkCommandPool pool(unsigned n)
-{
-    return (VkCommandPool)(uintptr_t)(0x1000 + n);
-}
-
-static VkCommandBuffer command_buffer(unsigned n)
-{
-    return (VkCommandBuffer)(uintptr_t)(0x2000 + n);
-}
-
 /* ---- recorders: recorder n has memory, buffer and structure n, and pool and command buffer n */
 
 static void make_stable_objects(unsigned n)
 {
-    const VkCommandBuffer added = command_buffer(n);
+    const VkCommandBuffer added = handle(n);
     have_memory(device.resources, n);
     have_buffer(device.resources, n, SIZE, 0);
     bind_at(device.resources, n, n, n * SIZE);
@@ -122,7 +106,7 @@ static void send(unsigned n, const struct label_stack *labels)
                  object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer(n)), number(n));
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
     const struct call_origin origin = {
-        .command_buffer = command_buffer(n), .names = device.names, .labels = labels};
+        .command_buffer = handle(n), .names = device.names, .labels = labels};
     atomic_fetch_add(&device.sent, 1);
     reporter_send(device.reporter, RULE_dst_is_backed_by_memory, &location, &origin, &finding);
 }
@@ -131,15 +115,15 @@ static void record_once(struct random *random, unsigned n)
 {
     const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
     const VkDebugUtilsLabelEXT label = {.pLabelName = "frame"};
-    struct command_buffer *own = command_buffers_find(device.command_buffers, command_buffer(n));
-    EXPECT(own && own->handle == command_buffer(n));
+    struct command_buffer *own = command_buffers_find(device.command_buffers, handle(n));
+    EXPECT(own && own->handle == handle(n));
     command_buffer_begin(own, &info, resources_destroy_count(device.resources), VK_SUCCESS);
-    label_stack_push(command_buffers_labels(device.command_buffers, command_buffer(n)), &label);
+    label_stack_push(command_buffers_labels(device.command_buffers, handle(n)), &label);
     for (unsigned build = 0; build < BUILDS; build++) {
         look_up(n, 1 + RECORDERS + random_below(random, MAKERS * OBJECTS));
         query_sizes(random);
         struct command_buffer_facts facts;
-        command_buffers_facts(device.command_buffers, own, command_buffer(n), &facts);
+        command_buffers_facts(device.command_buffers, own, handle(n), &facts);
         EXPECT(facts.alive == YES && facts.state == COMMAND_BUFFER_RECORDING);
         EXPECT(facts.build_index == build);
         own->facts.build_index++;
@@ -153,7 +137,7 @@ static void *record(void *context)
 {
     struct random *random = context;
     unsigned n = (unsigned)(random->state & 0xff);
-    const VkCommandBuffer own = command_buffer(n);
+    const VkCommandBuffer own = handle(n);
     while (atomic_load(&device.running)) {
         record_once(random, n);
         if (random_one_in(random, 5))
@@ -215,7 +199,7 @@ static void note_gone(void *user, VkCommandBuffer gone)
 static void rename_and_repool(struct random *random, unsigned n)
 {
     unsigned recorder = 1 + random_below(random, RECORDERS);
-    const VkCommandBuffer added = command_buffer(n);
+    const VkCommandBuffer added = handle(n);
     name(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel(recorder),
          random_one_in(random, 2) ? "tree %u" : "oak tree number %u", n);
     command_buffers_add_pool(device.command_buffers, pool(n), VK_QUEUE_TRANSFER_BIT, false);
@@ -319,9 +303,8 @@ static struct random random_for(struct random *random, unsigned number)
     return (struct random){(random_next(random) & ~(uint64_t)0xff) | number};
 }
 
-static void test_recorders_and_makers(void **state)
+TEST(test_recorders_and_makers)
 {
-    (void)state;
     struct random random = random_of("threads"), randoms[RECORDERS + MAKERS];
     pthread_t threads[RECORDERS + MAKERS];
     make_device();
@@ -341,12 +324,4 @@ static void test_recorders_and_makers(void **state)
         fail_msg("line %u", atomic_load(&device.wrong));
     assert_int_equal(atomic_load(&device.heard), atomic_load(&device.sent));
     assert_true(atomic_load(&device.sent) > 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_recorders_and_makers),
-    };
-    return cmocka_run_group_tests_name("threads", tests, NULL, NULL);
 }
