@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Makes docs/accuracy/ of what the programs of scripts/accuracy wrote: tables as CSV, and the page
-that shows and explains them. The pictures are gnuplot's (tests/accuracy/*.gp), from the same CSV."""
+that shows and explains them. The pictures are gnuplot's (tests/tools/accuracy/*.gp), from the same CSV."""
 
 import argparse
 import collections
@@ -12,7 +12,7 @@ import pathlib
 import platform
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 LEVELS = ("parameters", "state", "execution", "content")
 COMPARE = "content + compare"
 SCENES = {"small": "1,000 small meshes", "mesh": "one mesh", "instances": "100,000 instances"}
