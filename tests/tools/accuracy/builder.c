@@ -8,21 +8,14 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 #include "embree.h"
 #include "model.h"
+#include "tests/tools/measure.h"
 
 enum { QUALITIES = 3 };
 
 static uint32_t runs = 3, ray_count = 100000;
-
-static double thread_time(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 /* What is measured of one tree. */
 struct figures {
@@ -78,14 +71,14 @@ static struct figures measure_ours(const struct fixture_mesh *mesh, enum builder
     for (uint32_t run = 0; run < runs; run++) {
         double begin = thread_time();
         builder_build(&input.input, structure, sizes.structure, scratch, sizes.build_scratch, NULL);
-        figures.seconds = fmin(figures.seconds, thread_time() - begin);
+        figures.seconds = fmin(figures.seconds, (thread_time() - begin) / 1e9);
     }
     for (uint32_t run = 0; run < runs; run++) {
         struct trace_hit hit;
         double begin = thread_time();
         for (uint32_t i = 0; i < ray_count; i++)
             fixture_trace(structure, TRACE_ROBUST, &rays[i], &hit);
-        figures.ray = fmin(figures.ray, (thread_time() - begin) / ray_count * 1e9);
+        figures.ray = fmin(figures.ray, (thread_time() - begin) / ray_count);
     }
     builder_measure(structure, &statistics);
     figures.sah = statistics.sah;
@@ -111,7 +104,7 @@ static struct figures measure_embree(const struct fixture_mesh *mesh, enum embre
         double begin = thread_time();
         for (uint32_t i = 0; i < ray_count; i++)
             embree_trace(scene, &rays[i], &hit);
-        figures.ray = fmin(figures.ray, (thread_time() - begin) / ray_count * 1e9);
+        figures.ray = fmin(figures.ray, (thread_time() - begin) / ray_count);
     }
     embree_scene_destroy(scene);
     return figures;

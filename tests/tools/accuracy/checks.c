@@ -11,9 +11,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
-#include "../bench/statistics.h"
+#include "tests/tools/measure.h"
 #include "workload.h"
 
 #define COMPARE "VK_ASSAY_VALIDATION_COMPARE_RAYS"
@@ -118,13 +117,6 @@ static void close_bench(struct bench *bench)
 }
 
 /* ---- time and memory */
-
-static double read_clock(clockid_t clock)
-{
-    struct timespec now;
-    clock_gettime(clock, &now);
-    return (double)now.tv_sec * 1e9 + (double)now.tv_nsec;
-}
 
 static double allocated(void)
 {

@@ -5,9 +5,9 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 #include "ray_sets.h"
+#include "tests/tools/measure.h"
 #include "truth.h"
 
 enum { SIDE = 40, RUNS = 3, QUALITIES = 3, ACCURACIES = 3 };
@@ -86,13 +86,6 @@ static void count_wrong(struct bench *bench)
 }
 
 /* ---- time */
-
-static double thread_time(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (double)now.tv_sec * 1e9 + (double)now.tv_nsec;
-}
 
 /* Nanoseconds a ray, for its nearest hit: the best of several runs. */
 static double measure(const struct bench *bench, int quality, int accuracy)

@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "fail.h"
 #include "peer_options.h"
 #include "peer_report.h"
 #include "recorder.h"
-#include "statistics.h"
+#include "tests/tools/fail.h"
+#include "tests/tools/measure.h"
 #include "threads.h"
 
 enum {
@@ -114,7 +114,7 @@ static void begin_figure(struct comparison *comparison, const struct scene_kind 
             continue;
         scene_create(&comparison->scenes[c], &comparison->sides[c], kind->buffers, kind->order,
                      builds > kind->alive ? builds : kind->alive);
-        comparison->samples[c] = bench_alloc(comparison->options->samples, sizeof(double));
+        comparison->samples[c] = tool_alloc(comparison->options->samples, sizeof(double));
     }
 }
 

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "fail.h"
+#include "tests/tools/fail.h"
 
 /* Of calls of so many builds, and of more up to the next. */
 static const struct recording_bar {
@@ -34,7 +34,7 @@ void peer_report_open(struct peer_report *report, const char *csv_path)
         return;
     report->csv = fopen(csv_path, "w");
     if (!report->csv)
-        bench_fail("%s: %s", csv_path, strerror(errno));
+        tool_fail("%s: %s", csv_path, strerror(errno));
     fprintf(report->csv, "figure,scene,threads,builds,layer,ns_a_build,added_ns_a_build\n");
 }
 
@@ -198,7 +198,7 @@ void peer_report_threads(struct peer_report *report, uint32_t builds,
 bool peer_report_close(struct peer_report *report)
 {
     if (report->csv && fclose(report->csv) != 0)
-        bench_fail("the CSV file could not be written: %s", strerror(errno));
+        tool_fail("the CSV file could not be written: %s", strerror(errno));
     if (report->with_bars)
         printf("\nbars: %u of %u met, %u could not be measured here\n",
                report->bars - report->missed, report->bars, report->unmeasured);

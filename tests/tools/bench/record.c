@@ -3,12 +3,12 @@
  * layer and without. */
 #include <stdlib.h>
 
-#include "fail.h"
 #include "options.h"
 #include "probes.h"
 #include "recorder.h"
 #include "report.h"
-#include "statistics.h"
+#include "tests/tools/fail.h"
+#include "tests/tools/measure.h"
 
 enum { WITHOUT, WITH, SIDES, MEMORY_BUILDS = 10000 };
 
@@ -80,9 +80,9 @@ static void measure_time(const struct bench *bench, const struct bench_case *whi
     uint32_t count = bench->options->samples;
     struct row row = row_of(bench, which, which->builds);
     struct scene scenes[SIDES];
-    double *samples[SIDES], *differences = bench_alloc(count, sizeof(double));
+    double *samples[SIDES], *differences = tool_alloc(count, sizeof(double));
     for (int s = 0; s < SIDES; s++) {
-        samples[s] = bench_alloc(count, sizeof(double));
+        samples[s] = tool_alloc(count, sizeof(double));
         scene_create(&scenes[s], &bench->sides[s], which->buffers, which->order, which->alive);
         if (bench->options->conflicts)
             scene_conflict(&scenes[s]);
@@ -118,7 +118,7 @@ static void measure_memory(const struct bench *bench, enum buffers buffers, stru
         double with = recorder_memory(&scenes[WITH], calls_of[i]);
         struct row row = row_of(bench, &which, calls_of[i]);
         if (without < 0 || with < 0)
-            bench_fail("the C library's allocator does not say how much is allocated");
+            tool_fail("the C library's allocator does not say how much is allocated");
         row.without = without / MEMORY_BUILDS;
         row.with = with / MEMORY_BUILDS;
         report_memory(report, &row);

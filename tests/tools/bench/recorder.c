@@ -3,9 +3,9 @@
 #include "recorder.h"
 
 #include <malloc.h>
-#include <time.h>
 
-#include "fail.h"
+#include "tests/tools/fail.h"
+#include "tests/tools/measure.h"
 
 void recorder_open(struct recorder *recorder, const struct side *side)
 {
@@ -14,15 +14,15 @@ void recorder_open(struct recorder *recorder, const struct side *side)
                                                    VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
                                                .queueFamilyIndex = side->queue_family};
     recorder->side = side;
-    bench_check(side->calls.CreateCommandPool(side->device, &pool_info, NULL, &recorder->pool),
-                "vkCreateCommandPool");
+    tool_check(side->calls.CreateCommandPool(side->device, &pool_info, NULL, &recorder->pool),
+               "vkCreateCommandPool");
     const VkCommandBufferAllocateInfo info = {.sType =
                                                   VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
                                               .commandPool = recorder->pool,
                                               .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
                                               .commandBufferCount = 1};
-    bench_check(side->calls.AllocateCommandBuffers(side->device, &info, &recorder->commands),
-                "vkAllocateCommandBuffers");
+    tool_check(side->calls.AllocateCommandBuffers(side->device, &info, &recorder->commands),
+               "vkAllocateCommandBuffers");
 }
 
 void recorder_close(struct recorder *recorder)
@@ -34,19 +34,19 @@ static void begin(const struct recorder *recorder, VkCommandBufferUsageFlags fla
 {
     const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
                                            .flags = flags};
-    bench_check(recorder->side->calls.BeginCommandBuffer(recorder->commands, &info),
-                "vkBeginCommandBuffer");
+    tool_check(recorder->side->calls.BeginCommandBuffer(recorder->commands, &info),
+               "vkBeginCommandBuffer");
 }
 
 static void end(const struct recorder *recorder)
 {
-    bench_check(recorder->side->calls.EndCommandBuffer(recorder->commands), "vkEndCommandBuffer");
+    tool_check(recorder->side->calls.EndCommandBuffer(recorder->commands), "vkEndCommandBuffer");
 }
 
 static void reset(const struct recorder *recorder)
 {
-    bench_check(recorder->side->calls.ResetCommandBuffer(recorder->commands, 0),
-                "vkResetCommandBuffer");
+    tool_check(recorder->side->calls.ResetCommandBuffer(recorder->commands, 0),
+               "vkResetCommandBuffer");
 }
 
 static void build(const struct recorder *recorder, const struct scene *scene, uint32_t first,
@@ -84,13 +84,6 @@ void recorder_run(const struct recorder *recorder, const struct scene *scene,
     }
 }
 
-double thread_time(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (double)now.tv_sec * 1e9 + (double)now.tv_nsec;
-}
-
 double recorder_time(const struct recorder *recorder, const struct scene *scene,
                      uint32_t builds_per_call, uint32_t times)
 {
@@ -109,17 +102,17 @@ static void submit_and_wait(const struct recorder *recorder, VkFence fence)
                                .pCommandBuffers = &recorder->commands};
     VkQueue queue;
     side->calls.GetDeviceQueue(side->device, side->queue_family, 0, &queue);
-    bench_check(side->calls.QueueSubmit(queue, 1, &info, fence), "vkQueueSubmit");
-    bench_check(side->calls.WaitForFences(side->device, 1, &fence, VK_TRUE, UINT64_MAX),
-                "vkWaitForFences");
-    bench_check(side->calls.ResetFences(side->device, 1, &fence), "vkResetFences");
+    tool_check(side->calls.QueueSubmit(queue, 1, &info, fence), "vkQueueSubmit");
+    tool_check(side->calls.WaitForFences(side->device, 1, &fence, VK_TRUE, UINT64_MAX),
+               "vkWaitForFences");
+    tool_check(side->calls.ResetFences(side->device, 1, &fence), "vkResetFences");
 }
 
 static VkFence create_fence(const struct side *side)
 {
     const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     VkFence fence;
-    bench_check(side->calls.CreateFence(side->device, &info, NULL, &fence), "vkCreateFence");
+    tool_check(side->calls.CreateFence(side->device, &info, NULL, &fence), "vkCreateFence");
     return fence;
 }
 

@@ -23,8 +23,6 @@ void recorder_run(const struct recorder *recorder, const struct scene *scene,
 void recorder_run_some(const struct recorder *recorder, const struct scene *scene, uint32_t first,
                        uint32_t count, uint32_t times);
 
-/* CPU time that this thread has used, nanoseconds. */
-double thread_time(void);
 /* CPU time of this thread for recorder_run, nanoseconds. */
 double recorder_time(const struct recorder *recorder, const struct scene *scene,
                      uint32_t builds_per_call, uint32_t times);

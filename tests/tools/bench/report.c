@@ -5,7 +5,7 @@
 #include <errno.h>
 #include <string.h>
 
-#include "fail.h"
+#include "tests/tools/fail.h"
 
 static const double most_overhead = 500; /* nanoseconds a build, from BAR_FROM builds a call up */
 static const double most_growth = 1.5;   /* of the overhead a build from GROWTH_FROM to GROWTH_TO */
@@ -21,7 +21,7 @@ void report_open(struct report *report, const char *csv_path)
         return;
     report->csv = fopen(csv_path, "w");
     if (!report->csv)
-        bench_fail("%s: %s", csv_path, strerror(errno));
+        tool_fail("%s: %s", csv_path, strerror(errno));
     fprintf(report->csv, "figure,driver,buffers,order,builds_per_call,without,with,layer,spread\n");
 }
 
@@ -102,7 +102,7 @@ void report_memory(struct report *report, const struct row *row)
 bool report_close(struct report *report)
 {
     if (report->csv && fclose(report->csv) != 0)
-        bench_fail("the CSV file could not be written: %s", strerror(errno));
+        tool_fail("the CSV file could not be written: %s", strerror(errno));
     if (report->bars)
         printf("\nbars: %u of %u met\n", report->bars - report->missed, report->bars);
     return report->missed == 0;

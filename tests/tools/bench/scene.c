@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "fail.h"
+#include "tests/tools/fail.h"
 
 enum {
     TRIANGLES = 12, /* a cube */
@@ -49,8 +49,8 @@ static VkBuffer create_buffer(const struct side *side, enum scene_part part, VkD
     const VkBufferCreateInfo create_info = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size, .usage = usage_of(part)};
     VkBuffer buffer;
-    bench_check(side->calls.CreateBuffer(side->device, &create_info, NULL, &buffer),
-                "vkCreateBuffer");
+    tool_check(side->calls.CreateBuffer(side->device, &create_info, NULL, &buffer),
+               "vkCreateBuffer");
     return buffer;
 }
 
@@ -71,7 +71,7 @@ static VkDeviceMemory allocate_memory(const struct side *side, VkDeviceSize size
                                        .allocationSize = size,
                                        .memoryTypeIndex = (uint32_t)__builtin_ctz(allowed_types)};
     VkDeviceMemory memory;
-    bench_check(side->calls.AllocateMemory(side->device, &info, NULL, &memory), "vkAllocateMemory");
+    tool_check(side->calls.AllocateMemory(side->device, &info, NULL, &memory), "vkAllocateMemory");
     return memory;
 }
 
@@ -84,7 +84,7 @@ static VkDeviceAddress address_of(const struct side *side, VkBuffer buffer)
 
 static void find_addresses(const struct side *side, struct scene_ranges *ranges, uint32_t count)
 {
-    ranges->addresses = bench_alloc(count, sizeof(*ranges->addresses));
+    ranges->addresses = tool_alloc(count, sizeof(*ranges->addresses));
     VkDeviceAddress first = address_of(side, ranges->buffers[0]);
     for (uint32_t i = 0; i < count; i++)
         ranges->addresses[i] = ranges->buffer_count > 1 ? address_of(side, ranges->buffers[i])
@@ -99,7 +99,7 @@ static void create_ranges(struct scene *scene, enum scene_part part, enum buffer
     bool shared = buffers == BUFFERS_SHARED;
     ranges->size = size;
     ranges->buffer_count = shared ? 1 : scene->count;
-    ranges->buffers = bench_alloc(ranges->buffer_count, sizeof(*ranges->buffers));
+    ranges->buffers = tool_alloc(ranges->buffer_count, sizeof(*ranges->buffers));
 
     VkDeviceSize alignment = side->limits.minAccelerationStructureScratchOffsetAlignment;
     if (alignment < STRUCTURE_ALIGNMENT)
@@ -116,9 +116,9 @@ static void create_ranges(struct scene *scene, enum scene_part part, enum buffer
     VkDeviceSize total = shared ? needs.size : scene->count * ranges->stride;
     ranges->memory = allocate_memory(side, total, needs.memoryTypeBits);
     for (uint32_t i = 0; i < ranges->buffer_count; i++)
-        bench_check(side->calls.BindBufferMemory(side->device, ranges->buffers[i], ranges->memory,
-                                                 i * ranges->stride),
-                    "vkBindBufferMemory");
+        tool_check(side->calls.BindBufferMemory(side->device, ranges->buffers[i], ranges->memory,
+                                                i * ranges->stride),
+                   "vkBindBufferMemory");
     if (usage_of(part) & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT)
         find_addresses(side, ranges, scene->count);
 }
@@ -179,7 +179,7 @@ static void create_structures(struct scene *scene)
     const struct side *side = scene->side;
     const struct scene_ranges *ranges = &scene->parts[PART_STRUCTURE];
     bool shared = ranges->buffer_count != scene->count;
-    scene->structures = bench_alloc(scene->count, sizeof(*scene->structures));
+    scene->structures = tool_alloc(scene->count, sizeof(*scene->structures));
     for (uint32_t i = 0; i < scene->count; i++) {
         const VkAccelerationStructureCreateInfoKHR create_info = {
             .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
@@ -187,9 +187,9 @@ static void create_structures(struct scene *scene)
             .offset = shared ? i * ranges->stride : 0,
             .size = ranges->size,
             .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR};
-        bench_check(side->calls.CreateAccelerationStructureKHR(side->device, &create_info, NULL,
-                                                               &scene->structures[i]),
-                    "vkCreateAccelerationStructureKHR");
+        tool_check(side->calls.CreateAccelerationStructureKHR(side->device, &create_info, NULL,
+                                                              &scene->structures[i]),
+                   "vkCreateAccelerationStructureKHR");
     }
 }
 
@@ -198,7 +198,7 @@ static void create_structures(struct scene *scene)
 /* A permutation that is the same in every run, and on both sides. */
 static uint32_t *permutation(enum order order, uint32_t count)
 {
-    uint32_t *at = bench_alloc(count, sizeof(*at));
+    uint32_t *at = tool_alloc(count, sizeof(*at));
     uint64_t state = 0x9e3779b97f4a7c15;
     for (uint32_t i = 0; i < count; i++)
         at[i] = i;
@@ -214,10 +214,10 @@ static uint32_t *permutation(enum order order, uint32_t count)
 static void fill_arrays(struct scene *scene, enum order order)
 {
     uint32_t *at = permutation(order, scene->count);
-    scene->infos = bench_alloc(scene->count, sizeof(*scene->infos));
-    scene->geometries = bench_alloc(scene->count, sizeof(*scene->geometries));
-    scene->ranges = bench_alloc(scene->count, sizeof(*scene->ranges));
-    scene->range_pointers = bench_alloc(scene->count, sizeof(*scene->range_pointers));
+    scene->infos = tool_alloc(scene->count, sizeof(*scene->infos));
+    scene->geometries = tool_alloc(scene->count, sizeof(*scene->geometries));
+    scene->ranges = tool_alloc(scene->count, sizeof(*scene->ranges));
+    scene->range_pointers = tool_alloc(scene->count, sizeof(*scene->range_pointers));
     for (uint32_t i = 0; i < scene->count; i++) {
         scene->geometries[i] = geometry_of(scene->parts[PART_VERTICES].addresses[at[i]],
                                            scene->parts[PART_INDICES].addresses[at[i]]);

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fail.h"
+#include "tests/tools/fail.h"
 
 static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                          VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
@@ -20,7 +20,7 @@ static void select_lavapipe(void)
 {
     glob_t found = {0};
     if (glob("/usr/share/vulkan/icd.d/lvp_icd*.json", 0, NULL, &found) != 0)
-        bench_fail("lavapipe is not installed: run scripts/setup, or ask for --driver null");
+        tool_fail("lavapipe is not installed: run scripts/setup, or ask for --driver null");
     setenv("VK_DRIVER_FILES", found.gl_pathv[0], 1);
     globfree(&found);
 }
@@ -40,9 +40,9 @@ bool layer_find(const char *name, VkLayerProperties *found)
         (PFN_vkEnumerateInstanceLayerProperties)vkGetInstanceProcAddr(
             VK_NULL_HANDLE, "vkEnumerateInstanceLayerProperties");
     uint32_t count = 0;
-    bench_check(enumerate(&count, NULL), "vkEnumerateInstanceLayerProperties");
-    VkLayerProperties *layers = bench_alloc(count, sizeof(*layers));
-    bench_check(enumerate(&count, layers), "vkEnumerateInstanceLayerProperties");
+    tool_check(enumerate(&count, NULL), "vkEnumerateInstanceLayerProperties");
+    VkLayerProperties *layers = tool_alloc(count, sizeof(*layers));
+    tool_check(enumerate(&count, layers), "vkEnumerateInstanceLayerProperties");
     bool is_found = false;
     for (uint32_t i = 0; i < count && !is_found; i++) {
         is_found = strcmp(layers[i].layerName, name) == 0;
@@ -110,16 +110,16 @@ static void open_instance(struct side *side, const char *layer, const char *leve
         (PFN_vkCreateInstance)vkGetInstanceProcAddr(VK_NULL_HANDLE, "vkCreateInstance");
     VkResult result = create(&create_info, NULL, &side->instance);
     if (result == VK_ERROR_LAYER_NOT_PRESENT)
-        bench_fail("the loader finds no layer %s", layer);
+        tool_fail("the loader finds no layer %s", layer);
     if (result == VK_ERROR_INCOMPATIBLE_DRIVER)
-        bench_fail("the loader cannot use the driver %s", getenv("VK_DRIVER_FILES"));
-    bench_check(result, "vkCreateInstance");
+        tool_fail("the loader cannot use the driver %s", getenv("VK_DRIVER_FILES"));
+    tool_check(result, "vkCreateInstance");
     vkuInitInstanceDispatchTable(side->instance, &side->instance_calls, vkGetInstanceProcAddr);
 
     messenger.pNext = NULL;
-    bench_check(side->instance_calls.CreateDebugUtilsMessengerEXT(side->instance, &messenger, NULL,
-                                                                  &side->messenger),
-                "vkCreateDebugUtilsMessengerEXT");
+    tool_check(side->instance_calls.CreateDebugUtilsMessengerEXT(side->instance, &messenger, NULL,
+                                                                 &side->messenger),
+               "vkCreateDebugUtilsMessengerEXT");
 }
 
 /* ---- the physical device */
@@ -127,11 +127,11 @@ static void open_instance(struct side *side, const char *layer, const char *leve
 static bool has_extensions(const struct side *side, VkPhysicalDevice physical)
 {
     uint32_t count = 0, found = 0;
-    bench_check(
+    tool_check(
         side->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, NULL),
         "vkEnumerateDeviceExtensionProperties");
-    VkExtensionProperties *offered = bench_alloc(count, sizeof(*offered));
-    bench_check(
+    VkExtensionProperties *offered = tool_alloc(count, sizeof(*offered));
+    tool_check(
         side->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, offered),
         "vkEnumerateDeviceExtensionProperties");
     for (int wanted = 0; wanted < EXTENSION_COUNT; wanted++) {
@@ -149,14 +149,14 @@ static void choose_device(struct side *side)
     VkResult result =
         side->instance_calls.EnumeratePhysicalDevices(side->instance, &count, devices);
     if (result != VK_INCOMPLETE)
-        bench_check(result, "vkEnumeratePhysicalDevices");
+        tool_check(result, "vkEnumeratePhysicalDevices");
     for (uint32_t i = 0; i < count && !side->physical; i++) {
         if (has_extensions(side, devices[i]))
             side->physical = devices[i];
     }
     if (!side->physical)
-        bench_fail("the driver %s has no device with acceleration structures",
-                   getenv("VK_DRIVER_FILES"));
+        tool_fail("the driver %s has no device with acceleration structures",
+                  getenv("VK_DRIVER_FILES"));
 }
 
 /* The figures mean nothing where a layer isn't on its side, or is on another. */
@@ -164,30 +164,29 @@ static void require_layer(const struct side *side, const char *layer)
 {
     uint32_t count = 0;
     bool found = false, wanted = side->layer && strcmp(side->layer, layer) == 0;
-    bench_check(side->instance_calls.EnumerateDeviceLayerProperties(side->physical, &count, NULL),
-                "vkEnumerateDeviceLayerProperties");
-    VkLayerProperties *enabled = bench_alloc(count, sizeof(*enabled));
-    bench_check(
-        side->instance_calls.EnumerateDeviceLayerProperties(side->physical, &count, enabled),
-        "vkEnumerateDeviceLayerProperties");
+    tool_check(side->instance_calls.EnumerateDeviceLayerProperties(side->physical, &count, NULL),
+               "vkEnumerateDeviceLayerProperties");
+    VkLayerProperties *enabled = tool_alloc(count, sizeof(*enabled));
+    tool_check(side->instance_calls.EnumerateDeviceLayerProperties(side->physical, &count, enabled),
+               "vkEnumerateDeviceLayerProperties");
     for (uint32_t i = 0; i < count; i++)
         found = found || strcmp(enabled[i].layerName, layer) == 0;
     free(enabled);
     if (found != wanted)
-        bench_fail("%s is %s", layer, wanted ? "not enabled" : "enabled on a side without it");
+        tool_fail("%s is %s", layer, wanted ? "not enabled" : "enabled on a side without it");
 }
 
 static uint32_t find_compute_family(const struct side *side)
 {
     uint32_t count = 0, family = 0;
     side->instance_calls.GetPhysicalDeviceQueueFamilyProperties(side->physical, &count, NULL);
-    VkQueueFamilyProperties *families = bench_alloc(count, sizeof(*families));
+    VkQueueFamilyProperties *families = tool_alloc(count, sizeof(*families));
     side->instance_calls.GetPhysicalDeviceQueueFamilyProperties(side->physical, &count, families);
     while (family < count && !(families[family].queueFlags & VK_QUEUE_COMPUTE_BIT))
         family++;
     free(families);
     if (family == count)
-        bench_fail("the device has no queue that computes");
+        tool_fail("the device has no queue that computes");
     return family;
 }
 
@@ -215,7 +214,7 @@ static void open_device(struct side *side)
                                             .ppEnabledExtensionNames = extensions};
     PFN_vkCreateDevice create =
         (PFN_vkCreateDevice)vkGetInstanceProcAddr(side->instance, "vkCreateDevice");
-    bench_check(create(side->physical, &create_info, NULL, &side->device), "vkCreateDevice");
+    tool_check(create(side->physical, &create_info, NULL, &side->device), "vkCreateDevice");
     vkuInitDeviceDispatchTable(
         side->device, &side->calls,
         (PFN_vkGetDeviceProcAddr)vkGetInstanceProcAddr(side->instance, "vkGetDeviceProcAddr"));
@@ -223,7 +222,7 @@ static void open_device(struct side *side)
 
 void side_open(struct side *side, const char *layer, const char *level)
 {
-    *side = (struct side){.layer = layer, .findings = bench_alloc(1, sizeof(*side->findings))};
+    *side = (struct side){.layer = layer, .findings = tool_alloc(1, sizeof(*side->findings))};
     open_instance(side, layer, level);
     choose_device(side);
     require_layer(side, BENCH_LAYER);
@@ -244,9 +243,9 @@ void side_close(struct side *side)
     side->instance_calls.DestroyInstance(side->instance, NULL);
     const bool are_expected = side->layer && side->findings->are_expected;
     if (are_expected && !side->findings->count)
-        bench_fail("%s reports no finding: the recorded builds should have some", side->layer);
+        tool_fail("%s reports no finding: the recorded builds should have some", side->layer);
     if (!are_expected && side->findings->count)
-        bench_fail("%s reports %u findings: the recorded builds should have none", side->layer,
-                   side->findings->count);
+        tool_fail("%s reports %u findings: the recorded builds should have none", side->layer,
+                  side->findings->count);
     free(side->findings);
 }

@@ -3,9 +3,9 @@
 #include "threads.h"
 
 #include <pthread.h>
-#include <time.h>
 
-#include "fail.h"
+#include "tests/tools/fail.h"
+#include "tests/tools/measure.h"
 
 struct recording_thread {
     pthread_t thread;
@@ -15,13 +15,6 @@ struct recording_thread {
     uint32_t first, builds, times;
     double began, ended, cpu;
 };
-
-static double wall_time(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec * 1e9 + (double)now.tv_nsec;
-}
 
 static void record(const struct recording_thread *self, uint32_t times)
 {
@@ -34,9 +27,9 @@ static void *run(void *argument)
     record(self, 1); /* what is done once a thread */
     pthread_barrier_wait(self->start);
     double cpu = thread_time();
-    self->began = wall_time();
+    self->began = read_clock(CLOCK_MONOTONIC);
     record(self, self->times);
-    self->ended = wall_time();
+    self->ended = read_clock(CLOCK_MONOTONIC);
     self->cpu = thread_time() - cpu;
     return NULL;
 }
@@ -52,7 +45,7 @@ struct thread_times threads_time(const struct side *side, const struct scene *sc
             .start = &start, .scene = scene, .first = i * builds, .builds = builds, .times = times};
         recorder_open(&threads[i].recorder, side);
         if (pthread_create(&threads[i].thread, NULL, run, &threads[i]) != 0)
-            bench_fail("a thread can't be created");
+            tool_fail("a thread can't be created");
     }
     double began = 0, ended = 0, cpu = 0;
     for (uint32_t i = 0; i < count; i++) {

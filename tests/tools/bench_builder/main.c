@@ -9,23 +9,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "embree.h"
 #include "model.h"
+#include "tests/tools/measure.h"
 
 #define RUNS 5
 #define THREAD_RUNS 12
 #define RAYS 200000
 
 static bool all_met = true;
-
-static double read_clock(clockid_t clock)
-{
-    struct timespec time;
-    clock_gettime(clock, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 static void print_row(const char *mesh, const char *what, double ours, double theirs,
                       const char *unit, double ratio, double bar, bool is_at_most)
@@ -75,7 +68,7 @@ static double time_of(void (*work)(struct builder_run *), struct builder_run *ru
 {
     double begin = read_clock(clock);
     work(run);
-    return read_clock(clock) - begin;
+    return (read_clock(clock) - begin) / 1e9;
 }
 
 static double best_of_one(void (*work)(struct builder_run *), struct builder_run *run)
@@ -138,14 +131,14 @@ static void compare_rays(const char *name, const struct builder_run *run,
     uint64_t hits[2] = {0};
     for (int i = 0; i < 2 * RUNS; i++) {
         uint64_t random = 88172645463325252u, found = 0;
-        double begin = read_clock(CLOCK_THREAD_CPUTIME_ID);
+        double begin = thread_time();
         for (int ray_number = 0; ray_number < RAYS; ray_number++) {
             struct trace_ray ray = random_ray(lower, upper, &random);
             struct trace_hit hit;
             found += i % 2 == 0 ? fixture_trace(run->structure, TRACE_ROBUST, &ray, &hit)
                                 : embree_trace(scene, &ray, &hit);
         }
-        seconds[i % 2] = fmin(seconds[i % 2], read_clock(CLOCK_THREAD_CPUTIME_ID) - begin);
+        seconds[i % 2] = fmin(seconds[i % 2], (thread_time() - begin) / 1e9);
         hits[i % 2] = found;
     }
     print_row(name, "robust ray, ns", seconds[0] / RAYS * 1e9, seconds[1] / RAYS * 1e9, "ns",

@@ -4,14 +4,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fail.h"
 #include "findings.h"
+#include "tests/tools/fail.h"
 
 static char *findings_copy(const char *text)
 {
     char *copy = strdup(text ? text : "");
     if (!copy)
-        demo_fail("out of memory for a message");
+        tool_fail("out of memory for a message");
     return copy;
 }
 

@@ -7,10 +7,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <vulkan/vk_enum_string_helper.h>
 
-#include "fail.h"
 #include "gpu.h"
+#include "tests/tools/fail.h"
 
 static const char *const gpu_extensions[] = {
     VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
@@ -22,26 +21,20 @@ static uint32_t gpu_extension_count(const struct gpu *gpu)
     return sizeof(gpu_extensions) / sizeof(*gpu_extensions) - !gpu->wants_queries;
 }
 
-void gpu_check(VkResult result, const char *call)
-{
-    if (result != VK_SUCCESS)
-        demo_fail("%s failed: %s", call, string_VkResult(result));
-}
-
 /* ---- instance */
 
 static void gpu_open_instance(struct gpu *gpu, struct findings *findings)
 {
     gpu->library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
     if (!gpu->library)
-        demo_fail("no Vulkan loader: %s", dlerror());
+        tool_fail("no Vulkan loader: %s", dlerror());
     PFN_vkGetInstanceProcAddr get =
         (PFN_vkGetInstanceProcAddr)dlsym(gpu->library, "vkGetInstanceProcAddr");
     if (!get)
-        demo_fail("no Vulkan loader: libvulkan.so.1 has no vkGetInstanceProcAddr");
+        tool_fail("no Vulkan loader: libvulkan.so.1 has no vkGetInstanceProcAddr");
     PFN_vkCreateInstance create = (PFN_vkCreateInstance)get(VK_NULL_HANDLE, "vkCreateInstance");
     if (!create)
-        demo_fail("no Vulkan loader: libvulkan.so.1 has no vkCreateInstance");
+        tool_fail("no Vulkan loader: libvulkan.so.1 has no vkCreateInstance");
 
     static const char *const extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
     const VkDebugUtilsMessengerCreateInfoEXT messenger = findings_messenger(findings);
@@ -60,19 +53,20 @@ static void gpu_open_instance(struct gpu *gpu, struct findings *findings)
         },
         NULL, &gpu->instance);
     if (result == VK_ERROR_INCOMPATIBLE_DRIVER)
-        demo_fail(
+        tool_fail(
             "the Vulkan loader found no driver: install one (mesa-vulkan-drivers has "
             "lavapipe, which needs no GPU) or correct VK_DRIVER_FILES");
     if (result == VK_ERROR_LAYER_NOT_PRESENT)
-        demo_fail("a layer named in the environment was not found (VK_ERROR_LAYER_NOT_PRESENT)");
+        tool_fail("a layer named in the environment was not found (VK_ERROR_LAYER_NOT_PRESENT)");
     if (result == VK_ERROR_EXTENSION_NOT_PRESENT)
-        demo_fail("neither the driver nor a layer offers VK_EXT_debug_utils");
-    gpu_check(result, "vkCreateInstance");
+        tool_fail("neither the driver nor a layer offers VK_EXT_debug_utils");
+    tool_check(result, "vkCreateInstance");
 
-    calls_load_instance(&gpu->instance_calls, get, gpu->instance);
-    gpu_check(gpu->instance_calls.CreateDebugUtilsMessengerEXT(gpu->instance, &messenger, NULL,
-                                                               &gpu->messenger),
-              "vkCreateDebugUtilsMessengerEXT");
+    vkuInitInstanceDispatchTable(gpu->instance, &gpu->instance_calls, get);
+    gpu->get_device_command = (PFN_vkGetDeviceProcAddr)get(gpu->instance, "vkGetDeviceProcAddr");
+    tool_check(gpu->instance_calls.CreateDebugUtilsMessengerEXT(gpu->instance, &messenger, NULL,
+                                                                &gpu->messenger),
+               "vkCreateDebugUtilsMessengerEXT");
 }
 
 /* ---- device */
@@ -80,10 +74,10 @@ static void gpu_open_instance(struct gpu *gpu, struct findings *findings)
 static bool gpu_has_extensions(struct gpu *gpu, VkPhysicalDevice physical, const char **lacks)
 {
     uint32_t count = 0;
-    gpu_check(gpu->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, NULL),
-              "vkEnumerateDeviceExtensionProperties");
-    VkExtensionProperties *offered = demo_alloc(count, sizeof(*offered));
-    gpu_check(
+    tool_check(gpu->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, NULL),
+               "vkEnumerateDeviceExtensionProperties");
+    VkExtensionProperties *offered = tool_alloc(count, sizeof(*offered));
+    tool_check(
         gpu->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, offered),
         "vkEnumerateDeviceExtensionProperties");
 
@@ -105,7 +99,7 @@ static bool gpu_find_queue(struct gpu *gpu, VkPhysicalDevice physical)
 {
     uint32_t count = 0;
     gpu->instance_calls.GetPhysicalDeviceQueueFamilyProperties(physical, &count, NULL);
-    VkQueueFamilyProperties *families = demo_alloc(count, sizeof(*families));
+    VkQueueFamilyProperties *families = tool_alloc(count, sizeof(*families));
     gpu->instance_calls.GetPhysicalDeviceQueueFamilyProperties(physical, &count, families);
 
     gpu->queue_flags = 0;
@@ -159,13 +153,13 @@ static void gpu_choose_device(struct gpu *gpu)
     VkResult result = gpu->instance_calls.EnumeratePhysicalDevices(gpu->instance, &count, devices);
     /* What the loader says where there are drivers, but none for this machine. */
     if (result == VK_ERROR_INITIALIZATION_FAILED)
-        demo_fail(
+        tool_fail(
             "the Vulkan drivers here offer no device (mesa-vulkan-drivers has lavapipe, "
             "which needs no GPU)");
     if (result != VK_INCOMPLETE)
-        gpu_check(result, "vkEnumeratePhysicalDevices");
+        tool_check(result, "vkEnumeratePhysicalDevices");
     if (count == 0)
-        demo_fail("the Vulkan drivers here offer no device");
+        tool_fail("the Vulkan drivers here offer no device");
 
     char reasons[1024] = "";
     for (uint32_t i = 0; i < count; ++i) {
@@ -179,7 +173,7 @@ static void gpu_choose_device(struct gpu *gpu)
         snprintf(reasons + used, sizeof(reasons) - used, "%s%s lacks %s", i ? "; " : "",
                  gpu->properties.deviceName, lacks);
     }
-    demo_fail("no device with acceleration structures%s: %s",
+    tool_fail("no device with acceleration structures%s: %s",
               gpu->wants_queries ? " and ray queries" : "", reasons);
 }
 
@@ -195,7 +189,7 @@ static int gpu_is_layer(struct dl_phdr_info *library, size_t size, void *unused)
 static void gpu_require_layer(void)
 {
     if (!dl_iterate_phdr(gpu_is_layer, NULL))
-        demo_fail("the layer " GPU_LAYER
+        tool_fail("the layer " GPU_LAYER
                   " is not loaded: run scripts/demo, or set "
                   "VK_INSTANCE_LAYERS to its name and VK_LAYER_PATH to its manifest's folder");
 }
@@ -213,25 +207,26 @@ static void gpu_open_device(struct gpu *gpu)
         .pNext = &structures,
         .bufferDeviceAddress = VK_TRUE};
     const float priority = 1.0f;
-    gpu_check(gpu->instance_calls.CreateDevice(
-                  gpu->physical,
-                  &(VkDeviceCreateInfo){
-                      .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-                      .pNext = &core,
-                      .queueCreateInfoCount = 1,
-                      .pQueueCreateInfos =
-                          &(VkDeviceQueueCreateInfo){
-                              .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-                              .queueFamilyIndex = gpu->queue_family,
-                              .queueCount = 1,
-                              .pQueuePriorities = &priority,
-                          },
-                      .enabledExtensionCount = gpu_extension_count(gpu),
-                      .ppEnabledExtensionNames = gpu_extensions,
-                  },
-                  NULL, &gpu->device),
-              "vkCreateDevice");
-    calls_load_device(&gpu->calls, gpu->instance_calls.GetDeviceProcAddr, gpu->device);
+    PFN_vkCreateDevice create = (PFN_vkCreateDevice)gpu->instance_calls.GetInstanceProcAddr(
+        gpu->instance, "vkCreateDevice");
+    tool_check(create(gpu->physical,
+                      &(VkDeviceCreateInfo){
+                          .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                          .pNext = &core,
+                          .queueCreateInfoCount = 1,
+                          .pQueueCreateInfos =
+                              &(VkDeviceQueueCreateInfo){
+                                  .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+                                  .queueFamilyIndex = gpu->queue_family,
+                                  .queueCount = 1,
+                                  .pQueuePriorities = &priority,
+                              },
+                          .enabledExtensionCount = gpu_extension_count(gpu),
+                          .ppEnabledExtensionNames = gpu_extensions,
+                      },
+                      NULL, &gpu->device),
+               "vkCreateDevice");
+    vkuInitDeviceDispatchTable(gpu->device, &gpu->calls, gpu->get_device_command);
 }
 
 void gpu_open(struct gpu *gpu, struct findings *findings, bool wants_queries)
@@ -251,14 +246,14 @@ void gpu_open(struct gpu *gpu, struct findings *findings, bool wants_queries)
     gpu->instance_calls.GetPhysicalDeviceMemoryProperties(gpu->physical, &gpu->memory);
 
     gpu->calls.GetDeviceQueue(gpu->device, gpu->queue_family, 0, &gpu->queue);
-    gpu_check(gpu->calls.CreateCommandPool(gpu->device,
-                                           &(VkCommandPoolCreateInfo){
-                                               .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                               .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
-                                               .queueFamilyIndex = gpu->queue_family,
-                                           },
-                                           NULL, &gpu->pool),
-              "vkCreateCommandPool");
+    tool_check(gpu->calls.CreateCommandPool(gpu->device,
+                                            &(VkCommandPoolCreateInfo){
+                                                .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                                .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
+                                                .queueFamilyIndex = gpu->queue_family,
+                                            },
+                                            NULL, &gpu->pool),
+               "vkCreateCommandPool");
 }
 
 void gpu_close(struct gpu *gpu)

@@ -5,9 +5,9 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <vulkan/utility/vk_dispatch_table.h>
 #include <vulkan/vulkan.h>
 
-#include "calls.h"
 #include "findings.h"
 
 #define GPU_LAYER "VK_LAYER_ASSAY_validation"
@@ -15,8 +15,9 @@
 
 struct gpu {
     void *library; /* libvulkan.so.1 */
-    struct instance_calls instance_calls;
-    struct device_calls calls;
+    VkuInstanceDispatchTable instance_calls;
+    PFN_vkGetDeviceProcAddr get_device_command;
+    VkuDeviceDispatchTable calls;
     VkInstance instance;
     VkDebugUtilsMessengerEXT messenger;
     VkPhysicalDevice physical;
@@ -37,9 +38,6 @@ struct gpu {
  */
 void gpu_open(struct gpu *gpu, struct findings *findings, bool wants_queries);
 void gpu_close(struct gpu *gpu);
-
-/* Ends the process with one line on stderr unless the result is VK_SUCCESS. */
-void gpu_check(VkResult result, const char *call);
 
 /* ---- objects (gpu_memory.c) */
 

@@ -2,20 +2,20 @@
 /* Buffers, the structures that lie in them, and command buffers. */
 #include <stdint.h>
 
-#include "fail.h"
 #include "gpu.h"
+#include "tests/tools/fail.h"
 
 void gpu_name(struct gpu *gpu, VkObjectType type, uint64_t handle, const char *name)
 {
-    gpu_check(gpu->calls.SetDebugUtilsObjectNameEXT(
-                  gpu->device,
-                  &(VkDebugUtilsObjectNameInfoEXT){
-                      .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-                      .objectType = type,
-                      .objectHandle = handle,
-                      .pObjectName = name,
-                  }),
-              "vkSetDebugUtilsObjectNameEXT");
+    tool_check(gpu->calls.SetDebugUtilsObjectNameEXT(
+                   gpu->device,
+                   &(VkDebugUtilsObjectNameInfoEXT){
+                       .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+                       .objectType = type,
+                       .objectHandle = handle,
+                       .pObjectName = name,
+                   }),
+               "vkSetDebugUtilsObjectNameEXT");
 }
 
 /* ---- buffers */
@@ -28,21 +28,21 @@ static uint32_t gpu_memory_type(const struct gpu *gpu, uint32_t allowed, enum gp
     for (uint32_t i = 0; i < gpu->memory.memoryTypeCount; ++i)
         if ((allowed >> i & 1) && (gpu->memory.memoryTypes[i].propertyFlags & wanted) == wanted)
             return i;
-    demo_fail("the device has no memory of the kind that a buffer needs");
+    tool_fail("the device has no memory of the kind that a buffer needs");
 }
 
 struct gpu_buffer gpu_create_buffer(struct gpu *gpu, const char *name, enum gpu_place place,
                                     VkBufferUsageFlags usage, VkDeviceSize size)
 {
     struct gpu_buffer buffer = {.size = size};
-    gpu_check(gpu->calls.CreateBuffer(gpu->device,
-                                      &(VkBufferCreateInfo){
-                                          .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                          .size = size,
-                                          .usage = usage,
-                                      },
-                                      NULL, &buffer.handle),
-              "vkCreateBuffer");
+    tool_check(gpu->calls.CreateBuffer(gpu->device,
+                                       &(VkBufferCreateInfo){
+                                           .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                           .size = size,
+                                           .usage = usage,
+                                       },
+                                       NULL, &buffer.handle),
+               "vkCreateBuffer");
     gpu_name(gpu, VK_OBJECT_TYPE_BUFFER, (uint64_t)buffer.handle, name);
 
     VkMemoryRequirements needs;
@@ -52,18 +52,18 @@ struct gpu_buffer gpu_create_buffer(struct gpu *gpu, const char *name, enum gpu_
         .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
     };
     const bool has_address = usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
-    gpu_check(gpu->calls.AllocateMemory(
-                  gpu->device,
-                  &(VkMemoryAllocateInfo){
-                      .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                      .pNext = has_address ? &addressable : NULL,
-                      .allocationSize = needs.size,
-                      .memoryTypeIndex = gpu_memory_type(gpu, needs.memoryTypeBits, place),
-                  },
-                  NULL, &buffer.memory),
-              "vkAllocateMemory");
-    gpu_check(gpu->calls.BindBufferMemory(gpu->device, buffer.handle, buffer.memory, 0),
-              "vkBindBufferMemory");
+    tool_check(gpu->calls.AllocateMemory(
+                   gpu->device,
+                   &(VkMemoryAllocateInfo){
+                       .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                       .pNext = has_address ? &addressable : NULL,
+                       .allocationSize = needs.size,
+                       .memoryTypeIndex = gpu_memory_type(gpu, needs.memoryTypeBits, place),
+                   },
+                   NULL, &buffer.memory),
+               "vkAllocateMemory");
+    tool_check(gpu->calls.BindBufferMemory(gpu->device, buffer.handle, buffer.memory, 0),
+               "vkBindBufferMemory");
 
     if (has_address)
         buffer.address = gpu->calls.GetBufferDeviceAddress(
@@ -72,7 +72,7 @@ struct gpu_buffer gpu_create_buffer(struct gpu *gpu, const char *name, enum gpu_
                              .buffer = buffer.handle,
                          });
     if (place == GPU_PLACE_HOST)
-        gpu_check(
+        tool_check(
             gpu->calls.MapMemory(gpu->device, buffer.memory, 0, VK_WHOLE_SIZE, 0, &buffer.data),
             "vkMapMemory");
     return buffer;
@@ -111,17 +111,17 @@ struct gpu_structure gpu_create_structure_in(struct gpu *gpu, const char *name,
                                              VkDeviceSize offset, VkDeviceSize size)
 {
     struct gpu_structure structure = {.type = type, .size = size};
-    gpu_check(gpu->calls.CreateAccelerationStructureKHR(
-                  gpu->device,
-                  &(VkAccelerationStructureCreateInfoKHR){
-                      .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-                      .buffer = buffer,
-                      .offset = offset,
-                      .size = size,
-                      .type = type,
-                  },
-                  NULL, &structure.handle),
-              "vkCreateAccelerationStructureKHR");
+    tool_check(gpu->calls.CreateAccelerationStructureKHR(
+                   gpu->device,
+                   &(VkAccelerationStructureCreateInfoKHR){
+                       .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+                       .buffer = buffer,
+                       .offset = offset,
+                       .size = size,
+                       .type = type,
+                   },
+                   NULL, &structure.handle),
+               "vkCreateAccelerationStructureKHR");
     gpu_name(gpu, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)structure.handle, name);
     return structure;
 }
@@ -161,17 +161,17 @@ VkDeviceAddress gpu_structure_address(struct gpu *gpu, const struct gpu_structur
 VkCommandBuffer gpu_begin(struct gpu *gpu)
 {
     VkCommandBuffer commands;
-    gpu_check(gpu->calls.AllocateCommandBuffers(
-                  gpu->device,
-                  &(VkCommandBufferAllocateInfo){
-                      .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                      .commandPool = gpu->pool,
-                      .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-                      .commandBufferCount = 1,
-                  },
-                  &commands),
-              "vkAllocateCommandBuffers");
-    gpu_check(
+    tool_check(gpu->calls.AllocateCommandBuffers(
+                   gpu->device,
+                   &(VkCommandBufferAllocateInfo){
+                       .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                       .commandPool = gpu->pool,
+                       .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                       .commandBufferCount = 1,
+                   },
+                   &commands),
+               "vkAllocateCommandBuffers");
+    tool_check(
         gpu->calls.BeginCommandBuffer(commands,
                                       &(VkCommandBufferBeginInfo){
                                           .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
@@ -183,16 +183,16 @@ VkCommandBuffer gpu_begin(struct gpu *gpu)
 
 void gpu_submit(struct gpu *gpu, VkCommandBuffer commands)
 {
-    gpu_check(gpu->calls.EndCommandBuffer(commands), "vkEndCommandBuffer");
-    gpu_check(gpu->calls.QueueSubmit(gpu->queue, 1,
-                                     &(VkSubmitInfo){
-                                         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                                         .commandBufferCount = 1,
-                                         .pCommandBuffers = &commands,
-                                     },
-                                     VK_NULL_HANDLE),
-              "vkQueueSubmit");
-    gpu_check(gpu->calls.QueueWaitIdle(gpu->queue), "vkQueueWaitIdle");
+    tool_check(gpu->calls.EndCommandBuffer(commands), "vkEndCommandBuffer");
+    tool_check(gpu->calls.QueueSubmit(gpu->queue, 1,
+                                      &(VkSubmitInfo){
+                                          .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                                          .commandBufferCount = 1,
+                                          .pCommandBuffers = &commands,
+                                      },
+                                      VK_NULL_HANDLE),
+               "vkQueueSubmit");
+    tool_check(gpu->calls.QueueWaitIdle(gpu->queue), "vkQueueWaitIdle");
     gpu_drop(gpu, commands);
 }
 

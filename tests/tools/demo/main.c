@@ -5,10 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "compare.h"
-#include "fail.h"
 #include "findings.h"
 #include "gpu.h"
 #include "mesh.h"
@@ -16,6 +14,8 @@
 #include "picture.h"
 #include "render.h"
 #include "scene.h"
+#include "tests/tools/fail.h"
+#include "tests/tools/measure.h"
 #include "trace.h"
 
 #define WIDTH 960
@@ -48,7 +48,7 @@ struct options {
 static bool main_backend(const char *name)
 {
     if (strcmp(name, "driver") != 0 && strcmp(name, "cpu") != 0)
-        demo_fail("--backend is driver or cpu, not %s", name);
+        tool_fail("--backend is driver or cpu, not %s", name);
     setenv("VK_ASSAY_VALIDATION_BACKEND", name, 1);
     return strcmp(name, "cpu") == 0;
 }
@@ -85,17 +85,10 @@ static struct options main_options(int argc, char **argv)
     if (optind < argc)
         options.mesh = argv[optind++];
     if (optind < argc)
-        demo_fail("one mesh at a time: what is %s?", argv[optind]);
+        tool_fail("one mesh at a time: what is %s?", argv[optind]);
     if (!*options.out_dir)
-        demo_fail("--out-dir needs a folder");
+        tool_fail("--out-dir needs a folder");
     return options;
-}
-
-static double main_seconds(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 /* Rounding may tip a few rays that graze an edge: one pixel of a thousand may differ visibly. */
@@ -108,7 +101,7 @@ static bool main_is_close(const struct comparison *comparison)
 static bool main_compare(const uint32_t *pixels, const char *out_dir)
 {
     bool is_close = true;
-    uint32_t *other = demo_alloc((size_t)WIDTH * HEIGHT, sizeof(*other));
+    uint32_t *other = tool_alloc((size_t)WIDTH * HEIGHT, sizeof(*other));
     if (picture_read(out_dir, "scene.png", WIDTH, HEIGHT, other)) {
         const struct comparison found = compare_pictures(pixels, other, other, WIDTH * HEIGHT);
         picture_write(out_dir, "scene-difference.png", WIDTH, HEIGHT, other);
@@ -125,13 +118,13 @@ static bool main_compare(const uint32_t *pixels, const char *out_dir)
 
 static bool main_draw(struct gpu *gpu, const struct scene *scene, const struct options *options)
 {
-    const double start = main_seconds();
+    const double start = read_clock(CLOCK_MONOTONIC);
     const char *name = options->by_layer ? "scene-cpu.png" : "scene.png";
-    uint32_t *pixels = demo_alloc((size_t)WIDTH * HEIGHT, sizeof(*pixels));
+    uint32_t *pixels = tool_alloc((size_t)WIDTH * HEIGHT, sizeof(*pixels));
     (options->by_layer ? trace_scene : render_scene)(gpu, scene, WIDTH, HEIGHT, pixels);
     picture_write(options->out_dir, name, WIDTH, HEIGHT, pixels);
     printf("picture: %s/%s (%d x %d, %.1f s)\n", options->out_dir, name, WIDTH, HEIGHT,
-           main_seconds() - start);
+           (read_clock(CLOCK_MONOTONIC) - start) / 1e9);
     const bool is_good = !options->by_layer || main_compare(pixels, options->out_dir);
     free(pixels);
     return is_good;
@@ -143,12 +136,13 @@ static void main_build(struct scene *scene, struct gpu *gpu, const char *path)
     mesh_load(&mesh, path);
     printf("mesh: %s (%u vertices, %u triangles)\n", path, mesh.vertex_count, mesh.triangle_count);
 
-    const double start = main_seconds();
+    const double start = read_clock(CLOCK_MONOTONIC);
     scene_create(scene, gpu, &mesh);
     printf(
         "built: BLAS of %u triangles, BLAS of %u boxes, an update, a compaction, "
         "TLAS of %u instances (%.1f s)\n",
-        scene->triangle_count, scene->box_count, scene->instance_count, main_seconds() - start);
+        scene->triangle_count, scene->box_count, scene->instance_count,
+        (read_clock(CLOCK_MONOTONIC) - start) / 1e9);
     mesh_free(&mesh);
 }
 
@@ -174,7 +168,7 @@ int main(int argc, char **argv)
     printf("\nclean scene: %u findings; planted: %u of %u caught\n", findings.clean_count,
            score.caught, score.planted);
     if (fflush(stdout) || ferror(stdout))
-        demo_fail("the output could not be written");
+        tool_fail("the output could not be written");
     const bool passed = is_good && findings.clean_count == 0 && score.caught == score.planted;
     return passed ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -9,9 +9,9 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "fail.h"
 #include "mesh.h"
 #include "order.h"
+#include "tests/tools/fail.h"
 
 /* How far the top of the twisted mesh is turned against its base, in radians a unit of height. */
 #define TWIST 1.6f
@@ -23,11 +23,11 @@ static void mesh_check_file(const char *path)
 {
     struct stat info;
     if (stat(path, &info))
-        demo_fail("mesh %s: %s", path, strerror(errno));
+        tool_fail("mesh %s: %s", path, strerror(errno));
     if (!S_ISREG(info.st_mode))
-        demo_fail("mesh %s: not a regular file", path);
+        tool_fail("mesh %s: not a regular file", path);
     if (info.st_size == 0)
-        demo_fail("mesh %s: the file is empty", path);
+        tool_fail("mesh %s: the file is empty", path);
 }
 
 static void mesh_check_part(const struct aiMesh *part, const char *path)
@@ -36,13 +36,13 @@ static void mesh_check_part(const struct aiMesh *part, const char *path)
         const struct aiFace *face = &part->mFaces[f];
         for (uint32_t corner = 0; corner < face->mNumIndices; ++corner)
             if (face->mIndices[corner] >= part->mNumVertices)
-                demo_fail("mesh %s: index %u of a face is beyond the %u vertices of its part", path,
+                tool_fail("mesh %s: index %u of a face is beyond the %u vertices of its part", path,
                           face->mIndices[corner], part->mNumVertices);
     }
     for (uint32_t v = 0; v < part->mNumVertices; ++v) {
         const struct aiVector3D *at = &part->mVertices[v];
         if (!isfinite(at->x) || !isfinite(at->y) || !isfinite(at->z))
-            demo_fail("mesh %s: a vertex has a position that is not finite (%g %g %g)", path,
+            tool_fail("mesh %s: a vertex has a position that is not finite (%g %g %g)", path,
                       (double)at->x, (double)at->y, (double)at->z);
     }
 }
@@ -51,14 +51,14 @@ static const struct aiScene *mesh_import(const char *path, unsigned steps)
 {
     const struct aiScene *scene = aiImportFile(path, steps);
     if (!scene)
-        demo_fail("mesh %s: assimp can't read it: %s", path, aiGetErrorString());
+        tool_fail("mesh %s: assimp can't read it: %s", path, aiGetErrorString());
     uint64_t face_count = 0;
     for (uint32_t m = 0; m < scene->mNumMeshes; ++m) {
         mesh_check_part(scene->mMeshes[m], path);
         face_count += scene->mMeshes[m]->mNumFaces;
     }
     if (face_count == 0)
-        demo_fail("mesh %s: no faces in it", path);
+        tool_fail("mesh %s: no faces in it", path);
     return scene;
 }
 
@@ -73,9 +73,9 @@ static void mesh_count(struct mesh *mesh, const struct aiScene *scene, const cha
             triangle_count += part->mFaces[f].mNumIndices == 3;
     }
     if (triangle_count == 0)
-        demo_fail("mesh %s: no triangles in it", path);
+        tool_fail("mesh %s: no triangles in it", path);
     if (vertex_count > COUNT_MAX || triangle_count > COUNT_MAX)
-        demo_fail("mesh %s: too large (%llu vertices, %llu triangles)", path,
+        tool_fail("mesh %s: too large (%llu vertices, %llu triangles)", path,
                   (unsigned long long)vertex_count, (unsigned long long)triangle_count);
     mesh->vertex_count = (uint32_t)vertex_count;
     mesh->triangle_count = (uint32_t)triangle_count;
@@ -83,8 +83,8 @@ static void mesh_count(struct mesh *mesh, const struct aiScene *scene, const cha
 
 static void mesh_copy_scene(struct mesh *mesh, const struct aiScene *scene)
 {
-    mesh->positions = demo_alloc(mesh->vertex_count, sizeof(*mesh->positions));
-    mesh->indices = demo_alloc(mesh->triangle_count, 3 * sizeof(*mesh->indices));
+    mesh->positions = tool_alloc(mesh->vertex_count, sizeof(*mesh->positions));
+    mesh->indices = tool_alloc(mesh->triangle_count, 3 * sizeof(*mesh->indices));
 
     uint32_t base = 0;
     uint32_t *index = mesh->indices;
@@ -121,7 +121,7 @@ static void mesh_stand_on_ground(struct mesh *mesh, const char *path)
     }
     double side = fmax(high[0] - low[0], fmax(high[1] - low[1], high[2] - low[2]));
     if (!(side > 0.0))
-        demo_fail("mesh %s: all its vertices are in one place", path);
+        tool_fail("mesh %s: all its vertices are in one place", path);
 
     const double origin[3] = {0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])};
     for (uint32_t v = 0; v < mesh->vertex_count; ++v)
@@ -132,9 +132,9 @@ static void mesh_stand_on_ground(struct mesh *mesh, const char *path)
 
 static void mesh_order_triangles(struct mesh *mesh)
 {
-    float(*centres)[3] = demo_alloc(mesh->triangle_count, sizeof(*centres));
-    uint32_t *order = demo_alloc(mesh->triangle_count, sizeof(*order));
-    uint32_t *ordered = demo_alloc(mesh->triangle_count, 3 * sizeof(*ordered));
+    float(*centres)[3] = tool_alloc(mesh->triangle_count, sizeof(*centres));
+    uint32_t *order = tool_alloc(mesh->triangle_count, sizeof(*order));
+    uint32_t *ordered = tool_alloc(mesh->triangle_count, 3 * sizeof(*ordered));
     for (uint32_t t = 0; t < mesh->triangle_count; ++t)
         for (int axis = 0; axis < 3; ++axis)
             for (int corner = 0; corner < 3; ++corner)

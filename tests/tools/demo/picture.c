@@ -6,8 +6,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "fail.h"
 #include "picture.h"
+#include "tests/tools/fail.h"
 
 #define PATH_SIZE 4096
 
@@ -27,7 +27,7 @@ static void picture_make_folder(const char *folder)
 static void picture_path(const char *folder, const char *name, char path[PATH_SIZE])
 {
     if (snprintf(path, PATH_SIZE, "%s/%s", folder, name) >= PATH_SIZE)
-        demo_fail("the path of the folder for the picture is too long");
+        tool_fail("the path of the folder for the picture is too long");
 }
 
 void picture_write(const char *folder, const char *name, uint32_t width, uint32_t height,
@@ -38,7 +38,7 @@ void picture_write(const char *folder, const char *name, uint32_t width, uint32_
     picture_make_folder(folder);
     FILE *file = fopen(path, "wb");
     if (!file)
-        demo_fail("picture %s: %s", path, strerror(errno));
+        tool_fail("picture %s: %s", path, strerror(errno));
 
     png_image image = {
         .version = PNG_IMAGE_VERSION,
@@ -49,9 +49,9 @@ void picture_write(const char *folder, const char *name, uint32_t width, uint32_
     const int written = png_image_write_to_stdio(&image, file, 0, pixels, 0, NULL);
     const int closed = fclose(file);
     if (!written)
-        demo_fail("picture %s: %s", path, image.message);
+        tool_fail("picture %s: %s", path, image.message);
     if (closed)
-        demo_fail("picture %s: %s", path, strerror(errno));
+        tool_fail("picture %s: %s", path, strerror(errno));
 }
 
 bool picture_read(const char *folder, const char *name, uint32_t width, uint32_t height,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Objects that only mistakes use. To make them is valid; to build with them is not. */
 #include "plants.h"
+#include "tests/tools/fail.h"
 
 #define STRUCTURE_USAGE                                                                            \
     (VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |                                      \
@@ -11,28 +12,28 @@ static void plant_objects_create_pass(struct plant_objects *objects, struct gpu 
 {
     if (!(gpu->queue_flags & VK_QUEUE_GRAPHICS_BIT))
         return;
-    gpu_check(gpu->calls.CreateRenderPass(
-                  gpu->device,
-                  &(VkRenderPassCreateInfo){
-                      .sType = VK_STRUCTURE_TYPE_RENDER_PASS_CREATE_INFO,
-                      .subpassCount = 1,
-                      .pSubpasses =
-                          &(VkSubpassDescription){
-                              .pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS,
-                          },
-                  },
-                  NULL, &objects->pass),
-              "vkCreateRenderPass");
-    gpu_check(gpu->calls.CreateFramebuffer(gpu->device,
-                                           &(VkFramebufferCreateInfo){
-                                               .sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO,
-                                               .renderPass = objects->pass,
-                                               .width = 8,
-                                               .height = 8,
-                                               .layers = 1,
-                                           },
-                                           NULL, &objects->framebuffer),
-              "vkCreateFramebuffer");
+    tool_check(gpu->calls.CreateRenderPass(
+                   gpu->device,
+                   &(VkRenderPassCreateInfo){
+                       .sType = VK_STRUCTURE_TYPE_RENDER_PASS_CREATE_INFO,
+                       .subpassCount = 1,
+                       .pSubpasses =
+                           &(VkSubpassDescription){
+                               .pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS,
+                           },
+                   },
+                   NULL, &objects->pass),
+               "vkCreateRenderPass");
+    tool_check(gpu->calls.CreateFramebuffer(gpu->device,
+                                            &(VkFramebufferCreateInfo){
+                                                .sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO,
+                                                .renderPass = objects->pass,
+                                                .width = 8,
+                                                .height = 8,
+                                                .layers = 1,
+                                            },
+                                            NULL, &objects->framebuffer),
+               "vkCreateFramebuffer");
 }
 
 void plant_objects_create(struct plant_objects *objects, struct gpu *gpu, const struct scene *scene)

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "render.h"
+#include "tests/tools/fail.h"
 
 static const uint32_t scene_comp[] = {
 #include "scene_comp.h" /* generated from scene.comp */
@@ -44,16 +45,16 @@ static void render_create_layouts(struct render *render, struct gpu *gpu)
             .descriptorCount = 1,
             .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
         };
-    gpu_check(gpu->calls.CreateDescriptorSetLayout(
-                  gpu->device,
-                  &(VkDescriptorSetLayoutCreateInfo){
-                      .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
-                      .bindingCount = BINDING_COUNT,
-                      .pBindings = bindings,
-                  },
-                  NULL, &render->set_layout),
-              "vkCreateDescriptorSetLayout");
-    gpu_check(
+    tool_check(gpu->calls.CreateDescriptorSetLayout(
+                   gpu->device,
+                   &(VkDescriptorSetLayoutCreateInfo){
+                       .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
+                       .bindingCount = BINDING_COUNT,
+                       .pBindings = bindings,
+                   },
+                   NULL, &render->set_layout),
+               "vkCreateDescriptorSetLayout");
+    tool_check(
         gpu->calls.CreatePipelineLayout(gpu->device,
                                         &(VkPipelineLayoutCreateInfo){
                                             .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
@@ -73,7 +74,7 @@ static void render_create_layouts(struct render *render, struct gpu *gpu)
 static void render_create_pipeline(struct render *render, struct gpu *gpu)
 {
     VkShaderModule module;
-    gpu_check(
+    tool_check(
         gpu->calls.CreateShaderModule(gpu->device,
                                       &(VkShaderModuleCreateInfo){
                                           .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
@@ -82,21 +83,21 @@ static void render_create_pipeline(struct render *render, struct gpu *gpu)
                                       },
                                       NULL, &module),
         "vkCreateShaderModule");
-    gpu_check(gpu->calls.CreateComputePipelines(
-                  gpu->device, VK_NULL_HANDLE, 1,
-                  &(VkComputePipelineCreateInfo){
-                      .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-                      .stage =
-                          {
-                              .sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                              .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                              .module = module,
-                              .pName = "main",
-                          },
-                      .layout = render->layout,
-                  },
-                  NULL, &render->pipeline),
-              "vkCreateComputePipelines");
+    tool_check(gpu->calls.CreateComputePipelines(
+                   gpu->device, VK_NULL_HANDLE, 1,
+                   &(VkComputePipelineCreateInfo){
+                       .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+                       .stage =
+                           {
+                               .sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                               .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                               .module = module,
+                               .pName = "main",
+                           },
+                       .layout = render->layout,
+                   },
+                   NULL, &render->pipeline),
+               "vkCreateComputePipelines");
     gpu->calls.DestroyShaderModule(gpu->device, module, NULL);
 }
 
@@ -106,7 +107,7 @@ static void render_create_set(struct render *render, struct gpu *gpu)
         {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1},
         {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, BINDING_COUNT - 1},
     };
-    gpu_check(
+    tool_check(
         gpu->calls.CreateDescriptorPool(gpu->device,
                                         &(VkDescriptorPoolCreateInfo){
                                             .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
@@ -116,16 +117,16 @@ static void render_create_set(struct render *render, struct gpu *gpu)
                                         },
                                         NULL, &render->pool),
         "vkCreateDescriptorPool");
-    gpu_check(gpu->calls.AllocateDescriptorSets(
-                  gpu->device,
-                  &(VkDescriptorSetAllocateInfo){
-                      .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-                      .descriptorPool = render->pool,
-                      .descriptorSetCount = 1,
-                      .pSetLayouts = &render->set_layout,
-                  },
-                  &render->set),
-              "vkAllocateDescriptorSets");
+    tool_check(gpu->calls.AllocateDescriptorSets(
+                   gpu->device,
+                   &(VkDescriptorSetAllocateInfo){
+                       .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                       .descriptorPool = render->pool,
+                       .descriptorSetCount = 1,
+                       .pSetLayouts = &render->set_layout,
+                   },
+                   &render->set),
+               "vkAllocateDescriptorSets");
 }
 
 static void render_write_set(struct render *render, struct gpu *gpu, const struct scene *scene)

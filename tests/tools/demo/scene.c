@@ -2,9 +2,9 @@
 /* Builds the scene's acceleration structures: two BLAS at once, an update, a compaction, a TLAS. */
 #include <string.h>
 
-#include "fail.h"
 #include "layout.h"
 #include "scene.h"
+#include "tests/tools/fail.h"
 
 #define BUILD_INPUT                                                                                \
     (VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |                        \
@@ -207,10 +207,10 @@ static void scene_build_bottom(struct scene *scene, struct gpu *gpu, VkQueryPool
 static void scene_create_compacted(struct scene *scene, struct gpu *gpu, VkQueryPool pool)
 {
     VkDeviceSize size = 0;
-    gpu_check(gpu->calls.GetQueryPoolResults(gpu->device, pool, 0, 1, sizeof(size), &size,
-                                             sizeof(size),
-                                             VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
-              "vkGetQueryPoolResults");
+    tool_check(gpu->calls.GetQueryPoolResults(gpu->device, pool, 0, 1, sizeof(size), &size,
+                                              sizeof(size),
+                                              VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
+               "vkGetQueryPoolResults");
     scene->compacted_field = gpu_create_structure(
         gpu, "compacted box BLAS", VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
 }
@@ -254,22 +254,22 @@ static void scene_build_rest(struct scene *scene, struct gpu *gpu)
 void scene_create(struct scene *scene, struct gpu *gpu, const struct mesh *mesh)
 {
     if (mesh->triangle_count > gpu->limits.maxPrimitiveCount)
-        demo_fail("the mesh has %u triangles, and the device takes %llu", mesh->triangle_count,
+        tool_fail("the mesh has %u triangles, and the device takes %llu", mesh->triangle_count,
                   (unsigned long long)gpu->limits.maxPrimitiveCount);
     *scene = (struct scene){0};
     scene_upload_mesh(scene, gpu, mesh);
     scene_upload_boxes(scene, gpu);
 
     VkQueryPool compacted_size;
-    gpu_check(gpu->calls.CreateQueryPool(
-                  gpu->device,
-                  &(VkQueryPoolCreateInfo){
-                      .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                      .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-                      .queryCount = 1,
-                  },
-                  NULL, &compacted_size),
-              "vkCreateQueryPool");
+    tool_check(gpu->calls.CreateQueryPool(
+                   gpu->device,
+                   &(VkQueryPoolCreateInfo){
+                       .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+                       .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                       .queryCount = 1,
+                   },
+                   NULL, &compacted_size),
+               "vkCreateQueryPool");
     scene_build_bottom(scene, gpu, compacted_size);
     scene_create_compacted(scene, gpu, compacted_size);
     gpu->calls.DestroyQueryPool(gpu->device, compacted_size, NULL);

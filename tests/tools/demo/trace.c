@@ -8,10 +8,10 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "fail.h"
 #include "layer/assay.h"
 #include "render.h"
 #include "shade.h"
+#include "tests/tools/fail.h"
 
 #define ROWS 4 /* of a batch */
 #define BOUNCES 2
@@ -95,7 +95,7 @@ static void trace_rays(struct batch *batch)
         .candidate = answer,
         .userData = batch,
     };
-    gpu_check(trace->trace_rays(trace->gpu->device, &info), "vkTraceRaysASSAY");
+    tool_check(trace->trace_rays(trace->gpu->device, &info), "vkTraceRaysASSAY");
 }
 
 /* ---- a bounce of all paths */
@@ -218,10 +218,10 @@ static void *draw(void *data)
     const size_t paths = (size_t)ROWS * trace->width * RENDER_GRID * RENDER_GRID;
     struct batch batch = {
         .trace = trace,
-        .paths = demo_alloc(paths, sizeof(struct path)),
-        .rays = demo_alloc(2 * paths, sizeof(AssayRay)),
-        .hits = demo_alloc(2 * paths, sizeof(AssayHit)),
-        .owners = demo_alloc(2 * paths, sizeof(uint32_t)),
+        .paths = tool_alloc(paths, sizeof(struct path)),
+        .rays = tool_alloc(2 * paths, sizeof(AssayRay)),
+        .hits = tool_alloc(2 * paths, sizeof(AssayHit)),
+        .owners = tool_alloc(2 * paths, sizeof(uint32_t)),
     };
     for (uint32_t row; (row = atomic_fetch_add(&trace->next_row, ROWS)) < trace->height;)
         draw_rows(&batch, row);
@@ -237,15 +237,15 @@ void trace_scene(struct gpu *gpu, const struct scene *scene, uint32_t width, uin
 {
     struct trace trace = {
         .gpu = gpu,
-        .trace_rays = (PFN_vkTraceRaysASSAY)gpu->instance_calls.GetDeviceProcAddr(
-            gpu->device, "vkTraceRaysASSAY"),
+        .trace_rays =
+            (PFN_vkTraceRaysASSAY)gpu->get_device_command(gpu->device, "vkTraceRaysASSAY"),
         .top = scene->top.structure.handle,
         .width = width,
         .height = height,
         .pixels = pixels,
     };
     if (!trace.trace_rays)
-        demo_fail("the device has no vkTraceRaysASSAY: its backend isn't cpu");
+        tool_fail("the device has no vkTraceRaysASSAY: its backend isn't cpu");
     shade_scene_open(&trace.shading, scene);
     pthread_t threads[THREADS_MAX];
     long wanted = sysconf(_SC_NPROCESSORS_ONLN) - 1, count = 0;

@@ -1,8 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Medians of samples. */
-#include "statistics.h"
+/* Clocks, and medians of samples. */
+#include "tests/tools/measure.h"
 
 #include <stdlib.h>
+
+double read_clock(clockid_t clock)
+{
+    struct timespec now;
+    clock_gettime(clock, &now);
+    return (double)now.tv_sec * 1e9 + (double)now.tv_nsec;
+}
+
+double thread_time(void)
+{
+    return read_clock(CLOCK_THREAD_CPUTIME_ID);
+}
 
 static int compare(const void *a, const void *b)
 {
