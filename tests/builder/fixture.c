@@ -38,6 +38,20 @@ void fixture_scope_end(void)
     memset(&scope, 0, sizeof(scope));
 }
 
+int fixture_setup(void **state)
+{
+    (void)state;
+    fixture_scope_begin();
+    return 0;
+}
+
+int fixture_teardown(void **state)
+{
+    (void)state;
+    fixture_scope_end();
+    return 0;
+}
+
 static void *scope_add(void *bytes)
 {
     if (!scope.is_open)
@@ -305,6 +319,12 @@ enum builder_result fixture_refit(const struct builder_input *input, const void 
                            sizes.update_scratch, report);
     free(scratch);
     return result;
+}
+
+struct trace_ray fixture_ray(float x, float y, float z, float dx, float dy, float dz)
+{
+    return (struct trace_ray){
+        .origin = {x, y, z}, .direction = {dx, dy, dz}, .t_max = INFINITY, .cull_mask = 0xff};
 }
 
 static enum trace_answer count_hit(void *context, struct trace_hit *candidate)

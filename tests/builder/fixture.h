@@ -12,6 +12,9 @@ extern const float fixture_triangle[9]; /* (0, 0), (1, 0), (0, 1) in the plane z
  * caller frees nothing of that. Only for programs in which one thread allocates. */
 void fixture_scope_begin(void);
 void fixture_scope_end(void);
+/* The same around a group of cmocka's tests. */
+int fixture_setup(void **state);
+int fixture_teardown(void **state);
 
 struct fixture_mesh {
     float *positions;  /* three a vertex */
@@ -63,6 +66,9 @@ enum builder_result fixture_refit(const struct builder_input *input, const void 
                                   void *target, struct builder_report *report);
 
 struct builder_resolver fixture_resolver(void); /* references are addresses */
+
+/* Without an end, for all instances. */
+struct trace_ray fixture_ray(float x, float y, float z, float dx, float dy, float dz);
 
 struct fixture_hits {
     uint32_t count;

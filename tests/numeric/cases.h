@@ -35,11 +35,13 @@ void *case_instances(const VkAccelerationStructureInstanceKHR *instances, uint32
                      struct builder_report *report);
 
 /* fixture_trace() and fixture_trace_all() with the setting's accuracy. */
+bool case_meets(const void *structure, struct trace_ray ray);
+/* The closest hit. If there is none, its t is -1, and its numbers are UINT32_MAX. */
+struct trace_hit case_closest(const void *structure, struct trace_ray ray);
 bool case_trace(const void *structure, struct trace_ray ray, struct trace_hit *hit);
 void case_trace_all(const void *structure, struct trace_ray ray, struct fixture_hits *hits);
 uint32_t case_count(const void *structure, struct trace_ray ray); /* of all candidates */
 
-struct trace_ray case_ray(float x, float y, float z, float dx, float dy, float dz);
 struct trace_ray case_ray_down(float x, float y); /* from z = 1, straight down */
 /* From `origin` to a point of the triangle's inside. */
 struct trace_ray case_ray_into(const float corners[9], const float origin[3], uint64_t *random);

@@ -21,7 +21,7 @@ static void make_row(float corners[9 * ROW])
 
 static struct trace_ray ray_to(int number)
 {
-    return case_ray((float)(2 * number) + 0.25f, 0.25f, 1, 0, 0, -1);
+    return fixture_ray((float)(2 * number) + 0.25f, 0.25f, 1, 0, 0, -1);
 }
 
 /* Whether exactly the triangles are hit whose bit is set, each by its number. */
@@ -225,8 +225,7 @@ static void large_stride(void)
     input.geometry.triangles.vertices_size = size;
     void *structure = case_build(&input, NULL);
     struct trace_ray ray = case_ray_down(0.25f, 0.25f);
-    struct trace_hit hit;
-    EXPECT(case_trace(structure, ray, &hit));
+    EXPECT(case_meets(structure, ray));
     struct builder_report report;
     input.geometry.triangles.indices = wrapping;
     input.geometry.triangles.max_vertex = 0xffffffff;
@@ -267,8 +266,7 @@ static void index_out_of_range(void)
 static void nothing(void)
 {
     struct fixture_input input;
-    struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 1);
-    struct trace_hit hit;
+    struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 1);
     float low[3], high[3];
     for (int i = 0; i < 3; i++) {
         if (i == 2)
@@ -277,7 +275,7 @@ static void nothing(void)
             fixture_input_triangles(&input, NULL, 0);
         input.input.geometry_count = i == 1 ? 0 : 1;
         void *structure = case_build(&input, NULL);
-        EXPECT(!case_trace(structure, ray, &hit));
+        EXPECT(!case_meets(structure, ray));
         EXPECT(!builder_bounds(structure, low, high));
         EXPECT(builder_compacted_size(structure) <= builder_size(structure));
     }

@@ -24,7 +24,7 @@ static void infinite_box(void)
     void *structure = case_build(&input, NULL);
     struct fixture_hits hits;
     for (int i = 0; i < 9; i++) {
-        struct trace_ray ray = case_ray(0, 0.5f, 0, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 0.5f, 0, 0, 0, 0);
         ray.direction[i % 3] = i % 2 ? -1 : 1;
         if (i >= 3)
             ray.direction[(i + 1) % 3] = -0.0f;
@@ -43,7 +43,7 @@ static void inverted_box(void)
     struct fixture_input input;
     fixture_input_aabbs(&input, boxes, 2);
     void *structure = case_build(&input, NULL);
-    struct trace_ray ray = case_ray(0.5f, 0.5f, -1, 0, 0, 1);
+    struct trace_ray ray = fixture_ray(0.5f, 0.5f, -1, 0, 0, 1);
     struct fixture_hits hits;
     case_trace_all(structure, ray, &hits);
     EXPECT(hits.count >= 1 && hits.hits[hits.count - 1].primitive < 2);
@@ -52,8 +52,8 @@ static void inverted_box(void)
 static void point_box(void)
 {
     void *structure = build_box((VkAabbPositionsKHR){1, 1, 1, 1, 1, 1});
-    EXPECT(case_count(structure, case_ray(0, 0, 0, 1, 1, 1)) <= 1);
-    EXPECT(case_count(structure, case_ray(0, 0, 0, 1, 1, 2)) == 0);
+    EXPECT(case_count(structure, fixture_ray(0, 0, 0, 1, 1, 1)) <= 1);
+    EXPECT(case_count(structure, fixture_ray(0, 0, 0, 1, 1, 2)) == 0);
 }
 
 static void origin_inside(void)
@@ -61,7 +61,7 @@ static void origin_inside(void)
     void *structure = build_box((VkAabbPositionsKHR){0, 0, 0, 1, 1, 1});
     uint64_t random = 53;
     for (int i = 0; i < 20; i++) {
-        struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
         for (int j = 0; j < 3; j++) {
             ray.origin[j] = fixture_uniform(&random, 0.1f, 0.9f);
             ray.direction[j] = fixture_uniform(&random, -1, 1);
@@ -77,7 +77,7 @@ static void in_face_plane(void)
     for (int face = 0; face < 6; face++)
         for (int way = 0; way < 4; way++) {
             int axis = face / 2, along = (axis + 1 + way % 2) % 3;
-            struct trace_ray ray = case_ray(0.5f, 0.5f, 0.5f, 0, 0, 0);
+            struct trace_ray ray = fixture_ray(0.5f, 0.5f, 0.5f, 0, 0, 0);
             ray.origin[axis] = (float)(face % 2);
             ray.origin[along] = way < 2 ? -1 : 2;
             ray.direction[axis] = way == 0 ? 0.0f : -0.0f;
@@ -89,7 +89,7 @@ static void in_face_plane(void)
 static void ends_in_box(void)
 {
     void *structure = build_box((VkAabbPositionsKHR){1, -1, -1, 2, 1, 1});
-    struct trace_ray ray = case_ray(0, 0, 0, 1, 0, 0);
+    struct trace_ray ray = fixture_ray(0, 0, 0, 1, 0, 0);
     ray.t_max = 1;
     EXPECT(case_count(structure, ray) == 1);
     ray.t_max = 0.5f;

@@ -194,7 +194,7 @@ static void expect_triangles(const void *structure, const struct content *conten
         }
         if (size == 0) /* a line or a point */
             continue;
-        struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
         for (int j = 0; j < 3; j++) {
             ray.direction[j] = (float)(-normal[j] / size);
             ray.origin[j] = (float)(target[j] - ray.direction[j]);

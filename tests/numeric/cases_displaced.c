@@ -58,7 +58,7 @@ static void check_from_above(const void *structure, const struct encoder_values 
     for (int i = 0; i < 40; i++) {
         float u = fixture_uniform(&random, 0.01f, 0.95f),
               v = fixture_uniform(&random, 0.01f, 0.98f - u);
-        struct trace_ray ray = case_ray(4 * u, 4 * v, 100, 0, 0, -1);
+        struct trace_ray ray = fixture_ray(4 * u, 4 * v, 100, 0, 0, -1);
         struct trace_hit hit;
         ray.time = time;
         if (v < 0.01f)
@@ -108,7 +108,7 @@ static void indices(void)
     check_from_above(structure, &displaced.coded[2], 3, 0, 0);
     displacement->indices = bytes + 3; /* special: it stays flat */
     structure = case_build(&input, &report);
-    struct trace_ray ray = case_ray(1, 1, 5, 0, 0, -1);
+    struct trace_ray ray = fixture_ray(1, 1, 5, 0, 0, -1);
     struct trace_hit hit;
     EXPECT(report.active == 1 && case_trace(structure, ray, &hit) && hit.t == 5);
     displacement->micromap = 0; /* nothing is asked of indices then */
@@ -208,7 +208,7 @@ static void with_opacity(void)
     for (int i = 0; i < 30; i++) {
         float u = fixture_uniform(&random, 0.01f, 0.9f),
               v = fixture_uniform(&random, 0.01f, 0.99f - u);
-        struct trace_ray ray = case_ray(4 * u, 4 * v, 100, 0, 0, -1);
+        struct trace_ray ray = fixture_ray(4 * u, 4 * v, 100, 0, 0, -1);
         struct trace_hit hit;
         EXPECT(case_trace(structure, ray, &hit) == (micromap_curve_index(u, v, 1) % 2 == 0));
     }

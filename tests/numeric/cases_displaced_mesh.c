@@ -59,7 +59,7 @@ static void check_closed(const void *structure)
     for (uint32_t i = 0; i < header->record_count; i += 3) {
         const struct triangle_record *triangle = &records[i].triangle;
         for (int way = 0; way < 3; way++) {
-            struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+            struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
             for (int axis = 0; axis < 3; axis++)
                 ray.direction[axis] = triangle->a[axis] + (way > 0 ? triangle->b[axis] : 0) +
                                       (way > 1 ? triangle->c[axis] : 0);
@@ -77,7 +77,7 @@ static void check_instance(const void *blas)
         instance.transform.matrix[axis][3] = 10 * (float)axis;
     void *tlas = case_instances(&instance, 1, NULL);
     for (int i = 0; i < 100; i++) {
-        struct trace_ray ray = case_ray(0, 10, 20, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 10, 20, 0, 0, 0);
         struct trace_hit hit = {0};
         for (int axis = 0; axis < 3; axis++)
             ray.direction[axis] = fixture_uniform(&random, -1, 1);
@@ -121,7 +121,7 @@ static void check_alike(const void *structure, const void *expected)
         EXPECT(bounds[0][i] == bounds[1][i]);
     for (int i = 0; i < 20; i++) {
         float u = fixture_uniform(&random, 0, 0.5f), v = fixture_uniform(&random, 0, 0.5f);
-        struct trace_ray ray = case_ray(4 * u, 4 * v, 50, 0.01f, 0.02f, -1);
+        struct trace_ray ray = fixture_ray(4 * u, 4 * v, 50, 0.01f, 0.02f, -1);
         struct trace_hit hit = {0}, other = {0};
         EXPECT(case_trace(structure, ray, &hit) == case_trace(expected, ray, &other));
         EXPECT(hit.t == other.t && hit.u == other.u && hit.v == other.v);
@@ -209,7 +209,7 @@ static void beside_others(void)
     void *alone = fixture_build(&input.input, NULL);
     EXPECT(memcmp(structure, alone, builder_size(alone)) == 0);
     for (int i = 0; i < 50; i++) {
-        struct trace_ray ray = case_ray(0, 0, 0, 1, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 0, 0, 1, 0, 0);
         struct fixture_hits hits;
         uint32_t of_geometry[3] = {0};
         ray.direction[1] = fixture_uniform(&random, -0.3f, 0.3f);

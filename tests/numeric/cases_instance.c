@@ -39,7 +39,7 @@ static void singular(void)
     instances[1].transform = scaling(1e-12f, 1e-12f, 1e-12f);
     void *tlas = case_instances(instances, 2, &report);
     EXPECT(report.singular == 1 && report.first_singular.primitive == 0 && report.active == 2);
-    struct trace_ray ray = case_ray(0.25e-12f, 0.25e-12f, 1, 0, 0, -1);
+    struct trace_ray ray = fixture_ray(0.25e-12f, 0.25e-12f, 1, 0, 0, -1);
     struct fixture_hits hits;
     case_trace_all(tlas, ray, &hits);
     EXPECT(hits.count == 1 && hits.hits[0].instance == 1 && hits.hits[0].t == 1);
@@ -122,9 +122,8 @@ static void empty_instances(void)
     void *tlas = case_instances(instances, 4, &report);
     EXPECT(report.active == 3 && report.inactive == 1);
     EXPECT(builder_bounds(tlas, lower, upper) && upper[0] >= 100 && upper[0] < 100.01f);
-    struct trace_ray ray = case_ray_down(0.25f, 0.25f);
-    struct trace_hit hit = {0};
-    EXPECT(case_trace(tlas, ray, &hit) && hit.instance == 2);
+    const struct trace_hit hit = case_closest(tlas, case_ray_down(0.25f, 0.25f));
+    EXPECT(hit.instance == 2);
     EXPECT(hit.custom_index == 0xabcdef && hit.sbt_offset == 0x123456);
 }
 

@@ -75,7 +75,7 @@ static void moving_closed(void)
         uint32_t vertices[2] = {mesh.indices[i], mesh.indices[i - i % 3 + (i + 1) % 3]};
         float time = times[i % TIMES], ends[2][3];
         const float centers[2][3] = {{0.1f, 0.2f, 0.3f}, {40, -3, 0.7f}};
-        struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
         ray.time = time;
         for (int j = 0; j < 3; j++) {
             for (int end = 0; end < 2; end++)
@@ -104,15 +104,14 @@ static void moving_inactive(void)
     void *structure = case_build(&input, &report);
     EXPECT(report.active == 1 && report.inactive == 1);
     struct trace_ray ray = case_ray_down(5.25f, 0.25f);
-    struct trace_hit hit;
-    EXPECT(case_trace(structure, ray, &hit) && hit.primitive == 1);
+    EXPECT(case_closest(structure, ray).primitive == 1);
     input.geometry.triangles.motion_vertices_size = sizeof(to) - 4;
     EXPECT(!fixture_build(&input.input, &report) && report.out_of_range > 0);
     /* what isn't built for motion doesn't look at times */
     input.input.flags = 0;
     structure = case_build(&input, NULL);
     ray.time = 0.75f;
-    EXPECT(case_trace(structure, ray, &hit) && hit.t == 1);
+    EXPECT(case_closest(structure, ray).t == 1);
 }
 
 static void *build_instances(const void *instances, uint32_t count, bool has_pointers)
@@ -189,7 +188,7 @@ static void matrix_motion(void)
     ray.origin[0] = 1e6f + 0.25f;
     ray.origin[1] = 0.25f;
     ray.time = 0.7f;
-    EXPECT(case_trace(array, ray, &hit) && hit.instance == 0);
+    EXPECT(case_closest(array, ray).instance == 0);
 }
 
 /* T R S by the specification's words, in long double. */
@@ -289,15 +288,14 @@ static void moving_copies(void)
     EXPECT(builder_serialize(structure, &uuids, bytes, bytes_size) == BUILDER_OK);
     EXPECT(builder_deserialize(bytes, bytes_size, &uuids, again, size) == BUILDER_OK);
     struct trace_ray ray = case_ray_down(4.25f, 0.25f);
-    struct trace_hit hit;
     ray.time = 0.5f;
-    EXPECT(case_trace(again, ray, &hit) && hit.t == 1);
+    EXPECT(case_closest(again, ray).t == 1);
     input.geometry.triangles.motion_vertices = later;
     EXPECT(fixture_refit(&input.input, again, again, NULL) == BUILDER_OK);
-    EXPECT(!case_trace(again, ray, &hit));
+    EXPECT(!case_meets(again, ray));
     ray.origin[0] = 0.25f;
     ray.origin[1] = 4.25f;
-    EXPECT(case_trace(again, ray, &hit) && hit.t == 1);
+    EXPECT(case_closest(again, ray).t == 1);
     void *fresh = case_build(&input, NULL);
     EXPECT(memcmp(fresh, again, size) == 0);
     input.input.flags = 0; /* another kind of structure */

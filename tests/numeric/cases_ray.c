@@ -23,7 +23,7 @@ static void zero_components(void)
     uint64_t random = 37;
     for (int i = 0; i < 24; i++) {
         int axis = i % 3;
-        struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
         for (int j = 0; j < 3; j++) {
             ray.origin[j] = fixture_uniform(&random, -0.4f, 0.4f);
             ray.direction[j] = i % 2 ? -0.0f : 0.0f;
@@ -45,7 +45,7 @@ static void shoot_closed(bool at_vertex)
         const float *a = mesh.positions + 3 * (size_t)mesh.indices[i];
         const float *b = mesh.positions + 3 * (size_t)mesh.indices[i - i % 3 + (i + 1) % 3];
         float along = at_vertex ? 0 : 0.5f;
-        struct trace_ray ray = case_ray(0.1f, 0.2f, 0.3f, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0.1f, 0.2f, 0.3f, 0, 0, 0);
         for (int j = 0; j < 3; j++) {
             ray.origin[j] += i % 2 ? 0 : fixture_uniform(&random, -0.5f, 0.5f);
             ray.direction[j] = a[j] + along * (b[j] - a[j]) - ray.origin[j];
@@ -75,7 +75,7 @@ static void closed_ring(void)
         int column = i % 5 - 2, row = i / 5 - 2;
         float x = (float)column / 4, y = (float)row / 4;
         struct trace_ray straight = case_ray_down(x, y);
-        struct trace_ray oblique = case_ray(x + 0.5f, y - 0.25f, -1, -0.5f, 0.25f, 1);
+        struct trace_ray oblique = fixture_ray(x + 0.5f, y - 0.25f, -1, -0.5f, 0.25f, 1);
         EXPECT(case_count(structure, straight) == 1);
         EXPECT(case_count(structure, oblique) == 1);
     }
@@ -86,7 +86,7 @@ static void open_boundary(void)
     void *structure = case_triangles(fixture_triangle, 1, NULL);
     struct fixture_hits hits;
     for (int i = 0; i <= 8; i++) {
-        struct trace_ray ray = case_ray((float)i / 8, 0, 1, 0, 0, -1);
+        struct trace_ray ray = fixture_ray((float)i / 8, 0, 1, 0, 0, -1);
         case_trace_all(structure, ray, &hits);
         EXPECT(hits.count <= 1 && (hits.count == 0 || hits.hits[0].t == 1));
     }
@@ -95,29 +95,27 @@ static void open_boundary(void)
 static void origin_on_surface(void)
 {
     void *structure = case_triangles(fixture_triangle, 1, NULL);
-    struct trace_hit hit;
-    struct trace_ray ray = case_ray(0.25f, 0.25f, 0, 0, 0, -1);
-    EXPECT(!case_trace(structure, ray, &hit));
-    ray = case_ray(0.25f, 0.25f, 0, 1, 0.5f, 0.25f);
-    EXPECT(!case_trace(structure, ray, &hit));
+    struct trace_ray ray = fixture_ray(0.25f, 0.25f, 0, 0, 0, -1);
+    EXPECT(!case_meets(structure, ray));
+    ray = fixture_ray(0.25f, 0.25f, 0, 1, 0.5f, 0.25f);
+    EXPECT(!case_meets(structure, ray));
 }
 
 static void ends_of_ray(void)
 {
     void *structure = case_triangles(fixture_triangle, 1, NULL);
-    struct trace_hit hit;
     for (int i = 0; i < 5; i++) {
         float t = (float[]){1, 2, 0.5f, 1024, 0x1p-20f}[i];
-        struct trace_ray ray = case_ray(0.25f, 0.25f, t, 0, 0, -1);
+        struct trace_ray ray = fixture_ray(0.25f, 0.25f, t, 0, 0, -1);
         ray.t_min = t;
-        EXPECT(!case_trace(structure, ray, &hit));
+        EXPECT(!case_meets(structure, ray));
         ray.t_min = nextafterf(t, 0);
-        EXPECT(case_trace(structure, ray, &hit) && hit.t == t);
+        EXPECT(case_closest(structure, ray).t == t);
         ray.t_min = 0;
         ray.t_max = t;
-        EXPECT(!case_trace(structure, ray, &hit));
+        EXPECT(!case_meets(structure, ray));
         ray.t_max = nextafterf(t, INFINITY);
-        EXPECT(case_trace(structure, ray, &hit) && hit.t == t);
+        EXPECT(case_closest(structure, ray).t == t);
     }
 }
 
@@ -125,7 +123,7 @@ static void infinite_end(void)
 {
     float far[9] = {-1e30f, -1e30f, 1e30f, 3e30f, -1e30f, 1e30f, -1e30f, 3e30f, 1e30f};
     void *structure = case_triangles(far, 1, NULL);
-    struct trace_ray ray = case_ray(1, 2, 3, 0.25f, 0.125f, 1);
+    struct trace_ray ray = fixture_ray(1, 2, 3, 0.25f, 0.125f, 1);
     EXPECT(case_check_ray(structure, far, 1, ray) == 1);
 }
 
@@ -136,7 +134,7 @@ static void scaled_direction(void)
     void *structure = case_triangles(corners, mesh.triangle_count, NULL);
     uint64_t random = 43;
     for (int i = 0; i < 20; i++) {
-        struct trace_ray ray = case_ray(0.1f, 0.2f, 0.1f, 0, 0, 0), scaled;
+        struct trace_ray ray = fixture_ray(0.1f, 0.2f, 0.1f, 0, 0, 0), scaled;
         for (int j = 0; j < 3; j++)
             ray.direction[j] = fixture_uniform(&random, -1, 1);
         for (int j = 0; j < 4; j++) {

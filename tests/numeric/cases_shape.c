@@ -81,8 +81,7 @@ static void coincident(void)
     struct builder_statistics statistics;
     builder_measure(structure, &statistics);
     EXPECT(statistics.depth <= 20);
-    struct trace_ray ray = case_ray_down(0.3f, 0.3f);
-    EXPECT(case_count(structure, ray) == COUNT);
+    EXPECT(case_count(structure, case_ray_down(0.3f, 0.3f)) == COUNT);
 }
 
 static void duplicates(void)
@@ -91,7 +90,7 @@ static void duplicates(void)
     for (int i = 0; i < 3; i++)
         memcpy(corners + (size_t)9 * i, fixture_triangle, sizeof(fixture_triangle));
     void *structure = case_triangles(corners, 3, NULL);
-    struct trace_ray ray = case_ray(0.25f, 0.25f, 2, 0, 0, -1);
+    struct trace_ray ray = fixture_ray(0.25f, 0.25f, 2, 0, 0, -1);
     struct trace_hit hit;
     EXPECT(case_trace(structure, ray, &hit) && hit.t == 2 && hit.primitive < 3);
 }

@@ -67,9 +67,8 @@ static void skewed(void)
     EXPECT(statistics.depth <= 80);
     for (int i = 0; i < COUNT; i += 9) {
         float at = ldexpf(1, i - 100);
-        struct trace_ray ray = case_ray(at * 1.125f, at * 0.125f, at, 0, 0, -1);
-        struct trace_hit hit;
-        EXPECT(case_trace(structure, ray, &hit) && hit.primitive == (uint32_t)i);
+        EXPECT(case_closest(structure, fixture_ray(at * 1.125f, at * 0.125f, at, 0, 0, -1))
+                   .primitive == (uint32_t)i);
     }
 }
 
@@ -156,7 +155,7 @@ static void copies(void)
     };
     uint64_t random = 71;
     for (int i = 0; i < 50; i++) {
-        struct trace_ray ray = case_ray(2, 2, 2, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(2, 2, 2, 0, 0, 0);
         for (int j = 0; j < 3; j++)
             ray.direction[j] = fixture_uniform(&random, -1, 1) - 2;
         struct trace_hit hits[2] = {{0}};

@@ -103,7 +103,7 @@ void swept_spheres(void)
         void *capped = build_swept(&swept, true);
         void *open = build_swept(&swept, false);
         for (int j = 0; j < 4; j++) {
-            struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+            struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
             struct trace_hit hit = {0};
             long double s;
             for (int k = 0; k < 3; k++) {
@@ -153,7 +153,7 @@ void swept_seams(void)
                 target[k] = (float)(swept.ends[3 * end + k] +
                                     0.98 * swept.radii[end] *
                                         (sine * axis[k] / length + cosine * side[k] / across));
-            struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+            struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
             for (int k = 0; k < 3; k++) {
                 ray.origin[k] = target[k] + (float)(side[k] / across) * far +
                                 fixture_uniform(&random, -0.2f, 0.2f) * far;
@@ -217,7 +217,7 @@ void swept_indices(void)
         }
         void *structure = case_build(&spheres.input, NULL);
         for (int j = 0; j < 5; j++) {
-            struct trace_ray ray = case_ray(tables[i].rays[j].x, 0.5f, 0, 1, 0, 0);
+            struct trace_ray ray = fixture_ray(tables[i].rays[j].x, 0.5f, 0, 1, 0, 0);
             struct trace_hit hit;
             bool is_hit = case_trace(structure, ray, &hit);
             if (tables[i].rays[j].u < 0)

@@ -72,6 +72,21 @@ bool case_trace(const void *structure, struct trace_ray ray, struct trace_hit *h
     return fixture_trace(structure, setting.accuracy, &ray, hit);
 }
 
+bool case_meets(const void *structure, struct trace_ray ray)
+{
+    struct trace_hit hit;
+    return case_trace(structure, ray, &hit);
+}
+
+struct trace_hit case_closest(const void *structure, struct trace_ray ray)
+{
+    struct trace_hit hit;
+    if (case_trace(structure, ray, &hit))
+        return hit;
+    return (struct trace_hit){
+        .t = -1, .geometry = UINT32_MAX, .primitive = UINT32_MAX, .instance = UINT32_MAX};
+}
+
 void case_trace_all(const void *structure, struct trace_ray ray, struct fixture_hits *hits)
 {
     fixture_trace_all(structure, setting.accuracy, &ray, hits);
@@ -86,18 +101,12 @@ uint32_t case_count(const void *structure, struct trace_ray ray)
 
 struct trace_ray case_ray_down(float x, float y)
 {
-    return case_ray(x, y, 1, 0, 0, -1);
-}
-
-struct trace_ray case_ray(float x, float y, float z, float dx, float dy, float dz)
-{
-    return (struct trace_ray){
-        .origin = {x, y, z}, .direction = {dx, dy, dz}, .t_max = INFINITY, .cull_mask = 0xff};
+    return fixture_ray(x, y, 1, 0, 0, -1);
 }
 
 struct trace_ray case_ray_into(const float corners[9], const float origin[3], uint64_t *random)
 {
-    struct trace_ray ray = case_ray(origin[0], origin[1], origin[2], 0, 0, 0);
+    struct trace_ray ray = fixture_ray(origin[0], origin[1], origin[2], 0, 0, 0);
     double a = fixture_uniform(random, 0, 1), b = fixture_uniform(random, 0, 1);
     if (a + b > 1) {
         a = 1 - a;

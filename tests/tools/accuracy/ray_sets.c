@@ -10,7 +10,7 @@
 
 static struct trace_ray ray_between(const double from[3], const double to[3])
 {
-    struct trace_ray ray = {.t_max = INFINITY, .cull_mask = 0xff};
+    struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
     for (int i = 0; i < 3; i++) {
         ray.origin[i] = (float)from[i];
         ray.direction[i] = (float)(to[i] - ray.origin[i]);

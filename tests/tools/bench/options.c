@@ -37,51 +37,43 @@ static const char usage[] =
     "\n"
     "VK_LAYER_PATH names the folder of the layer's manifest, if not this build tree's.\n";
 
-static const struct command_line line;
-
-static _Noreturn void wrong(const char *what, const char *value)
-{
-    command_line_wrong(&line, what, value);
-}
-
 static int compare(const void *a, const void *b)
 {
     uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
     return (x > y) - (x < y);
 }
 
-static void read_sizes(struct options *options, const char *list)
+static void read_sizes(const struct command_line *line, const char *list, void *member)
 {
+    struct sizes *sizes = member;
     char *end;
-    options->size_count = 0;
+    sizes->count = 0;
     for (const char *next = list;; next = end + 1) {
-        if (options->size_count == MOST_SIZES)
-            wrong("too many sizes", list);
-        options->sizes[options->size_count++] = command_line_number(&line, next, &end);
+        if (sizes->count == MOST_SIZES)
+            command_line_wrong(line, "too many sizes", list);
+        sizes->builds[sizes->count++] = command_line_number(line, next, &end);
         if (!*end)
             break;
         if (*end != ',')
-            wrong("not a list of numbers", list);
+            command_line_wrong(line, "not a list of numbers", list);
     }
-    qsort(options->sizes, options->size_count, sizeof(options->sizes[0]), compare);
+    qsort(sizes->builds, sizes->count, sizeof(sizes->builds[0]), compare);
 }
 
 /* Which of two names it is. */
-static int read_name(const char *text, const char *first, const char *second)
+static int read_name(const struct command_line *line, const char *text, const char *first,
+                     const char *second)
 {
     if (strcmp(text, first) != 0 && strcmp(text, second) != 0)
-        wrong("unknown name", text);
+        command_line_wrong(line, "unknown name", text);
     return strcmp(text, second) == 0;
 }
 
-static const char *read_level(const char *text)
+static void read_driver(const struct command_line *line, const char *value, void *member)
 {
-    static const char *const levels[] = {"parameters", "state", "execution", "content"};
-    for (size_t i = 0; i < sizeof(levels) / sizeof(levels[0]); i++) {
-        if (strcmp(text, levels[i]) == 0)
-            return text;
-    }
-    wrong("unknown level", text);
+    struct options *options = member;
+    options->drivers[0] = read_name(line, value, "null", "lavapipe") ? "lavapipe" : "null";
+    options->driver_count = 1;
 }
 
 static void choose(bool chosen[2], int which)
@@ -90,84 +82,73 @@ static void choose(bool chosen[2], int which)
     chosen[!which] = false;
 }
 
-static void be_quick(struct options *options)
+static void read_buffers(const struct command_line *line, const char *value, void *member)
 {
+    choose(member,
+           read_name(line, value, buffers_name(BUFFERS_SHARED), buffers_name(BUFFERS_SEPARATE)));
+}
+
+static void read_order(const struct command_line *line, const char *value, void *member)
+{
+    choose(member, read_name(line, value, order_name(ORDER_CREATED), order_name(ORDER_SHUFFLED)));
+}
+
+static void read_level(const struct command_line *line, const char *value, void *member)
+{
+    static const char *const levels[] = {"parameters", "state", "execution", "content"};
+    for (size_t i = 0; i < sizeof(levels) / sizeof(levels[0]); i++) {
+        if (strcmp(value, levels[i]) == 0) {
+            *(const char **)member = value;
+            return;
+        }
+    }
+    command_line_wrong(line, "unknown level", value);
+}
+
+static void be_quick(const struct command_line *line, const char *value, void *member)
+{
+    struct options *options = member;
+    (void)value;
     options->samples = 3;
     options->builds_per_sample = 200;
-    read_sizes(options, "1,10,100,1000");
+    read_sizes(line, "1,10,100,1000", &options->sizes);
 }
 
-static void read_option(void *read, int option)
+static void drop_bars(const struct command_line *line, const char *value, void *member)
 {
-    struct options *options = read;
-    switch (option) {
-    case 'd':
-        options->drivers[0] = read_name(optarg, "null", "lavapipe") ? "lavapipe" : "null";
-        options->driver_count = 1;
-        break;
-    case 's':
-        read_sizes(options, optarg);
-        break;
-    case 'a':
-        options->alive = command_line_count(&line, optarg);
-        break;
-    case 'b':
-        choose(options->with_buffers,
-               read_name(optarg, buffers_name(BUFFERS_SHARED), buffers_name(BUFFERS_SEPARATE)));
-        break;
-    case 'o':
-        choose(options->with_order,
-               read_name(optarg, order_name(ORDER_CREATED), order_name(ORDER_SHUFFLED)));
-        break;
-    case 'x':
-        options->conflicts = true;
-        break;
-    case 'n':
-        options->samples = command_line_count(&line, optarg);
-        break;
-    case 'q':
-        be_quick(options);
-        break;
-    case 'l':
-        options->level = read_level(optarg);
-        break;
-    case 'c':
-        options->csv = optarg;
-        break;
-    case 'B':
-        options->memory_bars = false;
-        options->time_bars = false;
-        break;
-    case 'T':
-        options->time_bars = false;
-        break;
-    case 'p':
-        options->profile = true;
-        options->profile_with_layer = read_name(optarg, "off", "on");
-        break;
-    case 't':
-        options->profile_times = command_line_count(&line, optarg);
-        break;
-    default:
-        break;
-    }
+    struct options *options = member;
+    (void)line;
+    (void)value;
+    options->memory_bars = false;
+    options->time_bars = false;
 }
 
-static const struct option names[] = {
-    {"alive", required_argument, NULL, 'a'},   {"driver", required_argument, NULL, 'd'},
-    {"sizes", required_argument, NULL, 's'},   {"buffers", required_argument, NULL, 'b'},
-    {"order", required_argument, NULL, 'o'},   {"conflicts", no_argument, NULL, 'x'},
-    {"samples", required_argument, NULL, 'n'}, {"quick", no_argument, NULL, 'q'},
-    {"level", required_argument, NULL, 'l'},   {"csv", required_argument, NULL, 'c'},
-    {"no-bars", no_argument, NULL, 'B'},       {"no-time-bars", no_argument, NULL, 'T'},
-    {"profile", required_argument, NULL, 'p'}, {"times", required_argument, NULL, 't'},
-    {"help", no_argument, NULL, 'h'},          {NULL, 0, NULL, 0}};
-
-static const struct command_line line = {
-    .program = "record", .usage = usage, .names = names, .read_option = read_option};
+static void read_profile(const struct command_line *line, const char *value, void *member)
+{
+    struct options *options = member;
+    options->profile = true;
+    options->profile_with_layer = read_name(line, value, "off", "on");
+}
 
 void options_read(struct options *options, int argc, char **argv)
 {
+    static const struct command_line_option table[] = {
+        {"driver", read_driver, 0, true},
+        {"sizes", read_sizes, offsetof(struct options, sizes), true},
+        {"alive", command_line_count, offsetof(struct options, alive), true},
+        {"buffers", read_buffers, offsetof(struct options, with_buffers), true},
+        {"order", read_order, offsetof(struct options, with_order), true},
+        {"conflicts", command_line_set, offsetof(struct options, conflicts), false},
+        {"samples", command_line_count, offsetof(struct options, samples), true},
+        {"quick", be_quick, 0, false},
+        {"level", read_level, offsetof(struct options, level), true},
+        {"csv", command_line_text, offsetof(struct options, csv), true},
+        {"no-time-bars", command_line_clear, offsetof(struct options, time_bars), false},
+        {"no-bars", drop_bars, 0, false},
+        {"profile", read_profile, 0, true},
+        {"times", command_line_count, offsetof(struct options, profile_times), true},
+    };
+    const struct command_line line = {"record", usage, table, sizeof(table) / sizeof(table[0])};
     *options = (struct options){.drivers = {"null", "lavapipe"},
                                 .driver_count = 2,
                                 .with_buffers = {true, true},
@@ -177,6 +158,6 @@ void options_read(struct options *options, int argc, char **argv)
                                 .time_bars = true,
                                 .memory_bars = true,
                                 .profile_times = 10};
-    read_sizes(options, "1,10,100,1000,10000");
+    read_sizes(&line, "1,10,100,1000,10000", &options->sizes);
     command_line_read(&line, options, argc, argv);
 }

@@ -10,13 +10,18 @@
 
 enum { MOST_SIZES = 16 };
 
+/* Builds a call, ascending. */
+struct sizes {
+    uint32_t builds[MOST_SIZES], count;
+};
+
 struct options {
     const char *drivers[2];
     uint32_t driver_count;
-    uint32_t sizes[MOST_SIZES], size_count; /* builds a call, ascending */
-    uint32_t alive;                         /* structures; a call's builds where those are more */
-    bool with_buffers[2], with_order[2];    /* by enum buffers and enum order */
-    bool conflicts;                         /* see scene_conflict */
+    struct sizes sizes;
+    uint32_t alive;                      /* structures; a call's builds where those are more */
+    bool with_buffers[2], with_order[2]; /* by enum buffers and enum order */
+    bool conflicts;                      /* see scene_conflict */
     uint32_t samples;
     uint32_t builds_per_sample; /* at least; a call's builds where those are more */
     const char *level, *csv;    /* or NULL */

@@ -26,60 +26,26 @@ static const char usage[] =
     "  --no-bars        only prints\n"
     "  --help           this text\n";
 
-static const struct command_line line;
-
-static _Noreturn void wrong(const char *what, const char *value)
+static void read_driver(const struct command_line *line, const char *value, void *member)
 {
-    command_line_wrong(&line, what, value);
+    if (strcmp(value, "lavapipe") != 0 && strcmp(value, "null") != 0)
+        command_line_wrong(line, "unknown driver", value);
+    *(const char **)member = value;
 }
-
-static void read_option(void *read, int option)
-{
-    struct peer_options *options = read;
-    switch (option) {
-    case 'd':
-        if (strcmp(optarg, "lavapipe") != 0 && strcmp(optarg, "null") != 0)
-            wrong("unknown driver", optarg);
-        options->driver = optarg;
-        break;
-    case 'l':
-        options->layers = optarg;
-        break;
-    case 'w':
-        options->with_peer = false;
-        break;
-    case 'm':
-        options->most_builds = command_line_count(&line, optarg);
-        break;
-    case 'n':
-        options->samples = command_line_count(&line, optarg);
-        break;
-    case 'C':
-        options->cold = true;
-        break;
-    case 'c':
-        options->csv = optarg;
-        break;
-    case 'B':
-        options->bars = false;
-        break;
-    default:
-        break;
-    }
-}
-
-static const struct option names[] = {
-    {"driver", required_argument, NULL, 'd'},  {"layers", required_argument, NULL, 'l'},
-    {"without-peer", no_argument, NULL, 'w'},  {"most", required_argument, NULL, 'm'},
-    {"samples", required_argument, NULL, 'n'}, {"cold", no_argument, NULL, 'C'},
-    {"csv", required_argument, NULL, 'c'},     {"no-bars", no_argument, NULL, 'B'},
-    {"help", no_argument, NULL, 'h'},          {NULL, 0, NULL, 0}};
-
-static const struct command_line line = {
-    .program = "peer", .usage = usage, .names = names, .read_option = read_option};
 
 void peer_options_read(struct peer_options *options, int argc, char **argv)
 {
+    static const struct command_line_option table[] = {
+        {"driver", read_driver, offsetof(struct peer_options, driver), true},
+        {"layers", command_line_text, offsetof(struct peer_options, layers), true},
+        {"without-peer", command_line_clear, offsetof(struct peer_options, with_peer), false},
+        {"most", command_line_count, offsetof(struct peer_options, most_builds), true},
+        {"samples", command_line_count, offsetof(struct peer_options, samples), true},
+        {"cold", command_line_set, offsetof(struct peer_options, cold), false},
+        {"csv", command_line_text, offsetof(struct peer_options, csv), true},
+        {"no-bars", command_line_clear, offsetof(struct peer_options, bars), false},
+    };
+    const struct command_line line = {"peer", usage, table, sizeof(table) / sizeof(table[0])};
     *options = (struct peer_options){.driver = "lavapipe",
                                      .most_builds = 100000,
                                      .samples = 21,

@@ -9,8 +9,9 @@
 #include <sys/mman.h>
 #include <sys/syscall.h>
 #include <sys/uio.h>
-#include <time.h>
 #include <unistd.h>
+
+#include "tests/tools/measure.h"
 
 enum { PAGE = 4096, PAGES_MAX = 64, TIMES = 20000, SAMPLES = 15, SIGNALS_SIZE = 8 };
 
@@ -44,32 +45,18 @@ static void by_nothing(size_t count)
     syscall(SYS_getppid);
 }
 
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec * 1e9 + (double)time.tv_nsec;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* The median, in nanoseconds. */
 static double measure(void (*probe)(size_t count), size_t count)
 {
     const int times = TIMES / (int)count;
     double samples[SAMPLES];
     for (int s = 0; s < SAMPLES; s++) {
-        const double begin = now();
+        const double begin = read_clock(CLOCK_MONOTONIC);
         for (int i = 0; i < times; i++)
             probe(count);
-        samples[s] = (now() - begin) / times;
+        samples[s] = (read_clock(CLOCK_MONOTONIC) - begin) / times;
     }
-    qsort(samples, SAMPLES, sizeof(samples[0]), compare);
-    return samples[SAMPLES / 2];
+    return quantile(samples, SAMPLES, 0.5);
 }
 
 int main(void)

@@ -142,10 +142,10 @@ static void measure_times(const struct bench *bench, struct report *report)
             if (!options->with_buffers[buffers] || !options->with_order[order])
                 continue;
             report_time_series(report);
-            for (uint32_t i = 0; i < options->size_count; i++) {
-                const struct bench_case which = {(enum buffers)buffers, (enum order)order,
-                                                 options->sizes[i],
-                                                 larger_of(options->sizes[i], options->alive)};
+            for (uint32_t i = 0; i < options->sizes.count; i++) {
+                const struct bench_case which = {
+                    (enum buffers)buffers, (enum order)order, options->sizes.builds[i],
+                    larger_of(options->sizes.builds[i], options->alive)};
                 measure_time(bench, &which, report);
             }
         }
@@ -195,15 +195,15 @@ static void profile(const struct options *options)
     recorder_open(&recorder, &side);
     scene_create(&scene, &side, options->with_buffers[0] ? BUFFERS_SHARED : BUFFERS_SEPARATE,
                  options->with_order[0] ? ORDER_CREATED : ORDER_SHUFFLED,
-                 larger_of(options->sizes[0], options->alive));
+                 larger_of(options->sizes.builds[0], options->alive));
     if (options->conflicts)
         scene_conflict(&scene);
     probes_advance_clock();
-    recorder_run(&recorder, &scene, options->sizes[0], 2);
+    recorder_run(&recorder, &scene, options->sizes.builds[0], 2);
     uint64_t probes = probes_count();
     for (uint32_t i = 0; i < options->profile_times; i++) {
         probes_advance_clock();
-        profiled_recording(&recorder, &scene, options->sizes[0]);
+        profiled_recording(&recorder, &scene, options->sizes.builds[0]);
     }
     printf("recorded %llu builds, %llu probes\n",
            (unsigned long long)options->profile_times * scene.count,

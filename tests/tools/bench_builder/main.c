@@ -111,7 +111,7 @@ static struct embree_tree embree_best(const struct fixture_mesh *mesh, enum embr
 
 static struct trace_ray random_ray(const float lower[3], const float upper[3], uint64_t *random)
 {
-    struct trace_ray ray = {.t_max = INFINITY, .cull_mask = 0xff};
+    struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
     for (int i = 0; i < 3; i++) {
         float margin = 0.1f * (upper[i] - lower[i]);
         ray.origin[i] = fixture_uniform(random, lower[i] - margin, upper[i] + margin);
