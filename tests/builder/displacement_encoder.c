@@ -228,7 +228,5 @@ void *encoder_micromap(uint32_t format, uint32_t count, const uint8_t *levels, e
         .triangles_size = count * sizeof(*triangles),
         .stride = sizeof(*triangles),
     });
-    free(triangles);
-    free(data);
     return micromap;
 }

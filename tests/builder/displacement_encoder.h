@@ -24,7 +24,7 @@ uint32_t encoder_encode(uint32_t format, uint32_t level, const struct encoder_va
 typedef uint16_t encoder_value(void *context, uint32_t triangle, uint32_t level, uint32_t u,
                                uint32_t v);
 
-/* A micromap, which the caller frees; `usages` has 6 elements, one a level. What triangles have is
+/* A micromap of the fixture's scope; `usages` has 6 elements, one a level. What triangles have is
  * in `coded`, one a triangle. */
 void *encoder_micromap(uint32_t format, uint32_t count, const uint8_t *levels, encoder_value *value,
                        void *context, VkMicromapUsageEXT *usages, struct encoder_values *coded);

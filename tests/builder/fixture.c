@@ -7,16 +7,75 @@
 #include <stdlib.h>
 #include <string.h>
 
-void *fixture_allocate(uint64_t size)
+const float fixture_triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+
+/* What fixture_scope_end() frees. */
+static struct {
+    void **allocations;
+    size_t count, capacity;
+    bool is_open;
+} scope;
+
+static void *check_memory(void *bytes, uint64_t size)
 {
-    size = (size + BUILDER_ALIGNMENT - 1) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
-    void *bytes = aligned_alloc(BUILDER_ALIGNMENT, size > 0 ? size : BUILDER_ALIGNMENT);
     if (!bytes) {
         fprintf(stderr, "out of memory: %llu bytes\n", (unsigned long long)size);
         exit(1);
     }
-    memset(bytes, 0, size);
     return bytes;
+}
+
+void fixture_scope_begin(void)
+{
+    scope.is_open = true;
+}
+
+void fixture_scope_end(void)
+{
+    for (size_t i = 0; i < scope.count; i++)
+        free(scope.allocations[i]);
+    free(scope.allocations);
+    memset(&scope, 0, sizeof(scope));
+}
+
+int fixture_setup(void **state)
+{
+    (void)state;
+    fixture_scope_begin();
+    return 0;
+}
+
+int fixture_teardown(void **state)
+{
+    (void)state;
+    fixture_scope_end();
+    return 0;
+}
+
+static void *scope_add(void *bytes)
+{
+    if (!scope.is_open)
+        return bytes;
+    if (scope.count == scope.capacity) {
+        scope.capacity = 2 * scope.capacity + 16;
+        uint64_t size = scope.capacity * sizeof(*scope.allocations);
+        scope.allocations = check_memory(realloc(scope.allocations, size), size);
+    }
+    scope.allocations[scope.count++] = bytes;
+    return bytes;
+}
+
+/* The caller frees the bytes, even in a scope. */
+static void *allocate(uint64_t size)
+{
+    size = (size + BUILDER_ALIGNMENT - 1) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
+    void *bytes = aligned_alloc(BUILDER_ALIGNMENT, size > 0 ? size : BUILDER_ALIGNMENT);
+    return memset(check_memory(bytes, size), 0, size > 0 ? size : BUILDER_ALIGNMENT);
+}
+
+void *fixture_allocate(uint64_t size)
+{
+    return scope_add(allocate(size));
 }
 
 struct fixture_mesh fixture_mesh_make(uint32_t vertices, uint32_t triangles)
@@ -69,7 +128,7 @@ struct fixture_mesh fixture_sphere(uint32_t side, float radius, const float cent
 {
     struct fixture_mesh mesh = fixture_mesh_make(6 * side * side + 2, 12 * side * side);
     uint64_t row = side + 1;
-    uint32_t *table = fixture_allocate(row * row * row * sizeof(*table)), *to = mesh.indices;
+    uint32_t *table = allocate(row * row * row * sizeof(*table)), *to = mesh.indices;
     mesh.vertex_count = 0;
     for (uint32_t square = 0; square < 6 * side * side; square++) {
         uint32_t face = square / (side * side), u = square / side % side, v = square % side;
@@ -200,6 +259,19 @@ void fixture_input_instances(struct fixture_input *input,
         (struct builder_instances){instances, (uint64_t)count * sizeof(*instances), false};
 }
 
+void fixture_input_transform(struct fixture_input *input, const VkTransformMatrixKHR *transform)
+{
+    input->geometry.triangles.transforms = transform;
+    input->geometry.triangles.transforms_size = sizeof(*transform);
+}
+
+void fixture_input_motion(struct fixture_input *input, const float *vertices)
+{
+    input->input.flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+    input->geometry.triangles.motion_vertices = vertices;
+    input->geometry.triangles.motion_vertices_size = input->geometry.triangles.vertices_size;
+}
+
 VkAccelerationStructureInstanceKHR fixture_instance(const void *blas)
 {
     return (VkAccelerationStructureInstanceKHR){
@@ -209,29 +281,50 @@ VkAccelerationStructureInstanceKHR fixture_instance(const void *blas)
     };
 }
 
-static void count_of_ranges(const struct builder_input *input, uint32_t *counts)
+/* The sizes that the builder asks for. */
+static enum builder_result get_sizes(const struct builder_input *input, struct builder_sizes *sizes)
 {
+    uint32_t *counts = allocate(input->geometry_count * sizeof(*counts));
     for (uint32_t i = 0; i < input->geometry_count; i++)
         counts[i] = input->ranges[i].primitiveCount;
+    enum builder_result result = builder_get_sizes(input, counts, sizes);
+    free(counts);
+    return result;
 }
 
 void *fixture_build(const struct builder_input *input, struct builder_report *report)
 {
     struct builder_sizes sizes;
-    uint32_t *counts = fixture_allocate(input->geometry_count * sizeof(*counts));
-    count_of_ranges(input, counts);
-    enum builder_result result = builder_get_sizes(input, counts, &sizes);
-    free(counts);
-    if (result != BUILDER_OK)
+    if (get_sizes(input, &sizes) != BUILDER_OK)
         return NULL;
-    void *structure = fixture_allocate(sizes.structure),
-         *scratch = fixture_allocate(sizes.build_scratch);
-    result = builder_build(input, structure, sizes.structure, scratch, sizes.build_scratch, report);
+    void *structure = allocate(sizes.structure), *scratch = allocate(sizes.build_scratch);
+    enum builder_result result =
+        builder_build(input, structure, sizes.structure, scratch, sizes.build_scratch, report);
     free(scratch);
     if (result == BUILDER_OK)
-        return structure;
+        return scope_add(structure);
     free(structure);
     return NULL;
+}
+
+enum builder_result fixture_refit(const struct builder_input *input, const void *source,
+                                  void *target, struct builder_report *report)
+{
+    struct builder_sizes sizes;
+    enum builder_result result = get_sizes(input, &sizes);
+    if (result != BUILDER_OK)
+        return result;
+    void *scratch = allocate(sizes.update_scratch);
+    result = builder_refit(input, source, target, builder_size(source), scratch,
+                           sizes.update_scratch, report);
+    free(scratch);
+    return result;
+}
+
+struct trace_ray fixture_ray(float x, float y, float z, float dx, float dy, float dz)
+{
+    return (struct trace_ray){
+        .origin = {x, y, z}, .direction = {dx, dy, dz}, .t_max = INFINITY, .cull_mask = 0xff};
 }
 
 static enum trace_answer count_hit(void *context, struct trace_hit *candidate)
@@ -243,13 +336,18 @@ static enum trace_answer count_hit(void *context, struct trace_hit *candidate)
     return TRACE_IGNORE;
 }
 
-void fixture_trace_all(const void *structure, enum trace_accuracy accuracy,
-                       const struct trace_ray *ray, struct fixture_hits *hits)
+static struct trace_scene scene_of(const void *structure, enum trace_accuracy accuracy)
 {
-    struct trace_scene scene = {.structure = structure,
+    return (struct trace_scene){.structure = structure,
                                 .accuracy = accuracy,
                                 .resolver = fixture_resolver(),
                                 .micromaps = fixture_resolver()};
+}
+
+void fixture_trace_all(const void *structure, enum trace_accuracy accuracy,
+                       const struct trace_ray *ray, struct fixture_hits *hits)
+{
+    struct trace_scene scene = scene_of(structure, accuracy);
     struct trace_visitor visitor = {count_hit, hits};
     hits->count = 0;
     trace_candidates(&scene, ray, &visitor);
@@ -258,9 +356,6 @@ void fixture_trace_all(const void *structure, enum trace_accuracy accuracy,
 bool fixture_trace(const void *structure, enum trace_accuracy accuracy, const struct trace_ray *ray,
                    struct trace_hit *hit)
 {
-    struct trace_scene scene = {.structure = structure,
-                                .accuracy = accuracy,
-                                .resolver = fixture_resolver(),
-                                .micromaps = fixture_resolver()};
+    struct trace_scene scene = scene_of(structure, accuracy);
     return trace_closest(&scene, ray, hit);
 }

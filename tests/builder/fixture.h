@@ -6,6 +6,16 @@
 #include "src/bvh/bvh.h"
 #include "src/bvh/trace.h"
 
+extern const float fixture_triangle[9]; /* (0, 0), (1, 0), (0, 1) in the plane z = 0 */
+
+/* fixture_scope_end() frees all that the fixture has allocated since fixture_scope_begin(), and the
+ * caller frees nothing of that. Only for programs in which one thread allocates. */
+void fixture_scope_begin(void);
+void fixture_scope_end(void);
+/* The same around a group of cmocka's tests. */
+int fixture_setup(void **state);
+int fixture_teardown(void **state);
+
 struct fixture_mesh {
     float *positions;  /* three a vertex */
     uint32_t *indices; /* three a triangle */
@@ -39,6 +49,9 @@ void fixture_input_aabbs(struct fixture_input *input, const VkAabbPositionsKHR *
 /* References are addresses of structures. */
 void fixture_input_instances(struct fixture_input *input,
                              const VkAccelerationStructureInstanceKHR *instances, uint32_t count);
+void fixture_input_transform(struct fixture_input *input, const VkTransformMatrixKHR *transform);
+/* Vertices of time 1, as many as the input has of time 0. */
+void fixture_input_motion(struct fixture_input *input, const float *vertices);
 VkAccelerationStructureInstanceKHR fixture_instance(const void *blas); /* identity, mask 0xff */
 
 /* Zeroed bytes with the alignment that structures want. Exits where there are none. */
@@ -48,7 +61,14 @@ void *fixture_allocate(uint64_t size);
  */
 void *fixture_build(const struct builder_input *input, struct builder_report *report);
 
+/* Updates `source` into `target`, of the same size, with the scratch that the builder asks for. */
+enum builder_result fixture_refit(const struct builder_input *input, const void *source,
+                                  void *target, struct builder_report *report);
+
 struct builder_resolver fixture_resolver(void); /* references are addresses */
+
+/* Without an end, for all instances. */
+struct trace_ray fixture_ray(float x, float y, float z, float dx, float dy, float dz);
 
 struct fixture_hits {
     uint32_t count;

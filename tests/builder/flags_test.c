@@ -10,15 +10,11 @@
 
 #include "tests/builder/fixture.h"
 
-static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-
 static struct trace_ray down(uint32_t flags)
 {
-    return (struct trace_ray){.origin = {0.25f, 0.25f, 1},
-                              .direction = {0, 0, -1},
-                              .t_max = INFINITY,
-                              .flags = flags,
-                              .cull_mask = 0xff};
+    struct trace_ray ray = fixture_ray(0.25f, 0.25f, 1, 0, 0, -1);
+    ray.flags = flags;
+    return ray;
 }
 
 /* A TLAS of one instance with these flags, over one triangle with those. */
@@ -30,7 +26,7 @@ static struct pair make_pair(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlag
 {
     struct pair pair;
     struct fixture_input input;
-    fixture_input_triangles(&input, triangle, 1);
+    fixture_input_triangles(&input, fixture_triangle, 1);
     input.geometry.flags = geometry;
     pair.blas = fixture_build(&input.input, NULL);
     VkAccelerationStructureInstanceKHR instance = fixture_instance(pair.blas);
@@ -40,12 +36,6 @@ static struct pair make_pair(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlag
     return pair;
 }
 
-static void free_pair(struct pair *pair)
-{
-    free(pair->tlas);
-    free(pair->blas);
-}
-
 /* 1: hit and opaque, 0: hit and not, -1: no hit */
 static int opacity(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags,
                    uint32_t ray_flags)
@@ -53,9 +43,7 @@ static int opacity(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags
     struct pair pair = make_pair(geometry, flags);
     struct trace_ray ray = down(ray_flags);
     struct trace_hit hit;
-    int result = fixture_trace(pair.tlas, TRACE_EXACT, &ray, &hit) ? hit.opaque : -1;
-    free_pair(&pair);
-    return result;
+    return fixture_trace(pair.tlas, TRACE_EXACT, &ray, &hit) ? hit.opaque : -1;
 }
 
 /* The ray's flags win over the instance's, those over the geometry's. */
@@ -95,7 +83,7 @@ static void test_first_hit(void **state)
     float corners[90];
     for (int i = 0; i < 90; i++) {
         int depth = i % 3 == 2 ? i / 9 : 0;
-        corners[i] = triangle[i % 9] - (float)depth;
+        corners[i] = fixture_triangle[i % 9] - (float)depth;
     }
     struct fixture_input input;
     fixture_input_triangles(&input, corners, 10);
@@ -111,7 +99,6 @@ static void test_first_hit(void **state)
         .structure = structure, .accuracy = TRACE_ROBUST, .counters = &counters};
     trace_closest(&scene, &ray, &hit);
     assert_true(counters.nodes > 0 && counters.primitives > 0 && counters.exact_calls == 0);
-    free(structure);
 }
 
 static void test_rays_that_hit_nothing(void **state)
@@ -130,7 +117,6 @@ static void test_rays_that_hit_nothing(void **state)
             assert_false(fixture_trace(pair.blas, (enum trace_accuracy)accuracy, &ray, &hit));
         }
     }
-    free_pair(&pair);
 }
 
 int main(void)
@@ -141,5 +127,5 @@ int main(void)
         cmocka_unit_test(test_first_hit),
         cmocka_unit_test(test_rays_that_hit_nothing),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }

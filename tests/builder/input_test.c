@@ -99,14 +99,12 @@ static void test_index_types(void **state)
         input.geometry.triangles.indices_size = types[i].size;
         void *structure = fixture_build(&input.input, NULL);
         for (uint32_t number = 0; number < 2; number++) {
-            struct trace_ray ray = {.origin = {number ? 0.25f : 0.75f, number ? 0.75f : 0.25f, 2},
-                                    .direction = {0, 0, -1},
-                                    .t_max = INFINITY};
+            struct trace_ray ray =
+                fixture_ray(number ? 0.25f : 0.75f, number ? 0.75f : 0.25f, 2, 0, 0, -1);
             struct trace_hit hit;
             assert_true(fixture_trace(structure, TRACE_EXACT, &ray, &hit));
             assert_int_equal(hit.primitive, number);
         }
-        free(structure);
         input.geometry.triangles.indices_size--;
         assert_null(fixture_build(&input.input, NULL));
     }
@@ -135,14 +133,12 @@ static void test_several_geometries(void **state)
     input.ranges = ranges;
     void *structure = fixture_build(&input, NULL);
     for (uint32_t i = 0; i < COUNT; i++) {
-        struct trace_ray ray = {
-            .origin = {2 * (float)i + 0.25f, 0.25f, 1}, .direction = {0, 0, -1}, .t_max = INFINITY};
+        struct trace_ray ray = fixture_ray(2 * (float)i + 0.25f, 0.25f, 1, 0, 0, -1);
         struct trace_hit hit;
         assert_true(fixture_trace(structure, TRACE_ROBUST, &ray, &hit));
         assert_int_equal(hit.geometry, 2 * i + 1);
         assert_int_equal(hit.primitive, 0);
     }
-    free(structure);
     geometries[3].type = VK_GEOMETRY_TYPE_AABBS_KHR;
     assert_null(fixture_build(&input, NULL));
 }
@@ -158,17 +154,12 @@ static void test_update_without_active_primitives(void **state)
     fixture_input_triangles(&inputs[1], corners, 1);
     for (int i = 0; i < 2; i++) {
         struct builder_input *input = &inputs[i].input;
-        struct builder_sizes sizes;
         input->flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
         void *source = fixture_build(input, NULL);
         assert_non_null(source);
+        struct builder_sizes sizes;
         assert_int_equal(builder_get_sizes(input, NULL, &sizes), BUILDER_OK);
-        void *scratch = fixture_allocate(sizes.update_scratch);
-        assert_int_equal(builder_refit(input, source, source, builder_size(source), scratch,
-                                       sizes.update_scratch, NULL),
-                         BUILDER_OK);
-        free(scratch);
-        free(source);
+        assert_int_equal(fixture_refit(input, source, source, NULL), BUILDER_OK);
     }
 }
 
@@ -181,5 +172,5 @@ int main(void)
         cmocka_unit_test(test_several_geometries),
         cmocka_unit_test(test_update_without_active_primitives),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }

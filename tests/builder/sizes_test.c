@@ -26,7 +26,6 @@ static void check_build(struct fixture_input *input)
         assert_true(size <= 1.25 * compacted + FIXED_BYTES);
         if (input->geometry.type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
             assert_true(size <= 80.0 * input->range.primitiveCount + FIXED_BYTES);
-        free(structure);
     }
 }
 
@@ -43,8 +42,6 @@ static void test_counts(void **state)
             memcpy(&boxes[i].minX, &mesh.positions[9 * i], 6 * sizeof(float));
         fixture_input_aabbs(&input, boxes, count);
         check_build(&input);
-        free(boxes);
-        fixture_mesh_free(&mesh);
     }
 }
 
@@ -67,15 +64,13 @@ static void test_uneven(void **state)
         fixture_input_triangles(&input, corners, COUNT);
         check_build(&input);
     }
-    free(corners);
 }
 
 static void test_instances(void **state)
 {
     (void)state;
-    static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     struct fixture_input input;
-    fixture_input_triangles(&input, triangle, 1);
+    fixture_input_triangles(&input, fixture_triangle, 1);
     void *blas = fixture_build(&input.input, NULL);
     for (uint32_t count = 1; count < 300; count += 1 + count / 5) {
         VkAccelerationStructureInstanceKHR *instances =
@@ -86,9 +81,7 @@ static void test_instances(void **state)
         }
         fixture_input_instances(&input, instances, count);
         check_build(&input);
-        free(instances);
     }
-    free(blas);
 }
 
 static void test_smaller_counts_fit(void **state)
@@ -170,18 +163,15 @@ static void test_plain(void **state)
     struct trace_hit hit;
     assert_true(trace_closest(&scene, &ray, &hit));
     assert_true(counters.nodes > 0 && counters.micromaps == 0 && counters.instances == 0);
-    free(structure);
-    fixture_mesh_free(&mesh);
 }
 
 static void test_too_small(void **state)
 {
     (void)state;
-    static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     struct fixture_input input;
     struct builder_sizes sizes;
     uint32_t count = 1;
-    fixture_input_triangles(&input, triangle, 1);
+    fixture_input_triangles(&input, fixture_triangle, 1);
     builder_get_sizes(&input.input, &count, &sizes);
     void *structure = fixture_allocate(sizes.structure),
          *scratch = fixture_allocate(sizes.build_scratch);
@@ -196,8 +186,6 @@ static void test_too_small(void **state)
         BUILDER_OK);
     input.geometry.triangles.vertex_format = VK_FORMAT_R64G64B64_SFLOAT;
     assert_int_equal(builder_get_sizes(&input.input, &count, &sizes), BUILDER_UNKNOWN_FORMAT);
-    free(scratch);
-    free(structure);
 }
 
 int main(void)
@@ -208,5 +196,5 @@ int main(void)
         cmocka_unit_test(test_displaced), cmocka_unit_test(test_plain),
         cmocka_unit_test(test_too_small),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }

@@ -63,9 +63,8 @@ static uint32_t threads_in_build(const void *blas, uint32_t threads)
 static void test_threads(void **state)
 {
     (void)state;
-    static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     struct fixture_input input;
-    fixture_input_triangles(&input, triangle, 1);
+    fixture_input_triangles(&input, fixture_triangle, 1);
     void *blas = fixture_build(&input.input, NULL);
     uint32_t before = count_threads();
     assert_int_equal(threads_in_build(blas, 0), before);
@@ -94,17 +93,9 @@ struct expected {
 
 static void *refit(const struct builder_input *input, const void *source)
 {
-    uint64_t size = builder_size(source);
-    struct builder_sizes sizes;
-    void *structure = fixture_allocate(size);
-    assert_int_equal(builder_get_sizes(input, &input->ranges[0].primitiveCount, &sizes),
-                     BUILDER_OK);
-    void *scratch = fixture_allocate(sizes.update_scratch);
     struct builder_report report;
-    assert_int_equal(
-        builder_refit(input, source, structure, size, scratch, sizes.update_scratch, &report),
-        BUILDER_OK);
-    free(scratch);
+    void *structure = fixture_allocate(builder_size(source));
+    assert_int_equal(fixture_refit(input, source, structure, &report), BUILDER_OK);
     return structure;
 }
 

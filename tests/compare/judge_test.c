@@ -49,23 +49,28 @@ static enum trace_answer keep(void *context, struct trace_hit *candidate)
     return TRACE_IGNORE;
 }
 
-static void open_case(void)
+/* What the scene's exact traversal answers to each ray. */
+static void answer_all(const struct trace_scene *scene, const struct compare_ray *from,
+                       uint32_t count)
 {
-    const struct trace_scene *scene;
-    copy = input_copy_create(&subject.input);
-    assert_non_null(copy);
-    assert_int_equal(reference_open(copy, &reference), VK_SUCCESS);
-    assert_int_equal(rays_create(&reference, RAYS, &rays), VK_SUCCESS);
-    assert_int_equal(rays.count, RAYS);
-    scene = &(struct trace_scene){.structure = reference.structure, .accuracy = TRACE_EXACT};
     memset(answers, 0, sizeof(answers));
-    for (uint32_t i = 0; i < RAYS; i++) {
-        const struct compare_ray *from = &rays.rays[i];
+    for (uint32_t i = 0; i < count; i++, from++) {
         struct trace_ray ray = {.t_min = from->t_min, .t_max = from->t_max, .cull_mask = 0xff};
         memcpy(ray.origin, from->origin, sizeof(ray.origin));
         memcpy(ray.direction, from->direction, sizeof(ray.direction));
         trace_candidates(scene, &ray, &(struct trace_visitor){keep, &answers[i]});
     }
+}
+
+static void open_case(void)
+{
+    copy = input_copy_create(&subject.input);
+    assert_non_null(copy);
+    assert_int_equal(reference_open(copy, &reference), VK_SUCCESS);
+    assert_int_equal(rays_create(&reference, RAYS, &rays), VK_SUCCESS);
+    assert_int_equal(rays.count, RAYS);
+    answer_all(&(struct trace_scene){.structure = reference.structure, .accuracy = TRACE_EXACT},
+               rays.rays, RAYS);
 }
 
 static void close_case(void)
@@ -258,14 +263,7 @@ static void answer_top(struct top_reference *top, const struct top_rays *top_ray
 {
     const struct trace_scene scene = {
         .structure = top->structure, .accuracy = TRACE_EXACT, .resolver = {find_bottom, top}};
-    memset(answers, 0, sizeof(answers));
-    for (uint32_t i = 0; i < top_rays->count; i++) {
-        const struct compare_ray *from = &top_rays->rays[i];
-        struct trace_ray ray = {.t_min = from->t_min, .t_max = from->t_max, .cull_mask = 0xff};
-        memcpy(ray.origin, from->origin, sizeof(ray.origin));
-        memcpy(ray.direction, from->direction, sizeof(ray.direction));
-        trace_candidates(&scene, &ray, &(struct trace_visitor){keep, &answers[i]});
-    }
+    answer_all(&scene, top_rays->rays, top_rays->count);
 }
 
 static uint32_t judge_top(const struct top_reference *top, const struct top_rays *top_rays,

@@ -21,23 +21,22 @@ static void make_row(float corners[9 * ROW])
 
 static struct trace_ray ray_to(int number)
 {
-    return case_ray((float)(2 * number) + 0.25f, 0.25f, 1, 0, 0, -1);
+    return fixture_ray((float)(2 * number) + 0.25f, 0.25f, 1, 0, 0, -1);
 }
 
 /* Whether exactly the triangles are hit whose bit is set, each by its number. */
-static void check_row(const struct setting *setting, const void *structure, unsigned active)
+static void check_row(const void *structure, unsigned active)
 {
     for (int i = 0; i < ROW; i++) {
         struct trace_ray ray = ray_to(i);
         struct fixture_hits hits;
-        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
+        case_trace_all(structure, ray, &hits);
         EXPECT(hits.count == (active >> i & 1));
         EXPECT(hits.count == 0 || hits.hits[0].primitive == (uint32_t)i);
     }
 }
 
-static void check_nan(const struct setting *setting, int corner, int axis, float nan,
-                      const VkTransformMatrixKHR *transform)
+static void check_nan(int corner, int axis, float nan, const VkTransformMatrixKHR *transform)
 {
     float corners[9 * ROW];
     struct builder_report report;
@@ -45,29 +44,27 @@ static void check_nan(const struct setting *setting, int corner, int axis, float
     make_row(corners);
     corners[9 * 2 + 3 * corner + axis] = nan;
     fixture_input_triangles(&input, corners, ROW);
-    input.geometry.triangles.transforms = transform;
-    input.geometry.triangles.transforms_size = sizeof(*transform);
-    void *structure = case_build(setting, &input, &report);
+    fixture_input_transform(&input, transform);
+    void *structure = case_build(&input, &report);
     EXPECT(report.active == ROW - 1 && report.inactive == 1);
     EXPECT(report.undefined == (axis > 0));
     EXPECT(axis == 0 || report.first_undefined.primitive == 2);
-    check_row(setting, structure, 0x1b);
-    free(structure);
+    check_row(structure, 0x1b);
 }
 
-static void nan_x(const struct setting *setting)
+static void nan_x(void)
 {
     for (int corner = 0; corner < 3; corner++)
-        check_nan(setting, corner, 0, NAN, NULL);
+        check_nan(corner, 0, NAN, NULL);
 }
 
-static void nan_y_or_z(const struct setting *setting)
+static void nan_y_or_z(void)
 {
     for (int i = 0; i < 6; i++)
-        check_nan(setting, i / 2, 1 + i % 2, NAN, NULL);
+        check_nan(i / 2, 1 + i % 2, NAN, NULL);
 }
 
-static void odd_nans(const struct setting *setting)
+static void odd_nans(void)
 {
     const uint32_t bits[] = {0x7fa00000, 0xffc00000, 0xff800001, 0x7f800001};
     for (int i = 0; i < 4; i++) {
@@ -75,44 +72,40 @@ static void odd_nans(const struct setting *setting)
         struct builder_report report;
         make_row(corners);
         memcpy(&corners[9 * 2], &bits[i], sizeof(bits[i]));
-        void *structure = case_triangles(setting, corners, ROW, &report);
+        void *structure = case_triangles(corners, ROW, &report);
         EXPECT(report.inactive == 1 && report.undefined == 0);
-        check_row(setting, structure, 0x1b);
-        free(structure);
+        check_row(structure, 0x1b);
     }
 }
 
 /* The identity keeps the row where it is; the NaN of X would spread to Y and Z. */
-static void nan_with_transform(const struct setting *setting)
+static void nan_with_transform(void)
 {
     const VkTransformMatrixKHR identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-    check_nan(setting, 1, 0, NAN, &identity);
-    check_nan(setting, 0, 0, -NAN, &identity);
+    check_nan(1, 0, NAN, &identity);
+    check_nan(0, 0, -NAN, &identity);
 }
 
-static void signed_zeros(const struct setting *setting)
+static void signed_zeros(void)
 {
     float corners[9 * ROW], negative[9 * ROW];
     make_row(corners);
     for (int i = 0; i < 9 * ROW; i++)
         negative[i] = corners[i] == 0 ? -0.0f : corners[i];
-    void *one = case_triangles(setting, corners, ROW, NULL);
-    void *other = case_triangles(setting, negative, ROW, NULL);
+    void *one = case_triangles(corners, ROW, NULL);
+    void *other = case_triangles(negative, ROW, NULL);
     EXPECT(memcmp(one, other, builder_size(one)) == 0);
-    check_row(setting, other, 0x1f);
+    check_row(other, 0x1f);
     for (int i = 0; i < ROW; i++) {
         struct trace_ray ray = ray_to(i), minus = ray;
         struct trace_hit hit, same;
         minus.direction[0] = minus.direction[1] = -0.0f;
-        EXPECT(fixture_trace(one, setting->accuracy, &ray, &hit) &&
-               fixture_trace(other, setting->accuracy, &minus, &same) && hit.t == same.t);
+        EXPECT(case_trace(one, ray, &hit) && case_trace(other, minus, &same) && hit.t == same.t);
     }
-    free(one);
-    free(other);
 }
 
 /* The row with every offset in use: positions scaled down by 2, moved back by the transform. */
-static void all_offsets(const struct setting *setting)
+static void all_offsets(void)
 {
     enum { SKIP = 3, FIRST = 2, STRIDE = 20 };
     static uint8_t vertices[64 + STRIDE * (SKIP + FIRST + 3 * ROW)];
@@ -145,21 +138,20 @@ static void all_offsets(const struct setting *setting)
         triangles->indices_size = sizeof(indices);
         triangles->transforms = transforms;
         triangles->transforms_size = sizeof(transforms);
-        void *structure = case_build(setting, &input, NULL);
-        check_row(setting, structure, 0x1f);
-        free(structure);
+        void *structure = case_build(&input, NULL);
+        check_row(structure, 0x1f);
     }
 }
 
-static void *build_format(const struct setting *setting, VkFormat format, const void *vertices,
-                          uint64_t stride, uint32_t triangles, struct builder_report *report)
+static void *build_format(VkFormat format, const void *vertices, uint64_t stride,
+                          uint32_t triangles, struct builder_report *report)
 {
     struct fixture_input input;
     fixture_input_triangles(&input, vertices, triangles);
     input.geometry.triangles.vertex_format = format;
     input.geometry.triangles.vertex_stride = stride;
     input.geometry.triangles.vertices_size = stride * triangles * 3;
-    return case_build(setting, &input, report);
+    return case_build(&input, report);
 }
 
 static void expect_bounds(const void *structure, const float lower[3], const float upper[3])
@@ -170,40 +162,36 @@ static void expect_bounds(const void *structure, const float lower[3], const flo
         EXPECT(low[i] == lower[i] && high[i] == upper[i]);
 }
 
-static void lowest_snorm(const struct setting *setting)
+static void lowest_snorm(void)
 {
     const int16_t two[6] = {-32768, -32767, 32767, -32768, -32768, 32767};
-    void *structure = build_format(setting, VK_FORMAT_R16G16_SNORM, two, 4, 1, NULL);
+    void *structure = build_format(VK_FORMAT_R16G16_SNORM, two, 4, 1, NULL);
     expect_bounds(structure, (float[3]){-1, -1, 0}, (float[3]){1, 1, 0});
-    free(structure);
     const int16_t four[12] = {-32768, -32767, 0, 7, 32767, -32768, 0, 7, -32768, 32767, -32768, 7};
-    structure = build_format(setting, VK_FORMAT_R16G16B16A16_SNORM, four, 8, 1, NULL);
+    structure = build_format(VK_FORMAT_R16G16B16A16_SNORM, four, 8, 1, NULL);
     expect_bounds(structure, (float[3]){-1, -1, -1}, (float[3]){1, 1, 0});
-    free(structure);
 }
 
-static void halves(const struct setting *setting)
+static void halves(void)
 {
     struct builder_report report;
     /* 2^-24, the least; -2^-15, subnormal; 65504, the greatest */
     const uint16_t tiny[6] = {0x0001, 0x8200, 0x7bff, 0x8200, 0x0001, 0x7bff};
-    void *structure = build_format(setting, VK_FORMAT_R16G16_SFLOAT, tiny, 4, 1, NULL);
+    void *structure = build_format(VK_FORMAT_R16G16_SFLOAT, tiny, 4, 1, NULL);
     expect_bounds(structure, (float[3]){0x1p-24f, -0x1p-15f, 0}, (float[3]){65504, 65504, 0});
-    free(structure);
     /* an infinite corner, then NaN in X, then a plain triangle */
     const uint16_t odd[36] = {0x7c00, 0, 0, 0, 0,      0x3c00, 0, 0, 0, 0,      0x3c00, 0,
                               0xfe01, 0, 0, 0, 0x3c00, 0,      0, 0, 0, 0,      0,      0,
                               0,      0, 0, 0, 0x3c00, 0,      0, 0, 0, 0x3c00, 0,      0};
-    structure = build_format(setting, VK_FORMAT_R16G16B16A16_SFLOAT, odd, 8, 3, &report);
+    structure = build_format(VK_FORMAT_R16G16B16A16_SFLOAT, odd, 8, 3, &report);
     EXPECT(report.active == 2 && report.inactive == 1);
-    struct trace_ray ray = case_ray(0.25f, 0.25f, 1, 0, 0, -1);
+    struct trace_ray ray = case_ray_down(0.25f, 0.25f);
     struct fixture_hits hits;
-    fixture_trace_all(structure, setting->accuracy, &ray, &hits);
+    case_trace_all(structure, ray, &hits);
     EXPECT(hits.count == 1 && hits.hits[0].primitive == 2);
-    free(structure);
 }
 
-static void ignored_w(const struct setting *setting)
+static void ignored_w(void)
 {
     const float vertices[12] = {0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, NAN};
     const VkTransformMatrixKHR moved = {{{1, 0, 0, 10}, {0, 1, 0, 20}, {0, 0, 1, 30}}};
@@ -212,15 +200,13 @@ static void ignored_w(const struct setting *setting)
     input.geometry.triangles.vertex_format = VK_FORMAT_R32G32B32A32_SFLOAT;
     input.geometry.triangles.vertex_stride = 16;
     input.geometry.triangles.vertices_size = sizeof(vertices);
-    input.geometry.triangles.transforms = &moved;
-    input.geometry.triangles.transforms_size = sizeof(moved);
-    void *structure = case_build(setting, &input, NULL);
+    fixture_input_transform(&input, &moved);
+    void *structure = case_build(&input, NULL);
     expect_bounds(structure, (float[3]){10, 20, 30}, (float[3]){11, 21, 30});
-    free(structure);
 }
 
 /* Vertices 3 GiB apart, in memory that is never filled: products need 64 bits. */
-static void large_stride(const struct setting *setting)
+static void large_stride(void)
 {
     uint64_t stride = 0xfffffff0u, size = 3 * stride + 4096;
     uint8_t *vertices = mmap(NULL, size, PROT_READ | PROT_WRITE,
@@ -237,11 +223,9 @@ static void large_stride(const struct setting *setting)
     fixture_input_mesh(&input, &mesh);
     input.geometry.triangles.vertex_stride = stride;
     input.geometry.triangles.vertices_size = size;
-    void *structure = case_build(setting, &input, NULL);
-    struct trace_ray ray = case_ray(0.25f, 0.25f, 1, 0, 0, -1);
-    struct trace_hit hit;
-    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit));
-    free(structure);
+    void *structure = case_build(&input, NULL);
+    struct trace_ray ray = case_ray_down(0.25f, 0.25f);
+    EXPECT(case_meets(structure, ray));
     struct builder_report report;
     input.geometry.triangles.indices = wrapping;
     input.geometry.triangles.max_vertex = 0xffffffff;
@@ -251,7 +235,7 @@ static void large_stride(const struct setting *setting)
 }
 
 /* Vertices end where a page that nobody may touch begins. */
-static void index_out_of_range(const struct setting *setting)
+static void index_out_of_range(void)
 {
     size_t page = (size_t)sysconf(_SC_PAGESIZE);
     uint8_t *pages =
@@ -268,23 +252,21 @@ static void index_out_of_range(const struct setting *setting)
     struct builder_report report;
     struct fixture_input input;
     fixture_input_mesh(&input, &mesh);
-    input.input.quality = setting->quality;
+    input.input.quality = setting.quality;
     EXPECT(!fixture_build(&input.input, &report));
     EXPECT(report.out_of_range == 1 && report.first_out_of_range.primitive == 1);
     /* ... and where only maxVertex says so */
     input.geometry.triangles.vertices_size = BUILDER_ANY_SIZE;
     EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == 1);
     input.range.primitiveCount = 1;
-    void *structure = case_build(setting, &input, NULL);
-    free(structure);
+    case_build(&input, NULL);
     munmap(pages, 2 * page);
 }
 
-static void nothing(const struct setting *setting)
+static void nothing(void)
 {
     struct fixture_input input;
-    struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 1);
-    struct trace_hit hit;
+    struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 1);
     float low[3], high[3];
     for (int i = 0; i < 3; i++) {
         if (i == 2)
@@ -292,11 +274,10 @@ static void nothing(const struct setting *setting)
         else
             fixture_input_triangles(&input, NULL, 0);
         input.input.geometry_count = i == 1 ? 0 : 1;
-        void *structure = case_build(setting, &input, NULL);
-        EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
+        void *structure = case_build(&input, NULL);
+        EXPECT(!case_meets(structure, ray));
         EXPECT(!builder_bounds(structure, low, high));
         EXPECT(builder_compacted_size(structure) <= builder_size(structure));
-        free(structure);
     }
 }
 

@@ -179,8 +179,7 @@ static void describe(struct fixture_input *input, const uint8_t *blocks, uint32_
 }
 
 /* A ray to a point of each triangle: it meets it with the weights, numbers and opacity there. */
-static void expect_triangles(const struct setting *setting, const void *structure,
-                             const struct content *content)
+static void expect_triangles(const void *structure, const struct content *content)
 {
     for (uint32_t i = 0; i < content->triangles; i++) {
         float corners[9];
@@ -195,14 +194,14 @@ static void expect_triangles(const struct setting *setting, const void *structur
         }
         if (size == 0) /* a line or a point */
             continue;
-        struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
         for (int j = 0; j < 3; j++) {
             ray.direction[j] = (float)(-normal[j] / size);
             ray.origin[j] = (float)(target[j] - ray.direction[j]);
         }
         struct fixture_hits hits;
         bool is_found = false;
-        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
+        case_trace_all(structure, ray, &hits);
         for (uint32_t j = 0; j < hits.count && j < 64; j++) {
             const struct trace_hit *hit = &hits.hits[j];
             is_found |= hit->primitive == content->base + i &&
@@ -214,7 +213,7 @@ static void expect_triangles(const struct setting *setting, const void *structur
     }
 }
 
-static void dense_blocks(const struct setting *setting)
+static void dense_blocks(void)
 {
     enum { COUNT = 24 };
     static uint8_t blocks[COUNT][BLOCK];
@@ -227,15 +226,14 @@ static void dense_blocks(const struct setting *setting)
         write_block(blocks[i], &contents[i]);
     }
     describe(&input, blocks[0], COUNT);
-    void *structure = case_build(setting, &input, &report);
+    void *structure = case_build(&input, &report);
     EXPECT(report.active == COUNT * TRIANGLES);
     for (uint32_t i = 0; i < COUNT; i++)
-        expect_triangles(setting, structure, &contents[i]);
-    free(structure);
+        expect_triangles(structure, &contents[i]);
 }
 
 /* What no block may say: nothing is read outside, and the build says where. */
-static void malformed_blocks(const struct setting *setting)
+static void malformed_blocks(void)
 {
     uint8_t good[BLOCK], bad[BLOCK];
     struct builder_report report;
@@ -265,27 +263,24 @@ static void malformed_blocks(const struct setting *setting)
         if (damages[i].at == 103)
             put(bad, 22, 10, 0x3ff); /* a prefix of 31 bits */
         describe(&input, bad, 1);
-        input.input.quality = setting->quality;
+        input.input.quality = setting.quality;
         void *structure = fixture_build(&input.input, &report);
         EXPECT((structure != NULL) == damages[i].is_undefined);
         EXPECT(damages[i].is_undefined ? report.undefined > 0 : report.out_of_range > 0);
-        free(structure);
     }
     describe(&input, good, 1);
     input.geometry.dense.size = BLOCK - 1;
     EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == TRIANGLES);
     describe(&input, good, 1);
     input.geometry.dense.max_primitive = 7 + 3;
-    void *structure = case_build(setting, &input, &report);
+    case_build(&input, &report);
     EXPECT(report.undefined == TRIANGLES - 4);
-    free(structure);
 }
 
 /* Positions may change, and opacities go by the numbers in the blocks. */
-static void dense_updates(const struct setting *setting)
+static void dense_updates(void)
 {
     uint8_t block[BLOCK];
-    struct builder_sizes sizes;
     struct fixture_input input;
     uint64_t random = 127;
     struct content content = make_content(&random, 2);
@@ -297,22 +292,19 @@ static void dense_updates(const struct setting *setting)
     }
     write_block(block, &content);
     describe(&input, block, 1);
-    void *structure = case_build(setting, &input, NULL);
+    void *structure = case_build(&input, NULL);
+    struct builder_sizes sizes;
     EXPECT(builder_get_sizes(&input.input, NULL, &sizes) == BUILDER_OK);
-    void *scratch = fixture_allocate(sizes.update_scratch);
     content.anchor[0] += 40;
     write_block(block, &content);
-    EXPECT(builder_refit(&input.input, structure, structure, sizes.structure, scratch,
-                         sizes.update_scratch, NULL) == BUILDER_OK);
-    expect_triangles(setting, structure, &content);
-    void *fresh = case_build(setting, &input, NULL);
+    EXPECT(fixture_refit(&input.input, structure, structure, NULL) == BUILDER_OK);
+    expect_triangles(structure, &content);
+    void *fresh = case_build(&input, NULL);
     float bounds[2][6];
     EXPECT(builder_bounds(structure, bounds[0], bounds[0] + 3) &&
            builder_bounds(fresh, bounds[1], bounds[1] + 3));
     for (int i = 0; i < 6; i++)
         EXPECT(bounds[0][i] == bounds[1][i]);
-    free(fresh);
-    free(structure);
     uint8_t indices[TRIANGLES + 2];
     memset(indices, 0xfd, sizeof(indices)); /* -3 but for primitive 2, the first of the block */
     indices[2] = 0xfe;
@@ -322,14 +314,12 @@ static void dense_updates(const struct setting *setting)
                                       .stride = 1};
     input.geometry.dense.opacity = &opacity;
     input.geometry.dense.max_primitive = TRIANGLES + 1;
-    structure = case_build(setting, &input, NULL);
+    structure = case_build(&input, NULL);
     for (uint32_t i = 1; i < content.triangles; i++)
         content.opaque[i] = false;
-    expect_triangles(setting, structure, &content);
+    expect_triangles(structure, &content);
     input.geometry.dense.max_primitive++;
     EXPECT(!fixture_build(&input.input, NULL));
-    free(scratch);
-    free(structure);
 }
 
 const struct numeric_case dense_cases[] = {

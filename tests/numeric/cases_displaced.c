@@ -51,27 +51,26 @@ static bool is_about(double a, double b)
     return fabs(a - b) < 1e-4;
 }
 
-static void check_from_above(const struct setting *setting, const void *structure,
-                             const struct encoder_values *values, uint32_t level, float time,
-                             float rise)
+static void check_from_above(const void *structure, const struct encoder_values *values,
+                             uint32_t level, float time, float rise)
 {
     uint64_t random = 101;
     for (int i = 0; i < 40; i++) {
         float u = fixture_uniform(&random, 0.01f, 0.95f),
               v = fixture_uniform(&random, 0.01f, 0.98f - u);
-        struct trace_ray ray = case_ray(4 * u, 4 * v, 100, 0, 0, -1);
+        struct trace_ray ray = fixture_ray(4 * u, 4 * v, 100, 0, 0, -1);
         struct trace_hit hit;
         ray.time = time;
         if (v < 0.01f)
             continue;
-        bool is_hit = fixture_trace(structure, setting->accuracy, &ray, &hit);
+        bool is_hit = case_trace(structure, ray, &hit);
         EXPECT(is_hit && hit.primitive == 0 && hit.geometry == 0 && hit.front_face);
         EXPECT(is_hit && is_about(hit.u, u) && is_about(hit.v, v));
         EXPECT(is_hit && is_about(100 - hit.t, height_at(values, level, u, v) + rise));
     }
 }
 
-static void every_format(const struct setting *setting)
+static void every_format(void)
 {
     uint64_t random = 103;
     for (uint32_t i = 0; i < 18; i++) {
@@ -82,17 +81,15 @@ static void every_format(const struct setting *setting)
         struct builder_report report;
         open_displaced(&displaced, format, 1, &level, random_value, &random);
         input_flat(&input, &displaced);
-        void *structure = case_build(setting, &input, &report);
+        void *structure = case_build(&input, &report);
         EXPECT(report.active == 1u << 2 * level && report.inactive == 0);
-        check_from_above(setting, structure, displaced.coded, level, 0, 0);
-        free(structure);
-        close_displaced(&displaced);
+        check_from_above(structure, displaced.coded, level, 0, 0);
     }
 }
 
 /* ---- indices, and what isn't displaced or can't be */
 
-static void indices(const struct setting *setting)
+static void indices(void)
 {
     uint64_t random = 113;
     const uint8_t levels[3] = {1, 2, 3}, bytes[8] = {9, 1, 9, 0xff};
@@ -106,27 +103,21 @@ static void indices(const struct setting *setting)
     displacement->indices = bytes + 1;
     displacement->indices_size = 1;
     displacement->base_triangle = 1;
-    void *structure = case_build(setting, &input, &report);
+    void *structure = case_build(&input, &report);
     EXPECT(report.active == 64);
-    check_from_above(setting, structure, &displaced.coded[2], 3, 0, 0);
-    free(structure);
+    check_from_above(structure, &displaced.coded[2], 3, 0, 0);
     displacement->indices = bytes + 3; /* special: it stays flat */
-    structure = case_build(setting, &input, &report);
-    struct trace_ray ray = case_ray(1, 1, 5, 0, 0, -1);
+    structure = case_build(&input, &report);
+    struct trace_ray ray = fixture_ray(1, 1, 5, 0, 0, -1);
     struct trace_hit hit;
-    EXPECT(report.active == 1 && fixture_trace(structure, setting->accuracy, &ray, &hit) &&
-           hit.t == 5);
-    free(structure);
+    EXPECT(report.active == 1 && case_trace(structure, ray, &hit) && hit.t == 5);
     displacement->micromap = 0; /* nothing is asked of indices then */
     displacement->indices_size = 0;
-    structure = case_build(setting, &input, &report);
-    EXPECT(report.active == 1 && fixture_trace(structure, setting->accuracy, &ray, &hit) &&
-           hit.t == 5);
-    free(structure);
-    close_displaced(&displaced);
+    structure = case_build(&input, &report);
+    EXPECT(report.active == 1 && case_trace(structure, ray, &hit) && hit.t == 5);
 }
 
-static void not_active(const struct setting *setting)
+static void not_active(void)
 {
     uint64_t random = 127;
     const uint8_t levels[2] = {2, 2};
@@ -145,11 +136,11 @@ static void not_active(const struct setting *setting)
     fixture_input_triangles(&input, corners, 2);
     input.geometry.triangles.displacement = displacement;
     corners[3] = NAN;
-    free(case_build(setting, &input, &report));
+    case_build(&input, &report);
     EXPECT(report.active == 16 && report.inactive == 1 && report.undefined == 0);
     corners[3] = 4;
     vectors[11] = NAN;
-    free(case_build(setting, &input, &report));
+    case_build(&input, &report);
     EXPECT(report.active == 16 && report.undefined == 1 && report.first_undefined.primitive == 1);
     vectors[11] = 0;
     displacement->vectors_size--;
@@ -165,12 +156,11 @@ static void not_active(const struct setting *setting)
     EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == 2);
     displaced.usages[0].subdivisionLevel = 6;
     EXPECT(!fixture_build(&input.input, &report));
-    close_displaced(&displaced);
 }
 
 /* ---- beside other effects */
 
-static void moving(const struct setting *setting)
+static void moving(void)
 {
     uint64_t random = 131;
     uint8_t level = 3;
@@ -181,28 +171,22 @@ static void moving(const struct setting *setting)
         then[i] = flat[i] + (i % 3 == 2 ? 8 : 0);
     open_displaced(&displaced, 3, 1, &level, random_value, &random);
     input_flat(&input, &displaced);
-    input.input.flags = VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
-    input.geometry.triangles.motion_vertices = then;
-    input.geometry.triangles.motion_vertices_size = sizeof(then);
-    void *structure = case_build(setting, &input, NULL);
-    check_from_above(setting, structure, displaced.coded, level, 0, 0);
-    check_from_above(setting, structure, displaced.coded, level, 0.75f, 6);
-    EXPECT(update_displaced(&input, structure, structure) == BUILDER_OK);
-    check_from_above(setting, structure, displaced.coded, level, 1, 8);
-    free(structure);
+    fixture_input_motion(&input, then);
+    void *structure = case_build(&input, NULL);
+    check_from_above(structure, displaced.coded, level, 0, 0);
+    check_from_above(structure, displaced.coded, level, 0.75f, 6);
+    EXPECT(fixture_refit(&input.input, structure, structure, NULL) == BUILDER_OK);
+    check_from_above(structure, displaced.coded, level, 1, 8);
     /* a transform moves what is displaced */
     const VkTransformMatrixKHR raised = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 2.5f}}};
     input.input.flags = 0;
-    input.geometry.triangles.transforms = &raised;
-    input.geometry.triangles.transforms_size = sizeof(raised);
-    structure = case_build(setting, &input, NULL);
-    check_from_above(setting, structure, displaced.coded, level, 0, 2.5f);
-    free(structure);
-    close_displaced(&displaced);
+    fixture_input_transform(&input, &raised);
+    structure = case_build(&input, NULL);
+    check_from_above(structure, displaced.coded, level, 0, 2.5f);
 }
 
 /* Opacities are found by the barycentrics of the base triangle. */
-static void with_opacity(const struct setting *setting)
+static void with_opacity(void)
 {
     uint64_t random = 137;
     uint8_t level = 3, opaque = 5; /* of its quarters those at vertices 0 and 1 */
@@ -220,17 +204,14 @@ static void with_opacity(const struct setting *setting)
     open_displaced(&displaced, 1, 1, &level, random_value, &random);
     input_flat(&input, &displaced);
     input.geometry.triangles.opacity = &opacity;
-    void *structure = case_build(setting, &input, NULL);
+    void *structure = case_build(&input, NULL);
     for (int i = 0; i < 30; i++) {
         float u = fixture_uniform(&random, 0.01f, 0.9f),
               v = fixture_uniform(&random, 0.01f, 0.99f - u);
-        struct trace_ray ray = case_ray(4 * u, 4 * v, 100, 0, 0, -1);
+        struct trace_ray ray = fixture_ray(4 * u, 4 * v, 100, 0, 0, -1);
         struct trace_hit hit;
-        EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) ==
-               (micromap_curve_index(u, v, 1) % 2 == 0));
+        EXPECT(case_trace(structure, ray, &hit) == (micromap_curve_index(u, v, 1) % 2 == 0));
     }
-    free(structure);
-    close_displaced(&displaced);
 }
 
 const struct numeric_case displaced_cases[] = {

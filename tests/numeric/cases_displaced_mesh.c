@@ -52,45 +52,40 @@ static uint8_t decimated_edges(const struct fixture_mesh *mesh, const uint8_t *l
 }
 
 /* From the center, along everything that rounding or ties could let slip: one hit each. */
-static void check_closed(const struct setting *setting, const void *structure)
+static void check_closed(const void *structure)
 {
     const struct structure_header *header = structure;
     const struct displaced_record *records = structure_records(header);
     for (uint32_t i = 0; i < header->record_count; i += 3) {
         const struct triangle_record *triangle = &records[i].triangle;
         for (int way = 0; way < 3; way++) {
-            struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
-            struct fixture_hits hits;
+            struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
             for (int axis = 0; axis < 3; axis++)
                 ray.direction[axis] = triangle->a[axis] + (way > 0 ? triangle->b[axis] : 0) +
                                       (way > 1 ? triangle->c[axis] : 0);
-            fixture_trace_all(structure, setting->accuracy, &ray, &hits);
-            EXPECT(hits.count == 1);
+            EXPECT(case_count(structure, ray) == 1);
         }
     }
 }
 
 /* From within an instance, bounds of which are those of what is displaced. */
-static void check_instance(const struct setting *setting, const void *blas)
+static void check_instance(const void *blas)
 {
     VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
-    struct fixture_input input;
     uint64_t random = 139;
     for (int axis = 0; axis < 3; axis++)
         instance.transform.matrix[axis][3] = 10 * (float)axis;
-    fixture_input_instances(&input, &instance, 1);
-    void *tlas = case_build(setting, &input, NULL);
+    void *tlas = case_instances(&instance, 1, NULL);
     for (int i = 0; i < 100; i++) {
-        struct trace_ray ray = case_ray(0, 10, 20, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 10, 20, 0, 0, 0);
         struct trace_hit hit = {0};
         for (int axis = 0; axis < 3; axis++)
             ray.direction[axis] = fixture_uniform(&random, -1, 1);
-        EXPECT(fixture_trace(tlas, setting->accuracy, &ray, &hit) && hit.primitive < 48);
+        EXPECT(case_trace(tlas, ray, &hit) && hit.primitive < 48);
     }
-    free(tlas);
 }
 
-static void closed_mesh(const struct setting *setting)
+static void closed_mesh(void)
 {
     struct fixture_mesh mesh = fixture_sphere(2, 1, (float[3]){0, 0, 0});
     struct displaced displaced;
@@ -108,18 +103,15 @@ static void closed_mesh(const struct setting *setting)
     displaced.displacement.flags_stride = 1;
     fixture_input_mesh(&input, &mesh);
     input.geometry.triangles.displacement = &displaced.displacement;
-    void *structure = case_build(setting, &input, NULL);
-    check_closed(setting, structure);
-    check_instance(setting, structure);
-    free(structure);
-    close_displaced(&displaced);
-    fixture_mesh_free(&mesh);
+    void *structure = case_build(&input, NULL);
+    check_closed(structure);
+    check_instance(structure);
 }
 
 /* ---- updates and copies */
 
 /* Same hits and bounds as a build of the same input. */
-static void check_alike(const struct setting *setting, const void *structure, const void *expected)
+static void check_alike(const void *structure, const void *expected)
 {
     uint64_t random = 107;
     float bounds[2][6];
@@ -129,15 +121,14 @@ static void check_alike(const struct setting *setting, const void *structure, co
         EXPECT(bounds[0][i] == bounds[1][i]);
     for (int i = 0; i < 20; i++) {
         float u = fixture_uniform(&random, 0, 0.5f), v = fixture_uniform(&random, 0, 0.5f);
-        struct trace_ray ray = case_ray(4 * u, 4 * v, 50, 0.01f, 0.02f, -1);
+        struct trace_ray ray = fixture_ray(4 * u, 4 * v, 50, 0.01f, 0.02f, -1);
         struct trace_hit hit = {0}, other = {0};
-        EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) ==
-               fixture_trace(expected, setting->accuracy, &ray, &other));
+        EXPECT(case_trace(structure, ray, &hit) == case_trace(expected, ray, &other));
         EXPECT(hit.t == other.t && hit.u == other.u && hit.v == other.v);
     }
 }
 
-static void check_copies(const struct setting *setting, const void *structure)
+static void check_copies(const void *structure)
 {
     const struct builder_uuids uuids = {{1}, {2}};
     uint64_t compacted = builder_compacted_size(structure);
@@ -145,7 +136,7 @@ static void check_copies(const struct setting *setting, const void *structure)
     void *small = fixture_allocate(compacted), *bytes = fixture_allocate(serialized);
     void *again = fixture_allocate(builder_size(structure));
     EXPECT(builder_compact(structure, small, compacted) == BUILDER_OK);
-    check_alike(setting, small, structure);
+    check_alike(small, structure);
     EXPECT(builder_serialize(structure, &uuids, bytes, serialized) == BUILDER_OK);
     EXPECT(builder_deserialize(bytes, serialized, &uuids, again, builder_size(structure)) ==
            BUILDER_OK);
@@ -156,13 +147,10 @@ static void check_copies(const struct setting *setting, const void *structure)
     EXPECT(builder_serialize(again, &uuids, bytes, serialized) == BUILDER_OK);
     EXPECT(builder_deserialize(bytes, serialized, &uuids, again, builder_size(structure)) ==
            BUILDER_INCOMPATIBLE);
-    free(small);
-    free(bytes);
-    free(again);
 }
 
 /* Other values, then other levels. */
-static void updates(const struct setting *setting)
+static void updates(void)
 {
     uint64_t random = 109;
     const uint8_t before[2] = {3, 2}, after[2] = {2, 3};
@@ -177,26 +165,21 @@ static void updates(const struct setting *setting)
         displaced[i].displacement.vectors_size = sizeof(vectors);
         fixture_input_triangles(&inputs[i], pair, 2);
         inputs[i].geometry.triangles.displacement = &displaced[i].displacement;
-        structures[i] = case_build(setting, &inputs[i], NULL);
+        structures[i] = case_build(&inputs[i], NULL);
     }
-    check_copies(setting, structures[0]);
+    check_copies(structures[0]);
     void *updated = fixture_allocate(builder_size(structures[0]));
     for (int i = 1; i < 3; i++) {
-        EXPECT(update_displaced(&inputs[i], structures[0], updated) == BUILDER_OK);
-        check_alike(setting, updated, structures[i]);
-        EXPECT(update_displaced(&inputs[i], structures[0], structures[0]) == BUILDER_OK);
-        check_alike(setting, structures[0], structures[i]);
-    }
-    free(updated);
-    for (int i = 0; i < 3; i++) {
-        free(structures[i]);
-        close_displaced(&displaced[i]);
+        EXPECT(fixture_refit(&inputs[i].input, structures[0], updated, NULL) == BUILDER_OK);
+        check_alike(updated, structures[i]);
+        EXPECT(fixture_refit(&inputs[i].input, structures[0], structures[0], NULL) == BUILDER_OK);
+        check_alike(structures[0], structures[i]);
     }
 }
 
 /* ---- beside triangles that aren't displaced, and enough for several threads */
 
-static void beside_others(const struct setting *setting)
+static void beside_others(void)
 {
     static const float wall[9] = {9, -9, -9, 9, 9, -9, 9, 0, 9};
     struct fixture_mesh mesh = fixture_sphere(1, 1, (float[3]){0, 0, 0});
@@ -220,26 +203,22 @@ static void beside_others(const struct setting *setting)
     input.input.geometries = geometries;
     input.input.ranges = ranges;
     struct builder_report report;
-    void *structure = case_build(setting, &input, &report);
+    void *structure = case_build(&input, &report);
     EXPECT(report.active == 12 * 1024 + 2);
     input.input.threads = 1;
     void *alone = fixture_build(&input.input, NULL);
     EXPECT(memcmp(structure, alone, builder_size(alone)) == 0);
     for (int i = 0; i < 50; i++) {
-        struct trace_ray ray = case_ray(0, 0, 0, 1, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 0, 0, 1, 0, 0);
         struct fixture_hits hits;
         uint32_t of_geometry[3] = {0};
         ray.direction[1] = fixture_uniform(&random, -0.3f, 0.3f);
         ray.direction[2] = fixture_uniform(&random, -0.3f, 0.3f);
-        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
+        case_trace_all(structure, ray, &hits);
         for (uint32_t j = 0; j < hits.count && j < 64; j++)
             of_geometry[hits.hits[j].geometry]++;
         EXPECT(of_geometry[0] == 1 && of_geometry[1] == 1 && of_geometry[2] == 1);
     }
-    free(structure);
-    free(alone);
-    close_displaced(&displaced);
-    fixture_mesh_free(&mesh);
 }
 
 const struct numeric_case displaced_mesh_cases[] = {

@@ -7,23 +7,12 @@
 #include "cases.h"
 #include "exact.h"
 
-static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-
 static VkTransformMatrixKHR scaling(float x, float y, float z)
 {
     return (VkTransformMatrixKHR){{{x, 0, 0, 0}, {0, y, 0, 0}, {0, 0, z, 0}}};
 }
 
-static void *build_instances(const struct setting *setting,
-                             const VkAccelerationStructureInstanceKHR *instances, uint32_t count,
-                             struct builder_report *report)
-{
-    struct fixture_input input;
-    fixture_input_instances(&input, instances, count);
-    return case_build(setting, &input, report);
-}
-
-static void singular(const struct setting *setting)
+static void singular(void)
 {
     uint64_t random = 59;
     EXPECT(builder_determinant_sign(&(VkTransformMatrixKHR){0}) == 0);
@@ -42,94 +31,86 @@ static void singular(const struct setting *setting)
         EXPECT(builder_determinant_sign(&m) == exact_determinant_sign(&m));
         EXPECT(i % 2 == 0 || builder_determinant_sign(&m) != 0);
     }
-    void *blas = case_triangles(setting, triangle, 1, NULL);
+    void *blas = case_triangles(fixture_triangle, 1, NULL);
     VkAccelerationStructureInstanceKHR instances[2] = {fixture_instance(blas),
                                                        fixture_instance(blas)};
     struct builder_report report;
     instances[0].transform = scaling(1, 1, 0);
     instances[1].transform = scaling(1e-12f, 1e-12f, 1e-12f);
-    void *tlas = build_instances(setting, instances, 2, &report);
+    void *tlas = case_instances(instances, 2, &report);
     EXPECT(report.singular == 1 && report.first_singular.primitive == 0 && report.active == 2);
-    struct trace_ray ray = case_ray(0.25e-12f, 0.25e-12f, 1, 0, 0, -1);
+    struct trace_ray ray = fixture_ray(0.25e-12f, 0.25e-12f, 1, 0, 0, -1);
     struct fixture_hits hits;
-    fixture_trace_all(tlas, setting->accuracy, &ray, &hits);
+    case_trace_all(tlas, ray, &hits);
     EXPECT(hits.count == 1 && hits.hits[0].instance == 1 && hits.hits[0].t == 1);
-    free(tlas);
-    free(blas);
 }
 
-static void extreme_scales(const struct setting *setting)
+static void extreme_scales(void)
 {
-    void *blas = case_triangles(setting, triangle, 1, NULL);
+    void *blas = case_triangles(fixture_triangle, 1, NULL);
     uint64_t random = 61;
     for (int i = 0; i < 4; i++) {
         float scale = (float[]){1e-20f, 1e15f, 1e-30f, 0x1p60f}[i];
         VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
         instance.transform = scaling(scale, scale, scale);
-        void *tlas = build_instances(setting, &instance, 1, NULL);
+        void *tlas = case_instances(&instance, 1, NULL);
         for (int j = 0; j < 20; j++) {
             float corners[9], origin[3];
             for (int k = 0; k < 9; k++)
-                corners[k] = triangle[k] * scale;
+                corners[k] = fixture_triangle[k] * scale;
             for (int k = 0; k < 3; k++)
                 origin[k] = fixture_uniform(&random, 1, 2) * scale;
             struct trace_ray ray = case_ray_into(corners, origin, &random);
             struct exact_hit truth = exact_triangle(&ray, corners);
             struct trace_hit hit;
-            bool is_hit = fixture_trace(tlas, setting->accuracy, &ray, &hit);
+            bool is_hit = case_trace(tlas, ray, &hit);
             EXPECT(is_hit == (truth.class == EXACT_INSIDE));
             EXPECT(!is_hit || fabs(hit.t - truth.t) <= 1e-5 * truth.t);
         }
-        free(tlas);
     }
-    free(blas);
 }
 
-static bool sees_front(const struct setting *setting, const void *structure, uint32_t flags)
+static bool sees_front(const void *structure, uint32_t flags)
 {
-    struct trace_ray ray = case_ray(0.25f, 0.25f, 1, 0, 0, -1);
+    struct trace_ray ray = case_ray_down(0.25f, 0.25f);
     struct trace_hit hit;
     ray.flags = flags;
-    if (!fixture_trace(structure, setting->accuracy, &ray, &hit)) {
+    if (!case_trace(structure, ray, &hit)) {
         ray.origin[0] = -0.25f;
-        if (!fixture_trace(structure, setting->accuracy, &ray, &hit))
+        if (!case_trace(structure, ray, &hit))
             return false;
     }
     return hit.front_face;
 }
 
 /* Counterclockwise in right-handed coordinates, seen from +Z: the front. */
-static void mirrored(const struct setting *setting)
+static void mirrored(void)
 {
     const VkTransformMatrixKHR mirror = scaling(-1, 1, 1);
-    void *blas = case_triangles(setting, triangle, 1, NULL);
-    EXPECT(sees_front(setting, blas, 0));
+    void *blas = case_triangles(fixture_triangle, 1, NULL);
+    EXPECT(sees_front(blas, 0));
     struct fixture_input input;
-    fixture_input_triangles(&input, triangle, 1);
-    input.geometry.triangles.transforms = &mirror;
-    input.geometry.triangles.transforms_size = sizeof(mirror);
-    void *mirrored_blas = case_build(setting, &input, NULL);
-    EXPECT(!sees_front(setting, mirrored_blas, 0));
-    EXPECT(!sees_front(setting, mirrored_blas, TRACE_CULL_BACK_FACING));
+    fixture_input_triangles(&input, fixture_triangle, 1);
+    fixture_input_transform(&input, &mirror);
+    void *mirrored_blas = case_build(&input, NULL);
+    EXPECT(!sees_front(mirrored_blas, 0));
+    EXPECT(!sees_front(mirrored_blas, TRACE_CULL_BACK_FACING));
     VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
     for (int i = 0; i < 4; i++) {
         bool is_flipped = i % 2;
         instance.transform = i < 2 ? mirror : scaling(1, 1, 1);
         instance.flags = is_flipped ? VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR : 0;
-        void *tlas = build_instances(setting, &instance, 1, NULL);
-        EXPECT(sees_front(setting, tlas, 0) == !is_flipped);
-        EXPECT(sees_front(setting, tlas, TRACE_CULL_BACK_FACING) == !is_flipped);
-        EXPECT(!sees_front(setting, tlas, TRACE_CULL_FRONT_FACING));
-        free(tlas);
+        void *tlas = case_instances(&instance, 1, NULL);
+        EXPECT(sees_front(tlas, 0) == !is_flipped);
+        EXPECT(sees_front(tlas, TRACE_CULL_BACK_FACING) == !is_flipped);
+        EXPECT(!sees_front(tlas, TRACE_CULL_FRONT_FACING));
     }
-    free(mirrored_blas);
-    free(blas);
 }
 
-static void empty_instances(const struct setting *setting)
+static void empty_instances(void)
 {
-    void *blas = case_triangles(setting, triangle, 1, NULL);
-    void *empty = case_triangles(setting, NULL, 0, NULL);
+    void *blas = case_triangles(fixture_triangle, 1, NULL);
+    void *empty = case_triangles(NULL, 0, NULL);
     VkAccelerationStructureInstanceKHR instances[4] = {
         fixture_instance(NULL), fixture_instance(empty), fixture_instance(blas),
         fixture_instance(empty)};
@@ -138,46 +119,38 @@ static void empty_instances(const struct setting *setting)
     instances[1].transform.matrix[0][3] = 100;
     instances[2].instanceCustomIndex = 0xabcdef;
     instances[2].instanceShaderBindingTableRecordOffset = 0x123456;
-    void *tlas = build_instances(setting, instances, 4, &report);
+    void *tlas = case_instances(instances, 4, &report);
     EXPECT(report.active == 3 && report.inactive == 1);
     EXPECT(builder_bounds(tlas, lower, upper) && upper[0] >= 100 && upper[0] < 100.01f);
-    struct trace_ray ray = case_ray(0.25f, 0.25f, 1, 0, 0, -1);
-    struct trace_hit hit = {0};
-    EXPECT(fixture_trace(tlas, setting->accuracy, &ray, &hit) && hit.instance == 2);
+    const struct trace_hit hit = case_closest(tlas, case_ray_down(0.25f, 0.25f));
+    EXPECT(hit.instance == 2);
     EXPECT(hit.custom_index == 0xabcdef && hit.sbt_offset == 0x123456);
-    free(tlas);
-    free(empty);
-    free(blas);
 }
 
-static void masks(const struct setting *setting)
+static void masks(void)
 {
-    void *blas = case_triangles(setting, triangle, 1, NULL);
+    void *blas = case_triangles(fixture_triangle, 1, NULL);
     VkAccelerationStructureInstanceKHR instances[2] = {fixture_instance(blas),
                                                        fixture_instance(blas)};
     const VkAccelerationStructureInstanceKHR *pointers[2] = {&instances[1], &instances[0]};
     instances[0].mask = 0;
     instances[1].mask = 0x80;
-    void *tlas = build_instances(setting, instances, 2, NULL);
+    void *tlas = case_instances(instances, 2, NULL);
     struct fixture_input input;
     fixture_input_instances(&input, (const void *)pointers, 2);
     input.geometry.instances.array_of_pointers = true;
     input.geometry.instances.size = sizeof(pointers);
-    void *by_pointers = case_build(setting, &input, NULL);
-    struct trace_ray ray = case_ray(0.25f, 0.25f, 1, 0, 0, -1);
+    void *by_pointers = case_build(&input, NULL);
+    struct trace_ray ray = case_ray_down(0.25f, 0.25f);
     struct fixture_hits hits;
-    fixture_trace_all(tlas, setting->accuracy, &ray, &hits);
+    case_trace_all(tlas, ray, &hits);
     EXPECT(hits.count == 1 && hits.hits[0].instance == 1);
-    fixture_trace_all(by_pointers, setting->accuracy, &ray, &hits);
+    case_trace_all(by_pointers, ray, &hits);
     EXPECT(hits.count == 1 && hits.hits[0].instance == 0);
     for (uint32_t i = 0; i < 3; i++) {
         ray.cull_mask = (uint32_t[]){0, 0x7f, 0xffffff00}[i];
-        fixture_trace_all(tlas, setting->accuracy, &ray, &hits);
-        EXPECT(hits.count == 0);
+        EXPECT(case_count(tlas, ray) == 0);
     }
-    free(by_pointers);
-    free(tlas);
-    free(blas);
 }
 
 const struct numeric_case instance_cases[] = {

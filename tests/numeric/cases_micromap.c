@@ -13,9 +13,8 @@ static const uint8_t curve[16][4] = {
     {2, 0, 0, 8},  {2, 0, 1, 9}, {2, 1, 0, 11}, {3, 0, 0, 10},
 };
 
-static void curve_order(const struct setting *setting)
+static void curve_order(void)
 {
-    (void)setting;
     for (int i = 0; i < 16; i++) {
         float offset = curve[i][2] ? 2.0f / 3 : 1.0f / 3;
         float u = ((float)curve[i][0] + offset) / 4, v = ((float)curve[i][1] + offset) / 4;
@@ -70,47 +69,39 @@ static void *build_micromap(uint32_t format, uint32_t level, uint32_t count, con
     EXPECT(micromap_get_size(&input, &size) == BUILDER_OK);
     micromap = fixture_allocate(size);
     EXPECT(micromap_build(&input, micromap, size) == BUILDER_OK);
-    free(triangles);
     return micromap;
 }
 
 static const float corners[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0, 3, 0, 0, 2, 1, 0};
 
-static void *build_with(const struct setting *setting, const struct builder_opacity *opacity,
-                        VkGeometryFlagsKHR flags)
+static void *build_with(const struct builder_opacity *opacity, VkGeometryFlagsKHR flags)
 {
     struct fixture_input input;
     fixture_input_triangles(&input, corners, 2);
     input.geometry.flags = flags;
     input.geometry.triangles.opacity = opacity;
-    return case_build(setting, &input, NULL);
+    return case_build(&input, NULL);
 }
 
 /* 1: hit and opaque, 0: hit and not, -1: none. Into the triangle at (u, v). */
-static int answer(const struct setting *setting, const void *structure, float u, float v,
-                  uint32_t ray_flags)
+static int answer(const void *structure, float u, float v, uint32_t ray_flags)
 {
-    struct trace_ray ray = case_ray(u, v, 1, 0, 0, -1);
+    struct trace_ray ray = case_ray_down(u, v);
     struct trace_hit hit;
     ray.flags = ray_flags;
-    return fixture_trace(structure, setting->accuracy, &ray, &hit) ? hit.opaque : -1;
+    return case_trace(structure, ray, &hit) ? hit.opaque : -1;
 }
 
-static int answer_in(const struct setting *setting, const void *blas,
-                     VkGeometryInstanceFlagsKHR flags, float u, float v, uint32_t ray_flags)
+static int answer_in(const void *blas, VkGeometryInstanceFlagsKHR flags, float u, float v,
+                     uint32_t ray_flags)
 {
-    struct fixture_input input;
     VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
     instance.flags = flags & 0xff;
-    fixture_input_instances(&input, &instance, 1);
-    void *tlas = case_build(setting, &input, NULL);
-    int result = answer(setting, tlas, u, v, ray_flags);
-    free(tlas);
-    return result;
+    return answer(case_instances(&instance, 1, NULL), u, v, ray_flags);
 }
 
 /* Each microtriangle has a state of its own. */
-static void every_microtriangle(const struct setting *setting)
+static void every_microtriangle(void)
 {
     enum { LEVEL = 3, COUNT = 8 };
     uint8_t data[32];
@@ -121,7 +112,7 @@ static void every_microtriangle(const struct setting *setting)
         void *micromap = build_micromap(format, LEVEL, 2, data, sizeof(data));
         struct builder_opacity opacity = {.index_type = VK_INDEX_TYPE_NONE_KHR,
                                           .micromap = (uintptr_t)micromap};
-        void *blas = build_with(setting, &opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
+        void *blas = build_with(&opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
         for (int i = 0; i < 2 * 2 * COUNT * COUNT; i++) {
             int which = i / (2 * COUNT * COUNT), column = i / 2 % COUNT,
                 row = i / 2 / COUNT % COUNT;
@@ -134,22 +125,19 @@ static void every_microtriangle(const struct setting *setting)
             int state = data[byte] >> bit % 8 & (format == 1 ? 1 : 3);
             int expected = state == 0 ? -1 : state == 1;
             float x = u + (float)(2 * which);
-            EXPECT(answer(setting, blas, x, v, 0) == expected);
+            EXPECT(answer(blas, x, v, 0) == expected);
             int two_states = state == 0 || state == 2 ? -1 : 1;
-            EXPECT(answer(setting, blas, x, v, TRACE_FORCE_2_STATE) == two_states);
-            EXPECT(answer_in(setting, blas,
-                             VK_GEOMETRY_INSTANCE_FORCE_OPACITY_MICROMAP_2_STATE_BIT_KHR, x, v,
-                             0) == two_states);
-            EXPECT(answer_in(setting, blas, VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR,
-                             x, v, 0) == 1);
+            EXPECT(answer(blas, x, v, TRACE_FORCE_2_STATE) == two_states);
+            EXPECT(answer_in(blas, VK_GEOMETRY_INSTANCE_FORCE_OPACITY_MICROMAP_2_STATE_BIT_KHR, x,
+                             v, 0) == two_states);
+            EXPECT(answer_in(blas, VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR, x, v,
+                             0) == 1);
         }
-        free(blas);
-        free(micromap);
     }
 }
 
 /* What the instance and the ray say comes after what the micromap says; but ignored is ignored. */
-static void overridden(const struct setting *setting)
+static void overridden(void)
 {
     const int16_t indices[2] = {0, 0};
     const int special[4] = {-1, 1, 0, 0}; /* answers to indices -1 to -4 */
@@ -161,26 +149,23 @@ static void overridden(const struct setting *setting)
                                           .indices = both,
                                           .indices_size = sizeof(both),
                                           .stride = sizeof(both[0])};
-        void *blas = build_with(setting, &opacity, 0);
+        void *blas = build_with(&opacity, 0);
         const VkGeometryInstanceFlagsKHR force = VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR;
         const VkGeometryInstanceFlagsKHR forbid = VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR;
         bool is_ignored = i == 0;
-        EXPECT(answer(setting, blas, 0.25f, 0.25f, 0) == special[i]);
-        EXPECT(answer_in(setting, blas, force, 0.25f, 0.25f, 0) == (is_ignored ? -1 : 1));
-        EXPECT(answer_in(setting, blas, forbid, 0.25f, 0.25f, 0) == (is_ignored ? -1 : 0));
-        EXPECT(answer(setting, blas, 0.25f, 0.25f, TRACE_OPAQUE) == (is_ignored ? -1 : 1));
-        EXPECT(answer(setting, blas, 0.25f, 0.25f, TRACE_CULL_NO_OPAQUE) ==
-               (special[i] == 1 ? 1 : -1));
-        EXPECT(answer(setting, blas, 0.25f, 0.25f, TRACE_CULL_OPAQUE) ==
-               (special[i] == 0 ? 0 : -1));
-        EXPECT(answer(setting, blas, 0.25f, 0.25f, TRACE_FORCE_2_STATE) == (i % 2 ? 1 : -1));
-        EXPECT(answer(setting, blas, 2.25f, 0.25f, 0) == 0); /* no micromap: the geometry's */
-        free(blas);
+        EXPECT(answer(blas, 0.25f, 0.25f, 0) == special[i]);
+        EXPECT(answer_in(blas, force, 0.25f, 0.25f, 0) == (is_ignored ? -1 : 1));
+        EXPECT(answer_in(blas, forbid, 0.25f, 0.25f, 0) == (is_ignored ? -1 : 0));
+        EXPECT(answer(blas, 0.25f, 0.25f, TRACE_OPAQUE) == (is_ignored ? -1 : 1));
+        EXPECT(answer(blas, 0.25f, 0.25f, TRACE_CULL_NO_OPAQUE) == (special[i] == 1 ? 1 : -1));
+        EXPECT(answer(blas, 0.25f, 0.25f, TRACE_CULL_OPAQUE) == (special[i] == 0 ? 0 : -1));
+        EXPECT(answer(blas, 0.25f, 0.25f, TRACE_FORCE_2_STATE) == (i % 2 ? 1 : -1));
+        EXPECT(answer(blas, 2.25f, 0.25f, 0) == 0); /* no micromap: the geometry's */
     }
 }
 
 /* Types, strides and bases of indices; triangles that no micromap knows. */
-static void opacity_indices(const struct setting *setting)
+static void opacity_indices(void)
 {
     const uint8_t data[4] = {0, 1, 0, 1}; /* level 0, 2 states */
     void *micromap = build_micromap(VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT, 0, 4, data, 4);
@@ -210,16 +195,14 @@ static void opacity_indices(const struct setting *setting)
             .stride = tables[i].stride,
             .micromap = (uintptr_t)micromap,
         };
-        void *blas = build_with(setting, &opacity, 0);
+        void *blas = build_with(&opacity, 0);
         for (int j = 0; j < 2; j++)
-            EXPECT(answer(setting, blas, 0.25f + (float)(2 * j), 0.25f, 0) == tables[i].answers[j]);
-        free(blas);
+            EXPECT(answer(blas, 0.25f + (float)(2 * j), 0.25f, 0) == tables[i].answers[j]);
     }
     /* a reference that leads nowhere, and indices that can't be read */
     struct builder_opacity opacity = {.index_type = VK_INDEX_TYPE_NONE_KHR};
-    void *blas = build_with(setting, &opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
-    EXPECT(answer(setting, blas, 0.25f, 0.25f, 0) == 1);
-    free(blas);
+    void *blas = build_with(&opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
+    EXPECT(answer(blas, 0.25f, 0.25f, 0) == 1);
     struct fixture_input input;
     struct builder_report report;
     opacity = (struct builder_opacity){
@@ -227,11 +210,10 @@ static void opacity_indices(const struct setting *setting)
     fixture_input_triangles(&input, corners, 2);
     input.geometry.triangles.opacity = &opacity;
     EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == 1);
-    free(micromap);
 }
 
 /* Sizes, wrong inputs, copies; and a structure's references in its copies. */
-static void micromap_objects(const struct setting *setting)
+static void micromap_objects(void)
 {
     const uint8_t data[16] = {0x1b};
     VkMicromapTriangleEXT triangles[2] = {{0, 1, 2}, {8, 2, 1}};
@@ -281,17 +263,12 @@ static void micromap_objects(const struct setting *setting)
                                       .stride = 2,
                                       .micromap = (uintptr_t)again};
     micromap_deserialize(bytes, bytes_size, &uuids, again, micromap_size(micromap));
-    void *blas = build_with(setting, &opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
+    void *blas = build_with(&opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
     uint64_t compacted_size = builder_compacted_size(blas);
     void *compacted = fixture_allocate(compacted_size);
     EXPECT(builder_compact(blas, compacted, compacted_size) == BUILDER_OK);
-    EXPECT(answer(setting, compacted, 0.25f, 0.25f, 0) == -1);
-    EXPECT(answer(setting, compacted, 2.25f, 0.25f, 0) == 1);
-    free(compacted);
-    free(blas);
-    free(bytes);
-    free(again);
-    free(micromap);
+    EXPECT(answer(compacted, 0.25f, 0.25f, 0) == -1);
+    EXPECT(answer(compacted, 2.25f, 0.25f, 0) == 1);
 }
 
 const struct numeric_case micromap_cases[] = {

@@ -18,19 +18,16 @@ static float at_time(float from, float to, float time)
     return (float)(from * (1 - (double)time) + to * (double)time);
 }
 
-static void *build_moving(const struct setting *setting, const float *from, const float *to,
-                          uint32_t triangles)
+static void *build_moving(const float *from, const float *to, uint32_t triangles)
 {
     struct fixture_input input;
     fixture_input_triangles(&input, from, triangles);
-    input.input.flags = MOTION;
-    input.geometry.triangles.motion_vertices = to;
-    input.geometry.triangles.motion_vertices_size = (uint64_t)triangles * 36;
-    return case_build(setting, &input, NULL);
+    fixture_input_motion(&input, to);
+    return case_build(&input, NULL);
 }
 
 /* Each triangle goes its own way; brute force takes those of the ray's time. */
-static void moving_triangles(const struct setting *setting)
+static void moving_triangles(void)
 {
     enum { COUNT = 60 };
     float from[9 * COUNT], to[9 * COUNT], now[9 * COUNT];
@@ -44,7 +41,7 @@ static void moving_triangles(const struct setting *setting)
             to[9 * i + j] = place[1][j % 3] + fixture_uniform(&random, -1, 1);
         }
     }
-    void *structure = build_moving(setting, from, to, COUNT);
+    void *structure = build_moving(from, to, COUNT);
     for (int i = 0; i < 5 * TIMES; i++) {
         float time = times[i % TIMES], origin[3];
         for (int j = 0; j < 9 * COUNT; j++)
@@ -54,14 +51,13 @@ static void moving_triangles(const struct setting *setting)
         struct trace_ray ray =
             case_ray_into(now + 9 * (fixture_random(&random) % COUNT), origin, &random);
         ray.time = time;
-        case_check_ray(setting, structure, now, COUNT, &ray);
+        case_check_ray(structure, now, COUNT, ray);
     }
-    free(structure);
 }
 
 /* A closed mesh that swells, turns and goes away: at any time each ray from its inside meets one
  * triangle, at edges and vertices too. */
-static void moving_closed(const struct setting *setting)
+static void moving_closed(void)
 {
     struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0.1f, 0.2f, 0.3f});
     struct fixture_mesh then = fixture_sphere(3, 2.5f, (float[3]){40, -3, 0.7f});
@@ -73,15 +69,13 @@ static void moving_closed(const struct setting *setting)
         at[1] = -3 + 0.6f * x + 0.8f * (at[1] + 3);
     }
     fixture_input_mesh(&input, &mesh);
-    input.input.flags = MOTION;
-    input.geometry.triangles.motion_vertices = then.positions;
-    input.geometry.triangles.motion_vertices_size = (uint64_t)then.vertex_count * 12;
-    void *structure = case_build(setting, &input, NULL);
+    fixture_input_motion(&input, then.positions);
+    void *structure = case_build(&input, NULL);
     for (uint32_t i = 0; i < 3 * mesh.triangle_count; i++) {
         uint32_t vertices[2] = {mesh.indices[i], mesh.indices[i - i % 3 + (i + 1) % 3]};
         float time = times[i % TIMES], ends[2][3];
         const float centers[2][3] = {{0.1f, 0.2f, 0.3f}, {40, -3, 0.7f}};
-        struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
         ray.time = time;
         for (int j = 0; j < 3; j++) {
             for (int end = 0; end < 2; end++)
@@ -92,17 +86,12 @@ static void moving_closed(const struct setting *setting)
             float target = i % 3 == 0 ? ends[0][j] : 0.5f * (ends[0][j] + ends[1][j]);
             ray.direction[j] = target - ray.origin[j];
         }
-        struct fixture_hits hits;
-        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
-        EXPECT(hits.count == 1);
+        EXPECT(case_count(structure, ray) == 1);
     }
-    free(structure);
-    fixture_mesh_free(&mesh);
-    fixture_mesh_free(&then);
 }
 
 /* Vertices of time 1 count for activity and for what may be read. */
-static void moving_inactive(const struct setting *setting)
+static void moving_inactive(void)
 {
     const float from[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 0, 0, 6, 0, 0, 5, 1, 0};
     float to[18];
@@ -111,59 +100,43 @@ static void moving_inactive(const struct setting *setting)
     memcpy(to, from, sizeof(to));
     to[3] = NAN;
     fixture_input_triangles(&input, from, 2);
-    input.input.flags = MOTION;
-    input.geometry.triangles.motion_vertices = to;
-    input.geometry.triangles.motion_vertices_size = sizeof(to);
-    void *structure = case_build(setting, &input, &report);
+    fixture_input_motion(&input, to);
+    void *structure = case_build(&input, &report);
     EXPECT(report.active == 1 && report.inactive == 1);
-    struct trace_ray ray = case_ray(5.25f, 0.25f, 1, 0, 0, -1);
-    struct trace_hit hit;
-    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) && hit.primitive == 1);
-    free(structure);
+    struct trace_ray ray = case_ray_down(5.25f, 0.25f);
+    EXPECT(case_closest(structure, ray).primitive == 1);
     input.geometry.triangles.motion_vertices_size = sizeof(to) - 4;
     EXPECT(!fixture_build(&input.input, &report) && report.out_of_range > 0);
     /* what isn't built for motion doesn't look at times */
     input.input.flags = 0;
-    structure = case_build(setting, &input, NULL);
+    structure = case_build(&input, NULL);
     ray.time = 0.75f;
-    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 1);
-    free(structure);
+    EXPECT(case_closest(structure, ray).t == 1);
 }
 
-static const float triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-
-static void *build_instances(const struct setting *setting, const void *instances, uint32_t count,
-                             bool has_pointers)
+static void *build_instances(const void *instances, uint32_t count, bool has_pointers)
 {
     struct fixture_input input;
     fixture_input_instances(&input, instances, count);
     input.input.flags = MOTION;
     input.geometry.instances.size = count * (has_pointers ? sizeof(uint64_t) : STRIDE);
     input.geometry.instances.array_of_pointers = has_pointers;
-    return case_build(setting, &input, NULL);
+    return case_build(&input, NULL);
 }
 
-static void *build_static(const struct setting *setting, const void *blas,
-                          const VkTransformMatrixKHR *transform)
-{
-    struct fixture_input input;
-    VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
-    instance.transform = *transform;
-    fixture_input_instances(&input, &instance, 1);
-    return case_build(setting, &input, NULL);
-}
-
-/* Rays into the triangle where `matrix` puts it meet it in `moving` as in a TLAS with that matrix.
- */
-static void expect_same_hits(const struct setting *setting, const void *blas, const void *moving,
+/* Rays into the triangle where `matrix` puts it meet it in `moving` as in a TLAS with that
+ * matrix. */
+static void expect_same_hits(const void *blas, const void *moving,
                              const VkTransformMatrixKHR *matrix, float time, double precision)
 {
-    void *still = build_static(setting, blas, matrix);
+    VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
+    instance.transform = *matrix;
+    void *still = case_instances(&instance, 1, NULL);
     uint64_t random = 83;
     for (int i = 0; i < 6; i++) {
         float corners[9], origin[3];
         for (int j = 0; j < 9; j++) {
-            const float *row = matrix->matrix[j % 3], *at = triangle + j / 3 * 3;
+            const float *row = matrix->matrix[j % 3], *at = fixture_triangle + j / 3 * 3;
             corners[j] = row[0] * at[0] + row[1] * at[1] + row[2] * at[2] + row[3];
         }
         for (int j = 0; j < 3; j++)
@@ -171,19 +144,18 @@ static void expect_same_hits(const struct setting *setting, const void *blas, co
         struct trace_ray ray = case_ray_into(corners, origin, &random);
         struct trace_hit hits[2] = {{0}};
         ray.time = time;
-        bool is_hit = fixture_trace(still, setting->accuracy, &ray, &hits[0]);
-        bool is_met = fixture_trace(moving, setting->accuracy, &ray, &hits[1]);
+        bool is_hit = case_trace(still, ray, &hits[0]);
+        bool is_met = case_trace(moving, ray, &hits[1]);
         if (precision == 0)
             EXPECT(is_hit == is_met && hits[0].t == hits[1].t && hits[0].u == hits[1].u);
         else
             EXPECT(is_met && fabs(hits[1].t - 1) < precision);
     }
-    free(still);
 }
 
-static void matrix_motion(const struct setting *setting)
+static void matrix_motion(void)
 {
-    void *blas = case_triangles(setting, triangle, 1, NULL);
+    void *blas = case_triangles(fixture_triangle, 1, NULL);
     uint8_t bytes[2][STRIDE] = {{0}};
     VkAccelerationStructureMatrixMotionInstanceNV moving = {
         .transformT0 = {{{1, 0, 0, 5}, {0, 1, 0, -2}, {0, 0, 1, 0}}},
@@ -198,29 +170,25 @@ static void matrix_motion(const struct setting *setting)
     VkAccelerationStructureInstanceKHR still = fixture_instance(blas); /* of type 0 */
     still.transform.matrix[0][3] = 1e6f;
     memcpy(bytes[0] + 8, &still, sizeof(still));
-    void *array = build_instances(setting, bytes, 2, false);
+    void *array = build_instances(bytes, 2, false);
     _Alignas(16) VkAccelerationStructureMatrixMotionInstanceNV aligned = moving;
     const uint64_t pointer = (uintptr_t)&aligned | type;
-    void *by_pointer = build_instances(setting, &pointer, 1, true);
+    void *by_pointer = build_instances(&pointer, 1, true);
     for (int i = 0; i < TIMES; i++) {
         VkTransformMatrixKHR now;
         for (int j = 0; j < 12; j++)
             now.matrix[j / 4][j % 4] = at_time(moving.transformT0.matrix[j / 4][j % 4],
                                                moving.transformT1.matrix[j / 4][j % 4], times[i]);
-        expect_same_hits(setting, blas, array, &now, times[i], 0);
-        expect_same_hits(setting, blas, by_pointer, &now, times[i], 0);
+        expect_same_hits(blas, array, &now, times[i], 0);
+        expect_same_hits(blas, by_pointer, &now, times[i], 0);
     }
-    struct trace_ray ray = case_ray(5.25f, -1.75f, 1, 0, 0, -1);
+    struct trace_ray ray = case_ray_down(5.25f, -1.75f);
     struct trace_hit hit = {0};
-    EXPECT(fixture_trace(array, setting->accuracy, &ray, &hit) && hit.custom_index == 7 &&
-           hit.instance == 1);
+    EXPECT(case_trace(array, ray, &hit) && hit.custom_index == 7 && hit.instance == 1);
     ray.origin[0] = 1e6f + 0.25f;
     ray.origin[1] = 0.25f;
     ray.time = 0.7f;
-    EXPECT(fixture_trace(array, setting->accuracy, &ray, &hit) && hit.instance == 0);
-    free(by_pointer);
-    free(array);
-    free(blas);
+    EXPECT(case_closest(array, ray).instance == 0);
 }
 
 /* T R S by the specification's words, in long double. */
@@ -267,9 +235,9 @@ static VkSRTDataNV random_srt(uint64_t *random)
 }
 
 /* Bounds hold every point at every time, and the triangle is met where it is. */
-static void srt_motion(const struct setting *setting)
+static void srt_motion(void)
 {
-    void *blas = case_triangles(setting, triangle, 1, NULL);
+    void *blas = case_triangles(fixture_triangle, 1, NULL);
     uint64_t random = 89;
     for (int i = 0; i < 12; i++) {
         uint8_t bytes[STRIDE] = {0};
@@ -282,7 +250,7 @@ static void srt_motion(const struct setting *setting)
         uint32_t type = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV;
         memcpy(bytes, &type, sizeof(type));
         memcpy(bytes + 8, &moving, sizeof(moving));
-        void *tlas = build_instances(setting, bytes, 1, false);
+        void *tlas = build_instances(bytes, 1, false);
         float lower[3], upper[3], time = 0;
         EXPECT(builder_bounds(tlas, lower, upper));
         for (int j = 0; j <= 40; j++) {
@@ -293,57 +261,45 @@ static void srt_motion(const struct setting *setting)
             for (int k = 0; k < 12; k++)
                 now.matrix[k / 4][k % 4] = (float)m[k / 4][k % 4];
             for (int corner = 0; corner < 9; corner++) {
-                const float *at = triangle + corner / 3 * 3;
+                const float *at = fixture_triangle + corner / 3 * 3;
                 const long double *row = m[corner % 3];
                 long double x = row[0] * at[0] + row[1] * at[1] + row[2] * at[2] + row[3];
                 EXPECT(x >= lower[corner % 3] && x <= upper[corner % 3]);
             }
             if (j % 8 == 0)
-                expect_same_hits(setting, blas, tlas, &now, time, 1e-4);
+                expect_same_hits(blas, tlas, &now, time, 1e-4);
         }
         EXPECT(upper[1] - lower[1] < 40); /* not everything */
-        free(tlas);
     }
-    free(blas);
 }
 
 /* Refits, copies and serialized forms of what moves. */
-static void moving_copies(const struct setting *setting)
+static void moving_copies(void)
 {
-    const float from[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0}, to[9] = {8, 0, 0, 9, 0, 0, 8, 1, 0};
+    const float to[9] = {8, 0, 0, 9, 0, 0, 8, 1, 0};
     float later[9] = {0, 8, 0, 1, 8, 0, 0, 9, 0};
     struct fixture_input input;
     struct builder_uuids uuids = {{1}, {2}};
-    fixture_input_triangles(&input, from, 1);
-    input.input.flags = MOTION;
-    input.geometry.triangles.motion_vertices = to;
-    input.geometry.triangles.motion_vertices_size = sizeof(to);
-    void *structure = case_build(setting, &input, NULL);
+    fixture_input_triangles(&input, fixture_triangle, 1);
+    fixture_input_motion(&input, to);
+    void *structure = case_build(&input, NULL);
     uint64_t size = builder_size(structure), bytes_size = builder_serialized_size(structure);
     void *bytes = fixture_allocate(bytes_size), *again = fixture_allocate(size);
-    void *scratch = fixture_allocate(4096);
     EXPECT(builder_serialize(structure, &uuids, bytes, bytes_size) == BUILDER_OK);
     EXPECT(builder_deserialize(bytes, bytes_size, &uuids, again, size) == BUILDER_OK);
-    struct trace_ray ray = case_ray(4.25f, 0.25f, 1, 0, 0, -1);
-    struct trace_hit hit;
+    struct trace_ray ray = case_ray_down(4.25f, 0.25f);
     ray.time = 0.5f;
-    EXPECT(fixture_trace(again, setting->accuracy, &ray, &hit) && hit.t == 1);
+    EXPECT(case_closest(again, ray).t == 1);
     input.geometry.triangles.motion_vertices = later;
-    EXPECT(builder_refit(&input.input, again, again, size, scratch, 4096, NULL) == BUILDER_OK);
-    EXPECT(!fixture_trace(again, setting->accuracy, &ray, &hit));
+    EXPECT(fixture_refit(&input.input, again, again, NULL) == BUILDER_OK);
+    EXPECT(!case_meets(again, ray));
     ray.origin[0] = 0.25f;
     ray.origin[1] = 4.25f;
-    EXPECT(fixture_trace(again, setting->accuracy, &ray, &hit) && hit.t == 1);
-    void *fresh = case_build(setting, &input, NULL);
+    EXPECT(case_closest(again, ray).t == 1);
+    void *fresh = case_build(&input, NULL);
     EXPECT(memcmp(fresh, again, size) == 0);
     input.input.flags = 0; /* another kind of structure */
-    EXPECT(builder_refit(&input.input, again, again, size, scratch, 4096, NULL) ==
-           BUILDER_INCOMPATIBLE);
-    free(fresh);
-    free(scratch);
-    free(again);
-    free(bytes);
-    free(structure);
+    EXPECT(fixture_refit(&input.input, again, again, NULL) == BUILDER_INCOMPATIBLE);
 }
 
 const struct numeric_case motion_cases[] = {

@@ -15,15 +15,15 @@ static float *unroll(const struct fixture_mesh *mesh)
     return corners;
 }
 
-static void zero_components(const struct setting *setting)
+static void zero_components(void)
 {
     struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0, 0, 0});
     float *corners = unroll(&mesh);
-    void *structure = case_triangles(setting, corners, mesh.triangle_count, NULL);
+    void *structure = case_triangles(corners, mesh.triangle_count, NULL);
     uint64_t random = 37;
     for (int i = 0; i < 24; i++) {
         int axis = i % 3;
-        struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
         for (int j = 0; j < 3; j++) {
             ray.origin[j] = fixture_uniform(&random, -0.4f, 0.4f);
             ray.direction[j] = i % 2 ? -0.0f : 0.0f;
@@ -31,46 +31,37 @@ static void zero_components(const struct setting *setting)
         ray.direction[axis] = i % 4 < 2 ? 1 : -1;
         if (i >= 12)
             ray.direction[(axis + 1) % 3] = 0.5f;
-        case_check_ray(setting, structure, corners, mesh.triangle_count, &ray);
+        case_check_ray(structure, corners, mesh.triangle_count, ray);
     }
-    free(structure);
-    free(corners);
-    fixture_mesh_free(&mesh);
 }
 
 /* From inside a closed mesh through points of its edges, or its vertices: one triangle each. */
-static void shoot_closed(const struct setting *setting, bool at_vertex)
+static void shoot_closed(bool at_vertex)
 {
     struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0.1f, 0.2f, 0.3f});
-    struct fixture_input input;
     uint64_t random = 41;
-    fixture_input_mesh(&input, &mesh);
-    void *structure = case_build(setting, &input, NULL);
+    void *structure = case_mesh(&mesh);
     for (uint32_t i = 0; i < 3 * mesh.triangle_count; i++) {
         const float *a = mesh.positions + 3 * (size_t)mesh.indices[i];
         const float *b = mesh.positions + 3 * (size_t)mesh.indices[i - i % 3 + (i + 1) % 3];
         float along = at_vertex ? 0 : 0.5f;
-        struct trace_ray ray = case_ray(0.1f, 0.2f, 0.3f, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0.1f, 0.2f, 0.3f, 0, 0, 0);
         for (int j = 0; j < 3; j++) {
             ray.origin[j] += i % 2 ? 0 : fixture_uniform(&random, -0.5f, 0.5f);
             ray.direction[j] = a[j] + along * (b[j] - a[j]) - ray.origin[j];
         }
-        struct fixture_hits hits;
-        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
-        EXPECT(hits.count == 1);
+        EXPECT(case_count(structure, ray) == 1);
     }
-    free(structure);
-    fixture_mesh_free(&mesh);
 }
 
-static void shared_edge(const struct setting *setting)
+static void shared_edge(void)
 {
-    shoot_closed(setting, false);
+    shoot_closed(false);
 }
 
-static void closed_ring(const struct setting *setting)
+static void closed_ring(void)
 {
-    shoot_closed(setting, true);
+    shoot_closed(true);
     /* Eight triangles around the origin, on a grid where every tie is exact. */
     float corners[72];
     const float ring[9][2] = {{1, 0},   {1, 1},  {0, 1},  {-1, 1}, {-1, 0},
@@ -79,83 +70,71 @@ static void closed_ring(const struct setting *setting)
         float one[9] = {0, 0, 0, ring[i][0], ring[i][1], 0, ring[i + 1][0], ring[i + 1][1], 0};
         memcpy(corners + (size_t)9 * i, one, sizeof(one));
     }
-    void *structure = case_triangles(setting, corners, 8, NULL);
+    void *structure = case_triangles(corners, 8, NULL);
     for (int i = 0; i < 25; i++) {
         int column = i % 5 - 2, row = i / 5 - 2;
         float x = (float)column / 4, y = (float)row / 4;
-        struct trace_ray straight = case_ray(x, y, 1, 0, 0, -1);
-        struct trace_ray oblique = case_ray(x + 0.5f, y - 0.25f, -1, -0.5f, 0.25f, 1);
-        struct fixture_hits hits;
-        fixture_trace_all(structure, setting->accuracy, &straight, &hits);
-        EXPECT(hits.count == 1);
-        fixture_trace_all(structure, setting->accuracy, &oblique, &hits);
-        EXPECT(hits.count == 1);
+        struct trace_ray straight = case_ray_down(x, y);
+        struct trace_ray oblique = fixture_ray(x + 0.5f, y - 0.25f, -1, -0.5f, 0.25f, 1);
+        EXPECT(case_count(structure, straight) == 1);
+        EXPECT(case_count(structure, oblique) == 1);
     }
-    free(structure);
 }
 
-static const float right_triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-
-static void open_boundary(const struct setting *setting)
+static void open_boundary(void)
 {
-    void *structure = case_triangles(setting, right_triangle, 1, NULL);
+    void *structure = case_triangles(fixture_triangle, 1, NULL);
     struct fixture_hits hits;
     for (int i = 0; i <= 8; i++) {
-        struct trace_ray ray = case_ray((float)i / 8, 0, 1, 0, 0, -1);
-        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
+        struct trace_ray ray = fixture_ray((float)i / 8, 0, 1, 0, 0, -1);
+        case_trace_all(structure, ray, &hits);
         EXPECT(hits.count <= 1 && (hits.count == 0 || hits.hits[0].t == 1));
     }
-    free(structure);
 }
 
-static void origin_on_surface(const struct setting *setting)
+static void origin_on_surface(void)
 {
-    void *structure = case_triangles(setting, right_triangle, 1, NULL);
-    struct trace_hit hit;
-    struct trace_ray ray = case_ray(0.25f, 0.25f, 0, 0, 0, -1);
-    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
-    ray = case_ray(0.25f, 0.25f, 0, 1, 0.5f, 0.25f);
-    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
-    free(structure);
+    void *structure = case_triangles(fixture_triangle, 1, NULL);
+    struct trace_ray ray = fixture_ray(0.25f, 0.25f, 0, 0, 0, -1);
+    EXPECT(!case_meets(structure, ray));
+    ray = fixture_ray(0.25f, 0.25f, 0, 1, 0.5f, 0.25f);
+    EXPECT(!case_meets(structure, ray));
 }
 
-static void ends_of_ray(const struct setting *setting)
+static void ends_of_ray(void)
 {
-    void *structure = case_triangles(setting, right_triangle, 1, NULL);
-    struct trace_hit hit;
+    void *structure = case_triangles(fixture_triangle, 1, NULL);
     for (int i = 0; i < 5; i++) {
         float t = (float[]){1, 2, 0.5f, 1024, 0x1p-20f}[i];
-        struct trace_ray ray = case_ray(0.25f, 0.25f, t, 0, 0, -1);
+        struct trace_ray ray = fixture_ray(0.25f, 0.25f, t, 0, 0, -1);
         ray.t_min = t;
-        EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
+        EXPECT(!case_meets(structure, ray));
         ray.t_min = nextafterf(t, 0);
-        EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) && hit.t == t);
+        EXPECT(case_closest(structure, ray).t == t);
         ray.t_min = 0;
         ray.t_max = t;
-        EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
+        EXPECT(!case_meets(structure, ray));
         ray.t_max = nextafterf(t, INFINITY);
-        EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) && hit.t == t);
+        EXPECT(case_closest(structure, ray).t == t);
     }
-    free(structure);
 }
 
-static void infinite_end(const struct setting *setting)
+static void infinite_end(void)
 {
     float far[9] = {-1e30f, -1e30f, 1e30f, 3e30f, -1e30f, 1e30f, -1e30f, 3e30f, 1e30f};
-    void *structure = case_triangles(setting, far, 1, NULL);
-    struct trace_ray ray = case_ray(1, 2, 3, 0.25f, 0.125f, 1);
-    EXPECT(case_check_ray(setting, structure, far, 1, &ray) == 1);
-    free(structure);
+    void *structure = case_triangles(far, 1, NULL);
+    struct trace_ray ray = fixture_ray(1, 2, 3, 0.25f, 0.125f, 1);
+    EXPECT(case_check_ray(structure, far, 1, ray) == 1);
 }
 
-static void scaled_direction(const struct setting *setting)
+static void scaled_direction(void)
 {
     struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0, 0, 0});
     float *corners = unroll(&mesh);
-    void *structure = case_triangles(setting, corners, mesh.triangle_count, NULL);
+    void *structure = case_triangles(corners, mesh.triangle_count, NULL);
     uint64_t random = 43;
     for (int i = 0; i < 20; i++) {
-        struct trace_ray ray = case_ray(0.1f, 0.2f, 0.1f, 0, 0, 0), scaled;
+        struct trace_ray ray = fixture_ray(0.1f, 0.2f, 0.1f, 0, 0, 0), scaled;
         for (int j = 0; j < 3; j++)
             ray.direction[j] = fixture_uniform(&random, -1, 1);
         for (int j = 0; j < 4; j++) {
@@ -164,22 +143,19 @@ static void scaled_direction(const struct setting *setting)
             scaled = ray;
             for (int k = 0; k < 3; k++)
                 scaled.direction[k] *= scale;
-            case_check_ray(setting, structure, corners, mesh.triangle_count, &scaled);
-            bool is_hit = fixture_trace(structure, setting->accuracy, &ray, &hit);
-            EXPECT(is_hit == fixture_trace(structure, setting->accuracy, &scaled, &other));
+            case_check_ray(structure, corners, mesh.triangle_count, scaled);
+            bool is_hit = case_trace(structure, ray, &hit);
+            EXPECT(is_hit == case_trace(structure, scaled, &other));
             EXPECT(fabsf(other.t * scale - hit.t) <= (j < 2 ? 1e-5f : 0) * hit.t);
         }
     }
-    free(structure);
-    free(corners);
-    fixture_mesh_free(&mesh);
 }
 
-static void far_origin(const struct setting *setting)
+static void far_origin(void)
 {
     struct fixture_mesh mesh = fixture_sphere(2, 1, (float[3]){0, 0, 0});
     float *corners = unroll(&mesh);
-    void *structure = case_triangles(setting, corners, mesh.triangle_count, NULL);
+    void *structure = case_triangles(corners, mesh.triangle_count, NULL);
     uint64_t random = 47;
     for (int i = 0; i < 40; i++) {
         float far = i % 2 ? 1e7f : 1e8f;
@@ -187,11 +163,8 @@ static void far_origin(const struct setting *setting)
                            fixture_uniform(&random, -far, far)};
         uint64_t triangle = fixture_random(&random) % mesh.triangle_count;
         struct trace_ray ray = case_ray_into(corners + 9 * triangle, origin, &random);
-        case_check_ray(setting, structure, corners, mesh.triangle_count, &ray);
+        case_check_ray(structure, corners, mesh.triangle_count, ray);
     }
-    free(structure);
-    free(corners);
-    fixture_mesh_free(&mesh);
 }
 
 const struct numeric_case ray_cases[] = {

@@ -8,8 +8,6 @@
 
 #define SCATTERED 40
 
-static const float unit_triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-
 /* Triangles of size `size` around points of a cube of size `spread`. */
 static void scatter(float *corners, uint32_t count, float spread, float size, uint64_t seed)
 {
@@ -23,150 +21,137 @@ static void scatter(float *corners, uint32_t count, float spread, float size, ui
 }
 
 /* A degenerate triangle beside one that is none: only the second is hit, by its own number. */
-static void check_degenerate(const struct setting *setting, const float corners[9])
+static void check_degenerate(const float corners[9])
 {
     float both[18];
     uint64_t random = 5;
     memcpy(both, corners, 9 * sizeof(float));
-    memcpy(both + 9, unit_triangle, sizeof(unit_triangle));
-    void *structure = case_triangles(setting, both, 2, NULL);
+    memcpy(both + 9, fixture_triangle, sizeof(fixture_triangle));
+    void *structure = case_triangles(both, 2, NULL);
     for (int i = 0; i < 30; i++) {
         float origin[3] = {fixture_uniform(&random, -1, 2), fixture_uniform(&random, -1, 2), 3};
         struct trace_ray ray = case_ray_into(i % 2 ? both : both + 9, origin, &random);
         struct fixture_hits hits;
-        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
+        case_trace_all(structure, ray, &hits);
         for (uint32_t j = 0; j < hits.count; j++)
             EXPECT(hits.hits[j].primitive == 1);
         EXPECT(i % 2 == 1 || hits.count == 1);
     }
-    free(structure);
 }
 
-static void repeated_index(const struct setting *setting)
+static void repeated_index(void)
 {
     const uint32_t indices[9] = {0, 1, 1, 0, 1, 2, 2, 2, 2};
-    struct fixture_mesh mesh = {(float *)unit_triangle, (uint32_t *)indices, 3, 3};
-    struct fixture_input input;
-    fixture_input_mesh(&input, &mesh);
-    void *structure = case_build(setting, &input, NULL);
-    struct trace_ray ray = case_ray(0.3f, 0.3f, 1, 0, 0, -1);
+    struct fixture_mesh mesh = {(float *)fixture_triangle, (uint32_t *)indices, 3, 3};
+    void *structure = case_mesh(&mesh);
+    struct trace_ray ray = case_ray_down(0.3f, 0.3f);
     struct fixture_hits hits;
-    fixture_trace_all(structure, setting->accuracy, &ray, &hits);
+    case_trace_all(structure, ray, &hits);
     EXPECT(hits.count == 1 && hits.hits[0].primitive == 1);
-    free(structure);
 }
 
-static void repeated_position(const struct setting *setting)
+static void repeated_position(void)
 {
-    check_degenerate(setting, (float[9]){0, 0, 1, 1, 1, 1, 1, 1, 1});
-    check_degenerate(setting, (float[9]){0.2f, 0.2f, 1, 0.2f, 0.2f, 1, 0.2f, 0.2f, 1});
+    check_degenerate((float[9]){0, 0, 1, 1, 1, 1, 1, 1, 1});
+    check_degenerate((float[9]){0.2f, 0.2f, 1, 0.2f, 0.2f, 1, 0.2f, 0.2f, 1});
 }
 
-static void collinear(const struct setting *setting)
+static void collinear(void)
 {
-    check_degenerate(setting,
-                     (float[9]){0.125f, 0.25f, 1, 0.375f, 0.75f, 1.5f, 0.25f, 0.5f, 1.25f});
-    check_degenerate(setting, (float[9]){0, 0, 1, 0.25f, 0.5f, 1.75f, 0.125f, 0.25f, 1.375f});
+    check_degenerate((float[9]){0.125f, 0.25f, 1, 0.375f, 0.75f, 1.5f, 0.25f, 0.5f, 1.25f});
+    check_degenerate((float[9]){0, 0, 1, 0.25f, 0.5f, 1.75f, 0.125f, 0.25f, 1.375f});
 }
 
-static void sliver(const struct setting *setting)
+static void sliver(void)
 {
     float corners[9] = {0, 0, 0, 1e6f, 1e6f, 3e5f, 5e5f, 5e5f + 1e-2f, 1.5e5f};
     corners[7] = nextafterf(5e5f, INFINITY);
-    case_check_rays(setting, corners, 1, 10, 40);
+    case_check_rays(corners, 1, 10, 40);
     float thin[9] = {0, 0, 0, 1, 0, 0, 0.5f, 1e-12f, 0};
-    case_check_rays(setting, thin, 1, 1, 40);
+    case_check_rays(thin, 1, 1, 40);
 }
 
-static void coincident(const struct setting *setting)
+static void coincident(void)
 {
     enum { COUNT = 100000 };
     static float corners[9 * COUNT];
     for (int i = 0; i < COUNT; i++)
-        memcpy(corners + (size_t)9 * i, unit_triangle, sizeof(unit_triangle));
-    void *structure = case_triangles(setting, corners, COUNT, NULL);
+        memcpy(corners + (size_t)9 * i, fixture_triangle, sizeof(fixture_triangle));
+    void *structure = case_triangles(corners, COUNT, NULL);
     struct builder_statistics statistics;
-    struct fixture_hits hits;
     builder_measure(structure, &statistics);
     EXPECT(statistics.depth <= 20);
-    struct trace_ray ray = case_ray(0.3f, 0.3f, 1, 0, 0, -1);
-    fixture_trace_all(structure, setting->accuracy, &ray, &hits);
-    EXPECT(hits.count == COUNT);
-    free(structure);
+    EXPECT(case_count(structure, case_ray_down(0.3f, 0.3f)) == COUNT);
 }
 
-static void duplicates(const struct setting *setting)
+static void duplicates(void)
 {
     float corners[27];
     for (int i = 0; i < 3; i++)
-        memcpy(corners + (size_t)9 * i, unit_triangle, sizeof(unit_triangle));
-    void *structure = case_triangles(setting, corners, 3, NULL);
-    struct trace_ray ray = case_ray(0.25f, 0.25f, 2, 0, 0, -1);
+        memcpy(corners + (size_t)9 * i, fixture_triangle, sizeof(fixture_triangle));
+    void *structure = case_triangles(corners, 3, NULL);
+    struct trace_ray ray = fixture_ray(0.25f, 0.25f, 2, 0, 0, -1);
     struct trace_hit hit;
-    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 2 &&
-           hit.primitive < 3);
-    free(structure);
+    EXPECT(case_trace(structure, ray, &hit) && hit.t == 2 && hit.primitive < 3);
 }
 
-static void flat_axis(const struct setting *setting)
+static void flat_axis(void)
 {
     for (int flat = 0; flat < 3; flat++) {
         float corners[9 * SCATTERED];
         scatter(corners, SCATTERED, 2, 1, 7);
         for (int i = 0; i < 3 * SCATTERED; i++)
             corners[3 * i + flat] = 0.5f;
-        case_check_rays(setting, corners, SCATTERED, 3, 20);
+        case_check_rays(corners, SCATTERED, 3, 20);
     }
 }
 
-static void outlier(const struct setting *setting)
+static void outlier(void)
 {
     float corners[9 * SCATTERED];
     scatter(corners, SCATTERED, 2, 0.5f, 11);
     for (int i = 0; i < 9; i++)
         corners[i] = 1e30f * (i == 4 || i == 8 ? 1.5f : 1);
-    case_check_rays(setting, corners + 9, SCATTERED - 1, 3, 10);
-    void *structure = case_triangles(setting, corners, SCATTERED, NULL);
+    case_check_rays(corners + 9, SCATTERED - 1, 3, 10);
+    void *structure = case_triangles(corners, SCATTERED, NULL);
     uint64_t random = 3;
     for (int i = 0; i < 30; i++) {
         const float origin[3] = {5, 4, 3};
         struct trace_ray ray = case_ray_into(corners + 9 * (1 + i), origin, &random);
-        case_check_ray(setting, structure, corners, SCATTERED, &ray);
+        case_check_ray(structure, corners, SCATTERED, ray);
     }
-    free(structure);
 }
 
-static void subnormal(const struct setting *setting)
+static void subnormal(void)
 {
     float corners[9 * SCATTERED];
     scatter(corners, SCATTERED, 1e-39f, 1e-39f, 13);
-    case_check_rays(setting, corners, SCATTERED, 2e-39f, 30);
+    case_check_rays(corners, SCATTERED, 2e-39f, 30);
     scatter(corners, SCATTERED, 0x10p-149f, 0x8p-149f, 17);
-    case_check_rays(setting, corners, SCATTERED, 0x10p-149f, 30);
+    case_check_rays(corners, SCATTERED, 0x10p-149f, 30);
 }
 
-static void huge(const struct setting *setting)
+static void huge(void)
 {
     float corners[9 * SCATTERED];
     scatter(corners, SCATTERED, 1e30f, 5e29f, 19);
-    case_check_rays(setting, corners, SCATTERED, 2e30f, 30);
+    case_check_rays(corners, SCATTERED, 2e30f, 30);
 }
 
-static void mixed_sizes(const struct setting *setting)
+static void mixed_sizes(void)
 {
     float corners[9 * SCATTERED];
     scatter(corners, SCATTERED / 2, 1e6f, 1e5f, 23);
     scatter(corners + 9 * SCATTERED / 2, SCATTERED / 2, 1e-6f, 1e-6f, 29);
-    void *structure = case_triangles(setting, corners, SCATTERED, NULL);
+    void *structure = case_triangles(corners, SCATTERED, NULL);
     uint64_t random = 31;
     for (int i = 0; i < 30; i++) {
         float origin[3] = {fixture_uniform(&random, -1e-5f, 1e-5f),
                            fixture_uniform(&random, -1e-5f, 1e-5f),
                            fixture_uniform(&random, -1e-5f, 1e-5f)};
         struct trace_ray ray = case_ray_into(corners + 9 * (10 + i), origin, &random);
-        case_check_ray(setting, structure, corners, SCATTERED, &ray);
+        case_check_ray(structure, corners, SCATTERED, ray);
     }
-    free(structure);
 }
 
 const struct numeric_case shape_cases[] = {

@@ -24,16 +24,15 @@ void sphere_list_describe(struct sphere_list *list, VkGeometryTypeKHR type, uint
     };
 }
 
-static void *build_spheres(const struct setting *setting, const float *centers, const float *radii,
-                           uint32_t count)
+static void *build_spheres(const float *centers, const float *radii, uint32_t count)
 {
     struct sphere_list list = {.centers = centers, .radii = radii, .vertices = count};
     sphere_list_describe(&list, VK_GEOMETRY_TYPE_SPHERES_NV, count);
-    return case_build(setting, &list.input, NULL);
+    return case_build(&list.input, NULL);
 }
 
 /* Many of all sizes; rays into them, beside them and along their silhouettes. */
-static void spheres(const struct setting *setting)
+static void spheres(void)
 {
     enum { COUNT = 40 };
     float centers[3 * COUNT], radii[COUNT];
@@ -43,11 +42,11 @@ static void spheres(const struct setting *setting)
         for (int j = 0; j < 3; j++)
             centers[3 * i + j] = fixture_uniform(&random, -20, 20);
     }
-    void *structure = build_spheres(setting, centers, radii, COUNT);
+    void *structure = build_spheres(centers, radii, COUNT);
     for (int i = 0; i < 300; i++) {
         uint32_t target = (uint32_t)(fixture_random(&random) % COUNT);
         float far = i % 5 == 0 ? 1e5f : 30;
-        struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
         for (int j = 0; j < 3; j++) {
             ray.origin[j] = fixture_uniform(&random, -far, far);
             ray.direction[j] = centers[3 * target + j] - ray.origin[j];
@@ -56,7 +55,7 @@ static void spheres(const struct setting *setting)
         int across = (int)(fixture_random(&random) % 3);
         ray.direction[across] += radii[target] * (i % 2 ? fixture_uniform(&random, -1, 1) : 1.01f);
         struct fixture_hits hits;
-        fixture_trace_all(structure, setting->accuracy, &ray, &hits);
+        case_trace_all(structure, ray, &hits);
         uint32_t expected = 0;
         for (uint32_t j = 0; j < COUNT; j++) {
             struct exact_hit truth = exact_sphere(&ray, centers + 3 * j, radii[j]);
@@ -71,37 +70,34 @@ static void spheres(const struct setting *setting)
         }
         EXPECT(hits.count == expected);
     }
-    free(structure);
 }
 
 /* One step of a float decides. */
-static void silhouettes(const struct setting *setting)
+static void silhouettes(void)
 {
     const float center[3] = {0, 0, 0};
     for (int i = 0; i < 12; i++) {
         float radius = (float[]){1, 0.1f, 3e-20f, 1e15f}[i % 4];
         float off = i < 4 ? radius : nextafterf(radius, i < 8 ? 0 : INFINITY);
-        void *structure = build_spheres(setting, center, &radius, 1);
-        struct trace_ray ray = case_ray(off, -5 * radius, 0, 0, 3, 0);
+        void *structure = build_spheres(center, &radius, 1);
+        struct trace_ray ray = fixture_ray(off, -5 * radius, 0, 0, 3, 0);
         struct trace_hit hit;
-        bool is_hit = fixture_trace(structure, setting->accuracy, &ray, &hit);
+        bool is_hit = case_trace(structure, ray, &hit);
         EXPECT(i < 4 || is_hit == (i < 8));
-        free(structure);
     }
     /* an origin one step within, on and outside */
     const float one = 1;
-    void *structure = build_spheres(setting, center, &one, 1);
+    void *structure = build_spheres(center, &one, 1);
     for (int i = 0; i < 3; i++) {
         float x = (float[]){nextafterf(1, 0), 1, nextafterf(1, 2)}[i];
-        struct trace_ray ray = case_ray(x, 0, 0, -1, 0, 0);
+        struct trace_ray ray = fixture_ray(x, 0, 0, -1, 0, 0);
         struct trace_hit hit;
-        bool is_hit = fixture_trace(structure, setting->accuracy, &ray, &hit);
+        bool is_hit = case_trace(structure, ray, &hit);
         EXPECT(is_hit == (i > 0) && (!is_hit || hit.t == x - 1));
     }
-    free(structure);
 }
 
-static void sphere_rules(const struct setting *setting)
+static void sphere_rules(void)
 {
     const float centers[15] = {0, 0, 0, 5, 0, 0, 10, NAN, 0, 15, 0, 0, 20, 0, 0};
     const float radii[5] = {1, NAN, 1, -1, 0};
@@ -109,42 +105,38 @@ static void sphere_rules(const struct setting *setting)
     struct builder_report report;
     sphere_list_describe(&list, VK_GEOMETRY_TYPE_SPHERES_NV, 5);
     list.input.geometry.flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
-    void *structure = case_build(setting, &list.input, &report);
+    void *structure = case_build(&list.input, &report);
     EXPECT(report.active == 2 && report.inactive == 3 && report.undefined == 1);
-    struct trace_ray ray = case_ray(-3, 0, 0, 2, 0, 0);
+    struct trace_ray ray = fixture_ray(-3, 0, 0, 2, 0, 0);
     struct trace_hit hit;
     struct fixture_hits hits;
-    fixture_trace_all(structure, setting->accuracy, &ray, &hits);
+    case_trace_all(structure, ray, &hits);
     EXPECT(hits.count >= 1 && hits.count <= 2); /* radius 0: either */
-    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) && hit.t == 1 && hit.opaque &&
-           hit.primitive == 0 && hit.u == 0 && !hit.is_swept);
+    EXPECT(case_trace(structure, ray, &hit) && hit.t == 1 && hit.opaque && hit.primitive == 0 &&
+           hit.u == 0 && !hit.is_swept);
     ray.t_max = 1; /* both ends count */
-    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(case_meets(structure, ray));
     ray.t_max = nextafterf(1, 0);
-    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(!case_meets(structure, ray));
     ray.t_max = 1.9f;
     ray.t_min = nextafterf(1, 2); /* where it leaves isn't met */
-    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
-    ray = case_ray(0.5f, 0.5f, 0, 1, 0.1f, 0); /* from within */
+    EXPECT(!case_meets(structure, ray));
+    ray = fixture_ray(0.5f, 0.5f, 0, 1, 0.1f, 0); /* from within */
     ray.t_max = 3;
-    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
-    ray = case_ray(-3, 0, 0, 2, 0, 0);
+    EXPECT(!case_meets(structure, ray));
+    ray = fixture_ray(-3, 0, 0, 2, 0, 0);
     ray.flags = TRACE_SKIP_TRIANGLES;
-    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(!case_meets(structure, ray));
     ray.flags = TRACE_SKIP_AABBS | TRACE_CULL_BACK_FACING | TRACE_CULL_FRONT_FACING;
-    EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(case_meets(structure, ray));
     ray.flags = TRACE_CULL_OPAQUE;
-    EXPECT(!fixture_trace(structure, setting->accuracy, &ray, &hit));
+    EXPECT(!case_meets(structure, ray));
     /* seen through an instance, where it is an ellipsoid */
     VkAccelerationStructureInstanceKHR instance = fixture_instance(structure);
-    struct fixture_input input;
     instance.transform.matrix[0][0] = 2;
-    fixture_input_instances(&input, &instance, 1);
-    void *tlas = case_build(setting, &input, NULL);
-    ray = case_ray(-3, 0, 0, 1, 0, 0);
-    EXPECT(fixture_trace(tlas, setting->accuracy, &ray, &hit) && hit.t == 1 && hit.is_sphere);
-    free(tlas);
-    free(structure);
+    void *tlas = case_instances(&instance, 1, NULL);
+    ray = fixture_ray(-3, 0, 0, 1, 0, 0);
+    EXPECT(case_trace(tlas, ray, &hit) && hit.t == 1 && hit.is_sphere);
 }
 
 const struct numeric_case sphere_cases[] = {

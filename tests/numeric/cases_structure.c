@@ -16,56 +16,43 @@ static void wobble(struct fixture_mesh *mesh, const float *rest, int step)
 }
 
 /* Many small steps, then the same positions in one: the same bytes. */
-static void refits(const struct setting *setting)
+static void refits(void)
 {
-    if (setting->threads > 1 || setting->accuracy != TRACE_EXACT) /* nothing to do with refits */
+    if (setting.threads > 1 || setting.accuracy != TRACE_EXACT) /* nothing to do with refits */
         return;
     struct fixture_mesh mesh = fixture_sphere(4, 1, (float[3]){0, 0, 0});
     struct fixture_input input;
-    struct builder_sizes sizes;
     struct builder_statistics before, after;
     float *rest = fixture_allocate((uint64_t)mesh.vertex_count * 12);
     memcpy(rest, mesh.positions, (size_t)mesh.vertex_count * 12);
     fixture_input_mesh(&input, &mesh);
-    void *structure = case_build(setting, &input, NULL);
-    builder_get_sizes(&input.input, &mesh.triangle_count, &sizes);
-    void *fresh = fixture_allocate(sizes.structure),
-         *scratch = fixture_allocate(sizes.build_scratch);
-    builder_clone(structure, fresh, sizes.structure);
+    void *structure = case_build(&input, NULL);
+    uint64_t size = builder_size(structure);
+    void *fresh = fixture_allocate(size);
+    builder_clone(structure, fresh, size);
     builder_measure(structure, &before);
     for (int step = 1; step <= REFITS; step++) {
         wobble(&mesh, rest, step);
-        builder_refit(&input.input, structure, structure, sizes.structure, scratch,
-                      sizes.build_scratch, NULL);
+        fixture_refit(&input.input, structure, structure, NULL);
     }
     builder_measure(structure, &after);
-    EXPECT(builder_refit(&input.input, fresh, fresh, sizes.structure, scratch, sizes.build_scratch,
-                         NULL) == BUILDER_OK);
-    EXPECT(memcmp(structure, fresh, sizes.structure) == 0);
-    printf("        SAH cost at quality %d: %.2f built, %.2f after %d refits\n", setting->quality,
+    EXPECT(fixture_refit(&input.input, fresh, fresh, NULL) == BUILDER_OK);
+    EXPECT(memcmp(structure, fresh, size) == 0);
+    printf("        SAH cost at quality %d: %.2f built, %.2f after %d refits\n", setting.quality,
            before.sah, after.sah, REFITS);
     /* In place and from elsewhere; and back to where it began: what the build wrote. */
-    void *again = case_build(setting, &input, NULL);
+    void *again = case_build(&input, NULL);
     memcpy(mesh.positions, rest, (size_t)mesh.vertex_count * 12);
-    EXPECT(builder_refit(&input.input, structure, again, sizes.structure, scratch,
-                         sizes.build_scratch, NULL) == BUILDER_OK);
-    void *first = case_build(setting, &input, NULL);
-    EXPECT(memcmp(first, again, sizes.structure) == 0);
+    EXPECT(fixture_refit(&input.input, structure, again, NULL) == BUILDER_OK);
+    void *first = case_build(&input, NULL);
+    EXPECT(memcmp(first, again, size) == 0);
     input.range.primitiveCount--;
-    EXPECT(builder_refit(&input.input, structure, again, sizes.structure, scratch,
-                         sizes.build_scratch, NULL) == BUILDER_INCOMPATIBLE);
-    free(first);
-    free(again);
-    free(scratch);
-    free(fresh);
-    free(structure);
-    free(rest);
-    fixture_mesh_free(&mesh);
+    EXPECT(fixture_refit(&input.input, structure, again, NULL) == BUILDER_INCOMPATIBLE);
 }
 
 /* Each triangle is twice as far and twice as large as the one before: splits by cost peel off one
  * at a time. */
-static void skewed(const struct setting *setting)
+static void skewed(void)
 {
     enum { COUNT = 200 };
     float corners[9 * COUNT];
@@ -74,34 +61,28 @@ static void skewed(const struct setting *setting)
         float one[9] = {at, 0, 0, at * 1.5f, 0, 0, at, at * 0.5f, 0};
         memcpy(corners + (size_t)9 * i, one, sizeof(one));
     }
-    void *structure = case_triangles(setting, corners, COUNT, NULL);
+    void *structure = case_triangles(corners, COUNT, NULL);
     struct builder_statistics statistics;
     builder_measure(structure, &statistics);
     EXPECT(statistics.depth <= 80);
     for (int i = 0; i < COUNT; i += 9) {
         float at = ldexpf(1, i - 100);
-        struct trace_ray ray = case_ray(at * 1.125f, at * 0.125f, at, 0, 0, -1);
-        struct trace_hit hit;
-        EXPECT(fixture_trace(structure, setting->accuracy, &ray, &hit) &&
-               hit.primitive == (uint32_t)i);
+        EXPECT(case_closest(structure, fixture_ray(at * 1.125f, at * 0.125f, at, 0, 0, -1))
+                   .primitive == (uint32_t)i);
     }
-    free(structure);
 }
 
-static void threads(const struct setting *setting)
+static void threads(void)
 {
     struct fixture_mesh mesh = fixture_soup(20000, 67);
     struct fixture_input input;
     mesh.positions[3 * 100] = NAN;
     mesh.positions[3 * 50000] = NAN;
     fixture_input_mesh(&input, &mesh);
-    struct setting alone = *setting;
-    alone.threads = 1;
-    void *one = case_build(&alone, &input, NULL), *other = case_build(setting, &input, NULL);
+    void *other = case_build(&input, NULL);
+    input.input.threads = 1;
+    void *one = fixture_build(&input.input, NULL);
     EXPECT(memcmp(one, other, builder_size(one)) == 0);
-    free(one);
-    free(other);
-    fixture_mesh_free(&mesh);
 }
 
 /* Finds the copy where the original was. */
@@ -143,13 +124,11 @@ static bool hits_are_same(const struct trace_hit *a, const struct trace_hit *b)
            a->front_face == b->front_face && a->opaque == b->opaque;
 }
 
-static void copies(const struct setting *setting)
+static void copies(void)
 {
     struct fixture_mesh mesh = fixture_sphere(4, 1, (float[3]){0, 0, 0});
-    struct fixture_input input;
     struct builder_uuids uuids = {{1, 2, 3}, {4, 5, 6}}, others = {{1, 2, 3}, {4, 5, 7}};
-    fixture_input_mesh(&input, &mesh);
-    void *blas = case_build(setting, &input, NULL);
+    void *blas = case_mesh(&mesh);
     uint64_t compacted_size = builder_compacted_size(blas), size;
     EXPECT(compacted_size <= builder_size(blas) &&
            (double)builder_size(blas) <= 1.25 * (double)compacted_size);
@@ -162,23 +141,21 @@ static void copies(const struct setting *setting)
     struct moved moved = {blas, deserialize(bytes, size, &uuids)};
     EXPECT(builder_deserialize(bytes, size, &others, compacted, compacted_size) ==
            BUILDER_INCOMPATIBLE);
-    free(bytes);
 
     VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
-    fixture_input_instances(&input, &instance, 1);
-    void *tlas = case_build(setting, &input, NULL);
+    void *tlas = case_instances(&instance, 1, NULL);
     bytes = serialize(tlas, &uuids, &size);
     EXPECT(builder_reference_count(tlas) == 1);
     uint64_t reference = 0x1234;
     memcpy((uint8_t *)bytes + 56, &reference, sizeof(reference));
     void *relocated = deserialize(bytes, size, &uuids);
     struct trace_scene scenes[2] = {
-        {.structure = tlas, .accuracy = setting->accuracy, .resolver = fixture_resolver()},
-        {.structure = relocated, .accuracy = setting->accuracy, .resolver = {find_moved, &moved}},
+        {.structure = tlas, .accuracy = setting.accuracy, .resolver = fixture_resolver()},
+        {.structure = relocated, .accuracy = setting.accuracy, .resolver = {find_moved, &moved}},
     };
     uint64_t random = 71;
     for (int i = 0; i < 50; i++) {
-        struct trace_ray ray = case_ray(2, 2, 2, 0, 0, 0);
+        struct trace_ray ray = fixture_ray(2, 2, 2, 0, 0, 0);
         for (int j = 0; j < 3; j++)
             ray.direction[j] = fixture_uniform(&random, -1, 1) - 2;
         struct trace_hit hits[2] = {{0}};
@@ -186,13 +163,6 @@ static void copies(const struct setting *setting)
         EXPECT(is_hit == trace_closest(&scenes[1], &ray, &hits[1]));
         EXPECT(hits_are_same(&hits[0], &hits[1]));
     }
-    free(relocated);
-    free(tlas);
-    free(bytes);
-    free((void *)moved.to);
-    free(compacted);
-    free(blas);
-    fixture_mesh_free(&mesh);
 }
 
 const struct numeric_case structure_cases[] = {

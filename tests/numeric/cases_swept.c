@@ -84,26 +84,26 @@ static struct swept random_swept(uint64_t *random, int kind)
     return swept;
 }
 
-static void *build_swept(const struct setting *setting, const struct swept *swept, bool has_caps)
+static void *build_swept(const struct swept *swept, bool has_caps)
 {
     struct sphere_list list = {.centers = swept->ends, .radii = swept->radii, .vertices = 2};
     sphere_list_describe(&list, VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, 1);
     if (!has_caps)
         list.input.geometry.spheres.end_caps_mode =
             VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_NONE_NV;
-    return case_build(setting, &list.input, NULL);
+    return case_build(&list.input, NULL);
 }
 
 /* Against marching along the ray, with caps and without. */
-void swept_spheres(const struct setting *setting)
+void swept_spheres(void)
 {
     uint64_t random = 103;
     for (int i = 0; i < 40; i++) {
         struct swept swept = random_swept(&random, i % 6);
-        void *capped = build_swept(setting, &swept, true);
-        void *open = build_swept(setting, &swept, false);
+        void *capped = build_swept(&swept, true);
+        void *open = build_swept(&swept, false);
         for (int j = 0; j < 4; j++) {
-            struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+            struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
             struct trace_hit hit = {0};
             long double s;
             for (int k = 0; k < 3; k++) {
@@ -112,24 +112,22 @@ void swept_spheres(const struct setting *setting)
                                    fixture_uniform(&random, -1, 1) - ray.origin[k];
             }
             long double t = first_entry(&swept, &ray, &s);
-            bool is_hit = fixture_trace(capped, setting->accuracy, &ray, &hit);
+            bool is_hit = case_trace(capped, ray, &hit);
             EXPECT(is_hit == (t < INFINITY));
             if (is_hit && t < INFINITY) {
                 EXPECT(fabsl(hit.t - t) < 1e-5L && hit.is_swept && !hit.is_sphere);
                 EXPECT(fabsl(hit.u - s) < 1e-3L);
             }
-            is_hit = fixture_trace(open, setting->accuracy, &ray, &hit);
+            is_hit = case_trace(open, ray, &hit);
             bool is_between = t < INFINITY && s > 1e-6L && s < 1 - 1e-6L;
             bool is_beyond = t == INFINITY || s < -1e-6L || s == 0 || s == 1;
             EXPECT(is_hit ? !is_beyond : !is_between);
         }
-        free(open);
-        free(capped);
     }
 }
 
 /* Where a midsection meets its caps no ray passes between, near or far. */
-void swept_seams(const struct setting *setting)
+void swept_seams(void)
 {
     uint64_t random = 107;
     for (int i = 0; i < 30; i++) {
@@ -142,7 +140,7 @@ void swept_seams(const struct setting *setting)
         length = sqrt(length);
         if (length < 1)
             continue;
-        void *structure = build_swept(setting, &swept, true);
+        void *structure = build_swept(&swept, true);
         int least = fabs(axis[0]) < fabs(axis[1]) ? 0 : 1; /* across the axis */
         side[(least + 1) % 3] = axis[(least + 2) % 3];
         side[(least + 2) % 3] = -axis[(least + 1) % 3];
@@ -155,22 +153,19 @@ void swept_seams(const struct setting *setting)
                 target[k] = (float)(swept.ends[3 * end + k] +
                                     0.98 * swept.radii[end] *
                                         (sine * axis[k] / length + cosine * side[k] / across));
-            struct trace_ray ray = case_ray(0, 0, 0, 0, 0, 0);
+            struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
             for (int k = 0; k < 3; k++) {
                 ray.origin[k] = target[k] + (float)(side[k] / across) * far +
                                 fixture_uniform(&random, -0.2f, 0.2f) * far;
                 ray.direction[k] = target[k] - ray.origin[k];
             }
-            struct fixture_hits hits;
-            fixture_trace_all(structure, setting->accuracy, &ray, &hits);
-            EXPECT(hits.count == 1);
+            EXPECT(case_count(structure, ray) == 1);
         }
-        free(structure);
     }
 }
 
 /* Which ends have caps, and which vertices each primitive has. */
-void swept_indices(const struct setting *setting)
+void swept_indices(void)
 {
     enum { COUNT = 6 };
     float centers[3 * COUNT] = {0}, radii[COUNT];
@@ -220,18 +215,17 @@ void swept_indices(const struct setting *setting)
             geometry->radii_size = sizeof(half);
             geometry->radius_stride = 2;
         }
-        void *structure = case_build(setting, &spheres.input, NULL);
+        void *structure = case_build(&spheres.input, NULL);
         for (int j = 0; j < 5; j++) {
-            struct trace_ray ray = case_ray(tables[i].rays[j].x, 0.5f, 0, 1, 0, 0);
+            struct trace_ray ray = fixture_ray(tables[i].rays[j].x, 0.5f, 0, 1, 0, 0);
             struct trace_hit hit;
-            bool is_hit = fixture_trace(structure, setting->accuracy, &ray, &hit);
+            bool is_hit = case_trace(structure, ray, &hit);
             if (tables[i].rays[j].u < 0)
                 continue;
             EXPECT(is_hit == (tables[i].rays[j].primitive >= 0));
             EXPECT(!is_hit || ((int)hit.primitive == tables[i].rays[j].primitive &&
                                hit.u == tables[i].rays[j].u));
         }
-        free(structure);
         struct builder_report report;
         geometry->indices_size--;
         geometry->vertices_size -= 12;

@@ -29,7 +29,7 @@ static double now(void)
 static struct trace_ray aimed_ray(const struct fixture_mesh *mesh, const float center[3],
                                   bool at_vertex, uint64_t *random)
 {
-    struct trace_ray ray = {.t_max = INFINITY, .cull_mask = 0xff};
+    struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
     uint32_t triangle = (uint32_t)(fixture_random(random) % mesh->triangle_count);
     uint32_t corner = (uint32_t)(fixture_random(random) % 3);
     const float *a = &mesh->positions[3 * mesh->indices[3 * triangle + corner]];

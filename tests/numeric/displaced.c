@@ -2,8 +2,6 @@
 /* What cases of displaced triangles share. */
 #include "displaced.h"
 
-#include <stdlib.h>
-
 void open_displaced(struct displaced *displaced, uint32_t format, uint32_t count,
                     const uint8_t *levels, encoder_value *value, void *context)
 {
@@ -22,12 +20,6 @@ void open_displaced(struct displaced *displaced, uint32_t format, uint32_t count
     };
 }
 
-void close_displaced(struct displaced *displaced)
-{
-    free(displaced->coded);
-    free(displaced->micromap);
-}
-
 uint16_t random_value(void *context, uint32_t triangle, uint32_t level, uint32_t u, uint32_t v)
 {
     (void)triangle;
@@ -35,16 +27,4 @@ uint16_t random_value(void *context, uint32_t triangle, uint32_t level, uint32_t
     (void)u;
     (void)v;
     return (uint16_t)(fixture_random(context) & 2047);
-}
-
-enum builder_result update_displaced(const struct fixture_input *input, const void *source,
-                                     void *target)
-{
-    struct builder_sizes sizes;
-    builder_get_sizes(&input->input, &input->range.primitiveCount, &sizes);
-    void *scratch = fixture_allocate(sizes.update_scratch);
-    enum builder_result result = builder_refit(&input->input, source, target, builder_size(source),
-                                               scratch, sizes.update_scratch, NULL);
-    free(scratch);
-    return result;
 }

@@ -17,12 +17,7 @@ struct displaced {
 /* Without vectors yet. */
 void open_displaced(struct displaced *displaced, uint32_t format, uint32_t count,
                     const uint8_t *levels, encoder_value *value, void *context);
-void close_displaced(struct displaced *displaced);
 
 encoder_value random_value; /* its context: a state of fixture_random() */
-
-/* A refit with the scratch that it asks for. */
-enum builder_result update_displaced(const struct fixture_input *input, const void *source,
-                                     void *target);
 
 #endif

@@ -13,8 +13,8 @@
 static const char *const quality_names[] = {"fast", "balanced", "high"};
 static const char *const accuracy_names[] = {"fast", "robust", "exact"};
 
+struct setting setting;
 static const struct numeric_case *current;
-static const struct setting *current_setting;
 static uint32_t wrong, checked;
 
 static uint32_t allowance(const struct numeric_case *one, enum trace_accuracy accuracy)
@@ -27,17 +27,16 @@ void expect(bool is_so, const char *what)
     checked++;
     if (is_so)
         return;
-    if (wrong++ == 0 && allowance(current, current_setting->accuracy) == 0)
+    if (wrong++ == 0 && allowance(current, setting.accuracy) == 0)
         printf("case %d (%s) at quality %s, accuracy %s, %u threads: not so: %s\n", current->number,
-               current->name, quality_names[current_setting->quality],
-               accuracy_names[current_setting->accuracy], current_setting->threads, what);
+               current->name, quality_names[setting.quality], accuracy_names[setting.accuracy],
+               setting.threads, what);
 }
 
-void *case_build(const struct setting *setting, struct fixture_input *input,
-                 struct builder_report *report)
+void *case_build(struct fixture_input *input, struct builder_report *report)
 {
-    input->input.quality = setting->quality;
-    input->input.threads = setting->threads;
+    input->input.quality = setting.quality;
+    input->input.threads = setting.threads;
     void *structure = fixture_build(&input->input, report);
     if (!structure) {
         printf("case %d (%s): no build\n", current->number, current->name);
@@ -46,23 +45,68 @@ void *case_build(const struct setting *setting, struct fixture_input *input,
     return structure;
 }
 
-void *case_triangles(const struct setting *setting, const float *corners, uint32_t count,
-                     struct builder_report *report)
+void *case_triangles(const float *corners, uint32_t count, struct builder_report *report)
 {
     struct fixture_input input;
     fixture_input_triangles(&input, corners, count);
-    return case_build(setting, &input, report);
+    return case_build(&input, report);
 }
 
-struct trace_ray case_ray(float x, float y, float z, float dx, float dy, float dz)
+void *case_mesh(const struct fixture_mesh *mesh)
 {
-    return (struct trace_ray){
-        .origin = {x, y, z}, .direction = {dx, dy, dz}, .t_max = INFINITY, .cull_mask = 0xff};
+    struct fixture_input input;
+    fixture_input_mesh(&input, mesh);
+    return case_build(&input, NULL);
+}
+
+void *case_instances(const VkAccelerationStructureInstanceKHR *instances, uint32_t count,
+                     struct builder_report *report)
+{
+    struct fixture_input input;
+    fixture_input_instances(&input, instances, count);
+    return case_build(&input, report);
+}
+
+bool case_trace(const void *structure, struct trace_ray ray, struct trace_hit *hit)
+{
+    return fixture_trace(structure, setting.accuracy, &ray, hit);
+}
+
+bool case_meets(const void *structure, struct trace_ray ray)
+{
+    struct trace_hit hit;
+    return case_trace(structure, ray, &hit);
+}
+
+struct trace_hit case_closest(const void *structure, struct trace_ray ray)
+{
+    struct trace_hit hit;
+    if (case_trace(structure, ray, &hit))
+        return hit;
+    return (struct trace_hit){
+        .t = -1, .geometry = UINT32_MAX, .primitive = UINT32_MAX, .instance = UINT32_MAX};
+}
+
+void case_trace_all(const void *structure, struct trace_ray ray, struct fixture_hits *hits)
+{
+    fixture_trace_all(structure, setting.accuracy, &ray, hits);
+}
+
+uint32_t case_count(const void *structure, struct trace_ray ray)
+{
+    struct fixture_hits hits;
+    case_trace_all(structure, ray, &hits);
+    return hits.count;
+}
+
+struct trace_ray case_ray_down(float x, float y)
+{
+    return fixture_ray(x, y, 1, 0, 0, -1);
 }
 
 struct trace_ray case_ray_into(const float corners[9], const float origin[3], uint64_t *random)
 {
-    struct trace_ray ray = case_ray(origin[0], origin[1], origin[2], 0, 0, 0);
+    struct trace_ray ray = fixture_ray(origin[0], origin[1], origin[2], 0, 0, 0);
     double a = fixture_uniform(random, 0, 1), b = fixture_uniform(random, 0, 1);
     if (a + b > 1) {
         a = 1 - a;
@@ -90,15 +134,15 @@ static const struct trace_hit *find_hit(const struct fixture_hits *hits, uint32_
     return NULL;
 }
 
-uint32_t case_check_ray(const struct setting *setting, const void *structure, const float *corners,
-                        uint32_t count, const struct trace_ray *ray)
+uint32_t case_check_ray(const void *structure, const float *corners, uint32_t count,
+                        struct trace_ray ray)
 {
     struct fixture_hits hits;
     struct trace_hit nearest;
     double least_inside = INFINITY;
-    fixture_trace_all(structure, setting->accuracy, ray, &hits);
+    case_trace_all(structure, ray, &hits);
     for (uint32_t i = 0; i < count; i++) {
-        struct exact_hit truth = exact_triangle(ray, corners + 9 * (size_t)i);
+        struct exact_hit truth = exact_triangle(&ray, corners + 9 * (size_t)i);
         const struct trace_hit *hit = find_hit(&hits, i);
         if (truth.class == EXACT_INSIDE)
             least_inside = fmin(least_inside, truth.t);
@@ -106,21 +150,20 @@ uint32_t case_check_ray(const struct setting *setting, const void *structure, co
             continue;
         expect((hit != NULL) == (truth.class == EXACT_INSIDE), "hit where brute force hits");
         if (hit && truth.class == EXACT_INSIDE) {
-            expect(is_near(hit->t, truth.t, setting->accuracy), "t as by brute force");
+            expect(is_near(hit->t, truth.t, setting.accuracy), "t as by brute force");
             expect(hit->front_face == truth.front_face, "facing as by brute force");
         }
     }
-    bool is_hit = fixture_trace(structure, setting->accuracy, ray, &nearest);
+    bool is_hit = case_trace(structure, ray, &nearest);
     expect(is_hit == (hits.count > 0), "closest hit where there are candidates");
     if (is_hit && !isinf(least_inside))
         expect(nearest.t <= least_inside * (1 + 1e-3), "the closest hit is the closest");
     return hits.count;
 }
 
-void case_check_rays(const struct setting *setting, const float *corners, uint32_t count, float far,
-                     uint32_t rays)
+void case_check_rays(const float *corners, uint32_t count, float far, uint32_t rays)
 {
-    void *structure = case_triangles(setting, corners, count, NULL);
+    void *structure = case_triangles(corners, count, NULL);
     uint64_t random = 88172645463325252u;
     for (uint32_t i = 0; i < rays; i++) {
         const float *target = corners + 9 * (fixture_random(&random) % count);
@@ -128,9 +171,8 @@ void case_check_rays(const struct setting *setting, const float *corners, uint32
         for (int axis = 0; axis < 3; axis++)
             origin[axis] = target[axis] + fixture_uniform(&random, -far, far);
         struct trace_ray ray = case_ray_into(target, origin, &random);
-        case_check_ray(setting, structure, corners, count, &ray);
+        case_check_ray(structure, corners, count, ray);
     }
-    free(structure);
 }
 
 /* True where no more was wrong than may be, at any setting. */
@@ -142,10 +184,12 @@ static bool run_case(const struct numeric_case *one)
     for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++)
         for (int accuracy = TRACE_FAST; accuracy <= TRACE_EXACT; accuracy++)
             for (uint32_t threads = 1; threads <= 2; threads++) {
-                struct setting setting = {quality, accuracy, threads};
-                current_setting = &setting;
+                setting = (struct setting){(enum builder_quality)quality,
+                                           (enum trace_accuracy)accuracy, threads};
                 wrong = checked = 0;
-                one->run(&setting);
+                fixture_scope_begin();
+                one->run();
+                fixture_scope_end();
                 is_good &= wrong * 1000.0 <= (double)checked * allowance(one, accuracy);
                 all_wrong[accuracy] += wrong;
                 all_checked[accuracy] += checked;

@@ -14,8 +14,8 @@ struct sphere_list {
 };
 void sphere_list_describe(struct sphere_list *list, VkGeometryTypeKHR type, uint32_t primitives);
 
-void swept_spheres(const struct setting *setting);
-void swept_seams(const struct setting *setting);
-void swept_indices(const struct setting *setting);
+void swept_spheres(void);
+void swept_seams(void);
+void swept_indices(void);
 
 #endif

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the command line asks for. */
+#ifndef BENCH_OPTIONS_H
+#define BENCH_OPTIONS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "scene.h"
+
+enum { MOST_SIZES = 16 };
+
+/* Builds a call, ascending. */
+struct sizes {
+    uint32_t builds[MOST_SIZES], count;
+};
+
+struct options {
+    const char *drivers[2];
+    uint32_t driver_count;
+    struct sizes sizes;
+    uint32_t alive;                      /* structures; a call's builds where those are more */
+    bool with_buffers[2], with_order[2]; /* by enum buffers and enum order */
+    bool conflicts;                      /* see scene_conflict */
+    uint32_t samples;
+    uint32_t builds_per_sample; /* at least; a call's builds where those are more */
+    const char *level, *csv;    /* or NULL */
+    bool time_bars, memory_bars;
+
+    /* For a profiler: record on one side alone, as often as asked for, and measure nothing. */
+    bool profile, profile_with_layer;
+    uint32_t profile_times;
+};
+
+/* Ends the process where the line is wrong, or asks for help. */
+void options_read(struct options *options, int argc, char **argv);
+
+#endif

@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Recording and measuring. */
+#include "recorder.h"
+
+#include <malloc.h>
+
+#include "tests/tools/fail.h"
+#include "tests/tools/measure.h"
+
+void recorder_open(struct recorder *recorder, const struct side *side)
+{
+    const VkCommandPoolCreateInfo pool_info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                               .flags =
+                                                   VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
+                                               .queueFamilyIndex = side->queue_family};
+    recorder->side = side;
+    tool_check(side->calls.CreateCommandPool(side->device, &pool_info, NULL, &recorder->pool),
+               "vkCreateCommandPool");
+    const VkCommandBufferAllocateInfo info = {.sType =
+                                                  VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                              .commandPool = recorder->pool,
+                                              .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                                              .commandBufferCount = 1};
+    tool_check(side->calls.AllocateCommandBuffers(side->device, &info, &recorder->commands),
+               "vkAllocateCommandBuffers");
+}
+
+void recorder_close(struct recorder *recorder)
+{
+    recorder->side->calls.DestroyCommandPool(recorder->side->device, recorder->pool, NULL);
+}
+
+static void begin(const struct recorder *recorder, VkCommandBufferUsageFlags flags)
+{
+    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+                                           .flags = flags};
+    tool_check(recorder->side->calls.BeginCommandBuffer(recorder->commands, &info),
+               "vkBeginCommandBuffer");
+}
+
+static void end(const struct recorder *recorder)
+{
+    tool_check(recorder->side->calls.EndCommandBuffer(recorder->commands), "vkEndCommandBuffer");
+}
+
+static void reset(const struct recorder *recorder)
+{
+    tool_check(recorder->side->calls.ResetCommandBuffer(recorder->commands, 0),
+               "vkResetCommandBuffer");
+}
+
+static void build(const struct recorder *recorder, const struct scene *scene, uint32_t first,
+                  uint32_t count)
+{
+    recorder->side->calls.CmdBuildAccelerationStructuresKHR(
+        recorder->commands, count, &scene->infos[first], &scene->range_pointers[first]);
+}
+
+/* One call of its own command buffer. */
+static void record_call(const struct recorder *recorder, const struct scene *scene, uint32_t first,
+                        uint32_t count)
+{
+    begin(recorder, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    build(recorder, scene, first, count);
+    end(recorder);
+    reset(recorder);
+}
+
+void recorder_run_some(const struct recorder *recorder, const struct scene *scene, uint32_t first,
+                       uint32_t count, uint32_t times)
+{
+    for (uint32_t i = 0; i < times; i++)
+        record_call(recorder, scene, first, count);
+}
+
+void recorder_run(const struct recorder *recorder, const struct scene *scene,
+                  uint32_t builds_per_call, uint32_t times)
+{
+    for (uint32_t i = 0; i < times; i++) {
+        for (uint32_t first = 0; first < scene->count; first += builds_per_call) {
+            uint32_t left = scene->count - first;
+            record_call(recorder, scene, first, left < builds_per_call ? left : builds_per_call);
+        }
+    }
+}
+
+double recorder_time(const struct recorder *recorder, const struct scene *scene,
+                     uint32_t builds_per_call, uint32_t times)
+{
+    double before = thread_time();
+    recorder_run(recorder, scene, builds_per_call, times);
+    return thread_time() - before;
+}
+
+/* ---- submissions */
+
+static void submit_and_wait(const struct recorder *recorder, VkFence fence)
+{
+    const struct side *side = recorder->side;
+    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                               .commandBufferCount = 1,
+                               .pCommandBuffers = &recorder->commands};
+    VkQueue queue;
+    side->calls.GetDeviceQueue(side->device, side->queue_family, 0, &queue);
+    tool_check(side->calls.QueueSubmit(queue, 1, &info, fence), "vkQueueSubmit");
+    tool_check(side->calls.WaitForFences(side->device, 1, &fence, VK_TRUE, UINT64_MAX),
+               "vkWaitForFences");
+    tool_check(side->calls.ResetFences(side->device, 1, &fence), "vkResetFences");
+}
+
+static VkFence create_fence(const struct side *side)
+{
+    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    VkFence fence;
+    tool_check(side->calls.CreateFence(side->device, &info, NULL, &fence), "vkCreateFence");
+    return fence;
+}
+
+struct submit_times recorder_submit(const struct recorder *recorder, const struct scene *scene)
+{
+    const struct side *side = recorder->side;
+    VkFence fence = create_fence(side);
+    begin(recorder, 0);
+    build(recorder, scene, 0, scene->count);
+    end(recorder);
+    double before = thread_time();
+    submit_and_wait(recorder, fence);
+    double between = thread_time();
+    submit_and_wait(recorder, fence);
+    struct submit_times times = {.first = between - before, .again = thread_time() - between};
+    reset(recorder);
+    side->calls.DestroyFence(side->device, fence, NULL);
+    return times;
+}
+
+void recorder_clear_inputs(const struct recorder *recorder, const struct scene *scene)
+{
+    static const enum scene_part inputs[] = {PART_VERTICES, PART_INDICES};
+    const struct side *side = recorder->side;
+    VkFence fence = create_fence(side);
+    begin(recorder, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    for (size_t i = 0; i < sizeof(inputs) / sizeof(inputs[0]); i++) {
+        const struct scene_ranges *ranges = &scene->parts[inputs[i]];
+        for (uint32_t b = 0; b < ranges->buffer_count; b++)
+            side->calls.CmdFillBuffer(recorder->commands, ranges->buffers[b], 0, VK_WHOLE_SIZE, 0);
+    }
+    end(recorder);
+    submit_and_wait(recorder, fence);
+    reset(recorder);
+    side->calls.DestroyFence(side->device, fence, NULL);
+}
+
+/* ---- memory */
+
+static double allocated(void)
+{
+    struct mallinfo2 info = mallinfo2();
+    return (double)info.uordblks + (double)info.hblkhd;
+}
+
+double recorder_memory(const struct scene *scene, uint32_t builds_per_call)
+{
+    struct recorder recorder;
+    recorder_open(&recorder, scene->side);
+    double before = allocated();
+    begin(&recorder, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    for (uint32_t first = 0; first < scene->count; first += builds_per_call) {
+        uint32_t left = scene->count - first;
+        build(&recorder, scene, first, left < builds_per_call ? left : builds_per_call);
+    }
+    double after = allocated();
+    end(&recorder);
+    reset(&recorder);
+    recorder_close(&recorder);
+    return after > 0 ? after - before : -1;
+}

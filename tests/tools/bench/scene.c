@@ -1,0 +1,261 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Making the scene. */
+#include "scene.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+
+#include "tests/tools/fail.h"
+
+enum {
+    TRIANGLES = 12, /* a cube */
+    VERTICES = 8,
+    VERTEX_SIZE = 3 * sizeof(float),
+    STRUCTURE_ALIGNMENT = 256 /* VkAccelerationStructureCreateInfoKHR::offset */
+};
+
+const char *buffers_name(enum buffers buffers)
+{
+    return buffers == BUFFERS_SHARED ? "shared" : "separate";
+}
+
+const char *order_name(enum order order)
+{
+    return order == ORDER_CREATED ? "created" : "shuffled";
+}
+
+static VkBufferUsageFlags usage_of(enum scene_part part)
+{
+    switch (part) {
+    case PART_STRUCTURE:
+        return VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR;
+    case PART_SCRATCH:
+        return VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
+    default:
+        return VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+               VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    }
+}
+
+/* ---- ranges */
+
+static VkDeviceSize align_up(VkDeviceSize size, VkDeviceSize alignment)
+{
+    return (size + alignment - 1) / alignment * alignment;
+}
+
+static VkBuffer create_buffer(const struct side *side, enum scene_part part, VkDeviceSize size)
+{
+    const VkBufferCreateInfo create_info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size, .usage = usage_of(part)};
+    VkBuffer buffer;
+    tool_check(side->calls.CreateBuffer(side->device, &create_info, NULL, &buffer),
+               "vkCreateBuffer");
+    return buffer;
+}
+
+static VkMemoryRequirements requirements_of(const struct side *side, VkBuffer buffer)
+{
+    VkMemoryRequirements requirements;
+    side->calls.GetBufferMemoryRequirements(side->device, buffer, &requirements);
+    return requirements;
+}
+
+static VkDeviceMemory allocate_memory(const struct side *side, VkDeviceSize size,
+                                      uint32_t allowed_types)
+{
+    const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+                                             .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
+    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                       .pNext = &flags,
+                                       .allocationSize = size,
+                                       .memoryTypeIndex = (uint32_t)__builtin_ctz(allowed_types)};
+    VkDeviceMemory memory;
+    tool_check(side->calls.AllocateMemory(side->device, &info, NULL, &memory), "vkAllocateMemory");
+    return memory;
+}
+
+static VkDeviceAddress address_of(const struct side *side, VkBuffer buffer)
+{
+    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
+                                            .buffer = buffer};
+    return side->calls.GetBufferDeviceAddress(side->device, &info);
+}
+
+static void find_addresses(const struct side *side, struct scene_ranges *ranges, uint32_t count)
+{
+    ranges->addresses = tool_alloc(count, sizeof(*ranges->addresses));
+    VkDeviceAddress first = address_of(side, ranges->buffers[0]);
+    for (uint32_t i = 0; i < count; i++)
+        ranges->addresses[i] = ranges->buffer_count > 1 ? address_of(side, ranges->buffers[i])
+                                                        : first + i * ranges->stride;
+}
+
+static void create_ranges(struct scene *scene, enum scene_part part, enum buffers buffers,
+                          VkDeviceSize size)
+{
+    const struct side *side = scene->side;
+    struct scene_ranges *ranges = &scene->parts[part];
+    bool shared = buffers == BUFFERS_SHARED;
+    ranges->size = size;
+    ranges->buffer_count = shared ? 1 : scene->count;
+    ranges->buffers = tool_alloc(ranges->buffer_count, sizeof(*ranges->buffers));
+
+    VkDeviceSize alignment = side->limits.minAccelerationStructureScratchOffsetAlignment;
+    if (alignment < STRUCTURE_ALIGNMENT)
+        alignment = STRUCTURE_ALIGNMENT;
+    ranges->stride = align_up(size, alignment);
+    for (uint32_t i = 0; i < ranges->buffer_count; i++)
+        ranges->buffers[i] =
+            create_buffer(side, part, shared ? scene->count * ranges->stride : size);
+
+    VkMemoryRequirements needs = requirements_of(side, ranges->buffers[0]);
+    if (!shared)
+        ranges->stride =
+            align_up(needs.size, needs.alignment > alignment ? needs.alignment : alignment);
+    VkDeviceSize total = shared ? needs.size : scene->count * ranges->stride;
+    ranges->memory = allocate_memory(side, total, needs.memoryTypeBits);
+    for (uint32_t i = 0; i < ranges->buffer_count; i++)
+        tool_check(side->calls.BindBufferMemory(side->device, ranges->buffers[i], ranges->memory,
+                                                i * ranges->stride),
+                   "vkBindBufferMemory");
+    if (usage_of(part) & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT)
+        find_addresses(side, ranges, scene->count);
+}
+
+static void destroy_ranges(const struct side *side, struct scene_ranges *ranges)
+{
+    for (uint32_t i = 0; i < ranges->buffer_count; i++)
+        side->calls.DestroyBuffer(side->device, ranges->buffers[i], NULL);
+    side->calls.FreeMemory(side->device, ranges->memory, NULL);
+    free(ranges->buffers);
+    free(ranges->addresses);
+}
+
+/* ---- structures */
+
+static VkAccelerationStructureGeometryKHR geometry_of(VkDeviceAddress vertices,
+                                                      VkDeviceAddress indices)
+{
+    return (VkAccelerationStructureGeometryKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+        .geometry.triangles = {
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+            .vertexData.deviceAddress = vertices,
+            .vertexStride = VERTEX_SIZE,
+            .maxVertex = VERTICES - 1,
+            .indexType = VK_INDEX_TYPE_UINT32,
+            .indexData.deviceAddress = indices}};
+}
+
+static VkAccelerationStructureBuildGeometryInfoKHR
+info_of(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return (VkAccelerationStructureBuildGeometryInfoKHR){
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR,
+        .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+        .geometryCount = 1,
+        .pGeometries = geometry};
+}
+
+static VkAccelerationStructureBuildSizesInfoKHR sizes_on(const struct side *side)
+{
+    const VkAccelerationStructureGeometryKHR geometry = geometry_of(0, 0);
+    const VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    const uint32_t triangles = TRIANGLES;
+    VkAccelerationStructureBuildSizesInfoKHR sizes = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    side->calls.GetAccelerationStructureBuildSizesKHR(
+        side->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info, &triangles, &sizes);
+    return sizes;
+}
+
+static void create_structures(struct scene *scene)
+{
+    const struct side *side = scene->side;
+    const struct scene_ranges *ranges = &scene->parts[PART_STRUCTURE];
+    bool shared = ranges->buffer_count != scene->count;
+    scene->structures = tool_alloc(scene->count, sizeof(*scene->structures));
+    for (uint32_t i = 0; i < scene->count; i++) {
+        const VkAccelerationStructureCreateInfoKHR create_info = {
+            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+            .buffer = ranges->buffers[shared ? 0 : i],
+            .offset = shared ? i * ranges->stride : 0,
+            .size = ranges->size,
+            .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR};
+        tool_check(side->calls.CreateAccelerationStructureKHR(side->device, &create_info, NULL,
+                                                              &scene->structures[i]),
+                   "vkCreateAccelerationStructureKHR");
+    }
+}
+
+/* ---- the arrays of the call */
+
+/* A permutation that is the same in every run, and on both sides. */
+static uint32_t *permutation(enum order order, uint32_t count)
+{
+    uint32_t *at = tool_alloc(count, sizeof(*at));
+    uint64_t state = 0x9e3779b97f4a7c15;
+    for (uint32_t i = 0; i < count; i++)
+        at[i] = i;
+    for (uint32_t i = count; order == ORDER_SHUFFLED && i-- > 1;) {
+        state = state * 6364136223846793005u + 1442695040888963407u;
+        uint32_t j = (uint32_t)((state >> 33) % (i + 1)), kept = at[i];
+        at[i] = at[j];
+        at[j] = kept;
+    }
+    return at;
+}
+
+static void fill_arrays(struct scene *scene, enum order order)
+{
+    uint32_t *at = permutation(order, scene->count);
+    scene->infos = tool_alloc(scene->count, sizeof(*scene->infos));
+    scene->geometries = tool_alloc(scene->count, sizeof(*scene->geometries));
+    scene->ranges = tool_alloc(scene->count, sizeof(*scene->ranges));
+    scene->range_pointers = tool_alloc(scene->count, sizeof(*scene->range_pointers));
+    for (uint32_t i = 0; i < scene->count; i++) {
+        scene->geometries[i] = geometry_of(scene->parts[PART_VERTICES].addresses[at[i]],
+                                           scene->parts[PART_INDICES].addresses[at[i]]);
+        scene->infos[i] = info_of(&scene->geometries[i]);
+        scene->infos[i].dstAccelerationStructure = scene->structures[at[i]];
+        scene->infos[i].scratchData.deviceAddress = scene->parts[PART_SCRATCH].addresses[at[i]];
+        scene->ranges[i].primitiveCount = TRIANGLES;
+        scene->range_pointers[i] = &scene->ranges[i];
+    }
+    free(at);
+}
+
+/* ---- the whole */
+
+void scene_create(struct scene *scene, const struct side *side, enum buffers buffers,
+                  enum order order, uint32_t count)
+{
+    *scene = (struct scene){.side = side, .count = count};
+    VkAccelerationStructureBuildSizesInfoKHR sizes = sizes_on(side);
+    VkDeviceSize scratch = sizes.buildScratchSize ? sizes.buildScratchSize : 1;
+    create_ranges(scene, PART_VERTICES, buffers, VERTICES * VERTEX_SIZE);
+    create_ranges(scene, PART_INDICES, buffers, TRIANGLES * 3 * sizeof(uint32_t));
+    create_ranges(scene, PART_STRUCTURE, buffers, sizes.accelerationStructureSize);
+    create_ranges(scene, PART_SCRATCH, buffers, scratch);
+    create_structures(scene);
+    fill_arrays(scene, order);
+}
+
+void scene_destroy(struct scene *scene)
+{
+    const struct side *side = scene->side;
+    for (uint32_t i = 0; i < scene->count; i++)
+        side->calls.DestroyAccelerationStructureKHR(side->device, scene->structures[i], NULL);
+    for (int part = 0; part < PART_COUNT; part++)
+        destroy_ranges(side, &scene->parts[part]);
+    free(scene->structures);
+    free(scene->infos);
+    free(scene->geometries);
+    free(scene->ranges);
+    free(scene->range_pointers);
+}

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The debug callback, and the list that it fills. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "findings.h"
+#include "tests/tools/fail.h"
+
+static char *findings_copy(const char *text)
+{
+    char *copy = strdup(text ? text : "");
+    if (!copy)
+        tool_fail("out of memory for a message");
+    return copy;
+}
+
+static VKAPI_ATTR VkBool32 VKAPI_CALL findings_callback(
+    VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT types,
+    const VkDebugUtilsMessengerCallbackDataEXT *data, void *user)
+{
+    (void)severity;
+    (void)types;
+    struct findings *findings = user;
+    if (!findings->planted) {
+        ++findings->clean_count;
+        printf("finding in the clean scene:\n");
+        findings_print(data->pMessage, "    ");
+        return VK_FALSE;
+    }
+    if (findings->count < FINDINGS_KEPT)
+        findings->kept[findings->count] =
+            (struct finding){findings_copy(data->pMessageIdName), findings_copy(data->pMessage)};
+    ++findings->count;
+    return VK_TRUE;
+}
+
+void findings_clear(struct findings *findings)
+{
+    for (uint32_t i = 0; i < findings->count && i < FINDINGS_KEPT; ++i) {
+        free(findings->kept[i].id);
+        free(findings->kept[i].text);
+    }
+    findings->count = 0;
+}
+
+bool findings_have(const struct findings *findings, const char *vuid)
+{
+    for (uint32_t i = 0; i < findings->count && i < FINDINGS_KEPT; ++i)
+        if (strcmp(findings->kept[i].id, vuid) == 0)
+            return true;
+    return false;
+}
+
+VkDebugUtilsMessengerCreateInfoEXT findings_messenger(struct findings *findings)
+{
+    return (VkDebugUtilsMessengerCreateInfoEXT){
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+        .pfnUserCallback = findings_callback,
+        .pUserData = findings,
+    };
+}
+
+void findings_print(const char *text, const char *margin)
+{
+    while (text && *text) {
+        size_t length = strcspn(text, "\n");
+        printf("%s%.*s\n", margin, (int)length, text);
+        text += length + (text[length] == '\n');
+    }
+}

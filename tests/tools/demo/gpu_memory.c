@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Buffers, the structures that lie in them, and command buffers. */
+#include <stdint.h>
+
+#include "gpu.h"
+#include "tests/tools/fail.h"
+
+void gpu_name(struct gpu *gpu, VkObjectType type, uint64_t handle, const char *name)
+{
+    tool_check(gpu->calls.SetDebugUtilsObjectNameEXT(
+                   gpu->device,
+                   &(VkDebugUtilsObjectNameInfoEXT){
+                       .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+                       .objectType = type,
+                       .objectHandle = handle,
+                       .pObjectName = name,
+                   }),
+               "vkSetDebugUtilsObjectNameEXT");
+}
+
+/* ---- buffers */
+
+static uint32_t gpu_memory_type(const struct gpu *gpu, uint32_t allowed, enum gpu_place place)
+{
+    VkMemoryPropertyFlags wanted = 0;
+    if (place == GPU_PLACE_HOST)
+        wanted = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+    for (uint32_t i = 0; i < gpu->memory.memoryTypeCount; ++i)
+        if ((allowed >> i & 1) && (gpu->memory.memoryTypes[i].propertyFlags & wanted) == wanted)
+            return i;
+    tool_fail("the device has no memory of the kind that a buffer needs");
+}
+
+struct gpu_buffer gpu_create_buffer(struct gpu *gpu, const char *name, enum gpu_place place,
+                                    VkBufferUsageFlags usage, VkDeviceSize size)
+{
+    struct gpu_buffer buffer = {.size = size};
+    tool_check(gpu->calls.CreateBuffer(gpu->device,
+                                       &(VkBufferCreateInfo){
+                                           .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                           .size = size,
+                                           .usage = usage,
+                                       },
+                                       NULL, &buffer.handle),
+               "vkCreateBuffer");
+    gpu_name(gpu, VK_OBJECT_TYPE_BUFFER, (uint64_t)buffer.handle, name);
+
+    VkMemoryRequirements needs;
+    gpu->calls.GetBufferMemoryRequirements(gpu->device, buffer.handle, &needs);
+    const VkMemoryAllocateFlagsInfo addressable = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
+    };
+    const bool has_address = usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
+    tool_check(gpu->calls.AllocateMemory(
+                   gpu->device,
+                   &(VkMemoryAllocateInfo){
+                       .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                       .pNext = has_address ? &addressable : NULL,
+                       .allocationSize = needs.size,
+                       .memoryTypeIndex = gpu_memory_type(gpu, needs.memoryTypeBits, place),
+                   },
+                   NULL, &buffer.memory),
+               "vkAllocateMemory");
+    tool_check(gpu->calls.BindBufferMemory(gpu->device, buffer.handle, buffer.memory, 0),
+               "vkBindBufferMemory");
+
+    if (has_address)
+        buffer.address = gpu->calls.GetBufferDeviceAddress(
+            gpu->device, &(VkBufferDeviceAddressInfo){
+                             .sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
+                             .buffer = buffer.handle,
+                         });
+    if (place == GPU_PLACE_HOST)
+        tool_check(
+            gpu->calls.MapMemory(gpu->device, buffer.memory, 0, VK_WHOLE_SIZE, 0, &buffer.data),
+            "vkMapMemory");
+    return buffer;
+}
+
+void gpu_destroy_buffer(struct gpu *gpu, struct gpu_buffer *buffer)
+{
+    gpu->calls.DestroyBuffer(gpu->device, buffer->handle, NULL);
+    gpu->calls.FreeMemory(gpu->device, buffer->memory, NULL);
+    *buffer = (struct gpu_buffer){0};
+}
+
+static VkDeviceSize gpu_scratch_alignment(const struct gpu *gpu)
+{
+    return gpu->limits.minAccelerationStructureScratchOffsetAlignment;
+}
+
+struct gpu_buffer gpu_create_scratch(struct gpu *gpu, const char *name, VkDeviceSize size)
+{
+    return gpu_create_buffer(gpu, name, GPU_PLACE_DEVICE,
+                             VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+                             size + gpu_scratch_alignment(gpu));
+}
+
+VkDeviceAddress gpu_scratch_address(const struct gpu *gpu, const struct gpu_buffer *buffer)
+{
+    VkDeviceSize alignment = gpu_scratch_alignment(gpu);
+    return (buffer->address + alignment - 1) / alignment * alignment;
+}
+
+/* ---- acceleration structures */
+
+struct gpu_structure gpu_create_structure_in(struct gpu *gpu, const char *name,
+                                             VkAccelerationStructureTypeKHR type, VkBuffer buffer,
+                                             VkDeviceSize offset, VkDeviceSize size)
+{
+    struct gpu_structure structure = {.type = type, .size = size};
+    tool_check(gpu->calls.CreateAccelerationStructureKHR(
+                   gpu->device,
+                   &(VkAccelerationStructureCreateInfoKHR){
+                       .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+                       .buffer = buffer,
+                       .offset = offset,
+                       .size = size,
+                       .type = type,
+                   },
+                   NULL, &structure.handle),
+               "vkCreateAccelerationStructureKHR");
+    gpu_name(gpu, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)structure.handle, name);
+    return structure;
+}
+
+struct gpu_structure gpu_create_structure(struct gpu *gpu, const char *name,
+                                          VkAccelerationStructureTypeKHR type, VkDeviceSize size)
+{
+    struct gpu_buffer buffer =
+        gpu_create_buffer(gpu, name, GPU_PLACE_DEVICE,
+                          VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+                              VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+                          size);
+    struct gpu_structure structure =
+        gpu_create_structure_in(gpu, name, type, buffer.handle, 0, size);
+    structure.buffer = buffer;
+    return structure;
+}
+
+void gpu_destroy_structure(struct gpu *gpu, struct gpu_structure *structure)
+{
+    gpu->calls.DestroyAccelerationStructureKHR(gpu->device, structure->handle, NULL);
+    gpu_destroy_buffer(gpu, &structure->buffer);
+    *structure = (struct gpu_structure){0};
+}
+
+VkDeviceAddress gpu_structure_address(struct gpu *gpu, const struct gpu_structure *structure)
+{
+    return gpu->calls.GetAccelerationStructureDeviceAddressKHR(
+        gpu->device, &(VkAccelerationStructureDeviceAddressInfoKHR){
+                         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
+                         .accelerationStructure = structure->handle,
+                     });
+}
+
+/* ---- command buffers */
+
+VkCommandBuffer gpu_begin(struct gpu *gpu)
+{
+    VkCommandBuffer commands;
+    tool_check(gpu->calls.AllocateCommandBuffers(
+                   gpu->device,
+                   &(VkCommandBufferAllocateInfo){
+                       .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                       .commandPool = gpu->pool,
+                       .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                       .commandBufferCount = 1,
+                   },
+                   &commands),
+               "vkAllocateCommandBuffers");
+    tool_check(
+        gpu->calls.BeginCommandBuffer(commands,
+                                      &(VkCommandBufferBeginInfo){
+                                          .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+                                          .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
+                                      }),
+        "vkBeginCommandBuffer");
+    return commands;
+}
+
+void gpu_submit(struct gpu *gpu, VkCommandBuffer commands)
+{
+    tool_check(gpu->calls.EndCommandBuffer(commands), "vkEndCommandBuffer");
+    tool_check(gpu->calls.QueueSubmit(gpu->queue, 1,
+                                      &(VkSubmitInfo){
+                                          .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                                          .commandBufferCount = 1,
+                                          .pCommandBuffers = &commands,
+                                      },
+                                      VK_NULL_HANDLE),
+               "vkQueueSubmit");
+    tool_check(gpu->calls.QueueWaitIdle(gpu->queue), "vkQueueWaitIdle");
+    gpu_drop(gpu, commands);
+}
+
+void gpu_drop(struct gpu *gpu, VkCommandBuffer commands)
+{
+    gpu->calls.FreeCommandBuffers(gpu->device, gpu->pool, 1, &commands);
+}
+
+void gpu_barrier(struct gpu *gpu, VkCommandBuffer commands, VkPipelineStageFlags before,
+                 VkAccessFlags written, VkPipelineStageFlags after, VkAccessFlags wanted)
+{
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = written,
+        .dstAccessMask = wanted,
+    };
+    gpu->calls.CmdPipelineBarrier(commands, before, after, 0, 1, &barrier, 0, NULL, 0, NULL);
+}

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Writes and reads PNG files. */
+#include <errno.h>
+#include <png.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "picture.h"
+#include "tests/tools/fail.h"
+
+#define PATH_SIZE 4096
+
+/* As mkdir -p. What is there already may be anything: opening the file will tell. */
+static void picture_make_folder(const char *folder)
+{
+    char part[PATH_SIZE];
+    snprintf(part, sizeof(part), "%s", folder);
+    for (char *slash = strchr(part + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
+        *slash = '\0';
+        mkdir(part, 0777);
+        *slash = '/';
+    }
+    mkdir(part, 0777);
+}
+
+static void picture_path(const char *folder, const char *name, char path[PATH_SIZE])
+{
+    if (snprintf(path, PATH_SIZE, "%s/%s", folder, name) >= PATH_SIZE)
+        tool_fail("the path of the folder for the picture is too long");
+}
+
+void picture_write(const char *folder, const char *name, uint32_t width, uint32_t height,
+                   const uint32_t *pixels)
+{
+    char path[PATH_SIZE];
+    picture_path(folder, name, path);
+    picture_make_folder(folder);
+    FILE *file = fopen(path, "wb");
+    if (!file)
+        tool_fail("picture %s: %s", path, strerror(errno));
+
+    png_image image = {
+        .version = PNG_IMAGE_VERSION,
+        .width = width,
+        .height = height,
+        .format = PNG_FORMAT_RGBA,
+    };
+    const int written = png_image_write_to_stdio(&image, file, 0, pixels, 0, NULL);
+    const int closed = fclose(file);
+    if (!written)
+        tool_fail("picture %s: %s", path, image.message);
+    if (closed)
+        tool_fail("picture %s: %s", path, strerror(errno));
+}
+
+bool picture_read(const char *folder, const char *name, uint32_t width, uint32_t height,
+                  uint32_t *pixels)
+{
+    char path[PATH_SIZE];
+    picture_path(folder, name, path);
+    png_image image = {.version = PNG_IMAGE_VERSION};
+    if (!png_image_begin_read_from_file(&image, path))
+        return false;
+    image.format = PNG_FORMAT_RGBA;
+    const bool is_read = image.width == width && image.height == height &&
+                         png_image_finish_read(&image, NULL, pixels, 0, NULL);
+    png_image_free(&image);
+    return is_read;
+}
