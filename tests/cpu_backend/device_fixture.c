@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Command buffers, buffers, and builds with them. */
 #include "device_fixture.h"
+#include "tests/fixture/copies.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -166,36 +167,21 @@ void device_copy(struct device_fixture *fixture, VkCommandBuffer commands,
                  VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
                  VkCopyAccelerationStructureModeKHR mode)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = src,
-        .dst = dst,
-        .mode = mode,
-    };
+    const VkCopyAccelerationStructureInfoKHR info = copy_info(src, dst, mode);
     fixture->fixture.vk.CmdCopyAccelerationStructureKHR(commands, &info);
 }
 
 void device_save(struct device_fixture *fixture, VkCommandBuffer commands,
                  VkAccelerationStructureKHR src, VkDeviceAddress dst)
 {
-    const VkCopyAccelerationStructureToMemoryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = src,
-        .dst.deviceAddress = dst,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
-    };
+    const VkCopyAccelerationStructureToMemoryInfoKHR info = serialize_info(src, dst);
     fixture->fixture.vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &info);
 }
 
 void device_load(struct device_fixture *fixture, VkCommandBuffer commands, VkDeviceAddress src,
                  VkAccelerationStructureKHR dst)
 {
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.deviceAddress = src,
-        .dst = dst,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-    };
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = deserialize_info(src, dst);
     fixture->fixture.vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &info);
 }
 

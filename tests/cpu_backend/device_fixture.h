@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A stage (host_stage.h) whose scenes are built by command buffers, from device-local copies of
+/* A fixture (host_fixture.h) whose scenes are built by command buffers, from device-local copies of
  * their data. */
 #ifndef ASSAY_TESTS_CPU_BACKEND_DEVICE_FIXTURE_H
 #define ASSAY_TESTS_CPU_BACKEND_DEVICE_FIXTURE_H

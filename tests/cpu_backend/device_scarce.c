@@ -3,6 +3,7 @@
  * copies and queries, recorded or submitted again where memory was lacking. The null driver copies
  * nothing, so all boxes are points at the origin. */
 #include "scarce_commands.h"
+#include "tests/fixture/copies.h"
 
 enum {
     BLASES = 20,
@@ -176,21 +177,13 @@ static VkResult record_secondary(struct application *app)
 
 static void record_copies(struct application *app)
 {
-    const VkCopyAccelerationStructureInfoKHR clone = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = app->sets[1].accel,
-        .dst = app->sets[CLONE].accel,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR};
-    const VkCopyAccelerationStructureToMemoryInfoKHR save = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = app->sets[2].accel,
-        .dst.deviceAddress = own.address + SAVED_AT,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR};
-    const VkCopyMemoryToAccelerationStructureInfoKHR load = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.deviceAddress = own.address + SAVED_AT,
-        .dst = app->sets[LOADED].accel,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
+    const VkCopyAccelerationStructureInfoKHR clone =
+        copy_info(app->sets[1].accel, app->sets[CLONE].accel,
+                  VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    const VkCopyAccelerationStructureToMemoryInfoKHR save =
+        serialize_info(app->sets[2].accel, own.address + SAVED_AT);
+    const VkCopyMemoryToAccelerationStructureInfoKHR load =
+        deserialize_info(own.address + SAVED_AT, app->sets[LOADED].accel);
     app->vk.CmdCopyAccelerationStructureKHR(own.commands.primary, &clone);
     app->vk.CmdCopyAccelerationStructureToMemoryKHR(own.commands.primary, &save);
     app->vk.CmdCopyMemoryToAccelerationStructureKHR(own.commands.primary, &load);

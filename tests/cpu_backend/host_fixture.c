@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Devices of backend cpu, and their structures. */
 #include "tests/cpu_backend/host_fixture.h"
+#include "tests/fixture/copies.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -204,36 +205,21 @@ VkResult fixture_copy(struct fixture *fixture, VkDeferredOperationKHR operation,
                       VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
                       VkCopyAccelerationStructureModeKHR mode)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = src,
-        .dst = dst,
-        .mode = mode,
-    };
+    const VkCopyAccelerationStructureInfoKHR info = copy_info(src, dst, mode);
     return fixture->vk.CopyAccelerationStructureKHR(fixture->device, operation, &info);
 }
 
 VkResult fixture_save(struct fixture *fixture, VkDeferredOperationKHR operation,
                       VkAccelerationStructureKHR src, void *dst)
 {
-    const VkCopyAccelerationStructureToMemoryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = src,
-        .dst.hostAddress = dst,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR,
-    };
+    const VkCopyAccelerationStructureToMemoryInfoKHR info = serialize_info(src, (uintptr_t)dst);
     return fixture->vk.CopyAccelerationStructureToMemoryKHR(fixture->device, operation, &info);
 }
 
 VkResult fixture_load(struct fixture *fixture, VkDeferredOperationKHR operation, const void *src,
                       VkAccelerationStructureKHR dst)
 {
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.hostAddress = src,
-        .dst = dst,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-    };
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = deserialize_info((uintptr_t)src, dst);
     return fixture->vk.CopyMemoryToAccelerationStructureKHR(fixture->device, operation, &info);
 }
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "scarce_commands.h"
+#include "tests/fixture/copies.h"
 
 enum {
     BLASES = SETS - 1,
@@ -251,16 +252,10 @@ static void build_tlas(struct application *app)
 static void copy_through_memory(struct application *app, VkAccelerationStructureKHR structure)
 {
     static char bytes[2 * STRUCTURE_SIZE] __attribute__((aligned(16)));
-    const VkCopyAccelerationStructureToMemoryInfoKHR out = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = structure,
-        .dst.hostAddress = bytes,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR};
-    const VkCopyMemoryToAccelerationStructureInfoKHR in = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.hostAddress = bytes,
-        .dst = structure,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
+    const VkCopyAccelerationStructureToMemoryInfoKHR out =
+        serialize_info(structure, (uintptr_t)bytes);
+    const VkCopyMemoryToAccelerationStructureInfoKHR in =
+        deserialize_info((uintptr_t)bytes, structure);
     CALL(app, CopyAccelerationStructureToMemoryKHR, app->device, VK_NULL_HANDLE, &out);
     GET_DEFERRED(app, "vkCopyMemoryToAccelerationStructureKHR",
                  app->vk.CopyMemoryToAccelerationStructureKHR(app->device, host.operation, &in));
@@ -268,11 +263,8 @@ static void copy_through_memory(struct application *app, VkAccelerationStructure
 
 static void copy_all(struct application *app)
 {
-    const VkCopyAccelerationStructureInfoKHR copy = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = app->sets[1].accel,
-        .dst = app->sets[3].accel,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR};
+    const VkCopyAccelerationStructureInfoKHR copy = copy_info(
+        app->sets[1].accel, app->sets[3].accel, VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
     CALL(app, CopyAccelerationStructureKHR, app->device, VK_NULL_HANDLE, &copy);
     copy_through_memory(app, app->sets[5].accel);
     copy_through_memory(app, app->sets[BLASES].accel);

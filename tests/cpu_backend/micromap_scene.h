@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A micromap on a device stage. One of opacities: triangle 0 is transparent, 1 opaque, and of 2 the
- * quarter at vertex 0 is transparent, the middle opaque, that at vertex 1 unknown transparent, at
- * vertex 2 unknown opaque. One of displacements: of triangle 0 the middles of its edges rise, by
+/* A micromap on a device fixture. One of opacities: triangle 0 is transparent, 1 opaque, and of 2
+ * the quarter at vertex 0 is transparent, the middle opaque, that at vertex 1 unknown transparent,
+ * at vertex 2 unknown opaque. One of displacements: of triangle 0 the middles of its edges rise, by
  * `micromap_rise`, and all of triangle 1 does. */
 #ifndef CPU_BACKEND_MICROMAP_SCENE_H
 #define CPU_BACKEND_MICROMAP_SCENE_H

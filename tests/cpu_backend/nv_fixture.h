@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Structures of VK_NV_ray_tracing on a device stage, and builds from one buffer of inputs. */
+/* Structures of VK_NV_ray_tracing on a device fixture, and builds from one buffer of inputs. */
 #ifndef ASSAY_TESTS_CPU_BACKEND_NV_FIXTURE_H
 #define ASSAY_TESTS_CPU_BACKEND_NV_FIXTURE_H
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A BLAS of triangles that can be compacted, on a device stage, and a pool of queries about it. */
+/* A BLAS of triangles that can be compacted, on a device fixture, and a pool of queries about it.
+ */
 #ifndef CPU_BACKEND_RESULT_SCENE_H
 #define CPU_BACKEND_RESULT_SCENE_H
 

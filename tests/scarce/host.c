@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the application builds and copies on the host, at once and deferred. */
 #include "application_parts.h"
+#include "tests/fixture/copies.h"
 
 enum { STRUCTURES = 3 };
 
@@ -65,11 +66,8 @@ static void build(struct application *app, struct host *host, VkDeferredOperatio
 static void copy(struct application *app, VkAccelerationStructureKHR src,
                  VkAccelerationStructureKHR dst)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = src,
-        .dst = dst,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR};
+    const VkCopyAccelerationStructureInfoKHR info =
+        copy_info(src, dst, VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     CALL(app, CopyAccelerationStructureKHR, app->device, VK_NULL_HANDLE, &info);
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the application records and submits: valid builds, then mistakes. */
 #include "application_parts.h"
+#include "tests/fixture/copies.h"
 
 #define ID(tail) "VUID-vkCmdBuildAccelerationStructuresKHR-" tail
 
@@ -140,11 +141,9 @@ static void record_copies(struct application *app, VkCommandBuffer command_buffe
     struct call call;
     begin(app, command_buffer);
     for (unsigned i = 0; i < 4; i++) {
-        const VkCopyAccelerationStructureInfoKHR copy = {
-            .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-            .src = app->sets[i].accel,
-            .dst = app->sets[2 * BUILDS + i].accel,
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR};
+        const VkCopyAccelerationStructureInfoKHR copy =
+            copy_info(app->sets[i].accel, app->sets[2 * BUILDS + i].accel,
+                      VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
         app->vk.CmdCopyAccelerationStructureKHR(command_buffer, &copy);
     }
     start_call(app, &call);
