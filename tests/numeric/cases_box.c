@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 17 to 21 and 28: AABBs. */
 #include <math.h>
-#include <stdlib.h>
 
 #include "cases.h"
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 68 and 71 to 74: single displaced triangles (VK_NV_displacement_micromap). */
 #include <math.h>
-#include <stdlib.h>
 
 #include "cases.h"
 #include "displaced.h"

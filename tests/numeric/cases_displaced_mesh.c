@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 69, 70 and 75: displaced meshes as a whole (VK_NV_displacement_micromap). */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cases.h"

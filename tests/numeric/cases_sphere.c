@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 59 to 61: spheres (VK_NV_ray_tracing_linear_swept_spheres). */
 #include <math.h>
-#include <stdlib.h>
 
 #include "exact.h"
 #include "sphere_list.h"
