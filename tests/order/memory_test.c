@@ -59,7 +59,7 @@ PROGRAM_TEST(signals_that_the_host_saw_are_dropped)
     assert_true(find_run(p, 30)->predecessors_known);
 }
 
-PROGRAM_TEST(signals_that_nobody_sees_are_bounded)
+PROGRAM_TEST(unobserved_signals_are_bounded)
 {
     create_timeline(p, S, 0);
     for (uint64_t value = 1; value <= 10000; value++) {

@@ -7,7 +7,7 @@
 
 #include "hearing.h"
 
-static void test_stderr_where_nobody_listens(void **state)
+static void test_stderr_without_messenger(void **state)
 {
     struct reporter *reporter = reporter_of(NULL);
     capture_begin(STDERR_FILENO);
@@ -98,7 +98,7 @@ static void test_log_file_that_cannot_be_opened(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_stderr_where_nobody_listens, surrounding_set_up),
+        cmocka_unit_test_setup(test_stderr_without_messenger, surrounding_set_up),
         cmocka_unit_test_setup(test_log_file, surrounding_set_up),
         cmocka_unit_test_setup(test_log_to_stdout, surrounding_set_up),
         cmocka_unit_test_setup(test_log_file_that_cannot_be_opened, surrounding_set_up),

@@ -130,7 +130,7 @@ static const struct test_case cases[] = {
          .edits = EDITS(SET(dense.sType, 0))),
     CASE("dense_data_off_the_page", RULES(RULE_geometry_chain_is_known),
          .mutate = put_data_off_the_page),
-    CASE("dense_format_of_nobody", RULES(RULE_dense_format_is_valid),
+    CASE("dense_format_undefined", RULES(RULE_dense_format_is_valid),
          .edits = EDITS(SET(dense.format, 1)), .path = DENSE_PATH "format"),
 
     SHARED(.commands = ON_COMMAND_BUFFERS, .setup = &with_dense),
@@ -201,12 +201,12 @@ static const struct test_case cases[] = {
          RULES(RULE_dense_format_matches_source, RULE_host_build_has_no_dense_geometry),
          .commands = ON_HOST, .setup = &with_dense_and_future, .mutate = update_dense,
          .edits = EDITS(SET(dense.format, 1))),
-    CASE("dense_format_of_nobody_in_update",
+    CASE("dense_format_undefined_in_update",
          RULES(RULE_dense_format_matches_source, RULE_dense_format_is_valid),
          .commands = ON_COMMAND_BUFFERS, .refusal = &host_takes_no_dense_geometry,
          .setup = &with_dense, .prepare = update_dense, .edits = EDITS(SET(dense.format, 1)),
          .path = DENSE_PATH "format"),
-    /* Of a source whose data could not be read nothing is known. */
+    /* The layer knows nothing of a source whose data it could not read. */
     CASE("dense_update_of_source_without_data",
          RULES(RULE_dense_triangle_count_matches_source, RULE_dense_data_size_matches_source),
          .silent = true, .commands = ON_COMMAND_BUFFERS, .setup = &with_dense, .mutate = add_dense,

@@ -51,7 +51,7 @@ static void instances_of_a_blas(struct scene *scene)
         instance_at(scene, index)->assignment;                                                     \
     }
 
-INSTANCES_OF_A_BLAS(instance_with_nobodys_flags, 2, flags = 0x40)
+INSTANCES_OF_A_BLAS(instance_with_undefined_flags, 2, flags = 0x40)
 INSTANCES_OF_A_BLAS(instance_forced_opaque, 2, flags = VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR)
 INSTANCES_OF_A_BLAS(instance_with_flags_of_micromaps, 0, flags = 0x10)
 INSTANCES_OF_A_BLAS(instance_with_two_wrong_flags, 0, flags = 0x50)
@@ -198,13 +198,13 @@ static void instance_in_the_memory_of_its_tlas(struct scene *scene)
 
 static const struct test_case cases[] = {
     SHARED(.commands = ON_HOST, .setup = &with_content, .mutate_twin = instances_of_a_blas),
-    CASE("instance_with_nobodys_flags", RULES(RULE_instance_flags_are_valid),
-         .mutate = instance_with_nobodys_flags, .mutate_twin = instance_forced_opaque,
+    CASE("instance_with_undefined_flags", RULES(RULE_instance_flags_are_valid),
+         .mutate = instance_with_undefined_flags, .mutate_twin = instance_forced_opaque,
          .path = LEADS_TO(2) "whose flags 0x40 have bits 0x40"),
     CASE("instance_with_flags_of_micromaps", RULES(RULE_instance_micromap_flags_have_their_feature),
          .mutate = instance_with_flags_of_micromaps, .count = 1, .path = LEADS_TO(0)),
     /* A micromap flag without the feature, and an undefined flag: two mistakes. */
-    CASE("instance_with_flags_of_micromaps_and_of_nobody",
+    CASE("instance_with_flags_of_micromaps_and_undefined_flags",
          RULES(RULE_instance_flags_are_valid, RULE_instance_micromap_flags_have_their_feature),
          .mutate = instance_with_two_wrong_flags, .count = 1, .path = LEADS_TO(0)),
     CASE("instance_disables_micromaps_without_feature",
@@ -234,7 +234,7 @@ static const struct test_case cases[] = {
     CASE("pointers_to_nowhere", .mutate = pointers_to_nowhere,
          .mutate_twin = pointers_to_nowhere_alone, .may_fail_on_cpu = true, .path = LEADS_TO(2)),
     CASE("instances_of_no_structure_in_device_memory", .silent = true,
-         .commands = ON_COMMAND_BUFFERS, .mutate = instance_with_nobodys_flags,
+         .commands = ON_COMMAND_BUFFERS, .mutate = instance_with_undefined_flags,
          .is_for_the_call = true),
 
     SHARED(.commands = ON_HOST, .setup = &with_content, RULES(RULE_transform_matrix_is_invertible)),

@@ -64,7 +64,7 @@ TRIANGLE(data_far_beyond, 1, UINT32_MAX, 0, STATES_2)
 TRIANGLE(triangle_behind_the_last, TRIANGLES_BUILT, UINT32_MAX, 99, 99)
 TRIANGLE(triangle_between_the_strides, 1, UINT32_MAX, 99, 99)
 TRIANGLE(triangle_at_the_stride, 2, END, 0, STATES_2)
-TRIANGLE(format_of_nobody, 1, 0, 0, 3)
+TRIANGLE(undefined_format, 1, 0, 0, 3)
 TRIANGLE(format_zero, 0, 0, 0, 0)
 TRIANGLE(format_zero_of_large_level, 0, 0, UINT16_MAX, 0)
 TRIANGLE(level_2_beyond, 1, 0, 7, STATES_2)
@@ -247,8 +247,8 @@ static const struct test_case cases[] = {
     DATA_CASE("micromap_data_past_the_end_at_a_stride", micromap_triangle_data_is_in_its_buffer,
               build_micromap_of_wide_stride, triangle_at_the_stride, triangle_between_the_strides,
               LEADS_TO(1)),
-    DATA_CASE("micromap_format_of_nobody", micromap_triangle_format_is_valid, build_micromap,
-              format_of_nobody, level_4_at_the_limit, LEADS_TO(1) "whose format 3 is not"),
+    DATA_CASE("micromap_format_undefined", micromap_triangle_format_is_valid, build_micromap,
+              undefined_format, level_4_at_the_limit, LEADS_TO(1) "whose format 3 is not"),
     DATA_CASE("micromap_format_zero", micromap_triangle_format_is_valid, build_micromap,
               format_zero, triangle_behind_the_last, LEADS_TO(0)),
     DATA_CASE("micromap_format_zero_of_large_level", micromap_triangle_format_is_valid,

@@ -46,7 +46,7 @@ static void moving_instances(struct scene *scene)
         instance_at(scene, index)->assignment;                                                     \
     }
 
-MOVING_INSTANCES(instances_of_nobodys_type, MATRIX,
+MOVING_INSTANCES(instances_of_undefined_type, MATRIX,
                  type = (VkAccelerationStructureMotionInstanceTypeNV)3)
 MOVING_INSTANCES(instances_with_flags, SRT, flags = 1)
 MOVING_INSTANCES(still_instance_with_flags, STILL, data.staticInstance.flags = 0x40)
@@ -87,7 +87,7 @@ MOVING_INSTANCES(more_instances_than_built, INSTANCES_MADE,
 
 static void instances_behind_pointers(struct scene *scene)
 {
-    instances_of_nobodys_type(scene);
+    instances_of_undefined_type(scene);
     scene->geometries[TLAS][0].geometry.instances.arrayOfPointers = VK_TRUE;
 }
 
@@ -120,7 +120,7 @@ static void packed_instance_with_flags(struct scene *scene)
 /* The last of them ends where nothing can be read. */
 static void instances_off_the_page(struct scene *scene)
 {
-    instances_of_nobodys_type(scene);
+    instances_of_undefined_type(scene);
     scene->geometries[TLAS][0].geometry.instances.data.hostAddress =
         bytes_before_unreadable_page(100);
 }
@@ -129,11 +129,11 @@ static const struct test_case cases[] = {
     SHARED(.commands = ON_HOST, .setup = &with_content, .mutate_twin = moving_instances,
            .path =
                "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"),
-    CASE("motion_instance_of_nobodys_type", RULES(RULE_motion_instance_type_is_valid),
-         .mutate = instances_of_nobodys_type, .mutate_twin = more_instances_than_built),
+    CASE("motion_instance_of_undefined_type", RULES(RULE_motion_instance_type_is_valid),
+         .mutate = instances_of_undefined_type, .mutate_twin = more_instances_than_built),
     CASE("motion_instance_with_flags", RULES(RULE_motion_instance_flags_are_zero),
          .mutate = instances_with_flags),
-    CASE("still_motion_instance_with_nobodys_flags", RULES(RULE_static_member_is_filled),
+    CASE("still_motion_instance_with_undefined_flags", RULES(RULE_static_member_is_filled),
          .mutate = still_instance_with_flags),
     CASE("static_motion_instance_with_flags_of_micromaps",
          RULES(RULE_instance_micromap_flags_have_their_feature),
@@ -146,7 +146,7 @@ static const struct test_case cases[] = {
     CASE("matrix_motion_instance_with_flags_of_micromaps_enabled",
          RULES(RULE_matrix_motion_instance_flags_are_valid), .silent = true,
          .setup = &with_content_and_micromaps, .mutate = matrix_instance_with_flags),
-    CASE("srt_motion_instance_with_nobodys_flags",
+    CASE("srt_motion_instance_with_undefined_flags",
          RULES(RULE_srt_motion_instance_flags_are_valid, RULE_srt_motion_member_is_filled),
          .mutate = srt_instance_with_flags, .mutate_twin = instances_force_opaque,
          .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"),
@@ -181,7 +181,7 @@ static const struct test_case cases[] = {
     CASE("motion_instances_off_the_page", .mutate = instances_off_the_page,
          .may_fail_on_cpu = true),
     CASE("motion_instances_in_device_memory", .commands = ON_COMMAND_BUFFERS,
-         .mutate = instances_of_nobodys_type),
+         .mutate = instances_of_undefined_type),
 };
 
 CASE_LIST(cases_motion_instances, cases);

@@ -71,7 +71,7 @@ static void use_instances_of_a_blas(struct scene *scene)
     instance_at(scene, 2)->accelerationStructureReference = reference;
 }
 
-static void instance_of_nobody(struct scene *scene)
+static void instance_of_unknown_handle(struct scene *scene)
 {
     instance_at(scene, 2)->accelerationStructureReference = 0x123456;
 }
@@ -110,7 +110,7 @@ static void instance_of_nothing(struct scene *scene)
     instance_at(scene, 0)->accelerationStructureReference = 0;
 }
 
-static void instance_of_nobodys_flags(struct scene *scene)
+static void instance_with_undefined_flags(struct scene *scene)
 {
     instance_at(scene, 1)->flags = 0x40;
 }
@@ -200,9 +200,9 @@ static const struct test_case cases[] = {
                 index_beyond_the_vertices),
 
     /* A driver may follow such handles. */
-    CASE("nv_instance_of_nobody", RULES(RULE_nv_instance_references_are_blas_handles),
+    CASE("nv_instance_of_unknown_handle", RULES(RULE_nv_instance_references_are_blas_handles),
          .commands = ON_NV, .setup = &with_content, .prepare = use_instances_of_a_blas,
-         .mutate = instance_of_nobody, .mutate_twin = instance_behind_the_last,
+         .mutate = instance_of_unknown_handle, .mutate_twin = instance_behind_the_last,
          .spares_drivers = true,
          .path =
              "instanceData leads to instance 2, whose accelerationStructureReference 0x123456 was "
@@ -217,8 +217,8 @@ static const struct test_case cases[] = {
          .mutate = instance_of_a_destroyed_structure, .mutate_twin = instance_behind_the_last,
          .spares_drivers = true,
          .path = "instanceData leads to instance 2, whose accelerationStructureReference 0x"),
-    DATA_CASE("nv_instance_of_nobodys_flags", instance_flags_are_valid, use_instances_of_a_blas,
-              instance_of_nobodys_flags, instance_behind_the_last,
+    DATA_CASE("nv_instance_with_undefined_flags", instance_flags_are_valid, use_instances_of_a_blas,
+              instance_with_undefined_flags, instance_behind_the_last,
               "instanceData leads to instance 1"),
     DATA_CASE("nv_flat_instance", transform_matrix_is_invertible, use_instances_of_a_blas,
               flat_instance, flat_instance_of_nothing, "instanceData leads to instance 2"),

@@ -132,7 +132,7 @@ static const struct test_case cases[] = {
          .edits = EDITS(SET(nv.info.instanceCount, 1), CALL(scene_nv_give_objects))),
 
     SHARED(),
-    /* Of no boxes, so that dst has enough of them. */
+    /* A build of 0 boxes, for which dst is large enough. */
     CASE("blas_of_two_types", RULES(RULE_nv_blas_geometries_have_one_type),
          .edits = EDITS(SET(nv.geometries[1].geometryType, VK_GEOMETRY_TYPE_AABBS_NV),
                         COPY(nv.geometries[1].geometry.aabbs.aabbData, nv.boxes.handle),

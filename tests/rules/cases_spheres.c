@@ -101,12 +101,12 @@ static const struct test_case cases[] = {
          .prepare = scene_add_swept_spheres, .edits = EDITS(CALL(shrink_dst)),
          .path = "pInfos[6].dstAccelerationStructure"),
 
-    CASE("swept_spheres_indexing_mode_of_nobody", RULES(RULE_swept_spheres_indexing_mode_is_valid),
+    CASE("swept_spheres_indexing_mode_undefined", RULES(RULE_swept_spheres_indexing_mode_is_valid),
          .prepare = scene_add_swept_spheres, .edits = EDITS(SET(swept_spheres.indexingMode, 2)),
          .twin_edits =
              EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV)),
          .path = SWEPT_PATH "indexingMode"),
-    CASE("swept_spheres_end_caps_mode_of_nobody", RULES(RULE_swept_spheres_end_caps_mode_is_valid),
+    CASE("swept_spheres_end_caps_mode_undefined", RULES(RULE_swept_spheres_end_caps_mode_is_valid),
          .prepare = scene_add_swept_spheres, .edits = EDITS(SET(swept_spheres.endCapsMode, 2)),
          .twin_edits = EDITS(
              SET(swept_spheres.endCapsMode, VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_NONE_NV)),

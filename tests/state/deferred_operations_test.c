@@ -55,7 +55,7 @@ TEST(work_ends_when_its_operation_completes)
     assert_int_equal(work.ends, 2);
 }
 
-TEST(work_that_nobody_completed_is_not_known_to_have_succeeded)
+TEST(uncompleted_work_is_not_known_to_have_succeeded)
 {
     struct deferred_operations *operations = make();
     struct work works[4] = {{0}};
