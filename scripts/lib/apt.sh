@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# Asking apt: what is installed, what could be, and suites that the machine doesn't have among its
-# sources. Those are read through sources and lists in a temporary folder, so that nothing of the
-# machine's own apt set-up changes. Needs common.sh, $log, and os-release's variables.
+# Functions around apt: what is installed, what can be installed, and packages of suites that are not
+# among the machine's sources. Such suites are read through sources and lists in a temporary folder, so
+# that the machine's apt configuration does not change. Needs common.sh, $log, and os-release's variables.
 # shellcheck shell=bash disable=SC2154
 
 as_root() {
@@ -32,12 +32,12 @@ package_candidate() {
         awk '$1 == "Candidate:" && $2 != "(none)" { print $2; found = 1 } END { exit !found }'
 }
 
-# version_at_least VERSION MINIMUM: Debian's order of versions; an empty MINIMUM is always met.
+# version_at_least VERSION MINIMUM: compares by Debian's order; an empty MINIMUM is always met.
 version_at_least() {
     [ -z "$2" ] || dpkg --compare-versions "$1" ge "$2"
 }
 
-# logged COMMAND...: runs it with its output in the log, and shows the log's end if it fails.
+# logged COMMAND...: runs COMMAND with its output in the log, and prints the log's end if it fails.
 logged() {
     local line count=0 status=1
     printf '\n$ %s\n' "$*" >>"$log"
@@ -57,14 +57,14 @@ logged() {
     fi
 }
 
-# lists_update: once a run. A list that can't be read may be of no use here: $lists_state tells.
+# lists_update: runs once. Some lists may be unreadable and not needed; $lists_state says so.
 lists_state=
 lists_update() {
     [ -z "$lists_state" ] || return 0
     say "  reading the package lists"
     lists_state=fresh
     logged as_root apt-get update -q -o APT::Update::Error-Mode=any || {
-        say "  some package lists could not be read; going on with what there is"
+        say "  some package lists could not be read; continuing without them"
         lists_state=incomplete
     }
 }
@@ -75,8 +75,8 @@ packages_install() {
         --no-install-recommends --no-remove -o DPkg::Lock::Timeout=600 -o Dpkg::Use-Pty=0 "$@"
 }
 
-# debian_entry: prints "RELEASE|URI|FILE:NUMBER" of the entry among the machine's apt sources that
-# is this Debian's own archive, however it is written; other archives may share its codename.
+# debian_entry: prints "RELEASE|URI|FILE:NUMBER" of the apt source of this Debian's own archive. Other
+# archives may share its codename.
 debian_entry() {
     # shellcheck disable=SC2016 # apt fills these in
     apt-get indextargets 'Created-By: Packages' --format \
@@ -88,8 +88,8 @@ debian_entry() {
             }'
 }
 
-# stanza_for_suite FILE RELEASE URI SUITE: the stanza of a .sources file that has RELEASE at URI,
-# asking for SUITE instead; what it says of keys and mirrors stays.
+# stanza_for_suite FILE RELEASE URI SUITE: prints the stanza of a .sources file that has RELEASE at URI,
+# with SUITE instead; keys and mirrors stay the same.
 stanza_for_suite() {
     awk -v release="$2" -v uri="$3" -v suite="$4" '
         function has(list, word,    words, count, i) {
@@ -120,7 +120,7 @@ stanza_for_suite() {
         }' "$1"
 }
 
-# line_for_suite FILE NUMBER SUITE: the same for a line of a one-line file.
+# line_for_suite FILE NUMBER SUITE: the same for a file in the one-line format.
 line_for_suite() {
     local line options
     line=$(sed -n "$2p" "$1")
@@ -130,7 +130,7 @@ line_for_suite() {
     printf 'deb [%s target=Packages] %s %s main\n' "$options" "${BASH_REMATCH[3]}" "$3"
 }
 
-# suite_open SUITE: makes SUITE of this Debian's archive readable by the two functions below.
+# suite_open SUITE: prepares the two functions below for SUITE of this Debian's archive.
 suite_open() {
     local suite=$1 entry release uri place
     entry=$(debian_entry)

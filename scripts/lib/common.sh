@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What the scripts share: where the repository is and how they speak.
+# Shared by the scripts: the root of the repository and functions for output.
 # shellcheck shell=bash disable=SC2034
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -21,8 +21,8 @@ usage_error() {
     exit 2
 }
 
-# lavapipe_manifest: the file that names Mesa's Vulkan driver for the CPU to the loader; its name
-# has the architecture in some releases.
+# lavapipe_manifest: prints the path of the manifest of Mesa's CPU driver, whose name includes the
+# architecture in some releases.
 lavapipe_manifest() {
     local file
     for file in /usr/share/vulkan/icd.d/lvp_icd*.json; do
