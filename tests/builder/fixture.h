@@ -12,7 +12,7 @@ extern const float fixture_triangle[9]; /* (0, 0), (1, 0), (0, 1) in the plane z
  * caller frees nothing of that. Only for programs in which one thread allocates. */
 void fixture_scope_begin(void);
 void fixture_scope_end(void);
-/* The same around a group of cmocka's tests. */
+/* The same for cmocka. */
 int fixture_setup(void **state);
 int fixture_teardown(void **state);
 

@@ -4,15 +4,11 @@
 #include <dirent.h>
 #include <math.h>
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "tests/builder/fixture.h"
+#include "tests/state/unit_test.h"
 
 #define INSTANCES 9000u /* more than one thread's portion */
 
@@ -60,9 +56,8 @@ static uint32_t threads_in_build(const void *blas, uint32_t threads)
     return most_threads;
 }
 
-static void test_threads(void **state)
+TEST(test_threads)
 {
-    (void)state;
     struct fixture_input input;
     fixture_input_triangles(&input, fixture_triangle, 1);
     void *blas = fixture_build(&input.input, NULL);
@@ -143,9 +138,8 @@ static void check_same(const struct expected *expected, int quality, uint32_t th
     free(structure);
 }
 
-static void test_same_bytes(void **state)
+TEST(test_same_bytes)
 {
-    (void)state;
     struct expected expected;
     make_expected(&expected);
     for (uint32_t threads = 2; threads <= 5; threads += 3)
@@ -181,9 +175,8 @@ static void *lead(void *argument)
 
 /* One helper before the first build, one that comes in its midst, one after the last; and two
  * threads that lead builds at once. */
-static void test_team(void **state)
+TEST(test_team)
 {
-    (void)state;
     struct expected expected;
     struct builder_team team;
     pthread_t early, late, other;
@@ -209,12 +202,4 @@ static void test_team(void **state)
     builder_team_help_for_now(&team);
     builder_team_destroy(&team);
     free_expected(&expected);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_threads),
-                                       cmocka_unit_test(test_same_bytes),
-                                       cmocka_unit_test(test_team)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,7 +6,7 @@
 
 static struct instance_fixture other;
 
-static void test_commands_by_name(void **state)
+OFFER_TEST(test_commands_by_name)
 {
     VkuDeviceDispatchTable vk;
     VkDevice device = instance_fixture_open_device(&fixture, &vk);
@@ -24,7 +24,7 @@ static void test_commands_by_name(void **state)
 }
 
 /* Either of the extensions that have structures is enough to trace them. */
-static void test_nv_commands_by_name(void **state)
+OFFER_TEST(test_nv_commands_by_name)
 {
     const char *extensions[] = {VK_NV_RAY_TRACING_EXTENSION_NAME};
     VkuDeviceDispatchTable vk;
@@ -47,7 +47,7 @@ static void test_nv_commands_by_name(void **state)
 }
 
 /* What a driver has of the same extension isn't asked. */
-static void test_over_a_driver_with_nv(void **state)
+TEST(test_over_a_driver_with_nv)
 {
     if (!platform.is_null)
         skip();
@@ -69,7 +69,7 @@ static void test_over_a_driver_with_nv(void **state)
     instance_fixture_close(&other);
 }
 
-static void test_two_devices(void **state)
+OFFER_TEST(test_two_devices)
 {
     VkuDeviceDispatchTable vk, plain;
     VkDevice with = instance_fixture_open_device(&fixture, &vk), without;
@@ -81,7 +81,7 @@ static void test_two_devices(void **state)
 }
 
 /* Whatever stands before and behind the features in the chain, also what nobody knows. */
-static void test_chains(void **state)
+OFFER_TEST(test_chains)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
@@ -124,7 +124,7 @@ static void test_chains(void **state)
     assert_int_equal(fixture.messages.count, 0);
 }
 
-static void test_what_is_not_offered(void **state)
+OFFER_TEST(test_what_is_not_offered)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
@@ -156,17 +156,4 @@ static void test_what_is_not_offered(void **state)
         instance_fixture_create_device(&fixture, &structures, extensions, 2, &device, &vk),
         VK_ERROR_FEATURE_NOT_PRESENT);
     assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", "CaptureReplay"), 1);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_commands_by_name, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_nv_commands_by_name, offer_open, offer_close),
-        cmocka_unit_test(test_over_a_driver_with_nv),
-        cmocka_unit_test_setup_teardown(test_two_devices, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_chains, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_what_is_not_offered, offer_open, offer_close),
-    };
-    return offer_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -36,7 +36,7 @@ static bool is_offered(const char *name)
     return false;
 }
 
-static void test_extensions(void **state)
+OFFER_TEST(test_extensions)
 {
     for (size_t i = 0; i < registry_ray_tracing_count; i++)
         assert_int_equal(instance_fixture_count_extension(&fixture, registry_ray_tracing[i]),
@@ -47,7 +47,7 @@ static void test_extensions(void **state)
 }
 
 /* The rest is the driver's, in the driver's order. */
-static void test_other_extensions(void **state)
+OFFER_TEST(test_other_extensions)
 {
     instance_fixture_open(&other, &platform, &on_driver);
     uint32_t at = 0;
@@ -65,7 +65,7 @@ static void test_other_extensions(void **state)
     instance_fixture_close(&other);
 }
 
-static void test_extension_counts(void **state)
+OFFER_TEST(test_extension_counts)
 {
     const PFN_vkEnumerateDeviceExtensionProperties enumerate =
         fixture.vk.EnumerateDeviceExtensionProperties;
@@ -86,7 +86,7 @@ static void test_extension_counts(void **state)
     }
 }
 
-static void test_failing_enumeration(void **state)
+OFFER_TEST(test_failing_enumeration)
 {
     if (!platform.is_null)
         skip();
@@ -100,7 +100,7 @@ static void test_failing_enumeration(void **state)
 
 /* ---- features and properties */
 
-static void test_features(void **state)
+OFFER_TEST(test_features)
 {
     VkPhysicalDeviceRayQueryFeaturesKHR query = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = 77};
@@ -162,7 +162,7 @@ static void test_features(void **state)
     assert_true(core.timelineSemaphore);
 }
 
-static void test_properties(void **state)
+OFFER_TEST(test_properties)
 {
     VkPhysicalDeviceRayTracingPipelinePropertiesKHR pipelines = {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR,
@@ -215,7 +215,7 @@ enum {
     VERTICES = VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR,
 };
 
-static void test_formats(void **state)
+OFFER_TEST(test_formats)
 {
     for (VkFormat format = VK_FORMAT_UNDEFINED; format <= VK_FORMAT_ASTC_12x12_SRGB_BLOCK;
          format++) {
@@ -263,19 +263,19 @@ static void configure_without_addresses(struct null_driver_config *config)
         offsetof(VkPhysicalDeviceBufferDeviceAddressFeatures, bufferDeviceAddress), VK_FALSE);
 }
 
-static void test_vulkan_1_0(void **state)
+TEST(test_vulkan_1_0)
 {
     test_without_what_it_needs(&(struct instance_fixture_setup){.configure = configure_1_0});
     test_without_what_it_needs(&(struct instance_fixture_setup){.api_version = VK_API_VERSION_1_0});
 }
 
-static void test_no_buffer_addresses(void **state)
+TEST(test_no_buffer_addresses)
 {
     test_without_what_it_needs(
         &(struct instance_fixture_setup){.configure = configure_without_addresses});
 }
 
-static void test_backend_driver(void **state)
+TEST(test_backend_driver)
 {
     instance_fixture_open(&other, &platform, &on_driver);
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
@@ -285,21 +285,4 @@ static void test_backend_driver(void **state)
     other.vk.GetPhysicalDeviceFeatures2(other.physical, &features);
     assert_int_equal(structures.accelerationStructureCaptureReplay, platform.is_null);
     instance_fixture_close(&other);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_extensions, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_other_extensions, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_extension_counts, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_failing_enumeration, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_features, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_properties, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_formats, offer_open, offer_close),
-        cmocka_unit_test(test_vulkan_1_0),
-        cmocka_unit_test(test_no_buffer_addresses),
-        cmocka_unit_test(test_backend_driver),
-    };
-    return offer_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

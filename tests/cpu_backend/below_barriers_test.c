@@ -5,6 +5,7 @@
 #include "../report/scarce_memory.h"
 #include "below_masks.h"
 #include "layer/cpu/commands.h"
+#include "tests/cpu_backend/test_between.h"
 #include "tests/fixture/objects.h"
 
 /* ---- the driver */
@@ -22,12 +23,6 @@ static struct {
     VkImageMemoryBarrier2 image2;
     VkMemoryRangeBarrierKHR range;
 } seen;
-
-static int clear(void **state)
-{
-    memset(&seen, 0, sizeof(seen));
-    return 0;
-}
 
 static void see_barriers(VkPipelineStageFlags src, VkPipelineStageFlags dst, uint32_t count,
                          const VkMemoryBarrier *memory, uint32_t buffer_count,
@@ -132,6 +127,20 @@ static VKAPI_ATTR void VKAPI_CALL wait_events2(VkCommandBuffer command_buffer, u
         see_info(&infos[i]);
 }
 
+static void open_driver(void)
+{
+    VkuDeviceDispatchTable *next = &below->next;
+    next->CmdPipelineBarrier = pipeline_barrier;
+    next->CmdWaitEvents = wait_events;
+    next->CmdSetEvent = next->CmdResetEvent = set_event;
+    next->CmdWriteTimestamp = write_timestamp;
+    next->CmdPipelineBarrier2 = pipeline_barrier2;
+    next->CmdWaitEvents2 = wait_events2;
+    next->CmdResetEvent2 = reset_event2;
+    next->CmdWriteTimestamp2 = write_timestamp2;
+    memset(&seen, 0, sizeof(seen));
+}
+
 /* ---- Vulkan 1.0 */
 
 static void barrier(VkPipelineStageFlags src, VkPipelineStageFlags dst, uint32_t count,
@@ -151,7 +160,7 @@ static void expect_masks(VkPipelineStageFlags src, VkPipelineStageFlags dst,
 }
 
 /* What has no bit of ray tracing is not even copied. */
-static void test_other_barriers_pass(void **state)
+TEST_OPENED(test_other_barriers_pass, open_driver)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = SHADER_WRITE, .dstAccessMask = SHADER_READ};
     barrier(COMPUTE, ALL, 1, &memory);
@@ -162,7 +171,7 @@ static void test_other_barriers_pass(void **state)
 }
 
 /* What builds read, they read with any access: the copies that stand for it read memory. */
-static void test_barrier_before_a_build(void **state)
+TEST_OPENED(test_barrier_before_a_build, open_driver)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = SHADER_WRITE, .dstAccessMask = SHADER_READ};
     barrier(COMPUTE, BUILD, 1, &memory);
@@ -170,7 +179,7 @@ static void test_barrier_before_a_build(void **state)
     assert_int_equal(memory.dstAccessMask, SHADER_READ);
 }
 
-static void test_barrier_between_builds(void **state)
+TEST_OPENED(test_barrier_between_builds, open_driver)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = WRITE, .dstAccessMask = READ | WRITE};
     barrier(BUILD, BUILD | COMPUTE, 1, &memory);
@@ -178,7 +187,7 @@ static void test_barrier_between_builds(void **state)
 }
 
 /* An access of ray tracing at a stage that isn't. */
-static void test_access_alone(void **state)
+TEST_OPENED(test_access_alone, open_driver)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = WRITE, .dstAccessMask = READ};
     barrier(ALL, ALL, 1, &memory);
@@ -189,7 +198,7 @@ static void test_access_alone(void **state)
     assert_int_equal(seen.src, ALL);
 }
 
-static void test_all_kinds_of_barriers(void **state)
+TEST_OPENED(test_all_kinds_of_barriers, open_driver)
 {
     const VkBufferMemoryBarrier buffer = {.srcAccessMask = WRITE,
                                           .dstAccessMask = READ,
@@ -214,7 +223,7 @@ static void test_all_kinds_of_barriers(void **state)
 }
 
 /* More than the stack takes; without memory the call goes down as it is. */
-static void test_many_barriers(void **state)
+TEST_OPENED(test_many_barriers, open_driver)
 {
     static VkMemoryBarrier memory[MANY];
     for (unsigned i = 0; i < MANY; i++)
@@ -234,7 +243,7 @@ static void test_many_barriers(void **state)
     assert_ptr_equal(seen.array, memory);
 }
 
-static void test_stages_alone(void **state)
+TEST_OPENED(test_stages_alone, open_driver)
 {
     cpu_CmdSetEvent(COMMAND_BUFFER, VK_NULL_HANDLE, BUILD | COMPUTE);
     assert_int_equal(seen.stage, ALL | COMPUTE);
@@ -253,7 +262,7 @@ static void test_stages_alone(void **state)
 
 /* ---- VK_KHR_synchronization2 */
 
-static void test_other_dependencies_pass(void **state)
+TEST_OPENED(test_other_dependencies_pass, open_driver)
 {
     const VkMemoryBarrier2 memory = {.srcStageMask = COMPUTE,
                                      .srcAccessMask = VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
@@ -265,7 +274,7 @@ static void test_other_dependencies_pass(void **state)
     assert_int_equal(seen.calls, 1);
 }
 
-static void test_dependency(void **state)
+TEST_OPENED(test_dependency, open_driver)
 {
     const VkMemoryBarrier2 memory[] = {
         {.srcStageMask = VK_PIPELINE_STAGE_2_COPY_BIT,
@@ -307,7 +316,7 @@ static void test_dependency(void **state)
     assert_int_equal(seen.range.srcAccessMask, MEMORY_READ | MEMORY_WRITE);
 }
 
-static void test_waits_for_events(void **state)
+TEST_OPENED(test_waits_for_events, open_driver)
 {
     const VkMemoryBarrier2 plain = {.srcStageMask = COMPUTE, .dstStageMask = COMPUTE};
     const VkMemoryBarrier2 traced = {.srcStageMask = BUILD, .dstStageMask = COMPUTE};
@@ -326,7 +335,7 @@ static void test_waits_for_events(void **state)
 }
 
 /* Every allocation fails in turn; the last life has all. */
-static void test_dependencies_without_memory(void **state)
+TEST_OPENED(test_dependencies_without_memory, open_driver)
 {
     static VkMemoryBarrier2 memory[MANY];
     const VkMemoryRangeBarrierKHR range = {.srcStageMask = BUILD};
@@ -346,31 +355,4 @@ static void test_dependencies_without_memory(void **state)
     }
     assert_int_equal(failures, 2);
     assert_int_equal(seen.range.srcStageMask, ALL);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_other_barriers_pass, clear),
-        cmocka_unit_test_setup(test_barrier_before_a_build, clear),
-        cmocka_unit_test_setup(test_barrier_between_builds, clear),
-        cmocka_unit_test_setup(test_access_alone, clear),
-        cmocka_unit_test_setup(test_all_kinds_of_barriers, clear),
-        cmocka_unit_test_setup(test_many_barriers, clear),
-        cmocka_unit_test_setup(test_stages_alone, clear),
-        cmocka_unit_test_setup(test_other_dependencies_pass, clear),
-        cmocka_unit_test_setup(test_dependency, clear),
-        cmocka_unit_test_setup(test_waits_for_events, clear),
-        cmocka_unit_test_setup(test_dependencies_without_memory, clear),
-    };
-    VkuDeviceDispatchTable *next = &below->next;
-    next->CmdPipelineBarrier = pipeline_barrier;
-    next->CmdWaitEvents = wait_events;
-    next->CmdSetEvent = next->CmdResetEvent = set_event;
-    next->CmdWriteTimestamp = write_timestamp;
-    next->CmdPipelineBarrier2 = pipeline_barrier2;
-    next->CmdWaitEvents2 = wait_events2;
-    next->CmdResetEvent2 = reset_event2;
-    next->CmdWriteTimestamp2 = write_timestamp2;
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,6 +4,7 @@
 
 #include "below.h"
 #include "layer/cpu/commands.h"
+#include "tests/cpu_backend/test_between.h"
 #include "tests/fixture/objects.h"
 
 #define STRUCTURE VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR
@@ -15,14 +16,6 @@ static struct {
     unsigned calls, writes, copies;
     uint32_t bindings[8]; /* written */
 } seen;
-
-static int clear(void **state)
-{
-    memset(&seen, 0, sizeof(seen));
-    refusals = 0;
-    refused_command = "";
-    return 0;
-}
 
 static VKAPI_ATTR VkResult VKAPI_CALL create_layout(VkDevice device,
                                                     const VkDescriptorSetLayoutCreateInfo *info,
@@ -95,6 +88,22 @@ static VKAPI_ATTR void VKAPI_CALL get_descriptor(VkDevice device,
     seen.calls++;
 }
 
+static void open_driver(void)
+{
+    VkuDeviceDispatchTable *next = &below->next;
+    next->CreateDescriptorSetLayout = create_layout;
+    next->GetDescriptorSetLayoutSupport = get_support;
+    next->CreateDescriptorPool = create_pool;
+    next->CreateDescriptorUpdateTemplate = create_template;
+    next->UpdateDescriptorSets = update_sets;
+    next->CmdPushDescriptorSet = push;
+    next->CmdPushDescriptorSet2 = push2;
+    next->GetDescriptorEXT = get_descriptor;
+    memset(&seen, 0, sizeof(seen));
+    refusals = 0;
+    refused_command = "";
+}
+
 /* ---- tests */
 
 static VkResult try_layout(VkDescriptorType type, const void *chain)
@@ -113,7 +122,7 @@ static VkResult try_layout(VkDescriptorType type, const void *chain)
     return result;
 }
 
-static void test_layouts(void **state)
+TEST_OPENED(test_layouts, open_driver)
 {
     static const VkDescriptorType types[] = {OTHER, STRUCTURE};
     const VkMutableDescriptorTypeListEXT list = {2, types};
@@ -131,7 +140,7 @@ static void test_layouts(void **state)
     assert_int_equal(seen.calls, 1);
 }
 
-static void test_pools_and_templates(void **state)
+TEST_OPENED(test_pools_and_templates, open_driver)
 {
     VkDescriptorPoolSize size = {OTHER, 1};
     const VkDescriptorPoolCreateInfo info = {.poolSizeCount = 1, .pPoolSizes = &size};
@@ -168,7 +177,7 @@ static void check_writes(unsigned structures)
     const VkPushDescriptorSetInfo info = {
         .set = 5, .descriptorWriteCount = 4, .pDescriptorWrites = writes};
     for (int command = 0; command < 3; command++) {
-        clear(NULL);
+        open_driver();
         if (command == 0)
             cpu_UpdateDescriptorSets(DEVICE, 4, writes, 1, &copy);
         else if (command == 1)
@@ -185,13 +194,13 @@ static void check_writes(unsigned structures)
     }
 }
 
-static void test_writes(void **state)
+TEST_OPENED(test_writes, open_driver)
 {
     for (unsigned structures = 0; structures < 16; structures++)
         check_writes(structures);
 }
 
-static void test_descriptors_in_memory(void **state)
+TEST_OPENED(test_descriptors_in_memory, open_driver)
 {
     VkDescriptorGetInfoEXT info = {.type = OTHER};
     char data[16];
@@ -204,24 +213,4 @@ static void test_descriptors_in_memory(void **state)
     assert_int_equal(cpu_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT(DEVICE, NULL, data),
                      VK_ERROR_VALIDATION_FAILED_EXT);
     assert_int_equal(refusals, 2);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_layouts, clear),
-        cmocka_unit_test_setup(test_pools_and_templates, clear),
-        cmocka_unit_test_setup(test_writes, clear),
-        cmocka_unit_test_setup(test_descriptors_in_memory, clear),
-    };
-    VkuDeviceDispatchTable *next = &below->next;
-    next->CreateDescriptorSetLayout = create_layout;
-    next->GetDescriptorSetLayoutSupport = get_support;
-    next->CreateDescriptorPool = create_pool;
-    next->CreateDescriptorUpdateTemplate = create_template;
-    next->UpdateDescriptorSets = update_sets;
-    next->CmdPushDescriptorSet = push;
-    next->CmdPushDescriptorSet2 = push2;
-    next->GetDescriptorEXT = get_descriptor;
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

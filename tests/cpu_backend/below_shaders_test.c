@@ -3,19 +3,12 @@
 
 #include "below.h"
 #include "layer/cpu/commands.h"
+#include "tests/cpu_backend/test_between.h"
 #include "tests/fixture/objects.h"
 
 /* ---- the driver */
 
 static unsigned calls;
-
-static int clear(void **state)
-{
-    calls = 0;
-    refusals = 0;
-    refused_command = "";
-    return 0;
-}
 
 static VKAPI_ATTR VkResult VKAPI_CALL create_module(VkDevice device,
                                                     const VkShaderModuleCreateInfo *info,
@@ -53,6 +46,18 @@ static VKAPI_ATTR VkResult VKAPI_CALL create_graphics(VkDevice device, VkPipelin
 {
     calls++;
     return VK_SUCCESS;
+}
+
+static void open_driver(void)
+{
+    VkuDeviceDispatchTable *next = &below->next;
+    next->CreateShaderModule = create_module;
+    next->CreateShadersEXT = create_shaders;
+    next->CreateComputePipelines = create_compute;
+    next->CreateGraphicsPipelines = create_graphics;
+    calls = 0;
+    refusals = 0;
+    refused_command = "";
 }
 
 /* ---- tests */
@@ -94,7 +99,7 @@ static VkResult try_code(const uint32_t *code, size_t size)
     return result;
 }
 
-static void test_shaders(void **state)
+TEST_OPENED(test_shaders, open_driver)
 {
     assert_int_equal(try_code(plain, sizeof(plain)), VK_SUCCESS);
     assert_int_equal(try_code(behind, sizeof(behind)), VK_SUCCESS);
@@ -110,7 +115,7 @@ static void test_shaders(void **state)
     assert_int_equal(calls, 22);
 }
 
-static void test_pipelines_of_nv(void **state)
+TEST_OPENED(test_pipelines_of_nv, open_driver)
 {
     VkPipeline pipelines[2] = {(VkPipeline)(uintptr_t)7, (VkPipeline)(uintptr_t)7};
     char data[16];
@@ -129,18 +134,4 @@ static void test_pipelines_of_nv(void **state)
     assert_string_equal(refused_command, "vkCmdTraceRaysNV");
     assert_int_equal(refusals, 4);
     assert_int_equal(calls, 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_shaders, clear),
-        cmocka_unit_test_setup(test_pipelines_of_nv, clear),
-    };
-    VkuDeviceDispatchTable *next = &below->next;
-    next->CreateShaderModule = create_module;
-    next->CreateShadersEXT = create_shaders;
-    next->CreateComputePipelines = create_compute;
-    next->CreateGraphicsPipelines = create_graphics;
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,6 +5,7 @@
 #include "../report/scarce_memory.h"
 #include "below_masks.h"
 #include "layer/cpu/commands.h"
+#include "tests/cpu_backend/test_between.h"
 #include "tests/fixture/objects.h"
 
 /* ---- the driver */
@@ -17,12 +18,6 @@ static struct {
     VkSubpassDependency dependency;
     VkSubpassDependency2 dependency2;
 } seen;
-
-static int clear(void **state)
-{
-    memset(&seen, 0, sizeof(seen));
-    return 0;
-}
 
 static VKAPI_ATTR VkResult VKAPI_CALL queue_submit(VkQueue queue, uint32_t count,
                                                    const VkSubmitInfo *submits, VkFence fence)
@@ -68,9 +63,19 @@ static VKAPI_ATTR VkResult VKAPI_CALL create_render_pass2(VkDevice device,
     return VK_SUCCESS;
 }
 
+static void open_driver(void)
+{
+    VkuDeviceDispatchTable *next = &below->next;
+    next->QueueSubmit = queue_submit;
+    next->QueueSubmit2 = queue_submit2;
+    next->CreateRenderPass = create_render_pass;
+    next->CreateRenderPass2 = create_render_pass2;
+    memset(&seen, 0, sizeof(seen));
+}
+
 /* ---- submissions */
 
-static void test_submissions(void **state)
+TEST_OPENED(test_submissions, open_driver)
 {
     const VkPipelineStageFlags plain = COMPUTE, traced = BUILD | COMPUTE;
     const VkSemaphore semaphore = VK_NULL_HANDLE;
@@ -87,7 +92,7 @@ static void test_submissions(void **state)
     assert_int_equal(traced, BUILD | COMPUTE);
 }
 
-static void test_submissions2(void **state)
+TEST_OPENED(test_submissions2, open_driver)
 {
     VkSemaphoreSubmitInfo wait = {.stageMask = COMPUTE}, signal = {.stageMask = COMPUTE};
     const VkSubmitInfo2 submit = {.waitSemaphoreInfoCount = 1,
@@ -102,7 +107,7 @@ static void test_submissions2(void **state)
     assert_int_equal(seen.dst, ALL);
 }
 
-static void test_submissions_without_memory(void **state)
+TEST_OPENED(test_submissions_without_memory, open_driver)
 {
     static VkSubmitInfo submits[MANY];
     static const VkPipelineStageFlags traced = BUILD;
@@ -117,7 +122,7 @@ static void test_submissions_without_memory(void **state)
 
 /* ---- render passes */
 
-static void test_render_pass(void **state)
+TEST_OPENED(test_render_pass, open_driver)
 {
     VkSubpassDependency dependency = {.srcSubpass = VK_SUBPASS_EXTERNAL,
                                       .srcStageMask = COMPUTE,
@@ -137,7 +142,7 @@ static void test_render_pass(void **state)
     assert_int_equal(seen.dependency.dstAccessMask, SHADER_READ);
 }
 
-static void test_render_pass2(void **state)
+TEST_OPENED(test_render_pass2, open_driver)
 {
     VkMemoryBarrier2 barrier2 = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
                                  .srcStageMask = COMPUTE,
@@ -159,21 +164,4 @@ static void test_render_pass2(void **state)
     assert_int_equal(seen.memory2.dstStageMask, ALL);
     assert_int_equal(seen.memory2.srcStageMask, COMPUTE);
     assert_int_equal(barrier2.dstStageMask, BUILD);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_submissions, clear),
-        cmocka_unit_test_setup(test_submissions2, clear),
-        cmocka_unit_test_setup(test_submissions_without_memory, clear),
-        cmocka_unit_test_setup(test_render_pass, clear),
-        cmocka_unit_test_setup(test_render_pass2, clear),
-    };
-    VkuDeviceDispatchTable *next = &below->next;
-    next->QueueSubmit = queue_submit;
-    next->QueueSubmit2 = queue_submit2;
-    next->CreateRenderPass = create_render_pass;
-    next->CreateRenderPass2 = create_render_pass2;
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

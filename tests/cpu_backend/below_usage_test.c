@@ -5,6 +5,7 @@
 #include "../report/scarce_memory.h"
 #include "below.h"
 #include "layer/cpu/commands.h"
+#include "tests/cpu_backend/test_between.h"
 #include "tests/fixture/objects.h"
 
 enum {
@@ -28,12 +29,6 @@ static struct {
         VkBufferUsageFlags2 usage2;
     } bound[MANY];
 } seen;
-
-static int clear(void **state)
-{
-    memset(&seen, 0, sizeof(seen));
-    return 0;
-}
 
 static void see_usage(VkBufferUsageFlags usage, const void *chain)
 {
@@ -78,6 +73,15 @@ static VKAPI_ATTR void VKAPI_CALL bind(VkCommandBuffer command_buffer, uint32_t 
     }
 }
 
+static void open_driver(void)
+{
+    VkuDeviceDispatchTable *next = &below->next;
+    next->CreateBuffer = create_buffer;
+    next->CmdBindDescriptorBuffersEXT = bind;
+    next->GetDeviceBufferMemoryRequirements = get_requirements;
+    memset(&seen, 0, sizeof(seen));
+}
+
 /* ---- tests */
 
 static VkBufferUsageFlags create(VkBufferUsageFlags usage, const void *chain)
@@ -88,7 +92,7 @@ static VkBufferUsageFlags create(VkBufferUsageFlags usage, const void *chain)
     return seen.usage;
 }
 
-static void test_usage(void **state)
+TEST_OPENED(test_usage, open_driver)
 {
     assert_int_equal(create(VERTEX, NULL), VERTEX);
     assert_int_equal(create(STORAGE, NULL), COPIES);
@@ -97,7 +101,7 @@ static void test_usage(void **state)
     assert_int_equal(create(VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR, NULL), COPIES);
 }
 
-static void test_usage_in_the_chain(void **state)
+TEST_OPENED(test_usage_in_the_chain, open_driver)
 {
     const VkExternalMemoryBufferCreateInfo last = {
         .sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO};
@@ -135,7 +139,7 @@ static void test_usage_in_the_chain(void **state)
 }
 
 /* The usage that the driver knows the buffer by. */
-static void test_descriptor_buffers(void **state)
+TEST_OPENED(test_descriptor_buffers, open_driver)
 {
     enum { SAMPLERS = VK_BUFFER_USAGE_SAMPLER_DESCRIPTOR_BUFFER_BIT_EXT };
     const VkBufferUsageFlags2CreateInfo flags2 = {
@@ -158,18 +162,4 @@ static void test_descriptor_buffers(void **state)
     cpu_CmdBindDescriptorBuffersEXT(COMMAND_BUFFER, MANY, infos);
     assert_true(memory_fail_no_more());
     assert_ptr_equal(seen.array, infos);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_usage, clear),
-        cmocka_unit_test_setup(test_usage_in_the_chain, clear),
-        cmocka_unit_test_setup(test_descriptor_buffers, clear),
-    };
-    VkuDeviceDispatchTable *next = &below->next;
-    next->CreateBuffer = create_buffer;
-    next->CmdBindDescriptorBuffersEXT = bind;
-    next->GetDeviceBufferMemoryRequirements = get_requirements;
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

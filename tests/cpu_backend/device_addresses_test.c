@@ -48,7 +48,7 @@ static void free_lures(struct lures *lures)
         device_buffer_destroy(&device, &lures->buffers[i]);
 }
 
-static void test_builds(void **state)
+TEST_CLOSED(test_builds, result_scene_close)
 {
     struct lures lures;
     result_scene_open(COMPACTED_SIZE);
@@ -62,7 +62,7 @@ static void test_builds(void **state)
     free_lures(&lures);
 }
 
-static void test_serializes(void **state)
+TEST_CLOSED(test_serializes, result_scene_close)
 {
     struct lures lures;
     size_t size;
@@ -84,7 +84,7 @@ static void test_serializes(void **state)
     device_buffer_destroy(&device, &buffer);
 }
 
-static void test_deserializes(void **state)
+TEST_CLOSED(test_deserializes, result_scene_close)
 {
     struct lures lures;
     size_t size;
@@ -105,14 +105,4 @@ static void test_deserializes(void **state)
     free_lures(&lures);
     fixture_destroy(fixture, &loaded);
     device_buffer_destroy(&device, &buffer);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_builds, result_scene_close),
-        cmocka_unit_test_teardown(test_serializes, result_scene_close),
-        cmocka_unit_test_teardown(test_deserializes, result_scene_close),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -22,25 +22,6 @@ void device_fixture_close(struct device_fixture *fixture)
     fixture_close(&fixture->fixture);
 }
 
-static struct device_fixture *tested;
-
-static const char *open_tested(const char *name)
-{
-    return device_fixture_open(tested, name);
-}
-
-static void close_tested(void)
-{
-    device_fixture_close(tested);
-}
-
-int device_fixture_main(struct device_fixture *fixture, int argc, char **argv,
-                        const struct CMUnitTest *tests, size_t count)
-{
-    tested = fixture;
-    return tests_run(argc, argv, NULL, open_tested, close_tested, tests, count);
-}
-
 /* ---- buffers */
 
 struct device_buffer device_buffer_create(struct device_fixture *fixture, VkDeviceSize size)

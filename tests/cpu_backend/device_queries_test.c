@@ -7,7 +7,7 @@
 static const VkQueryType SERIALIZATION_SIZE =
     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
 
-static void test_queries(void **state)
+TEST_CLOSED(test_queries, result_scene_close)
 {
     result_scene_open(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -42,7 +42,7 @@ static void test_queries(void **state)
 }
 
 /* A query tells of the structure as it was when the query was written. */
-static void test_query_keeps_its_timestamp(void **state)
+TEST_CLOSED(test_query_keeps_its_timestamp, result_scene_close)
 {
     result_scene_open(SERIALIZATION_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -57,7 +57,7 @@ static void test_query_keeps_its_timestamp(void **state)
     scene.host.range.primitiveCount = TRIANGLES;
 }
 
-static void test_other_queries(void **state)
+TEST(test_other_queries)
 {
     VkQueryPool pool = query_pool_create(&fixture->vk, fixture->device, VK_QUERY_TYPE_OCCLUSION, 1);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -71,7 +71,7 @@ static void test_other_queries(void **state)
     device_expect_silence(&device);
 }
 
-static void test_copied_queries(void **state)
+TEST_CLOSED(test_copied_queries, result_scene_close)
 {
     result_scene_open(COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
@@ -96,7 +96,7 @@ static void test_copied_queries(void **state)
 
 /* Counts beyond the end of the pool mean no more than up to there, take no time, and nothing is
  * written for queries that there aren't. */
-static void test_wild_counts(void **state)
+TEST_CLOSED(test_wild_counts, result_scene_close)
 {
     result_scene_open(COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
@@ -127,16 +127,4 @@ static void test_wild_counts(void **state)
                                                      VK_QUERY_RESULT_64_BIT),
                      VK_NOT_READY);
     device_buffer_destroy(&device, &buffer);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_queries, result_scene_close),
-        cmocka_unit_test_teardown(test_query_keeps_its_timestamp, result_scene_close),
-        cmocka_unit_test(test_other_queries),
-        cmocka_unit_test_teardown(test_copied_queries, result_scene_close),
-        cmocka_unit_test_teardown(test_wild_counts, result_scene_close),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

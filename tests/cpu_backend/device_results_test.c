@@ -9,7 +9,7 @@
 static const VkQueryType SERIALIZATION_SIZE =
     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
 
-static void test_compaction(void **state)
+TEST_CLOSED(test_compaction, result_scene_close)
 {
     result_scene_open(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -104,7 +104,7 @@ static struct submission run_and_learn(VkCommandBuffer commands, enum learning l
 
 /* Serialized to a buffer, and from there into another structure; with the fence and the semaphore
  * left for the end. */
-static void test_serialization(void **state)
+TEST(test_serialization)
 {
     for (enum learning learning = BY_FENCE; learning <= BY_DEVICE; learning++) {
         result_scene_open(SERIALIZATION_SIZE);
@@ -131,12 +131,12 @@ static void test_serialization(void **state)
         assert_true(fixture_trace(fixture, loaded.handle, 0.25f, 0.25f).isHit);
         fixture_destroy(fixture, &loaded);
         device_buffer_destroy(&device, &buffer);
-        result_scene_close(NULL);
+        result_scene_close();
     }
 }
 
 /* One batch of a submission is seen complete, while another waits for the host. */
-static void test_batch_that_waits_for_the_host(void **state)
+TEST_CLOSED(test_batch_that_waits_for_the_host, result_scene_close)
 {
     const VkuDeviceDispatchTable *vk = &fixture->vk;
     result_scene_open(COMPACTED_SIZE);
@@ -173,14 +173,4 @@ static void test_batch_that_waits_for_the_host(void **state)
     const uint64_t *words = (uint64_t *)buffer.bytes;
     assert_int_equal(words[0], result_scene_property(scene.blas.handle, COMPACTED_SIZE));
     device_buffer_destroy(&device, &buffer);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_compaction, result_scene_close),
-        cmocka_unit_test(test_serialization),
-        cmocka_unit_test_teardown(test_batch_that_waits_for_the_host, result_scene_close),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

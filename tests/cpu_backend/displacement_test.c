@@ -120,7 +120,7 @@ static void expect_surface(const struct user *user, float rise)
 /* ---- tests */
 
 /* By the host or a command buffer, each; the micromap's input is gone, then the triangles'. */
-static void test_builds(void **state)
+TEST(test_builds)
 {
     for (int way = 0; way < 6; way++) {
         struct micromap micromap;
@@ -130,8 +130,8 @@ static void test_builds(void **state)
         build_micromap(&micromap, 2047, way % 2);
         if (way < 2) {
             describe(&user, &micromap, true);
-            GET(fixture_build(&device.fixture, VK_NULL_HANDLE, &user.scene.build,
-                              user.scene.blas.handle, VK_NULL_HANDLE));
+            GET(fixture_build(fixture, VK_NULL_HANDLE, &user.scene.build, user.scene.blas.handle,
+                              VK_NULL_HANDLE));
         } else {
             input_scene_build(&user.scene, &user.scene.build.range, way >= 4);
         }
@@ -142,7 +142,7 @@ static void test_builds(void **state)
 }
 
 /* Triangles are where the micromap put them when they were built, however late that shows. */
-static void test_micromap_that_changes(void **state)
+TEST(test_micromap_that_changes)
 {
     struct micromap micromap;
     struct user user;
@@ -154,14 +154,14 @@ static void test_micromap_that_changes(void **state)
     expect_surface(&user, 2);
     fill_triangles(&user);
     input_scene_build(&user.scene, &user.scene.build.range, false);
-    device.fixture.vk.DestroyMicromapEXT(device.fixture.device, micromap.ext, NULL);
+    fixture->vk.DestroyMicromapEXT(fixture->device, micromap.ext, NULL);
     micromap.ext = VK_NULL_HANDLE;
     expect_surface(&user, 0);
     input_scene_close(&user.scene);
     micromap_close(&micromap);
 }
 
-static void test_copies(void **state)
+TEST(test_copies)
 {
     static _Alignas(16) unsigned char bytes[MICROMAP_SIZE];
     struct micromap micromap[3];
@@ -170,7 +170,7 @@ static void test_copies(void **state)
         micromap_open_displacement(&micromap[i]);
     open_user(&user, &micromap[2]);
     build_micromap(&micromap[0], 2047, false);
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     micromap_clone_by_device(commands, &micromap[0], &micromap[1]);
     device_finish(&device, commands);
     GET(micromap_save_by_host(&micromap[1], bytes));
@@ -183,7 +183,7 @@ static void test_copies(void **state)
 }
 
 /* Of a structure that nobody has asked for yet, with another micromap. */
-static void test_updates(void **state)
+TEST(test_updates)
 {
     struct micromap micromap, other;
     struct user user;
@@ -197,17 +197,17 @@ static void test_updates(void **state)
     user.scene.build.info.srcAccelerationStructure = user.scene.blas.handle;
     user.displacement.micromap = other.ext;
     fill_triangles(&user);
-    const AssayCounters before = fixture_counters(&device.fixture);
+    const AssayCounters before = fixture_counters(fixture);
     input_scene_build(&user.scene, &user.scene.build.range, false);
     expect_surface(&user, 0);
-    assert_int_equal(fixture_counters(&device.fixture).updates, before.updates + 1);
+    assert_int_equal(fixture_counters(fixture).updates, before.updates + 1);
     input_scene_close(&user.scene);
     micromap_close(&micromap);
     micromap_close(&other);
 }
 
 /* A micromap that isn't built, and arrays that can't be read: there is no structure then. */
-static void test_mistakes(void **state)
+TEST(test_mistakes)
 {
     struct micromap micromap;
     struct user user;
@@ -225,20 +225,10 @@ static void test_mistakes(void **state)
             user.displacement.displacedMicromapPrimitiveFlags.deviceAddress = 0x1000;
         if (i == 4)
             user.displacement.pUsageCounts = (void *)(uintptr_t)0x1000;
-        expect_mistake(fixture_build(&device.fixture, VK_NULL_HANDLE, &user.scene.build,
+        expect_mistake(fixture_build(fixture, VK_NULL_HANDLE, &user.scene.build,
                                      user.scene.blas.handle, VK_NULL_HANDLE));
     }
-    messages_clear(&device.fixture.instance_fixture.messages);
+    messages_clear(&fixture->instance_fixture.messages);
     input_scene_close(&user.scene);
     micromap_close(&micromap);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_builds),   cmocka_unit_test(test_micromap_that_changes),
-        cmocka_unit_test(test_copies),   cmocka_unit_test(test_updates),
-        cmocka_unit_test(test_mistakes),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

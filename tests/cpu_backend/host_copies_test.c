@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-static void test_copies(void **state)
+TEST_CLOSED(test_copies, close_any_scene)
 {
     open_scene(100, COMPACTABLE | UPDATABLE);
     uint64_t size =
@@ -53,7 +53,7 @@ static VkAccelerationStructureCompatibilityKHR compatibility(const void *bytes)
 }
 
 /* A scene written to memory, destroyed, and read back with other references. */
-static void test_serialize_and_relocate(void **state)
+TEST(test_serialize_and_relocate)
 {
     open_scene(100, 0);
     size_t blas_size, tlas_size;
@@ -97,13 +97,4 @@ static void test_serialize_and_relocate(void **state)
     free(blas);
     free(tlas);
     forget_messages();
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_copies, close_any_scene),
-        cmocka_unit_test(test_serialize_and_relocate),
-    };
-    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -87,7 +87,7 @@ static void close_many(struct many *many)
 }
 
 /* Parameters may go when the call returns; what the addresses lead to is read later. */
-static void test_many_builds(void **state)
+TEST(test_many_builds)
 {
     struct many *many = open_many(1000);
     VkDeferredOperationKHR operation = create_operation();
@@ -138,7 +138,7 @@ static void build_both_ways(struct fixture_build *build, struct fixture_structur
     fixture_destroy(&fixture, &shared);
 }
 
-static void test_same_bytes(void **state)
+TEST(test_same_bytes)
 {
     static const VkBuildAccelerationStructureFlagsKHR qualities[] = {
         0, VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR,
@@ -161,7 +161,7 @@ static void test_same_bytes(void **state)
 
 /* ---- copies */
 
-static void test_copies(void **state)
+TEST_CLOSED(test_copies, close_silent_scene)
 {
     open_scene(100, 0);
     struct fixture_structure clone =
@@ -192,7 +192,7 @@ static void test_copies(void **state)
 /* ---- mistakes */
 
 /* What fails is told by the operation, and the call's other builds are done. */
-static void test_failing(void **state)
+TEST(test_failing)
 {
     struct many *many = open_many(10);
     many->builds[5].geometry.geometry.triangles.vertexData.hostAddress = (void *)(uintptr_t)0x1000;
@@ -210,7 +210,7 @@ static void test_failing(void **state)
 }
 
 /* Destroyed before it was joined, used again while pending, and structures gone by the time. */
-static void test_destroyed(void **state)
+TEST(test_destroyed)
 {
     struct many *many = open_many(10);
     VkDeferredOperationKHR operation = create_operation();
@@ -236,7 +236,7 @@ static void test_destroyed(void **state)
 }
 
 /* Overlapping scratch is a mistake, but not one that may break trees. */
-static void test_shared_scratch(void **state)
+TEST(test_shared_scratch)
 {
     struct many *many = open_many(1000);
     for (uint32_t i = 0; i < BUILDS; i++) /* the last is the largest */
@@ -250,17 +250,4 @@ static void test_shared_scratch(void **state)
     destroy_operation(operation);
     close_many(many);
     forget_messages();
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_many_builds),
-        cmocka_unit_test(test_same_bytes),
-        cmocka_unit_test_teardown(test_copies, close_silent_scene),
-        cmocka_unit_test(test_failing),
-        cmocka_unit_test(test_destroyed),
-        cmocka_unit_test(test_shared_scratch),
-    };
-    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

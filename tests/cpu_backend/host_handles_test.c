@@ -23,7 +23,7 @@ static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize o
 }
 
 /* Stable, of nobody else, and as far apart as the offsets of generic structures. */
-static void test_addresses(void **state)
+TEST_CLOSED(test_addresses, close_silent_scene)
 {
     open_scene(10, 0);
     uint64_t blas = address_of(scene.blas.handle), tlas = address_of(scene.tlas.handle);
@@ -40,7 +40,7 @@ static void test_addresses(void **state)
     fixture_destroy(&fixture, &first);
 }
 
-static void test_names(void **state)
+TEST_CLOSED(test_names, close_silent_scene)
 {
     open_scene(10, 0);
     VkDebugUtilsObjectNameInfoEXT name = {.sType =
@@ -73,7 +73,7 @@ static uint64_t get_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t obj
     return value;
 }
 
-static void test_private_data(void **state)
+TEST(test_private_data)
 {
     if (!fixture.vk.SetPrivateData)
         skip();
@@ -127,22 +127,11 @@ static void expect_own_commands(const struct instance_fixture_setup *setup, bool
     instance_fixture_close(&instance_fixture);
 }
 
-static void test_own_commands(void **state)
+TEST(test_own_commands)
 {
     expect_own_commands(&(struct instance_fixture_setup){.backend = "cpu"}, true, true);
     expect_own_commands(&(struct instance_fixture_setup){.backend = "cpu"}, false, false);
     expect_own_commands(
         &(struct instance_fixture_setup){.backend = "driver", .driver_traces = true}, true, false);
     expect_own_commands(&(struct instance_fixture_setup){.backend = "driver"}, false, false);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_addresses, close_silent_scene),
-        cmocka_unit_test(test_own_commands),
-        cmocka_unit_test_teardown(test_names, close_silent_scene),
-        cmocka_unit_test(test_private_data),
-    };
-    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

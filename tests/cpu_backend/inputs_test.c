@@ -64,7 +64,7 @@ static void open_spheres(struct input_scene *scene,
     input_scene_create(scene);
 }
 
-static void test_spheres(void **state)
+TEST(test_spheres)
 {
     for (int by = 0; by < 3; by++) {
         struct input_scene scene;
@@ -73,7 +73,7 @@ static void test_spheres(void **state)
         if (by == 0) {
             GIVE_ADDRESSES(&data, &scene, bytes);
             scene.build.info.scratchData.hostAddress = scene.build.scratch;
-            GET(fixture_build(&device.fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
+            GET(fixture_build(fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
         } else {
             GIVE_ADDRESSES(&data, &scene, address);
             input_scene_build(&scene, &all_spheres, by == 2);
@@ -84,7 +84,7 @@ static void test_spheres(void **state)
 }
 
 /* Without indices: centers and radii both begin at the offset. */
-static void test_spheres_without_indices(void **state)
+TEST(test_spheres_without_indices)
 {
     for (int by = 1; by < 3; by++) {
         struct input_scene scene;
@@ -109,7 +109,7 @@ static void test_spheres_without_indices(void **state)
 
 /* From the first to the second center, and from the third to the fourth; or from each to the next.
  */
-static void test_swept_spheres(void **state)
+TEST(test_swept_spheres)
 {
     for (int by = 1; by < 5; by++) {
         const bool is_successive = by > 2;
@@ -140,7 +140,7 @@ static void test_swept_spheres(void **state)
 }
 
 /* An index that leads out of the centers; and indices that lead nowhere. */
-static void test_spheres_out_of_range(void **state)
+TEST(test_spheres_out_of_range)
 {
     struct input_scene scene;
     VkAccelerationStructureGeometrySpheresDataNV data;
@@ -149,14 +149,13 @@ static void test_spheres_out_of_range(void **state)
     ((uint16_t *)scene.indices.bytes)[OFFSET / 2] = 0xffff;
     GIVE_ADDRESSES(&data, &scene, address);
     input_scene_build(&scene, &all_spheres, false);
-    expect_mistake(device.fixture.trace_rays(device.fixture.device, &info));
+    expect_mistake(fixture->trace_rays(fixture->device, &info));
     fill_spheres(&scene);
     GIVE_ADDRESSES(&data, &scene, bytes);
     data.indexData.deviceAddress = 0x1000;
     scene.build.info.scratchData.hostAddress = scene.build.scratch;
-    expect_mistake(
-        fixture_build(&device.fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
-    messages_clear(&device.fixture.instance_fixture.messages);
+    expect_mistake(fixture_build(fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
+    messages_clear(&fixture->instance_fixture.messages);
     input_scene_close(&scene);
 }
 
@@ -192,7 +191,7 @@ static void expect_dense(const struct input_scene *scene)
         AssayHit hit;
         const AssayTraceInfo info =
             trace_info((uint64_t)scene->blas.handle, ASSAY_ACCURACY_EXACT, 1, &ray, &hit);
-        GET(device.fixture.trace_rays(device.fixture.device, &info));
+        GET(fixture->trace_rays(fixture->device, &info));
         assert_true(hit.isHit);
         assert_float_equal(hit.t, 2, 0);
         assert_int_equal(hit.primitive, 2 * i);
@@ -200,16 +199,16 @@ static void expect_dense(const struct input_scene *scene)
     }
 }
 
-static void test_dense(void **state)
+TEST(test_dense)
 {
     for (int is_indirect = 0; is_indirect < 2; is_indirect++) {
         struct input_scene scene;
         VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX data;
         open_dense(&scene, &data);
-        const AssayCounters before = fixture_counters(&device.fixture);
+        const AssayCounters before = fixture_counters(fixture);
         input_scene_build(&scene, NULL, is_indirect);
         if (!is_indirect)
-            assert_int_equal(fixture_counters(&device.fixture).bytesSnapshot - before.bytesSnapshot,
+            assert_int_equal(fixture_counters(fixture).bytesSnapshot - before.bytesSnapshot,
                              BLOCKS * DENSE_BLOCK);
         expect_dense(&scene);
         input_scene_close(&scene);
@@ -217,26 +216,15 @@ static void test_dense(void **state)
 }
 
 /* A chain that can't be read: nothing is built, and sizes are 0. */
-static void test_unreadable_chain(void **state)
+TEST(test_unreadable_chain)
 {
     struct input_scene scene;
     VkAccelerationStructureGeometrySpheresDataNV data;
     open_spheres(&scene, &data);
     scene.build.geometry.pNext = (void *)(uintptr_t)0x1000;
-    assert_int_equal(fixture_sizes(&device.fixture, &scene.build).accelerationStructureSize, 0);
+    assert_int_equal(fixture_sizes(fixture, &scene.build).accelerationStructureSize, 0);
     scene.build.info.scratchData.hostAddress = scene.build.scratch;
-    expect_mistake(
-        fixture_build(&device.fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
-    messages_clear(&device.fixture.instance_fixture.messages);
+    expect_mistake(fixture_build(fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
+    messages_clear(&fixture->instance_fixture.messages);
     input_scene_close(&scene);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_spheres),       cmocka_unit_test(test_spheres_without_indices),
-        cmocka_unit_test(test_swept_spheres), cmocka_unit_test(test_spheres_out_of_range),
-        cmocka_unit_test(test_dense),         cmocka_unit_test(test_unreadable_chain),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

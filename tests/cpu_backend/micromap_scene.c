@@ -63,7 +63,7 @@ static void create_ext(struct micromap *micromap)
         .size = MICROMAP_SIZE,
         .type = micromap->type,
     };
-    GET(device.fixture.vk.CreateMicromapEXT(device.fixture.device, &info, NULL, &micromap->ext));
+    GET(fixture->vk.CreateMicromapEXT(fixture->device, &info, NULL, &micromap->ext));
 }
 
 void micromap_open_displacement(struct micromap *micromap)
@@ -80,7 +80,6 @@ void micromap_open(struct micromap *micromap, bool is_ext)
         .addressRange = {micromap->storage.address, MICROMAP_SIZE},
         .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
     };
-    const struct fixture *fixture = &device.fixture;
     if (is_ext)
         create_ext(micromap);
     else
@@ -91,7 +90,6 @@ void micromap_open(struct micromap *micromap, bool is_ext)
 
 void micromap_close(struct micromap *micromap)
 {
-    const struct fixture *fixture = &device.fixture;
     fixture->vk.DestroyMicromapEXT(fixture->device, micromap->ext, NULL);
     fixture->vk.DestroyAccelerationStructureKHR(fixture->device, micromap->khr, NULL);
     device_buffer_destroy(&device, &micromap->storage);
@@ -117,7 +115,7 @@ VkResult micromap_build_by_host(const struct micromap *micromap)
 {
     const VkMicromapBuildInfoEXT info =
         micromap_info(micromap, (uint64_t)(uintptr_t)micromap->input.bytes);
-    return device.fixture.vk.BuildMicromapsEXT(device.fixture.device, VK_NULL_HANDLE, 1, &info);
+    return fixture->vk.BuildMicromapsEXT(fixture->device, VK_NULL_HANDLE, 1, &info);
 }
 
 static void record_khr(const struct micromap *micromap, VkCommandBuffer commands)
@@ -147,7 +145,7 @@ static void record_khr(const struct micromap *micromap, VkCommandBuffer commands
         .scratchData.deviceAddress = micromap->storage.address,
     };
     const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
-    device.fixture.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &no_range);
+    fixture->vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &no_range);
 }
 
 void micromap_build_by_device(const struct micromap *micromap)
@@ -155,7 +153,7 @@ void micromap_build_by_device(const struct micromap *micromap)
     const VkMicromapBuildInfoEXT info = micromap_info(micromap, micromap->input.address);
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     if (micromap->ext)
-        device.fixture.vk.CmdBuildMicromapsEXT(commands, 1, &info);
+        fixture->vk.CmdBuildMicromapsEXT(commands, 1, &info);
     else
         record_khr(micromap, commands);
     device_finish(&device, commands);
@@ -177,14 +175,14 @@ VkResult micromap_copy_by_host(const struct micromap *src, const struct micromap
                                VkCopyMicromapModeEXT mode)
 {
     const VkCopyMicromapInfoEXT info = copy_info(src, dst, mode);
-    return device.fixture.vk.CopyMicromapEXT(device.fixture.device, VK_NULL_HANDLE, &info);
+    return fixture->vk.CopyMicromapEXT(fixture->device, VK_NULL_HANDLE, &info);
 }
 
 void micromap_clone_by_device(VkCommandBuffer commands, const struct micromap *src,
                               const struct micromap *dst)
 {
     const VkCopyMicromapInfoEXT info = copy_info(src, dst, VK_COPY_MICROMAP_MODE_CLONE_EXT);
-    device.fixture.vk.CmdCopyMicromapEXT(commands, &info);
+    fixture->vk.CmdCopyMicromapEXT(commands, &info);
 }
 
 VkResult micromap_save_by_host(const struct micromap *src, void *dst)
@@ -195,7 +193,7 @@ VkResult micromap_save_by_host(const struct micromap *src, void *dst)
         .dst.hostAddress = dst,
         .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
     };
-    return device.fixture.vk.CopyMicromapToMemoryEXT(device.fixture.device, VK_NULL_HANDLE, &info);
+    return fixture->vk.CopyMicromapToMemoryEXT(fixture->device, VK_NULL_HANDLE, &info);
 }
 
 VkResult micromap_load_by_host(const void *src, const struct micromap *dst)
@@ -206,5 +204,5 @@ VkResult micromap_load_by_host(const void *src, const struct micromap *dst)
         .dst = dst->ext,
         .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
     };
-    return device.fixture.vk.CopyMemoryToMicromapEXT(device.fixture.device, VK_NULL_HANDLE, &info);
+    return fixture->vk.CopyMemoryToMicromapEXT(fixture->device, VK_NULL_HANDLE, &info);
 }

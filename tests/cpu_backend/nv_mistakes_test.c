@@ -7,9 +7,6 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-static struct device_fixture device;
-static struct fixture *const fixture = &device.fixture;
-
 #define WILD ((VkAccelerationStructureNV)0x1234567890)
 
 enum { VERTICES_AT = 64, DATA_SIZE = 256 };
@@ -46,28 +43,26 @@ static void describe(void)
     };
 }
 
-static int open_scene(void **state)
+static void open_scene(void)
 {
     static const float vertices[9] = {0, 0, 0, 0, 1, 0, 0, 0, 1};
     scene.data = device_buffer_create(&device, DATA_SIZE);
     memcpy(scene.data.bytes + VERTICES_AT, vertices, sizeof(vertices));
     describe();
-    scene.blas = nv_create(&device, &scene.info, 0);
-    return 0;
+    scene.blas = nv_create(&scene.info, 0);
 }
 
-static int close_scene(void **state)
+static void close_scene(void)
 {
-    nv_destroy(&device, &scene.blas);
+    nv_destroy(&scene.blas);
     device_buffer_destroy(&device, &scene.data);
     messages_clear(&fixture->instance_fixture.messages);
-    return 0;
 }
 
 static void build(const VkAccelerationStructureInfoNV *info, VkAccelerationStructureNV src)
 {
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    nv_build(&device, commands, info, VK_NULL_HANDLE, 0, &scene.blas, src);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    nv_build(commands, info, VK_NULL_HANDLE, 0, &scene.blas, src);
     device_finish(&device, commands);
 }
 
@@ -108,7 +103,7 @@ static VkBuffer create_unbound(void)
     return buffer;
 }
 
-static void test_data_that_is_not_there(void **state)
+TEST_BETWEEN(test_data_that_is_not_there, open_scene, close_scene)
 {
     const VkBuffer unbound = create_unbound();
     triangles->vertexData = VK_NULL_HANDLE;
@@ -138,7 +133,7 @@ static void test_data_that_is_not_there(void **state)
     fixture->vk.DestroyBuffer(fixture->device, unbound, NULL);
 }
 
-static void test_geometries_that_are_none(void **state)
+TEST_BETWEEN(test_geometries_that_are_none, open_scene, close_scene)
 {
     triangles->vertexFormat = VK_FORMAT_D32_SFLOAT;
     expect_unbuilt();
@@ -153,7 +148,7 @@ static void test_geometries_that_are_none(void **state)
 }
 
 /* Nothing is recorded of such a build, so the structure is as it was. */
-static void test_unreadable_parameters(void **state)
+TEST_BETWEEN(test_unreadable_parameters, open_scene, close_scene)
 {
     const size_t page = (size_t)sysconf(_SC_PAGESIZE);
     char *hole = mmap(NULL, page, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -175,7 +170,7 @@ static void test_unreadable_parameters(void **state)
     munmap(hole, page);
 }
 
-static void test_wild_handles(void **state)
+TEST_BETWEEN(test_wild_handles, open_scene, close_scene)
 {
     const VkAccelerationStructureNV wild = WILD;
     const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV;
@@ -187,11 +182,10 @@ static void test_wild_handles(void **state)
                                                                 4, &reference));
     assert_int_equal(reference, 7);
     assert_int_equal(
-        nv_requirements(&device, wild, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV)
-            .size,
+        nv_requirements(wild, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV).size,
         0);
     build(&scene.info, VK_NULL_HANDLE);
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     fixture->vk.CmdCopyAccelerationStructureNV(commands, wild, scene.blas.handle,
                                                VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     fixture->vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &wild, type, no_pool, 0);
@@ -204,7 +198,7 @@ static void test_wild_handles(void **state)
     fixture->vk.DestroyAccelerationStructureNV(fixture->device, VK_NULL_HANDLE, NULL);
 }
 
-static void test_names_and_private_data(void **state)
+TEST_BETWEEN(test_names_and_private_data, open_scene, close_scene)
 {
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
     const VkDebugUtilsObjectNameInfoEXT name = {
@@ -236,7 +230,7 @@ static void expect_refusal(const char *command)
     messages_clear(&fixture->instance_fixture.messages);
 }
 
-static void test_shader_side(void **state)
+TEST_BETWEEN(test_shader_side, open_scene, close_scene)
 {
     const VkRayTracingPipelineCreateInfoNV info = {
         .sType = VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_NV};
@@ -245,7 +239,7 @@ static void test_shader_side(void **state)
                                                            &info, NULL, &pipeline));
     assert_true(pipeline == VK_NULL_HANDLE);
     expect_refusal("vkCreateRayTracingPipelinesNV");
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     fixture->vk.CmdTraceRaysNV(commands, scene.data.handle, 0, VK_NULL_HANDLE, 0, 0, VK_NULL_HANDLE,
                                0, 0, VK_NULL_HANDLE, 0, 0, 1, 1, 1);
     device_finish(&device, commands);
@@ -258,17 +252,4 @@ static void test_shader_side(void **state)
     VkDescriptorPool created;
     expect_mistake(fixture->vk.CreateDescriptorPool(fixture->device, &pool, NULL, &created));
     expect_refusal("vkCreateDescriptorPool");
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_data_that_is_not_there, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_geometries_that_are_none, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_unreadable_parameters, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_wild_handles, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_names_and_private_data, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_shader_side, open_scene, close_scene),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -6,11 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static struct device_fixture device;
-static struct fixture *const fixture = &device.fixture;
-
-static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-
 /* One buffer has all inputs. */
 enum {
     TRIANGLES = 40,
@@ -46,7 +41,7 @@ static void put_triangles(size_t at, float y)
         }
 }
 
-static int open_data(void **state)
+static void open_data(void)
 {
     data = device_buffer_create(&device, DATA_SIZE);
     const VkTransformMatrixKHR up = {{{1, 0, 0, 0}, {0, 1, 0, 10}, {0, 0, 1, 0}}};
@@ -61,13 +56,11 @@ static int open_data(void **state)
         const VkAabbPositionsKHR box = {(float)i, 0, 0, i + 0.5f, 1, 1};
         memcpy(data_at(BOXES_AT + (size_t)i * BOX_STRIDE), &box, sizeof(box));
     }
-    return 0;
 }
 
-static int close_data(void **state)
+static void close_data(void)
 {
     device_buffer_destroy(&device, &data);
-    return 0;
 }
 
 /* ---- a build, said in both ways */
@@ -182,8 +175,8 @@ static void record(const struct twins *twins, VkCommandBuffer commands, struct n
                    VkAccelerationStructureNV src)
 {
     const bool is_top = twins->nv.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV;
-    nv_build(&device, commands, &twins->nv, is_top ? data.handle : VK_NULL_HANDLE,
-             is_top ? INSTANCES_AT : 0, dst, src);
+    nv_build(commands, &twins->nv, is_top ? data.handle : VK_NULL_HANDLE, is_top ? INSTANCES_AT : 0,
+             dst, src);
 }
 
 static void build(const struct twins *twins, struct nv_structure *dst,
@@ -228,15 +221,15 @@ static bool is_hit(const struct nv_structure *structure, float y)
 
 /* ---- tests */
 
-static void test_same_as_host_builds(void **state)
+TEST_BETWEEN(test_same_as_host_builds, open_data, close_data)
 {
     struct twins triangles, boxes, instances;
     describe_triangles(&triangles, 0);
     describe_boxes(&boxes);
-    struct nv_structure blas = nv_create(&device, &triangles.nv, 0);
-    struct nv_structure of_boxes = nv_create(&device, &boxes.nv, 0);
-    describe_instances(&instances, nv_reference(&device, blas.handle));
-    struct nv_structure tlas = nv_create(&device, &instances.nv, 0);
+    struct nv_structure blas = nv_create(&triangles.nv, 0);
+    struct nv_structure of_boxes = nv_create(&boxes.nv, 0);
+    describe_instances(&instances, nv_reference(blas.handle));
+    struct nv_structure tlas = nv_create(&instances.nv, 0);
 
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     record(&triangles, commands, &blas, VK_NULL_HANDLE);
@@ -250,20 +243,20 @@ static void test_same_as_host_builds(void **state)
     expect_host_build(&triangles, &blas);
     expect_host_build(&boxes, &of_boxes);
     expect_host_build(&instances, &tlas);
-    nv_destroy(&device, &tlas);
-    nv_destroy(&device, &of_boxes);
-    nv_destroy(&device, &blas);
+    nv_destroy(&tlas);
+    nv_destroy(&of_boxes);
+    nv_destroy(&blas);
     device_expect_silence(&device);
 }
 
 /* What a build copies is what it reads, once. */
-static void test_snapshots(void **state)
+TEST_BETWEEN(test_snapshots, open_data, close_data)
 {
     struct twins twins;
     describe_triangles(&twins, 0);
     twins.nv_geometries[0].geometry.triangles.vertexOffset = SHARED_AT;
     twins.geometries[0].geometry.triangles.vertexData.hostAddress = data_at(SHARED_AT);
-    struct nv_structure blas = nv_create(&device, &twins.nv, 0);
+    struct nv_structure blas = nv_create(&twins.nv, 0);
     const AssayCounters before = fixture_counters(fixture);
     build(&twins, &blas, VK_NULL_HANDLE);
     const AssayCounters after = fixture_counters(fixture);
@@ -272,18 +265,18 @@ static void test_snapshots(void **state)
     assert_true(copied >= vertices + indices && copied < vertices + indices + 128);
     assert_int_equal(after.builds, before.builds);
     expect_host_build(&twins, &blas);
-    nv_destroy(&device, &blas);
+    nv_destroy(&blas);
     device_expect_silence(&device);
 }
 
-static void test_updates(void **state)
+TEST_BETWEEN(test_updates, open_data, close_data)
 {
     struct twins twins, instances;
     describe_triangles(&twins, UPDATABLE);
-    struct nv_structure first = nv_create(&device, &twins.nv, 0);
-    struct nv_structure second = nv_create(&device, &twins.nv, 0);
-    describe_instances(&instances, nv_reference(&device, second.handle));
-    struct nv_structure tlas = nv_create(&device, &instances.nv, 0);
+    struct nv_structure first = nv_create(&twins.nv, 0);
+    struct nv_structure second = nv_create(&twins.nv, 0);
+    describe_instances(&instances, nv_reference(second.handle));
+    struct nv_structure tlas = nv_create(&instances.nv, 0);
     const AssayCounters before = fixture_counters(fixture);
     build(&twins, &first, VK_NULL_HANDLE);
     put_triangles(PLAIN_AT, 3);
@@ -298,10 +291,10 @@ static void test_updates(void **state)
     const AssayCounters after = fixture_counters(fixture);
     assert_int_equal(after.updates - before.updates, 2);
 
-    nv_destroy(&device, &second); /* instances of what is gone aren't hit */
+    nv_destroy(&second); /* instances of what is gone aren't hit */
     assert_false(is_hit(&tlas, 23));
-    nv_destroy(&device, &first);
-    nv_destroy(&device, &tlas);
+    nv_destroy(&first);
+    nv_destroy(&tlas);
     device_expect_silence(&device);
 }
 
@@ -324,12 +317,12 @@ static VkDeviceSize compacted_size(const struct nv_structure *structure)
     return size;
 }
 
-static void test_copies(void **state)
+TEST_BETWEEN(test_copies, open_data, close_data)
 {
     struct twins twins;
     describe_triangles(&twins, COMPACTABLE);
-    struct nv_structure blas = nv_create(&device, &twins.nv, 0);
-    struct nv_structure clone = nv_create(&device, &twins.nv, 0);
+    struct nv_structure blas = nv_create(&twins.nv, 0);
+    struct nv_structure clone = nv_create(&twins.nv, 0);
     build(&twins, &blas, VK_NULL_HANDLE);
     const VkDeviceSize size = compacted_size(&blas);
     assert_true(size > 0 && size < blas.size);
@@ -337,7 +330,7 @@ static void test_copies(void **state)
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
         .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
         .flags = COMPACTABLE};
-    struct nv_structure compact = nv_create(&device, &nothing, size);
+    struct nv_structure compact = nv_create(&nothing, size);
     assert_int_equal(compact.size, size);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     fixture->vk.CmdCopyAccelerationStructureNV(commands, clone.handle, blas.handle,
@@ -346,21 +339,10 @@ static void test_copies(void **state)
                                                VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
     device_finish(&device, commands);
     device_expect_same_bytes(&device, as_khr(&blas), as_khr(&clone));
-    nv_destroy(&device, &blas);
+    nv_destroy(&blas);
     assert_true(is_hit(&clone, 0) && is_hit(&clone, 10) && !is_hit(&clone, 5));
     assert_true(is_hit(&compact, 0) && is_hit(&compact, 10) && !is_hit(&compact, 5));
-    nv_destroy(&device, &clone);
-    nv_destroy(&device, &compact);
+    nv_destroy(&clone);
+    nv_destroy(&compact);
     device_expect_silence(&device);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_same_as_host_builds, open_data, close_data),
-        cmocka_unit_test_setup_teardown(test_snapshots, open_data, close_data),
-        cmocka_unit_test_setup_teardown(test_updates, open_data, close_data),
-        cmocka_unit_test_setup_teardown(test_copies, open_data, close_data),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }
