@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Spheres, swept or not, as input of a build; and the cases of swept ones, which have their file.
- */
+/* Spheres, swept or not, as input of a build. */
 #ifndef NUMERIC_SPHERE_LIST_H
 #define NUMERIC_SPHERE_LIST_H
 
@@ -13,9 +12,5 @@ struct sphere_list {
     uint32_t vertices;
 };
 void sphere_list_describe(struct sphere_list *list, VkGeometryTypeKHR type, uint32_t primitives);
-
-void swept_spheres(void);
-void swept_seams(void);
-void swept_indices(void);
 
 #endif
