@@ -4,6 +4,7 @@
 #define CPU_BACKEND_BELOW_H
 
 #include "layer/cpu/overlay.h"
+#include "tests/cpu_backend/info.h"
 
 /* The test puts its commands into `below->next`. */
 extern struct cpu_overlay *const below;

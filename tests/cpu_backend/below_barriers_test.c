@@ -288,10 +288,9 @@ TEST_OPENED(test_dependency, open_driver)
     const VkImageMemoryBarrier2 image = {.srcStageMask = BUILD, .dstStageMask = COMPUTE};
     const VkMemoryRangeBarrierKHR range = {
         .srcStageMask = BUILD, .srcAccessMask = WRITE, .dstStageMask = BUILD};
-    const VkMemoryRangeBarriersInfoKHR ranges = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_RANGE_BARRIERS_INFO_KHR,
-        .memoryRangeBarrierCount = 1,
-        .pMemoryRangeBarriers = &range};
+    const VkMemoryRangeBarriersInfoKHR ranges =
+        INFO(MEMORY_RANGE_BARRIERS_INFO_KHR, .memoryRangeBarrierCount = 1,
+             .pMemoryRangeBarriers = &range);
     const VkDependencyInfo info = {.pNext = &ranges,
                                    .memoryBarrierCount = 2,
                                    .pMemoryBarriers = memory,
@@ -339,10 +338,9 @@ TEST_OPENED(test_dependencies_without_memory, open_driver)
 {
     static VkMemoryBarrier2 memory[MANY];
     const VkMemoryRangeBarrierKHR range = {.srcStageMask = BUILD};
-    const VkMemoryRangeBarriersInfoKHR ranges = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_RANGE_BARRIERS_INFO_KHR,
-        .memoryRangeBarrierCount = 1,
-        .pMemoryRangeBarriers = &range};
+    const VkMemoryRangeBarriersInfoKHR ranges =
+        INFO(MEMORY_RANGE_BARRIERS_INFO_KHR, .memoryRangeBarrierCount = 1,
+             .pMemoryRangeBarriers = &range);
     const VkDependencyInfo info = {
         .pNext = &ranges, .memoryBarrierCount = MANY, .pMemoryBarriers = memory};
     unsigned failures = 0;

@@ -126,10 +126,9 @@ TEST_OPENED(test_layouts, open_driver)
 {
     static const VkDescriptorType types[] = {OTHER, STRUCTURE};
     const VkMutableDescriptorTypeListEXT list = {2, types};
-    const VkMutableDescriptorTypeCreateInfoEXT mutable = {
-        .sType = VK_STRUCTURE_TYPE_MUTABLE_DESCRIPTOR_TYPE_CREATE_INFO_EXT,
-        .mutableDescriptorTypeListCount = 1,
-        .pMutableDescriptorTypeLists = &list};
+    const VkMutableDescriptorTypeCreateInfoEXT mutable =
+        INFO(MUTABLE_DESCRIPTOR_TYPE_CREATE_INFO_EXT, .mutableDescriptorTypeListCount = 1,
+             .pMutableDescriptorTypeLists = &list);
     assert_int_equal(try_layout(OTHER, NULL), VK_SUCCESS);
     assert_int_equal(refusals, 0);
     assert_int_equal(try_layout(STRUCTURE, NULL), VK_ERROR_VALIDATION_FAILED_EXT);

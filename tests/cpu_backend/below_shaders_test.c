@@ -73,8 +73,8 @@ static const uint32_t behind[] = {HEADER, CAPABILITY(1), 3 << 16 | 14, 0, 1, CAP
 
 static VkResult try_code(const uint32_t *code, size_t size)
 {
-    const VkShaderModuleCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = size, .pCode = code};
+    const VkShaderModuleCreateInfo info =
+        INFO(SHADER_MODULE_CREATE_INFO, .codeSize = size, .pCode = code);
     const VkShaderCreateInfoEXT shaders[] = {
         {.codeType = VK_SHADER_CODE_TYPE_BINARY_EXT, .codeSize = size, .pCode = code},
         {.codeType = VK_SHADER_CODE_TYPE_SPIRV_EXT, .codeSize = size, .pCode = code}};

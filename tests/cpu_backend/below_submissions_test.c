@@ -144,9 +144,8 @@ TEST_OPENED(test_render_pass, open_driver)
 
 TEST_OPENED(test_render_pass2, open_driver)
 {
-    VkMemoryBarrier2 barrier2 = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                                 .srcStageMask = COMPUTE,
-                                 .dstStageMask = COMPUTE};
+    VkMemoryBarrier2 barrier2 =
+        INFO(MEMORY_BARRIER_2, .srcStageMask = COMPUTE, .dstStageMask = COMPUTE);
     const VkSubpassDependency2 dependency = {.pNext = &barrier2};
     const VkRenderPassCreateInfo2 info = {.dependencyCount = 1, .pDependencies = &dependency};
     VkRenderPass pass;

@@ -103,14 +103,12 @@ TEST_OPENED(test_usage, open_driver)
 
 TEST_OPENED(test_usage_in_the_chain, open_driver)
 {
-    const VkExternalMemoryBufferCreateInfo last = {
-        .sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO};
-    const VkBufferUsageFlags2CreateInfo flags2 = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
-        .pNext = &last,
-        .usage = STORAGE | VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT};
-    const VkBufferOpaqueCaptureAddressCreateInfo first = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_OPAQUE_CAPTURE_ADDRESS_CREATE_INFO, .pNext = &flags2};
+    const VkExternalMemoryBufferCreateInfo last = INFO(EXTERNAL_MEMORY_BUFFER_CREATE_INFO);
+    const VkBufferUsageFlags2CreateInfo flags2 =
+        INFO(BUFFER_USAGE_FLAGS_2_CREATE_INFO, .pNext = &last,
+             .usage = STORAGE | VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT);
+    const VkBufferOpaqueCaptureAddressCreateInfo first =
+        INFO(BUFFER_OPAQUE_CAPTURE_ADDRESS_CREATE_INFO, .pNext = &flags2);
     const VkBufferCreateInfo info = {.pNext = &first};
     VkBuffer buffer;
     for (int failing = 0;; failing++) {
@@ -142,9 +140,8 @@ TEST_OPENED(test_usage_in_the_chain, open_driver)
 TEST_OPENED(test_descriptor_buffers, open_driver)
 {
     enum { SAMPLERS = VK_BUFFER_USAGE_SAMPLER_DESCRIPTOR_BUFFER_BIT_EXT };
-    const VkBufferUsageFlags2CreateInfo flags2 = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
-        .usage = SAMPLERS | STORAGE | ADDRESS};
+    const VkBufferUsageFlags2CreateInfo flags2 =
+        INFO(BUFFER_USAGE_FLAGS_2_CREATE_INFO, .usage = SAMPLERS | STORAGE | ADDRESS);
     static VkDescriptorBufferBindingInfoEXT infos[MANY];
     infos[0].usage = SAMPLERS;
     infos[1].usage = SAMPLERS | INPUT | ADDRESS;

@@ -60,32 +60,24 @@ static void describe(struct user *user, const struct micromap *micromap, bool by
 {
     struct input_scene *scene = &user->scene;
     const uint64_t other = address_of(&scene->radii, by_host);
-    user->displacement = (VkAccelerationStructureTrianglesDisplacementMicromapNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
+    user->displacement = (VkAccelerationStructureTrianglesDisplacementMicromapNV)INFO(
+        ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
         .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
         .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
         .displacementBiasAndScaleBuffer.deviceAddress = other + BIASES,
         .displacementBiasAndScaleStride = 8,
-        .displacementVectorBuffer.deviceAddress = other + VECTORS,
-        .displacementVectorStride = 12,
+        .displacementVectorBuffer.deviceAddress = other + VECTORS, .displacementVectorStride = 12,
         .displacedMicromapPrimitiveFlags.deviceAddress = other + FLAGS,
-        .displacedMicromapPrimitiveFlagsStride = 1,
-        .indexType = VK_INDEX_TYPE_UINT16,
-        .indexBuffer.deviceAddress = address_of(&scene->indices, by_host),
-        .indexStride = 2,
-        .usageCountsCount = 2,
-        .pUsageCounts = micromap_displacement_usages,
-        .micromap = micromap->ext,
-    };
-    scene->build.geometry.geometry.triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-        .pNext = &user->displacement,
-        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.deviceAddress = address_of(&scene->vertices, by_host),
-        .vertexStride = 12,
-        .maxVertex = FIRST_VERTEX + 3 * TRIANGLES - 1,
-        .indexType = VK_INDEX_TYPE_NONE_KHR,
-    };
+        .displacedMicromapPrimitiveFlagsStride = 1, .indexType = VK_INDEX_TYPE_UINT16,
+        .indexBuffer.deviceAddress = address_of(&scene->indices, by_host), .indexStride = 2,
+        .usageCountsCount = 2, .pUsageCounts = micromap_displacement_usages,
+        .micromap = micromap->ext);
+    scene->build.geometry.geometry.triangles =
+        (VkAccelerationStructureGeometryTrianglesDataKHR)INFO(
+            ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR, .pNext = &user->displacement,
+            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+            .vertexData.deviceAddress = address_of(&scene->vertices, by_host), .vertexStride = 12,
+            .maxVertex = FIRST_VERTEX + 3 * TRIANGLES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
     scene->build.range.primitiveCount = TRIANGLES;
     scene->build.range.firstVertex = FIRST_VERTEX;
 }

@@ -30,31 +30,20 @@ static void open_user(struct user *user, const struct micromap *micromap)
 {
     struct input_scene *scene = &user->scene;
     input_scene_open(scene, VK_GEOMETRY_TYPE_TRIANGLES_KHR, NULL);
-    user->ext = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
-        .indexType = VK_INDEX_TYPE_UINT16,
-        .indexBuffer.deviceAddress = scene->indices.address,
-        .indexStride = 2,
-        .usageCountsCount = 2,
-        .pUsageCounts = micromap_usages,
-        .micromap = micromap->ext,
-    };
-    user->khr = (VkAccelerationStructureTrianglesOpacityMicromapKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
-        .indexType = VK_INDEX_TYPE_UINT16,
-        .indexBuffer = scene->indices.address,
-        .indexStride = 2,
-        .micromap = micromap->khr,
-    };
-    scene->build.geometry.geometry.triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-        .pNext = micromap->khr ? (void *)&user->khr : (void *)&user->ext,
-        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.deviceAddress = scene->vertices.address,
-        .vertexStride = 12,
-        .maxVertex = 3 * TRIANGLES - 1,
-        .indexType = VK_INDEX_TYPE_NONE_KHR,
-    };
+    user->ext = (VkAccelerationStructureTrianglesOpacityMicromapEXT)INFO(
+        ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT, .indexType = VK_INDEX_TYPE_UINT16,
+        .indexBuffer.deviceAddress = scene->indices.address, .indexStride = 2,
+        .usageCountsCount = 2, .pUsageCounts = micromap_usages, .micromap = micromap->ext);
+    user->khr = (VkAccelerationStructureTrianglesOpacityMicromapKHR)INFO(
+        ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR, .indexType = VK_INDEX_TYPE_UINT16,
+        .indexBuffer = scene->indices.address, .indexStride = 2, .micromap = micromap->khr);
+    scene->build.geometry.geometry.triangles =
+        (VkAccelerationStructureGeometryTrianglesDataKHR)INFO(
+            ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+            .pNext = micromap->khr ? (void *)&user->khr : (void *)&user->ext,
+            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+            .vertexData.deviceAddress = scene->vertices.address, .vertexStride = 12,
+            .maxVertex = 3 * TRIANGLES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
     scene->build.range.primitiveCount = TRIANGLES;
     fill_triangles(user);
     input_scene_create(scene);
@@ -125,7 +114,7 @@ TEST(test_mistakes)
 {
     struct micromap micromap;
     micromap_open(&micromap, true);
-    VkMicromapBuildSizesInfoEXT sizes = {.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_SIZES_INFO_EXT};
+    VkMicromapBuildSizesInfoEXT sizes = INFO(MICROMAP_BUILD_SIZES_INFO_EXT);
     VkMicromapBuildInfoEXT info =
         micromap_info(&micromap, (uint64_t)(uintptr_t)micromap.input.bytes);
     fixture->vk.GetMicromapBuildSizesEXT(

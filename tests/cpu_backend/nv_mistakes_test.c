@@ -23,24 +23,18 @@ static VkGeometryTrianglesNV *const triangles = &scene.geometry.geometry.triangl
 
 static void describe(void)
 {
-    scene.geometry =
-        (VkGeometryNV){.sType = VK_STRUCTURE_TYPE_GEOMETRY_NV,
-                       .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
-                       .geometry = {.triangles = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV,
-                                                  .vertexData = scene.data.handle,
-                                                  .vertexOffset = VERTICES_AT,
-                                                  .vertexCount = 3,
-                                                  .vertexStride = 3 * sizeof(float),
-                                                  .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                                                  .indexType = VK_INDEX_TYPE_NONE_NV},
-                                    .aabbs = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV}}};
-    scene.info = (VkAccelerationStructureInfoNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV,
-        .geometryCount = 1,
-        .pGeometries = &scene.geometry,
-    };
+    scene.geometry = (VkGeometryNV)INFO(
+        GEOMETRY_NV, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
+        .geometry = {.triangles = INFO(GEOMETRY_TRIANGLES_NV, .vertexData = scene.data.handle,
+                                       .vertexOffset = VERTICES_AT, .vertexCount = 3,
+                                       .vertexStride = 3 * sizeof(float),
+                                       .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                                       .indexType = VK_INDEX_TYPE_NONE_NV),
+                     .aabbs = INFO(GEOMETRY_AABB_NV)});
+    scene.info = (VkAccelerationStructureInfoNV)INFO(
+        ACCELERATION_STRUCTURE_INFO_NV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV, .geometryCount = 1,
+        .pGeometries = &scene.geometry);
 }
 
 static void open_scene(void)
@@ -93,11 +87,8 @@ static void expect_unbuilt(void)
 
 static VkBuffer create_unbound(void)
 {
-    const VkBufferCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .size = DATA_SIZE,
-        .usage = VK_BUFFER_USAGE_RAY_TRACING_BIT_NV,
-    };
+    const VkBufferCreateInfo info =
+        INFO(BUFFER_CREATE_INFO, .size = DATA_SIZE, .usage = VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
     VkBuffer buffer;
     GET(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &buffer));
     return buffer;
@@ -159,8 +150,8 @@ TEST_BETWEEN(test_unreadable_parameters, open_scene, close_scene)
     build(&scene.info, VK_NULL_HANDLE);
     assert_true(is_built());
 
-    const VkAccelerationStructureCreateInfoNV create_info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = scene.info};
+    const VkAccelerationStructureCreateInfoNV create_info =
+        INFO(ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = scene.info);
     VkAccelerationStructureNV created = WILD;
     expect_mistake(
         fixture->vk.CreateAccelerationStructureNV(fixture->device, &create_info, NULL, &created));
@@ -201,14 +192,11 @@ TEST_BETWEEN(test_wild_handles, open_scene, close_scene)
 TEST_BETWEEN(test_names_and_private_data, open_scene, close_scene)
 {
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
-    const VkDebugUtilsObjectNameInfoEXT name = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = type,
-        .objectHandle = (uint64_t)scene.blas.handle,
-        .pObjectName = "bunny"};
+    const VkDebugUtilsObjectNameInfoEXT name =
+        INFO(DEBUG_UTILS_OBJECT_NAME_INFO_EXT, .objectType = type,
+             .objectHandle = (uint64_t)scene.blas.handle, .pObjectName = "bunny");
     GET(fixture->vk.SetDebugUtilsObjectNameEXT(fixture->device, &name));
-    const VkPrivateDataSlotCreateInfo info = {.sType =
-                                                  VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
+    const VkPrivateDataSlotCreateInfo info = INFO(PRIVATE_DATA_SLOT_CREATE_INFO);
     VkPrivateDataSlot slot;
     uint64_t value = 0;
     GET(fixture->vk.CreatePrivateDataSlot(fixture->device, &info, NULL, &slot));
@@ -232,8 +220,7 @@ static void expect_refusal(const char *command)
 
 TEST_BETWEEN(test_shader_side, open_scene, close_scene)
 {
-    const VkRayTracingPipelineCreateInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_NV};
+    const VkRayTracingPipelineCreateInfoNV info = INFO(RAY_TRACING_PIPELINE_CREATE_INFO_NV);
     VkPipeline pipeline = (VkPipeline)WILD;
     expect_mistake(fixture->vk.CreateRayTracingPipelinesNV(fixture->device, VK_NULL_HANDLE, 1,
                                                            &info, NULL, &pipeline));
@@ -245,10 +232,8 @@ TEST_BETWEEN(test_shader_side, open_scene, close_scene)
     device_finish(&device, commands);
     expect_refusal("vkCmdTraceRaysNV");
     const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV, 1};
-    const VkDescriptorPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                             .maxSets = 1,
-                                             .poolSizeCount = 1,
-                                             .pPoolSizes = &size};
+    const VkDescriptorPoolCreateInfo pool =
+        INFO(DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = 1, .pPoolSizes = &size);
     VkDescriptorPool created;
     expect_mistake(fixture->vk.CreateDescriptorPool(fixture->device, &pool, NULL, &created));
     expect_refusal("vkCreateDescriptorPool");
