@@ -37,6 +37,8 @@ static void close_device_scene(void)
     device_expect_silence(&device);
 }
 
+#define SCENE_TEST(name) TEST_BETWEEN(name, open_device_scene, close_device_scene)
+
 /* Once they have executed, nothing is left of the data. */
 static void build_scene(void)
 {
@@ -70,7 +72,7 @@ static void expect_same_as_by_the_host(struct moving_scene *host)
 
 /* ---- tests */
 
-TEST_BETWEEN(test_same_as_host_build, open_device_scene, close_device_scene)
+SCENE_TEST(test_same_as_host_build)
 {
     const AssayCounters before = fixture_counters(fixture);
     build_scene();
@@ -81,7 +83,7 @@ TEST_BETWEEN(test_same_as_host_build, open_device_scene, close_device_scene)
     expect_same_as_by_the_host(&moving.host);
 }
 
-TEST_BETWEEN(test_offsets, open_device_scene, close_device_scene)
+SCENE_TEST(test_offsets)
 {
     moving.host.triangles.range =
         (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = MOVING_TRIANGLES - 2,
@@ -97,7 +99,7 @@ TEST_BETWEEN(test_offsets, open_device_scene, close_device_scene)
     expect_same_as_by_the_host(&moving.host);
 }
 
-TEST_BETWEEN(test_indirect, open_device_scene, close_device_scene)
+SCENE_TEST(test_indirect)
 {
     struct device_buffer ranges =
         device_buffer_create(&device, sizeof(moving.host.triangles.range));
@@ -140,7 +142,7 @@ static void point_to_instances(const struct device_buffer *instances, uint64_t p
     pointers[MOVING_INSTANCES] = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV;
 }
 
-TEST_BETWEEN(test_array_of_pointers, open_device_scene, close_device_scene)
+SCENE_TEST(test_array_of_pointers)
 {
     struct device_buffer instances =
         device_buffer_create(&device, (VkDeviceSize)MOVING_INSTANCES * APART);
