@@ -56,8 +56,8 @@ TEST(test_over_a_driver_with_nv)
     VkuDeviceDispatchTable vk;
     VkDevice device;
     VkAccelerationStructureNV structure;
-    const VkAccelerationStructureCreateInfoNV info =
-        INFO(ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = INFO(ACCELERATION_STRUCTURE_INFO_NV));
+    const STRUCT(VkAccelerationStructureCreateInfoNV, info,
+                 .info = INIT(VkAccelerationStructureInfoNV));
     instance_fixture_open(&other, &platform, &setup);
     assert_int_equal(instance_fixture_count_extension(&other, VK_NV_RAY_TRACING_EXTENSION_NAME), 1);
     GET(instance_fixture_create_device(&other, NULL, extensions, 1, &device, &vk));
@@ -93,12 +93,11 @@ OFFER_TEST(test_chains)
             uint64_t members[300];
         } unknown[2] = {{.sType = VK_STRUCTURE_TYPE_MAX_ENUM},
                         {.sType = VK_STRUCTURE_TYPE_MAX_ENUM - 1}};
-        VkPhysicalDeviceRayQueryFeaturesKHR none = INFO(PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR);
-        VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-            INFO(PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-                 .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
-        VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = INFO(
-            PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV, .rayTracingMotionBlur = VK_TRUE);
+        STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, none);
+        STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
+               .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
+        STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion,
+               .rayTracingMotionBlur = VK_TRUE);
         VkBaseOutStructure *links[LINKS], *chain = NULL, heads[LINKS];
         unsigned count = 0;
         void *others[] = {&unknown[0], &none, &motion, &unknown[1]};
@@ -127,8 +126,7 @@ OFFER_TEST(test_what_is_not_offered)
                                              VK_KHR_RAY_QUERY_EXTENSION_NAME};
     VkuDeviceDispatchTable vk;
     VkDevice device;
-    VkPhysicalDeviceRayQueryFeaturesKHR query =
-        INFO(PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = VK_TRUE);
+    STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = VK_TRUE);
     assert_int_equal(instance_fixture_create_device(&fixture, &query, extensions, 2, &device, &vk),
                      VK_ERROR_FEATURE_NOT_PRESENT);
     assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", "assay_validation.backend"),
@@ -136,17 +134,15 @@ OFFER_TEST(test_what_is_not_offered)
     assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", "RayQueryFeatures"), 1);
     assert_int_equal(instance_fixture_create_device(&fixture, NULL, extensions, 3, &device, &vk),
                      VK_ERROR_EXTENSION_NOT_PRESENT);
-    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion =
-        INFO(PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
-             .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE);
+    STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion,
+           .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE);
     assert_int_equal(instance_fixture_create_device(&fixture, &motion, extensions, 2, &device, &vk),
                      VK_ERROR_FEATURE_NOT_PRESENT);
     assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", "PipelineTraceRaysIndirect"),
                      1);
 
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        INFO(PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR, .accelerationStructure = VK_TRUE,
-             .accelerationStructureCaptureReplay = VK_TRUE);
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
+           .accelerationStructure = VK_TRUE, .accelerationStructureCaptureReplay = VK_TRUE);
     assert_int_equal(
         instance_fixture_create_device(&fixture, &structures, extensions, 2, &device, &vk),
         VK_ERROR_FEATURE_NOT_PRESENT);

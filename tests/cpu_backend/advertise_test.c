@@ -102,34 +102,25 @@ OFFER_TEST(test_failing_enumeration)
 
 OFFER_TEST(test_features)
 {
-    VkPhysicalDeviceRayQueryFeaturesKHR query =
-        INFO(PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = 77);
-    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement =
-        INFO(PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV, .pNext = &query);
-    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr =
-        INFO(PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR, .pNext = &displacement);
-    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext =
-        INFO(PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT, .pNext = &micromap_khr,
-             .micromapCaptureReplay = VK_TRUE);
-    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense =
-        INFO(PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX, .pNext = &micromap_ext);
-    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres =
-        INFO(PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV, .pNext = &dense);
-    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion =
-        INFO(PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV, .pNext = &spheres,
-             .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE);
+    STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = 77);
+    STRUCT(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacement, .pNext = &query);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromap_khr, .pNext = &displacement);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromap_ext, .pNext = &micromap_khr,
+           .micromapCaptureReplay = VK_TRUE);
+    STRUCT(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, dense, .pNext = &micromap_ext);
+    STRUCT(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, spheres, .pNext = &dense);
+    STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion, .pNext = &spheres,
+           .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE);
     struct {
         VkStructureType sType;
         void *pNext;
         uint32_t unknown;
     } unknown = {VK_STRUCTURE_TYPE_MAX_ENUM, &motion, 77};
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        INFO(PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR, .pNext = &unknown,
-             .accelerationStructureCaptureReplay = VK_TRUE,
-             .descriptorBindingAccelerationStructureUpdateAfterBind = VK_TRUE);
-    VkPhysicalDeviceVulkan12Features core =
-        INFO(PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, .pNext = &structures);
-    VkPhysicalDeviceFeatures2 features = INFO(PHYSICAL_DEVICE_FEATURES_2, .pNext = &core);
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures, .pNext = &unknown,
+           .accelerationStructureCaptureReplay = VK_TRUE,
+           .descriptorBindingAccelerationStructureUpdateAfterBind = VK_TRUE);
+    STRUCT(VkPhysicalDeviceVulkan12Features, core, .pNext = &structures);
+    STRUCT(VkPhysicalDeviceFeatures2, features, .pNext = &core);
     fixture.vk.GetPhysicalDeviceFeatures2(fixture.physical, &features);
     assert_true(structures.accelerationStructure);
     assert_true(structures.accelerationStructureIndirectBuild);
@@ -156,21 +147,14 @@ OFFER_TEST(test_features)
 
 OFFER_TEST(test_properties)
 {
-    VkPhysicalDeviceRayTracingPipelinePropertiesKHR pipelines =
-        INFO(PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR, .maxRayRecursionDepth = 77);
-    VkPhysicalDeviceDisplacementMicromapPropertiesNV displacement =
-        INFO(PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_PROPERTIES_NV, .pNext = &pipelines);
-    VkPhysicalDeviceOpacityMicromapPropertiesKHR micromap_khr =
-        INFO(PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_KHR, .pNext = &displacement);
-    VkPhysicalDeviceOpacityMicromapPropertiesEXT micromap_ext =
-        INFO(PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_EXT, .pNext = &micromap_khr);
-    VkPhysicalDeviceRayTracingPropertiesNV nv =
-        INFO(PHYSICAL_DEVICE_RAY_TRACING_PROPERTIES_NV, .pNext = &micromap_ext,
-             .maxDescriptorSetAccelerationStructures = 77);
-    VkPhysicalDeviceAccelerationStructurePropertiesKHR structures =
-        INFO(PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR, .pNext = &nv);
-    VkPhysicalDeviceProperties2 properties =
-        INFO(PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &structures);
+    STRUCT(VkPhysicalDeviceRayTracingPipelinePropertiesKHR, pipelines, .maxRayRecursionDepth = 77);
+    STRUCT(VkPhysicalDeviceDisplacementMicromapPropertiesNV, displacement, .pNext = &pipelines);
+    STRUCT(VkPhysicalDeviceOpacityMicromapPropertiesKHR, micromap_khr, .pNext = &displacement);
+    STRUCT(VkPhysicalDeviceOpacityMicromapPropertiesEXT, micromap_ext, .pNext = &micromap_khr);
+    STRUCT(VkPhysicalDeviceRayTracingPropertiesNV, nv, .pNext = &micromap_ext,
+           .maxDescriptorSetAccelerationStructures = 77);
+    STRUCT(VkPhysicalDeviceAccelerationStructurePropertiesKHR, structures, .pNext = &nv);
+    STRUCT(VkPhysicalDeviceProperties2, properties, .pNext = &structures);
     fixture.vk.GetPhysicalDeviceProperties2(fixture.physical, &properties);
     /* The least that the specification allows. */
     assert_true(structures.maxGeometryCount >= (1 << 24) - 1);
@@ -210,8 +194,8 @@ OFFER_TEST(test_formats)
         fixture.vk.GetPhysicalDeviceFormatProperties(fixture.physical, format, &first);
         assert_int_equal((first.bufferFeatures & VERTICES) != 0, is_vertex);
 
-        VkFormatProperties3 third = INFO(FORMAT_PROPERTIES_3);
-        VkFormatProperties2 second = INFO(FORMAT_PROPERTIES_2, .pNext = &third);
+        STRUCT(VkFormatProperties3, third);
+        STRUCT(VkFormatProperties2, second, .pNext = &third);
         fixture.vk.GetPhysicalDeviceFormatProperties2(fixture.physical, format, &second);
         assert_int_equal(second.formatProperties.bufferFeatures, first.bufferFeatures);
         assert_int_equal((third.bufferFeatures & VERTICES) != 0, is_vertex);
@@ -263,9 +247,8 @@ TEST(test_no_buffer_addresses)
 TEST(test_backend_driver)
 {
     instance_fixture_open(&other, &platform, &on_driver);
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        INFO(PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR);
-    VkPhysicalDeviceFeatures2 features = INFO(PHYSICAL_DEVICE_FEATURES_2, .pNext = &structures);
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures);
+    STRUCT(VkPhysicalDeviceFeatures2, features, .pNext = &structures);
     other.vk.GetPhysicalDeviceFeatures2(other.physical, &features);
     assert_int_equal(structures.accelerationStructureCaptureReplay, platform.is_null);
     instance_fixture_close(&other);

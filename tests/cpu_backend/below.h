@@ -4,10 +4,20 @@
 #define CPU_BACKEND_BELOW_H
 
 #include "layer/cpu/overlay.h"
-#include "tests/cpu_backend/info.h"
+#include "tests/cpu_backend/structs.h"
 
-/* The test puts its commands into `below->next`. */
 extern struct cpu_overlay *const below;
+
+/* A command of the driver, as the test plays it: PLAYED(CmdSetEvent) { ... }. The parameters have
+ * their names of the registry. */
+#define PLAYED(name) PLAY_##name
+#define PLAY(result, name, ...)                                                                    \
+    static VKAPI_ATTR result VKAPI_CALL play_##name(__VA_ARGS__);                                  \
+    __attribute__((constructor)) static void add_##name(void)                                      \
+    {                                                                                              \
+        below->next.name = play_##name;                                                            \
+    }                                                                                              \
+    static VKAPI_ATTR result VKAPI_CALL play_##name(__VA_ARGS__)
 
 /* Any dispatchable handle of the device. */
 #define DEVICE ((VkDevice)(uintptr_t)1)

@@ -44,25 +44,20 @@ static void see_barriers(VkPipelineStageFlags src, VkPipelineStageFlags dst, uin
     seen.image_count = image_count;
 }
 
-static VKAPI_ATTR void VKAPI_CALL pipeline_barrier(
-    VkCommandBuffer command_buffer, VkPipelineStageFlags src, VkPipelineStageFlags dst,
-    VkDependencyFlags flags, uint32_t count, const VkMemoryBarrier *memory, uint32_t buffer_count,
-    const VkBufferMemoryBarrier *buffers, uint32_t image_count, const VkImageMemoryBarrier *images)
+PLAYED(CmdPipelineBarrier)
 {
-    assert_int_equal(flags, VK_DEPENDENCY_BY_REGION_BIT);
-    see_barriers(src, dst, count, memory, buffer_count, buffers, image_count, images);
+    assert_int_equal(dependencyFlags, VK_DEPENDENCY_BY_REGION_BIT);
+    see_barriers(srcStageMask, dstStageMask, memoryBarrierCount, pMemoryBarriers,
+                 bufferMemoryBarrierCount, pBufferMemoryBarriers, imageMemoryBarrierCount,
+                 pImageMemoryBarriers);
 }
 
-static VKAPI_ATTR void VKAPI_CALL wait_events(VkCommandBuffer command_buffer, uint32_t event_count,
-                                              const VkEvent *events, VkPipelineStageFlags src,
-                                              VkPipelineStageFlags dst, uint32_t count,
-                                              const VkMemoryBarrier *memory, uint32_t buffer_count,
-                                              const VkBufferMemoryBarrier *buffers,
-                                              uint32_t image_count,
-                                              const VkImageMemoryBarrier *images)
+PLAYED(CmdWaitEvents)
 {
-    assert_int_equal(event_count, 1);
-    see_barriers(src, dst, count, memory, buffer_count, buffers, image_count, images);
+    assert_int_equal(eventCount, 1);
+    see_barriers(srcStageMask, dstStageMask, memoryBarrierCount, pMemoryBarriers,
+                 bufferMemoryBarrierCount, pBufferMemoryBarriers, imageMemoryBarrierCount,
+                 pImageMemoryBarriers);
 }
 
 static void see_stage(uint64_t stage)
@@ -71,28 +66,27 @@ static void see_stage(uint64_t stage)
     seen.stage = stage;
 }
 
-static VKAPI_ATTR void VKAPI_CALL set_event(VkCommandBuffer command_buffer, VkEvent event,
-                                            VkPipelineStageFlags stage)
+PLAYED(CmdSetEvent)
 {
-    see_stage(stage);
+    see_stage(stageMask);
 }
 
-static VKAPI_ATTR void VKAPI_CALL reset_event2(VkCommandBuffer command_buffer, VkEvent event,
-                                               VkPipelineStageFlags2 stage)
+PLAYED(CmdResetEvent)
 {
-    see_stage(stage);
+    see_stage(stageMask);
 }
 
-static VKAPI_ATTR void VKAPI_CALL write_timestamp(VkCommandBuffer command_buffer,
-                                                  VkPipelineStageFlagBits stage, VkQueryPool pool,
-                                                  uint32_t query)
+PLAYED(CmdResetEvent2)
 {
-    see_stage(stage);
+    see_stage(stageMask);
 }
 
-static VKAPI_ATTR void VKAPI_CALL write_timestamp2(VkCommandBuffer command_buffer,
-                                                   VkPipelineStageFlags2 stage, VkQueryPool pool,
-                                                   uint32_t query)
+PLAYED(CmdWriteTimestamp)
+{
+    see_stage(pipelineStage);
+}
+
+PLAYED(CmdWriteTimestamp2)
 {
     see_stage(stage);
 }
@@ -112,32 +106,21 @@ static void see_info(const VkDependencyInfo *info)
         seen.range = *ranges->pMemoryRangeBarriers;
 }
 
-static VKAPI_ATTR void VKAPI_CALL pipeline_barrier2(VkCommandBuffer command_buffer,
-                                                    const VkDependencyInfo *info)
+PLAYED(CmdPipelineBarrier2)
 {
-    seen.array = info;
-    see_info(info);
+    seen.array = pDependencyInfo;
+    see_info(pDependencyInfo);
 }
 
-static VKAPI_ATTR void VKAPI_CALL wait_events2(VkCommandBuffer command_buffer, uint32_t event_count,
-                                               const VkEvent *events, const VkDependencyInfo *infos)
+PLAYED(CmdWaitEvents2)
 {
-    seen.array = infos;
-    for (uint32_t i = 0; i < event_count; i++)
-        see_info(&infos[i]);
+    seen.array = pDependencyInfos;
+    for (uint32_t i = 0; i < eventCount; i++)
+        see_info(&pDependencyInfos[i]);
 }
 
-static void open_driver(void)
+static void clear(void)
 {
-    VkuDeviceDispatchTable *next = &below->next;
-    next->CmdPipelineBarrier = pipeline_barrier;
-    next->CmdWaitEvents = wait_events;
-    next->CmdSetEvent = next->CmdResetEvent = set_event;
-    next->CmdWriteTimestamp = write_timestamp;
-    next->CmdPipelineBarrier2 = pipeline_barrier2;
-    next->CmdWaitEvents2 = wait_events2;
-    next->CmdResetEvent2 = reset_event2;
-    next->CmdWriteTimestamp2 = write_timestamp2;
     memset(&seen, 0, sizeof(seen));
 }
 
@@ -160,7 +143,7 @@ static void expect_masks(VkPipelineStageFlags src, VkPipelineStageFlags dst,
 }
 
 /* What has no bit of ray tracing is not even copied. */
-TEST_OPENED(test_other_barriers_pass, open_driver)
+TEST_OPENED(test_other_barriers_pass, clear)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = SHADER_WRITE, .dstAccessMask = SHADER_READ};
     barrier(COMPUTE, ALL, 1, &memory);
@@ -171,7 +154,7 @@ TEST_OPENED(test_other_barriers_pass, open_driver)
 }
 
 /* What builds read, they read with any access: the copies that stand for it read memory. */
-TEST_OPENED(test_barrier_before_a_build, open_driver)
+TEST_OPENED(test_barrier_before_a_build, clear)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = SHADER_WRITE, .dstAccessMask = SHADER_READ};
     barrier(COMPUTE, BUILD, 1, &memory);
@@ -179,7 +162,7 @@ TEST_OPENED(test_barrier_before_a_build, open_driver)
     assert_int_equal(memory.dstAccessMask, SHADER_READ);
 }
 
-TEST_OPENED(test_barrier_between_builds, open_driver)
+TEST_OPENED(test_barrier_between_builds, clear)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = WRITE, .dstAccessMask = READ | WRITE};
     barrier(BUILD, BUILD | COMPUTE, 1, &memory);
@@ -187,7 +170,7 @@ TEST_OPENED(test_barrier_between_builds, open_driver)
 }
 
 /* An access of ray tracing at a stage that isn't. */
-TEST_OPENED(test_access_alone, open_driver)
+TEST_OPENED(test_access_alone, clear)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = WRITE, .dstAccessMask = READ};
     barrier(ALL, ALL, 1, &memory);
@@ -198,7 +181,7 @@ TEST_OPENED(test_access_alone, open_driver)
     assert_int_equal(seen.src, ALL);
 }
 
-TEST_OPENED(test_all_kinds_of_barriers, open_driver)
+TEST_OPENED(test_all_kinds_of_barriers, clear)
 {
     const VkBufferMemoryBarrier buffer = {.srcAccessMask = WRITE,
                                           .dstAccessMask = READ,
@@ -223,7 +206,7 @@ TEST_OPENED(test_all_kinds_of_barriers, open_driver)
 }
 
 /* More than the stack takes; without memory the call goes down as it is. */
-TEST_OPENED(test_many_barriers, open_driver)
+TEST_OPENED(test_many_barriers, clear)
 {
     static VkMemoryBarrier memory[MANY];
     for (unsigned i = 0; i < MANY; i++)
@@ -243,7 +226,7 @@ TEST_OPENED(test_many_barriers, open_driver)
     assert_ptr_equal(seen.array, memory);
 }
 
-TEST_OPENED(test_stages_alone, open_driver)
+TEST_OPENED(test_stages_alone, clear)
 {
     cpu_CmdSetEvent(COMMAND_BUFFER, VK_NULL_HANDLE, BUILD | COMPUTE);
     assert_int_equal(seen.stage, ALL | COMPUTE);
@@ -262,7 +245,7 @@ TEST_OPENED(test_stages_alone, open_driver)
 
 /* ---- VK_KHR_synchronization2 */
 
-TEST_OPENED(test_other_dependencies_pass, open_driver)
+TEST_OPENED(test_other_dependencies_pass, clear)
 {
     const VkMemoryBarrier2 memory = {.srcStageMask = COMPUTE,
                                      .srcAccessMask = VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
@@ -274,7 +257,7 @@ TEST_OPENED(test_other_dependencies_pass, open_driver)
     assert_int_equal(seen.calls, 1);
 }
 
-TEST_OPENED(test_dependency, open_driver)
+TEST_OPENED(test_dependency, clear)
 {
     const VkMemoryBarrier2 memory[] = {
         {.srcStageMask = VK_PIPELINE_STAGE_2_COPY_BIT,
@@ -288,9 +271,8 @@ TEST_OPENED(test_dependency, open_driver)
     const VkImageMemoryBarrier2 image = {.srcStageMask = BUILD, .dstStageMask = COMPUTE};
     const VkMemoryRangeBarrierKHR range = {
         .srcStageMask = BUILD, .srcAccessMask = WRITE, .dstStageMask = BUILD};
-    const VkMemoryRangeBarriersInfoKHR ranges =
-        INFO(MEMORY_RANGE_BARRIERS_INFO_KHR, .memoryRangeBarrierCount = 1,
-             .pMemoryRangeBarriers = &range);
+    const STRUCT(VkMemoryRangeBarriersInfoKHR, ranges, .memoryRangeBarrierCount = 1,
+                 .pMemoryRangeBarriers = &range);
     const VkDependencyInfo info = {.pNext = &ranges,
                                    .memoryBarrierCount = 2,
                                    .pMemoryBarriers = memory,
@@ -315,7 +297,7 @@ TEST_OPENED(test_dependency, open_driver)
     assert_int_equal(seen.range.srcAccessMask, MEMORY_READ | MEMORY_WRITE);
 }
 
-TEST_OPENED(test_waits_for_events, open_driver)
+TEST_OPENED(test_waits_for_events, clear)
 {
     const VkMemoryBarrier2 plain = {.srcStageMask = COMPUTE, .dstStageMask = COMPUTE};
     const VkMemoryBarrier2 traced = {.srcStageMask = BUILD, .dstStageMask = COMPUTE};
@@ -334,13 +316,12 @@ TEST_OPENED(test_waits_for_events, open_driver)
 }
 
 /* Every allocation fails in turn; the last life has all. */
-TEST_OPENED(test_dependencies_without_memory, open_driver)
+TEST_OPENED(test_dependencies_without_memory, clear)
 {
     static VkMemoryBarrier2 memory[MANY];
     const VkMemoryRangeBarrierKHR range = {.srcStageMask = BUILD};
-    const VkMemoryRangeBarriersInfoKHR ranges =
-        INFO(MEMORY_RANGE_BARRIERS_INFO_KHR, .memoryRangeBarrierCount = 1,
-             .pMemoryRangeBarriers = &range);
+    const STRUCT(VkMemoryRangeBarriersInfoKHR, ranges, .memoryRangeBarrierCount = 1,
+                 .pMemoryRangeBarriers = &range);
     const VkDependencyInfo info = {
         .pNext = &ranges, .memoryBarrierCount = MANY, .pMemoryBarriers = memory};
     unsigned failures = 0;

@@ -17,34 +17,24 @@ static struct {
     uint32_t bindings[8]; /* written */
 } seen;
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_layout(VkDevice device,
-                                                    const VkDescriptorSetLayoutCreateInfo *info,
-                                                    const VkAllocationCallbacks *allocator,
-                                                    VkDescriptorSetLayout *layout)
+PLAYED(CreateDescriptorSetLayout)
 {
     seen.calls++;
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR void VKAPI_CALL get_support(VkDevice device,
-                                              const VkDescriptorSetLayoutCreateInfo *info,
-                                              VkDescriptorSetLayoutSupport *support)
+PLAYED(GetDescriptorSetLayoutSupport)
 {
-    support->supported = VK_TRUE;
+    pSupport->supported = VK_TRUE;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_pool(VkDevice device,
-                                                  const VkDescriptorPoolCreateInfo *info,
-                                                  const VkAllocationCallbacks *allocator,
-                                                  VkDescriptorPool *pool)
+PLAYED(CreateDescriptorPool)
 {
     seen.calls++;
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL
-create_template(VkDevice device, const VkDescriptorUpdateTemplateCreateInfo *info,
-                const VkAllocationCallbacks *allocator, VkDescriptorUpdateTemplate *template)
+PLAYED(CreateDescriptorUpdateTemplate)
 {
     seen.calls++;
     return VK_SUCCESS;
@@ -57,48 +47,32 @@ static void see_writes(uint32_t count, const VkWriteDescriptorSet *writes)
         seen.bindings[seen.writes++] = writes[i].dstBinding;
 }
 
-static VKAPI_ATTR void VKAPI_CALL update_sets(VkDevice device, uint32_t count,
-                                              const VkWriteDescriptorSet *writes,
-                                              uint32_t copy_count,
-                                              const VkCopyDescriptorSet *copies)
+PLAYED(UpdateDescriptorSets)
 {
-    see_writes(count, writes);
-    seen.copies += copy_count;
+    see_writes(descriptorWriteCount, pDescriptorWrites);
+    seen.copies += descriptorCopyCount;
 }
 
-static VKAPI_ATTR void VKAPI_CALL push(VkCommandBuffer command_buffer, VkPipelineBindPoint point,
-                                       VkPipelineLayout layout, uint32_t set, uint32_t count,
-                                       const VkWriteDescriptorSet *writes)
+PLAYED(CmdPushDescriptorSet)
 {
     assert_int_equal(set, 5);
-    see_writes(count, writes);
+    see_writes(descriptorWriteCount, pDescriptorWrites);
 }
 
-static VKAPI_ATTR void VKAPI_CALL push2(VkCommandBuffer command_buffer,
-                                        const VkPushDescriptorSetInfo *info)
+PLAYED(CmdPushDescriptorSet2)
 {
-    assert_int_equal(info->set, 5);
-    see_writes(info->descriptorWriteCount, info->pDescriptorWrites);
+    assert_int_equal(pPushDescriptorSetInfo->set, 5);
+    see_writes(pPushDescriptorSetInfo->descriptorWriteCount,
+               pPushDescriptorSetInfo->pDescriptorWrites);
 }
 
-static VKAPI_ATTR void VKAPI_CALL get_descriptor(VkDevice device,
-                                                 const VkDescriptorGetInfoEXT *info, size_t size,
-                                                 void *data)
+PLAYED(GetDescriptorEXT)
 {
     seen.calls++;
 }
 
-static void open_driver(void)
+static void clear(void)
 {
-    VkuDeviceDispatchTable *next = &below->next;
-    next->CreateDescriptorSetLayout = create_layout;
-    next->GetDescriptorSetLayoutSupport = get_support;
-    next->CreateDescriptorPool = create_pool;
-    next->CreateDescriptorUpdateTemplate = create_template;
-    next->UpdateDescriptorSets = update_sets;
-    next->CmdPushDescriptorSet = push;
-    next->CmdPushDescriptorSet2 = push2;
-    next->GetDescriptorEXT = get_descriptor;
     memset(&seen, 0, sizeof(seen));
     refusals = 0;
     refused_command = "";
@@ -122,13 +96,12 @@ static VkResult try_layout(VkDescriptorType type, const void *chain)
     return result;
 }
 
-TEST_OPENED(test_layouts, open_driver)
+TEST_OPENED(test_layouts, clear)
 {
     static const VkDescriptorType types[] = {OTHER, STRUCTURE};
     const VkMutableDescriptorTypeListEXT list = {2, types};
-    const VkMutableDescriptorTypeCreateInfoEXT mutable =
-        INFO(MUTABLE_DESCRIPTOR_TYPE_CREATE_INFO_EXT, .mutableDescriptorTypeListCount = 1,
-             .pMutableDescriptorTypeLists = &list);
+    const STRUCT(VkMutableDescriptorTypeCreateInfoEXT, mutable, .mutableDescriptorTypeListCount = 1,
+                 .pMutableDescriptorTypeLists = &list);
     assert_int_equal(try_layout(OTHER, NULL), VK_SUCCESS);
     assert_int_equal(refusals, 0);
     assert_int_equal(try_layout(STRUCTURE, NULL), VK_ERROR_VALIDATION_FAILED_EXT);
@@ -139,7 +112,7 @@ TEST_OPENED(test_layouts, open_driver)
     assert_int_equal(seen.calls, 1);
 }
 
-TEST_OPENED(test_pools_and_templates, open_driver)
+TEST_OPENED(test_pools_and_templates, clear)
 {
     VkDescriptorPoolSize size = {OTHER, 1};
     const VkDescriptorPoolCreateInfo info = {.poolSizeCount = 1, .pPoolSizes = &size};
@@ -176,7 +149,7 @@ static void check_writes(unsigned structures)
     const VkPushDescriptorSetInfo info = {
         .set = 5, .descriptorWriteCount = 4, .pDescriptorWrites = writes};
     for (int command = 0; command < 3; command++) {
-        open_driver();
+        clear();
         if (command == 0)
             cpu_UpdateDescriptorSets(DEVICE, 4, writes, 1, &copy);
         else if (command == 1)
@@ -193,13 +166,13 @@ static void check_writes(unsigned structures)
     }
 }
 
-TEST_OPENED(test_writes, open_driver)
+TEST_OPENED(test_writes, clear)
 {
     for (unsigned structures = 0; structures < 16; structures++)
         check_writes(structures);
 }
 
-TEST_OPENED(test_descriptors_in_memory, open_driver)
+TEST_OPENED(test_descriptors_in_memory, clear)
 {
     VkDescriptorGetInfoEXT info = {.type = OTHER};
     char data[16];

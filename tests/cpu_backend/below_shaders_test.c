@@ -10,51 +10,32 @@
 
 static unsigned calls;
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_module(VkDevice device,
-                                                    const VkShaderModuleCreateInfo *info,
-                                                    const VkAllocationCallbacks *allocator,
-                                                    VkShaderModule *module)
+PLAYED(CreateShaderModule)
 {
     calls++;
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_shaders(VkDevice device, uint32_t count,
-                                                     const VkShaderCreateInfoEXT *infos,
-                                                     const VkAllocationCallbacks *allocator,
-                                                     VkShaderEXT *shaders)
+PLAYED(CreateShadersEXT)
 {
     calls++;
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_compute(VkDevice device, VkPipelineCache cache,
-                                                     uint32_t count,
-                                                     const VkComputePipelineCreateInfo *infos,
-                                                     const VkAllocationCallbacks *allocator,
-                                                     VkPipeline *pipelines)
+PLAYED(CreateComputePipelines)
 {
     calls++;
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_graphics(VkDevice device, VkPipelineCache cache,
-                                                      uint32_t count,
-                                                      const VkGraphicsPipelineCreateInfo *infos,
-                                                      const VkAllocationCallbacks *allocator,
-                                                      VkPipeline *pipelines)
+PLAYED(CreateGraphicsPipelines)
 {
     calls++;
     return VK_SUCCESS;
 }
 
-static void open_driver(void)
+static void clear(void)
 {
-    VkuDeviceDispatchTable *next = &below->next;
-    next->CreateShaderModule = create_module;
-    next->CreateShadersEXT = create_shaders;
-    next->CreateComputePipelines = create_compute;
-    next->CreateGraphicsPipelines = create_graphics;
     calls = 0;
     refusals = 0;
     refused_command = "";
@@ -73,8 +54,7 @@ static const uint32_t behind[] = {HEADER, CAPABILITY(1), 3 << 16 | 14, 0, 1, CAP
 
 static VkResult try_code(const uint32_t *code, size_t size)
 {
-    const VkShaderModuleCreateInfo info =
-        INFO(SHADER_MODULE_CREATE_INFO, .codeSize = size, .pCode = code);
+    const STRUCT(VkShaderModuleCreateInfo, info, .codeSize = size, .pCode = code);
     const VkShaderCreateInfoEXT shaders[] = {
         {.codeType = VK_SHADER_CODE_TYPE_BINARY_EXT, .codeSize = size, .pCode = code},
         {.codeType = VK_SHADER_CODE_TYPE_SPIRV_EXT, .codeSize = size, .pCode = code}};
@@ -99,7 +79,7 @@ static VkResult try_code(const uint32_t *code, size_t size)
     return result;
 }
 
-TEST_OPENED(test_shaders, open_driver)
+TEST_OPENED(test_shaders, clear)
 {
     assert_int_equal(try_code(plain, sizeof(plain)), VK_SUCCESS);
     assert_int_equal(try_code(behind, sizeof(behind)), VK_SUCCESS);
@@ -115,7 +95,7 @@ TEST_OPENED(test_shaders, open_driver)
     assert_int_equal(calls, 22);
 }
 
-TEST_OPENED(test_pipelines_of_nv, open_driver)
+TEST_OPENED(test_pipelines_of_nv, clear)
 {
     VkPipeline pipelines[2] = {(VkPipeline)(uintptr_t)7, (VkPipeline)(uintptr_t)7};
     char data[16];

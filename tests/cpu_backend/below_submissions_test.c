@@ -19,63 +19,52 @@ static struct {
     VkSubpassDependency2 dependency2;
 } seen;
 
-static VKAPI_ATTR VkResult VKAPI_CALL queue_submit(VkQueue queue, uint32_t count,
-                                                   const VkSubmitInfo *submits, VkFence fence)
+PLAYED(QueueSubmit)
 {
     seen.calls++;
-    seen.array = submits;
-    seen.src = submits[0].waitSemaphoreCount ? submits[0].pWaitDstStageMask[0] : 0;
-    seen.dst = submits[count - 1].waitSemaphoreCount ? submits[count - 1].pWaitDstStageMask[0] : 0;
+    seen.array = pSubmits;
+    seen.src = pSubmits[0].waitSemaphoreCount ? pSubmits[0].pWaitDstStageMask[0] : 0;
+    seen.dst = pSubmits[submitCount - 1].waitSemaphoreCount
+                   ? pSubmits[submitCount - 1].pWaitDstStageMask[0]
+                   : 0;
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL queue_submit2(VkQueue queue, uint32_t count,
-                                                    const VkSubmitInfo2 *submits, VkFence fence)
+PLAYED(QueueSubmit2)
 {
     seen.calls++;
-    seen.array = submits;
-    seen.src = submits[0].pWaitSemaphoreInfos[0].stageMask;
-    seen.dst = submits[0].pSignalSemaphoreInfos[0].stageMask;
+    seen.array = pSubmits;
+    seen.src = pSubmits[0].pWaitSemaphoreInfos[0].stageMask;
+    seen.dst = pSubmits[0].pSignalSemaphoreInfos[0].stageMask;
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_render_pass(VkDevice device,
-                                                         const VkRenderPassCreateInfo *info,
-                                                         const VkAllocationCallbacks *allocator,
-                                                         VkRenderPass *render_pass)
+PLAYED(CreateRenderPass)
 {
     seen.calls++;
-    seen.array = info;
-    seen.dependency = *info->pDependencies;
+    seen.array = pCreateInfo;
+    seen.dependency = *pCreateInfo->pDependencies;
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_render_pass2(VkDevice device,
-                                                          const VkRenderPassCreateInfo2 *info,
-                                                          const VkAllocationCallbacks *allocator,
-                                                          VkRenderPass *render_pass)
+PLAYED(CreateRenderPass2)
 {
     seen.calls++;
-    seen.array = info;
-    seen.dependency2 = *info->pDependencies;
-    if (info->pDependencies->pNext)
-        seen.memory2 = *(const VkMemoryBarrier2 *)info->pDependencies->pNext;
+    seen.array = pCreateInfo;
+    seen.dependency2 = *pCreateInfo->pDependencies;
+    if (pCreateInfo->pDependencies->pNext)
+        seen.memory2 = *(const VkMemoryBarrier2 *)pCreateInfo->pDependencies->pNext;
     return VK_SUCCESS;
 }
 
-static void open_driver(void)
+static void clear(void)
 {
-    VkuDeviceDispatchTable *next = &below->next;
-    next->QueueSubmit = queue_submit;
-    next->QueueSubmit2 = queue_submit2;
-    next->CreateRenderPass = create_render_pass;
-    next->CreateRenderPass2 = create_render_pass2;
     memset(&seen, 0, sizeof(seen));
 }
 
 /* ---- submissions */
 
-TEST_OPENED(test_submissions, open_driver)
+TEST_OPENED(test_submissions, clear)
 {
     const VkPipelineStageFlags plain = COMPUTE, traced = BUILD | COMPUTE;
     const VkSemaphore semaphore = VK_NULL_HANDLE;
@@ -92,7 +81,7 @@ TEST_OPENED(test_submissions, open_driver)
     assert_int_equal(traced, BUILD | COMPUTE);
 }
 
-TEST_OPENED(test_submissions2, open_driver)
+TEST_OPENED(test_submissions2, clear)
 {
     VkSemaphoreSubmitInfo wait = {.stageMask = COMPUTE}, signal = {.stageMask = COMPUTE};
     const VkSubmitInfo2 submit = {.waitSemaphoreInfoCount = 1,
@@ -107,7 +96,7 @@ TEST_OPENED(test_submissions2, open_driver)
     assert_int_equal(seen.dst, ALL);
 }
 
-TEST_OPENED(test_submissions_without_memory, open_driver)
+TEST_OPENED(test_submissions_without_memory, clear)
 {
     static VkSubmitInfo submits[MANY];
     static const VkPipelineStageFlags traced = BUILD;
@@ -122,7 +111,7 @@ TEST_OPENED(test_submissions_without_memory, open_driver)
 
 /* ---- render passes */
 
-TEST_OPENED(test_render_pass, open_driver)
+TEST_OPENED(test_render_pass, clear)
 {
     VkSubpassDependency dependency = {.srcSubpass = VK_SUBPASS_EXTERNAL,
                                       .srcStageMask = COMPUTE,
@@ -142,10 +131,9 @@ TEST_OPENED(test_render_pass, open_driver)
     assert_int_equal(seen.dependency.dstAccessMask, SHADER_READ);
 }
 
-TEST_OPENED(test_render_pass2, open_driver)
+TEST_OPENED(test_render_pass2, clear)
 {
-    VkMemoryBarrier2 barrier2 =
-        INFO(MEMORY_BARRIER_2, .srcStageMask = COMPUTE, .dstStageMask = COMPUTE);
+    STRUCT(VkMemoryBarrier2, barrier2, .srcStageMask = COMPUTE, .dstStageMask = COMPUTE);
     const VkSubpassDependency2 dependency = {.pNext = &barrier2};
     const VkRenderPassCreateInfo2 info = {.dependencyCount = 1, .pDependencies = &dependency};
     VkRenderPass pass;

@@ -40,19 +40,15 @@ static void see_usage(VkBufferUsageFlags usage, const void *chain)
             seen.usage2 = ((const VkBufferUsageFlags2CreateInfo *)in)->usage;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_buffer(VkDevice device, const VkBufferCreateInfo *info,
-                                                    const VkAllocationCallbacks *allocator,
-                                                    VkBuffer *buffer)
+PLAYED(CreateBuffer)
 {
-    see_usage(info->usage, info->pNext);
+    see_usage(pCreateInfo->usage, pCreateInfo->pNext);
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR void VKAPI_CALL get_requirements(VkDevice device,
-                                                   const VkDeviceBufferMemoryRequirements *info,
-                                                   VkMemoryRequirements2 *requirements)
+PLAYED(GetDeviceBufferMemoryRequirements)
 {
-    see_usage(info->pCreateInfo->usage, info->pCreateInfo->pNext);
+    see_usage(pInfo->pCreateInfo->usage, pInfo->pCreateInfo->pNext);
 }
 
 static VKAPI_ATTR void VKAPI_CALL get_external(VkPhysicalDevice device,
@@ -62,23 +58,18 @@ static VKAPI_ATTR void VKAPI_CALL get_external(VkPhysicalDevice device,
     see_usage(info->usage, info->pNext);
 }
 
-static VKAPI_ATTR void VKAPI_CALL bind(VkCommandBuffer command_buffer, uint32_t count,
-                                       const VkDescriptorBufferBindingInfoEXT *infos)
+PLAYED(CmdBindDescriptorBuffersEXT)
 {
-    seen.array = infos;
-    for (uint32_t i = 0; i < count; i++) {
-        see_usage(infos[i].usage, infos[i].pNext);
+    seen.array = pBindingInfos;
+    for (uint32_t i = 0; i < bufferCount; i++) {
+        see_usage(pBindingInfos[i].usage, pBindingInfos[i].pNext);
         seen.bound[i].usage = seen.usage;
         seen.bound[i].usage2 = seen.usage2;
     }
 }
 
-static void open_driver(void)
+static void clear(void)
 {
-    VkuDeviceDispatchTable *next = &below->next;
-    next->CreateBuffer = create_buffer;
-    next->CmdBindDescriptorBuffersEXT = bind;
-    next->GetDeviceBufferMemoryRequirements = get_requirements;
     memset(&seen, 0, sizeof(seen));
 }
 
@@ -92,7 +83,7 @@ static VkBufferUsageFlags create(VkBufferUsageFlags usage, const void *chain)
     return seen.usage;
 }
 
-TEST_OPENED(test_usage, open_driver)
+TEST_OPENED(test_usage, clear)
 {
     assert_int_equal(create(VERTEX, NULL), VERTEX);
     assert_int_equal(create(STORAGE, NULL), COPIES);
@@ -101,14 +92,12 @@ TEST_OPENED(test_usage, open_driver)
     assert_int_equal(create(VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR, NULL), COPIES);
 }
 
-TEST_OPENED(test_usage_in_the_chain, open_driver)
+TEST_OPENED(test_usage_in_the_chain, clear)
 {
-    const VkExternalMemoryBufferCreateInfo last = INFO(EXTERNAL_MEMORY_BUFFER_CREATE_INFO);
-    const VkBufferUsageFlags2CreateInfo flags2 =
-        INFO(BUFFER_USAGE_FLAGS_2_CREATE_INFO, .pNext = &last,
-             .usage = STORAGE | VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT);
-    const VkBufferOpaqueCaptureAddressCreateInfo first =
-        INFO(BUFFER_OPAQUE_CAPTURE_ADDRESS_CREATE_INFO, .pNext = &flags2);
+    const STRUCT(VkExternalMemoryBufferCreateInfo, last);
+    const STRUCT(VkBufferUsageFlags2CreateInfo, flags2, .pNext = &last,
+                 .usage = STORAGE | VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT);
+    const STRUCT(VkBufferOpaqueCaptureAddressCreateInfo, first, .pNext = &flags2);
     const VkBufferCreateInfo info = {.pNext = &first};
     VkBuffer buffer;
     for (int failing = 0;; failing++) {
@@ -137,11 +126,10 @@ TEST_OPENED(test_usage_in_the_chain, open_driver)
 }
 
 /* The usage that the driver knows the buffer by. */
-TEST_OPENED(test_descriptor_buffers, open_driver)
+TEST_OPENED(test_descriptor_buffers, clear)
 {
     enum { SAMPLERS = VK_BUFFER_USAGE_SAMPLER_DESCRIPTOR_BUFFER_BIT_EXT };
-    const VkBufferUsageFlags2CreateInfo flags2 =
-        INFO(BUFFER_USAGE_FLAGS_2_CREATE_INFO, .usage = SAMPLERS | STORAGE | ADDRESS);
+    const STRUCT(VkBufferUsageFlags2CreateInfo, flags2, .usage = SAMPLERS | STORAGE | ADDRESS);
     static VkDescriptorBufferBindingInfoEXT infos[MANY];
     infos[0].usage = SAMPLERS;
     infos[1].usage = SAMPLERS | INPUT | ADDRESS;

@@ -9,17 +9,16 @@
 /* A buffer on the memory of another one. */
 static VkBuffer create_alias(const struct device_buffer *buffer, VkDeviceSize size)
 {
-    const VkBufferCreateInfo info =
-        INFO(BUFFER_CREATE_INFO, .size = size,
-             .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-                      VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    const STRUCT(VkBufferCreateInfo, info, .size = size,
+                 .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                          VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     VkBuffer alias;
     VkMemoryRequirements requirements;
     GET(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &alias));
     fixture->vk.GetBufferMemoryRequirements(fixture->device, alias, &requirements);
     GET(fixture->vk.BindBufferMemory(fixture->device, alias, buffer->memory, 0));
-    const VkBufferDeviceAddressInfo address = INFO(BUFFER_DEVICE_ADDRESS_INFO, .buffer = alias);
+    const STRUCT(VkBufferDeviceAddressInfo, address, .buffer = alias);
     assert_int_equal(fixture->vk.GetBufferDeviceAddress(fixture->device, &address),
                      buffer->address);
     return alias;

@@ -154,9 +154,8 @@ TEST_BETWEEN(test_condition_stays, open_scene, close_scene)
     const struct fill fill = create_fill();
     struct device_buffer condition = device_buffer_create(&device, 16),
                          target = device_buffer_create(&device, 4);
-    const VkConditionalRenderingBeginInfoEXT begin =
-        INFO(CONDITIONAL_RENDERING_BEGIN_INFO_EXT, .buffer = condition.handle, .offset = 8,
-             .flags = VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT);
+    const STRUCT(VkConditionalRenderingBeginInfoEXT, begin, .buffer = condition.handle, .offset = 8,
+                 .flags = VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT);
     const struct constants constants = {target.address, 0xabcdef};
     memset(condition.bytes, 0, 16);
     memset(condition.bytes + 8, 0xff, 4);

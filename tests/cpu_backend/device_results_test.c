@@ -33,8 +33,8 @@ static void learn(enum learning learning, VkFence fence, VkSemaphore semaphore)
 {
     const VkuDeviceDispatchTable *vk = &fixture->vk;
     const uint64_t one = 1;
-    const VkSemaphoreWaitInfo wait =
-        INFO(SEMAPHORE_WAIT_INFO, .semaphoreCount = 1, .pSemaphores = &semaphore, .pValues = &one);
+    const STRUCT(VkSemaphoreWaitInfo, wait, .semaphoreCount = 1, .pSemaphores = &semaphore,
+                 .pValues = &one);
     uint64_t value = 0;
     switch (learning) {
     case BY_FENCE:
@@ -77,14 +77,13 @@ static struct submission run_and_learn(VkCommandBuffer commands, enum learning l
 {
     const VkuDeviceDispatchTable *vk = &fixture->vk;
     const uint64_t one = 1;
-    const VkTimelineSemaphoreSubmitInfo values =
-        INFO(TIMELINE_SEMAPHORE_SUBMIT_INFO, .signalSemaphoreValueCount = 1,
-             .pSignalSemaphoreValues = &one);
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .signalSemaphoreValueCount = 1,
+                 .pSignalSemaphoreValues = &one);
     const struct submission submission = {fence_create(vk, fixture->device),
                                           timeline_create(vk, fixture->device)};
-    const VkSubmitInfo submit =
-        INFO(SUBMIT_INFO, .pNext = &values, .commandBufferCount = 1, .pCommandBuffers = &commands,
-             .signalSemaphoreCount = 1, .pSignalSemaphores = &submission.semaphore);
+    const STRUCT(VkSubmitInfo, submit, .pNext = &values, .commandBufferCount = 1,
+                 .pCommandBuffers = &commands, .signalSemaphoreCount = 1,
+                 .pSignalSemaphores = &submission.semaphore);
     device_end(&device, commands);
     GET(vk->QueueSubmit(device.queue, 1, &submit, submission.fence));
     learn(learning, submission.fence, submission.semaphore);
@@ -138,9 +137,9 @@ TEST_CLOSED(test_batch_that_waits_for_the_host, result_scene_close)
     const struct submission submission = {.semaphore =
                                               timeline_create(&fixture->vk, fixture->device)};
     const uint64_t one = 1, two = 2;
-    const VkTimelineSemaphoreSubmitInfo values = INFO(
-        TIMELINE_SEMAPHORE_SUBMIT_INFO, .waitSemaphoreValueCount = 1, .pWaitSemaphoreValues = &two,
-        .signalSemaphoreValueCount = 1, .pSignalSemaphoreValues = &one);
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .waitSemaphoreValueCount = 1,
+                 .pWaitSemaphoreValues = &two, .signalSemaphoreValueCount = 1,
+                 .pSignalSemaphoreValues = &one);
     const VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
     const VkSubmitInfo submits[] = {
         {VK_STRUCTURE_TYPE_SUBMIT_INFO, &values, 0, NULL, NULL, 1, &commands, 1,

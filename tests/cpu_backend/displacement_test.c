@@ -62,8 +62,8 @@ static void describe(const struct micromap *micromap, bool by_host)
 {
     struct input_scene *scene = &user.scene;
     const uint64_t other = address_of(&scene->radii, by_host);
-    user.displacement = (VkAccelerationStructureTrianglesDisplacementMicromapNV)INFO(
-        ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
+    user.displacement = MAKE(
+        VkAccelerationStructureTrianglesDisplacementMicromapNV,
         .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
         .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
         .displacementBiasAndScaleBuffer.deviceAddress = other + BIASES,
@@ -75,11 +75,10 @@ static void describe(const struct micromap *micromap, bool by_host)
         .usageCountsCount = 2, .pUsageCounts = micromap_displacement_usages,
         .micromap = micromap->ext);
     scene->build.geometry.geometry.triangles =
-        (VkAccelerationStructureGeometryTrianglesDataKHR)INFO(
-            ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR, .pNext = &user.displacement,
-            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-            .vertexData.deviceAddress = address_of(&scene->vertices, by_host), .vertexStride = 12,
-            .maxVertex = FIRST_VERTEX + 3 * TRIANGLES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
+        MAKE(VkAccelerationStructureGeometryTrianglesDataKHR, .pNext = &user.displacement,
+             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+             .vertexData.deviceAddress = address_of(&scene->vertices, by_host), .vertexStride = 12,
+             .maxVertex = FIRST_VERTEX + 3 * TRIANGLES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
     scene->build.range.primitiveCount = TRIANGLES;
     scene->build.range.firstVertex = FIRST_VERTEX;
 }

@@ -72,9 +72,8 @@ TEST(test_boxes)
     struct fixture_build build;
     fixture_triangles(&build, 2, 0);
     build.geometry.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
-    build.geometry.geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR)INFO(
-        ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR, .data.hostAddress = boxes,
-        .stride = sizeof(boxes[0]));
+    build.geometry.geometry.aabbs = MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
+                                         .data.hostAddress = boxes, .stride = sizeof(boxes[0]));
     struct fixture_structure blas = fixture_create_for(&fixture, &build);
     GET(host_build(&build, blas.handle, VK_NULL_HANDLE));
     AssayHit hit = fixture_trace(&fixture, blas.handle, 0.5f, 0.5f);

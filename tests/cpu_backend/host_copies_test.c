@@ -45,8 +45,7 @@ static VkResult deserialize(const void *bytes, VkAccelerationStructureKHR dst)
 
 static VkAccelerationStructureCompatibilityKHR compatibility(const void *bytes)
 {
-    const VkAccelerationStructureVersionInfoKHR info =
-        INFO(ACCELERATION_STRUCTURE_VERSION_INFO_KHR, .pVersionData = bytes);
+    const STRUCT(VkAccelerationStructureVersionInfoKHR, info, .pVersionData = bytes);
     VkAccelerationStructureCompatibilityKHR answer;
     fixture.vk.GetDeviceAccelerationStructureCompatibilityKHR(fixture.device, &info, &answer);
     return answer;

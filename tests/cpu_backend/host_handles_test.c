@@ -11,9 +11,8 @@ static uint64_t address_of(VkAccelerationStructureKHR structure)
 
 static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize offset)
 {
-    const VkAccelerationStructureCreateInfoKHR info =
-        INFO(ACCELERATION_STRUCTURE_CREATE_INFO_KHR, .buffer = buffer, .offset = offset,
-             .size = 256, .type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer, .offset = offset,
+                 .size = 256, .type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
     VkAccelerationStructureKHR structure;
     GET(fixture.vk.CreateAccelerationStructureKHR(fixture.device, &info, NULL, &structure));
     return structure;
@@ -40,13 +39,13 @@ TEST_CLOSED(test_addresses, close_silent_scene)
 TEST_CLOSED(test_names, close_silent_scene)
 {
     open_scene(10, 0);
-    VkDebugUtilsObjectNameInfoEXT name = INFO(
-        DEBUG_UTILS_OBJECT_NAME_INFO_EXT, .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-        .objectHandle = (uint64_t)scene.blas.handle, .pObjectName = "bunny");
+    STRUCT(VkDebugUtilsObjectNameInfoEXT, name,
+           .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+           .objectHandle = (uint64_t)scene.blas.handle, .pObjectName = "bunny");
     GET(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
-    const VkDebugUtilsObjectTagInfoEXT tag = INFO(
-        DEBUG_UTILS_OBJECT_TAG_INFO_EXT, .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-        .objectHandle = (uint64_t)scene.blas.handle, .tagSize = 4, .pTag = "tag");
+    const STRUCT(VkDebugUtilsObjectTagInfoEXT, tag,
+                 .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                 .objectHandle = (uint64_t)scene.blas.handle, .tagSize = 4, .pTag = "tag");
     GET(fixture.vk.SetDebugUtilsObjectTagEXT(fixture.device, &tag));
     name.objectType = VK_OBJECT_TYPE_BUFFER; /* the driver's own */
     name.objectHandle = (uint64_t)scene.blas.storage.handle;
@@ -69,7 +68,7 @@ TEST(test_private_data)
 {
     if (!fixture.vk.SetPrivateData)
         skip();
-    const VkPrivateDataSlotCreateInfo info = INFO(PRIVATE_DATA_SLOT_CREATE_INFO);
+    const STRUCT(VkPrivateDataSlotCreateInfo, info);
     open_scene(10, 0);
     const uint64_t blas = (uint64_t)scene.blas.handle, tlas = (uint64_t)scene.tlas.handle;
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;

@@ -139,9 +139,8 @@ TEST(test_no_motion_costs_nothing)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
-    const VkPhysicalDeviceAccelerationStructureFeaturesKHR features =
-        INFO(PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR, .accelerationStructure = VK_TRUE,
-             .accelerationStructureHostCommands = VK_TRUE);
+    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, features,
+                 .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
     const VkDevice first = fixture.device;
     const VkuDeviceDispatchTable vk = fixture.vk;
     VkuDeviceDispatchTable with_vk, without_vk;

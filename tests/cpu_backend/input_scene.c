@@ -10,12 +10,11 @@ void input_scene_open(struct input_scene *scene, VkGeometryTypeKHR type, const v
     scene->vertices = device_buffer_create(&device, INPUT_SIZE);
     scene->radii = device_buffer_create(&device, INPUT_SIZE);
     scene->indices = device_buffer_create(&device, INPUT_SIZE);
-    scene->build.geometry = (VkAccelerationStructureGeometryKHR)INFO(
-        ACCELERATION_STRUCTURE_GEOMETRY_KHR, .pNext = chain, .geometryType = type);
-    scene->build.info = (VkAccelerationStructureBuildGeometryInfoKHR)INFO(
-        ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, .geometryCount = 1,
-        .pGeometries = &scene->build.geometry);
+    scene->build.geometry =
+        MAKE(VkAccelerationStructureGeometryKHR, .pNext = chain, .geometryType = type);
+    scene->build.info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                             .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                             .geometryCount = 1, .pGeometries = &scene->build.geometry);
 }
 
 void input_scene_close(struct input_scene *scene)

@@ -32,13 +32,11 @@ static const VkAccelerationStructureBuildRangeInfoKHR all_spheres = {
     .radiusFormat = VK_FORMAT_R32_SFLOAT, .radiusStride = 4, .indexType = VK_INDEX_TYPE_UINT16,    \
     .indexStride = 2
 
-static const VkAccelerationStructureGeometrySpheresDataNV sphere_data =
-    INFO(ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV, SPHERE_MEMBERS);
+static const STRUCT(VkAccelerationStructureGeometrySpheresDataNV, sphere_data, SPHERE_MEMBERS);
 
-static const VkAccelerationStructureGeometryLinearSweptSpheresDataNV swept_data =
-    INFO(ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV, SPHERE_MEMBERS,
-         .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV,
-         .endCapsMode = VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_CHAINED_NV);
+static const STRUCT(VkAccelerationStructureGeometryLinearSweptSpheresDataNV, swept_data,
+                    SPHERE_MEMBERS, .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV,
+                    .endCapsMode = VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_CHAINED_NV);
 
 /* Either structure's addresses. */
 #define GIVE_ADDRESSES(data, scene, member)                                                        \
@@ -165,12 +163,11 @@ enum { BLOCKS = 3 };
 static void open_dense(struct input_scene *scene,
                        VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data)
 {
-    *data = (VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX)INFO(
-        ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX,
-        .dataSize = BLOCKS * DENSE_BLOCK, .numTriangles = BLOCKS * DENSE_BLOCK_TRIANGLES,
-        .numVertices = BLOCKS * DENSE_BLOCK_VERTICES,
-        .maxPrimitiveIndex = BLOCKS * DENSE_BLOCK_TRIANGLES - 1,
-        .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX);
+    *data = MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
+                 .dataSize = BLOCKS * DENSE_BLOCK, .numTriangles = BLOCKS * DENSE_BLOCK_TRIANGLES,
+                 .numVertices = BLOCKS * DENSE_BLOCK_VERTICES,
+                 .maxPrimitiveIndex = BLOCKS * DENSE_BLOCK_TRIANGLES - 1,
+                 .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX);
     input_scene_open(scene, VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX, data);
     dense_blocks_write(scene->vertices.bytes, BLOCKS);
     input_scene_create(scene);

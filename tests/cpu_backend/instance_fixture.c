@@ -38,26 +38,21 @@ VkDevice instance_fixture_open_device(const struct instance_fixture *fixture,
                                              VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
                                              VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
                                              VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME};
-    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement =
-        INFO(PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV, .displacementMicromap = VK_TRUE);
-    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr = INFO(
-        PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR, .pNext = &displacement, .micromap = VK_TRUE);
-    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext =
-        INFO(PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT, .pNext = &micromap_khr,
-             .micromap = VK_TRUE, .micromapHostCommands = VK_TRUE);
-    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense =
-        INFO(PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX, .pNext = &micromap_ext,
-             .denseGeometryFormat = VK_TRUE);
-    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres =
-        INFO(PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV, .pNext = &dense,
-             .spheres = VK_TRUE, .linearSweptSpheres = VK_TRUE);
-    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion =
-        INFO(PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV, .pNext = &spheres,
-             .rayTracingMotionBlur = VK_TRUE);
-    const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        INFO(PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR, .pNext = &motion,
-             .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = VK_TRUE,
-             .accelerationStructureHostCommands = VK_TRUE);
+    STRUCT(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacement,
+           .displacementMicromap = VK_TRUE);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromap_khr, .pNext = &displacement,
+           .micromap = VK_TRUE);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromap_ext, .pNext = &micromap_khr,
+           .micromap = VK_TRUE, .micromapHostCommands = VK_TRUE);
+    STRUCT(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, dense, .pNext = &micromap_ext,
+           .denseGeometryFormat = VK_TRUE);
+    STRUCT(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, spheres, .pNext = &dense,
+           .spheres = VK_TRUE, .linearSweptSpheres = VK_TRUE);
+    STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion, .pNext = &spheres,
+           .rayTracingMotionBlur = VK_TRUE);
+    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures, .pNext = &motion,
+                 .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = VK_TRUE,
+                 .accelerationStructureHostCommands = VK_TRUE);
     VkDevice device;
     GET(instance_fixture_create_device(fixture, &structures, extensions, ARRAY_COUNT(extensions),
                                        &device, vk));

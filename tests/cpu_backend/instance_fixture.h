@@ -3,7 +3,7 @@
 #ifndef ASSAY_TESTS_CPU_BACKEND_INSTANCE_FIXTURE_H
 #define ASSAY_TESTS_CPU_BACKEND_INSTANCE_FIXTURE_H
 
-#include "tests/cpu_backend/info.h"
+#include "tests/cpu_backend/structs.h"
 #include "tests/fixture/instance.h"
 
 struct instance_fixture_setup {

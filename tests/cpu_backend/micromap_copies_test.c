@@ -48,7 +48,7 @@ TEST(test_copies_by_host)
         micromap_close(&to);
     }
     VkAccelerationStructureCompatibilityKHR compatibility;
-    const VkMicromapVersionInfoEXT version = INFO(MICROMAP_VERSION_INFO_EXT, .pVersionData = bytes);
+    const STRUCT(VkMicromapVersionInfoEXT, version, .pVersionData = bytes);
     fixture->vk.GetDeviceMicromapCompatibilityEXT(fixture->device, &version, &compatibility);
     assert_int_equal(compatibility, VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR);
     free(bytes);
@@ -69,12 +69,10 @@ TEST(test_copies_by_device)
     micromap_open(&clone, true);
     micromap_open(&again, true);
     micromap_build_by_device(&from);
-    const VkCopyMicromapToMemoryInfoEXT to_memory =
-        INFO(COPY_MICROMAP_TO_MEMORY_INFO_EXT, .src = clone.ext, .dst.deviceAddress = bytes.address,
-             .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT);
-    const VkCopyMemoryToMicromapInfoEXT from_memory =
-        INFO(COPY_MEMORY_TO_MICROMAP_INFO_EXT, .src.deviceAddress = bytes.address, .dst = again.ext,
-             .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
+    const STRUCT(VkCopyMicromapToMemoryInfoEXT, to_memory, .src = clone.ext,
+                 .dst.deviceAddress = bytes.address, .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT);
+    const STRUCT(VkCopyMemoryToMicromapInfoEXT, from_memory, .src.deviceAddress = bytes.address,
+                 .dst = again.ext, .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     vk->CmdResetQueryPool(commands, pool, 0, 1);
     micromap_clone_by_device(commands, &from, &clone);

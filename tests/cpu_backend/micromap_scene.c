@@ -57,9 +57,8 @@ static void prepare(struct micromap *micromap, VkMicromapTypeEXT type,
 
 static void create_ext(struct micromap *micromap)
 {
-    const VkMicromapCreateInfoEXT info =
-        INFO(MICROMAP_CREATE_INFO_EXT, .buffer = micromap->storage.handle, .size = MICROMAP_SIZE,
-             .type = micromap->type);
+    const STRUCT(VkMicromapCreateInfoEXT, info, .buffer = micromap->storage.handle,
+                 .size = MICROMAP_SIZE, .type = micromap->type);
     GET(fixture->vk.CreateMicromapEXT(fixture->device, &info, NULL, &micromap->ext));
 }
 
@@ -72,10 +71,9 @@ void micromap_open_displacement(struct micromap *micromap)
 void micromap_open(struct micromap *micromap, bool is_ext)
 {
     prepare(micromap, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, micromap_usages);
-    const VkAccelerationStructureCreateInfo2KHR khr =
-        INFO(ACCELERATION_STRUCTURE_CREATE_INFO_2_KHR,
-             .addressRange = {micromap->storage.address, MICROMAP_SIZE},
-             .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    const STRUCT(VkAccelerationStructureCreateInfo2KHR, khr,
+                 .addressRange = {micromap->storage.address, MICROMAP_SIZE},
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
     if (is_ext)
         create_ext(micromap);
     else
@@ -94,11 +92,11 @@ void micromap_close(struct micromap *micromap)
 
 VkMicromapBuildInfoEXT micromap_info(const struct micromap *micromap, uint64_t base)
 {
-    return (VkMicromapBuildInfoEXT)INFO(
-        MICROMAP_BUILD_INFO_EXT, .type = micromap->type, .mode = VK_BUILD_MICROMAP_MODE_BUILD_EXT,
-        .dstMicromap = micromap->ext, .usageCountsCount = 2, .pUsageCounts = micromap->usages,
-        .data.deviceAddress = base + DATA, .triangleArray.deviceAddress = base,
-        .triangleArrayStride = sizeof(VkMicromapTriangleEXT));
+    return MAKE(VkMicromapBuildInfoEXT, .type = micromap->type,
+                .mode = VK_BUILD_MICROMAP_MODE_BUILD_EXT, .dstMicromap = micromap->ext,
+                .usageCountsCount = 2, .pUsageCounts = micromap->usages,
+                .data.deviceAddress = base + DATA, .triangleArray.deviceAddress = base,
+                .triangleArrayStride = sizeof(VkMicromapTriangleEXT));
 }
 
 VkResult micromap_build_by_host(const struct micromap *micromap)
@@ -113,19 +111,16 @@ static void record_khr(const struct micromap *micromap, VkCommandBuffer commands
     VkMicromapUsageKHR own[2];
     const VkMicromapUsageKHR *const pointers[2] = {&own[0], &own[1]};
     memcpy(own, micromap_usages, sizeof(own));
-    const VkAccelerationStructureGeometryMicromapDataKHR data =
-        INFO(ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR, .usageCountsCount = 2,
-             .ppUsageCounts = pointers, .data = micromap->input.address + DATA,
-             .triangleArray = micromap->input.address,
-             .triangleArrayStride = sizeof(VkMicromapTriangleKHR));
-    const VkAccelerationStructureGeometryKHR geometry =
-        INFO(ACCELERATION_STRUCTURE_GEOMETRY_KHR, .pNext = &data,
-             .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR);
-    const VkAccelerationStructureBuildGeometryInfoKHR info =
-        INFO(ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-             .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
-             .dstAccelerationStructure = micromap->khr, .geometryCount = 1,
-             .pGeometries = &geometry, .scratchData.deviceAddress = micromap->storage.address);
+    const STRUCT(VkAccelerationStructureGeometryMicromapDataKHR, data, .usageCountsCount = 2,
+                 .ppUsageCounts = pointers, .data = micromap->input.address + DATA,
+                 .triangleArray = micromap->input.address,
+                 .triangleArrayStride = sizeof(VkMicromapTriangleKHR));
+    const STRUCT(VkAccelerationStructureGeometryKHR, geometry, .pNext = &data,
+                 .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR);
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
+                 .dstAccelerationStructure = micromap->khr, .geometryCount = 1,
+                 .pGeometries = &geometry, .scratchData.deviceAddress = micromap->storage.address);
     const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
     fixture->vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &no_range);
 }
@@ -147,8 +142,7 @@ void micromap_build_by_device(const struct micromap *micromap)
 static VkCopyMicromapInfoEXT copy_info(const struct micromap *src, const struct micromap *dst,
                                        VkCopyMicromapModeEXT mode)
 {
-    return (VkCopyMicromapInfoEXT)INFO(COPY_MICROMAP_INFO_EXT, .src = src->ext, .dst = dst->ext,
-                                       .mode = mode);
+    return MAKE(VkCopyMicromapInfoEXT, .src = src->ext, .dst = dst->ext, .mode = mode);
 }
 
 VkResult micromap_copy_by_host(const struct micromap *src, const struct micromap *dst,
@@ -167,16 +161,14 @@ void micromap_clone_by_device(VkCommandBuffer commands, const struct micromap *s
 
 VkResult micromap_save_by_host(const struct micromap *src, void *dst)
 {
-    const VkCopyMicromapToMemoryInfoEXT info =
-        INFO(COPY_MICROMAP_TO_MEMORY_INFO_EXT, .src = src->ext, .dst.hostAddress = dst,
-             .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT);
+    const STRUCT(VkCopyMicromapToMemoryInfoEXT, info, .src = src->ext, .dst.hostAddress = dst,
+                 .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT);
     return fixture->vk.CopyMicromapToMemoryEXT(fixture->device, VK_NULL_HANDLE, &info);
 }
 
 VkResult micromap_load_by_host(const void *src, const struct micromap *dst)
 {
-    const VkCopyMemoryToMicromapInfoEXT info =
-        INFO(COPY_MEMORY_TO_MICROMAP_INFO_EXT, .src.hostAddress = src, .dst = dst->ext,
-             .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
+    const STRUCT(VkCopyMemoryToMicromapInfoEXT, info, .src.hostAddress = src, .dst = dst->ext,
+                 .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
     return fixture->vk.CopyMemoryToMicromapEXT(fixture->device, VK_NULL_HANDLE, &info);
 }

@@ -30,20 +30,19 @@ static void open_user(struct user *user, const struct micromap *micromap)
 {
     struct input_scene *scene = &user->scene;
     input_scene_open(scene, VK_GEOMETRY_TYPE_TRIANGLES_KHR, NULL);
-    user->ext = (VkAccelerationStructureTrianglesOpacityMicromapEXT)INFO(
-        ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT, .indexType = VK_INDEX_TYPE_UINT16,
-        .indexBuffer.deviceAddress = scene->indices.address, .indexStride = 2,
-        .usageCountsCount = 2, .pUsageCounts = micromap_usages, .micromap = micromap->ext);
-    user->khr = (VkAccelerationStructureTrianglesOpacityMicromapKHR)INFO(
-        ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR, .indexType = VK_INDEX_TYPE_UINT16,
-        .indexBuffer = scene->indices.address, .indexStride = 2, .micromap = micromap->khr);
+    user->ext =
+        MAKE(VkAccelerationStructureTrianglesOpacityMicromapEXT, .indexType = VK_INDEX_TYPE_UINT16,
+             .indexBuffer.deviceAddress = scene->indices.address, .indexStride = 2,
+             .usageCountsCount = 2, .pUsageCounts = micromap_usages, .micromap = micromap->ext);
+    user->khr =
+        MAKE(VkAccelerationStructureTrianglesOpacityMicromapKHR, .indexType = VK_INDEX_TYPE_UINT16,
+             .indexBuffer = scene->indices.address, .indexStride = 2, .micromap = micromap->khr);
     scene->build.geometry.geometry.triangles =
-        (VkAccelerationStructureGeometryTrianglesDataKHR)INFO(
-            ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-            .pNext = micromap->khr ? (void *)&user->khr : (void *)&user->ext,
-            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-            .vertexData.deviceAddress = scene->vertices.address, .vertexStride = 12,
-            .maxVertex = 3 * TRIANGLES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
+        MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
+             .pNext = micromap->khr ? (void *)&user->khr : (void *)&user->ext,
+             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+             .vertexData.deviceAddress = scene->vertices.address, .vertexStride = 12,
+             .maxVertex = 3 * TRIANGLES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
     scene->build.range.primitiveCount = TRIANGLES;
     fill_triangles(user);
     input_scene_create(scene);
@@ -114,7 +113,7 @@ TEST(test_mistakes)
 {
     struct micromap micromap;
     micromap_open(&micromap, true);
-    VkMicromapBuildSizesInfoEXT sizes = INFO(MICROMAP_BUILD_SIZES_INFO_EXT);
+    STRUCT(VkMicromapBuildSizesInfoEXT, sizes);
     VkMicromapBuildInfoEXT info =
         micromap_info(&micromap, (uint64_t)(uintptr_t)micromap.input.bytes);
     fixture->vk.GetMicromapBuildSizesEXT(

@@ -5,12 +5,10 @@
 VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
                                      VkAccelerationStructureMemoryRequirementsTypeNV type)
 {
-    const VkAccelerationStructureMemoryRequirementsInfoNV info =
-        INFO(ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_INFO_NV, .type = type,
-             .accelerationStructure = handle);
-    VkMemoryDedicatedRequirements dedicated =
-        INFO(MEMORY_DEDICATED_REQUIREMENTS, .requiresDedicatedAllocation = VK_TRUE);
-    VkMemoryRequirements2 requirements = INFO(MEMORY_REQUIREMENTS_2, .pNext = &dedicated);
+    const STRUCT(VkAccelerationStructureMemoryRequirementsInfoNV, info, .type = type,
+                 .accelerationStructure = handle);
+    STRUCT(VkMemoryDedicatedRequirements, dedicated, .requiresDedicatedAllocation = VK_TRUE);
+    STRUCT(VkMemoryRequirements2, requirements, .pNext = &dedicated);
     fixture->vk.GetAccelerationStructureMemoryRequirementsNV(fixture->device, &info, &requirements);
     assert_false(dedicated.requiresDedicatedAllocation);
     return requirements.memoryRequirements;
@@ -37,17 +35,16 @@ static void bind_memory(struct nv_structure *structure)
     structure->size = requirements.size;
     structure->memory =
         memory_create(vk, fixture->device, fixture->host_memory_type, requirements.size);
-    const VkBindAccelerationStructureMemoryInfoNV bind =
-        INFO(BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV, .accelerationStructure = structure->handle,
-             .memory = structure->memory);
+    const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind,
+                 .accelerationStructure = structure->handle, .memory = structure->memory);
     GET(vk->BindAccelerationStructureMemoryNV(fixture->device, 1, &bind));
 }
 
 struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted)
 {
     struct nv_structure structure = {0};
-    const VkAccelerationStructureCreateInfoNV create_info =
-        INFO(ACCELERATION_STRUCTURE_CREATE_INFO_NV, .compactedSize = compacted, .info = *info);
+    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .compactedSize = compacted,
+                 .info = *info);
     GET(fixture->vk.CreateAccelerationStructureNV(fixture->device, &create_info, NULL,
                                                   &structure.handle));
     bind_memory(&structure);

@@ -23,18 +23,18 @@ static VkGeometryTrianglesNV *const triangles = &scene.geometry.geometry.triangl
 
 static void describe(void)
 {
-    scene.geometry = (VkGeometryNV)INFO(
-        GEOMETRY_NV, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
-        .geometry = {.triangles = INFO(GEOMETRY_TRIANGLES_NV, .vertexData = scene.data.handle,
-                                       .vertexOffset = VERTICES_AT, .vertexCount = 3,
-                                       .vertexStride = 3 * sizeof(float),
-                                       .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                                       .indexType = VK_INDEX_TYPE_NONE_NV),
-                     .aabbs = INFO(GEOMETRY_AABB_NV)});
-    scene.info = (VkAccelerationStructureInfoNV)INFO(
-        ACCELERATION_STRUCTURE_INFO_NV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV, .geometryCount = 1,
-        .pGeometries = &scene.geometry);
+    scene.geometry =
+        MAKE(VkGeometryNV, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
+             .geometry = {.triangles = INIT(VkGeometryTrianglesNV, .vertexData = scene.data.handle,
+                                            .vertexOffset = VERTICES_AT, .vertexCount = 3,
+                                            .vertexStride = 3 * sizeof(float),
+                                            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                                            .indexType = VK_INDEX_TYPE_NONE_NV),
+                          .aabbs = INIT(VkGeometryAABBNV)});
+    scene.info =
+        MAKE(VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+             .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV, .geometryCount = 1,
+             .pGeometries = &scene.geometry);
 }
 
 static void open_scene(void)
@@ -87,8 +87,8 @@ static void expect_unbuilt(void)
 
 static VkBuffer create_unbound(void)
 {
-    const VkBufferCreateInfo info =
-        INFO(BUFFER_CREATE_INFO, .size = DATA_SIZE, .usage = VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
+    const STRUCT(VkBufferCreateInfo, info, .size = DATA_SIZE,
+                 .usage = VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
     VkBuffer buffer;
     GET(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &buffer));
     return buffer;
@@ -150,8 +150,7 @@ TEST_BETWEEN(test_unreadable_parameters, open_scene, close_scene)
     build(&scene.info, VK_NULL_HANDLE);
     assert_true(is_built());
 
-    const VkAccelerationStructureCreateInfoNV create_info =
-        INFO(ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = scene.info);
+    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .info = scene.info);
     VkAccelerationStructureNV created = WILD;
     expect_mistake(
         fixture->vk.CreateAccelerationStructureNV(fixture->device, &create_info, NULL, &created));
@@ -192,11 +191,10 @@ TEST_BETWEEN(test_wild_handles, open_scene, close_scene)
 TEST_BETWEEN(test_names_and_private_data, open_scene, close_scene)
 {
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
-    const VkDebugUtilsObjectNameInfoEXT name =
-        INFO(DEBUG_UTILS_OBJECT_NAME_INFO_EXT, .objectType = type,
-             .objectHandle = (uint64_t)scene.blas.handle, .pObjectName = "bunny");
+    const STRUCT(VkDebugUtilsObjectNameInfoEXT, name, .objectType = type,
+                 .objectHandle = (uint64_t)scene.blas.handle, .pObjectName = "bunny");
     GET(fixture->vk.SetDebugUtilsObjectNameEXT(fixture->device, &name));
-    const VkPrivateDataSlotCreateInfo info = INFO(PRIVATE_DATA_SLOT_CREATE_INFO);
+    const STRUCT(VkPrivateDataSlotCreateInfo, info);
     VkPrivateDataSlot slot;
     uint64_t value = 0;
     GET(fixture->vk.CreatePrivateDataSlot(fixture->device, &info, NULL, &slot));
@@ -220,7 +218,7 @@ static void expect_refusal(const char *command)
 
 TEST_BETWEEN(test_shader_side, open_scene, close_scene)
 {
-    const VkRayTracingPipelineCreateInfoNV info = INFO(RAY_TRACING_PIPELINE_CREATE_INFO_NV);
+    const STRUCT(VkRayTracingPipelineCreateInfoNV, info);
     VkPipeline pipeline = (VkPipeline)WILD;
     expect_mistake(fixture->vk.CreateRayTracingPipelinesNV(fixture->device, VK_NULL_HANDLE, 1,
                                                            &info, NULL, &pipeline));
@@ -232,8 +230,8 @@ TEST_BETWEEN(test_shader_side, open_scene, close_scene)
     device_finish(&device, commands);
     expect_refusal("vkCmdTraceRaysNV");
     const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV, 1};
-    const VkDescriptorPoolCreateInfo pool =
-        INFO(DESCRIPTOR_POOL_CREATE_INFO, .maxSets = 1, .poolSizeCount = 1, .pPoolSizes = &size);
+    const STRUCT(VkDescriptorPoolCreateInfo, pool, .maxSets = 1, .poolSizeCount = 1,
+                 .pPoolSizes = &size);
     VkDescriptorPool created;
     expect_mistake(fixture->vk.CreateDescriptorPool(fixture->device, &pool, NULL, &created));
     expect_refusal("vkCreateDescriptorPool");

@@ -77,12 +77,10 @@ static void open_twins(struct twins *twins, VkAccelerationStructureTypeKHR type,
                        VkBuildAccelerationStructureFlagsKHR flags)
 {
     memset(twins, 0, sizeof(*twins));
-    twins->nv = (VkAccelerationStructureInfoNV)INFO(
-        ACCELERATION_STRUCTURE_INFO_NV, .type = type, .flags = flags, .geometryCount = count,
-        .pGeometries = count ? twins->nv_geometries : NULL);
-    twins->khr = (VkAccelerationStructureBuildGeometryInfoKHR)INFO(
-        ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR, .type = type, .flags = flags,
-        .geometryCount = count ? count : 1, .pGeometries = twins->geometries);
+    twins->nv = MAKE(VkAccelerationStructureInfoNV, .type = type, .flags = flags,
+                     .geometryCount = count, .pGeometries = count ? twins->nv_geometries : NULL);
+    twins->khr = MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .type = type, .flags = flags,
+                      .geometryCount = count ? count : 1, .pGeometries = twins->geometries);
     for (int i = 0; i < 2; i++) {
         VkGeometryNV *nv = &twins->nv_geometries[i];
         nv->sType = VK_STRUCTURE_TYPE_GEOMETRY_NV;
@@ -135,9 +133,9 @@ static void describe_boxes(struct twins *twins)
     nv->stride = BOX_STRIDE;
     nv->offset = BOXES_AT;
     twins->geometries[0].geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
-    twins->geometries[0].geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR)INFO(
-        ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR, .data.hostAddress = data_at(BOXES_AT),
-        .stride = BOX_STRIDE);
+    twins->geometries[0].geometry.aabbs =
+        MAKE(VkAccelerationStructureGeometryAabbsDataKHR, .data.hostAddress = data_at(BOXES_AT),
+             .stride = BOX_STRIDE);
     twins->ranges[0].primitiveCount = BOXES;
 }
 
@@ -156,9 +154,8 @@ static void describe_instances(struct twins *twins, uint64_t reference)
     }
     twins->geometries[0].geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
     twins->geometries[0].flags = 0;
-    twins->geometries[0].geometry.instances = (VkAccelerationStructureGeometryInstancesDataKHR)INFO(
-        ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-        .data.hostAddress = data_at(INSTANCES_AT));
+    twins->geometries[0].geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                                                   .data.hostAddress = data_at(INSTANCES_AT));
     twins->ranges[0].primitiveCount = INSTANCES;
 }
 
@@ -188,8 +185,7 @@ static void expect_host_build(struct twins *twins, const struct nv_structure *bu
 {
     uint32_t counts[2] = {twins->ranges[0].primitiveCount, twins->ranges[1].primitiveCount};
     const VkAccelerationStructureBuildRangeInfoKHR *ranges = twins->ranges;
-    VkAccelerationStructureBuildSizesInfoKHR sizes =
-        INFO(ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR);
+    STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
     fixture->vk.GetAccelerationStructureBuildSizesKHR(fixture->device,
                                                       VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR,
                                                       &twins->khr, counts, &sizes);
@@ -317,9 +313,8 @@ TEST_BETWEEN(test_copies, open_data, close_data)
     build(&twins, &blas, VK_NULL_HANDLE);
     const VkDeviceSize size = compacted_size(&blas);
     assert_true(size > 0 && size < blas.size);
-    const VkAccelerationStructureInfoNV nothing =
-        INFO(ACCELERATION_STRUCTURE_INFO_NV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-             .flags = COMPACTABLE);
+    const STRUCT(VkAccelerationStructureInfoNV, nothing,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV, .flags = COMPACTABLE);
     struct nv_structure compact = nv_create(&nothing, size);
     assert_int_equal(compact.size, size);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
