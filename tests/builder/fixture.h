@@ -42,6 +42,10 @@ struct fixture_input {
     VkAccelerationStructureBuildRangeInfoKHR range;
     struct builder_input input;
 };
+/* Declares an input of one kind and fills it in: INPUT(mesh, input, &mesh). */
+#define INPUT(kind, name, ...)                                                                     \
+    struct fixture_input name;                                                                     \
+    fixture_input_##kind(&(name), __VA_ARGS__)
 void fixture_input_mesh(struct fixture_input *input, const struct fixture_mesh *mesh);
 void fixture_input_triangles(struct fixture_input *input, const float *corners, uint32_t triangles);
 void fixture_input_aabbs(struct fixture_input *input, const VkAabbPositionsKHR *boxes,

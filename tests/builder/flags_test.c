@@ -19,8 +19,7 @@ struct pair {
 static struct pair make_pair(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags)
 {
     struct pair pair;
-    struct fixture_input input;
-    fixture_input_triangles(&input, fixture_triangle, 1);
+    INPUT(triangles, input, fixture_triangle, 1);
     input.geometry.flags = geometry;
     pair.blas = fixture_build(&input.input, NULL);
     VkAccelerationStructureInstanceKHR instance = fixture_instance(pair.blas);
@@ -76,8 +75,7 @@ SCOPE_TEST(test_first_hit)
         int depth = i % 3 == 2 ? i / 9 : 0;
         corners[i] = fixture_triangle[i % 9] - (float)depth;
     }
-    struct fixture_input input;
-    fixture_input_triangles(&input, corners, 10);
+    INPUT(triangles, input, corners, 10);
     void *structure = fixture_build(&input.input, NULL);
     struct trace_ray ray = down(TRACE_TERMINATE_ON_FIRST_HIT);
     struct trace_hit hit;

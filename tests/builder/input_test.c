@@ -82,8 +82,7 @@ SCOPE_TEST(test_index_types)
                  {VK_INDEX_TYPE_UINT16, medium, sizeof(medium)},
                  {VK_INDEX_TYPE_UINT32, large, sizeof(large)}};
     for (int i = 0; i < 3; i++) {
-        struct fixture_input input;
-        fixture_input_triangles(&input, square, 2);
+        INPUT(triangles, input, square, 2);
         input.geometry.triangles.vertices_size = sizeof(square);
         input.geometry.triangles.max_vertex = 3;
         input.geometry.triangles.index_type = types[i].type;

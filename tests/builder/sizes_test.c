@@ -28,9 +28,8 @@ SCOPE_TEST(test_counts)
 {
     for (uint32_t count = 1; count < 700; count += 1 + count / 9) {
         struct fixture_mesh mesh = fixture_soup(count, count);
-        struct fixture_input input;
         VkAabbPositionsKHR *boxes = fixture_allocate(count * sizeof(*boxes));
-        fixture_input_mesh(&input, &mesh);
+        INPUT(mesh, input, &mesh);
         check_build(&input);
         for (uint32_t i = 0; i < count; i++)
             memcpy(&boxes[i].minX, &mesh.positions[9 * i], 6 * sizeof(float));
@@ -53,16 +52,14 @@ SCOPE_TEST(test_uneven)
             float one[9] = {at, at, 0, at * 1.01f, 0, at, at, at * 1.02f, at};
             memcpy(corners + (size_t)9 * (size_t)i, one, sizeof(one));
         }
-        struct fixture_input input;
-        fixture_input_triangles(&input, corners, COUNT);
+        INPUT(triangles, input, corners, COUNT);
         check_build(&input);
     }
 }
 
 SCOPE_TEST(test_instances)
 {
-    struct fixture_input input;
-    fixture_input_triangles(&input, fixture_triangle, 1);
+    INPUT(triangles, input, fixture_triangle, 1);
     void *blas = fixture_build(&input.input, NULL);
     for (uint32_t count = 1; count < 300; count += 1 + count / 5) {
         VkAccelerationStructureInstanceKHR *instances =
@@ -79,8 +76,7 @@ SCOPE_TEST(test_instances)
 SCOPE_TEST(test_smaller_counts_fit)
 {
     struct builder_sizes before = {0}, sizes;
-    struct fixture_input input;
-    fixture_input_triangles(&input, NULL, 0);
+    INPUT(triangles, input, NULL, 0);
     for (uint32_t count = 0; count < 100000; count += 1 + count / 3) {
         assert_int_equal(builder_get_sizes(&input.input, &count, &sizes), BUILDER_OK);
         assert_true(sizes.structure >= before.structure);
@@ -98,8 +94,7 @@ SCOPE_TEST(test_displaced)
     VkMicromapUsageEXT usages[2] = {{10, 5, 3}, {100, 2, 1}};
     struct builder_displacement displacement = {.usage_count = 2, .usages = usages};
     struct builder_sizes before = {0}, sizes;
-    struct fixture_input input;
-    fixture_input_triangles(&input, NULL, 0);
+    INPUT(triangles, input, NULL, 0);
     input.geometry.triangles.displacement = &displacement;
     for (uint32_t count = 0; count < 1000; count += 10) {
         double parts = 10 * 1024 + 100 * 16 + (count > 110 ? count - 110 : 0);
@@ -128,8 +123,7 @@ static uint64_t aligned(uint64_t size)
 SCOPE_TEST(test_plain)
 {
     struct fixture_mesh mesh = fixture_terrain(30);
-    struct fixture_input input;
-    fixture_input_mesh(&input, &mesh);
+    INPUT(mesh, input, &mesh);
     void *structure = fixture_build(&input.input, NULL);
     uint64_t triangles = mesh.triangle_count, nodes = triangles * 28 / 100 + 1;
     assert_int_equal(builder_size(structure),
@@ -156,10 +150,9 @@ SCOPE_TEST(test_plain)
 
 SCOPE_TEST(test_too_small)
 {
-    struct fixture_input input;
     struct builder_sizes sizes;
     uint32_t count = 1;
-    fixture_input_triangles(&input, fixture_triangle, 1);
+    INPUT(triangles, input, fixture_triangle, 1);
     builder_get_sizes(&input.input, &count, &sizes);
     void *structure = fixture_allocate(sizes.structure),
          *scratch = fixture_allocate(sizes.build_scratch);

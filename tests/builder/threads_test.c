@@ -40,12 +40,11 @@ static uint32_t threads_in_build(const void *blas, uint32_t threads)
 {
     VkAccelerationStructureInstanceKHR *instances =
         fixture_allocate(INSTANCES * sizeof(*instances));
-    struct fixture_input input;
     for (uint32_t i = 0; i < INSTANCES; i++) {
         instances[i] = fixture_instance(NULL);
         instances[i].accelerationStructureReference = i + 1;
     }
-    fixture_input_instances(&input, instances, INSTANCES);
+    INPUT(instances, input, instances, INSTANCES);
     input.input.threads = threads;
     input.input.resolver = (struct builder_resolver){count_and_find, (void *)blas};
     most_threads = 0;
@@ -58,8 +57,7 @@ static uint32_t threads_in_build(const void *blas, uint32_t threads)
 
 TEST(test_threads)
 {
-    struct fixture_input input;
-    fixture_input_triangles(&input, fixture_triangle, 1);
+    INPUT(triangles, input, fixture_triangle, 1);
     void *blas = fixture_build(&input.input, NULL);
     uint32_t before = count_threads();
     assert_int_equal(threads_in_build(blas, 0), before);
@@ -101,8 +99,7 @@ static void make_expected(struct expected *expected)
     for (uint32_t i = 0; i < 3 * expected->moved.vertex_count; i++)
         expected->moved.positions[i] *= 1 + (float)(i % 7) * 0.01f;
     for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++) {
-        struct fixture_input input;
-        fixture_input_mesh(&input, &expected->mesh);
+        INPUT(mesh, input, &expected->mesh);
         input.input.quality = (enum builder_quality)quality;
         expected->built[quality] = fixture_build(&input.input, NULL);
         fixture_input_mesh(&input, &expected->moved);
@@ -123,9 +120,8 @@ static void free_expected(struct expected *expected)
 static void check_same(const struct expected *expected, int quality, uint32_t threads,
                        struct builder_team *team)
 {
-    struct fixture_input input;
     const void *one = expected->built[quality];
-    fixture_input_mesh(&input, &expected->mesh);
+    INPUT(mesh, input, &expected->mesh);
     input.input.quality = (enum builder_quality)quality;
     input.input.threads = threads;
     input.input.team = team;

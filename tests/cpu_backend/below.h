@@ -24,6 +24,9 @@ extern struct cpu_overlay *const below;
 #define QUEUE ((VkQueue)(uintptr_t)2)
 #define COMMAND_BUFFER ((VkCommandBuffer)(uintptr_t)3)
 
+/* A call that the backend refuses. */
+#define REFUSED(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED_EXT)
+
 /* What cpu_report_unsupported() was last told, and how often; the test clears it. */
 extern const char *refused_command;
 extern unsigned refusals;

@@ -73,9 +73,9 @@ TEST_OPENED(test_submissions, clear)
         {0},
         {.waitSemaphoreCount = 1, .pWaitSemaphores = &semaphore, .pWaitDstStageMask = &traced},
     };
-    assert_int_equal(cpu_QueueSubmit(QUEUE, 2, submits, VK_NULL_HANDLE), VK_SUCCESS);
+    GET(cpu_QueueSubmit(QUEUE, 2, submits, VK_NULL_HANDLE));
     assert_ptr_equal(seen.array, submits);
-    assert_int_equal(cpu_QueueSubmit(QUEUE, 3, submits, VK_NULL_HANDLE), VK_SUCCESS);
+    GET(cpu_QueueSubmit(QUEUE, 3, submits, VK_NULL_HANDLE));
     assert_int_equal(seen.src, COMPUTE);
     assert_int_equal(seen.dst, ALL | COMPUTE);
     assert_int_equal(traced, BUILD | COMPUTE);
@@ -88,10 +88,10 @@ TEST_OPENED(test_submissions2, clear)
                                   .pWaitSemaphoreInfos = &wait,
                                   .signalSemaphoreInfoCount = 1,
                                   .pSignalSemaphoreInfos = &signal};
-    assert_int_equal(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
+    GET(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE));
     assert_ptr_equal(seen.array, &submit);
     signal.stageMask = BUILD;
-    assert_int_equal(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
+    GET(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE));
     assert_int_equal(seen.src, COMPUTE);
     assert_int_equal(seen.dst, ALL);
 }
@@ -120,11 +120,11 @@ TEST_OPENED(test_render_pass, clear)
                                       .dstAccessMask = SHADER_READ};
     const VkRenderPassCreateInfo info = {.dependencyCount = 1, .pDependencies = &dependency};
     VkRenderPass pass;
-    assert_int_equal(cpu_CreateRenderPass(DEVICE, &info, NULL, &pass), VK_SUCCESS);
+    GET(cpu_CreateRenderPass(DEVICE, &info, NULL, &pass));
     assert_ptr_equal(seen.array, &info);
     dependency.srcStageMask = BUILD;
     dependency.srcAccessMask = WRITE;
-    assert_int_equal(cpu_CreateRenderPass(DEVICE, &info, NULL, &pass), VK_SUCCESS);
+    GET(cpu_CreateRenderPass(DEVICE, &info, NULL, &pass));
     assert_int_equal(seen.dependency.srcSubpass, VK_SUBPASS_EXTERNAL);
     assert_int_equal(seen.dependency.srcStageMask, ALL);
     assert_int_equal(seen.dependency.srcAccessMask, MEMORY_READ | MEMORY_WRITE);
@@ -137,7 +137,7 @@ TEST_OPENED(test_render_pass2, clear)
     const VkSubpassDependency2 dependency = {.pNext = &barrier2};
     const VkRenderPassCreateInfo2 info = {.dependencyCount = 1, .pDependencies = &dependency};
     VkRenderPass pass;
-    assert_int_equal(cpu_CreateRenderPass2(DEVICE, &info, NULL, &pass), VK_SUCCESS);
+    GET(cpu_CreateRenderPass2(DEVICE, &info, NULL, &pass));
     assert_ptr_equal(seen.array, &info);
     barrier2.dstStageMask = BUILD;
     for (int failing = 0;; failing++) {

@@ -79,7 +79,7 @@ static VkBufferUsageFlags create(VkBufferUsageFlags usage, const void *chain)
 {
     const VkBufferCreateInfo info = {.pNext = chain, .usage = usage};
     VkBuffer buffer;
-    assert_int_equal(cpu_CreateBuffer(DEVICE, &info, NULL, &buffer), VK_SUCCESS);
+    GET(cpu_CreateBuffer(DEVICE, &info, NULL, &buffer));
     return seen.usage;
 }
 

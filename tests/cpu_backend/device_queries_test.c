@@ -7,6 +7,8 @@
 static const VkQueryType SERIALIZATION_SIZE =
     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
 
+#define NOT_READY(call) assert_int_equal(call, VK_NOT_READY)
+
 TEST_CLOSED(test_queries, result_scene_close)
 {
     result_scene_open(COMPACTED_SIZE);
@@ -26,17 +28,14 @@ TEST_CLOSED(test_queries, result_scene_close)
         assert_int_equal(wide[i][1], 1);
     }
     uint32_t narrow[QUERIES] = {7, 7, 7};
-    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, QUERIES,
-                                                     sizeof(narrow), narrow, sizeof(narrow[0]), 0),
-                     VK_NOT_READY);
+    NOT_READY(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, QUERIES,
+                                              sizeof(narrow), narrow, sizeof(narrow[0]), 0));
     assert_int_equal(narrow[1], expected);
     assert_int_equal(narrow[2], 7);
     uint32_t partial[2] = {7, 7};
-    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 2, 1,
-                                                     sizeof(partial), partial, sizeof(partial),
-                                                     VK_QUERY_RESULT_PARTIAL_BIT |
-                                                         VK_QUERY_RESULT_WITH_AVAILABILITY_BIT),
-                     VK_NOT_READY);
+    NOT_READY(fixture->vk.GetQueryPoolResults(
+        fixture->device, scene.pool, 2, 1, sizeof(partial), partial, sizeof(partial),
+        VK_QUERY_RESULT_PARTIAL_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT));
     assert_int_equal(partial[0], 0);
     assert_int_equal(partial[1], 0);
 }
@@ -64,9 +63,8 @@ TEST(test_other_queries)
     fixture->vk.CmdResetQueryPool(commands, pool, 0, 1);
     device_finish(&device, commands);
     uint32_t value;
-    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, pool, 0, 1, sizeof(value),
-                                                     &value, sizeof(value), 0),
-                     VK_NOT_READY);
+    NOT_READY(fixture->vk.GetQueryPoolResults(fixture->device, pool, 0, 1, sizeof(value), &value,
+                                              sizeof(value), 0));
     fixture->vk.DestroyQueryPool(fixture->device, pool, NULL);
     device_expect_silence(&device);
 }
@@ -113,18 +111,14 @@ TEST_CLOSED(test_wild_counts, result_scene_close)
     const uint64_t wanted[] = {expected, untouched, untouched};
     assert_memory_equal(buffer.bytes, wanted, sizeof(wanted));
     uint64_t values[2] = {0};
-    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 2,
-                                                     sizeof(values), values, 8,
-                                                     VK_QUERY_RESULT_64_BIT),
-                     VK_NOT_READY);
+    NOT_READY(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 2, sizeof(values),
+                                              values, 8, VK_QUERY_RESULT_64_BIT));
     assert_int_equal(values[0], expected);
     fixture->vk.ResetQueryPool(fixture->device, scene.pool, 1, UINT32_MAX);
     GET(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(values), values,
                                         8, VK_QUERY_RESULT_64_BIT));
     fixture->vk.ResetQueryPool(fixture->device, scene.pool, 0, UINT32_MAX);
-    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1,
-                                                     sizeof(values), values, 8,
-                                                     VK_QUERY_RESULT_64_BIT),
-                     VK_NOT_READY);
+    NOT_READY(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(values),
+                                              values, 8, VK_QUERY_RESULT_64_BIT));
     device_buffer_destroy(&device, &buffer);
 }

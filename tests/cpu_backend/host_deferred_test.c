@@ -7,6 +7,8 @@
 #include "tests/fixture/objects.h"
 #include "tests/state/unit_test.h"
 
+#define REFUSED(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED)
+
 enum { PARTS = 200, THREADS = 4 };
 
 /* Work that counts. */
@@ -186,8 +188,7 @@ TEST(test_mistakes)
     struct cpu_work work = work_of(&pending, 2);
     cpu_deferred_start(joined.operations, joined.operation, &work);
     work = work_of(&late, 2);
-    assert_int_equal(cpu_deferred_start(joined.operations, joined.operation, &work),
-                     VK_ERROR_VALIDATION_FAILED);
+    REFUSED(cpu_deferred_start(joined.operations, joined.operation, &work));
     assert_int_equal(late.releases, 1);
     assert_int_equal(pending.releases, 0);
     cpu_deferred_remove(joined.operations, joined.operation); /* destroyed while pending */
@@ -195,12 +196,10 @@ TEST(test_mistakes)
     assert_int_equal(pending.runs[0], 0);
 
     work = work_of(&wild, 2);
-    assert_int_equal(cpu_deferred_start(joined.operations, joined.operation, &work),
-                     VK_ERROR_VALIDATION_FAILED);
+    REFUSED(cpu_deferred_start(joined.operations, joined.operation, &work));
     assert_int_equal(wild.releases, 1);
-    assert_int_equal(cpu_deferred_join(joined.operations, joined.operation),
-                     VK_ERROR_VALIDATION_FAILED);
-    assert_int_equal(cpu_deferred_result(joined.operations, 42), VK_ERROR_VALIDATION_FAILED);
+    REFUSED(cpu_deferred_join(joined.operations, joined.operation));
+    REFUSED(cpu_deferred_result(joined.operations, 42));
     assert_int_equal(cpu_deferred_concurrency(joined.operations, 42), 0);
     cpu_deferred_remove(joined.operations, joined.operation);
     cpu_deferred_operations_destroy(joined.operations);

@@ -37,10 +37,9 @@ static void check_row(const void *structure, unsigned active)
 static void check_nan(int corner, int axis, float nan, const VkTransformMatrixKHR *transform)
 {
     float corners[9 * ROW];
-    struct fixture_input input;
     make_row(corners);
     corners[9 * 2 + 3 * corner + axis] = nan;
-    fixture_input_triangles(&input, corners, ROW);
+    INPUT(triangles, input, corners, ROW);
     fixture_input_transform(&input, transform);
     void *structure = case_build(&input);
     EXPECT(report.active == ROW - 1 && report.inactive == 1);
@@ -119,8 +118,7 @@ CASE(35, 0, 0, "all offsets at once")
             memcpy(vertices + (indexed ? 0 : 8) + (size_t)place * STRIDE, at, sizeof(at));
             indices[4 + i] = (uint16_t)(SKIP + i);
         }
-        struct fixture_input input;
-        fixture_input_triangles(&input, NULL, ROW);
+        INPUT(triangles, input, NULL, ROW);
         input.range.firstVertex = FIRST;
         input.range.primitiveOffset = 8;
         input.range.transformOffset = sizeof(transforms[0]);
@@ -142,8 +140,7 @@ CASE(35, 0, 0, "all offsets at once")
 static void *build_format(VkFormat format, const void *vertices, uint64_t stride,
                           uint32_t triangles)
 {
-    struct fixture_input input;
-    fixture_input_triangles(&input, vertices, triangles);
+    INPUT(triangles, input, vertices, triangles);
     input.geometry.triangles.vertex_format = format;
     input.geometry.triangles.vertex_stride = stride;
     input.geometry.triangles.vertices_size = stride * triangles * 3;
@@ -188,8 +185,7 @@ CASE(38, 0, 0, "fourth component and a translation")
 {
     const float vertices[12] = {0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, NAN};
     const VkTransformMatrixKHR moved = {{{1, 0, 0, 10}, {0, 1, 0, 20}, {0, 0, 1, 30}}};
-    struct fixture_input input;
-    fixture_input_triangles(&input, vertices, 1);
+    INPUT(triangles, input, vertices, 1);
     input.geometry.triangles.vertex_format = VK_FORMAT_R32G32B32A32_SFLOAT;
     input.geometry.triangles.vertex_stride = 16;
     input.geometry.triangles.vertices_size = sizeof(vertices);
@@ -212,8 +208,7 @@ CASE(39, 0, 0, "large stride times index")
         memcpy(vertices + (i + 1) * stride, corners[i], sizeof(corners[i]));
     const uint32_t indices[3] = {1, 2, 3}, wrapping[3] = {0xffffffff, 0x80000000, 0x10000001};
     struct fixture_mesh mesh = {(float *)vertices, (uint32_t *)indices, 4, 1};
-    struct fixture_input input;
-    fixture_input_mesh(&input, &mesh);
+    INPUT(mesh, input, &mesh);
     input.geometry.triangles.vertex_stride = stride;
     input.geometry.triangles.vertices_size = size;
     void *structure = case_build(&input);
@@ -240,8 +235,7 @@ CASE(40, 0, 0, "index out of range")
     const uint32_t indices[6] = {0, 1, 2, 0, 3, 2};
     struct fixture_mesh mesh = {(float *)(void *)(pages + page - sizeof(corners)),
                                 (uint32_t *)indices, 3, 2};
-    struct fixture_input input;
-    fixture_input_mesh(&input, &mesh);
+    INPUT(mesh, input, &mesh);
     input.input.quality = setting.quality;
     EXPECT(case_fails(&input));
     EXPECT(report.out_of_range == 1 && report.first_out_of_range.primitive == 1);

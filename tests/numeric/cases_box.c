@@ -6,8 +6,7 @@
 
 static void *build_boxes(const VkAabbPositionsKHR *boxes, uint32_t count)
 {
-    struct fixture_input input;
-    fixture_input_aabbs(&input, boxes, count);
+    INPUT(aabbs, input, boxes, count);
     return case_build(&input);
 }
 

@@ -120,7 +120,6 @@ CASE(72, 0, 0, "displaced triangles without values")
     const uint8_t levels[2] = {2, 2};
     float corners[18], vectors[18];
     struct displaced displaced;
-    struct fixture_input input;
     for (int i = 0; i < 18; i++) {
         corners[i] = flat[i % 9];
         vectors[i] = up[i % 9];
@@ -129,7 +128,7 @@ CASE(72, 0, 0, "displaced triangles without values")
     struct builder_displacement *displacement = &displaced.displacement;
     displacement->vectors = vectors;
     displacement->vectors_size = sizeof(vectors);
-    fixture_input_triangles(&input, corners, 2);
+    INPUT(triangles, input, corners, 2);
     input.geometry.triangles.displacement = displacement;
     corners[3] = NAN;
     case_build(&input);

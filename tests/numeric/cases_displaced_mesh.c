@@ -88,7 +88,6 @@ CASE(69, 550, 450, "edges and vertices of a displaced closed mesh of two levels"
 {
     struct fixture_mesh mesh = fixture_sphere(2, 1, (float[3]){0, 0, 0});
     struct displaced displaced;
-    struct fixture_input input;
     uint8_t levels[48], edges[48];
     for (uint32_t i = 0; i < 48; i++)
         levels[i] = 2 + i * 7 % 3 % 2;
@@ -100,7 +99,7 @@ CASE(69, 550, 450, "edges and vertices of a displaced closed mesh of two levels"
     displaced.displacement.flags = edges;
     displaced.displacement.flags_size = 48;
     displaced.displacement.flags_stride = 1;
-    fixture_input_mesh(&input, &mesh);
+    INPUT(mesh, input, &mesh);
     input.geometry.triangles.displacement = &displaced.displacement;
     void *structure = case_build(&input);
     check_closed(structure);

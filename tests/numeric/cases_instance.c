@@ -86,8 +86,7 @@ CASE(34, 0, 0, "mirrored instance, mirrored geometry")
     const VkTransformMatrixKHR mirror = scaling(-1, 1, 1);
     void *blas = case_triangles(fixture_triangle, 1);
     EXPECT(sees_front(blas, 0));
-    struct fixture_input input;
-    fixture_input_triangles(&input, fixture_triangle, 1);
+    INPUT(triangles, input, fixture_triangle, 1);
     fixture_input_transform(&input, &mirror);
     void *mirrored_blas = case_build(&input);
     EXPECT(!sees_front(mirrored_blas, 0));
@@ -132,8 +131,7 @@ CASE(43, 0, 0, "mask 0")
     instances[0].mask = 0;
     instances[1].mask = 0x80;
     void *tlas = case_instances(instances, 2);
-    struct fixture_input input;
-    fixture_input_instances(&input, (const void *)pointers, 2);
+    INPUT(instances, input, (const void *)pointers, 2);
     input.geometry.instances.array_of_pointers = true;
     input.geometry.instances.size = sizeof(pointers);
     void *by_pointers = case_build(&input);

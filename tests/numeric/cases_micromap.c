@@ -76,8 +76,7 @@ static const float corners[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0, 3, 0, 0, 2
 
 static void *build_with(const struct builder_opacity *opacity, VkGeometryFlagsKHR flags)
 {
-    struct fixture_input input;
-    fixture_input_triangles(&input, corners, 2);
+    INPUT(triangles, input, corners, 2);
     input.geometry.flags = flags;
     input.geometry.triangles.opacity = opacity;
     return case_build(&input);
@@ -203,10 +202,9 @@ CASE(57, 0, 0, "indices into micromaps")
     struct builder_opacity opacity = {.index_type = VK_INDEX_TYPE_NONE_KHR};
     void *blas = build_with(&opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
     EXPECT(answer(blas, 0.25f, 0.25f, 0) == 1);
-    struct fixture_input input;
     opacity = (struct builder_opacity){
         .index_type = VK_INDEX_TYPE_UINT32, .indices = data, .indices_size = 4, .stride = 4};
-    fixture_input_triangles(&input, corners, 2);
+    INPUT(triangles, input, corners, 2);
     input.geometry.triangles.opacity = &opacity;
     EXPECT(case_fails(&input) && report.out_of_range == 1);
 }

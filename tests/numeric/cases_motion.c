@@ -20,8 +20,7 @@ static float at_time(float from, float to, float time)
 
 static void *build_moving(const float *from, const float *to, uint32_t triangles)
 {
-    struct fixture_input input;
-    fixture_input_triangles(&input, from, triangles);
+    INPUT(triangles, input, from, triangles);
     fixture_input_motion(&input, to);
     return case_build(&input);
 }
@@ -61,14 +60,13 @@ CASE(49, 600, 450, "closed mesh that moves")
 {
     struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0.1f, 0.2f, 0.3f});
     struct fixture_mesh then = fixture_sphere(3, 2.5f, (float[3]){40, -3, 0.7f});
-    struct fixture_input input;
     uint64_t random = 79;
     for (uint32_t i = 0; i < then.vertex_count; i++) {
         float *at = then.positions + 3 * (size_t)i, x = at[0] - 40;
         at[0] = 40 + 0.8f * x - 0.6f * (at[1] + 3);
         at[1] = -3 + 0.6f * x + 0.8f * (at[1] + 3);
     }
-    fixture_input_mesh(&input, &mesh);
+    INPUT(mesh, input, &mesh);
     fixture_input_motion(&input, then.positions);
     void *structure = case_build(&input);
     for (uint32_t i = 0; i < 3 * mesh.triangle_count; i++) {
@@ -95,10 +93,9 @@ CASE(50, 0, 0, "inactive at one time")
 {
     const float from[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 0, 0, 6, 0, 0, 5, 1, 0};
     float to[18];
-    struct fixture_input input;
     memcpy(to, from, sizeof(to));
     to[3] = NAN;
-    fixture_input_triangles(&input, from, 2);
+    INPUT(triangles, input, from, 2);
     fixture_input_motion(&input, to);
     void *structure = case_build(&input);
     EXPECT(report.active == 1 && report.inactive == 1);
@@ -115,8 +112,7 @@ CASE(50, 0, 0, "inactive at one time")
 
 static void *build_instances(const void *instances, uint32_t count, bool has_pointers)
 {
-    struct fixture_input input;
-    fixture_input_instances(&input, instances, count);
+    INPUT(instances, input, instances, count);
     input.input.flags = MOTION;
     input.geometry.instances.size = count * (has_pointers ? sizeof(uint64_t) : STRIDE);
     input.geometry.instances.array_of_pointers = has_pointers;
@@ -277,9 +273,8 @@ CASE(53, 0, 0, "refits and copies of what moves")
 {
     const float to[9] = {8, 0, 0, 9, 0, 0, 8, 1, 0};
     float later[9] = {0, 8, 0, 1, 8, 0, 0, 9, 0};
-    struct fixture_input input;
     struct builder_uuids uuids = {{1}, {2}};
-    fixture_input_triangles(&input, fixture_triangle, 1);
+    INPUT(triangles, input, fixture_triangle, 1);
     fixture_input_motion(&input, to);
     void *structure = case_build(&input);
     uint64_t size = builder_size(structure), bytes_size = builder_serialized_size(structure);

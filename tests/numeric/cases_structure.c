@@ -21,11 +21,10 @@ CASE(44, 0, 0, "10,000 refits")
     if (setting.threads > 1 || setting.accuracy != TRACE_EXACT) /* nothing to do with refits */
         return;
     struct fixture_mesh mesh = fixture_sphere(4, 1, (float[3]){0, 0, 0});
-    struct fixture_input input;
     struct builder_statistics before, after;
     float *rest = fixture_allocate((uint64_t)mesh.vertex_count * 12);
     memcpy(rest, mesh.positions, (size_t)mesh.vertex_count * 12);
-    fixture_input_mesh(&input, &mesh);
+    INPUT(mesh, input, &mesh);
     void *structure = case_build(&input);
     uint64_t size = builder_size(structure);
     void *fresh = fixture_allocate(size);
@@ -75,10 +74,9 @@ CASE(45, 600, 0, "deep skewed tree")
 CASE(46, 0, 0, "one and two threads")
 {
     struct fixture_mesh mesh = fixture_soup(20000, 67);
-    struct fixture_input input;
     mesh.positions[3 * 100] = NAN;
     mesh.positions[3 * 50000] = NAN;
-    fixture_input_mesh(&input, &mesh);
+    INPUT(mesh, input, &mesh);
     void *other = case_build(&input);
     input.input.threads = 1;
     void *one = fixture_build(&input.input, NULL);

@@ -61,22 +61,19 @@ bool case_fails(struct fixture_input *input)
 
 void *case_triangles(const float *corners, uint32_t count)
 {
-    struct fixture_input input;
-    fixture_input_triangles(&input, corners, count);
+    INPUT(triangles, input, corners, count);
     return case_build(&input);
 }
 
 void *case_mesh(const struct fixture_mesh *mesh)
 {
-    struct fixture_input input;
-    fixture_input_mesh(&input, mesh);
+    INPUT(mesh, input, mesh);
     return case_build(&input);
 }
 
 void *case_instances(const VkAccelerationStructureInstanceKHR *instances, uint32_t count)
 {
-    struct fixture_input input;
-    fixture_input_instances(&input, instances, count);
+    INPUT(instances, input, instances, count);
     return case_build(&input);
 }
 
