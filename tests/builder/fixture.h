@@ -9,7 +9,7 @@
 extern const float fixture_triangle[9]; /* (0, 0), (1, 0), (0, 1) in the plane z = 0 */
 
 /* fixture_scope_end() frees all that the fixture has allocated since fixture_scope_begin(), and the
- * caller frees nothing of that. Only for programs in which one thread allocates. */
+ * caller frees nothing of that. */
 void fixture_scope_begin(void);
 void fixture_scope_end(void);
 /* The same for cmocka. */

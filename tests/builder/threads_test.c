@@ -7,8 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/builder/fixture.h"
-#include "tests/state/unit_test.h"
+#include "tests/builder/scope_test.h"
 
 #define INSTANCES 9000u /* more than one thread's portion */
 
@@ -50,12 +49,10 @@ static uint32_t threads_in_build(const void *blas, uint32_t threads)
     most_threads = 0;
     void *tlas = fixture_build(&input.input, NULL);
     assert_non_null(tlas);
-    free(tlas);
-    free(instances);
     return most_threads;
 }
 
-TEST(test_threads)
+SCOPE_TEST(test_threads)
 {
     INPUT(triangles, input, fixture_triangle, 1);
     void *blas = fixture_build(&input.input, NULL);
@@ -63,7 +60,6 @@ TEST(test_threads)
     assert_int_equal(threads_in_build(blas, 0), before);
     assert_int_equal(threads_in_build(blas, 1), before);
     assert_true(threads_in_build(blas, 2) > before);
-    free(blas);
 }
 
 /* Enough to be split by all threads at once, some of them at one place, some inactive. */
@@ -107,16 +103,6 @@ static void make_expected(struct expected *expected)
     }
 }
 
-static void free_expected(struct expected *expected)
-{
-    for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++) {
-        free(expected->built[quality]);
-        free(expected->refitted[quality]);
-    }
-    fixture_mesh_free(&expected->mesh);
-    fixture_mesh_free(&expected->moved);
-}
-
 static void check_same(const struct expected *expected, int quality, uint32_t threads,
                        struct builder_team *team)
 {
@@ -130,18 +116,15 @@ static void check_same(const struct expected *expected, int quality, uint32_t th
     input.geometry.triangles.vertices = expected->moved.positions;
     void *refitted = refit(&input.input, structure);
     assert_int_equal(memcmp(refitted, expected->refitted[quality], builder_size(one)), 0);
-    free(refitted);
-    free(structure);
 }
 
-TEST(test_same_bytes)
+SCOPE_TEST(test_same_bytes)
 {
     struct expected expected;
     make_expected(&expected);
     for (uint32_t threads = 2; threads <= 5; threads += 3)
         for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++)
             check_same(&expected, quality, threads, NULL);
-    free_expected(&expected);
 }
 
 static void *help(void *team)
@@ -171,7 +154,7 @@ static void *lead(void *argument)
 
 /* One helper before the first build, one that comes in its midst, one after the last; and two
  * threads that lead builds at once. */
-TEST(test_team)
+SCOPE_TEST(test_team)
 {
     struct expected expected;
     struct builder_team team;
@@ -197,5 +180,4 @@ TEST(test_team)
     builder_team_close(&team);
     builder_team_help_for_now(&team);
     builder_team_destroy(&team);
-    free_expected(&expected);
 }

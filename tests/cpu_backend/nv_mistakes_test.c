@@ -53,6 +53,8 @@ static void close_scene(void)
     messages_clear(&fixture->instance_fixture.messages);
 }
 
+#define SCENE_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
+
 static void build(const VkAccelerationStructureInfoNV *info, VkAccelerationStructureNV src)
 {
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -83,6 +85,9 @@ static void expect_unbuilt(void)
     assert_true(is_built());
 }
 
+/* With that change of the description. */
+#define EXPECT_UNBUILT(change) ((void)(change), expect_unbuilt())
+
 /* ---- tests */
 
 static VkBuffer create_unbound(void)
@@ -94,52 +99,38 @@ static VkBuffer create_unbound(void)
     return buffer;
 }
 
-TEST_BETWEEN(test_data_that_is_not_there, open_scene, close_scene)
+SCENE_TEST(test_data_that_is_not_there)
 {
     const VkBuffer unbound = create_unbound();
-    triangles->vertexData = VK_NULL_HANDLE;
-    expect_unbuilt();
-    triangles->vertexData = (VkBuffer)WILD;
-    expect_unbuilt();
-    triangles->vertexData = unbound;
-    expect_unbuilt();
-    triangles->vertexOffset = DATA_SIZE - 35; /* a triangle takes 36 bytes */
-    expect_unbuilt();
-    triangles->vertexOffset = DATA_SIZE;
-    expect_unbuilt();
-    triangles->vertexOffset = UINT64_MAX - 8;
-    expect_unbuilt();
-    triangles->vertexStride = UINT64_MAX;
-    expect_unbuilt();
+    EXPECT_UNBUILT(triangles->vertexData = VK_NULL_HANDLE);
+    EXPECT_UNBUILT(triangles->vertexData = (VkBuffer)WILD);
+    EXPECT_UNBUILT(triangles->vertexData = unbound);
+    EXPECT_UNBUILT(triangles->vertexOffset = DATA_SIZE - 35); /* a triangle takes 36 bytes */
+    EXPECT_UNBUILT(triangles->vertexOffset = DATA_SIZE);
+    EXPECT_UNBUILT(triangles->vertexOffset = UINT64_MAX - 8);
+    EXPECT_UNBUILT(triangles->vertexStride = UINT64_MAX);
     triangles->transformData = scene.data.handle;
-    triangles->transformOffset = DATA_SIZE - 32;
-    expect_unbuilt();
-    triangles->transformData = unbound;
-    expect_unbuilt();
+    EXPECT_UNBUILT(triangles->transformOffset = DATA_SIZE - 32);
+    EXPECT_UNBUILT(triangles->transformData = unbound);
     triangles->indexType = VK_INDEX_TYPE_UINT32;
     triangles->indexData = scene.data.handle;
     triangles->indexOffset = VERTICES_AT; /* floats are wild indices */
-    triangles->indexCount = 3;
-    expect_unbuilt();
+    EXPECT_UNBUILT(triangles->indexCount = 3);
     fixture->vk.DestroyBuffer(fixture->device, unbound, NULL);
 }
 
-TEST_BETWEEN(test_geometries_that_are_none, open_scene, close_scene)
+SCENE_TEST(test_geometries_that_are_none)
 {
-    triangles->vertexFormat = VK_FORMAT_D32_SFLOAT;
-    expect_unbuilt();
-    scene.geometry.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
-    expect_unbuilt();
-    scene.geometry.geometryType = (VkGeometryTypeKHR)77;
-    expect_unbuilt();
+    EXPECT_UNBUILT(triangles->vertexFormat = VK_FORMAT_D32_SFLOAT);
+    EXPECT_UNBUILT(scene.geometry.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR);
+    EXPECT_UNBUILT(scene.geometry.geometryType = (VkGeometryTypeKHR)77);
     scene.info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV; /* without instanceData */
     scene.info.geometryCount = 0;
-    scene.info.instanceCount = 3;
-    expect_unbuilt();
+    EXPECT_UNBUILT(scene.info.instanceCount = 3);
 }
 
 /* Nothing is recorded of such a build, so the structure is as it was. */
-TEST_BETWEEN(test_unreadable_parameters, open_scene, close_scene)
+SCENE_TEST(test_unreadable_parameters)
 {
     const size_t page = (size_t)sysconf(_SC_PAGESIZE);
     char *hole = mmap(NULL, page, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -160,7 +151,7 @@ TEST_BETWEEN(test_unreadable_parameters, open_scene, close_scene)
     munmap(hole, page);
 }
 
-TEST_BETWEEN(test_wild_handles, open_scene, close_scene)
+SCENE_TEST(test_wild_handles)
 {
     const VkAccelerationStructureNV wild = WILD;
     const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV;
@@ -188,7 +179,7 @@ TEST_BETWEEN(test_wild_handles, open_scene, close_scene)
     fixture->vk.DestroyAccelerationStructureNV(fixture->device, VK_NULL_HANDLE, NULL);
 }
 
-TEST_BETWEEN(test_names_and_private_data, open_scene, close_scene)
+SCENE_TEST(test_names_and_private_data)
 {
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
     const STRUCT(VkDebugUtilsObjectNameInfoEXT, name, .objectType = type,
@@ -216,7 +207,7 @@ static void expect_refusal(const char *command)
     messages_clear(&fixture->instance_fixture.messages);
 }
 
-TEST_BETWEEN(test_shader_side, open_scene, close_scene)
+SCENE_TEST(test_shader_side)
 {
     const STRUCT(VkRayTracingPipelineCreateInfoNV, info);
     VkPipeline pipeline = (VkPipeline)WILD;

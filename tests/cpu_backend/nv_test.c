@@ -60,8 +60,11 @@ static void open_data(void)
 
 static void close_data(void)
 {
+    device_expect_silence(&device);
     device_buffer_destroy(&device, &data);
 }
+
+#define DATA_TEST(name) TEST_BETWEEN(name, open_data, close_data)
 
 /* ---- a build, said in both ways */
 
@@ -208,7 +211,7 @@ static bool is_hit(const struct nv_structure *structure, float y)
 
 /* ---- tests */
 
-TEST_BETWEEN(test_same_as_host_builds, open_data, close_data)
+DATA_TEST(test_same_as_host_builds)
 {
     struct twins triangles, boxes, instances;
     describe_triangles(&triangles, 0);
@@ -233,11 +236,10 @@ TEST_BETWEEN(test_same_as_host_builds, open_data, close_data)
     nv_destroy(&tlas);
     nv_destroy(&of_boxes);
     nv_destroy(&blas);
-    device_expect_silence(&device);
 }
 
 /* What a build copies is what it reads, once. */
-TEST_BETWEEN(test_snapshots, open_data, close_data)
+DATA_TEST(test_snapshots)
 {
     struct twins twins;
     describe_triangles(&twins, 0);
@@ -253,10 +255,9 @@ TEST_BETWEEN(test_snapshots, open_data, close_data)
     assert_int_equal(after.builds, before.builds);
     expect_host_build(&twins, &blas);
     nv_destroy(&blas);
-    device_expect_silence(&device);
 }
 
-TEST_BETWEEN(test_updates, open_data, close_data)
+DATA_TEST(test_updates)
 {
     struct twins twins, instances;
     describe_triangles(&twins, UPDATABLE);
@@ -282,7 +283,6 @@ TEST_BETWEEN(test_updates, open_data, close_data)
     assert_false(is_hit(&tlas, 23));
     nv_destroy(&first);
     nv_destroy(&tlas);
-    device_expect_silence(&device);
 }
 
 static VkDeviceSize compacted_size(const struct nv_structure *structure)
@@ -304,7 +304,7 @@ static VkDeviceSize compacted_size(const struct nv_structure *structure)
     return size;
 }
 
-TEST_BETWEEN(test_copies, open_data, close_data)
+DATA_TEST(test_copies)
 {
     struct twins twins;
     describe_triangles(&twins, COMPACTABLE);
@@ -329,5 +329,4 @@ TEST_BETWEEN(test_copies, open_data, close_data)
     assert_true(is_hit(&compact, 0) && is_hit(&compact, 10) && !is_hit(&compact, 5));
     nv_destroy(&clone);
     nv_destroy(&compact);
-    device_expect_silence(&device);
 }

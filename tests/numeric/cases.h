@@ -54,6 +54,7 @@ uint32_t case_count(const void *structure, struct trace_ray ray);           /* o
 
 void case_uniform(uint64_t *random, float low, float high, float to[3]);
 struct trace_ray case_ray_down(float x, float y); /* from z = 1, straight down */
+struct trace_ray case_between(struct trace_ray ray, float t_min, float t_max);
 /* From `origin` to a point of the triangle's inside. */
 struct trace_ray case_ray_into(const float corners[9], const float origin[3], uint64_t *random);
 

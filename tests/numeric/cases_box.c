@@ -78,14 +78,9 @@ CASE(21, 0, 0, "ray in a face's plane")
 CASE(28, 0, 0, "AABB at t equal to tmin or tmax")
 {
     void *structure = build_boxes(&(VkAabbPositionsKHR){1, -1, -1, 2, 1, 1}, 1);
-    struct trace_ray ray = fixture_ray(0, 0, 0, 1, 0, 0);
-    ray.t_max = 1;
-    EXPECT(case_count(structure, ray) == 1);
-    ray.t_max = 0.5f;
-    EXPECT(case_count(structure, ray) != 1);
-    ray.t_max = INFINITY;
-    ray.t_min = 2;
-    EXPECT(case_count(structure, ray) == 1);
-    ray.t_min = 2.5f;
-    EXPECT(case_count(structure, ray) != 1);
+    const struct trace_ray ray = fixture_ray(0, 0, 0, 1, 0, 0);
+    EXPECT(case_count(structure, case_between(ray, 0, 1)) == 1);
+    EXPECT(case_count(structure, case_between(ray, 0, 0.5f)) != 1);
+    EXPECT(case_count(structure, case_between(ray, 2, INFINITY)) == 1);
+    EXPECT(case_count(structure, case_between(ray, 2.5f, INFINITY)) != 1);
 }

@@ -35,10 +35,11 @@ static double height_at(const struct encoder_values *values, uint32_t level, dou
            above * (1 - x);
 }
 
-static void input_flat(struct fixture_input *input, struct displaced *displaced)
+/* Displaced by a micromap of random values. */
+static void input_flat(struct fixture_input *input, struct displaced *displaced, uint32_t format,
+                       uint32_t count, const uint8_t *levels, uint64_t *random)
 {
-    displaced->displacement.vectors = up;
-    displaced->displacement.vectors_size = sizeof(up);
+    open_displaced(displaced, format, count, levels, random_value, random, up, sizeof(up));
     displaced->displacement.biases_and_scales = biases;
     displaced->displacement.biases_and_scales_size = sizeof(biases);
     fixture_input_triangles(input, flat, 1);
@@ -77,8 +78,7 @@ CASE(68, 0, 0, "displaced triangles of every format and level")
         uint8_t level = i % 6;
         struct displaced displaced;
         struct fixture_input input;
-        open_displaced(&displaced, format, 1, &level, random_value, &random);
-        input_flat(&input, &displaced);
+        input_flat(&input, &displaced, format, 1, &level, &random);
         void *structure = case_build(&input);
         EXPECT(report.active == 1u << 2 * level && report.inactive == 0);
         check_from_above(structure, displaced.coded, level, 0, 0);
@@ -93,8 +93,7 @@ CASE(71, 0, 0, "displaced triangles by index, and not")
     const uint8_t levels[3] = {1, 2, 3}, bytes[8] = {9, 1, 9, 0xff};
     struct displaced displaced;
     struct fixture_input input;
-    open_displaced(&displaced, 1, 3, levels, random_value, &random);
-    input_flat(&input, &displaced);
+    input_flat(&input, &displaced, 1, 3, levels, &random);
     struct builder_displacement *displacement = &displaced.displacement;
     displacement->index_type = VK_INDEX_TYPE_UINT8_KHR;
     displacement->indices = bytes + 1;
@@ -124,10 +123,8 @@ CASE(72, 0, 0, "displaced triangles without values")
         corners[i] = flat[i % 9];
         vectors[i] = up[i % 9];
     }
-    open_displaced(&displaced, 1, 2, levels, random_value, &random);
+    open_displaced(&displaced, 1, 2, levels, random_value, &random, vectors, sizeof(vectors));
     struct builder_displacement *displacement = &displaced.displacement;
-    displacement->vectors = vectors;
-    displacement->vectors_size = sizeof(vectors);
     INPUT(triangles, input, corners, 2);
     input.geometry.triangles.displacement = displacement;
     corners[3] = NAN;
@@ -164,8 +161,7 @@ CASE(73, 0, 0, "displaced triangles that move or are transformed")
     struct fixture_input input;
     for (int i = 0; i < 9; i++)
         then[i] = flat[i] + (i % 3 == 2 ? 8 : 0);
-    open_displaced(&displaced, 3, 1, &level, random_value, &random);
-    input_flat(&input, &displaced);
+    input_flat(&input, &displaced, 3, 1, &level, &random);
     fixture_input_motion(&input, then);
     void *structure = case_build(&input);
     check_from_above(structure, displaced.coded, level, 0, 0);
@@ -196,8 +192,7 @@ CASE(74, 0, 0, "displaced triangles with opacities")
                           micromap, sizeof(micromap)) == BUILDER_OK);
     struct builder_opacity opacity = {.index_type = VK_INDEX_TYPE_NONE_KHR,
                                       .micromap = (uintptr_t)micromap};
-    open_displaced(&displaced, 1, 1, &level, random_value, &random);
-    input_flat(&input, &displaced);
+    input_flat(&input, &displaced, 1, 1, &level, &random);
     input.geometry.triangles.opacity = &opacity;
     void *structure = case_build(&input);
     for (int i = 0; i < 30; i++) {

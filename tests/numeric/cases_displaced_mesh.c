@@ -93,9 +93,8 @@ CASE(69, 550, 450, "edges and vertices of a displaced closed mesh of two levels"
         levels[i] = 2 + i * 7 % 3 % 2;
     for (uint32_t i = 0; i < 48; i++)
         edges[i] = decimated_edges(&mesh, levels, i);
-    open_displaced(&displaced, 1, 48, levels, value_of_place, &mesh);
-    displaced.displacement.vectors = mesh.positions;
-    displaced.displacement.vectors_size = (uint64_t)mesh.vertex_count * 12;
+    open_displaced(&displaced, 1, 48, levels, value_of_place, &mesh, mesh.positions,
+                   (uint64_t)mesh.vertex_count * 12);
     displaced.displacement.flags = edges;
     displaced.displacement.flags_size = 48;
     displaced.displacement.flags_stride = 1;
@@ -158,9 +157,8 @@ CASE(70, 0, 0, "updates and copies of displaced triangles")
     struct fixture_input inputs[3];
     void *structures[3];
     for (int i = 0; i < 3; i++) {
-        open_displaced(&displaced[i], 2, 2, i < 2 ? before : after, random_value, &random);
-        displaced[i].displacement.vectors = vectors;
-        displaced[i].displacement.vectors_size = sizeof(vectors);
+        open_displaced(&displaced[i], 2, 2, i < 2 ? before : after, random_value, &random, vectors,
+                       sizeof(vectors));
         fixture_input_triangles(&inputs[i], pair, 2);
         inputs[i].geometry.triangles.displacement = &displaced[i].displacement;
         structures[i] = case_build(&inputs[i]);
@@ -186,9 +184,8 @@ CASE(75, 0, 0, "displaced triangles beside others")
     uint8_t levels[12];
     uint64_t random = 149;
     memset(levels, 5, sizeof(levels));
-    open_displaced(&displaced, 1, 12, levels, value_of_place, &mesh);
-    displaced.displacement.vectors = mesh.positions;
-    displaced.displacement.vectors_size = (uint64_t)mesh.vertex_count * 12;
+    open_displaced(&displaced, 1, 12, levels, value_of_place, &mesh, mesh.positions,
+                   (uint64_t)mesh.vertex_count * 12);
     fixture_input_triangles(&parts[0], wall, 1);
     fixture_input_mesh(&parts[1], &mesh);
     parts[1].geometry.triangles.displacement = &displaced.displacement;

@@ -106,16 +106,11 @@ CASE(27, 0, 0, "t equal to tmin or tmax")
     void *structure = case_triangles(fixture_triangle, 1);
     for (int i = 0; i < 5; i++) {
         float t = (float[]){1, 2, 0.5f, 1024, 0x1p-20f}[i];
-        struct trace_ray ray = fixture_ray(0.25f, 0.25f, t, 0, 0, -1);
-        ray.t_min = t;
-        EXPECT(!case_meets(structure, ray));
-        ray.t_min = nextafterf(t, 0);
-        EXPECT(case_closest(structure, ray).t == t);
-        ray.t_min = 0;
-        ray.t_max = t;
-        EXPECT(!case_meets(structure, ray));
-        ray.t_max = nextafterf(t, INFINITY);
-        EXPECT(case_closest(structure, ray).t == t);
+        const struct trace_ray ray = fixture_ray(0.25f, 0.25f, t, 0, 0, -1);
+        EXPECT(!case_meets(structure, case_between(ray, t, INFINITY)));
+        EXPECT(case_closest(structure, case_between(ray, nextafterf(t, 0), INFINITY)).t == t);
+        EXPECT(!case_meets(structure, case_between(ray, 0, t)));
+        EXPECT(case_closest(structure, case_between(ray, 0, nextafterf(t, INFINITY))).t == t);
     }
 }
 

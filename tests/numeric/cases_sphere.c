@@ -110,17 +110,11 @@ CASE(61, 0, 0, "what counts for spheres")
     EXPECT(hits.count >= 1 && hits.count <= 2); /* radius 0: either */
     EXPECT(case_trace(structure, ray, &hit) && hit.t == 1 && hit.opaque && hit.primitive == 0 &&
            hit.u == 0 && !hit.is_swept);
-    ray.t_max = 1; /* both ends count */
-    EXPECT(case_meets(structure, ray));
-    ray.t_max = nextafterf(1, 0);
-    EXPECT(!case_meets(structure, ray));
-    ray.t_max = 1.9f;
-    ray.t_min = nextafterf(1, 2); /* where it leaves isn't met */
-    EXPECT(!case_meets(structure, ray));
-    ray = fixture_ray(0.5f, 0.5f, 0, 1, 0.1f, 0); /* from within */
-    ray.t_max = 3;
-    EXPECT(!case_meets(structure, ray));
-    ray = fixture_ray(-3, 0, 0, 2, 0, 0);
+    EXPECT(case_meets(structure, case_between(ray, 0, 1))); /* both ends count */
+    EXPECT(!case_meets(structure, case_between(ray, 0, nextafterf(1, 0))));
+    /* where it leaves isn't met, also from within */
+    EXPECT(!case_meets(structure, case_between(ray, nextafterf(1, 2), 1.9f)));
+    EXPECT(!case_meets(structure, case_between(fixture_ray(0.5f, 0.5f, 0, 1, 0.1f, 0), 0, 3)));
     ray.flags = TRACE_SKIP_TRIANGLES;
     EXPECT(!case_meets(structure, ray));
     ray.flags = TRACE_SKIP_AABBS | TRACE_CULL_BACK_FACING | TRACE_CULL_FRONT_FACING;

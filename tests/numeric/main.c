@@ -120,6 +120,13 @@ struct trace_ray case_ray_down(float x, float y)
     return fixture_ray(x, y, 1, 0, 0, -1);
 }
 
+struct trace_ray case_between(struct trace_ray ray, float t_min, float t_max)
+{
+    ray.t_min = t_min;
+    ray.t_max = t_max;
+    return ray;
+}
+
 struct trace_ray case_ray_into(const float corners[9], const float origin[3], uint64_t *random)
 {
     struct trace_ray ray = fixture_ray(origin[0], origin[1], origin[2], 0, 0, 0);
