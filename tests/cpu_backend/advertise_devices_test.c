@@ -82,9 +82,6 @@ OFFER_TEST(test_two_devices)
 /* Whatever stands before and behind the features in the chain, also what nobody knows. */
 OFFER_TEST(test_chains)
 {
-    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
     enum { LINKS = 5 };
     for (unsigned place = 0; place < LINKS; place++) {
         struct {
@@ -111,7 +108,7 @@ OFFER_TEST(test_chains)
             heads[i] = *links[i];
         VkuDeviceDispatchTable vk;
         VkDevice device;
-        GET(instance_fixture_create_device(&fixture, chain, extensions, 3, &device, &vk));
+        GET(instance_fixture_create_device(&fixture, chain, backend_extensions, 3, &device, &vk));
         for (unsigned i = 0; i < LINKS; i++)
             assert_memory_equal(&heads[i], links[i], sizeof(heads[i]));
         vk.DestroyDevice(device, NULL);

@@ -101,15 +101,13 @@ TEST_CLOSED(test_private_data, expect_silence)
 static void expect_own_commands(const struct instance_fixture_setup *setup, bool has_extensions,
                                 bool expected)
 {
-    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
     static const char *const names[] = {"vkTraceRaysASSAY", "vkGetCountersASSAY"};
     struct instance_fixture instance_fixture;
     VkDevice device;
     VkuDeviceDispatchTable vk;
     instance_fixture_open(&instance_fixture, &fixture.platform, setup);
-    GET(instance_fixture_create_device(&instance_fixture, NULL, extensions, has_extensions ? 2 : 0,
-                                       &device, &vk));
+    GET(instance_fixture_create_device(&instance_fixture, NULL, backend_extensions,
+                                       has_extensions ? 2 : 0, &device, &vk));
     for (int i = 0; i < 2; i++)
         assert_int_equal(instance_fixture.get_device_proc_addr(device, names[i]) != NULL, expected);
     vk.DestroyDevice(device, NULL);

@@ -135,15 +135,13 @@ static void expect_same_sizes(const VkAccelerationStructureBuildSizesInfoKHR *a,
 
 TEST_CLOSED(test_no_motion_costs_nothing, expect_silence)
 {
-    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
     const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, features,
                  .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
     const VkDevice first = fixture.device;
     const VkuDeviceDispatchTable vk = fixture.vk;
     VkuDeviceDispatchTable with_vk, without_vk;
     VkDevice with = instance_fixture_open_device(&fixture.instance_fixture, &with_vk), without;
-    GET(instance_fixture_create_device(&fixture.instance_fixture, &features, extensions, 2,
+    GET(instance_fixture_create_device(&fixture.instance_fixture, &features, backend_extensions, 2,
                                        &without, &without_vk));
     fixture_use_device(&fixture, with, &with_vk);
     struct cost a = cost_of_still_scene();

@@ -4,6 +4,18 @@
 
 #include "vuid-tables/registry.h"
 
+const char *const backend_extensions[BACKEND_EXTENSIONS] = {
+    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+    VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
+    VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME,
+    VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
+    VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
+    VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME,
+};
+
 static void configure(const struct platform *platform, const struct instance_fixture_setup *setup)
 {
     struct null_driver_config config = platform->null_driver.default_config();
@@ -29,15 +41,6 @@ void instance_fixture_open(struct instance_fixture *fixture, const struct platfo
 VkDevice instance_fixture_open_device(const struct instance_fixture *fixture,
                                       VkuDeviceDispatchTable *vk)
 {
-    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
-                                             VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME,
-                                             VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
-                                             VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
-                                             VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME};
     STRUCT(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacement,
            .displacementMicromap = VK_TRUE);
     STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromap_khr, .pNext = &displacement,
@@ -54,7 +57,7 @@ VkDevice instance_fixture_open_device(const struct instance_fixture *fixture,
                  .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = VK_TRUE,
                  .accelerationStructureHostCommands = VK_TRUE);
     VkDevice device;
-    GET(instance_fixture_create_device(fixture, &structures, extensions, ARRAY_COUNT(extensions),
+    GET(instance_fixture_create_device(fixture, &structures, backend_extensions, BACKEND_EXTENSIONS,
                                        &device, vk));
     return device;
 }
