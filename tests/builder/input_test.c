@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Vertex formats, index types and several geometries in one structure. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "src/bvh/input/formats.h"

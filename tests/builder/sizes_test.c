@@ -2,7 +2,6 @@
 /* Sizes: enough, never more than 1.25 times what is used after compaction; and inputs that make
  * trees as uneven as they get. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "tests/builder/scope_test.h"

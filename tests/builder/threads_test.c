@@ -4,7 +4,6 @@
 #include <dirent.h>
 #include <math.h>
 #include <pthread.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "tests/builder/scope_test.h"

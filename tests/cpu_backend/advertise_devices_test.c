@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* offer_devices_test null|lavapipe: devices made of what backend cpu offers. */
-#include <string.h>
 
 #include "tests/cpu_backend/advertise_fixture.h"
 

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "../report/scarce_memory.h"
-#include "below_masks.h"
+#include "below.h"
 #include "layer/cpu/commands.h"
 #include "tests/cpu_backend/test_between.h"
 #include "tests/fixture/objects.h"

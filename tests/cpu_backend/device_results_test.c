@@ -4,7 +4,6 @@
 #include "result_scene.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 static const VkQueryType SERIALIZATION_SIZE =
     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;

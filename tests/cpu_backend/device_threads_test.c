@@ -5,8 +5,6 @@
 #include "device_program.h"
 
 #include <pthread.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { THREADS = 4, ROUNDS = 40 };
 

@@ -2,8 +2,6 @@
 /* Scenes, and the frame of the tests' programs. */
 #include "host_scene.h"
 
-#include <stdlib.h>
-
 struct fixture fixture;
 struct scene scene;
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Spheres, linear swept spheres and dense geometry on backend cpu, through the loader: built by the
  * host and by command buffers, from what was there when they executed, and traced. */
-#include <stdio.h>
 #include <string.h>
 
 #include "dense_blocks.h"

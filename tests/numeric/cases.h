@@ -65,4 +65,12 @@ uint32_t case_check_ray(const void *structure, const float *corners, uint32_t co
 /* Random rays from around the triangles into them, checked; `far` is how far around. */
 void case_check_rays(const float *corners, uint32_t count, float far, uint32_t rays);
 
+/* Spheres, swept or not, as input of a build. The vertices' arrays are the caller's. */
+struct sphere_list {
+    struct fixture_input input;
+    const float *centers, *radii;
+    uint32_t vertices;
+};
+void sphere_list_describe(struct sphere_list *list, VkGeometryTypeKHR type, uint32_t primitives);
+
 #endif

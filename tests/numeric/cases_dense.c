@@ -2,7 +2,6 @@
 /* Cases 65 to 67: dense geometry (VK_AMDX_dense_geometry_format), from blocks that are written here
  * by the words of the specification. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cases.h"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 32 to 34, 42 and 43: instances and their matrices. */
 #include <math.h>
-#include <string.h>
 
 #include "cases.h"
 #include "exact.h"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 54 to 58: opacity micromaps (VK_EXT_opacity_micromap, VK_KHR_opacity_micromap). */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cases.h"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 48 to 53: triangles and instances that move (VK_NV_ray_tracing_motion_blur). */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cases.h"

@@ -2,8 +2,8 @@
 /* Cases 59 to 61: spheres (VK_NV_ray_tracing_linear_swept_spheres). */
 #include <math.h>
 
+#include "cases.h"
 #include "exact.h"
-#include "sphere_list.h"
 
 void sphere_list_describe(struct sphere_list *list, VkGeometryTypeKHR type, uint32_t primitives)
 {

@@ -2,7 +2,6 @@
 /* Cases 44 to 47: refits, deep trees, threads, copies. */
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cases.h"

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "sphere_list.h"
+#include "cases.h"
 
 struct swept {
     float ends[6], radii[2];

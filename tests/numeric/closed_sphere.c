@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 23 and 24 in bulk: rays from inside a closed sphere of 159,000 triangles, aimed at points
  * of its edges and at its vertices. Each has to leave through exactly one triangle. */
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
