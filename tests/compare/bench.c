@@ -23,37 +23,26 @@ static const char *const extensions[] = {
 
 static VkResult create_device(struct bench *bench)
 {
-    VkPhysicalDeviceRayQueryFeaturesKHR query = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = VK_TRUE};
-    VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipelines = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR,
-        .rayTracingPipeline = VK_TRUE};
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .accelerationStructure = VK_TRUE};
-    VkPhysicalDeviceVulkan12Features features = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
-        .pNext = &structures,
-        .bufferDeviceAddress = VK_TRUE};
+    VkPhysicalDeviceRayQueryFeaturesKHR query =
+        VK(PhysicalDeviceRayQueryFeaturesKHR, .rayQuery = VK_TRUE);
+    VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipelines =
+        VK(PhysicalDeviceRayTracingPipelineFeaturesKHR, .rayTracingPipeline = VK_TRUE);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
+        VK(PhysicalDeviceAccelerationStructureFeaturesKHR, .accelerationStructure = VK_TRUE);
+    VkPhysicalDeviceVulkan12Features features =
+        VK(PhysicalDeviceVulkan12Features, .pNext = &structures, .bufferDeviceAddress = VK_TRUE);
     const float priority = 1;
-    const VkDeviceQueueCreateInfo queue = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-        .queueCount = 1,
-        .pQueuePriorities = &priority,
-    };
+    const VkDeviceQueueCreateInfo queue =
+        VK(DeviceQueueCreateInfo, .queueCount = 1, .pQueuePriorities = &priority);
     const char *names[] = {extensions[0], extensions[1], extensions[2]};
     if (bench->kind == BENCH_PIPELINES || bench->kind == BENCH_LAYER_PIPELINES)
         names[2] = extensions[3];
     if (bench->kind != BENCH_LAYER)
         structures.pNext = bench->kind == BENCH_QUERIES ? (void *)&query : (void *)&pipelines;
-    const VkDeviceCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-        .pNext = &features,
-        .queueCreateInfoCount = 1,
-        .pQueueCreateInfos = &queue,
-        .enabledExtensionCount = bench->kind == BENCH_LAYER ? 2 : 3,
-        .ppEnabledExtensionNames = names,
-    };
+    const VkDeviceCreateInfo info =
+        VK(DeviceCreateInfo, .pNext = &features, .queueCreateInfoCount = 1,
+           .pQueueCreateInfos = &queue, .enabledExtensionCount = bench->kind == BENCH_LAYER ? 2 : 3,
+           .ppEnabledExtensionNames = names);
     return vkCreateDevice(bench->physical, &info, NULL, &bench->device);
 }
 
@@ -77,15 +66,13 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
 
 static VkResult create_messenger(struct bench *bench)
 {
-    const VkDebugUtilsMessengerCreateInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
-                       VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
-        .pfnUserCallback = hear,
-        .pUserData = &bench->heard,
-    };
+    const VkDebugUtilsMessengerCreateInfoEXT info =
+        VK(DebugUtilsMessengerCreateInfoEXT,
+           .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                              VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+           .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                          VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
+           .pfnUserCallback = hear, .pUserData = &bench->heard);
     PFN_vkCreateDebugUtilsMessengerEXT create =
         (PFN_vkCreateDebugUtilsMessengerEXT)vkGetInstanceProcAddr(bench->instance,
                                                                   "vkCreateDebugUtilsMessengerEXT");
@@ -97,14 +84,11 @@ static VkResult create_instance(struct bench *bench)
     static const char *const layer = "VK_LAYER_ASSAY_validation";
     static const char *const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
     const uint32_t has_layer = bench->kind >= BENCH_LAYER;
-    const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                                           .apiVersion = VK_API_VERSION_1_3};
-    const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-                                       .pApplicationInfo = &application,
-                                       .enabledLayerCount = has_layer,
-                                       .ppEnabledLayerNames = &layer,
-                                       .enabledExtensionCount = has_layer,
-                                       .ppEnabledExtensionNames = &extension};
+    const VkInstanceCreateInfo info =
+        VK(InstanceCreateInfo,
+           .pApplicationInfo = &VK(ApplicationInfo, .apiVersion = VK_API_VERSION_1_3),
+           .enabledLayerCount = has_layer, .ppEnabledLayerNames = &layer,
+           .enabledExtensionCount = has_layer, .ppEnabledExtensionNames = &extension);
     uint32_t count = 1;
     VkResult result = vkCreateInstance(&info, NULL, &bench->instance);
     if (result == VK_SUCCESS)
@@ -116,8 +100,8 @@ static VkResult create_instance(struct bench *bench)
 
 static VkResult create_pool(struct bench *bench)
 {
-    const VkCommandPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
-    return bench->vk.CreateCommandPool(bench->device, &info, NULL, &bench->pool);
+    return bench->vk.CreateCommandPool(bench->device, &VK(CommandPoolCreateInfo), NULL,
+                                       &bench->pool);
 }
 
 const char *bench_open(struct bench *bench, enum bench_kind kind)
@@ -131,16 +115,13 @@ const char *bench_open(struct bench *bench, enum bench_kind kind)
         return "no driver";
     if (create_device(bench) != VK_SUCCESS)
         return "the driver doesn't trace so";
-    VkPhysicalDeviceAccelerationStructurePropertiesKHR limits = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
-    VkPhysicalDeviceRayTracingPipelinePropertiesKHR groups = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR,
-        .pNext = &limits};
-    VkPhysicalDeviceDriverProperties driver = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES, .pNext = &groups};
-    VkPhysicalDeviceProperties2 properties = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &driver};
-    vkGetPhysicalDeviceProperties2(bench->physical, &properties);
+    VkPhysicalDeviceAccelerationStructurePropertiesKHR limits =
+        VK(PhysicalDeviceAccelerationStructurePropertiesKHR);
+    VkPhysicalDeviceRayTracingPipelinePropertiesKHR groups =
+        VK(PhysicalDeviceRayTracingPipelinePropertiesKHR, .pNext = &limits);
+    VkPhysicalDeviceDriverProperties driver = VK(PhysicalDeviceDriverProperties, .pNext = &groups);
+    vkGetPhysicalDeviceProperties2(bench->physical,
+                                   &VK(PhysicalDeviceProperties2, .pNext = &driver));
     snprintf(bench->driver, sizeof(bench->driver), "%s", driver.driverInfo);
     vkGetPhysicalDeviceMemoryProperties(bench->physical, &bench->memory);
     vkuInitDeviceDispatchTable(bench->device, &bench->vk, vkGetDeviceProcAddr);
@@ -204,13 +185,9 @@ bool bench_wants_pipelines(int argc, char **argv)
 
 VkCommandBuffer bench_begin(struct bench *bench)
 {
-    const VkCommandBufferAllocateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = bench->pool,
-        .commandBufferCount = 1,
-    };
-    const VkCommandBufferBeginInfo begin_info = {.sType =
-                                                     VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    const VkCommandBufferAllocateInfo info =
+        VK(CommandBufferAllocateInfo, .commandPool = bench->pool, .commandBufferCount = 1);
+    const VkCommandBufferBeginInfo begin_info = VK(CommandBufferBeginInfo);
     VkCommandBuffer commands;
     assert_int_equal(vkAllocateCommandBuffers(bench->device, &info, &commands), VK_SUCCESS);
     assert_int_equal(vkBeginCommandBuffer(commands, &begin_info), VK_SUCCESS);
@@ -219,9 +196,7 @@ VkCommandBuffer bench_begin(struct bench *bench)
 
 void bench_submit(struct bench *bench, VkCommandBuffer commands)
 {
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &commands};
+    const VkSubmitInfo info = VK(SubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &commands);
     assert_int_equal(vkEndCommandBuffer(commands), VK_SUCCESS);
     assert_int_equal(vkQueueSubmit(bench->queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
 }

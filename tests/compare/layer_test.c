@@ -128,17 +128,12 @@ static void test_boxes(void **state)
 static void copy_structure(VkCommandBuffer commands, const struct compare_structure *from,
                            const struct compare_structure *to)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = from->handle,
-        .dst = to->handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
-    };
+    const VkCopyAccelerationStructureInfoKHR info =
+        VK(CopyAccelerationStructureInfoKHR, .src = from->handle, .dst = to->handle,
+           .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    const VkMemoryBarrier barrier =
+        VK(MemoryBarrier, .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+           .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR);
     bench.vk.CmdCopyAccelerationStructureKHR(commands, &info);
     bench.vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
                                 VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1,
@@ -162,10 +157,9 @@ static void build_top(bool array_of_pointers, bool is_copied)
     assert_int_equal(compare_structure_create(device, &subject.input, NULL, &bottom), VK_SUCCESS);
     assert_int_equal(compare_structure_create(device, &subject.input, NULL, &copy), VK_SUCCESS);
     assert_int_equal(compare_structure_create_top(device, &top, &structure), VK_SUCCESS);
-    const VkAccelerationStructureDeviceAddressInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = is_copied ? copy.handle : bottom.handle,
-    };
+    const VkAccelerationStructureDeviceAddressInfoKHR info =
+        VK(AccelerationStructureDeviceAddressInfoKHR,
+           .accelerationStructure = is_copied ? copy.handle : bottom.handle);
     uint64_t address = bench.vk.GetAccelerationStructureDeviceAddressKHR(bench.device, &info);
     for (uint32_t i = 0; i < 3; i++)
         compare_structure_set_instance(&structure, &top, i, i < 2 ? address : 0, 5);

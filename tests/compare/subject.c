@@ -48,11 +48,9 @@ void subject_begin(struct subject *subject)
 {
     *subject = (struct subject){.memory = {.find = find}};
     subject->input = (struct compare_input){&subject->parameters, &subject->memory};
-    subject->parameters.info = (VkAccelerationStructureBuildGeometryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .pGeometries = subject->geometries,
-    };
+    subject->parameters.info = VK(AccelerationStructureBuildGeometryInfoKHR,
+                                  .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                  .pGeometries = subject->geometries);
     subject->parameters.geometries = subject->geometries;
     subject->parameters.ranges = subject->ranges;
 }
@@ -69,31 +67,23 @@ static void add(struct subject *subject, const VkAccelerationStructureGeometryKH
 void subject_triangles(struct subject *subject, const float *vertices, uint32_t vertex_count,
                        const uint32_t *indices, uint32_t triangle_count)
 {
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles =
-            {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-             .vertexData.hostAddress = vertices,
-             .vertexStride = 3 * sizeof(float),
-             .maxVertex = vertex_count - 1,
-             .indexType = indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
-             .indexData.hostAddress = indices},
-    };
+    const VkAccelerationStructureGeometryKHR geometry =
+        VK(AccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+           .geometry.triangles =
+               VK(AccelerationStructureGeometryTrianglesDataKHR,
+                  .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.hostAddress = vertices,
+                  .vertexStride = 3 * sizeof(float), .maxVertex = vertex_count - 1,
+                  .indexType = indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
+                  .indexData.hostAddress = indices));
     add(subject, &geometry, triangle_count);
 }
 
 void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uint32_t count)
 {
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-        .geometry.aabbs = {.sType =
-                               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-                           .data.hostAddress = boxes,
-                           .stride = sizeof(*boxes)},
-    };
+    const VkAccelerationStructureGeometryKHR geometry =
+        VK(AccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+           .geometry.aabbs = VK(AccelerationStructureGeometryAabbsDataKHR,
+                                .data.hostAddress = boxes, .stride = sizeof(*boxes)));
     add(subject, &geometry, count);
 }
 

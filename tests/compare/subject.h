@@ -5,6 +5,7 @@
 #define TESTS_COMPARE_SUBJECT_H
 
 #include "src/compare/judge.h"
+#include "tests/state/vk.h"
 
 enum { GEOMETRIES = 4 };
 

@@ -11,11 +11,9 @@ static const VkMemoryBarrier2 builds = {
     .dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
     .dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT,
 };
-static const VkDependencyInfo dependency = {
-    .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
-    .memoryBarrierCount = 1,
-    .pMemoryBarriers = &builds,
-};
+static const VkDependencyInfo dependency = {.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
+                                            .memoryBarrierCount = 1,
+                                            .pMemoryBarriers = &builds};
 
 static void destroy_event(struct scene *scene, VkDevice device, uint64_t handle)
 {
@@ -25,11 +23,9 @@ static void destroy_event(struct scene *scene, VkDevice device, uint64_t handle)
 void machine_create_events(struct machine *machine)
 {
     for (uint32_t i = 0; i < EVENTS; i++) {
-        const VkEventCreateInfo info = {
-            .sType = VK_STRUCTURE_TYPE_EVENT_CREATE_INFO,
-            .flags = i == G ? VK_EVENT_CREATE_DEVICE_ONLY_BIT : 0,
-        };
-        MACHINE_CALL(machine, CreateEvent, machine->device, &info, NULL, &machine->events[i]);
+        MACHINE_CALL(machine, CreateEvent, machine->device,
+                     &VK(EventCreateInfo, .flags = i == G ? VK_EVENT_CREATE_DEVICE_ONLY_BIT : 0),
+                     NULL, &machine->events[i]);
         scene_defer(machine->scene, machine->device, (uint64_t)machine->events[i], destroy_event);
     }
 }
@@ -59,11 +55,9 @@ static void reset(const struct machine *machine, VkCommandBuffer command_buffer,
 static void wait(const struct machine *machine, VkCommandBuffer command_buffer, VkEvent event,
                  enum command_name name)
 {
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = (VkAccessFlags)builds.srcAccessMask,
-        .dstAccessMask = (VkAccessFlags)builds.dstAccessMask,
-    };
+    const VkMemoryBarrier barrier =
+        VK(MemoryBarrier, .srcAccessMask = (VkAccessFlags)builds.srcAccessMask,
+           .dstAccessMask = (VkAccessFlags)builds.dstAccessMask);
     if (name == NAME)
         machine->vk->CmdWaitEvents(
             command_buffer, 1, &event, (VkPipelineStageFlags)builds.srcStageMask,

@@ -62,26 +62,22 @@ static void build(struct machine *machine, const struct step *step)
 
 static void copy(struct machine *machine, const struct step *step)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = machine->structures[step->src].handle,
-        .dst = machine->structures[step->dst].handle,
-        .mode = step->action == ACTION_HOST_COMPACT
-                    ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
-                    : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
+    const VkCopyAccelerationStructureInfoKHR info =
+        VK(CopyAccelerationStructureInfoKHR, .src = machine->structures[step->src].handle,
+           .dst = machine->structures[step->dst].handle,
+           .mode = step->action == ACTION_HOST_COMPACT
+                       ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                       : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     machine->result = machine->vk->CopyAccelerationStructureKHR(
         machine->device, machine->operations[step->object], &info);
 }
 
 static void fill(struct machine *machine, const struct step *step)
 {
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.hostAddress = machine->blob.host,
-        .dst = machine->structures[step->dst].handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-    };
+    const VkCopyMemoryToAccelerationStructureInfoKHR info =
+        VK(CopyMemoryToAccelerationStructureInfoKHR, .src.hostAddress = machine->blob.host,
+           .dst = machine->structures[step->dst].handle,
+           .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     machine->result = machine->vk->CopyMemoryToAccelerationStructureKHR(
         machine->device, machine->operations[step->object], &info);
 }

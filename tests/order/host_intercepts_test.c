@@ -8,10 +8,8 @@ enum { S = 1, T = 2, F = 4 };
 static void present(void)
 {
     VkSemaphore wait = SEMAPHORE(S);
-    const VkPresentInfoKHR info = {.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR,
-                                   .waitSemaphoreCount = 1,
-                                   .pWaitSemaphores = &wait};
-    assay_QueuePresentKHR(QUEUE(1), &info);
+    assay_QueuePresentKHR(QUEUE(1),
+                          &VK(PresentInfoKHR, .waitSemaphoreCount = 1, .pWaitSemaphores = &wait));
 }
 
 static void acquire(void)
@@ -21,16 +19,12 @@ static void acquire(void)
 
 static void acquire_2(void)
 {
-    const VkAcquireNextImageInfoKHR info = {.sType = VK_STRUCTURE_TYPE_ACQUIRE_NEXT_IMAGE_INFO_KHR,
-                                            .semaphore = SEMAPHORE(S)};
-    assay_AcquireNextImage2KHR(NULL, &info, NULL);
+    assay_AcquireNextImage2KHR(NULL, &VK(AcquireNextImageInfoKHR, .semaphore = SEMAPHORE(S)), NULL);
 }
 
 static void import_semaphore(void)
 {
-    const VkImportSemaphoreFdInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_IMPORT_SEMAPHORE_FD_INFO_KHR, .semaphore = SEMAPHORE(S)};
-    assay_ImportSemaphoreFdKHR(NULL, &info);
+    assay_ImportSemaphoreFdKHR(NULL, &VK(ImportSemaphoreFdInfoKHR, .semaphore = SEMAPHORE(S)));
 }
 
 static void (*const others_signal[])(void) = {present, acquire, acquire_2, import_semaphore};
@@ -51,14 +45,11 @@ TEST(what_others_signal_brings_no_order)
 
 DEVICE_TEST(shared_semaphores_and_fences_bring_no_order)
 {
-    const VkExportSemaphoreCreateInfo semaphore = {
-        .sType = VK_STRUCTURE_TYPE_EXPORT_SEMAPHORE_CREATE_INFO,
-        .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT};
-    const VkExportFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_EXPORT_FENCE_CREATE_INFO,
-                                           .handleTypes =
-                                               VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT};
-    const VkImportFenceFdInfoKHR import = {.sType = VK_STRUCTURE_TYPE_IMPORT_FENCE_FD_INFO_KHR,
-                                           .fence = FENCE(F + 1)};
+    const VkExportSemaphoreCreateInfo semaphore = VK(
+        ExportSemaphoreCreateInfo, .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const VkExportFenceCreateInfo fence =
+        VK(ExportFenceCreateInfo, .handleTypes = VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const VkImportFenceFdInfoKHR import = VK(ImportFenceFdInfoKHR, .fence = FENCE(F + 1));
     create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, &semaphore);
     create_fence(F, &fence);
     create_fence(F + 1, NULL);
@@ -103,11 +94,9 @@ static VkResult wait_semaphore(void)
 {
     const uint64_t value = 5;
     VkSemaphore semaphore = SEMAPHORE(T);
-    const VkSemaphoreWaitInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
-                                      .flags = VK_SEMAPHORE_WAIT_ANY_BIT,
-                                      .semaphoreCount = 1,
-                                      .pSemaphores = &semaphore,
-                                      .pValues = &value};
+    const VkSemaphoreWaitInfo info =
+        VK(SemaphoreWaitInfo, .flags = VK_SEMAPHORE_WAIT_ANY_BIT, .semaphoreCount = 1,
+           .pSemaphores = &semaphore, .pValues = &value);
     return assay_WaitSemaphores(NULL, &info, 0);
 }
 
@@ -115,11 +104,8 @@ static VkResult wait_semaphores(VkSemaphoreWaitFlags flags, PFN_vkWaitSemaphores
 {
     const uint64_t values[] = {0, 5};
     VkSemaphore semaphores[] = {SEMAPHORE(T), SEMAPHORE(T)};
-    const VkSemaphoreWaitInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
-                                      .flags = flags,
-                                      .semaphoreCount = 2,
-                                      .pSemaphores = semaphores,
-                                      .pValues = values};
+    const VkSemaphoreWaitInfo info = VK(SemaphoreWaitInfo, .flags = flags, .semaphoreCount = 2,
+                                        .pSemaphores = semaphores, .pValues = values);
     return wait(NULL, &info, 0);
 }
 
@@ -219,8 +205,8 @@ DEVICE_TEST(fences_are_reset)
 
 TEST(the_host_signals)
 {
-    const VkSemaphoreSignalInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, .semaphore = SEMAPHORE(S), .value = 1};
+    const VkSemaphoreSignalInfo info =
+        VK(SemaphoreSignalInfo, .semaphore = SEMAPHORE(S), .value = 1);
     const PFN_vkSignalSemaphore signals[] = {assay_SignalSemaphore, assay_SignalSemaphoreKHR};
     for (uint32_t i = 0; i < 2; i++) {
         struct program p;

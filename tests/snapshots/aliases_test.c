@@ -53,12 +53,10 @@ static void memory_free(const struct memory *memory)
 static struct placed memory_place(const struct memory *memory, VkDeviceSize size)
 {
     struct placed placed;
-    const VkBufferCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .size = size,
-        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
-    };
+    const VkBufferCreateInfo info =
+        VK(BufferCreateInfo, .size = size,
+           .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                    VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     VkMemoryRequirements requirements;
     GET(fixture.vk.CreateBuffer(fixture.device, &info, NULL, &placed.handle));
     fixture.vk.GetBufferMemoryRequirements(fixture.device, placed.handle, &requirements);
@@ -136,14 +134,11 @@ static void build_triangle(VkCommandBuffer commands, VkDeviceAddress indices, bo
     const struct fixture_build build = {
         .geometry = {.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
                      .geometry.triangles =
-                         {.sType =
-                              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-                          .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                          .vertexData.deviceAddress = vertices.address,
-                          .vertexStride = 3 * sizeof(float),
-                          .maxVertex = CORNERS - 1,
-                          .indexType = VK_INDEX_TYPE_UINT32,
-                          .indexData.deviceAddress = indices}},
+                         VK(AccelerationStructureGeometryTrianglesDataKHR,
+                            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                            .vertexData.deviceAddress = vertices.address,
+                            .vertexStride = 3 * sizeof(float), .maxVertex = CORNERS - 1,
+                            .indexType = VK_INDEX_TYPE_UINT32, .indexData.deviceAddress = indices)},
         .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                  .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
                  .mode = is_update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR

@@ -27,14 +27,10 @@ static int close_scene(void **state)
 
 static VkBuffer create(VkBufferCreateFlags flags, const void *next)
 {
-    const VkBufferCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .pNext = next,
-        .flags = flags,
-        .size = BUFFER_SIZE,
-        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
-    };
+    const VkBufferCreateInfo info =
+        VK(BufferCreateInfo, .pNext = next, .flags = flags, .size = BUFFER_SIZE,
+           .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                    VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     VkBuffer buffer;
     GET(fixture.vk.CreateBuffer(fixture.device, &info, NULL, &buffer));
     return buffer;
@@ -44,8 +40,7 @@ static void bind_sparse(VkBuffer buffer, VkDeviceSize size)
 {
     const VkSparseMemoryBind bind = {.size = size, .memory = data.memory};
     const VkSparseBufferMemoryBindInfo binds = {buffer, 1, &bind};
-    const VkBindSparseInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO, .bufferBindCount = 1, .pBufferBinds = &binds};
+    const VkBindSparseInfo info = VK(BindSparseInfo, .bufferBindCount = 1, .pBufferBinds = &binds);
     GET(fixture.vk.QueueBindSparse(fixture.queue, 1, &info, VK_NULL_HANDLE));
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
 }
@@ -76,10 +71,9 @@ static void build_on_memory(VkBuffer buffer, const char *text)
 
 static void test_imported(void **state)
 {
-    const VkExternalMemoryBufferCreateInfo external = {
-        .sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO,
-        .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT,
-    };
+    const VkExternalMemoryBufferCreateInfo external =
+        VK(ExternalMemoryBufferCreateInfo,
+           .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT);
     build_on_memory(create(0, &external), "minX");
 }
 

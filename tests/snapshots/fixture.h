@@ -5,6 +5,7 @@
 #define ASSAY_TESTS_SNAPSHOTS_FIXTURE_H
 
 #include "tests/fixture/instance.h"
+#include "tests/state/vk.h"
 
 struct fixture {
     struct instance_fixture instance;

@@ -93,9 +93,7 @@ static void test_one_time_memory_of_another(void **state)
                         scene.scratch_address);
     fixture_barrier(&fixture, commands[0]);
     GET(fixture.vk.EndCommandBuffer(commands[0]));
-    const VkSubmitInfo both = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 2,
-                               .pCommandBuffers = commands};
+    const VkSubmitInfo both = VK(SubmitInfo, .commandBufferCount = 2, .pCommandBuffers = commands);
     GET(fixture.vk.QueueSubmit(fixture.queue, 1, &both, VK_NULL_HANDLE));
     wait_and_read_structure();
     expect_messages(1, "submitted again");
@@ -227,7 +225,7 @@ static void test_secondary_recorded_further(void **state)
 /* What was copied is still looked at. */
 static void test_reset_before_the_wait(void **state)
 {
-    const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    const VkCommandBufferBeginInfo begin = VK(CommandBufferBeginInfo);
     VkCommandBuffer primary = fixture_begin(&fixture, 0);
     VkCommandBuffer secondary =
         fixture_begin_secondary(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);

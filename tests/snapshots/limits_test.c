@@ -98,8 +98,8 @@ static void test_submits_again_while_pending(void **state)
     fixture_expect_silence(&fixture);
     fixture_submit_waiting(&fixture, commands, semaphore, VK_NULL_HANDLE);
     expect_messages(1, "1 of command buffers that are submitted again before they are complete");
-    const VkSemaphoreSignalInfo signal = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, .semaphore = semaphore, .value = 1};
+    const VkSemaphoreSignalInfo signal =
+        VK(SemaphoreSignalInfo, .semaphore = semaphore, .value = 1);
     GET(fixture.vk.SignalSemaphore(fixture.device, &signal));
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
     expect_messages(1, "minX");
@@ -116,8 +116,7 @@ static void test_twice_in_a_submission(void **state)
     scene_build_boxes(commands, 1);
     GET(fixture.vk.EndCommandBuffer(commands));
     const VkCommandBuffer twice[] = {commands, commands};
-    const VkSubmitInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 2, .pCommandBuffers = twice};
+    const VkSubmitInfo info = VK(SubmitInfo, .commandBufferCount = 2, .pCommandBuffers = twice);
     GET(fixture.vk.QueueSubmit(fixture.queue, 1, &info, VK_NULL_HANDLE));
     expect_messages(1, "1 followed by another of the same command buffer in the submission");
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
@@ -152,7 +151,7 @@ static void test_submits_again(void **state)
  * The device's destruction brings what is left. */
 static void test_tells_at_destruction(void **state)
 {
-    const VkEventCreateInfo info = {.sType = VK_STRUCTURE_TYPE_EVENT_CREATE_INFO};
+    const VkEventCreateInfo info = VK(EventCreateInfo);
     VkEvent event;
     open_scene((struct instance_settings){0});
     GET(fixture.vk.CreateEvent(fixture.device, &info, NULL, &event));

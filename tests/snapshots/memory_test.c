@@ -39,13 +39,12 @@ static void write_inputs(struct random *random, unsigned char *bytes)
 /* As a build needs it, of what came before; and of what comes next, as if nobody else read. */
 static void barrier(const struct memory_fixture *memory_fixture, bool is_before_build)
 {
-    const VkMemoryBarrier memory = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+    const VkMemoryBarrier memory = VK(
+        MemoryBarrier,
         .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT |
                          VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
         .dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
-                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-    };
+                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     const VkPipelineStageFlags others =
         VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
     const VkPipelineStageFlags build = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
@@ -59,15 +58,11 @@ static void build(const struct memory_fixture *memory_fixture, VkAccelerationStr
                   const VkAccelerationStructureGeometryKHR *geometry,
                   const VkAccelerationStructureBuildRangeInfoKHR *range)
 {
-    const VkAccelerationStructureBuildGeometryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = type,
-        .dstAccelerationStructure = dst,
-        .geometryCount = 1,
-        .pGeometries = geometry,
-        .scratchData.deviceAddress =
-            (memory_fixture->scratch.address + 255) & ~(VkDeviceAddress)255,
-    };
+    const VkAccelerationStructureBuildGeometryInfoKHR info =
+        VK(AccelerationStructureBuildGeometryInfoKHR, .type = type, .dstAccelerationStructure = dst,
+           .geometryCount = 1, .pGeometries = geometry,
+           .scratchData.deviceAddress =
+               (memory_fixture->scratch.address + 255) & ~(VkDeviceAddress)255);
     barrier(memory_fixture, true);
     memory_fixture->fixture.vk.CmdBuildAccelerationStructuresKHR(memory_fixture->commands, 1, &info,
                                                                  &range);
@@ -84,18 +79,14 @@ static void build_triangles(const struct memory_fixture *memory_fixture, const s
 {
     const VkDeviceAddress address = memory_fixture->inputs[step->buffer].address;
     const bool has_indices = step->first % 2;
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-            .vertexStride = 12,
-            .vertexData.deviceAddress = address,
-            .maxVertex = VERTICES - 1,
-            .indexType = has_indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
-            .indexData.deviceAddress = has_indices ? address + INDICES_AT : 0,
-        }};
+    const VkAccelerationStructureGeometryKHR geometry =
+        VK(AccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+           .geometry.triangles =
+               VK(AccelerationStructureGeometryTrianglesDataKHR,
+                  .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 12,
+                  .vertexData.deviceAddress = address, .maxVertex = VERTICES - 1,
+                  .indexType = has_indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
+                  .indexData.deviceAddress = has_indices ? address + INDICES_AT : 0));
     const VkAccelerationStructureBuildRangeInfoKHR range = {
         .primitiveCount = 1 + step->count % 8,
         .primitiveOffset = 12 * (step->first % 8),
@@ -106,14 +97,12 @@ static void build_triangles(const struct memory_fixture *memory_fixture, const s
 
 static void build_boxes(const struct memory_fixture *memory_fixture, const struct step *step)
 {
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-        .geometry.aabbs = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-            .data.deviceAddress = memory_fixture->inputs[step->buffer].address + BOXES_AT,
-            .stride = sizeof(VkAabbPositionsKHR),
-        }};
+    const VkAccelerationStructureGeometryKHR geometry =
+        VK(AccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+           .geometry.aabbs =
+               VK(AccelerationStructureGeometryAabbsDataKHR,
+                  .data.deviceAddress = memory_fixture->inputs[step->buffer].address + BOXES_AT,
+                  .stride = sizeof(VkAabbPositionsKHR)));
     const VkAccelerationStructureBuildRangeInfoKHR range = {
         .primitiveCount = 1 + step->count % 8, .primitiveOffset = 24 * (step->first % 8)};
     build(memory_fixture, memory_fixture->blases[step->blas],
@@ -123,15 +112,12 @@ static void build_boxes(const struct memory_fixture *memory_fixture, const struc
 static void build_instances(const struct memory_fixture *memory_fixture, const struct step *step)
 {
     const bool by_pointers = step->first % 2;
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-        .geometry.instances = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-            .arrayOfPointers = by_pointers,
-            .data.deviceAddress =
-                memory_fixture->instances.address + (by_pointers ? POINTERS_AT : 0),
-        }};
+    const VkAccelerationStructureGeometryKHR geometry =
+        VK(AccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+           .geometry.instances =
+               VK(AccelerationStructureGeometryInstancesDataKHR, .arrayOfPointers = by_pointers,
+                  .data.deviceAddress =
+                      memory_fixture->instances.address + (by_pointers ? POINTERS_AT : 0)));
     const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount =
                                                                 1 + step->count % INSTANCES};
     build(memory_fixture, memory_fixture->tlas, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
@@ -153,12 +139,10 @@ static void wait_for_writes(const struct memory_fixture *memory_fixture)
 {
     const VkPipelineStageFlags stages =
         VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
-    const VkMemoryBarrier memory = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
-        .dstAccessMask =
-            VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
-    };
+    const VkMemoryBarrier memory = VK(
+        MemoryBarrier, .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
+        .dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
+                         VK_ACCESS_SHADER_WRITE_BIT);
     memory_fixture->fixture.vk.CmdPipelineBarrier(memory_fixture->commands, stages, stages, 0, 1,
                                                   &memory, 0, NULL, 0, NULL);
 }
@@ -173,12 +157,10 @@ static void end_condition(struct memory_fixture *memory_fixture)
 
 static void begin_or_end_condition(struct memory_fixture *memory_fixture, const struct step *step)
 {
-    const VkConditionalRenderingBeginInfoEXT begin = {
-        .sType = VK_STRUCTURE_TYPE_CONDITIONAL_RENDERING_BEGIN_INFO_EXT,
-        .buffer = memory_fixture->conditions.handle,
-        .offset = step->count % 2 * sizeof(uint32_t),
-        .flags = step->first % 2 ? VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT : 0,
-    };
+    const VkConditionalRenderingBeginInfoEXT begin =
+        VK(ConditionalRenderingBeginInfoEXT, .buffer = memory_fixture->conditions.handle,
+           .offset = step->count % 2 * sizeof(uint32_t),
+           .flags = step->first % 2 ? VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT : 0);
     if (memory_fixture->is_conditional ||
         !instance_fixture_has_conditions(&memory_fixture->fixture.instance)) {
         end_condition(memory_fixture);

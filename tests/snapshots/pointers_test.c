@@ -80,12 +80,9 @@ static uint64_t build_within_query(const VkQueryPoolCreateInfo *info)
 /* The layer's dispatch would count. */
 static void test_counts_nothing(void **state)
 {
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS,
-        .queryCount = 1,
-        .pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT,
-    };
+    const VkQueryPoolCreateInfo info =
+        VK(QueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS, .queryCount = 1,
+           .pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT);
     assert_int_equal(build_within_query(&info), 0);
     expect_messages(1, "build 0 (no place for copies)");
 }
@@ -93,9 +90,8 @@ static void test_counts_nothing(void **state)
 /* Queries that count other work than that of compute shaders. */
 static void test_counts_no_dispatch(void **state)
 {
-    VkQueryPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                                  .queryType = VK_QUERY_TYPE_OCCLUSION,
-                                  .queryCount = 1};
+    VkQueryPoolCreateInfo info =
+        VK(QueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_OCCLUSION, .queryCount = 1);
     assert_int_equal(build_within_query(&info), 0);
     expect_messages(1, "transform");
     info.queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS;
@@ -112,10 +108,8 @@ static void test_follows_no_condition(void **state)
         skip();
     struct device_buffer condition =
         fixture_buffer(&fixture, 4, VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT);
-    const VkConditionalRenderingBeginInfoEXT begin = {
-        .sType = VK_STRUCTURE_TYPE_CONDITIONAL_RENDERING_BEGIN_INFO_EXT,
-        .buffer = condition.handle,
-    };
+    const VkConditionalRenderingBeginInfoEXT begin =
+        VK(ConditionalRenderingBeginInfoEXT, .buffer = condition.handle);
     write_instance(&instance, false);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     fixture.vk.CmdBeginConditionalRenderingEXT(commands, &begin);
@@ -149,13 +143,10 @@ static void build_in_secondary(const VkCommandBufferInheritanceInfo *inheritance
 /* What is inherited only the null driver is told of, which takes anything. */
 static void test_inherits_nothing(void **state)
 {
-    VkCommandBufferInheritanceConditionalRenderingInfoEXT condition = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_CONDITIONAL_RENDERING_INFO_EXT,
-    };
-    VkCommandBufferInheritanceInfo inheritance = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO,
-        .pNext = &condition,
-    };
+    VkCommandBufferInheritanceConditionalRenderingInfoEXT condition =
+        VK(CommandBufferInheritanceConditionalRenderingInfoEXT);
+    VkCommandBufferInheritanceInfo inheritance =
+        VK(CommandBufferInheritanceInfo, .pNext = &condition);
     write_instance(&instance, false);
     build_in_secondary(&inheritance);
     expect_messages(1, "transform");

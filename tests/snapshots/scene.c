@@ -79,10 +79,8 @@ void scene_build_instance(VkCommandBuffer commands, VkDeviceAddress data, bool i
     const struct fixture_build build = {
         .geometry = {.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
                      .geometry.instances =
-                         {.sType =
-                              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-                          .arrayOfPointers = is_pointer,
-                          .data.deviceAddress = data}},
+                         VK(AccelerationStructureGeometryInstancesDataKHR,
+                            .arrayOfPointers = is_pointer, .data.deviceAddress = data)},
         .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
                  .dstAccelerationStructure = scene.tlas,
                  .scratchData.deviceAddress = scene.scratch_address},
