@@ -1,14 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What lavapipe builds and traces, right and wrong, compared without the layer. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "bench.h"
 
@@ -33,9 +28,8 @@ static void expect_silence(const struct subject *source, const char *name)
     assert_int_equal(tally.all, 0);
 }
 
-static void test_ranges(void **state)
+TEST(test_ranges)
 {
-    (void)state;
     uint32_t indices[3 * SOUP_TRIANGLES];
     for (uint32_t i = 0; i < 3 * SOUP_TRIANGLES; i++)
         indices[i] = i;
@@ -51,9 +45,8 @@ static void test_ranges(void **state)
     expect_silence(NULL, "and an empty one");
 }
 
-static void test_transform(void **state)
+TEST(test_transform)
 {
-    (void)state;
     VkTransformMatrixKHR transforms[2] = {0};
     transforms[1] = (VkTransformMatrixKHR){{{0, 1, 0, 3}, {2, 0, 0, 0}, {0, 0, .5f, 1}}};
     subject_begin(&subject);
@@ -63,9 +56,8 @@ static void test_transform(void **state)
     expect_silence(NULL, "a transform at an offset");
 }
 
-static void test_formats(void **state)
+TEST(test_formats)
 {
-    (void)state;
     uint16_t indices[3 * SOUP_TRIANGLES];
     int16_t vertices[3 * SOUP_TRIANGLES][4];
     for (uint32_t i = 0; i < 3 * SOUP_TRIANGLES; i++) {
@@ -88,9 +80,8 @@ static void test_formats(void **state)
     assert_int_equal(tally.all, 0);
 }
 
-static void test_update(void **state)
+TEST(test_update)
 {
-    (void)state;
     struct subject source;
     float before[9 * SOUP_TRIANGLES];
     for (int i = 0; i < 9 * SOUP_TRIANGLES; i++)
@@ -105,9 +96,8 @@ static void test_update(void **state)
 }
 
 /* Boxes are met but for rays that end or begin at a face. */
-static void test_boxes(void **state)
+TEST(test_boxes)
 {
-    (void)state;
     VkAabbPositionsKHR boxes[BOXES];
     boxes_fill(boxes);
     subject_begin(&subject);
@@ -125,9 +115,8 @@ static void expect_defect(const char *name, enum difference difference, enum jud
         assert_true(tally.counts[difference][reason] > 0);
 }
 
-static void test_ring(void **state)
+TEST(test_ring)
 {
-    (void)state;
     subject_begin(&subject);
     subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
     expect_defect("a closed fan", DIFFERENCE_MISSED, REASON_SHARED);
@@ -138,9 +127,8 @@ static void test_ring(void **state)
 }
 
 /* What isn't at a shared edge or vertex is right. */
-static void test_sphere(void **state)
+TEST(test_sphere)
 {
-    (void)state;
     enum { RINGS = 60, SEGMENTS = 120 };
     static float vertices[RINGS + 1][SEGMENTS][3];
     static uint32_t indices[RINGS * SEGMENTS][6];
@@ -166,9 +154,8 @@ static void test_sphere(void **state)
                                     tally.counts[DIFFERENCE_DOUBLE][REASON_SHARED]);
 }
 
-static void test_first_vertex(void **state)
+TEST(test_first_vertex)
 {
-    (void)state;
     subject_begin(&subject);
     subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES / 2);
     subject.ranges[0].firstVertex = 30;
@@ -177,9 +164,8 @@ static void test_first_vertex(void **state)
     expect_defect("firstVertex", DIFFERENCE_PRIMITIVE, REASON_PASSES);
 }
 
-static void test_inactive(void **state)
+TEST(test_inactive)
 {
-    (void)state;
     VkAabbPositionsKHR boxes[BOXES];
     float vertices[9 * SOUP_TRIANGLES];
     memcpy(vertices, soup_vertices, sizeof(vertices));
@@ -199,17 +185,4 @@ static void test_inactive(void **state)
 static int open_bench(void **state)
 {
     return bench_begin_tests(state, &bench, kind);
-}
-
-int main(int argc, char **argv)
-{
-    kind = bench_wants_pipelines(argc, argv) ? BENCH_PIPELINES : BENCH_QUERIES;
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ranges),       cmocka_unit_test(test_transform),
-        cmocka_unit_test(test_formats),      cmocka_unit_test(test_update),
-        cmocka_unit_test(test_boxes),        cmocka_unit_test(test_ring),
-        cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_sphere),
-        cmocka_unit_test(test_inactive),
-    };
-    return cmocka_run_group_tests(tests, open_bench, bench_end_tests);
 }

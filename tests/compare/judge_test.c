@@ -2,13 +2,8 @@
 /* The judge by itself: answers that are right are never blamed, and each mistake is called what it
  * is. The answers are made from the reference's own candidates. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "src/compare/top.h"
 #include "src/compare/vertex_ring.h"
@@ -109,9 +104,8 @@ static void expect(void (*change)(struct compare_answer *answer, uint32_t ray),
     close_case();
 }
 
-static void test_right_answers(void **state)
+TEST(test_right_answers)
 {
-    (void)state;
     VkAabbPositionsKHR boxes[BOXES];
     struct tally tally;
     open_soup();
@@ -146,9 +140,8 @@ static void test_right_answers(void **state)
 }
 
 /* A driver that errs by some roundings, and tells the same candidate from both sides of an edge. */
-static void test_rounded_answers(void **state)
+TEST(test_rounded_answers)
 {
-    (void)state;
     struct tally tally;
     open_soup();
     for (uint32_t i = 0; i < RAYS; i++) {
@@ -230,9 +223,8 @@ static void swap(struct compare_answer *answer, uint32_t ray)
     answer->closest.v = u;
 }
 
-static void test_mistakes(void **state)
+TEST(test_mistakes)
 {
-    (void)state;
     open_soup();
     expect(drop, DIFFERENCE_MISSED, REASON_MEETS);
     open_soup();
@@ -280,9 +272,8 @@ static uint32_t judge_top(const struct top_reference *top, const struct top_rays
     return count;
 }
 
-static void test_instances(void **state)
+TEST(test_instances)
 {
-    (void)state;
     struct top_instance instances[3] = {
         {.given = {.transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}},
         {.given = {.transform.matrix = {{0, -2, 0, 50}, {2, 0, 0, 0}, {0, 0, 3, 7}},
@@ -317,16 +308,4 @@ static void test_instances(void **state)
     top_rays_free(&top_rays);
     top_reference_close(&top);
     input_copy_free(copy);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_right_answers),
-        cmocka_unit_test(test_rounded_answers),
-        cmocka_unit_test(test_mistakes),
-        cmocka_unit_test(test_instances),
-    };
-    soup_fill();
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

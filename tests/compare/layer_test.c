@@ -2,14 +2,9 @@
 /* The layer compares what an application builds on lavapipe: which messages come, and that none
  * comes where the driver is right. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "bench.h"
 #include "layer/compare/structures.h"
@@ -58,9 +53,8 @@ static void expect_defect(enum difference difference, const char *words)
         fail_msg("\"%s\" is not in: %s", words, bench.heard.texts[difference]);
 }
 
-static void test_right(void **state)
+TEST(test_right)
 {
-    (void)state;
     struct subject source;
     float before[9 * SOUP_TRIANGLES];
     subject_begin(&subject);
@@ -81,9 +75,8 @@ static void test_right(void **state)
     expect_silence(&source);
 }
 
-static void test_ring(void **state)
+TEST(test_ring)
 {
-    (void)state;
     subject_begin(&subject);
     subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
     expect_defect(DIFFERENCE_MISSED,
@@ -91,9 +84,8 @@ static void test_ring(void **state)
     expect_defect(DIFFERENCE_DOUBLE, "pInfos[0].pGeometries[0] primitive ");
 }
 
-static void test_first_vertex(void **state)
+TEST(test_first_vertex)
 {
-    (void)state;
     subject_begin(&subject);
     subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES / 2);
     subject.ranges[0].firstVertex = 30;
@@ -102,9 +94,8 @@ static void test_first_vertex(void **state)
     expect_defect(DIFFERENCE_PRIMITIVE, "in another's place");
 }
 
-static void test_inactive(void **state)
+TEST(test_inactive)
 {
-    (void)state;
     float vertices[9 * SOUP_TRIANGLES];
     memcpy(vertices, soup_vertices, sizeof(vertices));
     for (int i = 1; i <= 3; i++)
@@ -114,9 +105,8 @@ static void test_inactive(void **state)
     expect_defect(DIFFERENCE_MISSED, "Driver: no hit");
 }
 
-static void test_boxes(void **state)
+TEST(test_boxes)
 {
-    (void)state;
     VkAabbPositionsKHR boxes[BOXES];
     boxes_fill(boxes);
     subject_begin(&subject);
@@ -175,9 +165,8 @@ static void build_top(bool array_of_pointers, bool is_copied)
     compare_structure_free(device, &bottom);
 }
 
-static void test_top(void **state)
+TEST(test_top)
 {
-    (void)state;
     subject_begin(&subject);
     subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
     for (int kinds = 0; kinds < 4; kinds++) {
@@ -204,15 +193,4 @@ static int open_bench(void **state)
     setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "4096", 1);
     setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 1);
     return bench_begin_tests(state, &bench, kind);
-}
-
-int main(int argc, char **argv)
-{
-    kind = bench_wants_pipelines(argc, argv) ? BENCH_LAYER_PIPELINES : BENCH_LAYER;
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_right),        cmocka_unit_test(test_ring),
-        cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_inactive),
-        cmocka_unit_test(test_boxes),        cmocka_unit_test(test_top),
-    };
-    return cmocka_run_group_tests(tests, open_bench, bench_end_tests);
 }

@@ -2,14 +2,9 @@
 /* Comparing with memory running out: each allocation of the layer fails in turn, from the
  * submission of an update to the end of the device. Nothing crashes or leaks, and nothing is said
  * of the driver that isn't true. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "../scarce/injector.h"
 #include "bench.h"
@@ -59,9 +54,8 @@ static bool live(unsigned failing)
     return injector_failed() != 0;
 }
 
-static void test_each_allocation(void **state)
+TEST(test_each_allocation)
 {
-    (void)state;
     unsigned failing = 1;
     live(0);
     assert_true(injector_watch(LAYER_LIBRARY));
@@ -69,12 +63,4 @@ static void test_each_allocation(void **state)
         failing++;
     print_message("%u allocations\n", failing - 1);
     assert_true(failing > 20);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_each_allocation)};
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
-    setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "64", 1);
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,14 +2,9 @@
 /* Top-level builds on lavapipe, compared without the layer: instances of separate triangles and
  * boxes are right, and what is wrong of a BLAS is found through an instance, too. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "bench.h"
 #include "src/compare/top.h"
@@ -87,9 +82,8 @@ static void compare(const struct top_instance *instances, uint32_t count, bool a
     top_reference_close(&reference);
 }
 
-static void test_right(void **state)
+TEST(test_right)
 {
-    (void)state;
     struct top_instance instances[INSTANCES] = {
         {instance_of(0, 1, 0), 0},
         {instance_of(0.5f, 2, 30), 0},
@@ -116,9 +110,8 @@ static void test_right(void **state)
     assert_int_equal(tally.rays, 0);
 }
 
-static void test_ring(void **state)
+TEST(test_ring)
 {
-    (void)state;
     const struct top_instance instances[2] = {{instance_of(0.5f, 2, 10), 2},
                                               {instance_of(1, 1, -10), 2}};
     compare(instances, 2, false);
@@ -151,14 +144,4 @@ static int close_bench(void **state)
     for (int i = 0; i < BOTTOMS; i++)
         input_copy_free(bottoms[i]);
     return bench_end_tests(state);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_right),
-        cmocka_unit_test(test_ring),
-    };
-    kind = bench_wants_pipelines(argc, argv) ? BENCH_PIPELINES : BENCH_QUERIES;
-    return cmocka_run_group_tests(tests, open_bench, close_bench);
 }

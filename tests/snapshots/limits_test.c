@@ -33,7 +33,7 @@ static uint64_t bytes_copied(void)
 
 /* ---- tests */
 
-static void test_only_builds_cost(void **state)
+TEST(test_only_builds_cost)
 {
     open_scene((struct instance_settings){0});
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
@@ -50,7 +50,7 @@ static void test_only_builds_cost(void **state)
 }
 
 /* Beyond the budget builds are left out, by position; those before are looked at. */
-static void test_skipped_beyond_budget(void **state)
+TEST(test_skipped_beyond_budget)
 {
     open_scene((struct instance_settings){.budget_mib = "2", .when_full = "skip"});
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
@@ -68,7 +68,7 @@ static void test_skipped_beyond_budget(void **state)
 }
 
 /* What executes once gives its memory back once it is complete, without the application's help. */
-static void test_waits_for_budget(void **state)
+TEST(test_waits_for_budget)
 {
     open_scene((struct instance_settings){.budget_mib = "2", .when_full = "wait"});
     VkCommandBuffer commands[BUILDS];
@@ -85,7 +85,7 @@ static void test_waits_for_budget(void **state)
 
 /* A command buffer that may be pending twice, and waits for the host: to wait for its first
  * execution would be for ever. */
-static void test_submits_again_while_pending(void **state)
+TEST(test_submits_again_while_pending)
 {
     open_scene((struct instance_settings){0});
     VkSemaphore semaphore = fixture_timeline(&fixture);
@@ -107,7 +107,7 @@ static void test_submits_again_while_pending(void **state)
     scene_close();
 }
 
-static void test_twice_in_a_submission(void **state)
+TEST(test_twice_in_a_submission)
 {
     open_scene((struct instance_settings){0});
     VkCommandBuffer commands =
@@ -125,7 +125,7 @@ static void test_twice_in_a_submission(void **state)
 }
 
 /* Resubmitted when it is complete, each execution is looked at by itself. */
-static void test_submits_again(void **state)
+TEST(test_submits_again)
 {
     open_scene((struct instance_settings){0});
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
@@ -149,7 +149,7 @@ static void test_submits_again(void **state)
 
 /* The layer doesn't see that the application knows the end of its work, as it doesn't see events.
  * The device's destruction brings what is left. */
-static void test_tells_at_destruction(void **state)
+TEST(test_tells_at_destruction)
 {
     const VkEventCreateInfo info = VK(EventCreateInfo);
     VkEvent event;
@@ -169,24 +169,9 @@ static void test_tells_at_destruction(void **state)
     expect_messages(1, "minX");
 }
 
-static void test_not_without_its_level(void **state)
+TEST(test_not_without_its_level)
 {
     open_scene((struct instance_settings){.without_layer = true});
     assert_null(fixture.instance.get_device_proc_addr(fixture.device, "vkGetCountersASSAY"));
     scene_close();
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_only_builds_cost),
-        cmocka_unit_test(test_skipped_beyond_budget),
-        cmocka_unit_test(test_waits_for_budget),
-        cmocka_unit_test(test_submits_again_while_pending),
-        cmocka_unit_test(test_twice_in_a_submission),
-        cmocka_unit_test(test_submits_again),
-        cmocka_unit_test(test_tells_at_destruction),
-        cmocka_unit_test(test_not_without_its_level),
-    };
-    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

@@ -271,7 +271,7 @@ static void play(struct random *random, uint32_t steps, bool builds_all)
     expect_same_memory();
 }
 
-static void test_memory_is_the_same(void **state)
+TEST(test_memory_is_the_same)
 {
     struct random random = random_of("memory_test");
     for (int program = 0; program < PROGRAMS; program++) {
@@ -287,10 +287,4 @@ static void test_memory_is_the_same(void **state)
         memory_fixture_close(&memory_fixtures[0]);
         memory_fixture_close(&memory_fixtures[1]);
     }
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_memory_is_the_same)};
-    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

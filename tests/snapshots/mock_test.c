@@ -45,7 +45,7 @@ static void run(VkCommandBuffer commands)
 /* ---- tests */
 
 /* Memory that nobody has written would be an instance whose transform has no inverse. */
-static void test_warns_once(void **state)
+TEST(test_warns_once)
 {
     platform.null_driver.set_executes_nothing(true);
     open_scene("content", true);
@@ -59,7 +59,7 @@ static void test_warns_once(void **state)
 }
 
 /* What the device wrote for one execution says nothing of the next one. */
-static void test_marks_are_of_one_execution(void **state)
+TEST(test_marks_are_of_one_execution)
 {
     platform.null_driver.set_executes_nothing(false);
     open_scene("content", false);
@@ -76,7 +76,7 @@ static void test_marks_are_of_one_execution(void **state)
 }
 
 /* Where no rule looks at the data, the backend says so when a structure is asked for. */
-static void test_backend_warns(void **state)
+TEST(test_backend_warns)
 {
     if (!platform.is_cpu)
         skip();
@@ -94,14 +94,4 @@ static void test_backend_warns(void **state)
     assert_int_not_equal(trace(fixture.device, &info), VK_SUCCESS);
     expect_messages(1, "backend = cpu can't build");
     close_scene();
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_warns_once),
-        cmocka_unit_test(test_marks_are_of_one_execution),
-        cmocka_unit_test(test_backend_warns),
-    };
-    return tests_run(argc, argv, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

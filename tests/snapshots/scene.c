@@ -104,7 +104,7 @@ void expect_messages(uint32_t count, const char *text)
     messages_clear(messages);
 }
 
-const char *scene_open_platform(const char *name)
+const char *unit_test_open(const char *name)
 {
-    return platform_open(&platform, name);
+    return platform_open(&platform, name ? name : "null");
 }
