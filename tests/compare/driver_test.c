@@ -9,14 +9,12 @@
 
 enum { RAYS = 4096 };
 
-static struct bench bench;
-static enum bench_kind kind;
 static struct subject subject;
 static struct tally tally;
 
 static void compare(const struct subject *source, const char *name)
 {
-    bench_compare(&bench, source, &subject, RAYS, &tally);
+    bench_compare(source, &subject, RAYS, &tally);
     tally_print(&tally, name);
 }
 
@@ -33,8 +31,7 @@ TEST(test_ranges)
     uint32_t indices[3 * SOUP_TRIANGLES];
     for (uint32_t i = 0; i < 3 * SOUP_TRIANGLES; i++)
         indices[i] = i;
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     expect_silence(NULL, "separate triangles");
     subject.ranges[0] = (VkAccelerationStructureBuildRangeInfoKHR){50, 36 * 5, 0, 0};
     expect_silence(NULL, "primitiveOffset of vertices");
@@ -49,8 +46,7 @@ TEST(test_transform)
 {
     VkTransformMatrixKHR transforms[2] = {0};
     transforms[1] = (VkTransformMatrixKHR){{{0, 1, 0, 3}, {2, 0, 0, 0}, {0, 0, .5f, 1}}};
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     subject.geometries[0].geometry.triangles.transformData.hostAddress = transforms;
     subject.ranges[0].transformOffset = sizeof(transforms[0]);
     expect_silence(NULL, "a transform at an offset");
@@ -89,8 +85,7 @@ TEST(test_update)
     subject_begin(&source);
     subject_triangles(&source, before, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
     source.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     subject.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
     expect_silence(&source, "an update");
 }
@@ -117,8 +112,7 @@ static void expect_defect(const char *name, enum difference difference, enum jud
 
 TEST(test_ring)
 {
-    subject_begin(&subject);
-    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+    subject_ring(&subject);
     expect_defect("a closed fan", DIFFERENCE_MISSED, REASON_SHARED);
     expect_defect("a closed fan", DIFFERENCE_DOUBLE, REASON_SHARED);
     assert_true(tally.once > RAYS / 4);
@@ -182,7 +176,12 @@ TEST(test_inactive)
     expect_defect("a box inactive", DIFFERENCE_MISSED, REASON_LIMIT);
 }
 
-static int open_bench(void **state)
+const char *unit_test_open(const char *argument)
 {
-    return bench_begin_tests(state, &bench, kind);
+    return bench_open_tests(argument, BENCH_QUERIES, BENCH_PIPELINES);
+}
+
+void unit_test_close(void)
+{
+    bench_close();
 }

@@ -77,15 +77,13 @@ static void close_case(void)
 
 static void open_soup(void)
 {
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     open_case();
 }
 
 static void open_ring(void)
 {
-    subject_begin(&subject);
-    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+    subject_ring(&subject);
     open_case();
 }
 
@@ -283,8 +281,7 @@ TEST(test_instances)
     };
     struct top_reference top;
     struct top_rays top_rays;
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     copy = input_copy_create(&subject.input);
     assert_non_null(copy);
     const struct input_copy *bottoms[1] = {copy};
@@ -308,4 +305,11 @@ TEST(test_instances)
     top_rays_free(&top_rays);
     top_reference_close(&top);
     input_copy_free(copy);
+}
+
+const char *unit_test_open(const char *argument)
+{
+    (void)argument;
+    soup_fill();
+    return NULL;
 }

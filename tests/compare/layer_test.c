@@ -9,8 +9,6 @@
 #include "bench.h"
 #include "layer/compare/structures.h"
 
-static struct bench bench;
-static enum bench_kind kind;
 static struct subject subject;
 
 /* Builds on the application's queue, in memory of its own; `source` as in bench_compare(). */
@@ -19,7 +17,7 @@ static void build(const struct subject *source)
     const struct compare_device *device = &bench.compare;
     struct compare_structure structure = {0}, update = {0};
     const struct subject *first = source ? source : &subject;
-    VkCommandBuffer commands = bench_begin(&bench);
+    VkCommandBuffer commands = bench_begin();
     assert_int_equal(compare_structure_create(device, &first->input, NULL, &structure), VK_SUCCESS);
     compare_structure_build(device, commands, &first->input, NULL, &structure);
     if (source) {
@@ -28,8 +26,8 @@ static void build(const struct subject *source)
         compare_structure_build(device, commands, &subject.input, &structure, &update);
     }
     bench.heard = (struct heard){0};
-    bench_submit(&bench, commands);
-    bench_finish(&bench, commands);
+    bench_submit(commands);
+    bench_finish(commands);
     compare_structure_free(device, &update);
     compare_structure_free(device, &structure);
 }
@@ -57,8 +55,7 @@ TEST(test_right)
 {
     struct subject source;
     float before[9 * SOUP_TRIANGLES];
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     expect_silence(NULL);
     subject.ranges[0] = (VkAccelerationStructureBuildRangeInfoKHR){50, 36 * 5, 0, 0};
     subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, 20);
@@ -69,16 +66,14 @@ TEST(test_right)
     subject_begin(&source);
     subject_triangles(&source, before, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
     source.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     subject.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
     expect_silence(&source);
 }
 
 TEST(test_ring)
 {
-    subject_begin(&subject);
-    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+    subject_ring(&subject);
     expect_defect(DIFFERENCE_MISSED,
                   "By exact arithmetic the ray meets exactly one of the triangles that share");
     expect_defect(DIFFERENCE_DOUBLE, "pInfos[0].pGeometries[0] primitive ");
@@ -143,7 +138,7 @@ static void build_top(bool array_of_pointers, bool is_copied)
     const struct compare_instances top = {
         .count = 3, .instances = instances, .array_of_pointers = array_of_pointers};
     struct compare_structure bottom = {0}, copy = {0}, structure = {0};
-    VkCommandBuffer commands = bench_begin(&bench);
+    VkCommandBuffer commands = bench_begin();
     assert_int_equal(compare_structure_create(device, &subject.input, NULL, &bottom), VK_SUCCESS);
     assert_int_equal(compare_structure_create(device, &subject.input, NULL, &copy), VK_SUCCESS);
     assert_int_equal(compare_structure_create_top(device, &top, &structure), VK_SUCCESS);
@@ -158,8 +153,8 @@ static void build_top(bool array_of_pointers, bool is_copied)
         copy_structure(commands, &bottom, &copy);
     compare_structure_build_top(device, commands, &structure);
     bench.heard = (struct heard){0};
-    bench_submit(&bench, commands);
-    bench_finish(&bench, commands);
+    bench_submit(commands);
+    bench_finish(commands);
     compare_structure_free(device, &structure);
     compare_structure_free(device, &copy);
     compare_structure_free(device, &bottom);
@@ -167,15 +162,13 @@ static void build_top(bool array_of_pointers, bool is_copied)
 
 TEST(test_top)
 {
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     for (int kinds = 0; kinds < 4; kinds++) {
         build_top(kinds & 1, kinds & 2);
         if (bench.heard.count)
             fail_msg("%s", bench.heard.last);
     }
-    subject_begin(&subject);
-    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+    subject_ring(&subject);
     for (int kinds = 0; kinds < 4; kinds++) {
         build_top(kinds & 1, kinds & 2);
         if (!strstr(bench.driver, "Mesa 25.0.7"))
@@ -187,10 +180,15 @@ TEST(test_top)
     }
 }
 
-static int open_bench(void **state)
+const char *unit_test_open(const char *argument)
 {
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "4096", 1);
     setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 1);
-    return bench_begin_tests(state, &bench, kind);
+    return bench_open_tests(argument, BENCH_LAYER, BENCH_LAYER_PIPELINES);
+}
+
+void unit_test_close(void)
+{
+    bench_close();
 }

@@ -2,13 +2,8 @@
 /* Inputs and tallies. */
 #include "subject.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "src/compare/vertex_ring.h"
 
@@ -76,6 +71,18 @@ void subject_triangles(struct subject *subject, const float *vertices, uint32_t 
                   .indexType = indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
                   .indexData.hostAddress = indices));
     add(subject, &geometry, triangle_count);
+}
+
+void subject_soup(struct subject *subject)
+{
+    subject_begin(subject);
+    subject_triangles(subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+}
+
+void subject_ring(struct subject *subject)
+{
+    subject_begin(subject);
+    subject_triangles(subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
 }
 
 void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uint32_t count)

@@ -5,6 +5,7 @@
 #define TESTS_COMPARE_SUBJECT_H
 
 #include "src/compare/judge.h"
+#include "tests/state/unit_test.h"
 #include "tests/state/vk.h"
 
 enum { GEOMETRIES = 4 };
@@ -21,6 +22,9 @@ struct subject {
 void subject_begin(struct subject *subject);
 void subject_triangles(struct subject *subject, const float *vertices, uint32_t vertex_count,
                        const uint32_t *indices, uint32_t triangle_count);
+/* A new subject: the soup, or the ring. */
+void subject_soup(struct subject *subject);
+void subject_ring(struct subject *subject);
 void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uint32_t count);
 
 /* A closed fan of 8 triangles around the origin, in a plane. */

@@ -11,8 +11,6 @@
 
 enum { RAYS = 4096, BOTTOMS = 3, INSTANCES = 9 };
 
-static struct bench bench;
-static enum bench_kind kind;
 static struct tally tally;
 static struct input_copy *bottoms[BOTTOMS]; /* separate triangles, boxes, a closed fan */
 
@@ -121,11 +119,13 @@ TEST(test_ring)
                                     tally.counts[DIFFERENCE_DOUBLE][REASON_SHARED]);
 }
 
-static int open_bench(void **state)
+const char *unit_test_open(const char *argument)
 {
     struct subject subjects[BOTTOMS];
     VkAabbPositionsKHR boxes[BOXES];
-    const int result = bench_begin_tests(state, &bench, kind);
+    const char *lacks = bench_open_tests(argument, BENCH_QUERIES, BENCH_PIPELINES);
+    if (lacks)
+        return lacks;
     boxes_fill(boxes);
     for (int i = 0; i < BOTTOMS; i++)
         subject_begin(&subjects[i]);
@@ -136,12 +136,12 @@ static int open_bench(void **state)
         bottoms[i] = input_copy_create(&subjects[i].input);
         assert_non_null(bottoms[i]);
     }
-    return result;
+    return NULL;
 }
 
-static int close_bench(void **state)
+void unit_test_close(void)
 {
     for (int i = 0; i < BOTTOMS; i++)
         input_copy_free(bottoms[i]);
-    return bench_end_tests(state);
+    bench_close();
 }
