@@ -49,8 +49,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
                                            void *user)
 {
     struct heard *heard = user;
-    (void)severity;
-    (void)types;
     heard->count++;
     snprintf(heard->last, sizeof(heard->last), "%s", data->pMessage);
     for (enum difference d = 0; d < DIFFERENCE_COUNT; d++)

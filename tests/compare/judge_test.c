@@ -156,14 +156,12 @@ TEST(test_rounded_answers)
 
 static void drop(struct compare_answer *answer, uint32_t ray)
 {
-    (void)ray;
     answer->candidate_count = 0;
     answer->closest = (struct compare_hit){0};
 }
 
 static void drop_closest(struct compare_answer *answer, uint32_t ray)
 {
-    (void)ray;
     answer->closest = (struct compare_hit){0};
 }
 
@@ -184,7 +182,6 @@ static void add_ring(struct compare_answer *answer, uint32_t ray)
 
 static void add_far(struct compare_answer *answer, uint32_t ray)
 {
-    (void)ray;
     struct compare_hit hit = answer->closest;
     hit.primitive = (hit.primitive + 50) % SOUP_TRIANGLES;
     for (uint32_t i = 0; i < answer->candidate_count; i++)
@@ -195,7 +192,6 @@ static void add_far(struct compare_answer *answer, uint32_t ray)
 
 static void rename_all(struct compare_answer *answer, uint32_t ray)
 {
-    (void)ray;
     for (uint32_t i = 0; i < answer->candidate_count; i++)
         answer->candidates[i].primitive += SOUP_TRIANGLES;
     answer->closest.primitive += SOUP_TRIANGLES;
@@ -203,19 +199,16 @@ static void rename_all(struct compare_answer *answer, uint32_t ray)
 
 static void shift(struct compare_answer *answer, uint32_t ray)
 {
-    (void)ray;
     answer->closest.t *= 1.01f;
 }
 
 static void turn(struct compare_answer *answer, uint32_t ray)
 {
-    (void)ray;
     answer->closest.kind ^= COMPARE_FRONT;
 }
 
 static void swap(struct compare_answer *answer, uint32_t ray)
 {
-    (void)ray;
     float u = answer->closest.u;
     answer->closest.u = answer->closest.v;
     answer->closest.v = u;
@@ -309,7 +302,6 @@ TEST(test_instances)
 
 const char *unit_test_open(const char *argument)
 {
-    (void)argument;
     soup_fill();
     return NULL;
 }

@@ -61,7 +61,6 @@ TEST(test_each_allocation)
 
 const char *unit_test_open(const char *argument)
 {
-    (void)argument;
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "64", 1);
     const char *lacks = bench_open(BENCH_LAYER);

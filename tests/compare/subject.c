@@ -34,7 +34,6 @@ void boxes_fill(VkAabbPositionsKHR boxes[BOXES])
 
 static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
-    (void)context;
     *bytes = (const void *)(uintptr_t)address;
     return size;
 }

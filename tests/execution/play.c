@@ -39,7 +39,6 @@ static void join_twice(struct null_driver_config *config)
 /* Not to be used again. */
 static void lose(struct null_driver_config *config)
 {
-    (void)config;
 }
 
 /* The flags of NV builds are those that dst was created with: programs in which they come to differ

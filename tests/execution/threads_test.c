@@ -31,7 +31,6 @@ static enum build_shape shape_of(uint32_t round)
 
 static void *submit_to_first(void *unused)
 {
-    (void)unused;
     for (uint32_t i = 0; i < ROUNDS; i++) {
         play(&machines[0], STEPS(RECORD_BUILD(A, X, shape_of(i)), RECORD_UPDATE(B, X, Y), RUN(A),
                                  BATCH, WITH(B), SIGNAL_TO(0, i + 1), SUBMIT(0)));
@@ -43,7 +42,6 @@ static void *submit_to_first(void *unused)
 
 static void *submit_to_second(void *unused)
 {
-    (void)unused;
     for (uint32_t i = 0; i < ROUNDS; i++)
         play(&machines[1], STEPS(RECORD_BUILD(P, X, shape_of(i)), RECORD_UPDATE(R, X, Y), RUN(P),
                                  RUN(R), WAIT_QUEUE(1), RESET(P), RESET(R)));
@@ -53,7 +51,6 @@ static void *submit_to_second(void *unused)
 /* Some of its batches wait for what the other thread signals next. */
 static void *wait_for_first(void *unused)
 {
-    (void)unused;
     for (uint32_t i = 0; i < ROUNDS; i++) {
         const uint32_t value = atomic_load(&signalled) + i % 2;
         play(&machines[1],
@@ -72,7 +69,6 @@ static void *wait_for_first(void *unused)
 static void *build_on_host(void *unused)
 {
     struct machine *machine = &machines[2];
-    (void)unused;
     for (uint32_t i = 0; i < ROUNDS; i++) {
         play(machine, STEPS(HOST_BUILD(W, GOOD), HOST_UPDATE(W, Z), HOST_CLONE(W, Z),
                             DEFERRED_BUILD(1, X, shape_of(i))));
@@ -87,7 +83,6 @@ static void *build_on_host(void *unused)
 
 static void *join(void *unused)
 {
-    (void)unused;
     while (atomic_load(&working))
         fixture.vk.DeferredOperationJoinKHR(fixture.device, machines[2].operations[1]);
     return NULL;

@@ -13,14 +13,10 @@ uint64_t counter;
 const char *reached;
 
 /* Devices here are of backend driver. */
-void snapshots_deliver_complete(struct layer_device *of_device)
-{
-    (void)of_device;
-}
+void snapshots_deliver_complete(struct layer_device *of_device) {}
 
 struct layer_device *layer_find_device(const void *dispatchable)
 {
-    (void)dispatchable;
     return &device;
 }
 

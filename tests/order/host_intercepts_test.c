@@ -3,8 +3,6 @@
  * others' signals and of what the host sees. */
 #include "fake_device.h"
 
-enum { S = 1, T = 2, F = 4 };
-
 static void present(void)
 {
     VkSemaphore wait = SEMAPHORE(S);

@@ -3,8 +3,6 @@
  * forward. */
 #include "fake_device.h"
 
-enum { S = 1, T = 2, F = 4 };
-
 DEVICE_TEST(submits_are_observed_and_forwarded)
 {
     create_semaphore(S, VK_SEMAPHORE_TYPE_BINARY, NULL);

@@ -192,7 +192,6 @@ static void destroy_object(struct random *random, unsigned n)
 
 static void note_gone(void *user, VkCommandBuffer gone)
 {
-    (void)user;
     object_names_set(device.names, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)gone, NULL);
 }
 
@@ -214,10 +213,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear_nothing(VkDebugUtilsMessageSeverityFl
                                                    const VkDebugUtilsMessengerCallbackDataEXT *data,
                                                    void *user)
 {
-    (void)severity;
-    (void)types;
-    (void)data;
-    (void)user;
     return VK_FALSE;
 }
 
@@ -259,9 +254,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
                                            const VkDebugUtilsMessengerCallbackDataEXT *data,
                                            void *user)
 {
-    (void)severity;
-    (void)types;
-    (void)user;
     atomic_fetch_add(&device.heard, 1);
     EXPECT(data->cmdBufLabelCount == 1 && strcmp(data->pCmdBufLabels[0].pLabelName, "frame") == 0);
     for (uint32_t i = 0; i < data->objectCount; i++)
