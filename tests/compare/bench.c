@@ -170,21 +170,21 @@ VkCommandBuffer bench_begin(void)
         VK(CommandBufferAllocateInfo, .commandPool = bench.pool, .commandBufferCount = 1);
     const VkCommandBufferBeginInfo begin_info = VK(CommandBufferBeginInfo);
     VkCommandBuffer commands;
-    assert_int_equal(vkAllocateCommandBuffers(bench.device, &info, &commands), VK_SUCCESS);
-    assert_int_equal(vkBeginCommandBuffer(commands, &begin_info), VK_SUCCESS);
+    GET(vkAllocateCommandBuffers(bench.device, &info, &commands));
+    GET(vkBeginCommandBuffer(commands, &begin_info));
     return commands;
 }
 
 void bench_submit(VkCommandBuffer commands)
 {
     const VkSubmitInfo info = VK(SubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &commands);
-    assert_int_equal(vkEndCommandBuffer(commands), VK_SUCCESS);
-    assert_int_equal(vkQueueSubmit(bench.queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
+    GET(vkEndCommandBuffer(commands));
+    GET(vkQueueSubmit(bench.queue, 1, &info, VK_NULL_HANDLE));
 }
 
 void bench_finish(VkCommandBuffer commands)
 {
-    assert_int_equal(vkQueueWaitIdle(bench.queue), VK_SUCCESS);
+    GET(vkQueueWaitIdle(bench.queue));
     vkFreeCommandBuffers(bench.device, bench.pool, 1, &commands);
 }
 
@@ -197,8 +197,8 @@ void bench_compare(const struct subject *source, const struct subject *subject, 
     struct rays rays;
     struct input_copy *copy = input_copy_create(&subject->input);
     assert_non_null(copy);
-    assert_int_equal(reference_open(copy, &reference), VK_SUCCESS);
-    assert_int_equal(rays_create(&reference, count, &rays), VK_SUCCESS);
+    GET(reference_open(copy, &reference));
+    GET(rays_create(&reference, count, &rays));
     struct compare_answer *answers = calloc(rays.count + 1ull, sizeof(*answers));
     assert_non_null(answers);
     struct compare_input inputs[2] = {subject->input, subject->input};
@@ -212,7 +212,7 @@ void bench_compare(const struct subject *source, const struct subject *subject, 
         .rays = rays.rays,
         .answers = answers,
     };
-    assert_int_equal(tracer_run(bench.tracer, &job), VK_SUCCESS);
+    GET(tracer_run(bench.tracer, &job));
     tally_judge(tally, &reference, &rays, answers);
     free(answers);
     rays_free(&rays);

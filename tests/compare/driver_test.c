@@ -80,13 +80,7 @@ TEST(test_update)
 {
     struct subject source;
     float before[9 * SOUP_TRIANGLES];
-    for (int i = 0; i < 9 * SOUP_TRIANGLES; i++)
-        before[i] = 11 - soup_vertices[i];
-    subject_begin(&source);
-    subject_triangles(&source, before, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
-    source.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
-    subject_soup(&subject);
-    subject.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    subject_update(&source, &subject, before);
     expect_silence(&source, "an update");
 }
 
@@ -150,9 +144,7 @@ TEST(test_sphere)
 
 TEST(test_first_vertex)
 {
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES / 2);
-    subject.ranges[0].firstVertex = 30;
+    subject_first_vertex(&subject);
     expect_defect("firstVertex", DIFFERENCE_MISSED, REASON_MEETS);
     expect_defect("firstVertex", DIFFERENCE_EXTRA, REASON_PASSES);
     expect_defect("firstVertex", DIFFERENCE_PRIMITIVE, REASON_PASSES);
@@ -162,11 +154,7 @@ TEST(test_inactive)
 {
     VkAabbPositionsKHR boxes[BOXES];
     float vertices[9 * SOUP_TRIANGLES];
-    memcpy(vertices, soup_vertices, sizeof(vertices));
-    for (int i = 1; i <= 3; i++)
-        vertices[9 * SOUP_TRIANGLES - 3 * i] = NAN;
-    subject_begin(&subject);
-    subject_triangles(&subject, vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_inactive(&subject, vertices);
     expect_defect("the last triangle inactive", DIFFERENCE_MISSED, REASON_MEETS);
     boxes_fill(boxes);
     boxes[13].minX = NAN;

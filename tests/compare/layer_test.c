@@ -18,11 +18,10 @@ static void build(const struct subject *source)
     struct compare_structure structure = {0}, update = {0};
     const struct subject *first = source ? source : &subject;
     VkCommandBuffer commands = bench_begin();
-    assert_int_equal(compare_structure_create(device, &first->input, NULL, &structure), VK_SUCCESS);
+    GET(compare_structure_create(device, &first->input, NULL, &structure));
     compare_structure_build(device, commands, &first->input, NULL, &structure);
     if (source) {
-        assert_int_equal(compare_structure_create(device, &subject.input, &structure, &update),
-                         VK_SUCCESS);
+        GET(compare_structure_create(device, &subject.input, &structure, &update));
         compare_structure_build(device, commands, &subject.input, &structure, &update);
     }
     bench.heard = (struct heard){0};
@@ -61,13 +60,7 @@ TEST(test_right)
     subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, 20);
     expect_silence(NULL);
 
-    for (int i = 0; i < 9 * SOUP_TRIANGLES; i++)
-        before[i] = 11 - soup_vertices[i];
-    subject_begin(&source);
-    subject_triangles(&source, before, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
-    source.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
-    subject_soup(&subject);
-    subject.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    subject_update(&source, &subject, before);
     expect_silence(&source);
 }
 
@@ -81,9 +74,7 @@ TEST(test_ring)
 
 TEST(test_first_vertex)
 {
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES / 2);
-    subject.ranges[0].firstVertex = 30;
+    subject_first_vertex(&subject);
     expect_defect(DIFFERENCE_MISSED, "the ray meets the primitive, away from its boundary");
     expect_defect(DIFFERENCE_EXTRA, "passes the primitive that the driver names");
     expect_defect(DIFFERENCE_PRIMITIVE, "in another's place");
@@ -92,11 +83,7 @@ TEST(test_first_vertex)
 TEST(test_inactive)
 {
     float vertices[9 * SOUP_TRIANGLES];
-    memcpy(vertices, soup_vertices, sizeof(vertices));
-    for (int i = 1; i <= 3; i++)
-        vertices[9 * SOUP_TRIANGLES - 3 * i] = NAN;
-    subject_begin(&subject);
-    subject_triangles(&subject, vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_inactive(&subject, vertices);
     expect_defect(DIFFERENCE_MISSED, "Driver: no hit");
 }
 
@@ -139,9 +126,9 @@ static void build_top(bool array_of_pointers, bool is_copied)
         .count = 3, .instances = instances, .array_of_pointers = array_of_pointers};
     struct compare_structure bottom = {0}, copy = {0}, structure = {0};
     VkCommandBuffer commands = bench_begin();
-    assert_int_equal(compare_structure_create(device, &subject.input, NULL, &bottom), VK_SUCCESS);
-    assert_int_equal(compare_structure_create(device, &subject.input, NULL, &copy), VK_SUCCESS);
-    assert_int_equal(compare_structure_create_top(device, &top, &structure), VK_SUCCESS);
+    GET(compare_structure_create(device, &subject.input, NULL, &bottom));
+    GET(compare_structure_create(device, &subject.input, NULL, &copy));
+    GET(compare_structure_create_top(device, &top, &structure));
     const VkAccelerationStructureDeviceAddressInfoKHR info =
         VK(AccelerationStructureDeviceAddressInfoKHR,
            .accelerationStructure = is_copied ? copy.handle : bottom.handle);

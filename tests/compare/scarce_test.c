@@ -31,10 +31,8 @@ static bool live(unsigned failing)
     assert_null(bench_open(BENCH_LAYER));
     const struct compare_device *device = &bench.compare;
     VkCommandBuffer commands = bench_begin();
-    assert_int_equal(compare_structure_create(device, &subject.input, NULL, &structure),
-                     VK_SUCCESS);
-    assert_int_equal(compare_structure_create(device, &subject.input, &structure, &update),
-                     VK_SUCCESS);
+    GET(compare_structure_create(device, &subject.input, NULL, &structure));
+    GET(compare_structure_create(device, &subject.input, &structure, &update));
     compare_structure_build(device, commands, &subject.input, NULL, &structure);
     compare_structure_build(device, commands, &subject.input, &structure, &update);
     bench_submit(commands);

@@ -2,8 +2,9 @@
 /* Inputs and tallies. */
 #include "subject.h"
 
-#include <stdio.h>
+#include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "src/compare/vertex_ring.h"
 
@@ -82,6 +83,34 @@ void subject_ring(struct subject *subject)
 {
     subject_begin(subject);
     subject_triangles(subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+}
+
+void subject_first_vertex(struct subject *subject)
+{
+    subject_begin(subject);
+    subject_triangles(subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES / 2);
+    subject->ranges[0].firstVertex = 30;
+}
+
+void subject_inactive(struct subject *subject, float vertices[9 * SOUP_TRIANGLES])
+{
+    memcpy(vertices, soup_vertices, sizeof(soup_vertices));
+    for (int i = 1; i <= 3; i++)
+        vertices[9 * SOUP_TRIANGLES - 3 * i] = NAN;
+    subject_begin(subject);
+    subject_triangles(subject, vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+}
+
+void subject_update(struct subject *source, struct subject *subject,
+                    float before[9 * SOUP_TRIANGLES])
+{
+    for (int i = 0; i < 9 * SOUP_TRIANGLES; i++)
+        before[i] = 11 - soup_vertices[i];
+    subject_begin(source);
+    subject_triangles(source, before, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(subject);
+    source->parameters.info.flags = subject->parameters.info.flags =
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
 }
 
 void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uint32_t count)

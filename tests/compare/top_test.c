@@ -48,7 +48,7 @@ static void trace(const struct top_input *input, const struct top_rays *rays,
         .rays = rays->rays,
         .answers = answers,
     };
-    assert_int_equal(tracer_run(bench.tracer, &job), VK_SUCCESS);
+    GET(tracer_run(bench.tracer, &job));
 }
 
 static void compare(const struct top_instance *instances, uint32_t count, bool array_of_pointers)
@@ -60,8 +60,8 @@ static void compare(const struct top_instance *instances, uint32_t count, bool a
                                     .bottoms = (const struct input_copy *const *)bottoms};
     struct top_reference reference;
     struct top_rays rays;
-    assert_int_equal(top_reference_open(&input, &reference), VK_SUCCESS);
-    assert_int_equal(top_rays_create(&reference, RAYS, &rays), VK_SUCCESS);
+    GET(top_reference_open(&input, &reference));
+    GET(top_rays_create(&reference, RAYS, &rays));
     struct compare_answer *answers = calloc(rays.count + 1ull, sizeof(*answers));
     assert_non_null(answers);
     if (rays.count)

@@ -17,12 +17,6 @@ static void open_scene(void)
     memcpy(data.bytes, &box, sizeof(box));
 }
 
-static void close_scene(void)
-{
-    fixture_destroy_buffer(&fixture, &data);
-    scene_close();
-}
-
 static VkBuffer create(VkBufferCreateFlags flags, const void *next)
 {
     const VkBufferCreateInfo info =

@@ -39,14 +39,12 @@ static void open_scene(void)
 
 static void close_scene(void)
 {
-    fixture_destroy_buffer(&fixture, &source);
-    fixture_destroy_buffer(&fixture, &target);
-    fixture_destroy_buffer(&fixture, &gate);
-    fixture_destroy_buffer(&fixture, &list);
     fixture.vk.DestroyPipeline(fixture.device, pipeline, NULL);
     fixture.vk.DestroyPipelineLayout(fixture.device, layout, NULL);
     fixture_close(&fixture);
 }
+
+#define COPY_TEST(name) TEST_BETWEEN(name, open_scene, close_scene, true)
 
 static struct copy_order draw(struct random *random, uint32_t i)
 {
@@ -78,7 +76,7 @@ static void run(bool is_open)
     fixture_finish(&fixture, commands);
 }
 
-SCENE_TEST(test_copies)
+COPY_TEST(test_copies)
 {
     struct random random = random_of("copy_test");
     struct copy_order *orders = (struct copy_order *)list.bytes;
@@ -98,7 +96,7 @@ SCENE_TEST(test_copies)
     }
 }
 
-SCENE_TEST(test_closed_gate)
+COPY_TEST(test_closed_gate)
 {
     struct copy_order *orders = (struct copy_order *)list.bytes;
     memset(target.bytes, UNTOUCHED, target.size);

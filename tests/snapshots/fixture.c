@@ -24,6 +24,10 @@ void fixture_open(struct fixture *fixture, const struct platform *platform,
 
 void fixture_close(struct fixture *fixture)
 {
+    for (uint32_t i = 0; i < fixture->structure_count; i++)
+        fixture->vk.DestroyAccelerationStructureKHR(fixture->device, fixture->structures[i], NULL);
+    for (uint32_t i = 0; i < fixture->buffer_count; i++)
+        buffer_destroy(&fixture->vk, fixture->device, &fixture->buffers[i]);
     fixture->vk.DestroyCommandPool(fixture->device, fixture->pool, NULL);
     fixture->vk.DestroyDevice(fixture->device, NULL);
     instance_fixture_close(&fixture->instance);
@@ -36,11 +40,17 @@ struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
 {
     const VkBufferCreateInfo info = VK(BufferCreateInfo, .size = size,
                                        .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
-    return buffer_create(&fixture->vk, fixture->device, fixture->memory_type, &info);
+    assert_true(fixture->buffer_count < FIXTURE_OBJECTS);
+    return fixture->buffers[fixture->buffer_count++] =
+               buffer_create(&fixture->vk, fixture->device, fixture->memory_type, &info);
 }
 
 void fixture_destroy_buffer(struct fixture *fixture, struct device_buffer *buffer)
 {
+    uint32_t i = 0;
+    while (fixture->buffers[i].handle != buffer->handle)
+        assert_true(++i < fixture->buffer_count);
+    fixture->buffers[i] = fixture->buffers[--fixture->buffer_count];
     buffer_destroy(&fixture->vk, fixture->device, buffer);
 }
 
@@ -54,7 +64,8 @@ VkAccelerationStructureKHR fixture_structure(struct fixture *fixture,
            .size = size, .type = type);
     VkAccelerationStructureKHR structure;
     GET(fixture->vk.CreateAccelerationStructureKHR(fixture->device, &info, NULL, &structure));
-    return structure;
+    assert_true(fixture->structure_count < FIXTURE_OBJECTS);
+    return fixture->structures[fixture->structure_count++] = structure;
 }
 
 VkFence fixture_fence(struct fixture *fixture)

@@ -7,6 +7,8 @@
 #include "tests/fixture/instance.h"
 #include "tests/state/vk.h"
 
+enum { FIXTURE_OBJECTS = 32 };
+
 struct fixture {
     struct instance_fixture instance;
     VkDevice device;
@@ -14,13 +16,17 @@ struct fixture {
     VkQueue queue;
     VkCommandPool pool;
     uint32_t memory_type; /* mapped and coherent */
+    /* What fixture_close() destroys. */
+    struct device_buffer buffers[FIXTURE_OBJECTS];
+    VkAccelerationStructureKHR structures[FIXTURE_OBJECTS];
+    uint32_t buffer_count, structure_count;
 };
 
 void fixture_open(struct fixture *fixture, const struct platform *platform,
                   const struct instance_settings *settings);
 void fixture_close(struct fixture *fixture);
 
-/* Has a device address beside its other usage. */
+/* Has a device address beside its other usage; may be destroyed before the fixture is closed. */
 struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
                                     VkBufferUsageFlags usage);
 void fixture_destroy_buffer(struct fixture *fixture, struct device_buffer *buffer);

@@ -24,6 +24,8 @@ static void close_scene(void)
     scene_close();
 }
 
+#define LIFETIME_TEST(name) TEST_BETWEEN(name, open_scene, close_scene, true)
+
 static void submit(VkCommandBuffer commands)
 {
     GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
@@ -53,7 +55,7 @@ static void wait_and_read_structure(void)
 /* ---- tests */
 
 /* Its memory for copies went to the next command buffer when it was complete. */
-SCENE_TEST(test_one_time_submitted_twice)
+LIFETIME_TEST(test_one_time_submitted_twice)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_invalidate_box(BOXES - 1);
@@ -75,7 +77,7 @@ SCENE_TEST(test_one_time_submitted_twice)
 
 /* When the first command buffer is submitted again, the memory of its copies belongs to the second.
  * It must not write there any more. */
-SCENE_TEST(test_one_time_memory_of_another)
+LIFETIME_TEST(test_one_time_memory_of_another)
 {
     struct device_buffer others = scene_input(scene.boxes.size);
     VkCommandBuffer commands[2];
@@ -99,7 +101,7 @@ SCENE_TEST(test_one_time_memory_of_another)
 
 /* The second execution is looked at if the layer still has the copies: on backend cpu they belong
  * to the structure. */
-SCENE_TEST(test_one_time_submitted_twice_at_once)
+LIFETIME_TEST(test_one_time_submitted_twice_at_once)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_invalidate_box(0);
@@ -111,7 +113,7 @@ SCENE_TEST(test_one_time_submitted_twice_at_once)
     read_structure();
 }
 
-SCENE_TEST(test_secondary_one_time_submitted_twice)
+LIFETIME_TEST(test_secondary_one_time_submitted_twice)
 {
     VkCommandBuffer primary = fixture_begin(&fixture, 0);
     VkCommandBuffer secondary =
@@ -131,7 +133,7 @@ SCENE_TEST(test_secondary_one_time_submitted_twice)
 }
 
 /* What is recorded further finds the old copies gone, and does not take their place. */
-SCENE_TEST(test_one_time_recorded_further)
+LIFETIME_TEST(test_one_time_recorded_further)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_build_boxes(commands, BOXES);
@@ -148,7 +150,7 @@ SCENE_TEST(test_one_time_recorded_further)
 
 /* The execution has the copies of the first build alone; those of the others take chunks of their
  * own. */
-SCENE_TEST(test_recorded_further_after_submission)
+LIFETIME_TEST(test_recorded_further_after_submission)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     scene_invalidate_box(0);
@@ -165,7 +167,7 @@ SCENE_TEST(test_recorded_further_after_submission)
 }
 
 /* The first execution is copied to make room for the second, while the recording has more. */
-SCENE_TEST(test_recorded_further_and_submitted_again)
+LIFETIME_TEST(test_recorded_further_and_submitted_again)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     scene_build_boxes(commands, BOXES);
@@ -178,7 +180,7 @@ SCENE_TEST(test_recorded_further_and_submitted_again)
 }
 
 /* More secondaries than the execution has children. */
-SCENE_TEST(test_secondaries_executed_after_submission)
+LIFETIME_TEST(test_secondaries_executed_after_submission)
 {
     VkCommandBuffer primary = fixture_begin(&fixture, 0), secondaries[BUILDS];
     scene_invalidate_box(0);
@@ -199,7 +201,7 @@ SCENE_TEST(test_secondaries_executed_after_submission)
 
 /* A secondary is recorded further after the primary that executes it was recorded, and again after
  * that was submitted. */
-SCENE_TEST(test_secondary_recorded_further)
+LIFETIME_TEST(test_secondary_recorded_further)
 {
     VkCommandBuffer primary = fixture_begin(&fixture, 0);
     VkCommandBuffer secondary =

@@ -14,11 +14,16 @@ enum {
     STRUCTURE_SIZE = 16 << 20,
 };
 
-static void open_scene(struct instance_settings settings)
+static void open_scene_with(struct instance_settings settings)
 {
     scene_open(&(struct scene_setup){.settings = settings,
                                      .boxes_size = BOXES * sizeof(VkAabbPositionsKHR),
                                      .structure_size = STRUCTURE_SIZE});
+}
+
+static void open_scene(void)
+{
+    open_scene_with((struct instance_settings){0});
 }
 
 static uint64_t bytes_copied(void)
@@ -33,9 +38,8 @@ static uint64_t bytes_copied(void)
 
 /* ---- tests */
 
-TEST(test_only_builds_cost)
+SCENE_TEST(test_only_builds_cost)
 {
-    open_scene((struct instance_settings){0});
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     fixture_barrier(&fixture, commands);
     fixture_finish(&fixture, commands);
@@ -46,13 +50,12 @@ TEST(test_only_builds_cost)
     fixture_finish(&fixture, commands);
     assert_int_equal(bytes_copied(), 3 * sizeof(VkAabbPositionsKHR));
     fixture_expect_silence(&fixture);
-    scene_close();
 }
 
 /* Beyond the budget builds are left out, by position; those before are looked at. */
 TEST(test_skipped_beyond_budget)
 {
-    open_scene((struct instance_settings){.budget_mib = "2", .when_full = "skip"});
+    open_scene_with((struct instance_settings){.budget_mib = "2", .when_full = "skip"});
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     for (int i = 0; i < BUILDS; i++)
         scene_build_boxes(commands, BOXES);
@@ -70,7 +73,7 @@ TEST(test_skipped_beyond_budget)
 /* What executes once gives its memory back once it is complete, without the application's help. */
 TEST(test_waits_for_budget)
 {
-    open_scene((struct instance_settings){.budget_mib = "2", .when_full = "wait"});
+    open_scene_with((struct instance_settings){.budget_mib = "2", .when_full = "wait"});
     VkCommandBuffer commands[BUILDS];
     for (int i = 0; i < BUILDS; i++) {
         commands[i] = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
@@ -85,9 +88,8 @@ TEST(test_waits_for_budget)
 
 /* A command buffer that may be pending twice, and waits for the host: to wait for its first
  * execution would be for ever. */
-TEST(test_submits_again_while_pending)
+SCENE_TEST(test_submits_again_while_pending)
 {
-    open_scene((struct instance_settings){0});
     VkSemaphore semaphore = fixture_timeline(&fixture);
     VkCommandBuffer commands =
         fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
@@ -104,12 +106,10 @@ TEST(test_submits_again_while_pending)
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
     expect_messages(1, "minX");
     fixture.vk.DestroySemaphore(fixture.device, semaphore, NULL);
-    scene_close();
 }
 
-TEST(test_twice_in_a_submission)
+SCENE_TEST(test_twice_in_a_submission)
 {
-    open_scene((struct instance_settings){0});
     VkCommandBuffer commands =
         fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
     scene_invalidate_box(0);
@@ -121,13 +121,11 @@ TEST(test_twice_in_a_submission)
     expect_messages(1, "1 followed by another of the same command buffer in the submission");
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
     expect_messages(1, "minX");
-    scene_close();
 }
 
 /* Resubmitted when it is complete, each execution is looked at by itself. */
-TEST(test_submits_again)
+SCENE_TEST(test_submits_again)
 {
-    open_scene((struct instance_settings){0});
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     scene_build_boxes(commands, 2);
     GET(fixture.vk.EndCommandBuffer(commands));
@@ -144,7 +142,6 @@ TEST(test_submits_again)
     GET(fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, UINT64_MAX));
     fixture_expect_silence(&fixture);
     fixture.vk.DestroyFence(fixture.device, fence, NULL);
-    scene_close();
 }
 
 /* The layer doesn't see that the application knows the end of its work, as it doesn't see events.
@@ -153,7 +150,7 @@ TEST(test_tells_at_destruction)
 {
     const VkEventCreateInfo info = VK(EventCreateInfo);
     VkEvent event;
-    open_scene((struct instance_settings){0});
+    open_scene_with((struct instance_settings){0});
     GET(fixture.vk.CreateEvent(fixture.device, &info, NULL, &event));
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     scene_invalidate_box(0);
@@ -171,7 +168,7 @@ TEST(test_tells_at_destruction)
 
 TEST(test_not_without_its_level)
 {
-    open_scene((struct instance_settings){.without_layer = true});
+    open_scene_with((struct instance_settings){.without_layer = true});
     assert_null(fixture.instance.get_device_proc_addr(fixture.device, "vkGetCountersASSAY"));
     scene_close();
 }

@@ -21,12 +21,6 @@ static void open_scene(const char *level, bool is_valid)
     scene_write_instance(&instances, is_valid);
 }
 
-static void close_scene(void)
-{
-    fixture_destroy_buffer(&fixture, &instances);
-    scene_close();
-}
-
 static VkCommandBuffer record(void)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
@@ -55,7 +49,7 @@ TEST(test_warns_once)
     run(commands);
     run(others);
     fixture_expect_silence(&fixture);
-    close_scene();
+    scene_close();
 }
 
 /* What the device wrote for one execution says nothing of the next one. */
@@ -72,7 +66,7 @@ TEST(test_marks_are_of_one_execution)
     platform.null_driver.set_executes_nothing(false);
     run(commands);
     expect_messages(1, "transform");
-    close_scene();
+    scene_close();
 }
 
 /* Where no rule looks at the data, the backend says so when a structure is asked for. */
@@ -93,5 +87,5 @@ TEST(test_backend_warns)
     assert_non_null(trace);
     assert_int_not_equal(trace(fixture.device, &info), VK_SUCCESS);
     expect_messages(1, "backend = cpu can't build");
-    close_scene();
+    scene_close();
 }

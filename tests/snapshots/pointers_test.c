@@ -36,13 +36,6 @@ static void open_scene(void)
     fixture_expect_silence(&fixture);
 }
 
-static void close_scene(void)
-{
-    fixture_destroy_buffer(&fixture, &pointers);
-    fixture_destroy_buffer(&fixture, &instance);
-    scene_close();
-}
-
 /* ---- tests */
 
 SCENE_TEST(test_gathers)
@@ -75,7 +68,7 @@ static uint64_t build_within_query(const VkQueryPoolCreateInfo *info)
 }
 
 /* What the null driver, which counts nothing and has no conditions, can't show. */
-#define DEVICE_TEST(name) TEST_BETWEEN(name, open_scene, close_scene, !platform.is_null)
+#define DEVICE_TEST(name) TEST_BETWEEN(name, open_scene, scene_close, !platform.is_null)
 
 /* The layer's dispatch would count. */
 DEVICE_TEST(test_counts_nothing)

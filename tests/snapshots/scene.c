@@ -34,12 +34,6 @@ void scene_open(const struct scene_setup *setup)
 
 void scene_close(void)
 {
-    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, scene.blas, NULL);
-    if (scene.tlas)
-        fixture.vk.DestroyAccelerationStructureKHR(fixture.device, scene.tlas, NULL);
-    fixture_destroy_buffer(&fixture, &scene.boxes);
-    fixture_destroy_buffer(&fixture, &scene.structures);
-    fixture_destroy_buffer(&fixture, &scene.scratch);
     fixture_close(&fixture);
 }
 

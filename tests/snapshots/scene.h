@@ -46,8 +46,8 @@ void scene_invalidate_box(uint32_t i);
 /* There are `count` messages, and each contains the text; forgets them. */
 void expect_messages(uint32_t count, const char *text);
 
-/* A test between open_scene() and close_scene(), which its file defines. unit_test_open() opens the
- * platform, by default the null driver. */
-#define SCENE_TEST(name) TEST_BETWEEN(name, open_scene, close_scene, true)
+/* A test between open_scene(), which its file defines, and scene_close(). unit_test_open() opens
+ * the platform, by default the null driver. */
+#define SCENE_TEST(name) TEST_BETWEEN(name, open_scene, scene_close, true)
 
 #endif

@@ -45,10 +45,6 @@ static void close_worker(struct worker *worker)
 {
     fixture.vk.DestroyCommandPool(fixture.device, worker->own.pool, NULL);
     fixture.vk.DestroyFence(fixture.device, worker->fence, NULL);
-    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, worker->blas, NULL);
-    fixture_destroy_buffer(&fixture, &worker->boxes);
-    fixture_destroy_buffer(&fixture, &worker->structures);
-    fixture_destroy_buffer(&fixture, &worker->scratch);
 }
 
 static VkResult submit(struct worker *worker, VkCommandBuffer commands)
