@@ -56,22 +56,8 @@ void machine_create_pool(struct machine *machine, uint32_t command_buffer)
     machine_allocate(machine, command_buffer);
 }
 
-static void destroy_fence(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyFence(device, (VkFence)handle, NULL);
-}
-
-static void create_fence(struct machine *machine)
-{
-    MACHINE_CALL(machine, CreateFence, machine->device, &VK(FenceCreateInfo), NULL,
-                 &machine->fence);
-    scene_defer(machine->scene, machine->device, (uint64_t)machine->fence, destroy_fence);
-}
-
-static void destroy_semaphore(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroySemaphore(device, (VkSemaphore)handle, NULL);
-}
+MACHINE_DESTROYS(Fence)
+MACHINE_DESTROYS(Semaphore)
 
 static VkSemaphore create_semaphore(struct machine *machine, VkSemaphoreType type, bool is_shared)
 {
@@ -80,9 +66,7 @@ static VkSemaphore create_semaphore(struct machine *machine, VkSemaphoreType typ
     const VkSemaphoreTypeCreateInfo type_info = VK(
         SemaphoreTypeCreateInfo, .pNext = is_shared ? &export_info : NULL, .semaphoreType = type);
     VkSemaphore semaphore;
-    MACHINE_CALL(machine, CreateSemaphore, machine->device,
-                 &VK(SemaphoreCreateInfo, .pNext = &type_info), NULL, &semaphore);
-    scene_defer(machine->scene, machine->device, (uint64_t)semaphore, destroy_semaphore);
+    MACHINE_CREATE(machine, Semaphore, &VK(SemaphoreCreateInfo, .pNext = &type_info), &semaphore);
     return semaphore;
 }
 
@@ -110,7 +94,7 @@ void machine_open(struct machine *machine, struct fixture *fixture,
     }
     for (uint32_t i = 0; i < COMMAND_BUFFERS; i++)
         machine_create_pool(machine, i);
-    create_fence(machine);
+    MACHINE_CREATE(machine, Fence, &VK(FenceCreateInfo), &machine->fence);
     machine_create_queries(machine);
     machine_create_events(machine);
     for (uint32_t i = 1; i <= DEFERRED_OPERATIONS; i++)

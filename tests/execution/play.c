@@ -37,9 +37,7 @@ static void join_twice(struct null_driver_config *config)
 }
 
 /* Not to be used again. */
-static void lose(struct null_driver_config *config)
-{
-}
+static void lose(struct null_driver_config *config) {}
 
 /* The flags of NV builds are those that dst was created with: programs in which they come to differ
  * are played where no driver minds, and nothing is said of that. */

@@ -32,8 +32,8 @@ static enum build_shape shape_of(uint32_t round)
 static void *submit_to_first(void *unused)
 {
     for (uint32_t i = 0; i < ROUNDS; i++) {
-        play(&machines[0], STEPS(RECORD_BUILD(A, X, shape_of(i)), RECORD_UPDATE(B, X, Y), RUN(A),
-                                 BATCH, WITH(B), SIGNAL_TO(0, i + 1), SUBMIT(0)));
+        play(&machines[0], STEPS(RECORD_BUILD(A, X, shape_of(i)), UPDATE_XY(B), RUN(A), BATCH,
+                                 WITH(B), SIGNAL_TO(0, i + 1), SUBMIT(0)));
         atomic_store(&signalled, i + 1);
         play(&machines[0], STEPS(WAIT_QUEUE(0), RESET(A), RESET(B)));
     }
@@ -43,8 +43,8 @@ static void *submit_to_first(void *unused)
 static void *submit_to_second(void *unused)
 {
     for (uint32_t i = 0; i < ROUNDS; i++)
-        play(&machines[1], STEPS(RECORD_BUILD(P, X, shape_of(i)), RECORD_UPDATE(R, X, Y), RUN(P),
-                                 RUN(R), WAIT_QUEUE(1), RESET(P), RESET(R)));
+        play(&machines[1], STEPS(RECORD_BUILD(P, X, shape_of(i)), UPDATE_XY(R), RUN(P), RUN(R),
+                                 WAIT_QUEUE(1), RESET(P), RESET(R)));
     return NULL;
 }
 
@@ -54,7 +54,7 @@ static void *wait_for_first(void *unused)
     for (uint32_t i = 0; i < ROUNDS; i++) {
         const uint32_t value = atomic_load(&signalled) + i % 2;
         play(&machines[1],
-             STEPS(RECORD_BUILD(P, X, shape_of(i)), RECORD_UPDATE(R, X, Y), RUN(P), BATCH, WITH(R),
+             STEPS(RECORD_BUILD(P, X, shape_of(i)), UPDATE_XY(R), RUN(P), BATCH, WITH(R),
                    WAIT_FOR(0, value < ROUNDS ? value : ROUNDS), SUBMIT2(1)));
         while (atomic_load(&signalled) < value && atomic_load(&signalled) < ROUNDS)
             sched_yield();
@@ -75,7 +75,7 @@ static void *build_on_host(void *unused)
         do
             play(machine, STEPS(ASK(1)));
         while (machine->result == VK_NOT_READY);
-        play(machine, STEPS(HOST_UPDATE(X, Y)));
+        play(machine, STEPS(HOST_UPDATE_XY));
     }
     atomic_store(&working, false);
     return NULL;
