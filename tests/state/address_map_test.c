@@ -218,11 +218,14 @@ static void live_through(struct random *random, layout lie, uint32_t count, uint
     teardown(&fixture);
 }
 
-TEST(test_ranges_apart)
-{
-    struct random random = random_of("address_map apart");
-    live_through(&random, lie_apart, ENTRIES, QUERIES);
-}
+#define LAYOUT_TEST(name, seed, lie, count, queries)                                               \
+    TEST(name)                                                                                     \
+    {                                                                                              \
+        struct random random = random_of("address_map " seed);                                     \
+        live_through(&random, lie, count, queries);                                                \
+    }
+
+LAYOUT_TEST(test_ranges_apart, "apart", lie_apart, ENTRIES, QUERIES)
 
 TEST(test_ranges_anywhere)
 {
@@ -232,29 +235,10 @@ TEST(test_ranges_anywhere)
         live_through(&random, lie_anywhere, count, count);
 }
 
-TEST(test_equal_beginnings_and_equal_ranges)
-{
-    struct random random = random_of("address_map together");
-    live_through(&random, lie_together, 3000, 300);
-}
-
-TEST(test_nested_ranges)
-{
-    struct random random = random_of("address_map nested");
-    live_through(&random, lie_nested, ENTRIES, 300);
-}
-
-TEST(test_ranges_at_the_top_of_the_address_space)
-{
-    struct random random = random_of("address_map top");
-    live_through(&random, lie_at_the_top, 2000, 600);
-}
-
-TEST(test_ranges_far_apart)
-{
-    struct random random = random_of("address_map far");
-    live_through(&random, lie_far_apart, 2000, 600);
-}
+LAYOUT_TEST(test_equal_beginnings_and_equal_ranges, "together", lie_together, 3000, 300)
+LAYOUT_TEST(test_nested_ranges, "nested", lie_nested, ENTRIES, 300)
+LAYOUT_TEST(test_ranges_at_the_top_of_the_address_space, "top", lie_at_the_top, 2000, 600)
+LAYOUT_TEST(test_ranges_far_apart, "far", lie_far_apart, 2000, 600)
 
 /* ---- changes */
 

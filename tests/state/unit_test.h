@@ -40,14 +40,25 @@ void unit_test_register(const struct unit_test *test);
         unit_test_register(&test);                                                                 \
     }
 
+#define UNIT_TEST_FUNCTION(name_, statement)                                                       \
+    static void name_(void **state)                                                                \
+    {                                                                                              \
+        (void)state;                                                                               \
+        statement;                                                                                 \
+    }
+
+#define UNIT_TEST_FIXTURE(name_, statement, result)                                                \
+    static int name_(void **state)                                                                 \
+    {                                                                                              \
+        (void)state;                                                                               \
+        statement;                                                                                 \
+        return result;                                                                             \
+    }
+
 /* A test without a fixture: TEST(name) { ... }. */
 #define TEST(name_)                                                                                \
     static void name_(void);                                                                       \
-    static void run_##name_(void **state)                                                          \
-    {                                                                                              \
-        (void)state;                                                                               \
-        name_();                                                                                   \
-    }                                                                                              \
+    UNIT_TEST_FUNCTION(run_##name_, name_())                                                       \
     UNIT_TEST_REGISTER(name_, NULL, NULL, NULL)                                                    \
     static void name_(void)
 
@@ -55,27 +66,13 @@ void unit_test_register(const struct unit_test *test);
  * only if the condition is true, which is evaluated after unit_test_open(). */
 #define TEST_BETWEEN(name_, set_up, tear_down, condition)                                          \
     static void name_(void);                                                                       \
-    static int set_up_##name_(void **state)                                                        \
-    {                                                                                              \
-        (void)state;                                                                               \
-        set_up();                                                                                  \
-        return 0;                                                                                  \
-    }                                                                                              \
-    static int tear_down_##name_(void **state)                                                     \
-    {                                                                                              \
-        (void)state;                                                                               \
-        tear_down();                                                                               \
-        return 0;                                                                                  \
-    }                                                                                              \
-    static void run_##name_(void **state)                                                          \
-    {                                                                                              \
-        (void)state;                                                                               \
-        name_();                                                                                   \
-    }                                                                                              \
     static bool is_wanted_##name_(void)                                                            \
     {                                                                                              \
         return condition;                                                                          \
     }                                                                                              \
+    UNIT_TEST_FUNCTION(run_##name_, name_())                                                       \
+    UNIT_TEST_FIXTURE(set_up_##name_, set_up(), 0)                                                 \
+    UNIT_TEST_FIXTURE(tear_down_##name_, tear_down(), 0)                                           \
     UNIT_TEST_REGISTER(name_, set_up_##name_, tear_down_##name_, is_wanted_##name_)                \
     static void name_(void)
 
@@ -89,20 +86,9 @@ static inline void unit_test_nothing(void) {}
  * tear_down(fixture) destroys it, even if the test fails. */
 #define TEST_WITH(name_, parameter, set_up, tear_down)                                             \
     static void name_(parameter);                                                                  \
-    static int set_up_##name_(void **state)                                                        \
-    {                                                                                              \
-        *state = set_up();                                                                         \
-        return *state == NULL;                                                                     \
-    }                                                                                              \
-    static int tear_down_##name_(void **state)                                                     \
-    {                                                                                              \
-        tear_down(*state);                                                                         \
-        return 0;                                                                                  \
-    }                                                                                              \
-    static void run_##name_(void **state)                                                          \
-    {                                                                                              \
-        name_(*state);                                                                             \
-    }                                                                                              \
+    UNIT_TEST_FUNCTION(run_##name_, name_(*state))                                                 \
+    UNIT_TEST_FIXTURE(set_up_##name_, *state = set_up(), *state == NULL)                           \
+    UNIT_TEST_FIXTURE(tear_down_##name_, tear_down(*state), 0)                                     \
     UNIT_TEST_REGISTER(name_, set_up_##name_, tear_down_##name_, NULL)                             \
     static void name_(parameter)
 
