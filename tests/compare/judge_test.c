@@ -155,16 +155,17 @@ TEST(test_rounded_answers)
     close_case();
 }
 
-static void drop(struct compare_answer *answer, uint32_t ray)
-{
-    answer->candidate_count = 0;
-    answer->closest = (struct compare_hit){0};
-}
+/* A change of an answer, whichever the ray. */
+#define CHANGE(name, statement)                                                                    \
+    static void name(struct compare_answer *answer, uint32_t ray)                                  \
+    {                                                                                              \
+        statement;                                                                                 \
+    }
 
-static void drop_closest(struct compare_answer *answer, uint32_t ray)
-{
-    answer->closest = (struct compare_hit){0};
-}
+CHANGE(drop_closest, answer->closest = (struct compare_hit){0})
+CHANGE(drop, answer->candidate_count = 0; drop_closest(answer, ray))
+CHANGE(shift, answer->closest.t *= 1.01f)
+CHANGE(turn, answer->closest.kind ^= COMPARE_FRONT)
 
 /* All of the fan that the ray is aimed at. */
 static void add_ring(struct compare_answer *answer, uint32_t ray)
@@ -196,16 +197,6 @@ static void rename_all(struct compare_answer *answer, uint32_t ray)
     for (uint32_t i = 0; i < answer->candidate_count; i++)
         answer->candidates[i].primitive += SOUP_TRIANGLES;
     answer->closest.primitive += SOUP_TRIANGLES;
-}
-
-static void shift(struct compare_answer *answer, uint32_t ray)
-{
-    answer->closest.t *= 1.01f;
-}
-
-static void turn(struct compare_answer *answer, uint32_t ray)
-{
-    answer->closest.kind ^= COMPARE_FRONT;
 }
 
 static void swap(struct compare_answer *answer, uint32_t ray)
