@@ -93,11 +93,6 @@ static VkResult create_instance(void)
     return result == VK_SUCCESS && has_layer ? create_messenger() : result;
 }
 
-static VkResult create_pool(void)
-{
-    return bench.vk.CreateCommandPool(bench.device, &VK(CommandPoolCreateInfo), NULL, &bench.pool);
-}
-
 const char *bench_open(enum bench_kind kind)
 {
     bench = (struct bench){.kind = kind};
@@ -132,8 +127,10 @@ const char *bench_open(enum bench_kind kind)
         .group_handle_alignment = groups.shaderGroupHandleAlignment,
         .group_base_alignment = groups.shaderGroupBaseAlignment,
     };
-    if (kind >= BENCH_LAYER)
-        return create_pool() == VK_SUCCESS ? NULL : "no command pool";
+    if (kind >= BENCH_LAYER) {
+        bench.pool = command_pool_create(&bench.vk, bench.device);
+        return NULL;
+    }
     return tracer_create(&bench.compare, &bench.tracer) == VK_SUCCESS ? NULL : "no pipeline";
 }
 
@@ -166,20 +163,14 @@ const char *bench_open_tests(const char *argument, enum bench_kind queries,
 
 VkCommandBuffer bench_begin(void)
 {
-    const VkCommandBufferAllocateInfo info =
-        VK(CommandBufferAllocateInfo, .commandPool = bench.pool, .commandBufferCount = 1);
-    const VkCommandBufferBeginInfo begin_info = VK(CommandBufferBeginInfo);
-    VkCommandBuffer commands;
-    GET(vkAllocateCommandBuffers(bench.device, &info, &commands));
-    GET(vkBeginCommandBuffer(commands, &begin_info));
-    return commands;
+    return commands_begin(&bench.vk, bench.device, bench.pool, VK_COMMAND_BUFFER_LEVEL_PRIMARY, 0,
+                          NULL);
 }
 
 void bench_submit(VkCommandBuffer commands)
 {
-    const VkSubmitInfo info = VK(SubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &commands);
     GET(vkEndCommandBuffer(commands));
-    GET(vkQueueSubmit(bench.queue, 1, &info, VK_NULL_HANDLE));
+    GET(commands_submit(&bench.vk, bench.queue, commands, VK_NULL_HANDLE));
 }
 
 void bench_finish(VkCommandBuffer commands)

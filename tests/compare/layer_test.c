@@ -103,13 +103,8 @@ static void copy_structure(VkCommandBuffer commands, const struct compare_struct
     const VkCopyAccelerationStructureInfoKHR info =
         VK(CopyAccelerationStructureInfoKHR, .src = from->handle, .dst = to->handle,
            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-    const VkMemoryBarrier barrier =
-        VK(MemoryBarrier, .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-           .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR);
     bench.vk.CmdCopyAccelerationStructureKHR(commands, &info);
-    bench.vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-                                VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1,
-                                &barrier, 0, NULL, 0, NULL);
+    commands_barrier(&bench.vk, commands);
 }
 
 /* Of two instances of the subject, or of a copy of it, one of them turned and larger, and an
@@ -129,10 +124,8 @@ static void build_top(bool array_of_pointers, bool is_copied)
     GET(compare_structure_create(device, &subject.input, NULL, &bottom));
     GET(compare_structure_create(device, &subject.input, NULL, &copy));
     GET(compare_structure_create_top(device, &top, &structure));
-    const VkAccelerationStructureDeviceAddressInfoKHR info =
-        VK(AccelerationStructureDeviceAddressInfoKHR,
-           .accelerationStructure = is_copied ? copy.handle : bottom.handle);
-    uint64_t address = bench.vk.GetAccelerationStructureDeviceAddressKHR(bench.device, &info);
+    const uint64_t address =
+        structure_address(&bench.vk, bench.device, is_copied ? copy.handle : bottom.handle);
     for (uint32_t i = 0; i < 3; i++)
         compare_structure_set_instance(&structure, &top, i, i < 2 ? address : 0, 5);
     compare_structure_build(device, commands, &subject.input, NULL, &bottom);

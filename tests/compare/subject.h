@@ -5,10 +5,9 @@
 #define TESTS_COMPARE_SUBJECT_H
 
 #include "src/compare/judge.h"
+#include "tests/fixture/objects.h"
 #include "tests/state/unit_test.h"
 #include "tests/state/vk.h"
-
-#define GET(call) assert_int_equal(call, VK_SUCCESS)
 
 enum { GEOMETRIES = 4 };
 
