@@ -13,14 +13,16 @@ struct place {
 };
 enum { NOWHERE = COMMAND_BUFFERS, BY_HOST };
 
+struct machine_semaphore {
+    VkSemaphore handle;
+    uint64_t value;  /* of a timeline */
+    uint64_t stages; /* 0: all */
+};
+
 /* A submission that is being put together. */
 struct machine_batch {
     uint32_t commands[MACHINE_MEMBERS], command_count;
-    struct {
-        VkSemaphore handle;
-        uint64_t value;  /* of a timeline */
-        uint64_t stages; /* 0: all */
-    } waits[MACHINE_MEMBERS], signals[MACHINE_MEMBERS];
+    struct machine_semaphore waits[MACHINE_MEMBERS], signals[MACHINE_MEMBERS];
     uint32_t wait_count, signal_count;
 };
 

@@ -16,18 +16,12 @@ static void add_semaphore(struct machine *machine, const struct step *step)
     struct machine_batch *batch = &machine->batches[machine->batch_count - 1];
     const bool is_timeline = step->action == ACTION_WAIT_FOR || step->action == ACTION_SIGNAL_TO;
     const bool is_wait = step->action == ACTION_WAIT_FOR || step->action == ACTION_WAIT;
-    const VkSemaphore semaphore =
+    struct machine_semaphore *added =
+        is_wait ? &batch->waits[batch->wait_count++] : &batch->signals[batch->signal_count++];
+    added->handle =
         is_timeline ? machine->timelines[step->object] : machine->binaries[step->object];
-    const uint64_t stages = is_timeline ? 0 : step->value;
-    if (is_wait) {
-        batch->waits[batch->wait_count].handle = semaphore;
-        batch->waits[batch->wait_count].stages = stages;
-        batch->waits[batch->wait_count++].value = step->value;
-    } else {
-        batch->signals[batch->signal_count].handle = semaphore;
-        batch->signals[batch->signal_count].stages = stages;
-        batch->signals[batch->signal_count++].value = step->value;
-    }
+    added->stages = is_timeline ? 0 : step->value;
+    added->value = step->value;
 }
 
 static void add_commands(struct machine *machine, uint32_t command_buffer)
@@ -76,10 +70,10 @@ static VkResult submit(struct machine *machine, VkQueue queue, VkFence fence)
     return machine->vk->QueueSubmit(queue, machine->batch_count, infos, fence);
 }
 
-static VkSemaphoreSubmitInfo semaphore_info(VkSemaphore semaphore, uint64_t value, uint64_t stages)
+static VkSemaphoreSubmitInfo semaphore_info(const struct machine_semaphore *semaphore)
 {
-    return VK(SemaphoreSubmitInfo, .semaphore = semaphore, .value = value,
-              .stageMask = stages_of(stages));
+    return VK(SemaphoreSubmitInfo, .semaphore = semaphore->handle, .value = semaphore->value,
+              .stageMask = stages_of(semaphore->stages));
 }
 
 static VkResult submit2(struct machine *machine, VkQueue queue, bool by_older_name)
@@ -94,10 +88,8 @@ static VkResult submit2(struct machine *machine, VkQueue queue, bool by_older_na
         for (uint32_t j = 0; j < MACHINE_MEMBERS; j++) {
             commands[i][j] = VK(CommandBufferSubmitInfo,
                                 .commandBuffer = machine->command_buffers[batch->commands[j]]);
-            waits[i][j] = semaphore_info(batch->waits[j].handle, batch->waits[j].value,
-                                         batch->waits[j].stages);
-            signals[i][j] = semaphore_info(batch->signals[j].handle, batch->signals[j].value,
-                                           batch->signals[j].stages);
+            waits[i][j] = semaphore_info(&batch->waits[j]);
+            signals[i][j] = semaphore_info(&batch->signals[j]);
         }
         infos[i] =
             VK(SubmitInfo2, .waitSemaphoreInfoCount = batch->wait_count,

@@ -68,16 +68,6 @@ VkAccelerationStructureKHR fixture_structure(struct fixture *fixture,
     return fixture->structures[fixture->structure_count++] = structure;
 }
 
-VkFence fixture_fence(struct fixture *fixture)
-{
-    return fence_create(&fixture->vk, fixture->device);
-}
-
-VkSemaphore fixture_timeline(struct fixture *fixture)
-{
-    return timeline_create(&fixture->vk, fixture->device);
-}
-
 /* ---- command buffers */
 
 VkCommandBuffer fixture_begin(struct fixture *fixture, VkCommandBufferUsageFlags flags)

@@ -41,9 +41,7 @@ VkCommandBuffer fixture_begin_secondary(struct fixture *fixture, VkCommandBuffer
 /* Ends and submits it, and waits. */
 void fixture_finish(struct fixture *fixture, VkCommandBuffer commands);
 VkResult fixture_submit(struct fixture *fixture, VkCommandBuffer commands, VkFence fence);
-VkFence fixture_fence(struct fixture *fixture);
-/* A timeline semaphore, and a submission that waits for its value 1; `fence` may be null. */
-VkSemaphore fixture_timeline(struct fixture *fixture);
+/* A submission that waits for value 1 of a timeline semaphore; `fence` may be null. */
 void fixture_submit_waiting(struct fixture *fixture, VkCommandBuffer commands, VkSemaphore timeline,
                             VkFence fence);
 

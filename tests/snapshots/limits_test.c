@@ -90,7 +90,7 @@ TEST(test_waits_for_budget)
  * execution would be for ever. */
 SCENE_TEST(test_submits_again_while_pending)
 {
-    VkSemaphore semaphore = fixture_timeline(&fixture);
+    VkSemaphore semaphore = timeline_create(&fixture.vk, fixture.device);
     VkCommandBuffer commands =
         fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
     scene_invalidate_box(0);
@@ -129,7 +129,7 @@ SCENE_TEST(test_submits_again)
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     scene_build_boxes(commands, 2);
     GET(fixture.vk.EndCommandBuffer(commands));
-    VkFence fence = fixture_fence(&fixture);
+    VkFence fence = fence_create(&fixture.vk, fixture.device);
     for (uint32_t i = 0; i < 2; i++) {
         scene_invalidate_box(i);
         GET(fixture_submit(&fixture, commands, fence));

@@ -17,8 +17,8 @@ static VkFence fence;
 static void open_scene(void)
 {
     scene_open(&(struct scene_setup){.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
-    timeline = fixture_timeline(&fixture);
-    fence = fixture_fence(&fixture);
+    timeline = timeline_create(&fixture.vk, fixture.device);
+    fence = fence_create(&fixture.vk, fixture.device);
     scene_invalidate_box(0);
 }
 

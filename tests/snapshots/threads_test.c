@@ -28,7 +28,7 @@ struct worker {
 
 static void open_worker(struct worker *worker)
 {
-    *worker = (struct worker){.fence = fixture_fence(&fixture)};
+    *worker = (struct worker){.fence = fence_create(&fixture.vk, fixture.device)};
     worker->own.device = fixture.device;
     worker->own.vk = fixture.vk;
     worker->own.queue = fixture.queue;
