@@ -4,6 +4,7 @@
 #define EXECUTION_SHAPE_H
 
 #include "scene.h"
+#include "tests/state/vk.h"
 
 /* All geometries of a build are alike. */
 struct shape {

@@ -17,8 +17,8 @@ static VkFence fence;
 static void open_scene(void)
 {
     scene_open(&(struct scene_setup){.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
-    timeline = fixture_timeline(&fixture);
-    fence = fixture_fence(&fixture);
+    timeline = timeline_create(&fixture.vk, fixture.device);
+    fence = fence_create(&fixture.vk, fixture.device);
     scene_invalidate_box(0);
 }
 
@@ -62,7 +62,7 @@ static void expect_told(const char *text)
 
 /* ---- tests */
 
-static void test_complete_for_no_known_reason(void **state)
+TEST(test_complete_for_no_known_reason)
 {
     open_scene();
     VkCommandBuffer first = record(), second = record();
@@ -80,7 +80,7 @@ static void test_complete_for_no_known_reason(void **state)
 }
 
 /* What is submitted first after the loss is what there is to tell of. */
-static void test_nothing_left_out_until_later(void **state)
+TEST(test_nothing_left_out_until_later)
 {
     open_scene();
     VkCommandBuffer nothing = fixture_begin(&fixture, 0), commands = record();
@@ -94,7 +94,7 @@ static void test_nothing_left_out_until_later(void **state)
     fixture_expect_silence(&fixture);
 }
 
-static void test_device_lost(void **state)
+TEST(test_device_lost)
 {
     open_scene();
     GET(fixture_submit(&fixture, record(), fence));
@@ -107,22 +107,11 @@ static void test_device_lost(void **state)
     fixture_expect_silence(&fixture);
 }
 
-static void test_held_to_the_end(void **state)
+TEST(test_held_to_the_end)
 {
     open_scene();
     fixture_submit_waiting(&fixture, record(), timeline, fence);
     fixture_expect_silence(&fixture);
     close_rest();
     expect_told(LEFT_OUT "1 behind waits for signals that weren't submitted.");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_complete_for_no_known_reason),
-        cmocka_unit_test(test_nothing_left_out_until_later),
-        cmocka_unit_test(test_device_lost),
-        cmocka_unit_test(test_held_to_the_end),
-    };
-    return tests_run(0, NULL, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

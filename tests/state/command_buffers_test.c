@@ -2,6 +2,7 @@
 /* Tests of the table of command pools and command buffers. */
 #include "random.h"
 #include "tests/state/command_fixture.h"
+#include "tests/state/vk.h"
 #include "tests/state/without_memory.h"
 
 /* ---- pools and handles */
@@ -67,8 +68,7 @@ COMMAND_BUFFERS_TEST(test_freed_handles_come_again)
 
 COMMAND_BUFFERS_TEST(test_what_is_not_known_changes_nothing)
 {
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-    command_buffer_begin(NULL, &info, 0, VK_SUCCESS);
+    command_buffer_begin(NULL, &VK(CommandBufferBeginInfo), 0, VK_SUCCESS);
     command_buffer_end(NULL, VK_SUCCESS);
     command_buffer_reset(NULL, true, VK_SUCCESS);
     command_buffer_begin_rendering(NULL, 0);

@@ -6,6 +6,7 @@
 #include "random.h"
 #include "src/state/builds/size_cache.h"
 #include "tests/state/unit_test.h"
+#include "tests/state/vk.h"
 
 enum { GEOMETRIES = 3 };
 
@@ -20,44 +21,32 @@ struct build {
 
 static void set_triangles(VkAccelerationStructureGeometryKHR *geometry)
 {
-    *geometry = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-            .vertexStride = 12,
-            .maxVertex = 99,
-            .indexType = VK_INDEX_TYPE_UINT32,
-        }};
+    *geometry =
+        VK(AccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+           .geometry.triangles = VK(AccelerationStructureGeometryTrianglesDataKHR,
+                                    .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 12,
+                                    .maxVertex = 99, .indexType = VK_INDEX_TYPE_UINT32));
 }
 
 static void set_aabbs(VkAccelerationStructureGeometryKHR *geometry)
 {
-    *geometry = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-        .geometry.aabbs = {.sType =
-                               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-                           .stride = 24}};
+    *geometry = VK(AccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+                   .geometry.aabbs = VK(AccelerationStructureGeometryAabbsDataKHR, .stride = 24));
 }
 
 static void set_instances(VkAccelerationStructureGeometryKHR *geometry)
 {
-    *geometry = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-        .geometry.instances = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR}};
+    *geometry = VK(AccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+                   .geometry.instances = VK(AccelerationStructureGeometryInstancesDataKHR));
 }
 
 static struct build a_build(void (*set)(VkAccelerationStructureGeometryKHR *geometry))
 {
     struct build build = {
-        .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-                 .geometryCount = GEOMETRIES},
+        .info = VK(AccelerationStructureBuildGeometryInfoKHR,
+                   .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                   .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+                   .geometryCount = GEOMETRIES),
         .counts = {5, 6, 7},
         .type = VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
     };

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A device with what programs of memory_test.c work on, all of which the host can read. */
-#ifndef ASSAY_TESTS_SNAPSHOTS_MEMORY_FIXTURE_H
-#define ASSAY_TESTS_SNAPSHOTS_MEMORY_FIXTURE_H
+#ifndef ASSAY_TESTS_SNAPSHOTS_PLAYER_H
+#define ASSAY_TESTS_SNAPSHOTS_PLAYER_H
 
 #include "tests/snapshots/fixture.h"
 
@@ -27,7 +27,7 @@ struct constants {
     uint32_t value;
 };
 
-struct memory_fixture {
+struct player {
     struct fixture fixture;
     struct device_buffer inputs[BUFFERS], instances, structures, scratch;
     struct device_buffer conditions; /* two words: one that is false, and one that is true */
@@ -39,8 +39,7 @@ struct memory_fixture {
     VkCommandBuffer commands;
 };
 
-void memory_fixture_open(struct memory_fixture *memory_fixture, const struct platform *platform,
-                         bool has_layer);
-void memory_fixture_close(struct memory_fixture *memory_fixture);
+void player_open(struct player *player, const struct platform *platform, bool has_layer);
+void player_close(struct player *player);
 
 #endif
