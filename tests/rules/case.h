@@ -23,14 +23,17 @@ enum edit_kind {
     EDIT_CALL_WITH_SIZE,
     EDIT_CALL_FOR,
     EDIT_RECORD, /* by a function that takes the command buffer, too */
+    EDIT_WRITE,  /* a number to what a buffer holds */
+    EDIT_WRITE_FLOAT,
 };
 
 struct edit {
     enum edit_kind kind;
     size_t offset, size; /* of the member */
     uint64_t value;      /* or the offset of the other member, or the argument */
-    uint32_t build;
+    uint32_t build;      /* or the offset in a buffer */
     union {
+        float number;
         VkDeviceAddress (*make_address)(struct scene *scene);
         VkAccelerationStructureKHR (*make_structure)(struct scene *scene);
         VkAccelerationStructureKHR (*make_structure_with)(struct scene *scene, uint32_t argument);
@@ -90,12 +93,47 @@ struct edit {
     {                                                                                              \
         .kind = EDIT_RECORD, .record = (function)                                                  \
     }
-#define EDITS(...) ((const struct edit[]){__VA_ARGS__, {.kind = EDIT_END}})
+/* Writes a number of a type, or a float, at an offset of what a buffer of the scene holds. */
+#define WRITE(buffer, type, at, value_)                                                            \
+    {                                                                                              \
+        .kind = EDIT_WRITE, .offset = offsetof(struct scene, buffer), .size = sizeof(type),        \
+        .value = (uint64_t)(value_), .build = (at)                                                 \
+    }
+#define WRITE_FLOAT(buffer, at, number_)                                                           \
+    {                                                                                              \
+        .kind = EDIT_WRITE_FLOAT, .offset = offsetof(struct scene, buffer), .build = (at),         \
+        .number = (number_)                                                                        \
+    }
+/* The same to an instance in a buffer of them. */
+#define WRITE_REFERENCE(buffer, index, value) WRITE(buffer, uint64_t, 64 * (index) + 56, value)
+#define WRITE_FLAGS(buffer, index, value) WRITE(buffer, uint8_t, 64 * (index) + 55, value)
+#define WRITE_MATRIX(buffer, index, row, column, value)                                            \
+    WRITE_FLOAT(buffer, 64 * (index) + 16 * (row) + 4 * (column), value)
+
+#define EDIT_LIST(...) ((const struct edit[]){__VA_ARGS__, {.kind = EDIT_END}})
+#define PREPARE_EDITS(...) .prepare_edits = EDIT_LIST(__VA_ARGS__)
+#define EDITS(...) .edits = EDIT_LIST(__VA_ARGS__)
+#define TWIN_EDITS(...) .twin_edits = EDIT_LIST(__VA_ARGS__)
+/* One edit of the mutation, and the same of the twin with the last argument in place of the one
+ * before it. */
+#define EITHER_SET(member, mistake, valid)                                                         \
+    EDITS(SET(member, mistake)), TWIN_EDITS(SET(member, valid))
+#define EITHER_ADD(member, mistake, valid)                                                         \
+    EDITS(ADD(member, mistake)), TWIN_EDITS(ADD(member, valid))
+#define EITHER_ADDRESS(member, mistake, valid)                                                     \
+    EDITS(MAKE_ADDRESS(member, mistake)), TWIN_EDITS(MAKE_ADDRESS(member, valid))
+#define EITHER_CALL(function, mistake, valid)                                                      \
+    EDITS(CALL_WITH(function, mistake)), TWIN_EDITS(CALL_WITH(function, valid))
+#define EITHER_CALL_SIZE(function, mistake, valid)                                                 \
+    EDITS(CALL_WITH_SIZE(function, mistake)), TWIN_EDITS(CALL_WITH_SIZE(function, valid))
+#define EITHER_CALL_FOR(function, build, mistake, valid)                                           \
+    EDITS(CALL_FOR(function, build, mistake)), TWIN_EDITS(CALL_FOR(function, build, valid))
 
 #define TRIANGLES(build, index) geometries[build][index].geometry.triangles
 #define BOXES(build, index) geometries[build][index].geometry.aabbs
 #define INSTANCES(build, index) geometries[build][index].geometry.instances
 
+#define RULE(name_) RULES(RULE_##name_)
 #define RULES(...)                                                                                 \
     .rules = (const enum rule[]){__VA_ARGS__},                                                     \
     .rule_count = sizeof((const enum rule[]){__VA_ARGS__}) / sizeof(enum rule)

@@ -172,50 +172,44 @@ static void use_what_the_device_may_build(struct scene *scene)
     instance_0_disables(scene);
 }
 
-#define DISABLING                                                                                  \
-    RULES(RULE_instance_disables_micromaps_only_if_its_blas_allows,                                \
-          RULE_instances_disable_micromaps_only_if_their_blas_allows),                             \
-        .setup = &with_content, .commands = ON_COMMAND_BUFFERS
 #define INSTANCE_0                                                                                 \
     "pInfos[3].pGeometries[0].geometry.instances.data.deviceAddress leads to instance 0, whose "   \
     "flags 0x20 disable micromaps"
 
-/* The host's command has no id of its own for it. */
-#define DISABLING_ON_HOST                                                                          \
-    RULES(RULE_instance_disables_micromaps_only_if_its_blas_allows),                               \
-        .setup = &with_content, .commands = ON_HOST, .is_for_the_call = true
 #define HOST_INSTANCE_0                                                                            \
     "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance 0, whose "     \
     "flags 0x20 disable micromaps"
 
 static const struct test_case cases[] = {
-    CASE("instance_disables_what_is_not_to_be", DISABLING, .prepare = use_instances,
-         .mutate = instance_0_disables, .mutate_twin = instance_of_nothing_disables,
-         .is_for_contents = true, .path = INSTANCE_0),
-    CASE("instance_disables_what_was_built_anew", DISABLING, .prepare = use_rebuilt_instances,
-         .mutate = instance_0_disables, .mutate_twin = instance_of_nothing_disables,
-         .is_for_contents = true, .path = INSTANCE_0),
-    CASE("instance_disables_a_clone", DISABLING, .prepare = use_clone_that_does_not,
-         .mutate = instance_0_disables, .mutate_twin = instance_of_nothing_disables,
-         .is_for_contents = true, .path = INSTANCE_0),
-    CASE("instance_disables_a_clone_that_allows_it", DISABLING, .silent = true,
-         .prepare = use_clone_that_allows, .mutate = instance_0_disables, .is_for_contents = true),
-    CASE("instance_disables_what_is_built_anew_later", DISABLING, .silent = true,
-         .prepare = use_instances, .mutate = instance_of_nothing_disables,
-         .then = rebuild_what_allowed, .is_for_contents = true),
-    CASE("instance_of_the_host_disables_what_is_not_to_be", DISABLING_ON_HOST,
-         .mutate = use_instances_and_disable, .mutate_twin = use_instances,
-         .path = HOST_INSTANCE_0),
-    CASE("instance_of_the_host_disables_what_was_built_anew", DISABLING_ON_HOST,
+    SHARED(RULES(RULE_instance_disables_micromaps_only_if_its_blas_allows,
+                 RULE_instances_disable_micromaps_only_if_their_blas_allows),
+           .commands = ON_COMMAND_BUFFERS, .setup = &with_content, .mutate = instance_0_disables,
+           .is_for_contents = true),
+    CASE("instance_disables_what_is_not_to_be", .prepare = use_instances,
+         .mutate_twin = instance_of_nothing_disables, .path = INSTANCE_0),
+    CASE("instance_disables_what_was_built_anew", .prepare = use_rebuilt_instances,
+         .mutate_twin = instance_of_nothing_disables, .path = INSTANCE_0),
+    CASE("instance_disables_a_clone", .prepare = use_clone_that_does_not,
+         .mutate_twin = instance_of_nothing_disables, .path = INSTANCE_0),
+    CASE("instance_disables_a_clone_that_allows_it", .silent = true,
+         .prepare = use_clone_that_allows),
+    CASE("instance_disables_what_is_built_anew_later", .silent = true, .prepare = use_instances,
+         .mutate = instance_of_nothing_disables, .then = rebuild_what_allowed),
+
+    SHARED(RULE(instance_disables_micromaps_only_if_its_blas_allows), .commands = ON_HOST,
+           .setup = &with_content, .is_for_the_call = true),
+    CASE("instance_of_the_host_disables_what_is_not_to_be", .mutate = use_instances_and_disable,
+         .mutate_twin = use_instances, .path = HOST_INSTANCE_0),
+    CASE("instance_of_the_host_disables_what_was_built_anew",
          .mutate = use_rebuilt_instances_and_disable, .mutate_twin = use_rebuilt_instances,
          .path = HOST_INSTANCE_0),
-    CASE("instance_of_the_host_disables_what_the_device_has_built", DISABLING_ON_HOST,
+    CASE("instance_of_the_host_disables_what_the_device_has_built",
          .mutate = use_what_the_device_has_built, .mutate_twin = use_instances,
          .path = HOST_INSTANCE_0),
-    CASE("instance_of_the_host_disables_what_allows_it_now", DISABLING_ON_HOST, .silent = true,
+    CASE("instance_of_the_host_disables_what_allows_it_now", .silent = true,
          .mutate = use_what_allows_it_now),
-    CASE("instance_of_the_host_disables_what_the_device_may_build", DISABLING_ON_HOST,
-         .silent = true, .mutate = use_what_the_device_may_build, .then = wait_for_the_device),
+    CASE("instance_of_the_host_disables_what_the_device_may_build", .silent = true,
+         .mutate = use_what_the_device_may_build, .then = wait_for_the_device),
 };
 
 CASE_LIST(cases_disabling, cases);

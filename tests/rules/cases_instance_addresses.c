@@ -87,27 +87,24 @@ static void pointer_to_16_bytes(struct scene *scene)
 }
 
 #define LEADS_TO "pInfos[3].pGeometries[0].geometry.instances.data.deviceAddress leads to "
-#define REFERS RULES(RULE_instance_references_are_zero_or_a_blas)
-#define POINTS RULES(RULE_instances_behind_pointers_are_aligned)
 
 static const struct test_case cases[] = {
-    SHARED(.commands = ON_COMMAND_BUFFERS, .setup = &with_content),
-    CASE("instance_of_no_address", REFERS, .mutate = instance_of_no_address,
-         .twin_edits = EDITS(CALL_FOR(refer, 3, 0x123456780)), .is_wild = true,
+    SHARED(RULE(instance_references_are_zero_or_a_blas), .commands = ON_COMMAND_BUFFERS,
+           .setup = &with_content),
+    CASE("instance_of_no_address", .mutate = instance_of_no_address,
+         TWIN_EDITS(CALL_FOR(refer, 3, 0x123456780)), .is_wild = true,
          .path = LEADS_TO "instance 1, whose accelerationStructureReference 0x123456780 is not"),
-    CASE("instance_of_a_destroyed_blas", REFERS, .mutate = instance_of_a_destroyed_blas,
+    CASE("instance_of_a_destroyed_blas", .mutate = instance_of_a_destroyed_blas,
          .mutate_twin = instance_of_a_blas, .is_wild = true, .path = LEADS_TO "instance 2,"),
-    CASE("instance_beside_a_blas", REFERS, .mutate = instance_beside_a_blas,
+    CASE("instance_beside_a_blas", .mutate = instance_beside_a_blas,
          .mutate_twin = instance_of_a_blas, .is_wild = true, .path = LEADS_TO "instance 2,"),
-    CASE("instance_of_a_tlas", REFERS, .mutate = instance_of_a_tlas,
-         .mutate_twin = instance_of_a_blas, .is_wild = true,
-         .path = "which is not a bottom-level acceleration structure"),
-
-    CASE("pointer_to_instance_misaligned", POINTS, .mutate = pointer_misaligned,
-         .mutate_twin = pointer_misaligned_behind_the_last, .is_wild = true,
-         .path = LEADS_TO "pointer 1, which is 0x8,"),
-    CASE("pointer_to_instance_at_16_bytes", POINTS, .silent = true, .mutate = pointer_to_16_bytes,
-         .has_pointers = true),
+    CASE("instance_of_a_tlas", .mutate = instance_of_a_tlas, .mutate_twin = instance_of_a_blas,
+         .is_wild = true, .path = "which is not a bottom-level acceleration structure"),
+    CASE("pointer_to_instance_misaligned", RULE(instances_behind_pointers_are_aligned),
+         .mutate = pointer_misaligned, .mutate_twin = pointer_misaligned_behind_the_last,
+         .is_wild = true, .path = LEADS_TO "pointer 1, which is 0x8,"),
+    CASE("pointer_to_instance_at_16_bytes", RULE(instances_behind_pointers_are_aligned),
+         .silent = true, .mutate = pointer_to_16_bytes, .has_pointers = true),
 };
 
 CASE_LIST(cases_instance_addresses, cases);

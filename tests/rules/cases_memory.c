@@ -179,25 +179,20 @@ static void use_different_instances(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    CASE("dsts_in_aliasing_buffers", RULES(RULE_dst_and_dst_are_apart), .mutate = alias_buffers,
-         .mutate_twin = use_buffers_apart),
-    CASE("dsts_in_aliasing_buffers_with_shift", RULES(RULE_dst_and_dst_are_apart),
-         .mutate = alias_buffers_with_shift, .mutate_twin = shift_buffers_apart),
-    CASE("update_in_aliasing_buffers", RULES(RULE_update_src_and_dst_do_not_alias),
+    SHARED(RULE(dst_and_dst_are_apart)),
+    CASE("dsts_in_aliasing_buffers", .mutate = alias_buffers, .mutate_twin = use_buffers_apart),
+    CASE("dsts_in_aliasing_buffers_with_shift", .mutate = alias_buffers_with_shift,
+         .mutate_twin = shift_buffers_apart),
+    CASE("update_in_aliasing_buffers", RULE(update_src_and_dst_do_not_alias),
          .mutate = alias_update_by_buffers, .mutate_twin = keep_update_apart_by_buffers),
-    CASE("dst_and_scratch_in_aliasing_buffers", RULES(RULE_dst_and_scratch_are_apart),
+    CASE("dst_and_scratch_in_aliasing_buffers", RULE(dst_and_scratch_are_apart),
          .mutate = alias_scratch_by_buffers, .mutate_twin = alias_scratch_apart_by_buffers),
-    CASE("dsts_made_before_binding", RULES(RULE_dst_and_dst_are_apart),
-         .edits = EDITS(CALL_WITH_SIZE(bind_late, 0)),
-         .twin_edits = EDITS(CALL_WITH_SIZE(bind_late, PLACE_SIZE))),
-    CASE("dsts_bound_by_bind2", RULES(RULE_dst_and_dst_are_apart),
-         .edits = EDITS(CALL_WITH_SIZE(bind_both, 0)),
-         .twin_edits = EDITS(CALL_WITH_SIZE(bind_both, PLACE_SIZE))),
+    CASE("dsts_made_before_binding", EITHER_CALL_SIZE(bind_late, 0, PLACE_SIZE)),
+    CASE("dsts_bound_by_bind2", EITHER_CALL_SIZE(bind_both, 0, PLACE_SIZE)),
     CASE("dsts_perhaps_bound", RULES(RULE_dst_and_dst_are_apart, RULE_dst_is_backed_by_memory),
          .silent = true, .mutate = fail_to_bind_both, .needs_null_driver = true),
-    CASE("dsts_in_one_instance_of_memory", RULES(RULE_dst_and_dst_are_apart),
-         .commands = ON_COMMAND_BUFFERS, .setup = &with_group, .mutate = use_own_instances,
-         .mutate_twin = use_different_instances),
+    CASE("dsts_in_one_instance_of_memory", .commands = ON_COMMAND_BUFFERS, .setup = &with_group,
+         .mutate = use_own_instances, .mutate_twin = use_different_instances),
 };
 
 CASE_LIST(cases_memory, cases);

@@ -113,10 +113,10 @@ static const struct test_case cases[] = {
                 RULE_opacity_micromap_of_deserialized_source_is_deserialized,
                 update_deserialized_with_built, update_deserialized_with_deserialized),
     CASE("update_of_deserialized_that_may_change",
-         RULES(RULE_opacity_micromap_of_deserialized_source_is_deserialized), .silent = true,
+         RULE(opacity_micromap_of_deserialized_source_is_deserialized), .silent = true,
          .setup = &with_khr, .mutate = update_deserialized_with_built,
-         .edits = EDITS(SET(infos[UPDATE].flags,
-                            VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR | MAY_CHANGE))),
+         EDITS(SET(infos[UPDATE].flags,
+                   VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR | MAY_CHANGE))),
 };
 
 CASE_LIST(cases_micromap_update, cases);

@@ -78,15 +78,14 @@ static void build_a_khr_structure_between(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    SHARED(.commands = ON_NV, RULES(RULE_update_source_was_built_with_allow_update)),
+    SHARED(RULE(update_source_was_built_with_allow_update), .commands = ON_NV),
     CASE("not_allowed", .mutate = update_what_does_not_allow_it,
          .mutate_twin = update_what_allows_it, .path = "): src VkAccelerationStructureNV 0x"),
     CASE("allowed_with_other_flags", .silent = true, .mutate = update_what_allows_more),
     CASE("clone_of_what_is_not_allowed", .mutate = update_a_clone_that_does_not_allow_it,
          .mutate_twin = update_a_clone),
     CASE("update_of_an_update", .silent = true, .mutate = update_an_update),
-    CASE("in_place", .silent = true, .mutate = scene_nv_use_update,
-         .edits = EDITS(COPY(nv.dst, nv.src))),
+    CASE("in_place", .silent = true, .mutate = scene_nv_use_update, EDITS(COPY(nv.dst, nv.src))),
     CASE("beside_the_other_extension", .silent = true, .mutate = build_a_khr_structure_between),
 };
 

@@ -86,6 +86,15 @@ static uint64_t read_member(const struct scene *scene, const struct edit *edit)
     return value;
 }
 
+static void write_to_buffer(struct scene *scene, const struct edit *edit)
+{
+    const struct test_buffer *buffer = (const void *)((const unsigned char *)scene + edit->offset);
+    if (edit->kind == EDIT_WRITE)
+        memcpy(buffer->host + edit->build, &edit->value, edit->size);
+    else
+        memcpy(buffer->host + edit->build, &edit->number, sizeof(edit->number));
+}
+
 /* False if the edit is an assignment. */
 static bool call_function(struct scene *scene, const struct edit *edit)
 {
@@ -107,6 +116,10 @@ static bool call_function(struct scene *scene, const struct edit *edit)
         return true;
     case EDIT_RECORD:
         edit->record(scene, scene->command_buffer);
+        return true;
+    case EDIT_WRITE:
+    case EDIT_WRITE_FLOAT:
+        write_to_buffer(scene, edit);
         return true;
     default:
         return false;
