@@ -103,21 +103,6 @@ static void update_dense(struct scene *scene)
     build_then_update(scene);
 }
 
-/* On the command buffer's commands; and on the host, which takes no such geometry at all. */
-#define UPDATE_CASES(name_, rule, member, value)                                                   \
-    {.name = name_,                                                                                \
-     RULES(rule),                                                                                  \
-     .setup = &with_dense,                                                                         \
-     .mutate = update_dense,                                                                       \
-     EDITS(SET(dense.member, value)),                                                              \
-     .mutate_twin = update_dense,                                                                  \
-     .commands = ON_COMMAND_BUFFERS,                                                               \
-     .path = DENSE_PATH #member},                                                                  \
-    {                                                                                              \
-        .name = name_, RULES(rule, RULE_host_build_has_no_dense_geometry), .setup = &with_dense,   \
-        .mutate = update_dense, EDITS(SET(dense.member, value)), .commands = ON_HOST               \
-    }
-
 static const struct test_case cases[] = {
     SHARED(.commands = ON_COMMAND_BUFFERS, .refusal = &host_takes_no_dense_geometry,
            .setup = &with_dense, .prepare = add_dense),
@@ -140,11 +125,11 @@ static const struct test_case cases[] = {
          .prepare = add_dense, EDITS(SET(ADDRESS, 0)),
          .path = DENSE_PATH "compressedData.hostAddress"),
     CASE("dense_address_null_with_triangles", RULE(dense_data_is_valid),
-         .refusal = &host_takes_no_dense_geometry, .prepare = add_dense, EDITS(SET(ADDRESS, 0)),
-         TWIN_EDITS(SET(ADDRESS, 0), SET(dense.numTriangles, 0))),
+         .refusal = &host_takes_no_dense_geometry, .prepare = add_dense,
+         PREPARE_EDITS(SET(ADDRESS, 0)), TWIN_EDITS(SET(dense.numTriangles, 0))),
     CASE("dense_address_nowhere_with_triangles", RULE(input_address_is_in_a_buffer),
-         .prepare = add_dense, EDITS(SET(ADDRESS, WILD)),
-         TWIN_EDITS(SET(ADDRESS, WILD), SET(dense.dataSize, 0))),
+         .prepare = add_dense, PREPARE_EDITS(SET(ADDRESS, WILD)),
+         TWIN_EDITS(SET(dense.dataSize, 0))),
     CASE("dense_buffer_without_usage_with_triangles", RULE(dense_buffer_has_compressed_data_usage),
          .prepare = add_dense_without_usage, TWIN_EDITS(SET(dense.numTriangles, 0))),
     CASE("dense_address_nowhere", RULE(input_address_is_in_a_buffer), .prepare = add_dense,
@@ -154,12 +139,11 @@ static const struct test_case cases[] = {
     CASE("dense_address_in_freed_memory", RULE(input_buffer_is_bound),
          .mutate = add_dense_in_freed_memory, .mutate_twin = add_dense),
     CASE("dense_address_misaligned", RULE(dense_data_is_aligned),
-         .refusal = &host_takes_no_dense_geometry, .prepare = add_dense, EDITS(ADD(ADDRESS, 64)),
-         TWIN_EDITS(ADD(ADDRESS, 128)), .path = DENSE_PATH "compressedData.hostAddress"),
+         .refusal = &host_takes_no_dense_geometry, .prepare = add_dense,
+         EITHER_ADD(ADDRESS, 64, 128), .path = DENSE_PATH "compressedData.hostAddress"),
     CASE("dense_data_size_misaligned", RULE(dense_data_size_is_aligned),
          .refusal = &host_takes_no_dense_geometry, .prepare = add_dense,
-         EDITS(SET(dense.dataSize, 192)), TWIN_EDITS(SET(dense.dataSize, 0)),
-         .path = DENSE_PATH "dataSize"),
+         EITHER_SET(dense.dataSize, 192, 0), .path = DENSE_PATH "dataSize"),
     CASE("dense_buffer_without_usage", RULE(dense_buffer_has_compressed_data_usage),
          .mutate = add_dense_without_usage, .mutate_twin = add_dense,
          .path = DENSE_PATH "compressedData.deviceAddress"),
@@ -167,43 +151,63 @@ static const struct test_case cases[] = {
          .refusal = &host_takes_no_dense_geometry, .prepare = add_dense,
          .mutate = double_the_geometry, .path = "pInfos[6].geometryCount"),
 
-    SHARED(),
+    SHARED(.setup = &with_dense),
     CASE("dense_geometry_with_build_ranges", RULE(dense_geometry_has_no_build_ranges),
-         .setup = &with_dense, .prepare = add_dense,
-         EDITS(POINT(range_pointers[DENSE], ranges[DENSE])), .path = "pInfos[6]"),
+         .prepare = add_dense, EDITS(POINT(range_pointers[DENSE], ranges[DENSE])),
+         .path = "pInfos[6]"),
     CASE("dense_geometry_built_by_the_host", RULE(host_build_has_no_dense_geometry),
-         .setup = &with_dense, .mutate = add_dense,
-         .path = "pInfos[6].pGeometries[0].geometryType"),
+         .mutate = add_dense, .path = "pInfos[6].pGeometries[0].geometryType"),
     /* What builds need is asked of the driver for these, too. */
     CASE("dense_dst_too_small", RULE(dst_is_large_enough), .commands = ON_DEVICE,
-         .setup = &with_dense, .prepare = add_dense, .mutate = build_into_too_little,
+         .prepare = add_dense, .mutate = build_into_too_little,
          .path = "pInfos[6].dstAccelerationStructure"),
+    CASE("dense_triangle_count_of_update", RULE(dense_triangle_count_matches_source),
+         .commands = ON_COMMAND_BUFFERS, .prepare = update_dense,
+         EDITS(SET(dense.numTriangles, 63)), .path = DENSE_PATH "numTriangles"),
+    CASE("dense_triangle_count_of_update",
+         RULES(RULE_dense_triangle_count_matches_source, RULE_host_build_has_no_dense_geometry),
+         .commands = ON_HOST, .mutate = update_dense, EDITS(SET(dense.numTriangles, 63))),
+    CASE("dense_vertex_count_of_update", RULE(dense_vertex_count_matches_source),
+         .commands = ON_COMMAND_BUFFERS, .prepare = update_dense, EDITS(SET(dense.numVertices, 95)),
+         .path = DENSE_PATH "numVertices"),
+    CASE("dense_vertex_count_of_update",
+         RULES(RULE_dense_vertex_count_matches_source, RULE_host_build_has_no_dense_geometry),
+         .commands = ON_HOST, .mutate = update_dense, EDITS(SET(dense.numVertices, 95))),
 
-    UPDATE_CASES("dense_triangle_count_of_update", RULE_dense_triangle_count_matches_source,
-                 numTriangles, 63),
-    UPDATE_CASES("dense_vertex_count_of_update", RULE_dense_vertex_count_matches_source,
-                 numVertices, 95),
-    UPDATE_CASES("dense_max_primitive_index_of_update",
-                 RULE_dense_max_primitive_index_matches_source, maxPrimitiveIndex, 62),
-    UPDATE_CASES("dense_max_geometry_index_of_update", RULE_dense_max_geometry_index_matches_source,
-                 maxGeometryIndex, 0),
-    UPDATE_CASES("dense_data_size_of_update", RULE_dense_data_size_matches_source, dataSize, 896),
+    SHARED(.commands = ON_COMMAND_BUFFERS, .setup = &with_dense),
+    CASE("dense_max_primitive_index_of_update", RULE(dense_max_primitive_index_matches_source),
+         .prepare = update_dense, EDITS(SET(dense.maxPrimitiveIndex, 62)),
+         .path = DENSE_PATH "maxPrimitiveIndex"),
+    CASE(
+        "dense_max_primitive_index_of_update",
+        RULES(RULE_dense_max_primitive_index_matches_source, RULE_host_build_has_no_dense_geometry),
+        .commands = ON_HOST, .mutate = update_dense, EDITS(SET(dense.maxPrimitiveIndex, 62))),
+    CASE("dense_max_geometry_index_of_update", RULE(dense_max_geometry_index_matches_source),
+         .prepare = update_dense, EDITS(SET(dense.maxGeometryIndex, 0)),
+         .path = DENSE_PATH "maxGeometryIndex"),
+    CASE("dense_max_geometry_index_of_update",
+         RULES(RULE_dense_max_geometry_index_matches_source, RULE_host_build_has_no_dense_geometry),
+         .commands = ON_HOST, .mutate = update_dense, EDITS(SET(dense.maxGeometryIndex, 0))),
+    CASE("dense_data_size_of_update", RULE(dense_data_size_matches_source), .prepare = update_dense,
+         EDITS(SET(dense.dataSize, 896)), .path = DENSE_PATH "dataSize"),
+    CASE("dense_data_size_of_update",
+         RULES(RULE_dense_data_size_matches_source, RULE_host_build_has_no_dense_geometry),
+         .commands = ON_HOST, .mutate = update_dense, EDITS(SET(dense.dataSize, 896))),
     CASE("dense_format_of_update", RULE(dense_format_matches_source),
-         .commands = ON_COMMAND_BUFFERS, .setup = &with_dense_and_future, .prepare = update_dense,
-         EDITS(SET(dense.format, 1)), .path = DENSE_PATH "format"),
+         .setup = &with_dense_and_future, .prepare = update_dense, EDITS(SET(dense.format, 1)),
+         .path = DENSE_PATH "format"),
     CASE("dense_format_of_update",
          RULES(RULE_dense_format_matches_source, RULE_host_build_has_no_dense_geometry),
          .commands = ON_HOST, .setup = &with_dense_and_future, .mutate = update_dense,
          EDITS(SET(dense.format, 1))),
     CASE("dense_format_undefined_in_update",
          RULES(RULE_dense_format_matches_source, RULE_dense_format_is_valid),
-         .commands = ON_COMMAND_BUFFERS, .refusal = &host_takes_no_dense_geometry,
-         .setup = &with_dense, .prepare = update_dense, EDITS(SET(dense.format, 1)),
-         .path = DENSE_PATH "format"),
+         .refusal = &host_takes_no_dense_geometry, .prepare = update_dense,
+         EDITS(SET(dense.format, 1)), .path = DENSE_PATH "format"),
     /* The layer knows nothing of a source whose data it could not read. */
     CASE("dense_update_of_source_without_data",
          RULES(RULE_dense_triangle_count_matches_source, RULE_dense_data_size_matches_source),
-         .silent = true, .commands = ON_COMMAND_BUFFERS, .setup = &with_dense, .mutate = add_dense,
+         .silent = true, .mutate = add_dense,
          EDITS(SET(geometries[DENSE][0].pNext, 0), CALL(build_then_update),
                POINT(geometries[DENSE][0].pNext, dense))),
 };

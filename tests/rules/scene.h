@@ -46,15 +46,6 @@ struct test_memory {
     uint8_t *host; /* NULL: not mapped */
 };
 
-struct test_buffer {
-    VkBuffer handle;
-    VkDeviceSize size;
-    VkBufferUsageFlags usage;
-    VkDeviceMemory memory;   /* null: unbound */
-    VkDeviceAddress address; /* 0 until bound, or without the usage for it */
-    uint8_t *host;
-};
-
 struct scene;
 
 struct scene_cleanup {

@@ -28,7 +28,7 @@ void scene_build_micromap(struct scene *scene)
         scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
 
     micromaps->triangles = (VkMicromapTriangleKHR *)(void *)triangles.host;
-    micromaps->triangle_memory = triangles.memory;
+    micromaps->triangle_buffer = triangles;
     fill_triangles(micromaps->triangles);
     for (uint32_t i = 0; i < SCENE_USAGES; i++) {
         micromaps->usages[i] =
