@@ -10,16 +10,10 @@
 #include "play.h"
 #include "texts.h"
 
-static const struct case_list *const lists[] = {&cases_content,
-                                                &cases_content_update,
-                                                &cases_indirect_contents,
-                                                &cases_instance_addresses,
-                                                &cases_instances,
-                                                &cases_motion_instances,
-                                                &cases_radii,
-                                                &cases_micromap_contents,
-                                                &cases_disabling,
-                                                &cases_nv_contents};
+#define LIST(name) &cases_##name,
+static const struct case_list *const lists[] = {
+#include "lists_of_content_test.def"
+};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {

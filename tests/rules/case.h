@@ -227,16 +227,11 @@ struct case_list {
 /* Reads a row of a list, with what it inherits. False if it holds what others share. */
 bool case_read(const struct case_list *list, size_t row, struct test_case *test_case);
 
-/* One a file. */
-extern const struct case_list cases_host, cases_host_memory, cases_limits, cases_disabling,
-    cases_call, cases_recording, cases_pointers, cases_build, cases_build_state, cases_scratch,
-    cases_empty, cases_geometry, cases_chain, cases_address, cases_alignment, cases_range,
-    cases_indirect, cases_indirect_contents, cases_instance_addresses, cases_overlap, cases_memory,
-    cases_pairs, cases_silent, cases_sparse, cases_two_mistakes, cases_update, cases_content,
-    cases_content_update, cases_micromap_contents, cases_instances, cases_dense, cases_motion,
-    cases_motion_instances, cases_spheres, cases_radii, cases_micromap, cases_micromap_data,
-    cases_micromap_use, cases_micromap_state, cases_micromap_update, cases_displacement, cases_nv,
-    cases_nv_contents, cases_nv_info, cases_nv_geometry, cases_nv_update;
+/* Each file defines one. */
+#define LIST(name_) extern const struct case_list cases_##name_;
+#include "lists_of_rules_test.def"
+#define LIST(name_) extern const struct case_list cases_##name_;
+#include "lists_of_content_test.def"
 
 /* A page that cannot be read. */
 void *unreadable_page(void);

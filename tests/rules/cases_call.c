@@ -110,7 +110,7 @@ static void add_compute_to_video(struct null_driver_config *config)
 
 static const struct setup with_video = {.configure = add_compute_to_video, .enable = ENABLE_VIDEO};
 
-SCENE_DESTROYS(destroy_video_session, DestroyVideoSessionKHR, VkVideoSessionKHR)
+SCENE_CREATES(create_video_session, VideoSessionKHR, VkVideoSessionKHR, VkVideoSessionCreateInfoKHR)
 
 static VkVideoSessionKHR make_video_session(struct scene *scene, uint32_t family)
 {
@@ -141,13 +141,7 @@ static VkVideoSessionKHR make_video_session(struct scene *scene, uint32_t family
         .maxActiveReferencePictures = 1,
         .pStdHeaderVersion = &header,
     };
-    const VkDevice device = scene->fixture->device;
-    VkVideoSessionKHR session;
-
-    expect_success(scene->vk->CreateVideoSessionKHR(device, &create_info, NULL, &session),
-                   "vkCreateVideoSessionKHR");
-    scene_defer(scene, device, (uint64_t)session, destroy_video_session);
-    return session;
+    return create_video_session(scene, &create_info);
 }
 
 static void begin_video_coding(struct scene *scene)

@@ -15,7 +15,6 @@ static void use_pointers_of_displacement(struct scene *scene)
     scene->micromaps.displacement.ppUsageCounts = scene->micromaps.usage_pointers_ext;
 }
 
-
 static const struct test_case cases[] = {
     SHARED(.setup = &with_displacement, .prepare = scene_use_displacement),
     CASE("displacement_destroyed", RULE(displacement_micromap_is_valid),

@@ -14,49 +14,10 @@
 #include "levels.h"
 #include "play.h"
 
-static const struct case_list *const lists[] = {&cases_call,
-                                                &cases_recording,
-                                                &cases_pointers,
-                                                &cases_build,
-                                                &cases_build_state,
-                                                &cases_limits,
-                                                &cases_scratch,
-                                                &cases_two_mistakes,
-                                                &cases_geometry,
-                                                &cases_chain,
-                                                &cases_address,
-                                                &cases_alignment,
-                                                &cases_empty,
-                                                &cases_range,
-                                                &cases_indirect,
-                                                &cases_overlap,
-                                                &cases_pairs,
-                                                &cases_memory,
-                                                &cases_sparse,
-                                                &cases_silent,
-                                                &cases_update,
-                                                &cases_content,
-                                                &cases_dense,
-                                                &cases_motion,
-                                                &cases_motion_instances,
-                                                &cases_spheres,
-                                                &cases_radii,
-                                                &cases_micromap,
-                                                &cases_micromap_data,
-                                                &cases_micromap_use,
-                                                &cases_micromap_state,
-                                                &cases_micromap_update,
-                                                &cases_displacement,
-                                                &cases_nv,
-                                                &cases_nv_info,
-                                                &cases_nv_geometry,
-                                                &cases_nv_update,
-                                                &cases_host,
-                                                &cases_host_memory,
-                                                &cases_instances,
-                                                &cases_content_update,
-                                                &cases_disabling,
-                                                &cases_micromap_contents};
+#define LIST(name) &cases_##name,
+static const struct case_list *const lists[] = {
+#include "lists_of_rules_test.def"
+};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {

@@ -175,11 +175,23 @@ uint64_t scene_address(const struct scene *scene, const struct test_buffer *buff
 
 void scene_defer(struct scene *scene, VkDevice device, uint64_t handle,
                  void (*destroy)(struct scene *scene, VkDevice device, uint64_t handle));
-/* Defines what scene_defer wants for objects that a command of the device destroys. */
+/* Defines what scene_defer wants for objects that a command of the device destroys; and a function
+ * that creates such an object of the scene's device by vkCreate`what`. */
 #define SCENE_DESTROYS(name, command, type)                                                        \
     static void name(struct scene *scene, VkDevice device, uint64_t handle)                        \
     {                                                                                              \
         scene_table_of(scene, device)->command(device, (type)handle, NULL);                        \
+    }
+#define SCENE_CREATES(name, what, type, info_type)                                                 \
+    SCENE_DESTROYS(name##_destroy, Destroy##what, type)                                            \
+    static type name(struct scene *scene, const info_type *create_info)                            \
+    {                                                                                              \
+        const VkDevice device = scene->fixture->device;                                            \
+        type object;                                                                               \
+        expect_success(scene->vk->Create##what(device, create_info, NULL, &object),                \
+                       "vkCreate" #what);                                                          \
+        scene_defer(scene, device, (uint64_t)object, name##_destroy);                              \
+        return object;                                                                             \
     }
 /* Destroys one thing before its time. */
 void scene_destroy(struct scene *scene, uint64_t handle);

@@ -4,9 +4,9 @@
 
 #include "scene.h"
 
-SCENE_DESTROYS(destroy_pool, DestroyCommandPool, VkCommandPool)
-SCENE_DESTROYS(destroy_render_pass, DestroyRenderPass, VkRenderPass)
-SCENE_DESTROYS(destroy_framebuffer, DestroyFramebuffer, VkFramebuffer)
+SCENE_CREATES(create_pool, CommandPool, VkCommandPool, VkCommandPoolCreateInfo)
+SCENE_CREATES(create_render_pass, RenderPass, VkRenderPass, VkRenderPassCreateInfo)
+SCENE_CREATES(create_framebuffer, Framebuffer, VkFramebuffer, VkFramebufferCreateInfo)
 
 VkCommandPool scene_pool(struct scene *scene, uint32_t family, VkCommandPoolCreateFlags flags)
 {
@@ -15,13 +15,7 @@ VkCommandPool scene_pool(struct scene *scene, uint32_t family, VkCommandPoolCrea
         .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT | flags,
         .queueFamilyIndex = family,
     };
-    const VkDevice device = scene->fixture->device;
-    VkCommandPool pool;
-
-    expect_success(scene->vk->CreateCommandPool(device, &create_info, NULL, &pool),
-                   "vkCreateCommandPool");
-    scene_defer(scene, device, (uint64_t)pool, destroy_pool);
-    return pool;
+    return create_pool(scene, &create_info);
 }
 
 VkCommandBuffer scene_allocate_command_buffer(struct scene *scene, VkCommandPool pool,
@@ -110,13 +104,7 @@ VkRenderPass scene_render_pass(struct scene *scene)
         .subpassCount = 1,
         .pSubpasses = &subpass,
     };
-    const VkDevice device = scene->fixture->device;
-    VkRenderPass render_pass;
-
-    expect_success(scene->vk->CreateRenderPass(device, &create_info, NULL, &render_pass),
-                   "vkCreateRenderPass");
-    scene_defer(scene, device, (uint64_t)render_pass, destroy_render_pass);
-    return render_pass;
+    return create_render_pass(scene, &create_info);
 }
 
 static VkRenderPassBeginInfo begin_info_of(struct scene *scene)
@@ -131,12 +119,7 @@ static VkRenderPassBeginInfo begin_info_of(struct scene *scene)
         .height = 4,
         .layers = 1,
     };
-    const VkDevice device = scene->fixture->device;
-
-    expect_success(
-        scene->vk->CreateFramebuffer(device, &create_info, NULL, &begin_info.framebuffer),
-        "vkCreateFramebuffer");
-    scene_defer(scene, device, (uint64_t)begin_info.framebuffer, destroy_framebuffer);
+    begin_info.framebuffer = create_framebuffer(scene, &create_info);
     return begin_info;
 }
 

@@ -123,7 +123,7 @@ void scene_use_micromap(struct scene *scene)
 
 /* ---- VK_EXT_opacity_micromap and VK_NV_displacement_micromap */
 
-SCENE_DESTROYS(destroy_micromap, DestroyMicromapEXT, VkMicromapEXT)
+SCENE_CREATES(create, MicromapEXT, VkMicromapEXT, VkMicromapCreateInfoEXT)
 
 VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type)
 {
@@ -136,13 +136,7 @@ VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type)
         .size = buffer.size,
         .type = type,
     };
-    const VkDevice device = scene->fixture->device;
-    VkMicromapEXT micromap;
-
-    expect_success(scene->vk->CreateMicromapEXT(device, &create_info, NULL, &micromap),
-                   "vkCreateMicromapEXT");
-    scene_defer(scene, device, (uint64_t)micromap, destroy_micromap);
-    return micromap;
+    return create(scene, &create_info);
 }
 
 static void set_usages_ext(struct scene_micromaps *micromaps)

@@ -6,7 +6,8 @@
 
 /* ---- objects ---- */
 
-SCENE_DESTROYS(destroy_accel_nv, DestroyAccelerationStructureNV, VkAccelerationStructureNV)
+SCENE_CREATES(create, AccelerationStructureNV, VkAccelerationStructureNV,
+              VkAccelerationStructureCreateInfoNV)
 
 VkMemoryRequirements scene_nv_requirements(const struct scene *scene,
                                            VkAccelerationStructureNV accel,
@@ -27,13 +28,7 @@ VkAccelerationStructureNV scene_nv_create(struct scene *scene)
 {
     const VkAccelerationStructureCreateInfoNV create_info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = scene->nv.info};
-    const VkDevice device = scene->fixture->device;
-    VkAccelerationStructureNV accel;
-
-    expect_success(scene->vk->CreateAccelerationStructureNV(device, &create_info, NULL, &accel),
-                   "vkCreateAccelerationStructureNV");
-    scene_defer(scene, device, (uint64_t)accel, destroy_accel_nv);
-    return accel;
+    return create(scene, &create_info);
 }
 
 struct test_memory scene_nv_allocate(struct scene *scene, VkAccelerationStructureNV accel,
