@@ -64,6 +64,8 @@ struct edit {
         .size = sizeof(((struct scene *)0)->member), .member_ = (function)                         \
     }
 #define MAKE_ADDRESS(member, function) MAKE(EDIT_MAKE_ADDRESS, make_address, member, function)
+/* The same of another handle. */
+#define MAKE_HANDLE(member, function) MAKE_ADDRESS(member, function)
 #define MAKE_STRUCTURE(member, function) MAKE(EDIT_MAKE_STRUCTURE, make_structure, member, function)
 #define MAKE_STRUCTURE_WITH(member_, function, argument)                                           \
     {                                                                                              \
@@ -109,6 +111,9 @@ struct edit {
 #define WRITE_FLAGS(buffer, index, value) WRITE(buffer, uint8_t, 64 * (index) + 55, value)
 #define WRITE_MATRIX(buffer, index, row, column, value)                                            \
     WRITE_FLOAT(buffer, 64 * (index) + 16 * (row) + 4 * (column), value)
+
+/* Makes the pointer lead to a copy of so many bytes that ends where an unreadable page begins. */
+#define PUT_AT_EDGE(member, size) CALL_FOR(put_at_edge, offsetof(struct scene, member), size)
 
 #define EDIT_LIST(...) ((const struct edit[]){__VA_ARGS__, {.kind = EDIT_END}})
 #define PREPARE_EDITS(...) .prepare_edits = EDIT_LIST(__VA_ARGS__)
@@ -237,5 +242,6 @@ bool case_read(const struct case_list *list, size_t row, struct test_case *test_
 void *unreadable_page(void);
 /* `size` bytes that end where an unreadable page begins, zeroed; kept to the end of the program. */
 void *bytes_before_unreadable_page(size_t size);
+void put_at_edge(struct scene *scene, uint32_t offset_of_pointer, VkDeviceSize size);
 
 #endif

@@ -78,92 +78,55 @@ static void complete_the_operation(struct scene *scene)
 
 /* ---- structures ---- */
 
-static VkAccelerationStructureKHR accel_in(struct scene *scene, const struct test_buffer *buffer,
+static VkAccelerationStructureKHR accel_in(struct scene *scene, struct test_buffer buffer,
                                            uint32_t build)
 {
-    return scene_accel_in(scene, buffer, 0, place_size(scene, build), scene->infos[build].type);
+    return scene_accel_in(scene, &buffer, 0, place_size(scene, build), scene->infos[build].type);
+}
+
+static VkAccelerationStructureKHR in_a_buffer(struct scene *scene, uint32_t build)
+{
+    return accel_in(scene, place_buffer(scene), build);
+}
+
+static VkAccelerationStructureKHR in_device_memory(struct scene *scene, uint32_t build)
+{
+    return accel_in(scene, place_device_local_buffer(scene), build);
+}
+
+static VkAccelerationStructureKHR in_visible_memory(struct scene *scene, uint32_t build)
+{
+    return accel_in(scene, place_buffer_of_instances(scene, 1), build);
+}
+
+static VkAccelerationStructureKHR of_two_instances(struct scene *scene, uint32_t build)
+{
+    return accel_in(scene, place_buffer_of_instances(scene, 3), build);
 }
 
 /* What the host could not have built itself is deserialized on the device. */
-static void update_from(struct scene *scene, VkAccelerationStructureKHR src)
+static void deserialize_src(struct scene *scene)
 {
     const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
     const VkCopyMemoryToAccelerationStructureInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
         .src.deviceAddress = scene->boxes.address,
-        .dst = src,
+        .dst = scene->infos[UPDATE].srcAccelerationStructure,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
     };
     scene_begin(scene, command_buffer, 0);
     scene->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
     scene_end(scene, command_buffer);
     scene_submit(scene, family, command_buffer);
-    scene->infos[UPDATE].srcAccelerationStructure = src;
 }
 
-static void dst_by_address(struct scene *scene)
-{
-    scene->infos[AABBS].dstAccelerationStructure = place_accel_by_address(scene, AABBS);
-}
-
-static void src_by_address(struct scene *scene)
-{
-    update_from(scene, place_accel_by_address(scene, UPDATE));
-}
-
-static void ignored_src_by_address(struct scene *scene)
-{
-    scene->infos[AABBS].srcAccelerationStructure = place_accel_by_address(scene, AABBS);
-}
-
-static void src_in_a_buffer(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer(scene);
-    update_from(scene, accel_in(scene, &buffer, UPDATE));
-}
-
-static void dst_in_device_memory(struct scene *scene)
-{
-    const struct test_buffer buffer = place_device_local_buffer(scene);
-    scene->infos[AABBS].dstAccelerationStructure = accel_in(scene, &buffer, AABBS);
-}
-
-static void dst_in_visible_memory(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer_of_instances(scene, 1);
-    scene->infos[AABBS].dstAccelerationStructure = accel_in(scene, &buffer, AABBS);
-}
-
-static void src_in_device_memory(struct scene *scene)
-{
-    const struct test_buffer buffer = place_device_local_buffer(scene);
-    update_from(scene, accel_in(scene, &buffer, UPDATE));
-}
-
-static void ignored_src_in_device_memory(struct scene *scene)
-{
-    const struct test_buffer buffer = place_device_local_buffer(scene);
-    scene->infos[AABBS].srcAccelerationStructure = accel_in(scene, &buffer, AABBS);
-}
-
-static void dst_of_two_instances(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer_of_instances(scene, 3);
-    scene->infos[AABBS].dstAccelerationStructure = accel_in(scene, &buffer, AABBS);
-}
-
-static void src_of_two_instances(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer_of_instances(scene, 3);
-    update_from(scene, accel_in(scene, &buffer, UPDATE));
-}
-
-static void ignored_src_of_two_instances(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer_of_instances(scene, 3);
-    scene->infos[AABBS].srcAccelerationStructure = accel_in(scene, &buffer, AABBS);
-}
+#define DST(function) MAKE_STRUCTURE_WITH(infos[AABBS].dstAccelerationStructure, function, AABBS)
+#define SRC(function)                                                                              \
+    MAKE_STRUCTURE_WITH(infos[UPDATE].srcAccelerationStructure, function, UPDATE),                 \
+        CALL(deserialize_src)
+#define IGNORED_SRC(function)                                                                      \
+    MAKE_STRUCTURE_WITH(infos[AABBS].srcAccelerationStructure, function, AABBS)
 
 static const struct setup with_group = {.enable = ENABLE_GROUP};
 static const struct setup with_addresses = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
@@ -187,25 +150,25 @@ static const struct test_case cases[] = {
          .prepare = defer_twice, .mutate_twin = complete_the_operation, .spares_drivers = true),
 
     SHARED(RULE(host_build_src_was_created_with_a_buffer), .setup = &with_addresses),
-    CASE("dst_by_address", RULE(host_build_dst_was_created_with_a_buffer), .mutate = dst_by_address,
-         .mutate_twin = dst_in_visible_memory, .path = "pInfos[2].dstAccelerationStructure"),
-    CASE("src_by_address", .mutate = src_by_address, .mutate_twin = src_in_a_buffer,
+    CASE("dst_by_address", RULE(host_build_dst_was_created_with_a_buffer),
+         EDITS(DST(place_accel_by_address)), TWIN_EDITS(DST(in_visible_memory)),
+         .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("src_by_address", EDITS(SRC(place_accel_by_address)), TWIN_EDITS(SRC(in_a_buffer)),
          .may_fail_on_cpu = true, .path = "pInfos[4].srcAccelerationStructure"),
-    CASE("ignored_src_by_address", .silent = true, .mutate = ignored_src_by_address),
+    CASE("ignored_src_by_address", .silent = true, EDITS(IGNORED_SRC(place_accel_by_address))),
+
+    SHARED(.path = "pInfos[2].dstAccelerationStructure"),
+    CASE("dst_in_device_memory", RULE(host_build_dst_is_host_visible), EDITS(DST(in_device_memory)),
+         TWIN_EDITS(DST(in_visible_memory))),
+    CASE("src_in_device_memory", RULE(host_build_src_is_host_visible), EDITS(SRC(in_device_memory)),
+         TWIN_EDITS(IGNORED_SRC(in_device_memory)), .path = "pInfos[4].srcAccelerationStructure"),
+    CASE("dst_of_two_instances", RULE(host_build_dst_has_one_memory_instance), .setup = &with_group,
+         EDITS(DST(of_two_instances)), TWIN_EDITS(DST(in_visible_memory))),
 
     SHARED(),
-    CASE("dst_in_device_memory", RULE(host_build_dst_is_host_visible),
-         .mutate = dst_in_device_memory, .mutate_twin = dst_in_visible_memory,
-         .path = "pInfos[2].dstAccelerationStructure"),
-
-    SHARED(.path = "pInfos[4].srcAccelerationStructure"),
-    CASE("src_in_device_memory", RULE(host_build_src_is_host_visible),
-         .mutate = src_in_device_memory, .mutate_twin = ignored_src_in_device_memory),
-    CASE("dst_of_two_instances", RULE(host_build_dst_has_one_memory_instance), .setup = &with_group,
-         .mutate = dst_of_two_instances, .mutate_twin = dst_in_visible_memory,
-         .path = "pInfos[2].dstAccelerationStructure"),
     CASE("src_of_two_instances", RULE(host_build_src_has_one_memory_instance), .setup = &with_group,
-         .mutate = src_of_two_instances, .mutate_twin = ignored_src_of_two_instances),
+         EDITS(SRC(of_two_instances)), TWIN_EDITS(IGNORED_SRC(of_two_instances)),
+         .path = "pInfos[4].srcAccelerationStructure"),
 };
 
 CASE_LIST(cases_host, cases);

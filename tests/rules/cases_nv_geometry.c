@@ -5,56 +5,9 @@
 #define NV_TRIANGLES(index) nv.geometries[index].geometry.triangles
 #define NV_BOXES(index) nv.geometries[index].geometry.aabbs
 
-/* ---- buffers ---- */
-
-static VkGeometryTrianglesNV *indexed(struct scene *scene)
-{
-    return &scene->nv.geometries[0].geometry.triangles;
-}
-
-static VkBuffer foreign_buffer(struct scene *scene)
-{
-    scene_enter_other_device(scene);
-    const struct test_buffer buffer =
-        scene_buffer(scene, SCENE_BUFFER_SIZE, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
-    scene_leave_other_device(scene);
-    return buffer.handle;
-}
-
-static void use_foreign_vertices(struct scene *scene)
-{
-    indexed(scene)->vertexData = foreign_buffer(scene);
-}
-
-static void use_foreign_indices(struct scene *scene)
-{
-    indexed(scene)->indexData = foreign_buffer(scene);
-}
-
-static void use_a_foreign_transform(struct scene *scene)
-{
-    indexed(scene)->transformData = foreign_buffer(scene);
-}
-
-/* ---- formats and indices ---- */
-
-static void use_short_indices(struct scene *scene)
-{
-    indexed(scene)->indexType = VK_INDEX_TYPE_UINT16;
-    indexed(scene)->indexOffset = SCENE_BUFFER_SIZE / 2;
-}
-
-static void offset_by_a_byte(struct scene *scene)
-{
-    indexed(scene)->indexOffset++;
-}
-
-static void offset_by_half_a_word(struct scene *scene)
-{
-    indexed(scene)->indexOffset += 2;
-}
-
-/* ---- cases ---- */
+#define SHORT_INDICES                                                                              \
+    SET(NV_TRIANGLES(0).indexType, VK_INDEX_TYPE_UINT16),                                          \
+        SET(NV_TRIANGLES(0).indexOffset, SCENE_BUFFER_SIZE / 2)
 
 static const struct test_case cases[] = {
     CASE("stype", RULE(nv_geometry_has_its_stype), EDITS(SET(nv.geometries[1].sType, 0)),
@@ -116,8 +69,7 @@ static const struct test_case cases[] = {
     CASE("index_type_unknown", RULE(nv_index_type_is_valid),
          EDITS(SET(NV_TRIANGLES(0).indexType, 1234))),
     CASE("index_type_uint8", RULE(nv_index_type_is_16_or_32_bits_or_none),
-         EDITS(SET(NV_TRIANGLES(0).indexType, VK_INDEX_TYPE_UINT8)),
-         .mutate_twin = use_short_indices),
+         EDITS(SET(NV_TRIANGLES(0).indexType, VK_INDEX_TYPE_UINT8)), TWIN_EDITS(SHORT_INDICES)),
     CASE("indices_destroyed", RULE(nv_index_data_is_null_or_a_valid_buffer),
          EDITS(DESTROY(nv.indices.handle))),
     CASE("indices_null", RULE(nv_indexed_triangles_have_index_data),
@@ -142,31 +94,30 @@ static const struct test_case cases[] = {
     CASE("index_offset_unaligned", RULE(nv_index_offset_is_aligned),
          EITHER_SET(NV_TRIANGLES(0).indexOffset, 2, 4)),
     CASE("index_offset_unaligned_short", RULE(nv_index_offset_is_aligned),
-         .prepare = use_short_indices, .mutate = offset_by_a_byte,
-         .mutate_twin = offset_by_half_a_word),
+         PREPARE_EDITS(SHORT_INDICES), EITHER_ADD(NV_TRIANGLES(0).indexOffset, 1, 2)),
     CASE("transform_destroyed", RULE(nv_transform_data_is_a_valid_buffer),
          EDITS(DESTROY(nv.transforms.handle)), TWIN_EDITS(SET(NV_TRIANGLES(0).transformData, 0))),
     CASE("transform_offset_at_the_end", RULE(nv_transform_offset_is_in_the_buffer),
          EITHER_SET(NV_TRIANGLES(0).transformOffset, SCENE_BUFFER_SIZE, SCENE_BUFFER_SIZE - 64)),
     CASE("transform_offset_unaligned", RULE(nv_transform_offset_is_aligned),
          EITHER_SET(NV_TRIANGLES(0).transformOffset, 8, 48)),
-
-    SHARED(RULE(nv_triangles_buffers_share_the_device)),
     CASE("transform_offset_without_transform", RULE(nv_transform_offset_is_aligned),
          PREPARE_EDITS(SET(NV_TRIANGLES(0).transformData, 0)),
          EITHER_SET(NV_TRIANGLES(0).transformOffset, 8, 1 << 20)),
-    CASE("vertices_of_another_device", .mutate = use_foreign_vertices),
-    CASE("indices_of_another_device", .mutate = use_foreign_indices),
-    CASE("transform_of_another_device", .mutate = use_a_foreign_transform,
+    CASE("vertices_of_another_device", RULE(nv_triangles_buffers_share_the_device),
+         EDITS(MAKE_HANDLE(NV_TRIANGLES(0).vertexData, scene_nv_foreign_buffer))),
+    CASE("indices_of_another_device", RULE(nv_triangles_buffers_share_the_device),
+         EDITS(MAKE_HANDLE(NV_TRIANGLES(0).indexData, scene_nv_foreign_buffer))),
+    CASE("transform_of_another_device", RULE(nv_triangles_buffers_share_the_device),
+         EDITS(MAKE_HANDLE(NV_TRIANGLES(0).transformData, scene_nv_foreign_buffer)),
          .path = "pInfo->pGeometries[0].geometry.triangles.transformData VkBuffer 0x"),
-
-    SHARED(RULE(nv_aabb_data_is_a_valid_buffer), .prepare = scene_nv_use_boxes),
-    CASE("boxes_destroyed", EDITS(DESTROY(nv.boxes.handle)), .count = 2),
-    CASE("boxes_null", .silent = true, EDITS(SET(NV_BOXES(0).aabbData, 0))),
+    CASE("boxes_destroyed", RULE(nv_aabb_data_is_a_valid_buffer), .prepare = scene_nv_use_boxes,
+         EDITS(DESTROY(nv.boxes.handle)), .count = 2),
+    CASE("boxes_null", RULE(nv_aabb_data_is_a_valid_buffer), .silent = true,
+         .prepare = scene_nv_use_boxes, EDITS(SET(NV_BOXES(0).aabbData, 0))),
     CASE("box_offset_at_the_end", RULE(nv_aabb_offset_is_in_the_buffer),
+         .prepare = scene_nv_use_boxes,
          EITHER_SET(NV_BOXES(0).offset, SCENE_BUFFER_SIZE, SCENE_BUFFER_SIZE - 72)),
-
-    SHARED(),
     CASE("box_offset_at_the_end_with_boxes", RULE(nv_aabb_offset_is_in_the_buffer),
          .prepare = scene_nv_use_boxes, PREPARE_EDITS(SET(NV_BOXES(0).offset, SCENE_BUFFER_SIZE)),
          TWIN_EDITS(SET(NV_BOXES(0).numAABBs, 0))),

@@ -6,6 +6,8 @@
 #define NV_TRIANGLES(index) nv.geometries[index].geometry.triangles
 #define NV_BOXES(index) nv.geometries[index].geometry.aabbs
 
+#define FAST_TRACE VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_NV
+
 /* ---- limits ---- */
 
 enum { LIMIT = 4 };
@@ -32,24 +34,6 @@ static const struct setup nothing_special = {0};
 
 /* ---- infos of which dst knows ---- */
 
-static void create_with_unknown_flags(struct scene *scene)
-{
-    scene->nv.info.flags |= 1u << 30;
-    scene_nv_give_objects(scene);
-}
-
-static void create_for_fast_trace(struct scene *scene)
-{
-    scene->nv.info.flags |= VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_NV;
-    scene_nv_give_objects(scene);
-}
-
-static void create_for_fast_trace_and_build(struct scene *scene)
-{
-    scene->nv.info.flags |= VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_NV;
-    create_for_fast_trace(scene);
-}
-
 static void create_tlas_with_geometries(struct scene *scene)
 {
     const VkGeometryNV *geometries = scene->nv.info.pGeometries;
@@ -57,13 +41,6 @@ static void create_tlas_with_geometries(struct scene *scene)
     scene->nv.info.geometryCount = 1;
     scene->nv.info.pGeometries = geometries;
     scene_nv_give_objects(scene);
-}
-
-static void cut_geometries_short(struct scene *scene)
-{
-    VkGeometryNV *geometries = bytes_before_unreadable_page(sizeof(*geometries));
-    *geometries = scene->nv.geometries[0];
-    scene->nv.info.pGeometries = geometries;
 }
 
 /* ---- what dst was created for ---- */
@@ -82,15 +59,6 @@ static void build_boxes_into_triangles(struct scene *scene)
     scene_nv_use_boxes(scene);
     scene->nv.dst = dst;
     scene_nv_give_large_scratch(scene);
-}
-
-/* An unindexed build has no indices, whatever dst was created for. */
-static void build_indexed_as_unindexed(struct scene *scene)
-{
-    VkGeometryTrianglesNV *triangles = &scene->nv.geometries[0].geometry.triangles;
-    triangles->indexType = VK_INDEX_TYPE_NONE_NV;
-    triangles->indexData = VK_NULL_HANDLE;
-    triangles->indexCount = 0;
 }
 
 /* The next geometry of dst would have enough. */
@@ -118,14 +86,18 @@ static const struct test_case cases[] = {
          EDITS(SET(nv.info.type, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR),
                CALL(scene_nv_give_objects))),
     CASE(
-        "flags_unknown", RULE(nv_info_flags_are_valid), .mutate = create_with_unknown_flags,
+        "flags_unknown", RULE(nv_info_flags_are_valid),
+        EDITS(ADD(nv.info.flags, 1u << 30), CALL(scene_nv_give_objects)),
         TWIN_EDITS(SET(nv.info.flags, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV |
                                           VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_NV |
                                           VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_NV |
                                           VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_NV),
                    CALL(scene_nv_give_objects))),
     CASE("fast_trace_and_fast_build", RULE(nv_fast_trace_excludes_fast_build),
-         .mutate = create_for_fast_trace_and_build, .mutate_twin = create_for_fast_trace),
+         EDITS(ADD(nv.info.flags,
+                   FAST_TRACE | VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_NV),
+               CALL(scene_nv_give_objects)),
+         TWIN_EDITS(ADD(nv.info.flags, FAST_TRACE), CALL(scene_nv_give_objects))),
     CASE("tlas_with_geometries", RULE(nv_tlas_has_no_geometries),
          .mutate = create_tlas_with_geometries, .mutate_twin = scene_nv_use_instances),
     CASE("blas_with_instances", RULE(nv_blas_has_no_instances),
@@ -141,7 +113,8 @@ static const struct test_case cases[] = {
     CASE("geometries_null", PREPARE_EDITS(SET(nv.info.pGeometries, 0)),
          TWIN_EDITS(SET(nv.info.geometryCount, 0))),
     CASE("geometries_unreadable", EDITS(UNREADABLE(nv.info.pGeometries))),
-    CASE("geometries_cut_short", .prepare = cut_geometries_short,
+    CASE("geometries_cut_short",
+         PREPARE_EDITS(PUT_AT_EDGE(nv.info.pGeometries, sizeof(VkGeometryNV))),
          TWIN_EDITS(SET(nv.info.geometryCount, 1))),
 
     SHARED(
@@ -182,7 +155,8 @@ static const struct test_case cases[] = {
     CASE("more_vertices_of_indexed", EDITS(ADD(NV_TRIANGLES(0).vertexCount, 1))),
     CASE("more_indices", EITHER_ADD(NV_TRIANGLES(0).indexCount, 3, -3)),
     CASE("indices_where_there_were_none", EDITS(COPY(nv.geometries[1], nv.geometries[0])),
-         .mutate_twin = build_indexed_as_unindexed),
+         TWIN_EDITS(SET(NV_TRIANGLES(0).indexType, VK_INDEX_TYPE_NONE_NV),
+                    SET(NV_TRIANGLES(0).indexData, 0), SET(NV_TRIANGLES(0).indexCount, 0))),
     CASE("another_order", .mutate = build_in_another_order),
     CASE("more_boxes", .prepare = scene_nv_use_boxes,
          EDITS(ADD(nv.geometries[1].geometry.aabbs.numAABBs, 1)),

@@ -274,6 +274,9 @@ void scene_nv_bind(struct scene *scene, VkAccelerationStructureNV accel, VkDevic
                    VkDeviceSize offset);
 VkAccelerationStructureNV scene_nv_accel(struct scene *scene);
 
+/* A buffer of another VkDevice, for what a build reads; its handle. */
+uint64_t scene_nv_foreign_buffer(struct scene *scene);
+
 /* Records a build of `dst`, from nothing, with the info as it stands. */
 void scene_nv_build(struct scene *scene, VkAccelerationStructureNV dst);
 

@@ -91,6 +91,15 @@ void scene_nv_give_large_scratch(struct scene *scene)
     scene->nv.scratch = scene->nv.scratch_buffer.handle;
 }
 
+uint64_t scene_nv_foreign_buffer(struct scene *scene)
+{
+    scene_enter_other_device(scene);
+    const struct test_buffer buffer =
+        scene_buffer(scene, SCENE_BUFFER_SIZE, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
+    scene_leave_other_device(scene);
+    return (uint64_t)buffer.handle;
+}
+
 /* ---- geometries ---- */
 
 static struct test_buffer copy_of(struct scene *scene, const struct test_buffer *input)
