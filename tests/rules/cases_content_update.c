@@ -49,8 +49,7 @@ static void set_reference(struct scene *scene, uint32_t index, VkAccelerationStr
 
 static VkAccelerationStructureKHR built_blas(struct scene *scene)
 {
-    const uint32_t build = scene_add_build(scene, INDEXED);
-    scene->info_count--;
+    const uint32_t build = scene_reserve_build(scene, INDEXED);
     scene_build_before(scene, build, 1);
     const VkAccelerationStructureKHR blas = scene->infos[build].dstAccelerationStructure;
     scene_give_objects(scene, build);

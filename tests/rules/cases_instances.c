@@ -30,8 +30,7 @@ static void refer(struct scene *scene, uint32_t index, VkAccelerationStructureKH
 /* A BLAS that was built before the call. */
 static VkAccelerationStructureKHR built_blas(struct scene *scene)
 {
-    const uint32_t build = scene_add_build(scene, INDEXED);
-    scene->info_count--;
+    const uint32_t build = scene_reserve_build(scene, INDEXED);
     scene_build_before(scene, build, 1);
     return scene->infos[build].dstAccelerationStructure;
 }
@@ -91,8 +90,7 @@ static void instance_of_unbound_blas(struct scene *scene)
 static void instance_of_blas_bound_late(struct scene *scene)
 {
     struct test_buffer buffer = scene_create_buffer(scene, PLACE_SIZE, PLACE_USAGE);
-    const uint32_t build = scene_add_build(scene, INDEXED);
-    scene->info_count--;
+    const uint32_t build = scene_reserve_build(scene, INDEXED);
     place_dst(scene, build, &buffer, 0);
     const struct test_memory memory =
         scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));

@@ -32,14 +32,11 @@ static void use_built(struct scene *scene)
 static void use_copy(struct scene *scene)
 {
     use_built(scene);
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene->micromaps.opacity.micromap,
-        .dst = scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
-    scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
-    scene->micromaps.opacity.micromap = info.dst;
+    const VkAccelerationStructureKHR clone =
+        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    scene_copy(scene, scene->micromaps.opacity.micromap, clone,
+               VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    scene->micromaps.opacity.micromap = clone;
 }
 
 static void use_deserialized(struct scene *scene)

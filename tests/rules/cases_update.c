@@ -9,8 +9,7 @@
 /* A build like INDEXED that is not part of the call; to be changed, then built before it. */
 static uint32_t begin_source(struct scene *scene)
 {
-    const uint32_t build = scene_add_build(scene, INDEXED);
-    scene->info_count--;
+    const uint32_t build = scene_reserve_build(scene, INDEXED);
     return build;
 }
 
@@ -106,19 +105,10 @@ static void update_tlas_from_blas(struct scene *scene)
 /* A compacting copy carries what it copied. */
 static void update_compacted_copy(struct scene *scene)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene->infos[UPDATE].srcAccelerationStructure,
-        .dst = scene_accel_for(scene, UPDATE),
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
-    };
-    if (scene->command == COMMAND_HOST)
-        expect_success(
-            scene->vk->CopyAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE, &info),
-            "vkCopyAccelerationStructureKHR");
-    else
-        scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
-    scene->infos[UPDATE].srcAccelerationStructure = info.dst;
+    const VkAccelerationStructureKHR copy = scene_accel_for(scene, UPDATE);
+    scene_copy(scene, scene->infos[UPDATE].srcAccelerationStructure, copy,
+               VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    scene->infos[UPDATE].srcAccelerationStructure = copy;
 }
 
 /* A rule of level state that takes more to decide here. */

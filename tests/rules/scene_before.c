@@ -36,3 +36,30 @@ void scene_build_source(struct scene *scene, uint32_t update)
     scene_build_before(scene, update, 1);
     scene->infos[update] = info;
 }
+
+void scene_copy(struct scene *scene, VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
+                VkCopyAccelerationStructureModeKHR mode)
+{
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = src,
+        .dst = dst,
+        .mode = mode,
+    };
+    if (scene->command == COMMAND_HOST) {
+        expect_success(
+            scene->vk->CopyAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE, &info),
+            "vkCopyAccelerationStructureKHR");
+        return;
+    }
+    const VkCommandBuffer command_buffer = scene_begin_before(scene);
+    scene->vk->CmdCopyAccelerationStructureKHR(command_buffer, &info);
+    scene_end_before(scene, command_buffer);
+}
+
+uint32_t scene_reserve_build(struct scene *scene, uint32_t model)
+{
+    const uint32_t build = scene_add_build(scene, model);
+    scene->info_count--;
+    return build;
+}
