@@ -210,6 +210,16 @@ struct test_case {
     uint32_t count;   /* messages of the first rule; 0: any number */
 };
 
+#define SETUP(...)                                                                                 \
+    .setup = &(const struct setup)                                                                 \
+    {                                                                                              \
+        __VA_ARGS__                                                                                \
+    }
+#define TWIN_SETUP(...)                                                                            \
+    .twin_setup = &(const struct setup)                                                            \
+    {                                                                                              \
+        __VA_ARGS__                                                                                \
+    }
 #define CASE(name_, ...)                                                                           \
     {                                                                                              \
         .name = (name_), __VA_ARGS__                                                               \
@@ -228,6 +238,10 @@ struct case_list {
 
 #define CASE_LIST(name_, cases_)                                                                   \
     const struct case_list name_ = {#name_, (cases_), sizeof(cases_) / sizeof((cases_)[0])}
+
+/* To configure the null driver: it has vertex formats that no driver has to have, of packed, 64-bit
+ * and 8-bit components. */
+void offer_packed_format(struct null_driver_config *config);
 
 /* Reads a row of a list, with what it inherits. False if it holds what others share. */
 bool case_read(const struct case_list *list, size_t row, struct test_case *test_case);

@@ -6,13 +6,6 @@
 
 /* ---- features ---- */
 
-static const struct setup without_acceleration_structure = {.disable =
-                                                                DISABLE_ACCELERATION_STRUCTURE};
-static const struct setup without_acceleration_structure_2 = {
-    .disable = DISABLE_ACCELERATION_STRUCTURE, .route = ROUTE_FEATURES2};
-static const struct setup without_indirect = {.disable = DISABLE_INDIRECT_BUILD};
-static const struct setup without_host = {.disable = DISABLE_HOST_COMMANDS};
-static const struct setup with_features2 = {.route = ROUTE_FEATURES2};
 static const struct setup with_defaults = {0};
 
 /* ---- command buffer handles ---- */
@@ -78,11 +71,7 @@ static void record_with_graphics_only(struct scene *scene)
         scene, fixture_find_family(scene->fixture, VK_QUEUE_GRAPHICS_BIT, VK_QUEUE_COMPUTE_BIT), 0);
 }
 
-static const struct setup graphics_only_family = {.configure = make_first_family_graphics_only};
-
 /* ---- protected ---- */
-
-static const struct setup with_protected = {.enable = ENABLE_PROTECTED};
 
 static void record_protected(struct scene *scene)
 {
@@ -107,8 +96,6 @@ static void add_compute_to_video(struct null_driver_config *config)
         if ((config->queue_families[i].queueFlags & VK_QUEUE_VIDEO_DECODE_BIT_KHR) != 0)
             config->queue_families[i].queueFlags |= VK_QUEUE_COMPUTE_BIT;
 }
-
-static const struct setup with_video = {.configure = add_compute_to_video, .enable = ENABLE_VIDEO};
 
 SCENE_CREATES(create_video_session, VideoSessionKHR, VkVideoSessionKHR, VkVideoSessionCreateInfoKHR)
 
@@ -174,21 +161,23 @@ static void begin_again_in_video_coding(struct scene *scene)
 
 static const struct test_case cases[] = {
     CASE("feature_acceleration_structure_off", RULE(acceleration_structure_feature_is_enabled),
-         .setup = &without_acceleration_structure, .twin_setup = &with_defaults),
+         SETUP(.disable = DISABLE_ACCELERATION_STRUCTURE), .twin_setup = &with_defaults),
     CASE("feature_acceleration_structure_off_in_features2",
          RULE(acceleration_structure_feature_is_enabled),
-         .setup = &without_acceleration_structure_2, .twin_setup = &with_features2),
+         SETUP(.disable = DISABLE_ACCELERATION_STRUCTURE, .route = ROUTE_FEATURES2),
+         TWIN_SETUP(.route = ROUTE_FEATURES2)),
     CASE("feature_indirect_build_off", RULE(indirect_build_feature_is_enabled),
-         .setup = &without_indirect, .twin_setup = &with_defaults),
+         SETUP(.disable = DISABLE_INDIRECT_BUILD), .twin_setup = &with_defaults),
     /* Without the build whose source can't be built either. */
     CASE("feature_host_commands_off", RULE(host_commands_feature_is_enabled),
-         .setup = &without_host, .twin_setup = &with_defaults, EDITS(SET(info_count, UPDATE))),
+         SETUP(.disable = DISABLE_HOST_COMMANDS), .twin_setup = &with_defaults,
+         EDITS(SET(info_count, UPDATE))),
     CASE("feature_host_commands_off_is_no_matter_to_devices",
          RULE(host_commands_feature_is_enabled), .silent = true, .commands = ON_COMMAND_BUFFERS,
-         .setup = &without_host),
+         SETUP(.disable = DISABLE_HOST_COMMANDS)),
     CASE("feature_indirect_build_off_is_no_matter_to_direct_builds",
          RULE(indirect_build_feature_is_enabled), .silent = true, .commands = ON_WITH_RANGES,
-         .setup = &without_indirect),
+         SETUP(.disable = DISABLE_INDIRECT_BUILD)),
     CASE("command_buffer_is_a_queue", RULE(command_buffer_is_valid), .mutate = record_on_a_queue,
          .mutate_twin = record_on_another_command_buffer),
     CASE("command_buffer_is_the_device", RULE(command_buffer_is_valid),
@@ -199,14 +188,16 @@ static const struct test_case cases[] = {
          .mutate = record_without_compute, .mutate_twin = record_with_compute_only,
          .needs_null_driver = true, .forwards = true),
     CASE("pool_with_graphics_but_no_compute", RULE(command_pool_supports_compute),
-         .setup = &graphics_only_family, .mutate = record_with_graphics_only),
+         SETUP(.configure = make_first_family_graphics_only), .mutate = record_with_graphics_only),
     CASE("protected_command_buffer", RULE(command_buffer_is_not_protected),
-         .setup = &with_protected, .mutate = record_protected,
+         SETUP(.enable = ENABLE_PROTECTED), .mutate = record_protected,
          .mutate_twin = record_unprotected_in_protected_family),
-    CASE("inside_video_coding", RULE(build_is_outside_video_coding), .setup = &with_video,
+    CASE("inside_video_coding", RULE(build_is_outside_video_coding),
+         SETUP(.configure = add_compute_to_video, .enable = ENABLE_VIDEO),
          .mutate = begin_video_coding, .mutate_twin = end_video_coding),
     CASE("video_coding_ends_with_the_recording", RULE(build_is_outside_video_coding),
-         .silent = true, .setup = &with_video, .mutate = begin_again_in_video_coding),
+         .silent = true, SETUP(.configure = add_compute_to_video, .enable = ENABLE_VIDEO),
+         .mutate = begin_again_in_video_coding),
     CASE("info_count_0", RULE(info_count_is_positive), EITHER_SET(info_count, 0, 1)),
     CASE("info_count_0_excuses_all_pointers", RULE(info_count_is_positive),
          EDITS(SET(info_count, 0), SET(infos_argument, 0), SET(ranges_argument, 0),

@@ -94,8 +94,6 @@ static void fail_to_bind_both(struct scene *scene)
 
 /* ---- instances of memory ---- */
 
-static const struct setup with_group = {.enable = ENABLE_GROUP};
-
 /* Two structures at one offset of memory that each physical device has an instance of. */
 static void use_instances(struct scene *scene, const uint32_t first[2], const uint32_t second[2])
 {
@@ -155,8 +153,9 @@ static const struct test_case cases[] = {
     CASE("dsts_bound_by_bind2", EITHER_CALL_SIZE(bind_both, 0, PLACE_SIZE)),
     CASE("dsts_perhaps_bound", RULES(RULE_dst_and_dst_are_apart, RULE_dst_is_backed_by_memory),
          .silent = true, .mutate = fail_to_bind_both, .needs_null_driver = true),
-    CASE("dsts_in_one_instance_of_memory", .commands = ON_COMMAND_BUFFERS, .setup = &with_group,
-         .mutate = use_own_instances, .mutate_twin = use_different_instances),
+    CASE("dsts_in_one_instance_of_memory", .commands = ON_COMMAND_BUFFERS,
+         SETUP(.enable = ENABLE_GROUP), .mutate = use_own_instances,
+         .mutate_twin = use_different_instances),
 };
 
 CASE_LIST(cases_memory, cases);

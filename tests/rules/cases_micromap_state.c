@@ -6,13 +6,8 @@
 #define OPACITY "VkAccelerationStructureTrianglesOpacityMicromap"
 #define TRIANGLES_PATH(build) "pInfos[" #build "].pGeometries[0].geometry.triangles.pNext"
 
-static const struct setup with_ext = {.enable = ENABLE_OPACITY_MICROMAP_EXT};
 static const struct setup with_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
 /* Rules of level state that take more to decide here. */
-static const struct setup at_level_execution = {.enable = ENABLE_OPACITY_MICROMAP_KHR,
-                                                .level = "execution"};
-static const struct setup at_level_execution_ext = {.enable = ENABLE_OPACITY_MICROMAP_EXT,
-                                                    .level = "execution"};
 
 static void submit(struct scene *scene)
 {
@@ -196,11 +191,13 @@ static const struct test_case cases[] = {
          .silent = true, .setup = &with_khr, .mutate = use_built,
          EDITS(SET(micromaps.opacity.baseTriangle, 100))),
     CASE("micromap_destroyed_before_submission", RULE(opacity_micromap_is_valid),
-         .setup = &at_level_execution, .mutate = scene_use_micromap, .mutate_twin = use_built,
-         .then = destroy_and_submit, .twin_then = submit_and_destroy, .forwards = true,
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR, .level = "execution"),
+         .mutate = scene_use_micromap, .mutate_twin = use_built, .then = destroy_and_submit,
+         .twin_then = submit_and_destroy, .forwards = true,
          .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"),
 
-    SHARED(RULE(ext_opacity_micromap_was_constructed_before), .setup = &with_ext, .then = submit),
+    SHARED(RULE(ext_opacity_micromap_was_constructed_before),
+           SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT), .then = submit),
     CASE("ext_micromap_never_built", .mutate = scene_use_micromap_ext, .mutate_twin = use_built_ext,
          .twin_then = submit, .forwards = true,
          .path = TRIANGLES_PATH(0) "<" OPACITY "EXT>.micromap"),
@@ -210,8 +207,10 @@ static const struct test_case cases[] = {
     CASE("ext_micromap_deserialized", .silent = true, .mutate = use_deserialized_ext),
     CASE("ext_micromap_built_by_host", .silent = true, .mutate = use_built_by_host_ext),
     CASE("ext_micromap_destroyed_before_submission", RULE(ext_opacity_micromap_is_valid),
-         .commands = ON_COMMAND_BUFFERS, .setup = &at_level_execution_ext, .prepare = use_built_ext,
-         .then = destroy_ext_and_submit, .twin_then = submit, .forwards = true),
+         .commands = ON_COMMAND_BUFFERS,
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT, .level = "execution"),
+         .prepare = use_built_ext, .then = destroy_ext_and_submit, .twin_then = submit,
+         .forwards = true),
 
     SHARED(RULE(dst_and_micromaps_of_other_builds_are_apart), .setup = &with_khr),
     CASE("dst_is_a_micromap_in_use", RULE(no_dst_is_a_micromap_of_another_build),

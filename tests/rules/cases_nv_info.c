@@ -27,9 +27,6 @@ static void limit_triangles(struct null_driver_config *config)
     config->nv_properties.maxTriangleCount = LIMIT;
 }
 
-static const struct setup few_geometries = {.configure = limit_geometries};
-static const struct setup few_instances = {.configure = limit_instances};
-static const struct setup few_triangles = {.configure = limit_triangles};
 static const struct setup nothing_special = {0};
 
 /* ---- infos of which dst knows ---- */
@@ -119,16 +116,17 @@ static const struct test_case cases[] = {
 
     SHARED(
         RULES(RULE_nv_build_geometry_count_is_within_limit, RULE_nv_geometry_count_is_within_limit),
-        .setup = &few_geometries, .twin_setup = &nothing_special),
+        SETUP(.configure = limit_geometries), .twin_setup = &nothing_special),
     CASE("geometry_limit", .path = "pInfo->geometryCount 2 exceeds"),
     CASE("geometry_limit_met", .silent = true, EDITS(SET(nv.info.geometryCount, 1))),
 
     SHARED(RULE(nv_dst_was_created_compatible)),
-    CASE("instance_limit", RULE(nv_instance_count_is_within_limit), .setup = &few_instances,
-         .prepare = scene_nv_use_instances,
+    CASE("instance_limit", RULE(nv_instance_count_is_within_limit),
+         SETUP(.configure = limit_instances), .prepare = scene_nv_use_instances,
          EDITS(SET(nv.info.instanceCount, LIMIT + 1), CALL(scene_nv_give_objects)),
          TWIN_EDITS(SET(nv.info.instanceCount, LIMIT), CALL(scene_nv_give_objects))),
-    CASE("triangle_limit", RULE(nv_triangle_count_is_within_limit), .setup = &few_triangles,
+    CASE("triangle_limit", RULE(nv_triangle_count_is_within_limit),
+         SETUP(.configure = limit_triangles),
          EDITS(SET(nv.geometries[1].geometry.triangles.vertexCount, 9),
                CALL(scene_nv_give_objects))),
     /* No device takes as many, backend cpu included. */

@@ -104,8 +104,6 @@ static void give_flags2(struct scene *scene, VkBufferUsageFlags usage, VkBufferU
     scene->infos[TLAS].scratchData.deviceAddress = scene_address(scene, &buffer, 0);
 }
 
-static const struct setup with_maintenance5 = {.enable = ENABLE_MAINTENANCE5};
-
 /* ---- builds that need no scratch ---- */
 
 static void want_no_update_scratch(struct null_driver_config *config)
@@ -177,7 +175,7 @@ static const struct test_case cases[] = {
         .path = "pInfos[3].scratchData.deviceAddress"),
     CASE("scratch_with_storage_usage_by_an_alias", .silent = true,
          .mutate = alias_with_storage_usage),
-    CASE("scratch_without_storage_usage_in_flags2", .setup = &with_maintenance5,
+    CASE("scratch_without_storage_usage_in_flags2", SETUP(.enable = ENABLE_MAINTENANCE5),
          EDITS(CALL_FOR(give_flags2, SCRATCH_USAGE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT)),
          TWIN_EDITS(CALL_FOR(give_flags2, 0, SCRATCH_USAGE))),
     CASE(

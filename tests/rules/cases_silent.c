@@ -222,13 +222,6 @@ static void read_from_replayed_address(struct scene *scene)
         scene->TRIANGLES(INDEXED, 0).vertexData.deviceAddress = replayed.opaqueCaptureAddress;
 }
 
-static const struct setup of_level_parameters = {.level = "parameters"};
-static const struct setup of_level_state = {.level = "state"};
-static const struct setup of_level_content = {.level = "content"};
-static const struct setup by_features2 = {.route = ROUTE_FEATURES2};
-static const struct setup by_khr = {.route = ROUTE_KHR};
-static const struct setup by_ext = {.route = ROUTE_EXT};
-static const struct setup on_1_4 = {.api_version = VK_API_VERSION_1_4};
 static const struct setup with_everything = {
     .enable = ENABLE_UINT8_KHR | ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP |
               ENABLE_MOTION | ENABLE_SPHERES | ENABLE_VIDEO | ENABLE_PROTECTED | ENABLE_SPARSE |
@@ -237,13 +230,13 @@ static const struct setup with_everything = {
 static const struct test_case cases[] = {
     SHARED(.silent = true),
     CASE("plain"),
-    CASE("plain_at_level_parameters", .setup = &of_level_parameters),
-    CASE("plain_at_level_state", .setup = &of_level_state),
-    CASE("plain_at_level_content", .setup = &of_level_content),
-    CASE("plain_with_features2", .setup = &by_features2),
-    CASE("plain_with_khr_extensions", .setup = &by_khr),
-    CASE("plain_with_ext_addresses", .setup = &by_ext),
-    CASE("plain_on_1_4", .setup = &on_1_4),
+    CASE("plain_at_level_parameters", SETUP(.level = "parameters")),
+    CASE("plain_at_level_state", SETUP(.level = "state")),
+    CASE("plain_at_level_content", SETUP(.level = "content")),
+    CASE("plain_with_features2", SETUP(.route = ROUTE_FEATURES2)),
+    CASE("plain_with_khr_extensions", SETUP(.route = ROUTE_KHR)),
+    CASE("plain_with_ext_addresses", SETUP(.route = ROUTE_EXT)),
+    CASE("plain_on_1_4", SETUP(.api_version = VK_API_VERSION_1_4)),
     CASE("plain_with_everything_enabled", .setup = &with_everything),
     CASE("replayed_address", RULE(input_address_is_in_a_buffer), .commands = ON_COMMAND_BUFFERS,
          .mutate = read_from_replayed_address, .needs_null_driver = true),

@@ -100,7 +100,7 @@ static void update_from_unbound_page(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    SHARED(.setup = &with_sparse, .mutate = make_pages, .mutate_twin = make_pages, .submits = true),
+    SHARED(.setup = &with_sparse, .prepare = make_pages, .submits = true),
     CASE("dsts_in_one_sparse_page", RULE(dst_and_dst_are_apart),
          EDITS(BIND(FIRST, 3), BIND(SECOND + 2, 3), DST(INDEXED, FIRST), DST(AABBS, SECOND + 2)),
          TWIN_EDITS(BIND(FIRST, 3), BIND(SECOND, 4), DSTS)),
@@ -130,12 +130,13 @@ static const struct test_case cases[] = {
          TWIN_EDITS(BIND(FIRST, 0), BIND(FIRST + 1, 1), DST(INDEXED, FIRST),
                     CALL_WITH(unbind_page, FIRST + 1))),
 
-    SHARED(.setup = &with_sparse, .mutate = make_pages, .submits = true),
-    CASE("dst_in_sparse_page_of_freed_memory", RULE(dst_is_backed_by_memory),
-         EDITS(BIND(FIRST, 0), DST(INDEXED, FIRST), CALL(free_pages)), .mutate_twin = make_pages,
+    SHARED(.setup = &with_sparse, .submits = true),
+    CASE("dst_in_sparse_page_of_freed_memory", RULE(dst_is_backed_by_memory), .prepare = make_pages,
+         EDITS(BIND(FIRST, 0), DST(INDEXED, FIRST), CALL(free_pages)),
          TWIN_EDITS(BIND(FIRST, 3), BIND(SECOND, 4), DSTS)),
     CASE("src_in_sparse_page_unbound_again", RULE(update_src_is_backed_by_memory),
-         EDITS(CALL(update_from_unbound_page)), .path = "pInfos[4].srcAccelerationStructure"),
+         .mutate = make_pages, EDITS(CALL(update_from_unbound_page)),
+         .path = "pInfos[4].srcAccelerationStructure"),
 
     SHARED(RULE(dst_is_backed_by_memory), .silent = true, .commands = ON_COMMAND_BUFFERS,
            .setup = &with_sparse, .mutate = make_pages),

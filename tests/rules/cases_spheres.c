@@ -6,13 +6,6 @@
 
 #define WILD 0x7000000000ull
 
-static void offer_packed_format(struct null_driver_config *config)
-{
-    config->formats[config->format_count++] = (struct null_driver_format){
-        VK_FORMAT_A2B10G10R10_SNORM_PACK32,
-        VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
-}
-
 static const struct setup with_spheres = {.enable = ENABLE_SPHERES};
 static const struct setup with_spheres_and_future = {.enable = ENABLE_SPHERES | ENABLE_FUTURE};
 static const struct setup with_packed_format = {.enable = ENABLE_SPHERES,

@@ -112,7 +112,6 @@ static void update_compacted_copy(struct scene *scene)
 }
 
 /* A rule of level state that takes more to decide here. */
-static const struct setup at_level_execution = {.level = "execution"};
 
 static const struct test_case cases[] = {
     CASE("source_without_allow_update", RULE(update_source_was_built_with_allow_update),
@@ -145,7 +144,7 @@ static const struct test_case cases[] = {
     CASE("max_vertex_of_update_of_compacted_copy", RULE(max_vertex_matches_source),
          .prepare = update_compacted_copy, EDITS(SET(T_UPDATE.maxVertex, 6))),
     CASE("dst_too_small_for_an_update_of_an_uncompacted_source", RULE(dst_is_large_enough),
-         .setup = &at_level_execution, EITHER_CALL_SIZE(update_into, 2, 1),
+         SETUP(.level = "execution"), EITHER_CALL_SIZE(update_into, 2, 1),
          .path = "pInfos[4].dstAccelerationStructure"),
     CASE("index_type_of_update", RULE(index_type_matches_source),
          EDITS(SET(T_UPDATE.indexType, VK_INDEX_TYPE_UINT16)),

@@ -222,6 +222,12 @@ VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct test_buf
 struct test_memory scene_allocate_of_type(struct scene *scene, VkDeviceSize size,
                                           uint32_t memory_type_bits);
 
+/* Addresses of buffers that builds can't read: of freed memory, of a destroyed buffer, and without
+ * the usage for it. */
+VkDeviceAddress scene_freed_address(struct scene *scene);
+VkDeviceAddress scene_destroyed_address(struct scene *scene);
+VkDeviceAddress scene_address_without_usage(struct scene *scene);
+
 /* A bound buffer with memory of its own. */
 struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage);
 
