@@ -30,11 +30,6 @@ static void record_on_a_forgery(struct scene *scene)
     scene->command_buffer = (VkCommandBuffer)(void *)forged;
 }
 
-static void record_on_another_command_buffer(struct scene *scene)
-{
-    scene_record_in_family(scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0), 0);
-}
-
 static void record_on_a_secondary(struct scene *scene)
 {
     const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
@@ -45,19 +40,10 @@ static void record_on_a_secondary(struct scene *scene)
 
 /* ---- queue families ---- */
 
-static void record_without_compute(struct scene *scene)
+static void record_in_family(struct scene *scene, VkQueueFlags with, VkDeviceSize without)
 {
-    scene_record_in_family(
-        scene,
-        fixture_find_family(scene->fixture, VK_QUEUE_TRANSFER_BIT,
-                            VK_QUEUE_COMPUTE_BIT | VK_QUEUE_VIDEO_DECODE_BIT_KHR),
-        0);
-}
-
-static void record_with_compute_only(struct scene *scene)
-{
-    scene_record_in_family(
-        scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, VK_QUEUE_GRAPHICS_BIT), 0);
+    scene_record_in_family(scene, fixture_find_family(scene->fixture, with, (VkQueueFlags)without),
+                           0);
 }
 
 static void make_first_family_graphics_only(struct null_driver_config *config)
@@ -65,27 +51,12 @@ static void make_first_family_graphics_only(struct null_driver_config *config)
     config->queue_families[2].queueFlags = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_TRANSFER_BIT;
 }
 
-static void record_with_graphics_only(struct scene *scene)
-{
-    scene_record_in_family(
-        scene, fixture_find_family(scene->fixture, VK_QUEUE_GRAPHICS_BIT, VK_QUEUE_COMPUTE_BIT), 0);
-}
-
 /* ---- protected ---- */
 
-static void record_protected(struct scene *scene)
+static void record_in_protected_family(struct scene *scene, VkCommandPoolCreateFlags flags)
 {
-    scene_record_in_family(
-        scene,
-        fixture_find_family(scene->fixture, VK_QUEUE_PROTECTED_BIT | VK_QUEUE_COMPUTE_BIT, 0),
-        VK_COMMAND_POOL_CREATE_PROTECTED_BIT);
-}
-
-static void record_unprotected_in_protected_family(struct scene *scene)
-{
-    scene_record_in_family(
-        scene,
-        fixture_find_family(scene->fixture, VK_QUEUE_PROTECTED_BIT | VK_QUEUE_COMPUTE_BIT, 0), 0);
+    const VkQueueFlags with = VK_QUEUE_PROTECTED_BIT | VK_QUEUE_COMPUTE_BIT;
+    scene_record_in_family(scene, fixture_find_family(scene->fixture, with, 0), flags);
 }
 
 /* ---- video ---- */
@@ -179,19 +150,22 @@ static const struct test_case cases[] = {
          RULE(indirect_build_feature_is_enabled), .silent = true, .commands = ON_WITH_RANGES,
          SETUP(.disable = DISABLE_INDIRECT_BUILD)),
     CASE("command_buffer_is_a_queue", RULE(command_buffer_is_valid), .mutate = record_on_a_queue,
-         .mutate_twin = record_on_another_command_buffer),
+         TWIN_EDITS(CALL_FOR(record_in_family, VK_QUEUE_COMPUTE_BIT, 0))),
     CASE("command_buffer_is_the_device", RULE(command_buffer_is_valid),
          .mutate = record_on_the_device, .mutate_twin = record_on_a_secondary),
     CASE("command_buffer_is_a_forgery", RULE(command_buffer_is_valid),
          .mutate = record_on_a_forgery),
     CASE("pool_without_compute", RULE(command_pool_supports_compute),
-         .mutate = record_without_compute, .mutate_twin = record_with_compute_only,
+         EDITS(CALL_FOR(record_in_family, VK_QUEUE_TRANSFER_BIT,
+                        VK_QUEUE_COMPUTE_BIT | VK_QUEUE_VIDEO_DECODE_BIT_KHR)),
+         TWIN_EDITS(CALL_FOR(record_in_family, VK_QUEUE_COMPUTE_BIT, VK_QUEUE_GRAPHICS_BIT)),
          .needs_null_driver = true, .forwards = true),
     CASE("pool_with_graphics_but_no_compute", RULE(command_pool_supports_compute),
-         SETUP(.configure = make_first_family_graphics_only), .mutate = record_with_graphics_only),
+         SETUP(.configure = make_first_family_graphics_only),
+         EDITS(CALL_FOR(record_in_family, VK_QUEUE_GRAPHICS_BIT, VK_QUEUE_COMPUTE_BIT))),
     CASE("protected_command_buffer", RULE(command_buffer_is_not_protected),
-         SETUP(.enable = ENABLE_PROTECTED), .mutate = record_protected,
-         .mutate_twin = record_unprotected_in_protected_family),
+         SETUP(.enable = ENABLE_PROTECTED),
+         EITHER_CALL(record_in_protected_family, VK_COMMAND_POOL_CREATE_PROTECTED_BIT, 0)),
     CASE("inside_video_coding", RULE(build_is_outside_video_coding),
          SETUP(.configure = add_compute_to_video, .enable = ENABLE_VIDEO),
          .mutate = begin_video_coding, .mutate_twin = end_video_coding),

@@ -55,7 +55,7 @@ static void bind_late(struct scene *scene, VkDeviceSize second_offset)
 }
 
 /* vkBindBufferMemory2 of two buffers at once. */
-static void bind_both(struct scene *scene, VkDeviceSize second_offset)
+static VkResult bind2(struct scene *scene, VkDeviceSize second_offset)
 {
     VkBindBufferMemoryInfo infos[2];
     const struct test_memory memory = scene_allocate(scene, 2 * PLACE_SIZE);
@@ -67,29 +67,23 @@ static void bind_both(struct scene *scene, VkDeviceSize second_offset)
                                             .memory = memory.handle,
                                             .memoryOffset = i == 0 ? 0 : second_offset};
     }
-    expect_success(scene->vk->BindBufferMemory2(scene->fixture->device, 2, infos),
-                   "vkBindBufferMemory2");
+    const VkResult result = scene->vk->BindBufferMemory2(scene->fixture->device, 2, infos);
     place_dst(scene, INDEXED, &buffers[0], 0);
     place_dst(scene, AABBS, &buffers[1], 0);
+    return result;
+}
+
+static void bind_both(struct scene *scene, VkDeviceSize second_offset)
+{
+    expect_success(bind2(scene, second_offset), "vkBindBufferMemory2");
 }
 
 /* After a failure nobody knows which of the buffers are bound. */
 static void fail_to_bind_both(struct scene *scene)
 {
-    VkBindBufferMemoryInfo infos[2];
-    const struct test_memory memory = scene_allocate(scene, PLACE_SIZE);
-
-    for (int i = 0; i < 2; i++) {
-        buffers[i] = scene_create_buffer(scene, PLACE_SIZE, PLACE_USAGE);
-        infos[i] = (VkBindBufferMemoryInfo){.sType = VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO,
-                                            .buffer = buffers[i].handle,
-                                            .memory = memory.handle};
-    }
     scene->fixture->platform->null_driver.fail_next("vkBindBufferMemory2",
                                                     VK_ERROR_OUT_OF_DEVICE_MEMORY);
-    scene->vk->BindBufferMemory2(scene->fixture->device, 2, infos);
-    place_dst(scene, INDEXED, &buffers[0], 0);
-    place_dst(scene, AABBS, &buffers[1], 0);
+    bind2(scene, 0);
 }
 
 /* ---- instances of memory ---- */

@@ -53,13 +53,6 @@ static void use_blas_as_micromap(struct scene *scene)
     scene->micromaps.opacity.micromap = accel;
 }
 
-static void use_built_without_indices(struct scene *scene)
-{
-    use_built(scene);
-    scene->micromaps.opacity.indexType = VK_INDEX_TYPE_NONE_KHR;
-    scene->micromaps.opacity.indexBuffer = 0;
-}
-
 static void destroy_and_submit(struct scene *scene)
 {
     scene_destroy(scene, (uint64_t)scene->micromaps.opacity.micromap);
@@ -178,19 +171,21 @@ static const struct test_case cases[] = {
          .then = submit, .twin_then = submit, .forwards = true,
          .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"),
 
-    SHARED(RULE(opacity_triangles_are_within_micromap), .commands = ON_DEVICE, .setup = &with_khr,
-           .prepare = use_built_without_indices),
-    CASE("micromap_with_too_few_triangles", EITHER_SET(micromaps.opacity.baseTriangle, 4, 3),
+    SHARED(RULE(opacity_triangles_are_within_micromap), .setup = &with_khr),
+    CASE("micromap_with_too_few_triangles", .commands = ON_DEVICE, .prepare = use_built,
+         PREPARE_EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_NONE_KHR),
+                       SET(micromaps.opacity.indexBuffer, 0)),
+         EITHER_SET(micromaps.opacity.baseTriangle, 4, 3),
          .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.baseTriangle"),
-    CASE("micromap_beyond_32_bits_of_triangles",
-         PREPARE_EDITS(SET(micromaps.opacity.baseTriangle, UINT32_MAX)),
+    CASE("micromap_beyond_32_bits_of_triangles", .commands = ON_DEVICE, .prepare = use_built,
+         PREPARE_EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_NONE_KHR),
+                       SET(micromaps.opacity.indexBuffer, 0),
+                       SET(micromaps.opacity.baseTriangle, UINT32_MAX)),
          TWIN_EDITS(SET(ranges[INDEXED][0].primitiveCount, 0))),
-
-    SHARED(.commands = ON_COMMAND_BUFFERS),
-    CASE("micromap_with_indices_has_them_elsewhere", RULE(opacity_triangles_are_within_micromap),
-         .silent = true, .setup = &with_khr, .mutate = use_built,
-         EDITS(SET(micromaps.opacity.baseTriangle, 100))),
+    CASE("micromap_with_indices_has_them_elsewhere", .silent = true, .commands = ON_COMMAND_BUFFERS,
+         .mutate = use_built, EDITS(SET(micromaps.opacity.baseTriangle, 100))),
     CASE("micromap_destroyed_before_submission", RULE(opacity_micromap_is_valid),
+         .commands = ON_COMMAND_BUFFERS,
          SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR, .level = "execution"),
          .mutate = scene_use_micromap, .mutate_twin = use_built, .then = destroy_and_submit,
          .twin_then = submit_and_destroy, .forwards = true,

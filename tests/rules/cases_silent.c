@@ -68,25 +68,21 @@ static void destroy_others_before_update(struct scene *scene)
 static void update_deserialized(struct scene *scene)
 {
     const VkAccelerationStructureKHR accel = scene_accel_for(scene, REFIT);
-    if (scene->command == COMMAND_HOST) {
-        static uint8_t bytes[4096];
-        const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-            .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-            .src.hostAddress = bytes,
-            .dst = accel,
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-        };
+    const bool is_host = scene->command == COMMAND_HOST;
+    static const uint8_t bytes[4096];
+    VkCopyMemoryToAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.hostAddress = bytes,
+        .dst = accel,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
+    };
+    if (!is_host)
+        info.src.deviceAddress = scene_buffer(scene, sizeof(bytes), INPUT_USAGE).address;
+    if (is_host)
         scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
                                                         &info);
-    } else {
-        const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-            .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-            .src.deviceAddress = scene_buffer(scene, 4096, INPUT_USAGE).address,
-            .dst = accel,
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-        };
+    else
         scene->vk->CmdCopyMemoryToAccelerationStructureKHR(scene->command_buffer, &info);
-    }
     scene->infos[REFIT].srcAccelerationStructure = accel;
     scene->infos[REFIT].dstAccelerationStructure = accel;
 }

@@ -4,6 +4,7 @@
 #include "case.h"
 #include "placing.h"
 
+#define ALLOW_UPDATE VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR
 #define T_UPDATE TRIANGLES(UPDATE, 0)
 
 /* A build like INDEXED that is not part of the call; to be changed, then built before it. */
@@ -21,15 +22,10 @@ static void build_source(struct scene *scene, uint32_t build, uint32_t update)
     scene->infos[update].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
 }
 
-static void build_source_like_the_update(struct scene *scene)
-{
-    build_source(scene, begin_source(scene), UPDATE);
-}
-
-static void build_source_without_allow_update(struct scene *scene)
+static void build_source_with(struct scene *scene, VkBuildAccelerationStructureFlagsKHR flags)
 {
     const uint32_t build = begin_source(scene);
-    scene->infos[build].flags = 0;
+    scene->infos[build].flags = flags;
     build_source(scene, build, UPDATE);
 }
 
@@ -51,12 +47,6 @@ static void build_source_twice(struct scene *scene)
         scene_build_before(scene, build, 1);
     }
     scene->infos[UPDATE].srcAccelerationStructure = source;
-}
-
-static void update_with_other_flags(struct scene *scene)
-{
-    scene->infos[UPDATE].flags |= VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
-    scene_give_objects(scene, UPDATE);
 }
 
 static void build_source_of_two_geometries(struct scene *scene)
@@ -115,14 +105,16 @@ static void update_compacted_copy(struct scene *scene)
 
 static const struct test_case cases[] = {
     CASE("source_without_allow_update", RULE(update_source_was_built_with_allow_update),
-         .mutate = build_source_without_allow_update, .mutate_twin = build_source_like_the_update,
+         EITHER_CALL(build_source_with, 0, ALLOW_UPDATE),
          .path = "pInfos[4].srcAccelerationStructure"),
     CASE("source_built_again",
          RULES(RULE_update_source_was_built_with_allow_update, RULE_max_vertex_matches_source),
          .silent = true, .mutate = build_source_twice),
     CASE("source_of_two_geometries", RULE(geometry_count_matches_source),
          .mutate = build_source_of_two_geometries, .path = "pInfos[4].geometryCount"),
-    CASE("flags_of_update", RULE(build_flags_match_source), .mutate = update_with_other_flags,
+    CASE("flags_of_update", RULE(build_flags_match_source),
+         EDITS(ADD(infos[UPDATE].flags, VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR),
+               CALL_WITH(scene_give_objects, UPDATE)),
          .path = "pInfos[4].flags"),
     CASE("type_of_update", RULES(RULE_build_type_matches_source, RULE_geometry_type_matches_source),
          .mutate = update_tlas_from_blas, .path = "pInfos[3]"),
