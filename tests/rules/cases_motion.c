@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "case.h"
-#include "scene_motion.h"
+#include "scene_extensions.h"
 
 #define MOTION_PATH                                                                                \
     "pInfos[0].pGeometries[0].geometry.triangles."                                                 \

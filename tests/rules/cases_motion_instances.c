@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "case.h"
-#include "scene_motion.h"
+#include "scene_extensions.h"
 
 #define MOTION VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV
 

@@ -2,7 +2,7 @@
 /* VK_NV_ray_tracing_linear_swept_spheres: both of its geometries. */
 #include "case.h"
 #include "placing.h"
-#include "scene_spheres.h"
+#include "scene_extensions.h"
 
 #define WILD 0x7000000000ull
 

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Valid builds of spheres and of linear swept spheres, for cases to break. */
-#ifndef RULES_SCENE_SPHERES_H
-#define RULES_SCENE_SPHERES_H
+/* Valid builds of extensions, for cases to break: of spheres, of linear swept spheres, with motion.
+ */
+#ifndef RULES_SCENE_EXTENSIONS_H
+#define RULES_SCENE_EXTENSIONS_H
 
 #include "scene.h"
 
@@ -9,6 +10,9 @@
 enum { SPHERES = SCENE_BASE_BUILDS };
 void scene_add_spheres(struct scene *scene);
 void scene_add_swept_spheres(struct scene *scene);
+
+/* Gives a build a dst that was created for motion, and scratch. */
+void scene_give_motion_dst(struct scene *scene, uint32_t build);
 
 #define SPHERES_PATH "pInfos[6].pGeometries[0].pNext<VkAccelerationStructureGeometrySpheresDataNV>."
 #define SWEPT_PATH                                                                                 \

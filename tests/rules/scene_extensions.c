@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Valid builds of spheres and of linear swept spheres, for cases to break. */
-#include "scene_spheres.h"
+/* Valid builds of extensions, for cases to break: of spheres, of linear swept spheres, with motion.
+ */
+#include "scene_extensions.h"
 
 static void add_build(struct scene *scene, VkGeometryTypeKHR type, const void *data)
 {
@@ -49,4 +50,34 @@ void scene_add_swept_spheres(struct scene *scene)
         .endCapsMode = VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_CHAINED_NV,
     };
     add_build(scene, VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, &scene->swept_spheres);
+}
+
+/* ---- motion ---- */
+
+#define MOTION VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV
+
+/* A moving build may take more than the same one without. */
+static void give_motion_objects(struct scene *scene, uint32_t build)
+{
+    VkAccelerationStructureBuildGeometryInfoKHR *info = &scene->infos[build];
+    const VkBuildAccelerationStructureFlagsKHR flags = info->flags;
+    info->flags |= MOTION;
+    scene_give_objects(scene, build);
+    info->flags = flags;
+}
+
+void scene_give_motion_dst(struct scene *scene, uint32_t build)
+{
+    give_motion_objects(scene, build);
+    const VkAccelerationStructureMotionInfoNV motion_info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV, .maxInstances = 3};
+    const VkAccelerationStructureCreateInfoKHR create_info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        .pNext = &motion_info,
+        .createFlags = VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV,
+        .buffer = scene->dst_buffers[build].handle,
+        .size = scene->dst_buffers[build].size,
+        .type = scene->infos[build].type,
+    };
+    scene->infos[build].dstAccelerationStructure = scene_create_accel(scene, &create_info);
 }
