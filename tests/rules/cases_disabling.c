@@ -2,16 +2,12 @@
 /* Instances that disable the micromaps of what they refer to, which has to have been built so that
  * they may. */
 #include "case.h"
+#include "scene_extensions.h"
 
 static const struct setup with_content = {.enable = ENABLE_OPACITY_MICROMAP_KHR,
                                           .level = "content"};
 
 #define ALLOW_DISABLING VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR
-
-static VkAccelerationStructureInstanceKHR *instance_at(struct scene *scene, uint32_t index)
-{
-    return (VkAccelerationStructureInstanceKHR *)(void *)scene->instances.host + index;
-}
 
 /* A BLAS that is like INDEXED; its index behind the builds, where the next one will be, too. */
 static uint32_t build_blas(struct scene *scene, VkBuildAccelerationStructureFlagsKHR flags)
@@ -22,11 +18,6 @@ static uint32_t build_blas(struct scene *scene, VkBuildAccelerationStructureFlag
     return build;
 }
 
-static void refer(struct scene *scene, uint32_t index, VkAccelerationStructureKHR blas)
-{
-    instance_at(scene, index)->accelerationStructureReference = scene_reference(scene, blas);
-}
-
 /* 0 of a BLAS that doesn't allow it, 2 of one that does and has it disabled. */
 static void use_instances(struct scene *scene)
 {
@@ -34,9 +25,9 @@ static void use_instances(struct scene *scene)
         scene->infos[build_blas(scene, 0)].dstAccelerationStructure;
     const VkAccelerationStructureKHR allowing =
         scene->infos[build_blas(scene, ALLOW_DISABLING)].dstAccelerationStructure;
-    refer(scene, 0, plain);
-    refer(scene, 2, allowing);
-    instance_at(scene, 2)->flags = VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR;
+    scene_refer(scene, 0, plain);
+    scene_refer(scene, 2, allowing);
+    scene_instance(scene, 2)->flags = VK_GEOMETRY_INSTANCE_DISABLE_OPACITY_MICROMAPS_BIT_KHR;
 }
 
 #define DISABLES(index)                                                                            \
@@ -47,7 +38,7 @@ static void use_rebuilt_instances(struct scene *scene)
 {
     use_instances(scene);
     const uint32_t build = build_blas(scene, ALLOW_DISABLING);
-    refer(scene, 0, scene->infos[build].dstAccelerationStructure);
+    scene_refer(scene, 0, scene->infos[build].dstAccelerationStructure);
     scene->infos[build].flags = 0;
     scene_build_before(scene, build, 1);
 }
@@ -60,7 +51,7 @@ static void use_clone_of(struct scene *scene, VkBuildAccelerationStructureFlagsK
         scene->infos[build_blas(scene, flags)].dstAccelerationStructure;
     const VkAccelerationStructureKHR clone = scene_accel_for(scene, INDEXED);
     scene_copy(scene, source, clone, VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-    refer(scene, 0, clone);
+    scene_refer(scene, 0, clone);
 }
 
 /* What comes after doesn't count. */
@@ -78,7 +69,7 @@ static void use_what_allows_it_now(struct scene *scene)
 {
     use_instances(scene);
     const uint32_t build = build_blas(scene, 0);
-    refer(scene, 0, scene->infos[build].dstAccelerationStructure);
+    scene_refer(scene, 0, scene->infos[build].dstAccelerationStructure);
     scene->infos[build].flags = ALLOW_DISABLING;
     scene_build_before(scene, build, 1);
 }
@@ -109,7 +100,7 @@ static void rebuild_on_device(struct scene *scene)
                                       .commandBufferCount = 1,
                                       .pCommandBuffers = &command_buffer};
     VkQueue queue;
-    refer(scene, 0, scene->infos[build].dstAccelerationStructure);
+    scene_refer(scene, 0, scene->infos[build].dstAccelerationStructure);
     scene->infos[build].flags = 0;
     scene_begin(scene, command_buffer, 0);
     record_on_device(scene, build, command_buffer);

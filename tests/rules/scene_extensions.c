@@ -3,6 +3,8 @@
  */
 #include "scene_extensions.h"
 
+#include <string.h>
+
 static void add_build(struct scene *scene, VkGeometryTypeKHR type, const void *data)
 {
     scene_add_build(scene, UNINDEXED);
@@ -80,4 +82,34 @@ void scene_give_motion_dst(struct scene *scene, uint32_t build)
         .type = scene->infos[build].type,
     };
     scene->infos[build].dstAccelerationStructure = scene_create_accel(scene, &create_info);
+}
+
+/* ---- instances ---- */
+
+VkAccelerationStructureInstanceKHR *scene_instance(struct scene *scene, uint32_t index)
+{
+    return (VkAccelerationStructureInstanceKHR *)(void *)scene->instances.host + index;
+}
+
+void scene_refer(struct scene *scene, uint32_t index, VkAccelerationStructureKHR accel)
+{
+    scene_instance(scene, index)->accelerationStructureReference = scene_reference(scene, accel);
+}
+
+VkAccelerationStructureKHR scene_built(struct scene *scene, uint32_t model)
+{
+    const uint32_t build = scene_reserve_build(scene, model);
+    scene_build_before(scene, build, 1);
+    return scene->infos[build].dstAccelerationStructure;
+}
+
+void scene_use_instance_pointers(struct scene *scene)
+{
+    uint64_t *pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
+    memset(pointers, 0, SCENE_BUFFER_SIZE / 2);
+    for (uint32_t i = 0; i < 8; i++)
+        pointers[i] =
+            scene_address(scene, &scene->instances, i * sizeof(VkAccelerationStructureInstanceKHR));
+    scene->geometries[TLAS][0].geometry.instances.arrayOfPointers = VK_TRUE;
+    scene->ranges[TLAS][0].primitiveOffset = SCENE_BUFFER_SIZE / 2;
 }
