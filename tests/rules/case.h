@@ -14,7 +14,6 @@ enum edit_kind {
     EDIT_COPY,         /* another member, of the same type */
     EDIT_POINT,        /* at another member */
     EDIT_MAKE_ADDRESS, /* what a function returns */
-    EDIT_MAKE_STRUCTURE,
     EDIT_MAKE_STRUCTURE_WITH,
     EDIT_UNREADABLE, /* the pointer leads to an unreadable page */
     EDIT_DESTROY,    /* the object behind the handle */
@@ -35,7 +34,6 @@ struct edit {
     union {
         float number;
         VkDeviceAddress (*make_address)(struct scene *scene);
-        VkAccelerationStructureKHR (*make_structure)(struct scene *scene);
         VkAccelerationStructureKHR (*make_structure_with)(struct scene *scene, uint32_t argument);
         void (*call)(struct scene *scene);
         void (*call_with)(struct scene *scene, uint32_t argument);
@@ -66,7 +64,6 @@ struct edit {
 #define MAKE_ADDRESS(member, function) MAKE(EDIT_MAKE_ADDRESS, make_address, member, function)
 /* The same of another handle. */
 #define MAKE_HANDLE(member, function) MAKE_ADDRESS(member, function)
-#define MAKE_STRUCTURE(member, function) MAKE(EDIT_MAKE_STRUCTURE, make_structure, member, function)
 #define MAKE_STRUCTURE_WITH(member_, function, argument)                                           \
     {                                                                                              \
         .kind = EDIT_MAKE_STRUCTURE_WITH, .offset = offsetof(struct scene, member_),               \

@@ -5,8 +5,6 @@
 #define T_INDEXED TRIANGLES(INDEXED, 0)
 #define GEOMETRY_PATH "pInfos[0].pGeometries[0].geometry.triangles."
 
-/* ---- setups ---- */
-
 /* ---- vertex formats ---- */
 
 static const VkFormat formats_that_all_have[] = {

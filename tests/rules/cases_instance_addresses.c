@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Instances that command buffers read: the addresses of structures in them, and those that lead to
  * them. */
-#include <string.h>
-
 #include "case.h"
 #include "scene_extensions.h"
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The instances of host builds, and the structures that they refer to. */
 #include <math.h>
-#include <string.h>
 
 #include "case.h"
 #include "placing.h"

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* VK_NV_ray_tracing_motion_blur: builds with motion, and the second positions of triangles. */
-#include <string.h>
-
 #include "case.h"
 #include "scene_extensions.h"
 

@@ -66,8 +66,6 @@ static void build_in_another_order(struct scene *scene)
     scene->nv.geometries[1] = first;
 }
 
-/* ---- cases ---- */
-
 static const struct test_case cases[] = {
     CASE("stype", RULE(nv_info_has_its_stype),
          EDITS(SET(nv.info.sType, VK_STRUCTURE_TYPE_GEOMETRY_NV)),

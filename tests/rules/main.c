@@ -7,7 +7,6 @@
  * is asked for, unseen where it can't see what is broken. */
 #include <signal.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Command buffers of a scene, and what they record beside builds. */
-#include <stdlib.h>
 
 #include "scene.h"
 
