@@ -94,8 +94,9 @@ static void update_from_unbound_page(struct scene *scene)
     const VkAccelerationStructureKHR source = scene->infos[UPDATE].srcAccelerationStructure;
     bind_page(scene, FIRST, 0);
     place_src(scene, UPDATE, &buffers[0], 0);
-    scene_copy(scene, source, scene->infos[UPDATE].srcAccelerationStructure,
-               VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    expect_success(scene_copy(scene, source, scene->infos[UPDATE].srcAccelerationStructure,
+                              VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR),
+                   "vkCopyAccelerationStructureKHR");
     unbind_page(scene, FIRST);
 }
 

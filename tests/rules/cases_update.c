@@ -96,8 +96,9 @@ static void update_tlas_from_blas(struct scene *scene)
 static void update_compacted_copy(struct scene *scene)
 {
     const VkAccelerationStructureKHR copy = scene_accel_for(scene, UPDATE);
-    scene_copy(scene, scene->infos[UPDATE].srcAccelerationStructure, copy,
-               VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    expect_success(scene_copy(scene, scene->infos[UPDATE].srcAccelerationStructure, copy,
+                              VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR),
+                   "vkCopyAccelerationStructureKHR");
     scene->infos[UPDATE].srcAccelerationStructure = copy;
 }
 

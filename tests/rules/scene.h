@@ -155,9 +155,10 @@ void scene_build_before(struct scene *scene, uint32_t first, uint32_t count);
  * have to be built before. */
 void scene_build_source(struct scene *scene, uint32_t update);
 
-/* Copies a structure before the call, by the command of the same kind: on the host, or recorded. */
-void scene_copy(struct scene *scene, VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
-                VkCopyAccelerationStructureModeKHR mode);
+/* Copies a structure before the call, by the command of the same kind: on the host, or recorded.
+ * VK_SUCCESS if it is recorded: backend cpu may refuse copies on the host. */
+VkResult scene_copy(struct scene *scene, VkAccelerationStructureKHR src,
+                    VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode);
 
 /* A build like `model` that is not part of the call; returns its index. */
 uint32_t scene_reserve_build(struct scene *scene, uint32_t model);
