@@ -86,6 +86,15 @@ static uint64_t read_member(const struct scene *scene, const struct edit *edit)
     return value;
 }
 
+static void write_to_buffer(struct scene *scene, const struct edit *edit)
+{
+    const struct test_buffer *buffer = (const void *)((const unsigned char *)scene + edit->offset);
+    if (edit->kind == EDIT_WRITE)
+        memcpy(buffer->host + edit->build, &edit->value, edit->size);
+    else
+        memcpy(buffer->host + edit->build, &edit->number, sizeof(edit->number));
+}
+
 /* False if the edit is an assignment. */
 static bool call_function(struct scene *scene, const struct edit *edit)
 {
@@ -108,6 +117,10 @@ static bool call_function(struct scene *scene, const struct edit *edit)
     case EDIT_RECORD:
         edit->record(scene, scene->command_buffer);
         return true;
+    case EDIT_WRITE:
+    case EDIT_WRITE_FLOAT:
+        write_to_buffer(scene, edit);
+        return true;
     default:
         return false;
     }
@@ -124,8 +137,6 @@ static uint64_t value_of(struct scene *scene, const struct edit *edit)
         return (uintptr_t)unreadable_page();
     case EDIT_MAKE_ADDRESS:
         return edit->make_address(scene);
-    case EDIT_MAKE_STRUCTURE:
-        return (uint64_t)edit->make_structure(scene);
     case EDIT_MAKE_STRUCTURE_WITH:
         return (uint64_t)edit->make_structure_with(scene, (uint32_t)edit->value);
     default:

@@ -7,56 +7,16 @@
  * is asked for, unseen where it can't see what is broken. */
 #include <signal.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "levels.h"
 #include "play.h"
 
-static const struct case_list *const lists[] = {&cases_call,
-                                                &cases_recording,
-                                                &cases_pointers,
-                                                &cases_build,
-                                                &cases_build_state,
-                                                &cases_limits,
-                                                &cases_scratch,
-                                                &cases_two_mistakes,
-                                                &cases_geometry,
-                                                &cases_chain,
-                                                &cases_address,
-                                                &cases_alignment,
-                                                &cases_empty,
-                                                &cases_range,
-                                                &cases_indirect,
-                                                &cases_overlap,
-                                                &cases_pairs,
-                                                &cases_memory,
-                                                &cases_sparse,
-                                                &cases_silent,
-                                                &cases_update,
-                                                &cases_content,
-                                                &cases_dense,
-                                                &cases_motion,
-                                                &cases_motion_instances,
-                                                &cases_spheres,
-                                                &cases_radii,
-                                                &cases_micromap,
-                                                &cases_micromap_data,
-                                                &cases_micromap_use,
-                                                &cases_micromap_state,
-                                                &cases_micromap_update,
-                                                &cases_displacement,
-                                                &cases_nv,
-                                                &cases_nv_info,
-                                                &cases_nv_geometry,
-                                                &cases_nv_update,
-                                                &cases_host,
-                                                &cases_host_memory,
-                                                &cases_instances,
-                                                &cases_content_update,
-                                                &cases_disabling,
-                                                &cases_micromap_contents};
+#define LIST(name) &cases_##name,
+static const struct case_list *const lists[] = {
+#include "lists_of_rules_test.def"
+};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {
@@ -68,8 +28,6 @@ struct run {
 };
 
 static char current_name[256];
-
-static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
 
 /* ---- output ---- */
 
@@ -104,9 +62,10 @@ static void tell(struct run *run)
 static void write_result(struct run *run, const struct play *play, const char *id, bool good,
                          const char *word)
 {
-    fprintf(run->tally.results, "%s\t%s%s\t%s\t%s\t%s\n", run->platform.name, play->test_case->name,
-            play->geometry_pointers ? "+ppGeometries" : "", command_words[play->command], id,
-            good ? word : "failed");
+    char name[256];
+    snprintf(name, sizeof(name), "%s%s", play->test_case->name,
+             play->geometry_pointers ? "+ppGeometries" : "");
+    tally_write(&run->tally, &run->platform, name, play->command, id, good ? word : "failed");
 }
 
 static void write_results(struct run *run, const struct play *play)
@@ -198,14 +157,8 @@ static void play_one(struct run *run, const struct case_list *list, const struct
              play->test_case->name, command_words[play->command],
              play->geometry_pointers ? "+ppGeometries" : "", play->level != NULL ? "@" : "",
              play->level != NULL ? play->level : "");
-    if (run->tally.filter != NULL && strstr(current_name, run->tally.filter) == NULL)
+    if (!tally_starts(&run->tally, current_name))
         return;
-    if (run->tally.list) {
-        puts(current_name);
-        return;
-    }
-    if (run->tally.verbose)
-        printf("[ RUN      ] %s\n", current_name);
     play_case(play, &run->fixture, &run->report);
     write_results(run, play);
     tell(run);
@@ -324,27 +277,16 @@ static void check_every_rule_has_a_case(struct run *run)
 
 /* ---- the program ---- */
 
-static int usage(void)
-{
-    fputs("usage: rules_test " PLATFORM_NAMES
-          " [--filter NAME] [--list] [--verbose] "
-          "[--results FILE] [--level NAME] [--misaligned]\n",
-          stderr);
-    return 2;
-}
-
 int main(int argc, char **argv)
 {
     static struct run run;
 
-    if (argc < 2 || !tally_read_arguments(&run.tally, argc, argv))
-        return usage();
-    setvbuf(stdout, NULL, _IOLBF, 0);
-    const char *missing = platform_open(&run.platform, argv[1]);
-    if (missing != NULL) {
-        printf("[  SKIPPED ] %s: %s\n", argv[1], missing);
-        return 77;
-    }
+    const int status = tally_open(&run.tally, &run.platform, argc, argv,
+                                  "usage: rules_test " PLATFORM_NAMES
+                                  " [--filter NAME] [--list] [--verbose] "
+                                  "[--results FILE] [--level NAME] [--misaligned]\n");
+    if (status != 0)
+        return status;
     catch_crashes();
     run.fixture.misaligns = run.tally.misaligns;
     for_all_cases(&run, play_all_forms);
