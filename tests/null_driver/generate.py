@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Generates the null driver's tables and stubs from the registry: extensions and entry points
 (generated.h), the structures of features, the function of each entry point and what it does by
-default (stubs.c)."""
+default (stubs.c), the sType of each structure (structures.h)."""
 
 import argparse
 import pathlib
@@ -217,6 +217,16 @@ def header(registry, commands):
           for command in commands if command.is_creation()), "\n"])
 
 
+def structures(registry):
+    """What MAKE (tests/fixture/make.h) needs: the sType of each structure, by the structure's name."""
+    found = {structure.get("name"): structure.find("member").get("values")
+             for structure in registry.tree.iterfind("types/type[@category='struct']")
+             if is_of_vulkan(structure) and structure.find("member") is not None}
+    found |= {structure.get("name"): found.get(structure.get("alias"))
+              for structure in registry.tree.iterfind("types/type[@category='struct'][@alias]")}
+    return HEAD + "".join(f"#define {name}_sType {kind}\n" for name, kind in found.items() if kind)
+
+
 def stubs(registry, commands, rows):
     return "".join([
         HEAD, '#include "tests/null_driver/internal.h"\n',
@@ -238,6 +248,7 @@ def main():
     commands, rows = read_commands(registry)
     arguments.out.mkdir(parents=True, exist_ok=True)
     (arguments.out / "generated.h").write_text(header(registry, commands))
+    (arguments.out / "structures.h").write_text(structures(registry))
     (arguments.out / "stubs.c").write_text(stubs(registry, commands, rows))
 
 

@@ -16,6 +16,7 @@
 #include <vulkan/vulkan_beta.h>
 
 #include "layer/assay.h"
+#include "tests/fixture/make.h"
 
 enum {
     MEMORIES = 4,

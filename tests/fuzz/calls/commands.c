@@ -7,9 +7,9 @@
 void call_create_pool(struct calls *calls)
 {
     struct slot *slot = PICK(calls, pools);
-    const VkCommandPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                          .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
-                                          .queueFamilyIndex = take(calls) % 3};
+    const VkCommandPoolCreateInfo info =
+        MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
+             .queueFamilyIndex = take(calls) % 3);
     VkCommandPool handle;
     if (calls->vk.CreateCommandPool(calls->device, &info, NULL, &handle) == VK_SUCCESS)
         *slot = (struct slot){(uint64_t)(uintptr_t)handle, true};
@@ -33,12 +33,11 @@ void call_allocate_commands(struct calls *calls)
 {
     struct command_slot *slot = PICK(calls, command_buffers);
     const struct slot *pool = PICK(calls, pools);
-    const VkCommandBufferAllocateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = HANDLE_OF(VkCommandPool, pool),
-        .level =
-            take(calls) % 2 ? VK_COMMAND_BUFFER_LEVEL_SECONDARY : VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-        .commandBufferCount = 1};
+    const VkCommandBufferAllocateInfo info =
+        MAKE(VkCommandBufferAllocateInfo, .commandPool = HANDLE_OF(VkCommandPool, pool),
+             .level = take(calls) % 2 ? VK_COMMAND_BUFFER_LEVEL_SECONDARY
+                                      : VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+             .commandBufferCount = 1);
     VkCommandBuffer handle;
     if (calls->vk.AllocateCommandBuffers(calls->device, &info, &handle) == VK_SUCCESS)
         slot->handle = handle;
@@ -53,12 +52,10 @@ void call_free_commands(struct calls *calls)
 
 void call_begin(struct calls *calls)
 {
-    const VkCommandBufferInheritanceInfo inheritance = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
+    const VkCommandBufferInheritanceInfo inheritance = MAKE(VkCommandBufferInheritanceInfo);
     VkCommandBuffer commands = pick_any_commands(calls);
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                           .flags = take(calls) % 8,
-                                           .pInheritanceInfo = &inheritance};
+    const VkCommandBufferBeginInfo info =
+        MAKE(VkCommandBufferBeginInfo, .flags = take(calls) % 8, .pInheritanceInfo = &inheritance);
     if (commands)
         calls->vk.BeginCommandBuffer(commands, &info);
 }
@@ -97,11 +94,9 @@ void call_copy_structure(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
     const struct structure_slot *src = PICK(calls, structures), *dst = PICK(calls, structures);
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = src->handle,
-        .dst = dst->handle,
-        .mode = take_copy_mode(calls)};
+    const VkCopyAccelerationStructureInfoKHR info =
+        MAKE(VkCopyAccelerationStructureInfoKHR, .src = src->handle, .dst = dst->handle,
+             .mode = take_copy_mode(calls));
     if (commands)
         calls->vk.CmdCopyAccelerationStructureKHR(commands, &info);
 }
@@ -109,10 +104,9 @@ void call_copy_structure(struct calls *calls)
 void call_serialize(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
-    VkCopyAccelerationStructureToMemoryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = PICK(calls, structures)->handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR};
+    VkCopyAccelerationStructureToMemoryInfoKHR info =
+        MAKE(VkCopyAccelerationStructureToMemoryInfoKHR, .src = PICK(calls, structures)->handle,
+             .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR);
     info.dst.deviceAddress = take_address(calls, 0);
     if (commands)
         calls->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &info);
@@ -121,10 +115,9 @@ void call_serialize(struct calls *calls)
 void call_deserialize(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
-    VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .dst = PICK(calls, structures)->handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
+    VkCopyMemoryToAccelerationStructureInfoKHR info =
+        MAKE(VkCopyMemoryToAccelerationStructureInfoKHR, .dst = PICK(calls, structures)->handle,
+             .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     info.src.deviceAddress = take_address(calls, 0);
     if (commands)
         calls->vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &info);
@@ -158,8 +151,7 @@ void call_write_properties(struct calls *calls)
 void call_create_query_pool(struct calls *calls)
 {
     struct slot *slot = PICK(calls, query_pools);
-    VkQueryPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                                  .queryType = take_query_type(calls)};
+    VkQueryPoolCreateInfo info = MAKE(VkQueryPoolCreateInfo, .queryType = take_query_type(calls));
     info.queryCount = 1u + take(calls) % 16;
     VkQueryPool handle;
     if (calls->vk.CreateQueryPool(calls->device, &info, NULL, &handle) == VK_SUCCESS)
@@ -230,18 +222,15 @@ void call_fill_buffer(struct calls *calls)
 void call_barrier(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
-    const VkMemoryBarrier memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-                                    .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-                                    .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR};
-    const VkMemoryBarrier2 memory_2 = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-        .srcStageMask = VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-        .srcAccessMask = VK_ACCESS_2_ACCELERATION_STRUCTURE_WRITE_BIT_KHR};
-    const VkDependencyInfo dependency = {.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
-                                         .memoryBarrierCount = 1,
-                                         .pMemoryBarriers = &memory_2};
+    const VkMemoryBarrier memory =
+        MAKE(VkMemoryBarrier, .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+             .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR);
+    const VkMemoryBarrier2 memory_2 = MAKE(
+        VkMemoryBarrier2, .srcStageMask = VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+        .srcAccessMask = VK_ACCESS_2_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     if (commands && take(calls) % 2)
-        calls->vk.CmdPipelineBarrier2(commands, &dependency);
+        calls->vk.CmdPipelineBarrier2(commands, &MAKE(VkDependencyInfo, .memoryBarrierCount = 1,
+                                                      .pMemoryBarriers = &memory_2));
     else if (commands)
         calls->vk.CmdPipelineBarrier(commands,
                                      VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
@@ -255,8 +244,8 @@ void call_label(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
     const uint8_t kind = take(calls);
-    const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
-                                        .pLabelName = kind & 4 ? "frame" : ""};
+    const VkDebugUtilsLabelEXT label =
+        MAKE(VkDebugUtilsLabelEXT, .pLabelName = kind & 4 ? "frame" : "");
     if (commands && kind % 4 == 1)
         calls->vk.CmdEndDebugUtilsLabelEXT(commands);
     else if (commands && kind % 4 == 2)
@@ -269,8 +258,7 @@ void call_scope(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
     const uint8_t kind = take(calls);
-    const VkRenderingInfo info = {
-        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO, .flags = kind >> 2, .layerCount = 1};
+    const VkRenderingInfo info = MAKE(VkRenderingInfo, .flags = kind >> 2, .layerCount = 1);
     const VkQueryPool pool = HANDLE_OF(VkQueryPool, PICK(calls, query_pools));
     if (!commands)
         return;

@@ -2,6 +2,7 @@
 /* Geometries of extensions, and what they chain: motion, spheres, dense geometry, micromaps; builds
  * and copies of micromaps, and of VK_NV_ray_tracing. */
 #include "calls.h"
+#include "tests/fixture/make.h"
 
 /* ---- chains */
 
@@ -35,11 +36,9 @@ static void *opacity_ext(struct calls *calls, struct build_arguments *arguments,
         build_block(arguments, sizeof(*opacity));
     VkMicromapUsageEXT *usage = build_block(arguments, sizeof(*usage));
     *usage = take_usage(calls);
-    *opacity = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
-        .indexType = take_index_type(calls),
-        .usageCountsCount = 1,
-        .pUsageCounts = usage};
+    *opacity =
+        MAKE(VkAccelerationStructureTrianglesOpacityMicromapEXT,
+             .indexType = take_index_type(calls), .usageCountsCount = 1, .pUsageCounts = usage);
     opacity->micromap = HANDLE_OF(VkMicromapEXT, PICK(calls, micromaps));
     opacity->baseTriangle = take(calls);
     opacity->indexBuffer = take_data(calls, is_host, 0);
@@ -51,9 +50,8 @@ static void *opacity_khr(struct calls *calls, struct build_arguments *arguments)
 {
     VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity =
         build_block(arguments, sizeof(*opacity));
-    *opacity = (VkAccelerationStructureTrianglesOpacityMicromapKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
-        .indexType = take_index_type(calls)};
+    *opacity = MAKE(VkAccelerationStructureTrianglesOpacityMicromapKHR,
+                    .indexType = take_index_type(calls));
     opacity->micromap = PICK(calls, structures)->handle;
     opacity->baseTriangle = take(calls);
     opacity->indexBuffer = take_address(calls, 0);
@@ -67,15 +65,12 @@ static void *displacement(struct calls *calls, struct build_arguments *arguments
         build_block(arguments, sizeof(*micromap));
     VkMicromapUsageEXT *usage = build_block(arguments, sizeof(*usage));
     *usage = take_usage(calls);
-    *micromap = (VkAccelerationStructureTrianglesDisplacementMicromapNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
-        .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
-        .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .displacementBiasAndScaleStride = 8,
-        .displacementVectorStride = 12,
-        .usageCountsCount = 1,
-        .pUsageCounts = usage,
-        .micromap = HANDLE_OF(VkMicromapEXT, PICK(calls, micromaps))};
+    *micromap = MAKE(VkAccelerationStructureTrianglesDisplacementMicromapNV,
+                     .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
+                     .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                     .displacementBiasAndScaleStride = 8, .displacementVectorStride = 12,
+                     .usageCountsCount = 1, .pUsageCounts = usage,
+                     .micromap = HANDLE_OF(VkMicromapEXT, PICK(calls, micromaps)));
     micromap->displacementBiasAndScaleBuffer = take_data(calls, is_host, 0);
     micromap->displacementVectorBuffer = take_data(calls, is_host, 0);
     micromap->displacedMicromapPrimitiveFlags = take_data(calls, is_host, 0);
@@ -207,13 +202,8 @@ void make_micromap_info(struct calls *calls, bool is_host, VkMicromapUsageEXT *u
                         VkMicromapBuildInfoEXT *info)
 {
     *usage = take_usage(calls);
-    *info = (VkMicromapBuildInfoEXT){
-        .sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
-        .type = (VkMicromapTypeEXT)(take(calls) % 2),
-        .usageCountsCount = 1,
-        .pUsageCounts = usage,
-        .triangleArrayStride = 8,
-    };
+    *info = MAKE(VkMicromapBuildInfoEXT, .type = (VkMicromapTypeEXT)(take(calls) % 2),
+                 .usageCountsCount = 1, .pUsageCounts = usage, .triangleArrayStride = 8);
     info->dstMicromap = HANDLE_OF(VkMicromapEXT, PICK(calls, micromaps));
     info->data = take_data(calls, is_host, 0);
     info->triangleArray = take_data(calls, is_host, 0);
@@ -239,15 +229,11 @@ void call_copy_micromap(struct calls *calls)
     const VkMicromapEXT src = HANDLE_OF(VkMicromapEXT, PICK(calls, micromaps));
     const VkMicromapEXT dst = HANDLE_OF(VkMicromapEXT, PICK(calls, micromaps));
     const uint8_t kind = take(calls);
-    const VkCopyMicromapInfoEXT copy = {.sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT,
-                                        .src = src,
-                                        .dst = dst,
-                                        .mode = kind & 2 ? VK_COPY_MICROMAP_MODE_COMPACT_EXT
-                                                         : VK_COPY_MICROMAP_MODE_CLONE_EXT};
-    VkCopyMemoryToMicromapInfoEXT from_memory = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT,
-        .dst = dst,
-        .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT};
+    const VkCopyMicromapInfoEXT copy = MAKE(VkCopyMicromapInfoEXT, .src = src, .dst = dst,
+                                            .mode = kind & 2 ? VK_COPY_MICROMAP_MODE_COMPACT_EXT
+                                                             : VK_COPY_MICROMAP_MODE_CLONE_EXT);
+    VkCopyMemoryToMicromapInfoEXT from_memory = MAKE(VkCopyMemoryToMicromapInfoEXT, .dst = dst,
+                                                     .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
     from_memory.src.deviceAddress = take_address(calls, 0);
     if (commands && kind & 1)
         calls->vk.CmdCopyMemoryToMicromapEXT(commands, &from_memory);
@@ -267,14 +253,12 @@ void call_host_micromap(struct calls *calls)
 
 static VkGeometryNV take_geometry_nv(struct calls *calls)
 {
-    VkGeometryNV geometry = {
-        .sType = VK_STRUCTURE_TYPE_GEOMETRY_NV,
-        .geometryType =
-            take(calls) % 2 ? VK_GEOMETRY_TYPE_TRIANGLES_KHR : VK_GEOMETRY_TYPE_AABBS_KHR,
-        .geometry.triangles = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV,
-                               .vertexStride = 12},
-        .geometry.aabbs = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV, .stride = 24},
-    };
+    VkGeometryNV geometry =
+        MAKE(VkGeometryNV,
+             .geometryType =
+                 take(calls) % 2 ? VK_GEOMETRY_TYPE_TRIANGLES_KHR : VK_GEOMETRY_TYPE_AABBS_KHR,
+             .geometry.triangles = MAKE(VkGeometryTrianglesNV, .vertexStride = 12),
+             .geometry.aabbs = MAKE(VkGeometryAABBNV, .stride = 24));
     VkGeometryTrianglesNV *triangles = &geometry.geometry.triangles;
     VkGeometryAABBNV *boxes = &geometry.geometry.aabbs;
     boxes->aabbData = triangles->vertexData = PICK(calls, buffers)->handle;
@@ -294,12 +278,9 @@ static VkGeometryNV take_geometry_nv(struct calls *calls)
 
 static VkAccelerationStructureInfoNV take_info_nv(struct calls *calls, const VkGeometryNV *geometry)
 {
-    VkAccelerationStructureInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-        .geometryCount = 1,
-        .pGeometries = geometry,
-    };
+    VkAccelerationStructureInfoNV info =
+        MAKE(VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+             .geometryCount = 1, .pGeometries = geometry);
     bool is_top_level = take(calls) % 3 == 1;
     info.flags = take(calls);
     if (is_top_level) {
@@ -314,9 +295,8 @@ void call_create_nv(struct calls *calls)
 {
     struct slot *slot = PICK(calls, nv_structures);
     const VkGeometryNV geometry = take_geometry_nv(calls);
-    const VkAccelerationStructureCreateInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV,
-        .info = take_info_nv(calls, &geometry)};
+    const VkAccelerationStructureCreateInfoNV info =
+        MAKE(VkAccelerationStructureCreateInfoNV, .info = take_info_nv(calls, &geometry));
     VkAccelerationStructureNV handle;
     if (calls->vk.CreateAccelerationStructureNV(calls->device, &info, NULL, &handle) == VK_SUCCESS)
         *slot = (struct slot){(uint64_t)(uintptr_t)handle, true};
@@ -334,11 +314,10 @@ void call_bind_nv(struct calls *calls)
 {
     const struct slot *slot = PICK(calls, nv_structures);
     const struct memory_slot *memory = PICK(calls, memories);
-    const VkBindAccelerationStructureMemoryInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
-        .accelerationStructure = HANDLE_OF(VkAccelerationStructureNV, slot),
-        .memory = memory->handle,
-        .memoryOffset = take_offset(calls)};
+    const VkBindAccelerationStructureMemoryInfoNV info =
+        MAKE(VkBindAccelerationStructureMemoryInfoNV,
+             .accelerationStructure = HANDLE_OF(VkAccelerationStructureNV, slot),
+             .memory = memory->handle, .memoryOffset = take_offset(calls));
     uint64_t handle;
     calls->vk.BindAccelerationStructureMemoryNV(calls->device, 1, &info);
     if (take(calls) % 2)

@@ -15,11 +15,8 @@ void call_host_copy(struct calls *calls)
     static VkCopyAccelerationStructureInfoKHR info;
     const VkDeferredOperationKHR operation = take_operation(calls);
     const struct structure_slot *src = PICK(calls, structures), *dst = PICK(calls, structures);
-    info = (VkCopyAccelerationStructureInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = src->handle,
-        .dst = dst->handle,
-        .mode = (VkCopyAccelerationStructureModeKHR)(take(calls) % 2)};
+    info = MAKE(VkCopyAccelerationStructureInfoKHR, .src = src->handle, .dst = dst->handle,
+                .mode = (VkCopyAccelerationStructureModeKHR)(take(calls) % 2));
     calls->vk.CopyAccelerationStructureKHR(calls->device, operation, &info);
 }
 
@@ -27,11 +24,9 @@ void call_host_serialize(struct calls *calls)
 {
     static VkCopyAccelerationStructureToMemoryInfoKHR info;
     const VkDeferredOperationKHR operation = take_operation(calls);
-    info = (VkCopyAccelerationStructureToMemoryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = PICK(calls, structures)->handle,
-        .dst.hostAddress = calls->result,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR};
+    info = MAKE(VkCopyAccelerationStructureToMemoryInfoKHR, .src = PICK(calls, structures)->handle,
+                .dst.hostAddress = calls->result,
+                .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR);
     calls->vk.CopyAccelerationStructureToMemoryKHR(calls->device, operation, &info);
 }
 
@@ -40,11 +35,9 @@ void call_host_deserialize(struct calls *calls)
     static VkCopyMemoryToAccelerationStructureInfoKHR info;
     const VkDeferredOperationKHR operation = take_operation(calls);
     const struct structure_slot *dst = PICK(calls, structures);
-    info = (VkCopyMemoryToAccelerationStructureInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .dst = dst->handle,
-        .src.hostAddress = take(calls) % 2 ? take_pointer(calls) : calls->result,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
+    info = MAKE(VkCopyMemoryToAccelerationStructureInfoKHR, .dst = dst->handle,
+                .src.hostAddress = take(calls) % 2 ? take_pointer(calls) : calls->result,
+                .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     calls->vk.CopyMemoryToAccelerationStructureKHR(calls->device, operation, &info);
 }
 

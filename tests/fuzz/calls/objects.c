@@ -9,9 +9,9 @@
 void call_allocate_memory(struct calls *calls)
 {
     struct memory_slot *slot = PICK(calls, memories);
-    const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-                                             .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
-    VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO};
+    const VkMemoryAllocateFlagsInfo flags =
+        MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
+    VkMemoryAllocateInfo info = MAKE(VkMemoryAllocateInfo);
     info.pNext = take(calls) % 8 ? NULL : &flags;
     info.allocationSize = take_size(calls);
     info.memoryTypeIndex = (take(calls) + 1u) % 6;
@@ -46,8 +46,7 @@ void call_map_memory(struct calls *calls)
 
 static void ask_address(struct calls *calls, struct buffer_slot *slot)
 {
-    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
-                                            .buffer = slot->handle};
+    const VkBufferDeviceAddressInfo info = MAKE(VkBufferDeviceAddressInfo, .buffer = slot->handle);
     VkDeviceAddress address = calls->vk.GetBufferDeviceAddress(calls->device, &info);
     if (address)
         slot->address = address;
@@ -75,7 +74,7 @@ void call_create_buffer(struct calls *calls)
                                                     VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT |
                                                     VK_BUFFER_CREATE_SPARSE_ALIASED_BIT};
     struct buffer_slot *slot = PICK(calls, buffers);
-    VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
+    VkBufferCreateInfo info = MAKE(VkBufferCreateInfo);
     info.size = take_size(calls);
     info.usage = TAKE(calls, usages);
     info.flags = TAKE(calls, flags);
@@ -96,10 +95,8 @@ void call_bind_buffer(struct calls *calls)
     struct buffer_slot *slot = PICK(calls, buffers);
     const struct memory_slot *memory = PICK(calls, memories);
     const VkDeviceSize offset = take_offset(calls);
-    const VkBindBufferMemoryInfo info = {.sType = VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO,
-                                         .buffer = slot->handle,
-                                         .memory = memory->handle,
-                                         .memoryOffset = offset};
+    const VkBindBufferMemoryInfo info = MAKE(VkBindBufferMemoryInfo, .buffer = slot->handle,
+                                             .memory = memory->handle, .memoryOffset = offset);
     if (take(calls) % 2)
         calls->vk.BindBufferMemory2(calls->device, 1, &info);
     else
@@ -121,8 +118,8 @@ void call_bind_sparse(struct calls *calls)
     bind.size = take_size(calls);
     bind.memoryOffset = take_offset(calls);
     const VkSparseBufferMemoryBindInfo binds = {buffer->handle, 1, &bind};
-    const VkBindSparseInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO, .bufferBindCount = 1, .pBufferBinds = &binds};
+    const VkBindSparseInfo info =
+        MAKE(VkBindSparseInfo, .bufferBindCount = 1, .pBufferBinds = &binds);
     calls->vk.QueueBindSparse(calls->queues[0], 1, &info, HANDLE_OF(VkFence, PICK(calls, fences)));
 }
 
@@ -180,12 +177,11 @@ void call_create_structure(struct calls *calls)
         VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR,
         VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, (VkAccelerationStructureTypeKHR)99};
     struct structure_slot *slot = PICK(calls, structures);
-    const VkAccelerationStructureMotionInfoNV motion = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV, .maxInstances = 3};
+    const VkAccelerationStructureMotionInfoNV motion =
+        MAKE(VkAccelerationStructureMotionInfoNV, .maxInstances = 3);
     const struct buffer_slot *buffer = PICK(calls, buffers);
-    VkAccelerationStructureCreateInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-        .buffer = buffer->handle};
+    VkAccelerationStructureCreateInfoKHR info =
+        MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = buffer->handle);
     info.pNext = take(calls) % 4 == 1 ? &motion : NULL;
     info.offset = take_offset(calls);
     info.size = take_size(calls);
@@ -205,9 +201,8 @@ void call_destroy_structure(struct calls *calls)
 void call_get_structure_address(struct calls *calls)
 {
     struct structure_slot *slot = PICK(calls, structures);
-    const VkAccelerationStructureDeviceAddressInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = slot->handle};
+    const VkAccelerationStructureDeviceAddressInfoKHR info =
+        MAKE(VkAccelerationStructureDeviceAddressInfoKHR, .accelerationStructure = slot->handle);
     if (slot->is_alive)
         slot->address = calls->vk.GetAccelerationStructureDeviceAddressKHR(calls->device, &info);
 }
@@ -216,8 +211,7 @@ void call_create_micromap(struct calls *calls)
 {
     struct slot *slot = PICK(calls, micromaps);
     const struct buffer_slot *buffer = PICK(calls, buffers);
-    VkMicromapCreateInfoEXT info = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
-                                    .buffer = buffer->handle};
+    VkMicromapCreateInfoEXT info = MAKE(VkMicromapCreateInfoEXT, .buffer = buffer->handle);
     info.offset = take_offset(calls);
     info.size = take_size(calls);
     info.type = (VkMicromapTypeEXT)(take(calls) % 2);
@@ -239,10 +233,9 @@ void call_name_object(struct calls *calls)
 {
     static const char *const names[] = {"a name", "", NULL, "\xff%s%n\x01 \"quoted\"\n"};
     const uint8_t kind = take(calls);
-    VkDebugUtilsObjectNameInfoEXT info = {.sType =
-                                              VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-                                          .objectType = VK_OBJECT_TYPE_BUFFER,
-                                          .pObjectName = TAKE(calls, names)};
+    VkDebugUtilsObjectNameInfoEXT info =
+        MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = VK_OBJECT_TYPE_BUFFER,
+             .pObjectName = TAKE(calls, names));
     info.objectHandle = (uint64_t)(uintptr_t)PICK(calls, buffers)->handle;
     if (kind % 3 == 1) {
         info.objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;

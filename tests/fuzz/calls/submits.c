@@ -24,21 +24,15 @@ void call_submit(struct calls *calls)
     const VkSemaphore wait = HANDLE_OF(VkSemaphore, PICK(calls, semaphores));
     const VkSemaphore signal = HANDLE_OF(VkSemaphore, PICK(calls, semaphores));
     const uint64_t wait_value = take(calls), signal_value = take(calls);
-    const VkTimelineSemaphoreSubmitInfo values = {
-        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
-        .waitSemaphoreValueCount = 1,
-        .pWaitSemaphoreValues = &wait_value,
-        .signalSemaphoreValueCount = 1,
-        .pSignalSemaphoreValues = &signal_value};
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .pNext = byte & 8 ? NULL : &values,
-                               .waitSemaphoreCount = byte & 1,
-                               .pWaitSemaphores = &wait,
-                               .pWaitDstStageMask = &stage,
-                               .commandBufferCount = count,
-                               .pCommandBuffers = commands,
-                               .signalSemaphoreCount = byte >> 1 & 1,
-                               .pSignalSemaphores = &signal};
+    const VkTimelineSemaphoreSubmitInfo values =
+        MAKE(VkTimelineSemaphoreSubmitInfo, .waitSemaphoreValueCount = 1,
+             .pWaitSemaphoreValues = &wait_value, .signalSemaphoreValueCount = 1,
+             .pSignalSemaphoreValues = &signal_value);
+    const VkSubmitInfo info =
+        MAKE(VkSubmitInfo, .pNext = byte & 8 ? NULL : &values, .waitSemaphoreCount = byte & 1,
+             .pWaitSemaphores = &wait, .pWaitDstStageMask = &stage, .commandBufferCount = count,
+             .pCommandBuffers = commands, .signalSemaphoreCount = byte >> 1 & 1,
+             .pSignalSemaphores = &signal);
     const VkSubmitInfo infos[] = {info, info};
     calls->vk.QueueSubmit(calls->queues[(byte >> 4) % QUEUES], byte & 128 ? 2 : 1, infos,
                           byte & 4 ? HANDLE_OF(VkFence, PICK(calls, fences)) : VK_NULL_HANDLE);
@@ -51,22 +45,17 @@ void call_submit2(struct calls *calls)
     const uint32_t count = take_command_buffers(calls, commands);
     const uint8_t byte = take(calls);
     for (uint32_t i = 0; i < count; i++)
-        infos[i] = (VkCommandBufferSubmitInfo){
-            .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO, .commandBuffer = commands[i]};
+        infos[i] = MAKE(VkCommandBufferSubmitInfo, .commandBuffer = commands[i]);
     const struct slot *waited = PICK(calls, semaphores), *signalled = PICK(calls, semaphores);
-    const VkSemaphoreSubmitInfo wait = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
-                                        .semaphore = HANDLE_OF(VkSemaphore, waited),
-                                        .value = take(calls)};
-    const VkSemaphoreSubmitInfo signal = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
-                                          .semaphore = HANDLE_OF(VkSemaphore, signalled),
-                                          .value = take(calls)};
-    const VkSubmitInfo2 info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
-                                .waitSemaphoreInfoCount = byte & 1,
-                                .pWaitSemaphoreInfos = &wait,
-                                .commandBufferInfoCount = count,
-                                .pCommandBufferInfos = infos,
-                                .signalSemaphoreInfoCount = byte >> 1 & 1,
-                                .pSignalSemaphoreInfos = &signal};
+    const VkSemaphoreSubmitInfo wait = MAKE(
+        VkSemaphoreSubmitInfo, .semaphore = HANDLE_OF(VkSemaphore, waited), .value = take(calls));
+    const VkSemaphoreSubmitInfo signal =
+        MAKE(VkSemaphoreSubmitInfo, .semaphore = HANDLE_OF(VkSemaphore, signalled),
+             .value = take(calls));
+    const VkSubmitInfo2 info =
+        MAKE(VkSubmitInfo2, .waitSemaphoreInfoCount = byte & 1, .pWaitSemaphoreInfos = &wait,
+             .commandBufferInfoCount = count, .pCommandBufferInfos = infos,
+             .signalSemaphoreInfoCount = byte >> 1 & 1, .pSignalSemaphoreInfos = &signal);
     calls->vk.QueueSubmit2(calls->queues[(byte >> 4) % QUEUES], 1, &info,
                            byte & 4 ? HANDLE_OF(VkFence, PICK(calls, fences)) : VK_NULL_HANDLE);
 }
@@ -103,12 +92,10 @@ void call_use_semaphore(struct calls *calls)
 {
     const VkSemaphore semaphore = HANDLE_OF(VkSemaphore, PICK(calls, semaphores));
     uint64_t value = take(calls);
-    const VkSemaphoreSignalInfo signal = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, .semaphore = semaphore, .value = value};
-    const VkSemaphoreWaitInfo wait = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
-                                      .semaphoreCount = 1,
-                                      .pSemaphores = &semaphore,
-                                      .pValues = &value};
+    const VkSemaphoreSignalInfo signal =
+        MAKE(VkSemaphoreSignalInfo, .semaphore = semaphore, .value = value);
+    const VkSemaphoreWaitInfo wait = MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
+                                          .pSemaphores = &semaphore, .pValues = &value);
     const uint8_t kind = take(calls);
     if (kind % 3 == 0)
         calls->vk.SignalSemaphore(calls->device, &signal);
@@ -123,10 +110,9 @@ void call_use_semaphore(struct calls *calls)
 static void create_semaphore(struct calls *calls)
 {
     const uint32_t index = take(calls) % SEMAPHORES;
-    const VkSemaphoreTypeCreateInfo type = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
-                                            .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
-    const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
-                                        .pNext = index ? &type : NULL};
+    const VkSemaphoreTypeCreateInfo type =
+        MAKE(VkSemaphoreTypeCreateInfo, .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE);
+    const VkSemaphoreCreateInfo info = MAKE(VkSemaphoreCreateInfo, .pNext = index ? &type : NULL);
     VkSemaphore handle;
     if (calls->vk.CreateSemaphore(calls->device, &info, NULL, &handle) == VK_SUCCESS)
         calls->semaphores[index] = (struct slot){(uint64_t)(uintptr_t)handle, true};
@@ -135,9 +121,8 @@ static void create_semaphore(struct calls *calls)
 void call_create_sync(struct calls *calls)
 {
     const uint8_t kind = take(calls);
-    const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO,
-                                          .flags = kind >> 2 & 1};
-    const VkEventCreateInfo event_info = {.sType = VK_STRUCTURE_TYPE_EVENT_CREATE_INFO};
+    const VkFenceCreateInfo fence_info = MAKE(VkFenceCreateInfo, .flags = kind >> 2 & 1);
+    const VkEventCreateInfo event_info = MAKE(VkEventCreateInfo);
     VkFence fence;
     VkEvent event;
     if (kind % 4 == 0)

@@ -9,18 +9,15 @@
 
 void recorder_open(struct recorder *recorder, const struct side *side)
 {
-    const VkCommandPoolCreateInfo pool_info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                               .flags =
-                                                   VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
-                                               .queueFamilyIndex = side->queue_family};
+    const VkCommandPoolCreateInfo pool_info =
+        MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
+             .queueFamilyIndex = side->queue_family);
     recorder->side = side;
     tool_check(side->calls.CreateCommandPool(side->device, &pool_info, NULL, &recorder->pool),
                "vkCreateCommandPool");
-    const VkCommandBufferAllocateInfo info = {.sType =
-                                                  VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                              .commandPool = recorder->pool,
-                                              .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-                                              .commandBufferCount = 1};
+    const VkCommandBufferAllocateInfo info =
+        MAKE(VkCommandBufferAllocateInfo, .commandPool = recorder->pool,
+             .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1);
     tool_check(side->calls.AllocateCommandBuffers(side->device, &info, &recorder->commands),
                "vkAllocateCommandBuffers");
 }
@@ -32,8 +29,7 @@ void recorder_close(struct recorder *recorder)
 
 static void begin(const struct recorder *recorder, VkCommandBufferUsageFlags flags)
 {
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                           .flags = flags};
+    const VkCommandBufferBeginInfo info = MAKE(VkCommandBufferBeginInfo, .flags = flags);
     tool_check(recorder->side->calls.BeginCommandBuffer(recorder->commands, &info),
                "vkBeginCommandBuffer");
 }
@@ -97,9 +93,8 @@ double recorder_time(const struct recorder *recorder, const struct scene *scene,
 static void submit_and_wait(const struct recorder *recorder, VkFence fence)
 {
     const struct side *side = recorder->side;
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &recorder->commands};
+    const VkSubmitInfo info =
+        MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &recorder->commands);
     VkQueue queue;
     side->calls.GetDeviceQueue(side->device, side->queue_family, 0, &queue);
     tool_check(side->calls.QueueSubmit(queue, 1, &info, fence), "vkQueueSubmit");
@@ -110,7 +105,7 @@ static void submit_and_wait(const struct recorder *recorder, VkFence fence)
 
 static VkFence create_fence(const struct side *side)
 {
-    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    const VkFenceCreateInfo info = MAKE(VkFenceCreateInfo);
     VkFence fence;
     tool_check(side->calls.CreateFence(side->device, &info, NULL, &fence), "vkCreateFence");
     return fence;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Making the scene. */
 #include "scene.h"
+#include "tests/fixture/make.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -46,8 +47,8 @@ static VkDeviceSize align_up(VkDeviceSize size, VkDeviceSize alignment)
 
 static VkBuffer create_buffer(const struct side *side, enum scene_part part, VkDeviceSize size)
 {
-    const VkBufferCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size, .usage = usage_of(part)};
+    const VkBufferCreateInfo create_info =
+        MAKE(VkBufferCreateInfo, .size = size, .usage = usage_of(part));
     VkBuffer buffer;
     tool_check(side->calls.CreateBuffer(side->device, &create_info, NULL, &buffer),
                "vkCreateBuffer");
@@ -64,12 +65,10 @@ static VkMemoryRequirements requirements_of(const struct side *side, VkBuffer bu
 static VkDeviceMemory allocate_memory(const struct side *side, VkDeviceSize size,
                                       uint32_t allowed_types)
 {
-    const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-                                             .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
-    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                       .pNext = &flags,
-                                       .allocationSize = size,
-                                       .memoryTypeIndex = (uint32_t)__builtin_ctz(allowed_types)};
+    const VkMemoryAllocateInfo info = MAKE(
+        VkMemoryAllocateInfo,
+        .pNext = &MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT),
+        .allocationSize = size, .memoryTypeIndex = (uint32_t)__builtin_ctz(allowed_types));
     VkDeviceMemory memory;
     tool_check(side->calls.AllocateMemory(side->device, &info, NULL, &memory), "vkAllocateMemory");
     return memory;
@@ -77,8 +76,7 @@ static VkDeviceMemory allocate_memory(const struct side *side, VkDeviceSize size
 
 static VkDeviceAddress address_of(const struct side *side, VkBuffer buffer)
 {
-    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
-                                            .buffer = buffer};
+    const VkBufferDeviceAddressInfo info = MAKE(VkBufferDeviceAddressInfo, .buffer = buffer);
     return side->calls.GetBufferDeviceAddress(side->device, &info);
 }
 
@@ -137,29 +135,23 @@ static void destroy_ranges(const struct side *side, struct scene_ranges *ranges)
 static VkAccelerationStructureGeometryKHR geometry_of(VkDeviceAddress vertices,
                                                       VkDeviceAddress indices)
 {
-    return (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-            .vertexData.deviceAddress = vertices,
-            .vertexStride = VERTEX_SIZE,
-            .maxVertex = VERTICES - 1,
-            .indexType = VK_INDEX_TYPE_UINT32,
-            .indexData.deviceAddress = indices}};
+    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                .geometry.triangles =
+                    MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
+                         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                         .vertexData.deviceAddress = vertices, .vertexStride = VERTEX_SIZE,
+                         .maxVertex = VERTICES - 1, .indexType = VK_INDEX_TYPE_UINT32,
+                         .indexData.deviceAddress = indices));
 }
 
 static VkAccelerationStructureBuildGeometryInfoKHR
 info_of(const VkAccelerationStructureGeometryKHR *geometry)
 {
-    return (VkAccelerationStructureBuildGeometryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR,
-        .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-        .geometryCount = 1,
-        .pGeometries = geometry};
+    return MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                .flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR,
+                .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR, .geometryCount = 1,
+                .pGeometries = geometry);
 }
 
 static VkAccelerationStructureBuildSizesInfoKHR sizes_on(const struct side *side)
@@ -167,8 +159,7 @@ static VkAccelerationStructureBuildSizesInfoKHR sizes_on(const struct side *side
     const VkAccelerationStructureGeometryKHR geometry = geometry_of(0, 0);
     const VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
     const uint32_t triangles = TRIANGLES;
-    VkAccelerationStructureBuildSizesInfoKHR sizes = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
     side->calls.GetAccelerationStructureBuildSizesKHR(
         side->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info, &triangles, &sizes);
     return sizes;
@@ -181,12 +172,10 @@ static void create_structures(struct scene *scene)
     bool shared = ranges->buffer_count != scene->count;
     scene->structures = tool_alloc(scene->count, sizeof(*scene->structures));
     for (uint32_t i = 0; i < scene->count; i++) {
-        const VkAccelerationStructureCreateInfoKHR create_info = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-            .buffer = ranges->buffers[shared ? 0 : i],
-            .offset = shared ? i * ranges->stride : 0,
-            .size = ranges->size,
-            .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR};
+        const VkAccelerationStructureCreateInfoKHR create_info =
+            MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = ranges->buffers[shared ? 0 : i],
+                 .offset = shared ? i * ranges->stride : 0, .size = ranges->size,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
         tool_check(side->calls.CreateAccelerationStructureKHR(side->device, &create_info, NULL,
                                                               &scene->structures[i]),
                    "vkCreateAccelerationStructureKHR");

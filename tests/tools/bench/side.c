@@ -83,29 +83,21 @@ static void open_instance(struct side *side, const char *layer, const char *leve
 {
     const VkLayerSettingEXT setting = {BENCH_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1,
                                        &level};
-    const VkLayerSettingsCreateInfoEXT settings = {
-        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-        .settingCount = 1,
-        .pSettings = &setting};
-    VkDebugUtilsMessengerCreateInfoEXT messenger = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .pNext = layer && level ? &settings : NULL,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-        .pfnUserCallback = count_finding,
-        .pUserData = side->findings};
-    const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                                           .pApplicationName = "record_bench",
-                                           .apiVersion = VK_API_VERSION_1_2};
+    const VkLayerSettingsCreateInfoEXT settings =
+        MAKE(VkLayerSettingsCreateInfoEXT, .settingCount = 1, .pSettings = &setting);
+    VkDebugUtilsMessengerCreateInfoEXT messenger =
+        MAKE(VkDebugUtilsMessengerCreateInfoEXT, .pNext = layer && level ? &settings : NULL,
+             .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                                VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+             .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+             .pfnUserCallback = count_finding, .pUserData = side->findings);
+    const VkApplicationInfo application = MAKE(
+        VkApplicationInfo, .pApplicationName = "record_bench", .apiVersion = VK_API_VERSION_1_2);
     const char *const debug_utils = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-    const VkInstanceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-                                              .pNext = &messenger,
-                                              .pApplicationInfo = &application,
-                                              .enabledLayerCount = layer ? 1 : 0,
-                                              .ppEnabledLayerNames = &layer,
-                                              .enabledExtensionCount = 1,
-                                              .ppEnabledExtensionNames = &debug_utils};
+    const VkInstanceCreateInfo create_info =
+        MAKE(VkInstanceCreateInfo, .pNext = &messenger, .pApplicationInfo = &application,
+             .enabledLayerCount = layer ? 1 : 0, .ppEnabledLayerNames = &layer,
+             .enabledExtensionCount = 1, .ppEnabledExtensionNames = &debug_utils);
     PFN_vkCreateInstance create =
         (PFN_vkCreateInstance)vkGetInstanceProcAddr(VK_NULL_HANDLE, "vkCreateInstance");
     VkResult result = create(&create_info, NULL, &side->instance);
@@ -194,24 +186,17 @@ static uint32_t find_compute_family(const struct side *side)
 
 static void open_device(struct side *side)
 {
-    const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .accelerationStructure = VK_TRUE};
-    const VkPhysicalDeviceVulkan12Features core = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
-        .pNext = (void *)&structures,
-        .bufferDeviceAddress = VK_TRUE};
+    const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
+        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .accelerationStructure = VK_TRUE);
+    const VkPhysicalDeviceVulkan12Features core =
+        MAKE(VkPhysicalDeviceVulkan12Features, .pNext = (void *)&structures,
+             .bufferDeviceAddress = VK_TRUE);
     const float priority = 1.0f;
-    const VkDeviceQueueCreateInfo queue = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-                                           .queueFamilyIndex = side->queue_family,
-                                           .queueCount = 1,
-                                           .pQueuePriorities = &priority};
-    const VkDeviceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-                                            .pNext = &core,
-                                            .queueCreateInfoCount = 1,
-                                            .pQueueCreateInfos = &queue,
-                                            .enabledExtensionCount = EXTENSION_COUNT,
-                                            .ppEnabledExtensionNames = extensions};
+    const VkDeviceCreateInfo create_info = MAKE(
+        VkDeviceCreateInfo, .pNext = &core, .queueCreateInfoCount = 1,
+        .pQueueCreateInfos = &MAKE(VkDeviceQueueCreateInfo, .queueFamilyIndex = side->queue_family,
+                                   .queueCount = 1, .pQueuePriorities = &priority),
+        .enabledExtensionCount = EXTENSION_COUNT, .ppEnabledExtensionNames = extensions);
     PFN_vkCreateDevice create =
         (PFN_vkCreateDevice)vkGetInstanceProcAddr(side->instance, "vkCreateDevice");
     tool_check(create(side->physical, &create_info, NULL, &side->device), "vkCreateDevice");
@@ -229,9 +214,8 @@ void side_open(struct side *side, const char *layer, const char *level)
     require_layer(side, BENCH_PEER);
     side->queue_family = find_compute_family(side);
     side->limits.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR;
-    VkPhysicalDeviceProperties2 properties = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &side->limits};
-    side->instance_calls.GetPhysicalDeviceProperties2(side->physical, &properties);
+    side->instance_calls.GetPhysicalDeviceProperties2(
+        side->physical, &MAKE(VkPhysicalDeviceProperties2, .pNext = &side->limits));
     open_device(side);
     side->findings->is_open = true; /* the tables ask for what there is not, and layers say so */
 }

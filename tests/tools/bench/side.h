@@ -8,6 +8,8 @@
 #include <vulkan/utility/vk_dispatch_table.h>
 #include <vulkan/vulkan.h>
 
+#include "tests/fixture/make.h"
+
 #define BENCH_LAYER "VK_LAYER_ASSAY_validation"
 #define BENCH_PEER "VK_LAYER_KHRONOS_validation"
 

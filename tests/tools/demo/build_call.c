@@ -8,13 +8,9 @@ build_call_add(struct build_call *call, VkAccelerationStructureTypeKHR type,
                const VkAccelerationStructureGeometryKHR *geometry, uint32_t primitive_count)
 {
     uint32_t i = call->count++;
-    call->infos[i] = (VkAccelerationStructureBuildGeometryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = type,
-        .flags = flags,
-        .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-        .geometryCount = 1,
-    };
+    call->infos[i] =
+        MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .type = type, .flags = flags,
+             .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR, .geometryCount = 1);
     call->geometries[i][0] = *geometry;
     call->ranges[i][0] =
         (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = primitive_count};
@@ -24,8 +20,7 @@ build_call_add(struct build_call *call, VkAccelerationStructureTypeKHR type,
 VkAccelerationStructureBuildSizesInfoKHR build_call_sizes(struct gpu *gpu, struct build_call *call,
                                                           uint32_t i)
 {
-    VkAccelerationStructureBuildSizesInfoKHR sizes = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
     call->infos[i].pGeometries = call->geometries[i];
     gpu->calls.GetAccelerationStructureBuildSizesKHR(
         gpu->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &call->infos[i],

@@ -6,6 +6,8 @@
 #include <stdbool.h>
 #include <vulkan/vulkan.h>
 
+#include "tests/fixture/make.h"
+
 #define FINDINGS_KEPT                                                                              \
     32 /* a planted mistake yields one or two; beyond this they are only counted */
 

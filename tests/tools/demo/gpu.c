@@ -38,20 +38,12 @@ static void gpu_open_instance(struct gpu *gpu, struct findings *findings)
 
     static const char *const extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
     const VkDebugUtilsMessengerCreateInfoEXT messenger = findings_messenger(findings);
-    VkResult result = create(
-        &(VkInstanceCreateInfo){
-            .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-            .pNext = &messenger,
-            .pApplicationInfo =
-                &(VkApplicationInfo){
-                    .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                    .pApplicationName = "assay_demo",
-                    .apiVersion = VK_API_VERSION_1_2,
-                },
-            .enabledExtensionCount = 1,
-            .ppEnabledExtensionNames = extensions,
-        },
-        NULL, &gpu->instance);
+    VkResult result =
+        create(&MAKE(VkInstanceCreateInfo, .pNext = &messenger,
+                     .pApplicationInfo = &MAKE(VkApplicationInfo, .pApplicationName = "assay_demo",
+                                               .apiVersion = VK_API_VERSION_1_2),
+                     .enabledExtensionCount = 1, .ppEnabledExtensionNames = extensions),
+               NULL, &gpu->instance);
     if (result == VK_ERROR_INCOMPATIBLE_DRIVER)
         tool_fail(
             "the Vulkan loader found no driver: install one (mesa-vulkan-drivers has "
@@ -127,16 +119,14 @@ static const char *gpu_lacks(struct gpu *gpu, VkPhysicalDevice physical)
     if (!gpu_has_extensions(gpu, physical, &extension))
         return extension;
 
-    VkPhysicalDeviceRayQueryFeaturesKHR query = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR};
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .pNext = gpu->wants_queries ? &query : NULL};
-    VkPhysicalDeviceVulkan12Features core = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, .pNext = &structures};
+    VkPhysicalDeviceRayQueryFeaturesKHR query = MAKE(VkPhysicalDeviceRayQueryFeaturesKHR);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
+        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR,
+             .pNext = gpu->wants_queries ? &query : NULL);
+    VkPhysicalDeviceVulkan12Features core =
+        MAKE(VkPhysicalDeviceVulkan12Features, .pNext = &structures);
     gpu->instance_calls.GetPhysicalDeviceFeatures2(
-        physical, &(VkPhysicalDeviceFeatures2){
-                      .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &core});
+        physical, &MAKE(VkPhysicalDeviceFeatures2, .pNext = &core));
     if (!structures.accelerationStructure)
         return "the feature accelerationStructure";
     if (gpu->wants_queries && !query.rayQuery)
@@ -196,34 +186,23 @@ static void gpu_require_layer(void)
 
 static void gpu_open_device(struct gpu *gpu)
 {
-    VkPhysicalDeviceRayQueryFeaturesKHR query = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = VK_TRUE};
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .pNext = gpu->wants_queries ? &query : NULL,
-        .accelerationStructure = VK_TRUE};
-    const VkPhysicalDeviceVulkan12Features core = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
-        .pNext = &structures,
-        .bufferDeviceAddress = VK_TRUE};
+    VkPhysicalDeviceRayQueryFeaturesKHR query =
+        MAKE(VkPhysicalDeviceRayQueryFeaturesKHR, .rayQuery = VK_TRUE);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
+        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR,
+             .pNext = gpu->wants_queries ? &query : NULL, .accelerationStructure = VK_TRUE);
+    const VkPhysicalDeviceVulkan12Features core = MAKE(
+        VkPhysicalDeviceVulkan12Features, .pNext = &structures, .bufferDeviceAddress = VK_TRUE);
     const float priority = 1.0f;
     PFN_vkCreateDevice create = (PFN_vkCreateDevice)gpu->instance_calls.GetInstanceProcAddr(
         gpu->instance, "vkCreateDevice");
     tool_check(create(gpu->physical,
-                      &(VkDeviceCreateInfo){
-                          .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-                          .pNext = &core,
-                          .queueCreateInfoCount = 1,
-                          .pQueueCreateInfos =
-                              &(VkDeviceQueueCreateInfo){
-                                  .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-                                  .queueFamilyIndex = gpu->queue_family,
-                                  .queueCount = 1,
-                                  .pQueuePriorities = &priority,
-                              },
-                          .enabledExtensionCount = gpu_extension_count(gpu),
-                          .ppEnabledExtensionNames = gpu_extensions,
-                      },
+                      &MAKE(VkDeviceCreateInfo, .pNext = &core, .queueCreateInfoCount = 1,
+                            .pQueueCreateInfos = &MAKE(
+                                VkDeviceQueueCreateInfo, .queueFamilyIndex = gpu->queue_family,
+                                .queueCount = 1, .pQueuePriorities = &priority),
+                            .enabledExtensionCount = gpu_extension_count(gpu),
+                            .ppEnabledExtensionNames = gpu_extensions),
                       NULL, &gpu->device),
                "vkCreateDevice");
     vkuInitDeviceDispatchTable(gpu->device, &gpu->calls, gpu->get_device_command);
@@ -237,21 +216,16 @@ void gpu_open(struct gpu *gpu, struct findings *findings, bool wants_queries)
     gpu_require_layer();
     gpu_open_device(gpu);
 
-    gpu->limits = (VkPhysicalDeviceAccelerationStructurePropertiesKHR){
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
+    gpu->limits = MAKE(VkPhysicalDeviceAccelerationStructurePropertiesKHR);
     gpu->instance_calls.GetPhysicalDeviceProperties2(
-        gpu->physical,
-        &(VkPhysicalDeviceProperties2){.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
-                                       .pNext = &gpu->limits});
+        gpu->physical, &MAKE(VkPhysicalDeviceProperties2, .pNext = &gpu->limits));
     gpu->instance_calls.GetPhysicalDeviceMemoryProperties(gpu->physical, &gpu->memory);
 
     gpu->calls.GetDeviceQueue(gpu->device, gpu->queue_family, 0, &gpu->queue);
     tool_check(gpu->calls.CreateCommandPool(gpu->device,
-                                            &(VkCommandPoolCreateInfo){
-                                                .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                                .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
-                                                .queueFamilyIndex = gpu->queue_family,
-                                            },
+                                            &MAKE(VkCommandPoolCreateInfo,
+                                                  .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
+                                                  .queueFamilyIndex = gpu->queue_family),
                                             NULL, &gpu->pool),
                "vkCreateCommandPool");
 }

@@ -8,13 +8,8 @@
 void gpu_name(struct gpu *gpu, VkObjectType type, uint64_t handle, const char *name)
 {
     tool_check(gpu->calls.SetDebugUtilsObjectNameEXT(
-                   gpu->device,
-                   &(VkDebugUtilsObjectNameInfoEXT){
-                       .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-                       .objectType = type,
-                       .objectHandle = handle,
-                       .pObjectName = name,
-                   }),
+                   gpu->device, &MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = type,
+                                      .objectHandle = handle, .pObjectName = name)),
                "vkSetDebugUtilsObjectNameEXT");
 }
 
@@ -36,30 +31,21 @@ struct gpu_buffer gpu_create_buffer(struct gpu *gpu, const char *name, enum gpu_
 {
     struct gpu_buffer buffer = {.size = size};
     tool_check(gpu->calls.CreateBuffer(gpu->device,
-                                       &(VkBufferCreateInfo){
-                                           .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                           .size = size,
-                                           .usage = usage,
-                                       },
+                                       &MAKE(VkBufferCreateInfo, .size = size, .usage = usage),
                                        NULL, &buffer.handle),
                "vkCreateBuffer");
     gpu_name(gpu, VK_OBJECT_TYPE_BUFFER, (uint64_t)buffer.handle, name);
 
     VkMemoryRequirements needs;
     gpu->calls.GetBufferMemoryRequirements(gpu->device, buffer.handle, &needs);
-    const VkMemoryAllocateFlagsInfo addressable = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
-    };
+    const VkMemoryAllocateFlagsInfo addressable =
+        MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
     const bool has_address = usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
     tool_check(gpu->calls.AllocateMemory(
                    gpu->device,
-                   &(VkMemoryAllocateInfo){
-                       .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                       .pNext = has_address ? &addressable : NULL,
-                       .allocationSize = needs.size,
-                       .memoryTypeIndex = gpu_memory_type(gpu, needs.memoryTypeBits, place),
-                   },
+                   &MAKE(VkMemoryAllocateInfo, .pNext = has_address ? &addressable : NULL,
+                         .allocationSize = needs.size,
+                         .memoryTypeIndex = gpu_memory_type(gpu, needs.memoryTypeBits, place)),
                    NULL, &buffer.memory),
                "vkAllocateMemory");
     tool_check(gpu->calls.BindBufferMemory(gpu->device, buffer.handle, buffer.memory, 0),
@@ -67,10 +53,7 @@ struct gpu_buffer gpu_create_buffer(struct gpu *gpu, const char *name, enum gpu_
 
     if (has_address)
         buffer.address = gpu->calls.GetBufferDeviceAddress(
-            gpu->device, &(VkBufferDeviceAddressInfo){
-                             .sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
-                             .buffer = buffer.handle,
-                         });
+            gpu->device, &MAKE(VkBufferDeviceAddressInfo, .buffer = buffer.handle));
     if (place == GPU_PLACE_HOST)
         tool_check(
             gpu->calls.MapMemory(gpu->device, buffer.memory, 0, VK_WHOLE_SIZE, 0, &buffer.data),
@@ -111,16 +94,11 @@ struct gpu_structure gpu_create_structure_in(struct gpu *gpu, const char *name,
                                              VkDeviceSize offset, VkDeviceSize size)
 {
     struct gpu_structure structure = {.type = type, .size = size};
-    tool_check(gpu->calls.CreateAccelerationStructureKHR(
-                   gpu->device,
-                   &(VkAccelerationStructureCreateInfoKHR){
-                       .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-                       .buffer = buffer,
-                       .offset = offset,
-                       .size = size,
-                       .type = type,
-                   },
-                   NULL, &structure.handle),
+    tool_check(gpu->calls.CreateAccelerationStructureKHR(gpu->device,
+                                                         &MAKE(VkAccelerationStructureCreateInfoKHR,
+                                                               .buffer = buffer, .offset = offset,
+                                                               .size = size, .type = type),
+                                                         NULL, &structure.handle),
                "vkCreateAccelerationStructureKHR");
     gpu_name(gpu, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)structure.handle, name);
     return structure;
@@ -150,10 +128,8 @@ void gpu_destroy_structure(struct gpu *gpu, struct gpu_structure *structure)
 VkDeviceAddress gpu_structure_address(struct gpu *gpu, const struct gpu_structure *structure)
 {
     return gpu->calls.GetAccelerationStructureDeviceAddressKHR(
-        gpu->device, &(VkAccelerationStructureDeviceAddressInfoKHR){
-                         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-                         .accelerationStructure = structure->handle,
-                     });
+        gpu->device, &MAKE(VkAccelerationStructureDeviceAddressInfoKHR,
+                           .accelerationStructure = structure->handle));
 }
 
 /* ---- command buffers */
@@ -163,34 +139,24 @@ VkCommandBuffer gpu_begin(struct gpu *gpu)
     VkCommandBuffer commands;
     tool_check(gpu->calls.AllocateCommandBuffers(
                    gpu->device,
-                   &(VkCommandBufferAllocateInfo){
-                       .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                       .commandPool = gpu->pool,
-                       .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-                       .commandBufferCount = 1,
-                   },
+                   &MAKE(VkCommandBufferAllocateInfo, .commandPool = gpu->pool,
+                         .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1),
                    &commands),
                "vkAllocateCommandBuffers");
-    tool_check(
-        gpu->calls.BeginCommandBuffer(commands,
-                                      &(VkCommandBufferBeginInfo){
-                                          .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                          .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
-                                      }),
-        "vkBeginCommandBuffer");
+    tool_check(gpu->calls.BeginCommandBuffer(
+                   commands, &MAKE(VkCommandBufferBeginInfo,
+                                   .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT)),
+               "vkBeginCommandBuffer");
     return commands;
 }
 
 void gpu_submit(struct gpu *gpu, VkCommandBuffer commands)
 {
     tool_check(gpu->calls.EndCommandBuffer(commands), "vkEndCommandBuffer");
-    tool_check(gpu->calls.QueueSubmit(gpu->queue, 1,
-                                      &(VkSubmitInfo){
-                                          .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                                          .commandBufferCount = 1,
-                                          .pCommandBuffers = &commands,
-                                      },
-                                      VK_NULL_HANDLE),
+    tool_check(gpu->calls.QueueSubmit(
+                   gpu->queue, 1,
+                   &MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &commands),
+                   VK_NULL_HANDLE),
                "vkQueueSubmit");
     tool_check(gpu->calls.QueueWaitIdle(gpu->queue), "vkQueueWaitIdle");
     gpu_drop(gpu, commands);
@@ -204,10 +170,7 @@ void gpu_drop(struct gpu *gpu, VkCommandBuffer commands)
 void gpu_barrier(struct gpu *gpu, VkCommandBuffer commands, VkPipelineStageFlags before,
                  VkAccessFlags written, VkPipelineStageFlags after, VkAccessFlags wanted)
 {
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = written,
-        .dstAccessMask = wanted,
-    };
+    const VkMemoryBarrier barrier =
+        MAKE(VkMemoryBarrier, .srcAccessMask = written, .dstAccessMask = wanted);
     gpu->calls.CmdPipelineBarrier(commands, before, after, 0, 1, &barrier, 0, NULL, 0, NULL);
 }

@@ -196,14 +196,11 @@ static bool plant_render_pass(struct plant_site *site)
 {
     if (!site->objects->pass)
         return false;
-    site->gpu->calls.CmdBeginRenderPass(site->commands,
-                                        &(VkRenderPassBeginInfo){
-                                            .sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO,
-                                            .renderPass = site->objects->pass,
-                                            .framebuffer = site->objects->framebuffer,
-                                            .renderArea.extent = {8, 8},
-                                        },
-                                        VK_SUBPASS_CONTENTS_INLINE);
+    site->gpu->calls.CmdBeginRenderPass(
+        site->commands,
+        &MAKE(VkRenderPassBeginInfo, .renderPass = site->objects->pass,
+              .framebuffer = site->objects->framebuffer, .renderArea.extent = {8, 8}),
+        VK_SUBPASS_CONTENTS_INLINE);
     return true;
 }
 

@@ -4,6 +4,7 @@
 
 #include "layout.h"
 #include "scene.h"
+#include "tests/fixture/make.h"
 #include "tests/tools/fail.h"
 
 #define BUILD_INPUT                                                                                \
@@ -18,48 +19,29 @@
 static VkAccelerationStructureGeometryKHR scene_triangles(const struct scene *scene,
                                                           VkDeviceAddress vertices)
 {
-    return (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles =
-            {
-                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                .vertexData.deviceAddress = vertices,
-                .vertexStride = 3 * sizeof(float),
-                .maxVertex = scene->vertex_count - 1,
-                .indexType = VK_INDEX_TYPE_UINT32,
-                .indexData.deviceAddress = scene->indices.address,
-            },
-        .flags = VK_GEOMETRY_OPAQUE_BIT_KHR,
-    };
+    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                .geometry.triangles =
+                    MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
+                         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                         .vertexData.deviceAddress = vertices, .vertexStride = 3 * sizeof(float),
+                         .maxVertex = scene->vertex_count - 1, .indexType = VK_INDEX_TYPE_UINT32,
+                         .indexData.deviceAddress = scene->indices.address),
+                .flags = VK_GEOMETRY_OPAQUE_BIT_KHR);
 }
 
 static VkAccelerationStructureGeometryKHR scene_boxes(const struct scene *scene)
 {
-    return (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-        .geometry.aabbs =
-            {
-                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-                .data.deviceAddress = scene->boxes.address,
-                .stride = sizeof(VkAabbPositionsKHR),
-            },
-    };
+    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+                .geometry.aabbs = MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
+                                       .data.deviceAddress = scene->boxes.address,
+                                       .stride = sizeof(VkAabbPositionsKHR)));
 }
 
 static VkAccelerationStructureGeometryKHR scene_instances(const struct scene *scene)
 {
-    return (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-        .geometry.instances =
-            {
-                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-                .data.deviceAddress = scene->instances.address,
-            },
-    };
+    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+                .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                                           .data.deviceAddress = scene->instances.address));
 }
 
 static void scene_aim(VkAccelerationStructureBuildGeometryInfoKHR *info, const struct gpu *gpu,
@@ -238,12 +220,10 @@ static void scene_build_rest(struct scene *scene, struct gpu *gpu)
                 STRUCTURE_READ | STRUCTURE_WRITE);
     build_call_record(gpu, commands, &update);
     gpu->calls.CmdCopyAccelerationStructureKHR(
-        commands, &(VkCopyAccelerationStructureInfoKHR){
-                      .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-                      .src = scene->box_field.structure.handle,
-                      .dst = scene->compacted_field.handle,
-                      .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
-                  });
+        commands,
+        &MAKE(VkCopyAccelerationStructureInfoKHR, .src = scene->box_field.structure.handle,
+              .dst = scene->compacted_field.handle,
+              .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
     gpu_barrier(gpu, commands, BUILD_STAGE, STRUCTURE_WRITE, BUILD_STAGE, STRUCTURE_READ);
     build_call_record(gpu, commands, &top);
     gpu_barrier(gpu, commands, BUILD_STAGE, STRUCTURE_WRITE, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
@@ -263,11 +243,9 @@ void scene_create(struct scene *scene, struct gpu *gpu, const struct mesh *mesh)
     VkQueryPool compacted_size;
     tool_check(gpu->calls.CreateQueryPool(
                    gpu->device,
-                   &(VkQueryPoolCreateInfo){
-                       .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                       .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-                       .queryCount = 1,
-                   },
+                   &MAKE(VkQueryPoolCreateInfo,
+                         .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                         .queryCount = 1),
                    NULL, &compacted_size),
                "vkCreateQueryPool");
     scene_build_bottom(scene, gpu, compacted_size);
