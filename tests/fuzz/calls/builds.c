@@ -33,12 +33,9 @@ static VkAccelerationStructureGeometryTrianglesDataKHR take_triangles(struct cal
         VK_FORMAT_R32G32B32_SFLOAT,   VK_FORMAT_R32G32_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT,
         VK_FORMAT_R16G16B16A16_SNORM, VK_FORMAT_R16G16_SNORM,  VK_FORMAT_R16G16_SFLOAT,
         VK_FORMAT_R64G64B64_SFLOAT,   VK_FORMAT_UNDEFINED,     (VkFormat)0x7ffffff0};
-    static const VkIndexType types[] = {VK_INDEX_TYPE_NONE_KHR, VK_INDEX_TYPE_UINT32,
-                                        VK_INDEX_TYPE_UINT16, VK_INDEX_TYPE_UINT8_KHR,
-                                        (VkIndexType)77};
     VkAccelerationStructureGeometryTrianglesDataKHR triangles =
         MAKE(VkAccelerationStructureGeometryTrianglesDataKHR, .vertexFormat = TAKE(calls, formats));
-    triangles.indexType = TAKE(calls, types);
+    triangles.indexType = take_index_type(calls);
     triangles.vertexStride = take_stride(calls, 12);
     triangles.vertexData = take_data(calls, is_host, 0);
     triangles.maxVertex = take_count(calls);
@@ -144,9 +141,9 @@ static void take_info(struct calls *calls, struct build_arguments *arguments, bo
         info->flags = take_word(calls) & 0xffff;
     if (byte & 64)
         info->geometryCount = take(calls) % 2;
-    info->dstAccelerationStructure = PICK(calls, structures)->handle;
+    info->dstAccelerationStructure = PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
     if (byte & 4)
-        info->srcAccelerationStructure = PICK(calls, structures)->handle;
+        info->srcAccelerationStructure = PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
     if (is_host)
         info->scratchData.hostAddress = calls->result + take_offset(calls) % RESULT_SIZE;
     else
@@ -218,7 +215,7 @@ void call_build_indirect(struct calls *calls)
 
 void call_host_build(struct calls *calls)
 {
-    const struct slot *operation = PICK(calls, operations);
+    const struct slot *operation = pick(calls, OPERATIONS);
     struct build_arguments *arguments = build_arguments_take(calls, true);
     bool defers = take(calls) % 4 == 1;
     VkResult result = calls->vk.BuildAccelerationStructuresKHR(

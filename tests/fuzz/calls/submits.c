@@ -21,8 +21,8 @@ void call_submit(struct calls *calls)
     VkCommandBuffer commands[SUBMITTED_MAX];
     const uint32_t count = take_command_buffers(calls, commands);
     const uint8_t byte = take(calls);
-    const VkSemaphore wait = HANDLE_OF(VkSemaphore, PICK(calls, semaphores));
-    const VkSemaphore signal = HANDLE_OF(VkSemaphore, PICK(calls, semaphores));
+    const VkSemaphore wait = PICK(VkSemaphore, calls, SEMAPHORES);
+    const VkSemaphore signal = PICK(VkSemaphore, calls, SEMAPHORES);
     const uint64_t wait_value = take(calls), signal_value = take(calls);
     const VkTimelineSemaphoreSubmitInfo values =
         MAKE(VkTimelineSemaphoreSubmitInfo, .waitSemaphoreValueCount = 1,
@@ -35,7 +35,7 @@ void call_submit(struct calls *calls)
              .pSignalSemaphores = &signal);
     const VkSubmitInfo infos[] = {info, info};
     calls->vk.QueueSubmit(calls->queues[(byte >> 4) % QUEUES], byte & 128 ? 2 : 1, infos,
-                          byte & 4 ? HANDLE_OF(VkFence, PICK(calls, fences)) : VK_NULL_HANDLE);
+                          byte & 4 ? PICK(VkFence, calls, FENCES) : VK_NULL_HANDLE);
 }
 
 void call_submit2(struct calls *calls)
@@ -46,7 +46,7 @@ void call_submit2(struct calls *calls)
     const uint8_t byte = take(calls);
     for (uint32_t i = 0; i < count; i++)
         infos[i] = MAKE(VkCommandBufferSubmitInfo, .commandBuffer = commands[i]);
-    const struct slot *waited = PICK(calls, semaphores), *signalled = PICK(calls, semaphores);
+    const struct slot *waited = pick(calls, SEMAPHORES), *signalled = pick(calls, SEMAPHORES);
     const VkSemaphoreSubmitInfo wait = MAKE(
         VkSemaphoreSubmitInfo, .semaphore = HANDLE_OF(VkSemaphore, waited), .value = take(calls));
     const VkSemaphoreSubmitInfo signal =
@@ -57,7 +57,7 @@ void call_submit2(struct calls *calls)
              .commandBufferInfoCount = count, .pCommandBufferInfos = infos,
              .signalSemaphoreInfoCount = byte >> 1 & 1, .pSignalSemaphoreInfos = &signal);
     calls->vk.QueueSubmit2(calls->queues[(byte >> 4) % QUEUES], 1, &info,
-                           byte & 4 ? HANDLE_OF(VkFence, PICK(calls, fences)) : VK_NULL_HANDLE);
+                           byte & 4 ? PICK(VkFence, calls, FENCES) : VK_NULL_HANDLE);
 }
 
 /* ---- waits */
@@ -73,7 +73,7 @@ void call_wait_idle(struct calls *calls)
 
 void call_wait_fence(struct calls *calls)
 {
-    const struct slot *a = PICK(calls, fences), *b = PICK(calls, fences);
+    const struct slot *a = pick(calls, FENCES), *b = pick(calls, FENCES);
     const VkFence fences[] = {HANDLE_OF(VkFence, a), HANDLE_OF(VkFence, b)};
     const uint8_t byte = take(calls);
     if (byte % 2)
@@ -84,13 +84,13 @@ void call_wait_fence(struct calls *calls)
 
 void call_reset_fence(struct calls *calls)
 {
-    const VkFence fence = HANDLE_OF(VkFence, PICK(calls, fences));
+    const VkFence fence = PICK(VkFence, calls, FENCES);
     calls->vk.ResetFences(calls->device, 1, &fence);
 }
 
 void call_use_semaphore(struct calls *calls)
 {
-    const VkSemaphore semaphore = HANDLE_OF(VkSemaphore, PICK(calls, semaphores));
+    const VkSemaphore semaphore = PICK(VkSemaphore, calls, SEMAPHORES);
     uint64_t value = take(calls);
     const VkSemaphoreSignalInfo signal =
         MAKE(VkSemaphoreSignalInfo, .semaphore = semaphore, .value = value);
@@ -109,13 +109,12 @@ void call_use_semaphore(struct calls *calls)
 
 static void create_semaphore(struct calls *calls)
 {
-    const uint32_t index = take(calls) % SEMAPHORES;
+    const uint32_t index = take(calls) % slot_counts[SEMAPHORES];
     const VkSemaphoreTypeCreateInfo type =
         MAKE(VkSemaphoreTypeCreateInfo, .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE);
     const VkSemaphoreCreateInfo info = MAKE(VkSemaphoreCreateInfo, .pNext = index ? &type : NULL);
-    VkSemaphore handle;
-    if (calls->vk.CreateSemaphore(calls->device, &info, NULL, &handle) == VK_SUCCESS)
-        calls->semaphores[index] = (struct slot){(uint64_t)(uintptr_t)handle, true};
+    keep(calls, &calls->slots[SEMAPHORES][index], 0,
+         calls->vk.CreateSemaphore(calls->device, &info, NULL, CREATED(calls)));
 }
 
 void call_create_sync(struct calls *calls)
@@ -129,20 +128,19 @@ void call_create_sync(struct calls *calls)
         create_semaphore(calls);
     else if (kind % 4 == 1 &&
              calls->vk.CreateEvent(calls->device, &event_info, NULL, &event) == VK_SUCCESS)
-        *PICK(calls, events) = (struct slot){(uint64_t)(uintptr_t)event, true};
+        *pick(calls, EVENTS) = (struct slot){(uint64_t)(uintptr_t)event, true};
     else if (kind % 4 > 1 &&
              calls->vk.CreateFence(calls->device, &fence_info, NULL, &fence) == VK_SUCCESS)
-        *PICK(calls, fences) = (struct slot){(uint64_t)(uintptr_t)fence, true};
+        *pick(calls, FENCES) = (struct slot){(uint64_t)(uintptr_t)fence, true};
 }
 
 void call_destroy_sync(struct calls *calls)
 {
     const uint8_t kind = take(calls);
     if (kind % 3 == 0)
-        calls->vk.DestroySemaphore(calls->device, HANDLE_OF(VkSemaphore, PICK(calls, semaphores)),
-                                   NULL);
+        calls->vk.DestroySemaphore(calls->device, PICK(VkSemaphore, calls, SEMAPHORES), NULL);
     else if (kind % 3 == 1)
-        calls->vk.DestroyEvent(calls->device, HANDLE_OF(VkEvent, PICK(calls, events)), NULL);
+        calls->vk.DestroyEvent(calls->device, PICK(VkEvent, calls, EVENTS), NULL);
     else
-        calls->vk.DestroyFence(calls->device, HANDLE_OF(VkFence, PICK(calls, fences)), NULL);
+        calls->vk.DestroyFence(calls->device, PICK(VkFence, calls, FENCES), NULL);
 }
