@@ -13,13 +13,11 @@ void recorder_open(struct recorder *recorder, const struct side *side)
         MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
              .queueFamilyIndex = side->queue_family);
     recorder->side = side;
-    tool_check(side->calls.CreateCommandPool(side->device, &pool_info, NULL, &recorder->pool),
-               "vkCreateCommandPool");
+    TOOL_CALL(side->calls, CreateCommandPool, side->device, &pool_info, NULL, &recorder->pool);
     const VkCommandBufferAllocateInfo info =
         MAKE(VkCommandBufferAllocateInfo, .commandPool = recorder->pool,
              .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1);
-    tool_check(side->calls.AllocateCommandBuffers(side->device, &info, &recorder->commands),
-               "vkAllocateCommandBuffers");
+    TOOL_CALL(side->calls, AllocateCommandBuffers, side->device, &info, &recorder->commands);
 }
 
 void recorder_close(struct recorder *recorder)
@@ -30,19 +28,17 @@ void recorder_close(struct recorder *recorder)
 static void begin(const struct recorder *recorder, VkCommandBufferUsageFlags flags)
 {
     const VkCommandBufferBeginInfo info = MAKE(VkCommandBufferBeginInfo, .flags = flags);
-    tool_check(recorder->side->calls.BeginCommandBuffer(recorder->commands, &info),
-               "vkBeginCommandBuffer");
+    TOOL_CALL(recorder->side->calls, BeginCommandBuffer, recorder->commands, &info);
 }
 
 static void end(const struct recorder *recorder)
 {
-    tool_check(recorder->side->calls.EndCommandBuffer(recorder->commands), "vkEndCommandBuffer");
+    TOOL_CALL(recorder->side->calls, EndCommandBuffer, recorder->commands);
 }
 
 static void reset(const struct recorder *recorder)
 {
-    tool_check(recorder->side->calls.ResetCommandBuffer(recorder->commands, 0),
-               "vkResetCommandBuffer");
+    TOOL_CALL(recorder->side->calls, ResetCommandBuffer, recorder->commands, 0);
 }
 
 static void build(const struct recorder *recorder, const struct scene *scene, uint32_t first,
@@ -97,17 +93,15 @@ static void submit_and_wait(const struct recorder *recorder, VkFence fence)
         MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &recorder->commands);
     VkQueue queue;
     side->calls.GetDeviceQueue(side->device, side->queue_family, 0, &queue);
-    tool_check(side->calls.QueueSubmit(queue, 1, &info, fence), "vkQueueSubmit");
-    tool_check(side->calls.WaitForFences(side->device, 1, &fence, VK_TRUE, UINT64_MAX),
-               "vkWaitForFences");
-    tool_check(side->calls.ResetFences(side->device, 1, &fence), "vkResetFences");
+    TOOL_CALL(side->calls, QueueSubmit, queue, 1, &info, fence);
+    TOOL_CALL(side->calls, WaitForFences, side->device, 1, &fence, VK_TRUE, UINT64_MAX);
+    TOOL_CALL(side->calls, ResetFences, side->device, 1, &fence);
 }
 
 static VkFence create_fence(const struct side *side)
 {
-    const VkFenceCreateInfo info = MAKE(VkFenceCreateInfo);
     VkFence fence;
-    tool_check(side->calls.CreateFence(side->device, &info, NULL, &fence), "vkCreateFence");
+    TOOL_CALL(side->calls, CreateFence, side->device, &MAKE(VkFenceCreateInfo), NULL, &fence);
     return fence;
 }
 

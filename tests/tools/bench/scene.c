@@ -47,11 +47,9 @@ static VkDeviceSize align_up(VkDeviceSize size, VkDeviceSize alignment)
 
 static VkBuffer create_buffer(const struct side *side, enum scene_part part, VkDeviceSize size)
 {
-    const VkBufferCreateInfo create_info =
-        MAKE(VkBufferCreateInfo, .size = size, .usage = usage_of(part));
     VkBuffer buffer;
-    tool_check(side->calls.CreateBuffer(side->device, &create_info, NULL, &buffer),
-               "vkCreateBuffer");
+    TOOL_CALL(side->calls, CreateBuffer, side->device,
+              &MAKE(VkBufferCreateInfo, .size = size, .usage = usage_of(part)), NULL, &buffer);
     return buffer;
 }
 
@@ -70,7 +68,7 @@ static VkDeviceMemory allocate_memory(const struct side *side, VkDeviceSize size
         .pNext = &MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT),
         .allocationSize = size, .memoryTypeIndex = (uint32_t)__builtin_ctz(allowed_types));
     VkDeviceMemory memory;
-    tool_check(side->calls.AllocateMemory(side->device, &info, NULL, &memory), "vkAllocateMemory");
+    TOOL_CALL(side->calls, AllocateMemory, side->device, &info, NULL, &memory);
     return memory;
 }
 
@@ -114,9 +112,8 @@ static void create_ranges(struct scene *scene, enum scene_part part, enum buffer
     VkDeviceSize total = shared ? needs.size : scene->count * ranges->stride;
     ranges->memory = allocate_memory(side, total, needs.memoryTypeBits);
     for (uint32_t i = 0; i < ranges->buffer_count; i++)
-        tool_check(side->calls.BindBufferMemory(side->device, ranges->buffers[i], ranges->memory,
-                                                i * ranges->stride),
-                   "vkBindBufferMemory");
+        TOOL_CALL(side->calls, BindBufferMemory, side->device, ranges->buffers[i], ranges->memory,
+                  i * ranges->stride);
     if (usage_of(part) & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT)
         find_addresses(side, ranges, scene->count);
 }
@@ -176,9 +173,8 @@ static void create_structures(struct scene *scene)
             MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = ranges->buffers[shared ? 0 : i],
                  .offset = shared ? i * ranges->stride : 0, .size = ranges->size,
                  .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-        tool_check(side->calls.CreateAccelerationStructureKHR(side->device, &create_info, NULL,
-                                                              &scene->structures[i]),
-                   "vkCreateAccelerationStructureKHR");
+        TOOL_CALL(side->calls, CreateAccelerationStructureKHR, side->device, &create_info, NULL,
+                  &scene->structures[i]);
     }
 }
 

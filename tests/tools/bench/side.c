@@ -109,9 +109,8 @@ static void open_instance(struct side *side, const char *layer, const char *leve
     vkuInitInstanceDispatchTable(side->instance, &side->instance_calls, vkGetInstanceProcAddr);
 
     messenger.pNext = NULL;
-    tool_check(side->instance_calls.CreateDebugUtilsMessengerEXT(side->instance, &messenger, NULL,
-                                                                 &side->messenger),
-               "vkCreateDebugUtilsMessengerEXT");
+    TOOL_CALL(side->instance_calls, CreateDebugUtilsMessengerEXT, side->instance, &messenger, NULL,
+              &side->messenger);
 }
 
 /* ---- the physical device */
@@ -119,13 +118,11 @@ static void open_instance(struct side *side, const char *layer, const char *leve
 static bool has_extensions(const struct side *side, VkPhysicalDevice physical)
 {
     uint32_t count = 0, found = 0;
-    tool_check(
-        side->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, NULL),
-        "vkEnumerateDeviceExtensionProperties");
+    TOOL_CALL(side->instance_calls, EnumerateDeviceExtensionProperties, physical, NULL, &count,
+              NULL);
     VkExtensionProperties *offered = tool_alloc(count, sizeof(*offered));
-    tool_check(
-        side->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, offered),
-        "vkEnumerateDeviceExtensionProperties");
+    TOOL_CALL(side->instance_calls, EnumerateDeviceExtensionProperties, physical, NULL, &count,
+              offered);
     for (int wanted = 0; wanted < EXTENSION_COUNT; wanted++) {
         for (uint32_t i = 0; i < count; i++)
             found += strcmp(offered[i].extensionName, extensions[wanted]) == 0;
@@ -156,11 +153,10 @@ static void require_layer(const struct side *side, const char *layer)
 {
     uint32_t count = 0;
     bool found = false, wanted = side->layer && strcmp(side->layer, layer) == 0;
-    tool_check(side->instance_calls.EnumerateDeviceLayerProperties(side->physical, &count, NULL),
-               "vkEnumerateDeviceLayerProperties");
+    TOOL_CALL(side->instance_calls, EnumerateDeviceLayerProperties, side->physical, &count, NULL);
     VkLayerProperties *enabled = tool_alloc(count, sizeof(*enabled));
-    tool_check(side->instance_calls.EnumerateDeviceLayerProperties(side->physical, &count, enabled),
-               "vkEnumerateDeviceLayerProperties");
+    TOOL_CALL(side->instance_calls, EnumerateDeviceLayerProperties, side->physical, &count,
+              enabled);
     for (uint32_t i = 0; i < count; i++)
         found = found || strcmp(enabled[i].layerName, layer) == 0;
     free(enabled);

@@ -56,9 +56,8 @@ static void gpu_open_instance(struct gpu *gpu, struct findings *findings)
 
     vkuInitInstanceDispatchTable(gpu->instance, &gpu->instance_calls, get);
     gpu->get_device_command = (PFN_vkGetDeviceProcAddr)get(gpu->instance, "vkGetDeviceProcAddr");
-    tool_check(gpu->instance_calls.CreateDebugUtilsMessengerEXT(gpu->instance, &messenger, NULL,
-                                                                &gpu->messenger),
-               "vkCreateDebugUtilsMessengerEXT");
+    TOOL_CALL(gpu->instance_calls, CreateDebugUtilsMessengerEXT, gpu->instance, &messenger, NULL,
+              &gpu->messenger);
 }
 
 /* ---- device */
@@ -66,12 +65,11 @@ static void gpu_open_instance(struct gpu *gpu, struct findings *findings)
 static bool gpu_has_extensions(struct gpu *gpu, VkPhysicalDevice physical, const char **lacks)
 {
     uint32_t count = 0;
-    tool_check(gpu->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, NULL),
-               "vkEnumerateDeviceExtensionProperties");
+    TOOL_CALL(gpu->instance_calls, EnumerateDeviceExtensionProperties, physical, NULL, &count,
+              NULL);
     VkExtensionProperties *offered = tool_alloc(count, sizeof(*offered));
-    tool_check(
-        gpu->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, offered),
-        "vkEnumerateDeviceExtensionProperties");
+    TOOL_CALL(gpu->instance_calls, EnumerateDeviceExtensionProperties, physical, NULL, &count,
+              offered);
 
     *lacks = NULL;
     for (size_t wanted = 0; wanted < gpu_extension_count(gpu) && !*lacks; ++wanted) {
@@ -222,12 +220,10 @@ void gpu_open(struct gpu *gpu, struct findings *findings, bool wants_queries)
     gpu->instance_calls.GetPhysicalDeviceMemoryProperties(gpu->physical, &gpu->memory);
 
     gpu->calls.GetDeviceQueue(gpu->device, gpu->queue_family, 0, &gpu->queue);
-    tool_check(gpu->calls.CreateCommandPool(gpu->device,
-                                            &MAKE(VkCommandPoolCreateInfo,
-                                                  .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
-                                                  .queueFamilyIndex = gpu->queue_family),
-                                            NULL, &gpu->pool),
-               "vkCreateCommandPool");
+    TOOL_CALL(gpu->calls, CreateCommandPool, gpu->device,
+              &MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
+                    .queueFamilyIndex = gpu->queue_family),
+              NULL, &gpu->pool);
 }
 
 void gpu_close(struct gpu *gpu)

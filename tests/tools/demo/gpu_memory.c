@@ -7,10 +7,9 @@
 
 void gpu_name(struct gpu *gpu, VkObjectType type, uint64_t handle, const char *name)
 {
-    tool_check(gpu->calls.SetDebugUtilsObjectNameEXT(
-                   gpu->device, &MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = type,
-                                      .objectHandle = handle, .pObjectName = name)),
-               "vkSetDebugUtilsObjectNameEXT");
+    TOOL_CALL(gpu->calls, SetDebugUtilsObjectNameEXT, gpu->device,
+              &MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = type, .objectHandle = handle,
+                    .pObjectName = name));
 }
 
 /* ---- buffers */
@@ -30,10 +29,8 @@ struct gpu_buffer gpu_create_buffer(struct gpu *gpu, const char *name, enum gpu_
                                     VkBufferUsageFlags usage, VkDeviceSize size)
 {
     struct gpu_buffer buffer = {.size = size};
-    tool_check(gpu->calls.CreateBuffer(gpu->device,
-                                       &MAKE(VkBufferCreateInfo, .size = size, .usage = usage),
-                                       NULL, &buffer.handle),
-               "vkCreateBuffer");
+    TOOL_CALL(gpu->calls, CreateBuffer, gpu->device,
+              &MAKE(VkBufferCreateInfo, .size = size, .usage = usage), NULL, &buffer.handle);
     gpu_name(gpu, VK_OBJECT_TYPE_BUFFER, (uint64_t)buffer.handle, name);
 
     VkMemoryRequirements needs;
@@ -41,23 +38,19 @@ struct gpu_buffer gpu_create_buffer(struct gpu *gpu, const char *name, enum gpu_
     const VkMemoryAllocateFlagsInfo addressable =
         MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
     const bool has_address = usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
-    tool_check(gpu->calls.AllocateMemory(
-                   gpu->device,
-                   &MAKE(VkMemoryAllocateInfo, .pNext = has_address ? &addressable : NULL,
-                         .allocationSize = needs.size,
-                         .memoryTypeIndex = gpu_memory_type(gpu, needs.memoryTypeBits, place)),
-                   NULL, &buffer.memory),
-               "vkAllocateMemory");
-    tool_check(gpu->calls.BindBufferMemory(gpu->device, buffer.handle, buffer.memory, 0),
-               "vkBindBufferMemory");
+    TOOL_CALL(gpu->calls, AllocateMemory, gpu->device,
+              &MAKE(VkMemoryAllocateInfo, .pNext = has_address ? &addressable : NULL,
+                    .allocationSize = needs.size,
+                    .memoryTypeIndex = gpu_memory_type(gpu, needs.memoryTypeBits, place)),
+              NULL, &buffer.memory);
+    TOOL_CALL(gpu->calls, BindBufferMemory, gpu->device, buffer.handle, buffer.memory, 0);
 
     if (has_address)
         buffer.address = gpu->calls.GetBufferDeviceAddress(
             gpu->device, &MAKE(VkBufferDeviceAddressInfo, .buffer = buffer.handle));
     if (place == GPU_PLACE_HOST)
-        tool_check(
-            gpu->calls.MapMemory(gpu->device, buffer.memory, 0, VK_WHOLE_SIZE, 0, &buffer.data),
-            "vkMapMemory");
+        TOOL_CALL(gpu->calls, MapMemory, gpu->device, buffer.memory, 0, VK_WHOLE_SIZE, 0,
+                  &buffer.data);
     return buffer;
 }
 
@@ -94,12 +87,10 @@ struct gpu_structure gpu_create_structure_in(struct gpu *gpu, const char *name,
                                              VkDeviceSize offset, VkDeviceSize size)
 {
     struct gpu_structure structure = {.type = type, .size = size};
-    tool_check(gpu->calls.CreateAccelerationStructureKHR(gpu->device,
-                                                         &MAKE(VkAccelerationStructureCreateInfoKHR,
-                                                               .buffer = buffer, .offset = offset,
-                                                               .size = size, .type = type),
-                                                         NULL, &structure.handle),
-               "vkCreateAccelerationStructureKHR");
+    TOOL_CALL(gpu->calls, CreateAccelerationStructureKHR, gpu->device,
+              &MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = buffer, .offset = offset,
+                    .size = size, .type = type),
+              NULL, &structure.handle);
     gpu_name(gpu, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)structure.handle, name);
     return structure;
 }
@@ -137,28 +128,23 @@ VkDeviceAddress gpu_structure_address(struct gpu *gpu, const struct gpu_structur
 VkCommandBuffer gpu_begin(struct gpu *gpu)
 {
     VkCommandBuffer commands;
-    tool_check(gpu->calls.AllocateCommandBuffers(
-                   gpu->device,
-                   &MAKE(VkCommandBufferAllocateInfo, .commandPool = gpu->pool,
-                         .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1),
-                   &commands),
-               "vkAllocateCommandBuffers");
-    tool_check(gpu->calls.BeginCommandBuffer(
-                   commands, &MAKE(VkCommandBufferBeginInfo,
-                                   .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT)),
-               "vkBeginCommandBuffer");
+    TOOL_CALL(gpu->calls, AllocateCommandBuffers, gpu->device,
+              &MAKE(VkCommandBufferAllocateInfo, .commandPool = gpu->pool,
+                    .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1),
+              &commands);
+    TOOL_CALL(
+        gpu->calls, BeginCommandBuffer, commands,
+        &MAKE(VkCommandBufferBeginInfo, .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT));
     return commands;
 }
 
 void gpu_submit(struct gpu *gpu, VkCommandBuffer commands)
 {
-    tool_check(gpu->calls.EndCommandBuffer(commands), "vkEndCommandBuffer");
-    tool_check(gpu->calls.QueueSubmit(
-                   gpu->queue, 1,
-                   &MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &commands),
-                   VK_NULL_HANDLE),
-               "vkQueueSubmit");
-    tool_check(gpu->calls.QueueWaitIdle(gpu->queue), "vkQueueWaitIdle");
+    TOOL_CALL(gpu->calls, EndCommandBuffer, commands);
+    TOOL_CALL(gpu->calls, QueueSubmit, gpu->queue, 1,
+              &MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &commands),
+              VK_NULL_HANDLE);
+    TOOL_CALL(gpu->calls, QueueWaitIdle, gpu->queue);
     gpu_drop(gpu, commands);
 }
 

@@ -211,7 +211,7 @@ static void plant_end_render_pass(struct plant_site *site)
 
 static bool plant_ended(struct plant_site *site)
 {
-    tool_check(site->gpu->calls.EndCommandBuffer(site->commands), "vkEndCommandBuffer");
+    TOOL_CALL(site->gpu->calls, EndCommandBuffer, site->commands);
     return true;
 }
 

@@ -46,43 +46,34 @@ static void render_create_layouts(struct render *render, struct gpu *gpu)
             .descriptorCount = 1,
             .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
         };
-    tool_check(gpu->calls.CreateDescriptorSetLayout(gpu->device,
-                                                    &MAKE(VkDescriptorSetLayoutCreateInfo,
-                                                          .bindingCount = BINDING_COUNT,
-                                                          .pBindings = bindings),
-                                                    NULL, &render->set_layout),
-               "vkCreateDescriptorSetLayout");
-    tool_check(gpu->calls.CreatePipelineLayout(
-                   gpu->device,
-                   &MAKE(VkPipelineLayoutCreateInfo, .setLayoutCount = 1,
-                         .pSetLayouts = &render->set_layout, .pushConstantRangeCount = 1,
-                         .pPushConstantRanges =
-                             &(VkPushConstantRange){
-                                 .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
-                                 .size = sizeof(struct push),
-                             }),
-                   NULL, &render->layout),
-               "vkCreatePipelineLayout");
+    TOOL_CALL(gpu->calls, CreateDescriptorSetLayout, gpu->device,
+              &MAKE(VkDescriptorSetLayoutCreateInfo, .bindingCount = BINDING_COUNT,
+                    .pBindings = bindings),
+              NULL, &render->set_layout);
+    TOOL_CALL(gpu->calls, CreatePipelineLayout, gpu->device,
+              &MAKE(VkPipelineLayoutCreateInfo, .setLayoutCount = 1,
+                    .pSetLayouts = &render->set_layout, .pushConstantRangeCount = 1,
+                    .pPushConstantRanges =
+                        &(VkPushConstantRange){
+                            .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
+                            .size = sizeof(struct push),
+                        }),
+              NULL, &render->layout);
 }
 
 static void render_create_pipeline(struct render *render, struct gpu *gpu)
 {
     VkShaderModule module;
-    tool_check(
-        gpu->calls.CreateShaderModule(
-            gpu->device,
-            &MAKE(VkShaderModuleCreateInfo, .codeSize = sizeof(scene_comp), .pCode = scene_comp),
-            NULL, &module),
-        "vkCreateShaderModule");
-    tool_check(
-        gpu->calls.CreateComputePipelines(gpu->device, VK_NULL_HANDLE, 1,
-                                          &MAKE(VkComputePipelineCreateInfo,
-                                                .stage = MAKE(VkPipelineShaderStageCreateInfo,
-                                                              .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                                                              .module = module, .pName = "main"),
-                                                .layout = render->layout),
-                                          NULL, &render->pipeline),
-        "vkCreateComputePipelines");
+    TOOL_CALL(gpu->calls, CreateShaderModule, gpu->device,
+              &MAKE(VkShaderModuleCreateInfo, .codeSize = sizeof(scene_comp), .pCode = scene_comp),
+              NULL, &module);
+    TOOL_CALL(
+        gpu->calls, CreateComputePipelines, gpu->device, VK_NULL_HANDLE, 1,
+        &MAKE(VkComputePipelineCreateInfo,
+              .stage = MAKE(VkPipelineShaderStageCreateInfo, .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                            .module = module, .pName = "main"),
+              .layout = render->layout),
+        NULL, &render->pipeline);
     gpu->calls.DestroyShaderModule(gpu->device, module, NULL);
 }
 
@@ -92,18 +83,14 @@ static void render_create_set(struct render *render, struct gpu *gpu)
         {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1},
         {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, BINDING_COUNT - 1},
     };
-    tool_check(gpu->calls.CreateDescriptorPool(
-                   gpu->device,
-                   &MAKE(VkDescriptorPoolCreateInfo, .maxSets = 1,
-                         .poolSizeCount = sizeof(sizes) / sizeof(*sizes), .pPoolSizes = sizes),
-                   NULL, &render->pool),
-               "vkCreateDescriptorPool");
-    tool_check(gpu->calls.AllocateDescriptorSets(
-                   gpu->device,
-                   &MAKE(VkDescriptorSetAllocateInfo, .descriptorPool = render->pool,
-                         .descriptorSetCount = 1, .pSetLayouts = &render->set_layout),
-                   &render->set),
-               "vkAllocateDescriptorSets");
+    TOOL_CALL(gpu->calls, CreateDescriptorPool, gpu->device,
+              &MAKE(VkDescriptorPoolCreateInfo, .maxSets = 1,
+                    .poolSizeCount = sizeof(sizes) / sizeof(*sizes), .pPoolSizes = sizes),
+              NULL, &render->pool);
+    TOOL_CALL(gpu->calls, AllocateDescriptorSets, gpu->device,
+              &MAKE(VkDescriptorSetAllocateInfo, .descriptorPool = render->pool,
+                    .descriptorSetCount = 1, .pSetLayouts = &render->set_layout),
+              &render->set);
 }
 
 static void render_write_set(struct render *render, struct gpu *gpu, const struct scene *scene)

@@ -189,10 +189,8 @@ static void scene_build_bottom(struct scene *scene, struct gpu *gpu, VkQueryPool
 static void scene_create_compacted(struct scene *scene, struct gpu *gpu, VkQueryPool pool)
 {
     VkDeviceSize size = 0;
-    tool_check(gpu->calls.GetQueryPoolResults(gpu->device, pool, 0, 1, sizeof(size), &size,
-                                              sizeof(size),
-                                              VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
-               "vkGetQueryPoolResults");
+    TOOL_CALL(gpu->calls, GetQueryPoolResults, gpu->device, pool, 0, 1, sizeof(size), &size,
+              sizeof(size), VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
     scene->compacted_field = gpu_create_structure(
         gpu, "compacted box BLAS", VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
 }
@@ -241,13 +239,11 @@ void scene_create(struct scene *scene, struct gpu *gpu, const struct mesh *mesh)
     scene_upload_boxes(scene, gpu);
 
     VkQueryPool compacted_size;
-    tool_check(gpu->calls.CreateQueryPool(
-                   gpu->device,
-                   &MAKE(VkQueryPoolCreateInfo,
-                         .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-                         .queryCount = 1),
-                   NULL, &compacted_size),
-               "vkCreateQueryPool");
+    TOOL_CALL(gpu->calls, CreateQueryPool, gpu->device,
+              &MAKE(VkQueryPoolCreateInfo,
+                    .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                    .queryCount = 1),
+              NULL, &compacted_size);
     scene_build_bottom(scene, gpu, compacted_size);
     scene_create_compacted(scene, gpu, compacted_size);
     gpu->calls.DestroyQueryPool(gpu->device, compacted_size, NULL);
