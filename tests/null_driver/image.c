@@ -32,12 +32,6 @@ static VkMemoryRequirements requirements_of(VkImage image)
     return object != NULL ? object->image : (VkMemoryRequirements){0};
 }
 
-void null_GetImageMemoryRequirements(VkDevice device, VkImage image,
-                                     VkMemoryRequirements *pMemoryRequirements)
-{
-    *pMemoryRequirements = requirements_of(image);
-}
-
 void null_GetImageMemoryRequirements2(VkDevice device, const VkImageMemoryRequirementsInfo2 *pInfo,
                                       VkMemoryRequirements2 *pMemoryRequirements)
 {

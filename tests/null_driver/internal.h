@@ -66,6 +66,13 @@ bool features_are_on(const struct null_driver_config *config, const void *pNext,
 void properties_fill(const struct null_driver_config *config, uint32_t index,
                      VkPhysicalDeviceProperties2 *properties);
 
+/* Fixed properties (generate.py). */
+extern const VkPhysicalDeviceLimits default_limits;
+extern const VkPhysicalDeviceVulkan11Properties vulkan11;
+extern const VkPhysicalDeviceVulkan12Properties vulkan12;
+extern const VkPhysicalDeviceVulkan13Properties vulkan13;
+extern const VkPhysicalDeviceVulkan14Properties vulkan14;
+
 /* ---- objects */
 
 struct private_value {
@@ -253,9 +260,9 @@ bool device_is_lost(void);
  *
  * generate.py makes a function entry_NAME for each command that the registry has of the versions
  * and extensions offered. It counts the call, and calls null_NAME unless the call is to fail. Of
- * null_NAME it makes a weak definition: creates or destroys an object without state, enumerates
- * nothing, lets a deferred operation start, or does nothing and succeeds. A definition in a file
- * here replaces it.
+ * null_NAME it makes a weak definition: creates or destroys an object without state, asks the newer
+ * form of a query, enumerates nothing, lets a deferred operation start, or does nothing and
+ * succeeds. A definition in a file here replaces it.
  */
 
 enum entry {

@@ -89,28 +89,17 @@ unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDevice
     return bytes != NULL ? bytes + offset : NULL;
 }
 
-static VkResult map(VkDeviceMemory handle, VkDeviceSize offset, void **ppData)
+VkResult null_MapMemory2(VkDevice device, const VkMemoryMapInfo *pMemoryMapInfo, void **ppData)
 {
-    struct object *memory = object_find(RAW(handle), VK_OBJECT_TYPE_DEVICE_MEMORY);
+    struct object *memory = object_find(RAW(pMemoryMapInfo->memory), VK_OBJECT_TYPE_DEVICE_MEMORY);
     if (memory == NULL || !memory->memory.host_visible)
         return VK_ERROR_MEMORY_MAP_FAILED;
     VkDeviceSize size = VK_WHOLE_SIZE;
-    unsigned char *bytes = memory_bytes(memory, offset, &size);
+    unsigned char *bytes = memory_bytes(memory, pMemoryMapInfo->offset, &size);
     if (bytes == NULL)
         return VK_ERROR_MEMORY_MAP_FAILED;
     *ppData = bytes;
     return VK_SUCCESS;
-}
-
-VkResult null_MapMemory(VkDevice device, VkDeviceMemory memory, VkDeviceSize offset,
-                        VkDeviceSize size, VkMemoryMapFlags flags, void **ppData)
-{
-    return map(memory, offset, ppData);
-}
-
-VkResult null_MapMemory2(VkDevice device, const VkMemoryMapInfo *pMemoryMapInfo, void **ppData)
-{
-    return map(pMemoryMapInfo->memory, pMemoryMapInfo->offset, ppData);
 }
 
 void null_GetDeviceMemoryCommitment(VkDevice device, VkDeviceMemory memory,
