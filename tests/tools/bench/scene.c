@@ -48,7 +48,7 @@ static VkDeviceSize align_up(VkDeviceSize size, VkDeviceSize alignment)
 static VkBuffer create_buffer(const struct side *side, enum scene_part part, VkDeviceSize size)
 {
     VkBuffer buffer;
-    TOOL_CALL(side->calls, CreateBuffer, side->device,
+    TOOL_CALL(side->gpu.calls, CreateBuffer, side->gpu.device,
               &MAKE(VkBufferCreateInfo, .size = size, .usage = usage_of(part)), NULL, &buffer);
     return buffer;
 }
@@ -56,7 +56,7 @@ static VkBuffer create_buffer(const struct side *side, enum scene_part part, VkD
 static VkMemoryRequirements requirements_of(const struct side *side, VkBuffer buffer)
 {
     VkMemoryRequirements requirements;
-    side->calls.GetBufferMemoryRequirements(side->device, buffer, &requirements);
+    side->gpu.calls.GetBufferMemoryRequirements(side->gpu.device, buffer, &requirements);
     return requirements;
 }
 
@@ -68,14 +68,14 @@ static VkDeviceMemory allocate_memory(const struct side *side, VkDeviceSize size
         .pNext = &MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT),
         .allocationSize = size, .memoryTypeIndex = (uint32_t)__builtin_ctz(allowed_types));
     VkDeviceMemory memory;
-    TOOL_CALL(side->calls, AllocateMemory, side->device, &info, NULL, &memory);
+    TOOL_CALL(side->gpu.calls, AllocateMemory, side->gpu.device, &info, NULL, &memory);
     return memory;
 }
 
 static VkDeviceAddress address_of(const struct side *side, VkBuffer buffer)
 {
     const VkBufferDeviceAddressInfo info = MAKE(VkBufferDeviceAddressInfo, .buffer = buffer);
-    return side->calls.GetBufferDeviceAddress(side->device, &info);
+    return side->gpu.calls.GetBufferDeviceAddress(side->gpu.device, &info);
 }
 
 static void find_addresses(const struct side *side, struct scene_ranges *ranges, uint32_t count)
@@ -97,7 +97,7 @@ static void create_ranges(struct scene *scene, enum scene_part part, enum buffer
     ranges->buffer_count = shared ? 1 : scene->count;
     ranges->buffers = tool_alloc(ranges->buffer_count, sizeof(*ranges->buffers));
 
-    VkDeviceSize alignment = side->limits.minAccelerationStructureScratchOffsetAlignment;
+    VkDeviceSize alignment = side->gpu.limits.minAccelerationStructureScratchOffsetAlignment;
     if (alignment < STRUCTURE_ALIGNMENT)
         alignment = STRUCTURE_ALIGNMENT;
     ranges->stride = align_up(size, alignment);
@@ -112,8 +112,8 @@ static void create_ranges(struct scene *scene, enum scene_part part, enum buffer
     VkDeviceSize total = shared ? needs.size : scene->count * ranges->stride;
     ranges->memory = allocate_memory(side, total, needs.memoryTypeBits);
     for (uint32_t i = 0; i < ranges->buffer_count; i++)
-        TOOL_CALL(side->calls, BindBufferMemory, side->device, ranges->buffers[i], ranges->memory,
-                  i * ranges->stride);
+        TOOL_CALL(side->gpu.calls, BindBufferMemory, side->gpu.device, ranges->buffers[i],
+                  ranges->memory, i * ranges->stride);
     if (usage_of(part) & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT)
         find_addresses(side, ranges, scene->count);
 }
@@ -121,8 +121,8 @@ static void create_ranges(struct scene *scene, enum scene_part part, enum buffer
 static void destroy_ranges(const struct side *side, struct scene_ranges *ranges)
 {
     for (uint32_t i = 0; i < ranges->buffer_count; i++)
-        side->calls.DestroyBuffer(side->device, ranges->buffers[i], NULL);
-    side->calls.FreeMemory(side->device, ranges->memory, NULL);
+        side->gpu.calls.DestroyBuffer(side->gpu.device, ranges->buffers[i], NULL);
+    side->gpu.calls.FreeMemory(side->gpu.device, ranges->memory, NULL);
     free(ranges->buffers);
     free(ranges->addresses);
 }
@@ -157,8 +157,9 @@ static VkAccelerationStructureBuildSizesInfoKHR sizes_on(const struct side *side
     const VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
     const uint32_t triangles = TRIANGLES;
     VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
-    side->calls.GetAccelerationStructureBuildSizesKHR(
-        side->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info, &triangles, &sizes);
+    side->gpu.calls.GetAccelerationStructureBuildSizesKHR(
+        side->gpu.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info, &triangles,
+        &sizes);
     return sizes;
 }
 
@@ -173,8 +174,8 @@ static void create_structures(struct scene *scene)
             MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = ranges->buffers[shared ? 0 : i],
                  .offset = shared ? i * ranges->stride : 0, .size = ranges->size,
                  .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-        TOOL_CALL(side->calls, CreateAccelerationStructureKHR, side->device, &create_info, NULL,
-                  &scene->structures[i]);
+        TOOL_CALL(side->gpu.calls, CreateAccelerationStructureKHR, side->gpu.device, &create_info,
+                  NULL, &scene->structures[i]);
     }
 }
 
@@ -235,7 +236,8 @@ void scene_destroy(struct scene *scene)
 {
     const struct side *side = scene->side;
     for (uint32_t i = 0; i < scene->count; i++)
-        side->calls.DestroyAccelerationStructureKHR(side->device, scene->structures[i], NULL);
+        side->gpu.calls.DestroyAccelerationStructureKHR(side->gpu.device, scene->structures[i],
+                                                        NULL);
     for (int part = 0; part < PART_COUNT; part++)
         destroy_ranges(side, &scene->parts[part]);
     free(scene->structures);

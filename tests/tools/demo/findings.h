@@ -33,6 +33,9 @@ bool findings_have(const struct findings *findings, const char *vuid);
 /* A messenger for validation warnings and errors, to chain to VkInstanceCreateInfo as well. */
 VkDebugUtilsMessengerCreateInfoEXT findings_messenger(struct findings *findings);
 
+/* Ends the process if the layer that should find mistakes is not loaded. */
+void findings_require_layer(void);
+
 /* Print a text of several lines, each behind `margin`. */
 void findings_print(const char *text, const char *margin);
 

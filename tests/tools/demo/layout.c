@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 #include "layout.h"
-#include "order.h"
+#include "mesh.h"
 
 #define GOLDEN_ANGLE 2.39996323f
 

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Follows all paths of a few rows at once, because a call that traces many rays costs least. */
-#include "trace.h"
 
 #include <pthread.h>
 #include <stdatomic.h>

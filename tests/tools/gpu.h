@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A Vulkan device with acceleration structures, and the objects made on it. */
-#ifndef DEMO_GPU_H
-#define DEMO_GPU_H
+#ifndef TOOLS_GPU_H
+#define TOOLS_GPU_H
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/utility/vk_dispatch_table.h>
 #include <vulkan/vulkan.h>
 
-#include "findings.h"
+#include "tests/fixture/make.h"
 
 #define GPU_LAYER "VK_LAYER_ASSAY_validation"
 #define GPU_LAYER_LIBRARY "libVkLayer_assay"
@@ -32,11 +32,12 @@ struct gpu {
     VkCommandPool pool;
 };
 
-/* Opens the first device that can do what the demo needs, ray queries only if they are wanted, with
- * the layer GPU_LAYER above it.
+/* Opens the first device with acceleration structures, and with ray queries if they are wanted,
+ * below `layer`, which may be NULL. What is chained to `messenger` goes to the instance.
  * Ends the process with one line on stderr where there is no such device, driver, loader or layer.
  */
-void gpu_open(struct gpu *gpu, struct findings *findings, bool wants_queries);
+void gpu_open(struct gpu *gpu, const char *layer,
+              const VkDebugUtilsMessengerCreateInfoEXT *messenger, bool wants_queries);
 void gpu_close(struct gpu *gpu);
 
 /* ---- objects (gpu_memory.c) */
