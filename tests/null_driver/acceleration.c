@@ -27,8 +27,7 @@ void init_CreateAccelerationStructure2KHR(struct object *as,
 VkDeviceAddress null_GetAccelerationStructureDeviceAddressKHR(
     VkDevice device, const VkAccelerationStructureDeviceAddressInfoKHR *pInfo)
 {
-    const struct object *as =
-        object_find(RAW(pInfo->accelerationStructure), VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR);
+    const struct object *as = FIND(ACCELERATION_STRUCTURE_KHR, pInfo->accelerationStructure);
     if (as == NULL)
         return 0;
     /* Asked again: the buffer may have been bound since. */
@@ -48,13 +47,6 @@ void null_GetAccelerationStructureBuildSizesKHR(
     pSizeInfo->accelerationStructureSize = size_for(&sizes->structure, primitives);
     pSizeInfo->buildScratchSize = size_for(&sizes->build_scratch, primitives);
     pSizeInfo->updateScratchSize = size_for(&sizes->update_scratch, primitives);
-}
-
-void null_GetDeviceAccelerationStructureCompatibilityKHR(
-    VkDevice device, const VkAccelerationStructureVersionInfoKHR *pVersionInfo,
-    VkAccelerationStructureCompatibilityKHR *pCompatibility)
-{
-    *pCompatibility = VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR;
 }
 
 /* ---- host commands */

@@ -12,7 +12,7 @@ VkResult null_AllocateCommandBuffers(VkDevice device,
                                      const VkCommandBufferAllocateInfo *pAllocateInfo,
                                      VkCommandBuffer *pCommandBuffers)
 {
-    struct object *pool = object_find(RAW(pAllocateInfo->commandPool), VK_OBJECT_TYPE_COMMAND_POOL);
+    struct object *pool = FIND(COMMAND_POOL, pAllocateInfo->commandPool);
     if (pool == NULL)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     for (uint32_t i = 0; i < pAllocateInfo->commandBufferCount; i++) {

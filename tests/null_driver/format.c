@@ -22,10 +22,8 @@ static VkFormatFeatureFlags2 image_features(VkFormat format)
 static VkFormatProperties3 format_properties(const struct null_driver_config *config,
                                              VkFormat format)
 {
-    VkFormatProperties3 properties = {
-        .linearTilingFeatures = image_features(format),
-        .optimalTilingFeatures = image_features(format),
-    };
+    VkFormatProperties3 properties = {.linearTilingFeatures = image_features(format),
+                                      .optimalTilingFeatures = image_features(format)};
     for (uint32_t i = 0; i < config->format_count; i++) {
         if (config->formats[i].format == format)
             properties.bufferFeatures =

@@ -137,6 +137,8 @@ class Registry:
 
         self.structures = {structure.get("name"): structure for structure in
                            self.tree.iterfind("types/type[@category='struct']")}
+        self.chained = {name for name, structure in self.structures.items()
+                        if structure.find("member[@values]") is not None}
         self.commands = {}
 
     def members_of(self, name):
@@ -222,6 +224,9 @@ class Command:
         lengths = {parameter.get("len") for parameter in self.parameters}
         counts = [name for name in self.names if name in lengths and name.startswith("p")]
         statements = [f"*{name} = 0;" for name in counts]
+        if self.name.startswith("Get") and self.returns == "void" and not counts:
+            statements = [f"fill_with_zeros({self.names[-1]}, sizeof(*{self.names[-1]}), "
+                          f"{int(self.types[-1] in self.registry.chained)});"]
         return statements + ([] if self.returns == "void" else ["return 0;"])
 
     def by_newer(self):

@@ -28,7 +28,7 @@ void init_CreateImage(struct object *image, const VkImageCreateInfo *pCreateInfo
 
 static VkMemoryRequirements requirements_of(VkImage image)
 {
-    const struct object *object = object_find(RAW(image), VK_OBJECT_TYPE_IMAGE);
+    const struct object *object = FIND(IMAGE, image);
     return object != NULL ? object->image : (VkMemoryRequirements){0};
 }
 

@@ -91,7 +91,7 @@ unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDevice
 
 VkResult null_MapMemory2(VkDevice device, const VkMemoryMapInfo *pMemoryMapInfo, void **ppData)
 {
-    struct object *memory = object_find(RAW(pMemoryMapInfo->memory), VK_OBJECT_TYPE_DEVICE_MEMORY);
+    struct object *memory = FIND(DEVICE_MEMORY, pMemoryMapInfo->memory);
     if (memory == NULL || !memory->memory.host_visible)
         return VK_ERROR_MEMORY_MAP_FAILED;
     VkDeviceSize size = VK_WHOLE_SIZE;
@@ -105,7 +105,7 @@ VkResult null_MapMemory2(VkDevice device, const VkMemoryMapInfo *pMemoryMapInfo,
 void null_GetDeviceMemoryCommitment(VkDevice device, VkDeviceMemory memory,
                                     VkDeviceSize *pCommittedMemoryInBytes)
 {
-    const struct object *object = object_find(RAW(memory), VK_OBJECT_TYPE_DEVICE_MEMORY);
+    const struct object *object = FIND(DEVICE_MEMORY, memory);
     *pCommittedMemoryInBytes = object != NULL ? object->memory.size : 0;
 }
 
@@ -113,13 +113,13 @@ uint64_t
 null_GetDeviceMemoryOpaqueCaptureAddress(VkDevice device,
                                          const VkDeviceMemoryOpaqueCaptureAddressInfo *pInfo)
 {
-    const struct object *memory = object_find(RAW(pInfo->memory), VK_OBJECT_TYPE_DEVICE_MEMORY);
+    const struct object *memory = FIND(DEVICE_MEMORY, pInfo->memory);
     return memory != NULL ? memory->memory.address : 0;
 }
 
 VkResult null_GetMemoryFdKHR(VkDevice device, const VkMemoryGetFdInfoKHR *pGetFdInfo, int *pFd)
 {
-    if (object_find(RAW(pGetFdInfo->memory), VK_OBJECT_TYPE_DEVICE_MEMORY) == NULL)
+    if (FIND(DEVICE_MEMORY, pGetFdInfo->memory) == NULL)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     *pFd = memfd_create("null driver", MFD_CLOEXEC);
     return *pFd >= 0 ? VK_SUCCESS : VK_ERROR_TOO_MANY_OBJECTS;

@@ -11,13 +11,6 @@ void null_GetMicromapBuildSizesEXT(VkDevice device, VkAccelerationStructureBuild
     pSizeInfo->discardable = VK_FALSE;
 }
 
-void null_GetDeviceMicromapCompatibilityEXT(VkDevice device,
-                                            const VkMicromapVersionInfoEXT *pVersionInfo,
-                                            VkAccelerationStructureCompatibilityKHR *pCompatibility)
-{
-    *pCompatibility = VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR;
-}
-
 VkResult null_WriteMicromapsPropertiesEXT(VkDevice device, uint32_t micromapCount,
                                           const VkMicromapEXT *pMicromaps, VkQueryType queryType,
                                           size_t dataSize, void *pData, size_t stride)

@@ -44,8 +44,7 @@ void null_GetAccelerationStructureMemoryRequirementsNV(
     VkMemoryRequirements2KHR *pMemoryRequirements)
 {
     const struct null_driver_config *config = CONFIG(device);
-    const struct object *as =
-        object_find(RAW(pInfo->accelerationStructure), VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV);
+    const struct object *as = FIND(ACCELERATION_STRUCTURE_NV, pInfo->accelerationStructure);
     const VkDeviceSize size = as != NULL ? size_of(&config->sizes, as, pInfo->type) : 0;
     pMemoryRequirements->memoryRequirements = (VkMemoryRequirements){
         .size = align_up(size, 256),
@@ -61,10 +60,8 @@ null_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
                                        const VkBindAccelerationStructureMemoryInfoNV *pBindInfos)
 {
     for (uint32_t i = 0; i < bindInfoCount; i++) {
-        struct object *as = object_find(RAW(pBindInfos[i].accelerationStructure),
-                                        VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV);
-        const struct object *memory =
-            object_find(RAW(pBindInfos[i].memory), VK_OBJECT_TYPE_DEVICE_MEMORY);
+        struct object *as = FIND(ACCELERATION_STRUCTURE_NV, pBindInfos[i].accelerationStructure);
+        const struct object *memory = FIND(DEVICE_MEMORY, pBindInfos[i].memory);
         if (as != NULL && memory != NULL)
             as->as_nv.address = memory->memory.address + pBindInfos[i].memoryOffset;
     }
@@ -75,8 +72,7 @@ VkResult null_GetAccelerationStructureHandleNV(VkDevice device,
                                                VkAccelerationStructureNV accelerationStructure,
                                                size_t dataSize, void *pData)
 {
-    const struct object *as =
-        object_find(RAW(accelerationStructure), VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV);
+    const struct object *as = FIND(ACCELERATION_STRUCTURE_NV, accelerationStructure);
     const uint64_t address = as != NULL ? as->as_nv.address : 0;
     memcpy(pData, &address, dataSize < sizeof(address) ? dataSize : sizeof(address));
     return VK_SUCCESS;

@@ -98,22 +98,3 @@ void null_GetPhysicalDeviceExternalBufferProperties(
         VK_EXTERNAL_MEMORY_FEATURE_EXPORTABLE_BIT | VK_EXTERNAL_MEMORY_FEATURE_IMPORTABLE_BIT,
         pExternalBufferInfo->handleType, pExternalBufferInfo->handleType};
 }
-
-void null_GetPhysicalDeviceExternalFenceProperties(
-    VkPhysicalDevice physicalDevice, const VkPhysicalDeviceExternalFenceInfo *pExternalFenceInfo,
-    VkExternalFenceProperties *pExternalFenceProperties)
-{
-    pExternalFenceProperties->exportFromImportedHandleTypes = 0;
-    pExternalFenceProperties->compatibleHandleTypes = 0;
-    pExternalFenceProperties->externalFenceFeatures = 0;
-}
-
-void null_GetPhysicalDeviceExternalSemaphoreProperties(
-    VkPhysicalDevice physicalDevice,
-    const VkPhysicalDeviceExternalSemaphoreInfo *pExternalSemaphoreInfo,
-    VkExternalSemaphoreProperties *pExternalSemaphoreProperties)
-{
-    pExternalSemaphoreProperties->exportFromImportedHandleTypes = 0;
-    pExternalSemaphoreProperties->compatibleHandleTypes = 0;
-    pExternalSemaphoreProperties->externalSemaphoreFeatures = 0;
-}

@@ -5,8 +5,7 @@
 #include <string.h>
 
 static const VkPhysicalDeviceExternalMemoryHostPropertiesEXT external_memory_host = {
-    .minImportedHostPointerAlignment = 4096,
-};
+    .minImportedHostPointerAlignment = 4096};
 
 /* From where a structure's members are copied: one of the above, or the configuration at offset. */
 struct property_row {

@@ -45,7 +45,7 @@ void null_GetBufferMemoryRequirements2(VkDevice device,
                                        const VkBufferMemoryRequirementsInfo2 *pInfo,
                                        VkMemoryRequirements2 *pMemoryRequirements)
 {
-    const struct object *object = object_find(RAW(pInfo->buffer), VK_OBJECT_TYPE_BUFFER);
+    const struct object *object = FIND(BUFFER, pInfo->buffer);
     pMemoryRequirements->memoryRequirements =
         object != NULL ? requirements(CONFIG(device), object->buffer.size, object->buffer.flags)
                        : (VkMemoryRequirements){0};

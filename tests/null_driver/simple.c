@@ -52,7 +52,7 @@ void null_GetDescriptorSetLayoutSupport(VkDevice device,
 VkResult null_ResetDescriptorPool(VkDevice device, VkDescriptorPool descriptorPool,
                                   VkDescriptorPoolResetFlags flags)
 {
-    struct object *pool = object_find(RAW(descriptorPool), VK_OBJECT_TYPE_DESCRIPTOR_POOL);
+    struct object *pool = FIND(DESCRIPTOR_POOL, descriptorPool);
     if (pool != NULL)
         object_destroy_children(pool, VK_OBJECT_TYPE_DESCRIPTOR_SET);
     return VK_SUCCESS;
@@ -63,8 +63,7 @@ VkResult null_AllocateDescriptorSets(VkDevice device,
                                      VkDescriptorSet *pDescriptorSets)
 {
     const uint32_t count = pAllocateInfo->descriptorSetCount;
-    struct object *pool =
-        object_find(RAW(pAllocateInfo->descriptorPool), VK_OBJECT_TYPE_DESCRIPTOR_POOL);
+    struct object *pool = FIND(DESCRIPTOR_POOL, pAllocateInfo->descriptorPool);
     if (pool != NULL &&
         objects_create(pool, VK_OBJECT_TYPE_DESCRIPTOR_SET, count, pDescriptorSets) == VK_SUCCESS)
         return VK_SUCCESS;

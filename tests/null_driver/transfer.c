@@ -66,7 +66,7 @@ VkResult null_ResetCommandBuffer(VkCommandBuffer commandBuffer, VkCommandBufferR
 VkResult null_ResetCommandPool(VkDevice device, VkCommandPool commandPool,
                                VkCommandPoolResetFlags flags)
 {
-    const struct object *pool = object_find(RAW(commandPool), VK_OBJECT_TYPE_COMMAND_POOL);
+    const struct object *pool = FIND(COMMAND_POOL, commandPool);
     for (struct object *child = pool != NULL ? pool->children : NULL; child != NULL;
          child = child->next)
         transfers_release(child);

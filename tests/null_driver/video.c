@@ -16,10 +16,9 @@ VkResult null_GetPhysicalDeviceVideoCapabilitiesKHR(VkPhysicalDevice physicalDev
     pCapabilities->maxCodedExtent = (VkExtent2D){4096, 4096};
     pCapabilities->maxDpbSlots = 16;
     pCapabilities->maxActiveReferencePictures = 16;
-    pCapabilities->stdHeaderVersion = (VkExtensionProperties){
-        VK_STD_VULKAN_VIDEO_CODEC_H264_DECODE_EXTENSION_NAME,
-        VK_STD_VULKAN_VIDEO_CODEC_H264_DECODE_SPEC_VERSION,
-    };
+    pCapabilities->stdHeaderVersion =
+        (VkExtensionProperties){VK_STD_VULKAN_VIDEO_CODEC_H264_DECODE_EXTENSION_NAME,
+                                VK_STD_VULKAN_VIDEO_CODEC_H264_DECODE_SPEC_VERSION};
     return VK_SUCCESS;
 }
 

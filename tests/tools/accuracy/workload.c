@@ -10,11 +10,9 @@
 
 enum { ALIGNMENT = 256 };
 
-const char *const workload_names[WORKLOAD_KINDS] = {
-    [WORKLOAD_MESH] = "one mesh",
-    [WORKLOAD_SMALL] = "1,000 small meshes",
-    [WORKLOAD_INSTANCES] = "100,000 instances",
-};
+const char *const workload_names[WORKLOAD_KINDS] = {[WORKLOAD_MESH] = "one mesh",
+                                                    [WORKLOAD_SMALL] = "1,000 small meshes",
+                                                    [WORKLOAD_INSTANCES] = "100,000 instances"};
 
 static void *allocate(size_t count, size_t size)
 {

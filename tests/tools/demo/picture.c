@@ -42,11 +42,7 @@ void picture_write(const char *folder, const char *name, uint32_t width, uint32_
         tool_fail("picture %s: %s", path, strerror(errno));
 
     png_image image = {
-        .version = PNG_IMAGE_VERSION,
-        .width = width,
-        .height = height,
-        .format = PNG_FORMAT_RGBA,
-    };
+        .version = PNG_IMAGE_VERSION, .width = width, .height = height, .format = PNG_FORMAT_RGBA};
     const int written = png_image_write_to_stdio(&image, file, 0, pixels, 0, NULL);
     const int closed = fclose(file);
     if (!written)

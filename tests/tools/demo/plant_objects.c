@@ -14,10 +14,8 @@ static void plant_objects_create_pass(struct plant_objects *objects, struct gpu 
         return;
     TOOL_CALL(gpu->calls, CreateRenderPass, gpu->device,
               &MAKE(VkRenderPassCreateInfo, .subpassCount = 1,
-                    .pSubpasses =
-                        &(VkSubpassDescription){
-                            .pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS,
-                        }),
+                    .pSubpasses = &(VkSubpassDescription){.pipelineBindPoint =
+                                                              VK_PIPELINE_BIND_POINT_GRAPHICS}),
               NULL, &objects->pass);
     TOOL_CALL(gpu->calls, CreateFramebuffer, gpu->device,
               &MAKE(VkFramebufferCreateInfo, .renderPass = objects->pass, .width = 8, .height = 8,

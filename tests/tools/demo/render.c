@@ -40,12 +40,10 @@ static void render_create_layouts(struct render *render, struct gpu *gpu)
 {
     VkDescriptorSetLayoutBinding bindings[BINDING_COUNT];
     for (uint32_t i = 0; i < BINDING_COUNT; ++i)
-        bindings[i] = (VkDescriptorSetLayoutBinding){
-            .binding = i,
-            .descriptorType = render_binding_type(i),
-            .descriptorCount = 1,
-            .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
-        };
+        bindings[i] = (VkDescriptorSetLayoutBinding){.binding = i,
+                                                     .descriptorType = render_binding_type(i),
+                                                     .descriptorCount = 1,
+                                                     .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT};
     TOOL_CALL(gpu->calls, CreateDescriptorSetLayout, gpu->device,
               &MAKE(VkDescriptorSetLayoutCreateInfo, .bindingCount = BINDING_COUNT,
                     .pBindings = bindings),
@@ -54,10 +52,8 @@ static void render_create_layouts(struct render *render, struct gpu *gpu)
               &MAKE(VkPipelineLayoutCreateInfo, .setLayoutCount = 1,
                     .pSetLayouts = &render->set_layout, .pushConstantRangeCount = 1,
                     .pPushConstantRanges =
-                        &(VkPushConstantRange){
-                            .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
-                            .size = sizeof(struct push),
-                        }),
+                        &(VkPushConstantRange){.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
+                                               .size = sizeof(struct push)}),
               NULL, &render->layout);
 }
 
@@ -79,10 +75,8 @@ static void render_create_pipeline(struct render *render, struct gpu *gpu)
 
 static void render_create_set(struct render *render, struct gpu *gpu)
 {
-    const VkDescriptorPoolSize sizes[] = {
-        {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1},
-        {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, BINDING_COUNT - 1},
-    };
+    const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1},
+                                          {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, BINDING_COUNT - 1}};
     TOOL_CALL(gpu->calls, CreateDescriptorPool, gpu->device,
               &MAKE(VkDescriptorPoolCreateInfo, .maxSets = 1,
                     .poolSizeCount = sizeof(sizes) / sizeof(*sizes), .pPoolSizes = sizes),
@@ -139,12 +133,10 @@ void render_scene(struct gpu *gpu, const struct scene *scene, uint32_t width, ui
     render_create_set(&render, gpu);
     render_write_set(&render, gpu, scene);
     render_dispatch(&render, gpu,
-                    &(struct push){
-                        .width = width,
-                        .height = height,
-                        .vertex_count = scene->vertex_count,
-                        .grid = RENDER_GRID,
-                    });
+                    &(struct push){.width = width,
+                                   .height = height,
+                                   .vertex_count = scene->vertex_count,
+                                   .grid = RENDER_GRID});
     memcpy(pixels, render.pixels.data, size);
 
     gpu->calls.DestroyDescriptorPool(gpu->device, render.pool, NULL);

@@ -193,10 +193,8 @@ static struct scene_target scene_create_target(struct gpu *gpu, const char *name
                                                VkAccelerationStructureTypeKHR type,
                                                VkDeviceSize size, VkDeviceSize scratch_size)
 {
-    return (struct scene_target){
-        .structure = gpu_create_structure(gpu, name, type, size),
-        .scratch = gpu_create_scratch(gpu, scratch_name, scratch_size),
-    };
+    return (struct scene_target){.structure = gpu_create_structure(gpu, name, type, size),
+                                 .scratch = gpu_create_scratch(gpu, scratch_name, scratch_size)};
 }
 
 static void scene_build_bottom(struct scene *scene, struct gpu *gpu, VkQueryPool compacted_size)
