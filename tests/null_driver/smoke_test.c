@@ -147,6 +147,7 @@ static void test_addresses(void **state)
     memset(data, 1, 65536 - 16);
     f->vk.UnmapMemory(f->device, memory);
     CHECK(f->vk.MapMemory(f->device, memory, 0, VK_WHOLE_SIZE, 0, (void **)&data));
+    assert_int_equal(data[15], 0);
     assert_int_equal(data[16], 1);
 
     const VkDeviceMemory local = make_memory(f, 0, 65536);
