@@ -65,6 +65,14 @@ struct gpu_structure {
 /* Names show in messages. */
 void gpu_name(struct gpu *gpu, VkObjectType type, uint64_t handle, const char *name);
 
+/* Only the buffer; memory for buffers of these types, which may have addresses; a buffer's address.
+ */
+VkBuffer gpu_make_buffer(const struct gpu *gpu, VkBufferUsageFlags usage, VkDeviceSize size);
+VkDeviceMemory gpu_allocate(const struct gpu *gpu, VkDeviceSize size, uint32_t allowed,
+                            enum gpu_place place);
+VkDeviceAddress gpu_buffer_address(const struct gpu *gpu, VkBuffer buffer);
+
+/* All of these. */
 struct gpu_buffer gpu_create_buffer(struct gpu *gpu, const char *name, enum gpu_place place,
                                     VkBufferUsageFlags usage, VkDeviceSize size);
 void gpu_destroy_buffer(struct gpu *gpu, struct gpu_buffer *buffer);

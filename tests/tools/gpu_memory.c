@@ -26,29 +26,45 @@ static uint32_t gpu_memory_type(const struct gpu *gpu, uint32_t allowed, enum gp
     tool_fail("the device has no memory of the kind that a buffer needs");
 }
 
+VkBuffer gpu_make_buffer(const struct gpu *gpu, VkBufferUsageFlags usage, VkDeviceSize size)
+{
+    VkBuffer buffer;
+    TOOL_CALL(gpu->calls, CreateBuffer, gpu->device,
+              &MAKE(VkBufferCreateInfo, .size = size, .usage = usage), NULL, &buffer);
+    return buffer;
+}
+
+VkDeviceMemory gpu_allocate(const struct gpu *gpu, VkDeviceSize size, uint32_t allowed,
+                            enum gpu_place place)
+{
+    VkDeviceMemory memory;
+    TOOL_CALL(
+        gpu->calls, AllocateMemory, gpu->device,
+        &MAKE(VkMemoryAllocateInfo,
+              .pNext =
+                  &MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT),
+              .allocationSize = size, .memoryTypeIndex = gpu_memory_type(gpu, allowed, place)),
+        NULL, &memory);
+    return memory;
+}
+
+VkDeviceAddress gpu_buffer_address(const struct gpu *gpu, VkBuffer buffer)
+{
+    return gpu->calls.GetBufferDeviceAddress(gpu->device,
+                                             &MAKE(VkBufferDeviceAddressInfo, .buffer = buffer));
+}
+
 struct gpu_buffer gpu_create_buffer(struct gpu *gpu, const char *name, enum gpu_place place,
                                     VkBufferUsageFlags usage, VkDeviceSize size)
 {
-    struct gpu_buffer buffer = {.size = size};
-    TOOL_CALL(gpu->calls, CreateBuffer, gpu->device,
-              &MAKE(VkBufferCreateInfo, .size = size, .usage = usage), NULL, &buffer.handle);
-    gpu_name(gpu, VK_OBJECT_TYPE_BUFFER, (uint64_t)buffer.handle, name);
-
+    struct gpu_buffer buffer = {.handle = gpu_make_buffer(gpu, usage, size), .size = size};
     VkMemoryRequirements needs;
+    gpu_name(gpu, VK_OBJECT_TYPE_BUFFER, (uint64_t)buffer.handle, name);
     gpu->calls.GetBufferMemoryRequirements(gpu->device, buffer.handle, &needs);
-    const VkMemoryAllocateFlagsInfo addressable =
-        MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
-    const bool has_address = usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
-    TOOL_CALL(gpu->calls, AllocateMemory, gpu->device,
-              &MAKE(VkMemoryAllocateInfo, .pNext = has_address ? &addressable : NULL,
-                    .allocationSize = needs.size,
-                    .memoryTypeIndex = gpu_memory_type(gpu, needs.memoryTypeBits, place)),
-              NULL, &buffer.memory);
+    buffer.memory = gpu_allocate(gpu, needs.size, needs.memoryTypeBits, place);
     TOOL_CALL(gpu->calls, BindBufferMemory, gpu->device, buffer.handle, buffer.memory, 0);
-
-    if (has_address)
-        buffer.address = gpu->calls.GetBufferDeviceAddress(
-            gpu->device, &MAKE(VkBufferDeviceAddressInfo, .buffer = buffer.handle));
+    if (usage & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT)
+        buffer.address = gpu_buffer_address(gpu, buffer.handle);
     if (place == GPU_PLACE_HOST)
         TOOL_CALL(gpu->calls, MapMemory, gpu->device, buffer.memory, 0, VK_WHOLE_SIZE, 0,
                   &buffer.data);

@@ -16,10 +16,9 @@ void recorder_open(struct recorder *recorder, const struct side *side)
     recorder->side = side;
     TOOL_CALL(side->gpu.calls, CreateCommandPool, side->gpu.device, &pool_info, NULL,
               &recorder->pool);
-    const VkCommandBufferAllocateInfo info =
-        MAKE(VkCommandBufferAllocateInfo, .commandPool = recorder->pool,
-             .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1);
-    TOOL_CALL(side->gpu.calls, AllocateCommandBuffers, side->gpu.device, &info,
+    TOOL_CALL(side->gpu.calls, AllocateCommandBuffers, side->gpu.device,
+              &MAKE(VkCommandBufferAllocateInfo, .commandPool = recorder->pool,
+                    .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1),
               &recorder->commands);
 }
 

@@ -45,46 +45,14 @@ static VkDeviceSize align_up(VkDeviceSize size, VkDeviceSize alignment)
     return (size + alignment - 1) / alignment * alignment;
 }
 
-static VkBuffer create_buffer(const struct side *side, enum scene_part part, VkDeviceSize size)
-{
-    VkBuffer buffer;
-    TOOL_CALL(side->gpu.calls, CreateBuffer, side->gpu.device,
-              &MAKE(VkBufferCreateInfo, .size = size, .usage = usage_of(part)), NULL, &buffer);
-    return buffer;
-}
-
-static VkMemoryRequirements requirements_of(const struct side *side, VkBuffer buffer)
-{
-    VkMemoryRequirements requirements;
-    side->gpu.calls.GetBufferMemoryRequirements(side->gpu.device, buffer, &requirements);
-    return requirements;
-}
-
-static VkDeviceMemory allocate_memory(const struct side *side, VkDeviceSize size,
-                                      uint32_t allowed_types)
-{
-    const VkMemoryAllocateInfo info = MAKE(
-        VkMemoryAllocateInfo,
-        .pNext = &MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT),
-        .allocationSize = size, .memoryTypeIndex = (uint32_t)__builtin_ctz(allowed_types));
-    VkDeviceMemory memory;
-    TOOL_CALL(side->gpu.calls, AllocateMemory, side->gpu.device, &info, NULL, &memory);
-    return memory;
-}
-
-static VkDeviceAddress address_of(const struct side *side, VkBuffer buffer)
-{
-    const VkBufferDeviceAddressInfo info = MAKE(VkBufferDeviceAddressInfo, .buffer = buffer);
-    return side->gpu.calls.GetBufferDeviceAddress(side->gpu.device, &info);
-}
-
 static void find_addresses(const struct side *side, struct scene_ranges *ranges, uint32_t count)
 {
     ranges->addresses = tool_alloc(count, sizeof(*ranges->addresses));
-    VkDeviceAddress first = address_of(side, ranges->buffers[0]);
+    VkDeviceAddress first = gpu_buffer_address(&side->gpu, ranges->buffers[0]);
     for (uint32_t i = 0; i < count; i++)
-        ranges->addresses[i] = ranges->buffer_count > 1 ? address_of(side, ranges->buffers[i])
-                                                        : first + i * ranges->stride;
+        ranges->addresses[i] = ranges->buffer_count > 1
+                                   ? gpu_buffer_address(&side->gpu, ranges->buffers[i])
+                                   : first + i * ranges->stride;
 }
 
 static void create_ranges(struct scene *scene, enum scene_part part, enum buffers buffers,
@@ -102,15 +70,16 @@ static void create_ranges(struct scene *scene, enum scene_part part, enum buffer
         alignment = STRUCTURE_ALIGNMENT;
     ranges->stride = align_up(size, alignment);
     for (uint32_t i = 0; i < ranges->buffer_count; i++)
-        ranges->buffers[i] =
-            create_buffer(side, part, shared ? scene->count * ranges->stride : size);
+        ranges->buffers[i] = gpu_make_buffer(&side->gpu, usage_of(part),
+                                             shared ? scene->count * ranges->stride : size);
 
-    VkMemoryRequirements needs = requirements_of(side, ranges->buffers[0]);
+    VkMemoryRequirements needs;
+    side->gpu.calls.GetBufferMemoryRequirements(side->gpu.device, ranges->buffers[0], &needs);
     if (!shared)
         ranges->stride =
             align_up(needs.size, needs.alignment > alignment ? needs.alignment : alignment);
     VkDeviceSize total = shared ? needs.size : scene->count * ranges->stride;
-    ranges->memory = allocate_memory(side, total, needs.memoryTypeBits);
+    ranges->memory = gpu_allocate(&side->gpu, total, needs.memoryTypeBits, GPU_PLACE_DEVICE);
     for (uint32_t i = 0; i < ranges->buffer_count; i++)
         TOOL_CALL(side->gpu.calls, BindBufferMemory, side->gpu.device, ranges->buffers[i],
                   ranges->memory, i * ranges->stride);
