@@ -1,15 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Opens the loader, an instance with a messenger, and a device; says in one line why it can't. */
-#define _GNU_SOURCE /* dl_iterate_phdr() */
 #include <dlfcn.h>
-#include <link.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "gpu.h"
+#include "tests/fixture/make.h"
 #include "tests/tools/fail.h"
+#include "tests/tools/gpu.h"
 
 static const char *const gpu_extensions[] = {
     VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
@@ -23,7 +22,8 @@ static uint32_t gpu_extension_count(const struct gpu *gpu)
 
 /* ---- instance */
 
-static void gpu_open_instance(struct gpu *gpu, struct findings *findings)
+static void gpu_open_instance(struct gpu *gpu, const char *layer,
+                              VkDebugUtilsMessengerCreateInfoEXT messenger)
 {
     gpu->library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
     if (!gpu->library)
@@ -37,36 +37,28 @@ static void gpu_open_instance(struct gpu *gpu, struct findings *findings)
         tool_fail("no Vulkan loader: libvulkan.so.1 has no vkCreateInstance");
 
     static const char *const extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
-    const VkDebugUtilsMessengerCreateInfoEXT messenger = findings_messenger(findings);
-    VkResult result = create(
-        &(VkInstanceCreateInfo){
-            .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-            .pNext = &messenger,
-            .pApplicationInfo =
-                &(VkApplicationInfo){
-                    .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                    .pApplicationName = "assay_demo",
-                    .apiVersion = VK_API_VERSION_1_2,
-                },
-            .enabledExtensionCount = 1,
-            .ppEnabledExtensionNames = extensions,
-        },
-        NULL, &gpu->instance);
+    VkResult result =
+        create(&MAKE(VkInstanceCreateInfo, .pNext = &messenger,
+                     .pApplicationInfo = &MAKE(VkApplicationInfo, .apiVersion = VK_API_VERSION_1_2),
+                     .enabledLayerCount = layer ? 1 : 0, .ppEnabledLayerNames = &layer,
+                     .enabledExtensionCount = 1, .ppEnabledExtensionNames = extensions),
+               NULL, &gpu->instance);
     if (result == VK_ERROR_INCOMPATIBLE_DRIVER)
         tool_fail(
             "the Vulkan loader found no driver: install one (mesa-vulkan-drivers has "
             "lavapipe, which needs no GPU) or correct VK_DRIVER_FILES");
     if (result == VK_ERROR_LAYER_NOT_PRESENT)
-        tool_fail("a layer named in the environment was not found (VK_ERROR_LAYER_NOT_PRESENT)");
+        tool_fail("%s was not found (VK_ERROR_LAYER_NOT_PRESENT)",
+                  layer ? layer : "a layer named in the environment");
     if (result == VK_ERROR_EXTENSION_NOT_PRESENT)
         tool_fail("neither the driver nor a layer offers VK_EXT_debug_utils");
     tool_check(result, "vkCreateInstance");
 
     vkuInitInstanceDispatchTable(gpu->instance, &gpu->instance_calls, get);
     gpu->get_device_command = (PFN_vkGetDeviceProcAddr)get(gpu->instance, "vkGetDeviceProcAddr");
-    tool_check(gpu->instance_calls.CreateDebugUtilsMessengerEXT(gpu->instance, &messenger, NULL,
-                                                                &gpu->messenger),
-               "vkCreateDebugUtilsMessengerEXT");
+    messenger.pNext = NULL;
+    TOOL_CALL(gpu->instance_calls, CreateDebugUtilsMessengerEXT, gpu->instance, &messenger, NULL,
+              &gpu->messenger);
 }
 
 /* ---- device */
@@ -74,12 +66,11 @@ static void gpu_open_instance(struct gpu *gpu, struct findings *findings)
 static bool gpu_has_extensions(struct gpu *gpu, VkPhysicalDevice physical, const char **lacks)
 {
     uint32_t count = 0;
-    tool_check(gpu->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, NULL),
-               "vkEnumerateDeviceExtensionProperties");
+    TOOL_CALL(gpu->instance_calls, EnumerateDeviceExtensionProperties, physical, NULL, &count,
+              NULL);
     VkExtensionProperties *offered = tool_alloc(count, sizeof(*offered));
-    tool_check(
-        gpu->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, offered),
-        "vkEnumerateDeviceExtensionProperties");
+    TOOL_CALL(gpu->instance_calls, EnumerateDeviceExtensionProperties, physical, NULL, &count,
+              offered);
 
     *lacks = NULL;
     for (size_t wanted = 0; wanted < gpu_extension_count(gpu) && !*lacks; ++wanted) {
@@ -127,16 +118,14 @@ static const char *gpu_lacks(struct gpu *gpu, VkPhysicalDevice physical)
     if (!gpu_has_extensions(gpu, physical, &extension))
         return extension;
 
-    VkPhysicalDeviceRayQueryFeaturesKHR query = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR};
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .pNext = gpu->wants_queries ? &query : NULL};
-    VkPhysicalDeviceVulkan12Features core = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, .pNext = &structures};
+    VkPhysicalDeviceRayQueryFeaturesKHR query = MAKE(VkPhysicalDeviceRayQueryFeaturesKHR);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
+        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR,
+             .pNext = gpu->wants_queries ? &query : NULL);
+    VkPhysicalDeviceVulkan12Features core =
+        MAKE(VkPhysicalDeviceVulkan12Features, .pNext = &structures);
     gpu->instance_calls.GetPhysicalDeviceFeatures2(
-        physical, &(VkPhysicalDeviceFeatures2){
-                      .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &core});
+        physical, &MAKE(VkPhysicalDeviceFeatures2, .pNext = &core));
     if (!structures.accelerationStructure)
         return "the feature accelerationStructure";
     if (gpu->wants_queries && !query.rayQuery)
@@ -177,83 +166,67 @@ static void gpu_choose_device(struct gpu *gpu)
               gpu->wants_queries ? " and ray queries" : "", reasons);
 }
 
-static int gpu_is_layer(struct dl_phdr_info *library, size_t size, void *unused)
+/* A driver may offer the extension without its commands. */
+static void gpu_require_commands(const struct gpu *gpu)
 {
-    (void)size;
-    (void)unused;
-    return strstr(library->dlpi_name, GPU_LAYER_LIBRARY) != NULL;
-}
-
-/* Without the layer no message would come, and silence would prove nothing. The loader goes on
- * without a layer whose manifest or library it doesn't find; so look for the library itself. */
-static void gpu_require_layer(void)
-{
-    if (!dl_iterate_phdr(gpu_is_layer, NULL))
-        tool_fail("the layer " GPU_LAYER
-                  " is not loaded: run scripts/demo, or set "
-                  "VK_INSTANCE_LAYERS to its name and VK_LAYER_PATH to its manifest's folder");
+    static const char *const names[] = {
+        "vkCmdBuildAccelerationStructuresKHR",
+        "vkCmdCopyAccelerationStructureKHR",
+        "vkCmdWriteAccelerationStructuresPropertiesKHR",
+        "vkCreateAccelerationStructureKHR",
+        "vkDestroyAccelerationStructureKHR",
+        "vkGetAccelerationStructureBuildSizesKHR",
+        "vkGetAccelerationStructureDeviceAddressKHR",
+    };
+    for (size_t i = 0; i < sizeof(names) / sizeof(*names); ++i)
+        if (!gpu->get_device_command(gpu->device, names[i]))
+            tool_fail("%s offers %s, but not its command %s", gpu->properties.deviceName,
+                      gpu_extensions[0], names[i]);
 }
 
 static void gpu_open_device(struct gpu *gpu)
 {
-    VkPhysicalDeviceRayQueryFeaturesKHR query = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = VK_TRUE};
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .pNext = gpu->wants_queries ? &query : NULL,
-        .accelerationStructure = VK_TRUE};
-    const VkPhysicalDeviceVulkan12Features core = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
-        .pNext = &structures,
-        .bufferDeviceAddress = VK_TRUE};
+    VkPhysicalDeviceRayQueryFeaturesKHR query =
+        MAKE(VkPhysicalDeviceRayQueryFeaturesKHR, .rayQuery = VK_TRUE);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
+        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR,
+             .pNext = gpu->wants_queries ? &query : NULL, .accelerationStructure = VK_TRUE);
+    const VkPhysicalDeviceVulkan12Features core = MAKE(
+        VkPhysicalDeviceVulkan12Features, .pNext = &structures, .bufferDeviceAddress = VK_TRUE);
     const float priority = 1.0f;
     PFN_vkCreateDevice create = (PFN_vkCreateDevice)gpu->instance_calls.GetInstanceProcAddr(
         gpu->instance, "vkCreateDevice");
     tool_check(create(gpu->physical,
-                      &(VkDeviceCreateInfo){
-                          .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-                          .pNext = &core,
-                          .queueCreateInfoCount = 1,
-                          .pQueueCreateInfos =
-                              &(VkDeviceQueueCreateInfo){
-                                  .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-                                  .queueFamilyIndex = gpu->queue_family,
-                                  .queueCount = 1,
-                                  .pQueuePriorities = &priority,
-                              },
-                          .enabledExtensionCount = gpu_extension_count(gpu),
-                          .ppEnabledExtensionNames = gpu_extensions,
-                      },
+                      &MAKE(VkDeviceCreateInfo, .pNext = &core, .queueCreateInfoCount = 1,
+                            .pQueueCreateInfos = &MAKE(
+                                VkDeviceQueueCreateInfo, .queueFamilyIndex = gpu->queue_family,
+                                .queueCount = 1, .pQueuePriorities = &priority),
+                            .enabledExtensionCount = gpu_extension_count(gpu),
+                            .ppEnabledExtensionNames = gpu_extensions),
                       NULL, &gpu->device),
                "vkCreateDevice");
     vkuInitDeviceDispatchTable(gpu->device, &gpu->calls, gpu->get_device_command);
+    gpu_require_commands(gpu);
 }
 
-void gpu_open(struct gpu *gpu, struct findings *findings, bool wants_queries)
+void gpu_open(struct gpu *gpu, const char *layer,
+              const VkDebugUtilsMessengerCreateInfoEXT *messenger, bool wants_queries)
 {
     *gpu = (struct gpu){.wants_queries = wants_queries};
-    gpu_open_instance(gpu, findings);
+    gpu_open_instance(gpu, layer, *messenger);
     gpu_choose_device(gpu);
-    gpu_require_layer();
     gpu_open_device(gpu);
 
-    gpu->limits = (VkPhysicalDeviceAccelerationStructurePropertiesKHR){
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
+    gpu->limits = MAKE(VkPhysicalDeviceAccelerationStructurePropertiesKHR);
     gpu->instance_calls.GetPhysicalDeviceProperties2(
-        gpu->physical,
-        &(VkPhysicalDeviceProperties2){.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
-                                       .pNext = &gpu->limits});
+        gpu->physical, &MAKE(VkPhysicalDeviceProperties2, .pNext = &gpu->limits));
     gpu->instance_calls.GetPhysicalDeviceMemoryProperties(gpu->physical, &gpu->memory);
 
     gpu->calls.GetDeviceQueue(gpu->device, gpu->queue_family, 0, &gpu->queue);
-    tool_check(gpu->calls.CreateCommandPool(gpu->device,
-                                            &(VkCommandPoolCreateInfo){
-                                                .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                                .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
-                                                .queueFamilyIndex = gpu->queue_family,
-                                            },
-                                            NULL, &gpu->pool),
-               "vkCreateCommandPool");
+    TOOL_CALL(gpu->calls, CreateCommandPool, gpu->device,
+              &MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
+                    .queueFamilyIndex = gpu->queue_family),
+              NULL, &gpu->pool);
 }
 
 void gpu_close(struct gpu *gpu)

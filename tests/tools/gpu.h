@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A Vulkan device with acceleration structures, and the objects made on it. */
-#ifndef DEMO_GPU_H
-#define DEMO_GPU_H
+#ifndef TOOLS_GPU_H
+#define TOOLS_GPU_H
 
 #include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/utility/vk_dispatch_table.h>
 #include <vulkan/vulkan.h>
 
-#include "findings.h"
+#include "tests/fixture/make.h"
 
 #define GPU_LAYER "VK_LAYER_ASSAY_validation"
 #define GPU_LAYER_LIBRARY "libVkLayer_assay"
@@ -32,11 +32,12 @@ struct gpu {
     VkCommandPool pool;
 };
 
-/* Opens the first device that can do what the demo needs, ray queries only if they are wanted, with
- * the layer GPU_LAYER above it.
+/* Opens the first device with acceleration structures, and with ray queries if they are wanted,
+ * below `layer`, which may be NULL. What is chained to `messenger` goes to the instance.
  * Ends the process with one line on stderr where there is no such device, driver, loader or layer.
  */
-void gpu_open(struct gpu *gpu, struct findings *findings, bool wants_queries);
+void gpu_open(struct gpu *gpu, const char *layer,
+              const VkDebugUtilsMessengerCreateInfoEXT *messenger, bool wants_queries);
 void gpu_close(struct gpu *gpu);
 
 /* ---- objects (gpu_memory.c) */
@@ -64,6 +65,14 @@ struct gpu_structure {
 /* Names show in messages. */
 void gpu_name(struct gpu *gpu, VkObjectType type, uint64_t handle, const char *name);
 
+/* Only the buffer; memory for buffers of these types, which may have addresses; a buffer's address.
+ */
+VkBuffer gpu_make_buffer(const struct gpu *gpu, VkBufferUsageFlags usage, VkDeviceSize size);
+VkDeviceMemory gpu_allocate(const struct gpu *gpu, VkDeviceSize size, uint32_t allowed,
+                            enum gpu_place place);
+VkDeviceAddress gpu_buffer_address(const struct gpu *gpu, VkBuffer buffer);
+
+/* All of these. */
 struct gpu_buffer gpu_create_buffer(struct gpu *gpu, const char *name, enum gpu_place place,
                                     VkBufferUsageFlags usage, VkDeviceSize size);
 void gpu_destroy_buffer(struct gpu *gpu, struct gpu_buffer *buffer);
