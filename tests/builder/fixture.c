@@ -39,20 +39,6 @@ void fixture_scope_end(void)
     memset(&scope, 0, sizeof(scope));
 }
 
-int fixture_setup(void **state)
-{
-    (void)state;
-    fixture_scope_begin();
-    return 0;
-}
-
-int fixture_teardown(void **state)
-{
-    (void)state;
-    fixture_scope_end();
-    return 0;
-}
-
 static void *scope_add(void *bytes)
 {
     static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;

@@ -12,9 +12,6 @@ extern const float fixture_triangle[9]; /* (0, 0), (1, 0), (0, 1) in the plane z
  * caller frees nothing of that. */
 void fixture_scope_begin(void);
 void fixture_scope_end(void);
-/* The same for cmocka. */
-int fixture_setup(void **state);
-int fixture_teardown(void **state);
 
 struct fixture_mesh {
     float *positions;  /* three a vertex */

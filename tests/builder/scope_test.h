@@ -6,14 +6,6 @@
 #include "tests/builder/fixture.h"
 #include "tests/state/unit_test.h"
 
-#define SCOPE_TEST(name_)                                                                          \
-    static void name_(void);                                                                       \
-    static void run_##name_(void **state)                                                          \
-    {                                                                                              \
-        (void)state;                                                                               \
-        name_();                                                                                   \
-    }                                                                                              \
-    UNIT_TEST_REGISTER(name_, fixture_setup, fixture_teardown)                                     \
-    static void name_(void)
+#define SCOPE_TEST(name) TEST_BETWEEN(name, fixture_scope_begin, fixture_scope_end)
 
 #endif

@@ -21,25 +21,25 @@ static const char *const extensions[] = {
 static VkResult create_device(void)
 {
     VkPhysicalDeviceRayQueryFeaturesKHR query =
-        VK(PhysicalDeviceRayQueryFeaturesKHR, .rayQuery = VK_TRUE);
+        MAKE(VkPhysicalDeviceRayQueryFeaturesKHR, .rayQuery = VK_TRUE);
     VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipelines =
-        VK(PhysicalDeviceRayTracingPipelineFeaturesKHR, .rayTracingPipeline = VK_TRUE);
+        MAKE(VkPhysicalDeviceRayTracingPipelineFeaturesKHR, .rayTracingPipeline = VK_TRUE);
     VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        VK(PhysicalDeviceAccelerationStructureFeaturesKHR, .accelerationStructure = VK_TRUE);
-    VkPhysicalDeviceVulkan12Features features =
-        VK(PhysicalDeviceVulkan12Features, .pNext = &structures, .bufferDeviceAddress = VK_TRUE);
+        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .accelerationStructure = VK_TRUE);
+    VkPhysicalDeviceVulkan12Features features = MAKE(
+        VkPhysicalDeviceVulkan12Features, .pNext = &structures, .bufferDeviceAddress = VK_TRUE);
     const float priority = 1;
     const VkDeviceQueueCreateInfo queue =
-        VK(DeviceQueueCreateInfo, .queueCount = 1, .pQueuePriorities = &priority);
+        MAKE(VkDeviceQueueCreateInfo, .queueCount = 1, .pQueuePriorities = &priority);
     const char *names[] = {extensions[0], extensions[1], extensions[2]};
     if (bench.kind == BENCH_PIPELINES || bench.kind == BENCH_LAYER_PIPELINES)
         names[2] = extensions[3];
     if (bench.kind != BENCH_LAYER)
         structures.pNext = bench.kind == BENCH_QUERIES ? (void *)&query : (void *)&pipelines;
-    const VkDeviceCreateInfo info =
-        VK(DeviceCreateInfo, .pNext = &features, .queueCreateInfoCount = 1,
-           .pQueueCreateInfos = &queue, .enabledExtensionCount = bench.kind == BENCH_LAYER ? 2 : 3,
-           .ppEnabledExtensionNames = names);
+    const VkDeviceCreateInfo info = MAKE(VkDeviceCreateInfo, .pNext = &features,
+                                         .queueCreateInfoCount = 1, .pQueueCreateInfos = &queue,
+                                         .enabledExtensionCount = bench.kind == BENCH_LAYER ? 2 : 3,
+                                         .ppEnabledExtensionNames = names);
     return vkCreateDevice(bench.physical, &info, NULL, &bench.device);
 }
 
@@ -62,12 +62,12 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
 static VkResult create_messenger(void)
 {
     const VkDebugUtilsMessengerCreateInfoEXT info =
-        VK(DebugUtilsMessengerCreateInfoEXT,
-           .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                              VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-           .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
-                          VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
-           .pfnUserCallback = hear, .pUserData = &bench.heard);
+        MAKE(VkDebugUtilsMessengerCreateInfoEXT,
+             .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                                VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+             .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                            VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
+             .pfnUserCallback = hear, .pUserData = &bench.heard);
     PFN_vkCreateDebugUtilsMessengerEXT create =
         (PFN_vkCreateDebugUtilsMessengerEXT)vkGetInstanceProcAddr(bench.instance,
                                                                   "vkCreateDebugUtilsMessengerEXT");
@@ -80,10 +80,10 @@ static VkResult create_instance(void)
     static const char *const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
     const uint32_t has_layer = bench.kind >= BENCH_LAYER;
     const VkInstanceCreateInfo info =
-        VK(InstanceCreateInfo,
-           .pApplicationInfo = &VK(ApplicationInfo, .apiVersion = VK_API_VERSION_1_3),
-           .enabledLayerCount = has_layer, .ppEnabledLayerNames = &layer,
-           .enabledExtensionCount = has_layer, .ppEnabledExtensionNames = &extension);
+        MAKE(VkInstanceCreateInfo,
+             .pApplicationInfo = &MAKE(VkApplicationInfo, .apiVersion = VK_API_VERSION_1_3),
+             .enabledLayerCount = has_layer, .ppEnabledLayerNames = &layer,
+             .enabledExtensionCount = has_layer, .ppEnabledExtensionNames = &extension);
     uint32_t count = 1;
     VkResult result = vkCreateInstance(&info, NULL, &bench.instance);
     if (result == VK_SUCCESS)
@@ -105,12 +105,13 @@ const char *bench_open(enum bench_kind kind)
     if (create_device() != VK_SUCCESS)
         return "the driver doesn't trace so";
     VkPhysicalDeviceAccelerationStructurePropertiesKHR limits =
-        VK(PhysicalDeviceAccelerationStructurePropertiesKHR);
+        MAKE(VkPhysicalDeviceAccelerationStructurePropertiesKHR);
     VkPhysicalDeviceRayTracingPipelinePropertiesKHR groups =
-        VK(PhysicalDeviceRayTracingPipelinePropertiesKHR, .pNext = &limits);
-    VkPhysicalDeviceDriverProperties driver = VK(PhysicalDeviceDriverProperties, .pNext = &groups);
+        MAKE(VkPhysicalDeviceRayTracingPipelinePropertiesKHR, .pNext = &limits);
+    VkPhysicalDeviceDriverProperties driver =
+        MAKE(VkPhysicalDeviceDriverProperties, .pNext = &groups);
     vkGetPhysicalDeviceProperties2(bench.physical,
-                                   &VK(PhysicalDeviceProperties2, .pNext = &driver));
+                                   &MAKE(VkPhysicalDeviceProperties2, .pNext = &driver));
     snprintf(bench.driver, sizeof(bench.driver), "%s", driver.driverInfo);
     vkGetPhysicalDeviceMemoryProperties(bench.physical, &bench.memory);
     vkuInitDeviceDispatchTable(bench.device, &bench.vk, vkGetDeviceProcAddr);

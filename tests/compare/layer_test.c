@@ -101,8 +101,8 @@ static void copy_structure(VkCommandBuffer commands, const struct compare_struct
                            const struct compare_structure *to)
 {
     const VkCopyAccelerationStructureInfoKHR info =
-        VK(CopyAccelerationStructureInfoKHR, .src = from->handle, .dst = to->handle,
-           .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+        MAKE(VkCopyAccelerationStructureInfoKHR, .src = from->handle, .dst = to->handle,
+             .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     bench.vk.CmdCopyAccelerationStructureKHR(commands, &info);
     commands_barrier(&bench.vk, commands);
 }

@@ -43,9 +43,9 @@ void subject_begin(struct subject *subject)
 {
     *subject = (struct subject){.memory = {.find = find}};
     subject->input = (struct compare_input){&subject->parameters, &subject->memory};
-    subject->parameters.info = VK(AccelerationStructureBuildGeometryInfoKHR,
-                                  .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                                  .pGeometries = subject->geometries);
+    subject->parameters.info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                                    .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                    .pGeometries = subject->geometries);
     subject->parameters.geometries = subject->geometries;
     subject->parameters.ranges = subject->ranges;
 }
@@ -63,13 +63,13 @@ void subject_triangles(struct subject *subject, const float *vertices, uint32_t 
                        const uint32_t *indices, uint32_t triangle_count)
 {
     const VkAccelerationStructureGeometryKHR geometry =
-        VK(AccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-           .geometry.triangles =
-               VK(AccelerationStructureGeometryTrianglesDataKHR,
-                  .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.hostAddress = vertices,
-                  .vertexStride = 3 * sizeof(float), .maxVertex = vertex_count - 1,
-                  .indexType = indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
-                  .indexData.hostAddress = indices));
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+             .geometry.triangles = MAKE(
+                 VkAccelerationStructureGeometryTrianglesDataKHR,
+                 .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.hostAddress = vertices,
+                 .vertexStride = 3 * sizeof(float), .maxVertex = vertex_count - 1,
+                 .indexType = indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
+                 .indexData.hostAddress = indices));
     add(subject, &geometry, triangle_count);
 }
 
@@ -116,9 +116,9 @@ void subject_update(struct subject *source, struct subject *subject,
 void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uint32_t count)
 {
     const VkAccelerationStructureGeometryKHR geometry =
-        VK(AccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-           .geometry.aabbs = VK(AccelerationStructureGeometryAabbsDataKHR,
-                                .data.hostAddress = boxes, .stride = sizeof(*boxes)));
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+             .geometry.aabbs = MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
+                                    .data.hostAddress = boxes, .stride = sizeof(*boxes)));
     add(subject, &geometry, count);
 }
 

@@ -5,9 +5,9 @@
 #define TESTS_COMPARE_SUBJECT_H
 
 #include "src/compare/judge.h"
+#include "tests/fixture/make.h"
 #include "tests/fixture/objects.h"
 #include "tests/state/unit_test.h"
-#include "tests/state/vk.h"
 
 enum { GEOMETRIES = 4 };
 

@@ -56,7 +56,7 @@ TEST(test_over_a_driver_with_nv)
     VkDevice device;
     VkAccelerationStructureNV structure;
     const STRUCT(VkAccelerationStructureCreateInfoNV, info,
-                 .info = INIT(VkAccelerationStructureInfoNV));
+                 .info = MAKE(VkAccelerationStructureInfoNV));
     instance_fixture_open(&other, &platform, &setup);
     assert_int_equal(instance_fixture_count_extension(&other, VK_NV_RAY_TRACING_EXTENSION_NAME), 1);
     GET(instance_fixture_create_device(&other, NULL, extensions, 1, &device, &vk));

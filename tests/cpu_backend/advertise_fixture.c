@@ -16,9 +16,9 @@ void offer_close(void)
     instance_fixture_close(&fixture);
 }
 
-const char *program_open(const char *name)
+const char *unit_test_open(const char *name)
 {
     return platform_open(&platform, name);
 }
 
-void program_close(void) {}
+void unit_test_close(void) {}

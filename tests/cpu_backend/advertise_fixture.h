@@ -4,7 +4,7 @@
 #define ASSAY_TESTS_CPU_BACKEND_ADVERTISE_FIXTURE_H
 
 #include "tests/cpu_backend/instance_fixture.h"
-#include "tests/cpu_backend/program.h"
+#include "tests/state/unit_test.h"
 
 extern struct platform platform;
 extern struct instance_fixture fixture; /* of an OFFER_TEST */

@@ -4,7 +4,8 @@
 #define CPU_BACKEND_BELOW_H
 
 #include "layer/cpu/overlay.h"
-#include "tests/cpu_backend/structs.h"
+#include "tests/fixture/make.h"
+#include "vulkan_commands.h"
 
 extern struct cpu_overlay *const below;
 

@@ -4,8 +4,8 @@
 
 #include "below.h"
 #include "layer/cpu/commands.h"
-#include "tests/cpu_backend/test_between.h"
 #include "tests/fixture/objects.h"
+#include "tests/state/unit_test.h"
 
 #define STRUCTURE VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR
 #define OTHER VK_DESCRIPTOR_TYPE_STORAGE_BUFFER

@@ -5,8 +5,8 @@
 #include "../report/scarce_memory.h"
 #include "below.h"
 #include "layer/cpu/commands.h"
-#include "tests/cpu_backend/test_between.h"
 #include "tests/fixture/objects.h"
+#include "tests/state/unit_test.h"
 
 /* ---- the driver */
 

@@ -5,12 +5,12 @@
 struct device_fixture device;
 struct fixture *const fixture = &device.fixture;
 
-const char *program_open(const char *platform)
+const char *unit_test_open(const char *platform)
 {
     return device_fixture_open(&device, platform);
 }
 
-void program_close(void)
+void unit_test_close(void)
 {
     device_fixture_close(&device);
 }

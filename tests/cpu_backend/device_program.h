@@ -4,7 +4,7 @@
 #define ASSAY_TESTS_CPU_BACKEND_DEVICE_PROGRAM_H
 
 #include "tests/cpu_backend/device_fixture.h"
-#include "tests/cpu_backend/program.h"
+#include "tests/state/unit_test.h"
 
 extern struct device_fixture device;
 extern struct fixture *const fixture; /* of the device */

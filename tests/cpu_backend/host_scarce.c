@@ -213,7 +213,7 @@ static void build_tlas(struct application *app)
             .accelerationStructureReference = (uint64_t)app->sets[i].accel};
     host.instances =
         MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-             .geometry.instances = INIT(VkAccelerationStructureGeometryInstancesDataKHR,
+             .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
                                         .data.hostAddress = host.instance));
     VkAccelerationStructureBuildGeometryInfoKHR info = blas_info(app, BLASES, 0);
     info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;

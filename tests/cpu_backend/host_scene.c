@@ -89,12 +89,12 @@ void *serialize(VkAccelerationStructureKHR src, size_t *size)
     return fixture_serialize(&fixture, src, size);
 }
 
-const char *program_open(const char *name)
+const char *unit_test_open(const char *name)
 {
     return fixture_open(&fixture, name);
 }
 
-void program_close(void)
+void unit_test_close(void)
 {
     fixture_close(&fixture);
 }

@@ -4,7 +4,7 @@
 #define CPU_BACKEND_HOST_SCENE_H
 
 #include "tests/cpu_backend/host_fixture.h"
-#include "tests/cpu_backend/program.h"
+#include "tests/state/unit_test.h"
 
 extern struct fixture fixture;
 

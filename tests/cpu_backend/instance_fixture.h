@@ -3,8 +3,8 @@
 #ifndef ASSAY_TESTS_CPU_BACKEND_INSTANCE_FIXTURE_H
 #define ASSAY_TESTS_CPU_BACKEND_INSTANCE_FIXTURE_H
 
-#include "tests/cpu_backend/structs.h"
 #include "tests/fixture/instance.h"
+#include "tests/fixture/make.h"
 
 struct instance_fixture_setup {
     const char *backend;  /* assay_validation.backend; NULL: cpu */

@@ -25,12 +25,12 @@ static void describe(void)
 {
     scene.geometry =
         MAKE(VkGeometryNV, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
-             .geometry = {.triangles = INIT(VkGeometryTrianglesNV, .vertexData = scene.data.handle,
+             .geometry = {.triangles = MAKE(VkGeometryTrianglesNV, .vertexData = scene.data.handle,
                                             .vertexOffset = VERTICES_AT, .vertexCount = 3,
                                             .vertexStride = 3 * sizeof(float),
                                             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
                                             .indexType = VK_INDEX_TYPE_NONE_NV),
-                          .aabbs = INIT(VkGeometryAABBNV)});
+                          .aabbs = MAKE(VkGeometryAABBNV)});
     scene.info =
         MAKE(VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
              .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV, .geometryCount = 1,

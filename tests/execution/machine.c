@@ -41,9 +41,9 @@ void machine_allocate(struct machine *machine, uint32_t command_buffer)
         is_secondary(command_buffer) ? VK_COMMAND_BUFFER_LEVEL_SECONDARY
                                      : VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     const VkDebugUtilsObjectNameInfoEXT name =
-        VK(DebugUtilsObjectNameInfoEXT, .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
-           .objectHandle = (uint64_t)(uintptr_t)machine->command_buffers[command_buffer],
-           .pObjectName = machine_name(command_buffer));
+        MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
+             .objectHandle = (uint64_t)(uintptr_t)machine->command_buffers[command_buffer],
+             .pObjectName = machine_name(command_buffer));
     MACHINE_CALL(machine, SetDebugUtilsObjectNameEXT, machine->device, &name);
 }
 
@@ -61,12 +61,14 @@ MACHINE_DESTROYS(Semaphore)
 
 static VkSemaphore create_semaphore(struct machine *machine, VkSemaphoreType type, bool is_shared)
 {
-    const VkExportSemaphoreCreateInfo export_info = VK(
-        ExportSemaphoreCreateInfo, .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
-    const VkSemaphoreTypeCreateInfo type_info = VK(
-        SemaphoreTypeCreateInfo, .pNext = is_shared ? &export_info : NULL, .semaphoreType = type);
+    const VkExportSemaphoreCreateInfo export_info =
+        MAKE(VkExportSemaphoreCreateInfo,
+             .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const VkSemaphoreTypeCreateInfo type_info = MAKE(
+        VkSemaphoreTypeCreateInfo, .pNext = is_shared ? &export_info : NULL, .semaphoreType = type);
     VkSemaphore semaphore;
-    MACHINE_CREATE(machine, Semaphore, &VK(SemaphoreCreateInfo, .pNext = &type_info), &semaphore);
+    MACHINE_CREATE(machine, Semaphore, &MAKE(VkSemaphoreCreateInfo, .pNext = &type_info),
+                   &semaphore);
     return semaphore;
 }
 
@@ -94,7 +96,7 @@ void machine_open(struct machine *machine, struct fixture *fixture,
     }
     for (uint32_t i = 0; i < COMMAND_BUFFERS; i++)
         machine_create_pool(machine, i);
-    MACHINE_CREATE(machine, Fence, &VK(FenceCreateInfo), &machine->fence);
+    MACHINE_CREATE(machine, Fence, &MAKE(VkFenceCreateInfo), &machine->fence);
     machine_create_queries(machine);
     machine_create_events(machine);
     for (uint32_t i = 1; i <= DEFERRED_OPERATIONS; i++)

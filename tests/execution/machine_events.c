@@ -21,7 +21,7 @@ void machine_create_events(struct machine *machine)
 {
     for (uint32_t i = 0; i < EVENTS; i++) {
         const VkEventCreateInfo info =
-            VK(EventCreateInfo, .flags = i == G ? VK_EVENT_CREATE_DEVICE_ONLY_BIT : 0);
+            MAKE(VkEventCreateInfo, .flags = i == G ? VK_EVENT_CREATE_DEVICE_ONLY_BIT : 0);
         MACHINE_CREATE(machine, Event, &info, &machine->events[i]);
     }
 }
@@ -53,8 +53,8 @@ static void wait(const struct machine *machine, VkCommandBuffer command_buffer, 
 {
     const VkuDeviceDispatchTable *vk = machine->vk;
     const VkMemoryBarrier barrier =
-        VK(MemoryBarrier, .srcAccessMask = (VkAccessFlags)builds.srcAccessMask,
-           .dstAccessMask = (VkAccessFlags)builds.dstAccessMask);
+        MAKE(VkMemoryBarrier, .srcAccessMask = (VkAccessFlags)builds.srcAccessMask,
+             .dstAccessMask = (VkAccessFlags)builds.dstAccessMask);
     if (name == NAME)
         vk->CmdWaitEvents(command_buffer, 1, &event, (VkPipelineStageFlags)builds.srcStageMask,
                           (VkPipelineStageFlags)builds.dstStageMask, 1, &barrier, 0, NULL, 0, NULL);

@@ -8,8 +8,8 @@ MACHINE_DESTROYS(QueryPool)
 
 void machine_create_queries(struct machine *machine)
 {
-    const VkQueryPoolCreateInfo info = VK(
-        QueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+    const VkQueryPoolCreateInfo info = MAKE(
+        VkQueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
         .queryCount = QUERIES);
     MACHINE_CREATE(machine, QueryPool, &info, &machine->queries);
 }

@@ -7,7 +7,7 @@
 static void push_label(struct machine *machine, VkCommandBuffer command_buffer, const char *name)
 {
     machine->vk->CmdBeginDebugUtilsLabelEXT(command_buffer,
-                                            &VK(DebugUtilsLabelEXT, .pLabelName = name));
+                                            &MAKE(VkDebugUtilsLabelEXT, .pLabelName = name));
 }
 
 static void begin(struct machine *machine, const struct step *step)
@@ -24,11 +24,11 @@ static void begin(struct machine *machine, const struct step *step)
 static void barrier(struct machine *machine, VkCommandBuffer command_buffer)
 {
     const VkMemoryBarrier memory_barrier =
-        VK(MemoryBarrier,
-           .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR |
-                            VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
-           .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
-                            VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
+        MAKE(VkMemoryBarrier,
+             .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR |
+                              VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
+             .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                              VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     machine->vk->CmdPipelineBarrier(command_buffer,
                                     VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
                                     VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1,
@@ -126,18 +126,19 @@ VkCopyAccelerationStructureInfoKHR machine_copy(const struct machine *machine,
                                                 const struct step *step)
 {
     const bool compacts = step->action == ACTION_COMPACT || step->action == ACTION_HOST_COMPACT;
-    return VK(CopyAccelerationStructureInfoKHR, .src = machine->structures[step->src].handle,
-              .dst = machine->structures[step->dst].handle,
-              .mode = compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
-                               : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    return MAKE(VkCopyAccelerationStructureInfoKHR, .src = machine->structures[step->src].handle,
+                .dst = machine->structures[step->dst].handle,
+                .mode = compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                                 : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
 }
 
 VkCopyMemoryToAccelerationStructureInfoKHR machine_filling(const struct machine *machine,
                                                            const struct step *step)
 {
-    return VK(CopyMemoryToAccelerationStructureInfoKHR, .src.deviceAddress = machine->blob.address,
-              .dst = machine->structures[step->dst].handle,
-              .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    return MAKE(VkCopyMemoryToAccelerationStructureInfoKHR,
+                .src.deviceAddress = machine->blob.address,
+                .dst = machine->structures[step->dst].handle,
+                .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
 }
 
 static void copy(struct machine *machine, VkCommandBuffer command_buffer, const struct step *step)

@@ -43,10 +43,10 @@ void machine_fill_semaphores(struct machine_semaphores *semaphores,
         semaphores->signal_values[i] = batch->signals[i].value;
     }
     semaphores->values =
-        VK(TimelineSemaphoreSubmitInfo, .waitSemaphoreValueCount = batch->wait_count,
-           .pWaitSemaphoreValues = semaphores->wait_values,
-           .signalSemaphoreValueCount = batch->signal_count,
-           .pSignalSemaphoreValues = semaphores->signal_values);
+        MAKE(VkTimelineSemaphoreSubmitInfo, .waitSemaphoreValueCount = batch->wait_count,
+             .pWaitSemaphoreValues = semaphores->wait_values,
+             .signalSemaphoreValueCount = batch->signal_count,
+             .pSignalSemaphoreValues = semaphores->signal_values);
 }
 
 static VkResult submit(struct machine *machine, VkQueue queue, VkFence fence)
@@ -60,20 +60,20 @@ static VkResult submit(struct machine *machine, VkQueue queue, VkFence fence)
         for (uint32_t j = 0; j < MACHINE_MEMBERS; j++)
             commands[i][j] = machine->command_buffers[batch->commands[j]];
         machine_fill_semaphores(&semaphores[i], batch);
-        infos[i] =
-            VK(SubmitInfo, .pNext = &semaphores[i].values, .waitSemaphoreCount = batch->wait_count,
-               .pWaitSemaphores = semaphores[i].waits, .pWaitDstStageMask = semaphores[i].stages,
-               .commandBufferCount = batch->command_count, .pCommandBuffers = commands[i],
-               .signalSemaphoreCount = batch->signal_count,
-               .pSignalSemaphores = semaphores[i].signals);
+        infos[i] = MAKE(
+            VkSubmitInfo, .pNext = &semaphores[i].values, .waitSemaphoreCount = batch->wait_count,
+            .pWaitSemaphores = semaphores[i].waits, .pWaitDstStageMask = semaphores[i].stages,
+            .commandBufferCount = batch->command_count, .pCommandBuffers = commands[i],
+            .signalSemaphoreCount = batch->signal_count,
+            .pSignalSemaphores = semaphores[i].signals);
     }
     return machine->vk->QueueSubmit(queue, machine->batch_count, infos, fence);
 }
 
 static VkSemaphoreSubmitInfo semaphore_info(const struct machine_semaphore *semaphore)
 {
-    return VK(SemaphoreSubmitInfo, .semaphore = semaphore->handle, .value = semaphore->value,
-              .stageMask = stages_of(semaphore->stages));
+    return MAKE(VkSemaphoreSubmitInfo, .semaphore = semaphore->handle, .value = semaphore->value,
+                .stageMask = stages_of(semaphore->stages));
 }
 
 static VkResult submit2(struct machine *machine, VkQueue queue, bool by_older_name)
@@ -86,16 +86,16 @@ static VkResult submit2(struct machine *machine, VkQueue queue, bool by_older_na
     for (uint32_t i = 0; i < machine->batch_count; i++) {
         const struct machine_batch *batch = &machine->batches[i];
         for (uint32_t j = 0; j < MACHINE_MEMBERS; j++) {
-            commands[i][j] = VK(CommandBufferSubmitInfo,
-                                .commandBuffer = machine->command_buffers[batch->commands[j]]);
+            commands[i][j] = MAKE(VkCommandBufferSubmitInfo,
+                                  .commandBuffer = machine->command_buffers[batch->commands[j]]);
             waits[i][j] = semaphore_info(&batch->waits[j]);
             signals[i][j] = semaphore_info(&batch->signals[j]);
         }
-        infos[i] =
-            VK(SubmitInfo2, .waitSemaphoreInfoCount = batch->wait_count,
-               .pWaitSemaphoreInfos = waits[i], .commandBufferInfoCount = batch->command_count,
-               .pCommandBufferInfos = commands[i], .signalSemaphoreInfoCount = batch->signal_count,
-               .pSignalSemaphoreInfos = signals[i]);
+        infos[i] = MAKE(
+            VkSubmitInfo2, .waitSemaphoreInfoCount = batch->wait_count,
+            .pWaitSemaphoreInfos = waits[i], .commandBufferInfoCount = batch->command_count,
+            .pCommandBufferInfos = commands[i], .signalSemaphoreInfoCount = batch->signal_count,
+            .pSignalSemaphoreInfos = signals[i]);
     }
     return by_older_name
                ? machine->vk->QueueSubmit2KHR(queue, machine->batch_count, infos, VK_NULL_HANDLE)
@@ -104,16 +104,16 @@ static VkResult submit2(struct machine *machine, VkQueue queue, bool by_older_na
 
 static void signal_from_host(struct machine *machine, const struct step *step)
 {
-    const VkSemaphoreSignalInfo info = VK(
-        SemaphoreSignalInfo, .semaphore = machine->timelines[step->object], .value = step->value);
+    const VkSemaphoreSignalInfo info = MAKE(
+        VkSemaphoreSignalInfo, .semaphore = machine->timelines[step->object], .value = step->value);
     machine->result = machine->vk->SignalSemaphore(machine->device, &info);
 }
 
 static void wait_on_host(struct machine *machine, const struct step *step)
 {
     const VkSemaphoreWaitInfo info =
-        VK(SemaphoreWaitInfo, .semaphoreCount = 1, .pSemaphores = &machine->timelines[step->object],
-           .pValues = &step->value);
+        MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
+             .pSemaphores = &machine->timelines[step->object], .pValues = &step->value);
     uint64_t value;
     switch (step->action) {
     case ACTION_QUEUE_IDLE:

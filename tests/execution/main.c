@@ -26,8 +26,6 @@ struct run {
 
 static char current_name[256];
 
-static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
-
 /* ---- output */
 
 static void tell(struct run *run)

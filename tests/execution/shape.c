@@ -38,11 +38,11 @@ static void fill_triangles(VkAccelerationStructureGeometryTrianglesDataKHR *tria
                            const struct scene *scene, const struct shape *shape, bool by_host)
 {
     *triangles =
-        VK(AccelerationStructureGeometryTrianglesDataKHR, .vertexFormat = shape->vertex_format,
-           .vertexData.deviceAddress = address_of(&scene->vertices, by_host), .vertexStride = 16,
-           .maxVertex = shape->max_vertex, .indexType = shape->index_type,
-           .transformData.deviceAddress =
-               shape->has_transform ? address_of(&scene->transforms, by_host) : 0);
+        MAKE(VkAccelerationStructureGeometryTrianglesDataKHR, .vertexFormat = shape->vertex_format,
+             .vertexData.deviceAddress = address_of(&scene->vertices, by_host), .vertexStride = 16,
+             .maxVertex = shape->max_vertex, .indexType = shape->index_type,
+             .transformData.deviceAddress =
+                 shape->has_transform ? address_of(&scene->transforms, by_host) : 0);
     if (shape->index_type == VK_INDEX_TYPE_UINT32)
         triangles->indexData.deviceAddress = address_of(&scene->indices, by_host);
     if (shape->index_type == VK_INDEX_TYPE_UINT16)
@@ -53,18 +53,18 @@ static void fill_triangles(VkAccelerationStructureGeometryTrianglesDataKHR *tria
 static void fill_geometry(VkAccelerationStructureGeometryKHR *geometry, const struct scene *scene,
                           const struct shape *shape, bool by_host)
 {
-    *geometry = VK(AccelerationStructureGeometryKHR, .geometryType = shape->geometry_type,
-                   .flags = shape->geometry_flags);
+    *geometry = MAKE(VkAccelerationStructureGeometryKHR, .geometryType = shape->geometry_type,
+                     .flags = shape->geometry_flags);
     if (shape->geometry_type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
         fill_triangles(&geometry->geometry.triangles, scene, shape, by_host);
     else if (shape->geometry_type == VK_GEOMETRY_TYPE_AABBS_KHR)
         geometry->geometry.aabbs =
-            VK(AccelerationStructureGeometryAabbsDataKHR,
-               .data.deviceAddress = address_of(&scene->boxes, by_host), .stride = 24);
+            MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
+                 .data.deviceAddress = address_of(&scene->boxes, by_host), .stride = 24);
     else if (shape->geometry_type == VK_GEOMETRY_TYPE_INSTANCES_KHR)
         geometry->geometry.instances =
-            VK(AccelerationStructureGeometryInstancesDataKHR,
-               .data.deviceAddress = address_of(&scene->instances, by_host));
+            MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                 .data.deviceAddress = address_of(&scene->instances, by_host));
 }
 
 void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
@@ -81,16 +81,16 @@ void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
         (int)shape->geometry_type == VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
     arguments->range_pointer = is_dense ? NULL : arguments->ranges;
     arguments->count_pointer = arguments->counts;
-    arguments->info =
-        VK(AccelerationStructureBuildGeometryInfoKHR, .type = shape->type, .flags = shape->flags,
-           .geometryCount = shape->geometry_count, .pGeometries = arguments->geometries);
+    arguments->info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .type = shape->type,
+                           .flags = shape->flags, .geometryCount = shape->geometry_count,
+                           .pGeometries = arguments->geometries);
 }
 
 VkAccelerationStructureBuildSizesInfoKHR shape_sizes(const struct scene *scene,
                                                      const struct shape *shape)
 {
     struct shape_arguments arguments;
-    VkAccelerationStructureBuildSizesInfoKHR sizes = VK(AccelerationStructureBuildSizesInfoKHR);
+    VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
     shape_fill(&arguments, scene, shape, false);
     scene->vk->GetAccelerationStructureBuildSizesKHR(
         scene->fixture->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &arguments.info,

@@ -4,7 +4,7 @@
 #define EXECUTION_SHAPE_H
 
 #include "scene.h"
-#include "tests/state/vk.h"
+#include "tests/fixture/make.h"
 
 /* All geometries of a build are alike. */
 struct shape {

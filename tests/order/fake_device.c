@@ -118,8 +118,8 @@ struct program *fake_device_open(void)
 void create_semaphore(uint32_t handle, VkSemaphoreType type, const void *chain)
 {
     const VkSemaphoreTypeCreateInfo types =
-        VK(SemaphoreTypeCreateInfo, .pNext = chain, .semaphoreType = type);
-    const VkSemaphoreCreateInfo info = VK(SemaphoreCreateInfo, .pNext = &types);
+        MAKE(VkSemaphoreTypeCreateInfo, .pNext = chain, .semaphoreType = type);
+    const VkSemaphoreCreateInfo info = MAKE(VkSemaphoreCreateInfo, .pNext = &types);
     VkSemaphore created;
     counter = handle;
     assert_int_equal(assay_CreateSemaphore(NULL, &info, NULL, &created), VK_SUCCESS);
@@ -127,7 +127,7 @@ void create_semaphore(uint32_t handle, VkSemaphoreType type, const void *chain)
 
 void create_fence(uint32_t handle, const void *chain)
 {
-    const VkFenceCreateInfo info = VK(FenceCreateInfo, .pNext = chain);
+    const VkFenceCreateInfo info = MAKE(VkFenceCreateInfo, .pNext = chain);
     VkFence created;
     counter = handle;
     assert_int_equal(assay_CreateFence(NULL, &info, NULL, &created), VK_SUCCESS);
@@ -140,31 +140,31 @@ VkResult submit_plain(const struct plain *plain)
     VkPipelineStageFlags stages =
         plain->stages ? plain->stages : VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
     const VkTimelineSemaphoreSubmitInfo values =
-        VK(TimelineSemaphoreSubmitInfo, .pNext = plain->group,
-           .waitSemaphoreValueCount = plain->wait_value ? 1 : 0,
-           .pWaitSemaphoreValues = plain->wait_value ? &plain->wait_value : NULL,
-           .signalSemaphoreValueCount = 1, .pSignalSemaphoreValues = &plain->signal_value);
+        MAKE(VkTimelineSemaphoreSubmitInfo, .pNext = plain->group,
+             .waitSemaphoreValueCount = plain->wait_value ? 1 : 0,
+             .pWaitSemaphoreValues = plain->wait_value ? &plain->wait_value : NULL,
+             .signalSemaphoreValueCount = 1, .pSignalSemaphoreValues = &plain->signal_value);
     const VkSubmitInfo info =
-        VK(SubmitInfo, .pNext = &values, .waitSemaphoreCount = plain->wait ? 1 : 0,
-           .pWaitSemaphores = &wait, .pWaitDstStageMask = &stages, .commandBufferCount = 1,
-           .pCommandBuffers = &command_buffer, .signalSemaphoreCount = plain->signal ? 1 : 0,
-           .pSignalSemaphores = &signal);
+        MAKE(VkSubmitInfo, .pNext = &values, .waitSemaphoreCount = plain->wait ? 1 : 0,
+             .pWaitSemaphores = &wait, .pWaitDstStageMask = &stages, .commandBufferCount = 1,
+             .pCommandBuffers = &command_buffer, .signalSemaphoreCount = plain->signal ? 1 : 0,
+             .pSignalSemaphores = &signal);
     return assay_QueueSubmit(QUEUE(plain->queue), 1, &info, FENCE(plain->fence));
 }
 
 VkResult submit_second(const struct second *second, PFN_vkQueueSubmit2 call)
 {
     const VkCommandBufferSubmitInfo commands =
-        VK(CommandBufferSubmitInfo, .commandBuffer = COMMAND_BUFFER(second->name),
-           .deviceMask = second->device_mask);
+        MAKE(VkCommandBufferSubmitInfo, .commandBuffer = COMMAND_BUFFER(second->name),
+             .deviceMask = second->device_mask);
     const VkSemaphoreSubmitInfo wait =
-        VK(SemaphoreSubmitInfo, .semaphore = SEMAPHORE(second->wait), .value = second->wait_value,
-           .stageMask = second->wait_stages);
+        MAKE(VkSemaphoreSubmitInfo, .semaphore = SEMAPHORE(second->wait),
+             .value = second->wait_value, .stageMask = second->wait_stages);
     const VkSemaphoreSubmitInfo signal =
-        VK(SemaphoreSubmitInfo, .semaphore = SEMAPHORE(second->signal),
-           .value = second->signal_value, .stageMask = second->signal_stages);
-    const VkSubmitInfo2 info = VK(
-        SubmitInfo2, .waitSemaphoreInfoCount = second->wait ? 1 : 0, .pWaitSemaphoreInfos = &wait,
+        MAKE(VkSemaphoreSubmitInfo, .semaphore = SEMAPHORE(second->signal),
+             .value = second->signal_value, .stageMask = second->signal_stages);
+    const VkSubmitInfo2 info = MAKE(
+        VkSubmitInfo2, .waitSemaphoreInfoCount = second->wait ? 1 : 0, .pWaitSemaphoreInfos = &wait,
         .commandBufferInfoCount = 1, .pCommandBufferInfos = &commands,
         .signalSemaphoreInfoCount = second->signal ? 1 : 0, .pSignalSemaphoreInfos = &signal);
     return call(QUEUE(second->queue), 1, &info, FENCE(second->fence));

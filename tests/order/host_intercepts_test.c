@@ -10,15 +10,16 @@
         return call;                                                                               \
     }
 
-CALL(present, assay_QueuePresentKHR(QUEUE(1), &VK(PresentInfoKHR, .waitSemaphoreCount = 1,
-                                                  .pWaitSemaphores = &(VkSemaphore){SEMAPHORE(S)})))
+CALL(present,
+     assay_QueuePresentKHR(QUEUE(1), &MAKE(VkPresentInfoKHR, .waitSemaphoreCount = 1,
+                                           .pWaitSemaphores = &(VkSemaphore){SEMAPHORE(S)})))
 CALL(acquire,
      assay_AcquireNextImageKHR(NULL, VK_NULL_HANDLE, 0, SEMAPHORE(S), VK_NULL_HANDLE, NULL))
 CALL(acquire_2,
-     assay_AcquireNextImage2KHR(NULL, &VK(AcquireNextImageInfoKHR, .semaphore = SEMAPHORE(S)),
+     assay_AcquireNextImage2KHR(NULL, &MAKE(VkAcquireNextImageInfoKHR, .semaphore = SEMAPHORE(S)),
                                 NULL))
 CALL(import_semaphore,
-     assay_ImportSemaphoreFdKHR(NULL, &VK(ImportSemaphoreFdInfoKHR, .semaphore = SEMAPHORE(S))))
+     assay_ImportSemaphoreFdKHR(NULL, &MAKE(VkImportSemaphoreFdInfoKHR, .semaphore = SEMAPHORE(S))))
 
 static VkResult (*const others_signal[])(void) = {present, acquire, acquire_2, import_semaphore};
 
@@ -38,11 +39,12 @@ TEST(what_others_signal_brings_no_order)
 
 DEVICE_TEST(shared_semaphores_and_fences_bring_no_order)
 {
-    const VkExportSemaphoreCreateInfo semaphore = VK(
-        ExportSemaphoreCreateInfo, .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const VkExportSemaphoreCreateInfo semaphore =
+        MAKE(VkExportSemaphoreCreateInfo,
+             .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
     const VkExportFenceCreateInfo fence =
-        VK(ExportFenceCreateInfo, .handleTypes = VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT);
-    const VkImportFenceFdInfoKHR import = VK(ImportFenceFdInfoKHR, .fence = FENCE(F + 1));
+        MAKE(VkExportFenceCreateInfo, .handleTypes = VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const VkImportFenceFdInfoKHR import = MAKE(VkImportFenceFdInfoKHR, .fence = FENCE(F + 1));
     create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, &semaphore);
     create_fence(F, &fence);
     create_fence(F + 1, NULL);
@@ -75,8 +77,9 @@ static VkResult wait_values(uint32_t count, const uint64_t *values, VkSemaphoreW
                             PFN_vkWaitSemaphores wait)
 {
     VkSemaphore semaphores[] = {SEMAPHORE(T), SEMAPHORE(T)};
-    const VkSemaphoreWaitInfo info = VK(SemaphoreWaitInfo, .flags = flags, .semaphoreCount = count,
-                                        .pSemaphores = semaphores, .pValues = values);
+    const VkSemaphoreWaitInfo info =
+        MAKE(VkSemaphoreWaitInfo, .flags = flags, .semaphoreCount = count,
+             .pSemaphores = semaphores, .pValues = values);
     return wait(NULL, &info, 0);
 }
 
@@ -158,7 +161,7 @@ DEVICE_TEST(fences_are_reset)
 TEST(the_host_signals)
 {
     const VkSemaphoreSignalInfo info =
-        VK(SemaphoreSignalInfo, .semaphore = SEMAPHORE(S), .value = 1);
+        MAKE(VkSemaphoreSignalInfo, .semaphore = SEMAPHORE(S), .value = 1);
     const PFN_vkSignalSemaphore signals[] = {assay_SignalSemaphore, assay_SignalSemaphoreKHR};
     for (uint32_t i = 0; i < 2; i++) {
         struct program p;

@@ -86,8 +86,8 @@ DEVICE_TEST(batches_on_several_physical_devices_are_not_ordered)
 {
     const uint32_t zero = 0, both = 3, first = 1;
     VkDeviceGroupSubmitInfo group =
-        VK(DeviceGroupSubmitInfo, .waitSemaphoreCount = 1, .pWaitSemaphoreDeviceIndices = &zero,
-           .commandBufferCount = 1, .pCommandBufferDeviceMasks = &both);
+        MAKE(VkDeviceGroupSubmitInfo, .waitSemaphoreCount = 1, .pWaitSemaphoreDeviceIndices = &zero,
+             .commandBufferCount = 1, .pCommandBufferDeviceMasks = &both);
     create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, NULL);
     PLAIN(.queue = 1, .name = 10, .signal = S, .signal_value = 1);
     PLAIN(.queue = 2, .name = 20, .wait = S, .wait_value = 1, .group = &group);
@@ -126,8 +126,8 @@ DEVICE_TEST(bindings_are_observed)
 {
     VkSemaphore wait = SEMAPHORE(S), signal = SEMAPHORE(T);
     const VkBindSparseInfo info =
-        VK(BindSparseInfo, .waitSemaphoreCount = 1, .pWaitSemaphores = &wait,
-           .signalSemaphoreCount = 1, .pSignalSemaphores = &signal);
+        MAKE(VkBindSparseInfo, .waitSemaphoreCount = 1, .pWaitSemaphores = &wait,
+             .signalSemaphoreCount = 1, .pSignalSemaphores = &signal);
     create_semaphore(S, VK_SEMAPHORE_TYPE_BINARY, NULL);
     create_semaphore(T, VK_SEMAPHORE_TYPE_BINARY, NULL);
     create_fence(F, NULL);

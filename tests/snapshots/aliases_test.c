@@ -57,9 +57,9 @@ static struct placed memory_place(const struct memory *in, VkDeviceSize size)
 {
     struct placed placed;
     const VkBufferCreateInfo info =
-        VK(BufferCreateInfo, .size = size,
-           .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                    VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+        MAKE(VkBufferCreateInfo, .size = size,
+             .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                      VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     VkMemoryRequirements requirements;
     GET(fixture.vk.CreateBuffer(fixture.device, &info, NULL, &placed.handle));
     fixture.vk.GetBufferMemoryRequirements(fixture.device, placed.handle, &requirements);
@@ -116,7 +116,7 @@ static void close_scene(void)
     scene_close();
 }
 
-#define ALIAS_TEST(name) TEST_BETWEEN(name, open_scene, close_scene, true)
+#define ALIAS_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, true)
 
 static bool judges_inputs(const char *level)
 {
@@ -151,12 +151,12 @@ static void build_triangle(VkCommandBuffer commands, VkDeviceAddress indices, bo
 {
     const struct fixture_build build = {
         .geometry = {.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-                     .geometry.triangles =
-                         VK(AccelerationStructureGeometryTrianglesDataKHR,
-                            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                            .vertexData.deviceAddress = vertices.address,
-                            .vertexStride = 3 * sizeof(float), .maxVertex = CORNERS - 1,
-                            .indexType = VK_INDEX_TYPE_UINT32, .indexData.deviceAddress = indices)},
+                     .geometry.triangles = MAKE(
+                         VkAccelerationStructureGeometryTrianglesDataKHR,
+                         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                         .vertexData.deviceAddress = vertices.address,
+                         .vertexStride = 3 * sizeof(float), .maxVertex = CORNERS - 1,
+                         .indexType = VK_INDEX_TYPE_UINT32, .indexData.deviceAddress = indices)},
         .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                  .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
                  .mode = is_update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
@@ -282,7 +282,7 @@ ALIAS_TEST(test_in_secondary)
 /* ---- the application's mistakes: where the driver doesn't build, and so reads nothing */
 
 #define MISTAKE_TEST(name)                                                                         \
-    TEST_BETWEEN(name, open_scene, close_scene, platform.is_null || platform.is_cpu)
+    TEST_BETWEEN_IF(name, open_scene, close_scene, platform.is_null || platform.is_cpu)
 
 /* The build reads more than the buffer has: what it reads beyond the end isn't known. */
 MISTAKE_TEST(test_replaced_by_smaller)

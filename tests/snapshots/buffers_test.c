@@ -20,9 +20,9 @@ static void open_scene(void)
 static VkBuffer create(VkBufferCreateFlags flags, const void *next)
 {
     const VkBufferCreateInfo info =
-        VK(BufferCreateInfo, .pNext = next, .flags = flags, .size = BUFFER_SIZE,
-           .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                    VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+        MAKE(VkBufferCreateInfo, .pNext = next, .flags = flags, .size = BUFFER_SIZE,
+             .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                      VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     VkBuffer buffer;
     GET(fixture.vk.CreateBuffer(fixture.device, &info, NULL, &buffer));
     return buffer;
@@ -32,7 +32,8 @@ static void bind_sparse(VkBuffer buffer, VkDeviceSize size)
 {
     const VkSparseMemoryBind bind = {.size = size, .memory = data.memory};
     const VkSparseBufferMemoryBindInfo binds = {buffer, 1, &bind};
-    const VkBindSparseInfo info = VK(BindSparseInfo, .bufferBindCount = 1, .pBufferBinds = &binds);
+    const VkBindSparseInfo info =
+        MAKE(VkBindSparseInfo, .bufferBindCount = 1, .pBufferBinds = &binds);
     GET(fixture.vk.QueueBindSparse(fixture.queue, 1, &info, VK_NULL_HANDLE));
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
 }
@@ -64,8 +65,8 @@ static void build_on_memory(VkBuffer buffer, const char *text)
 SCENE_TEST(test_imported)
 {
     const VkExternalMemoryBufferCreateInfo external =
-        VK(ExternalMemoryBufferCreateInfo,
-           .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT);
+        MAKE(VkExternalMemoryBufferCreateInfo,
+             .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT);
     build_on_memory(create(0, &external), "minX");
 }
 

@@ -137,7 +137,7 @@ static void assert_calls(const char *kinds)
 
 /* ---- tests */
 
-TEST_BETWEEN(test_batch_runs_each_consumer_in_order, set_up, tear_down, true)
+TEST_BETWEEN(test_batch_runs_each_consumer_in_order, set_up, tear_down)
 {
     const struct execution *of_last = expect(1), *of_first = expect(0);
     snapshots_run(&snapshots, &batch);
@@ -151,7 +151,7 @@ TEST_BETWEEN(test_batch_runs_each_consumer_in_order, set_up, tear_down, true)
 }
 
 /* A command buffer that was submitted twice executes twice: each batch takes the older one. */
-TEST_BETWEEN(test_batch_takes_one_execution_a_command, set_up, tear_down, true)
+TEST_BETWEEN(test_batch_takes_one_execution_a_command, set_up, tear_down)
 {
     const struct execution *older = expect(0), *newer = expect(0);
     snapshots_run(&snapshots, &batch);
@@ -162,7 +162,7 @@ TEST_BETWEEN(test_batch_takes_one_execution_a_command, set_up, tear_down, true)
     assert_run(2, &first, newer, 0);
 }
 
-TEST_BETWEEN(test_spoiled_recording_has_lost_executions, set_up, tear_down, true)
+TEST_BETWEEN(test_spoiled_recording_has_lost_executions, set_up, tear_down)
 {
     expect(0);
     atomic_store(&recordings[0]->is_invalidated, true);
@@ -171,7 +171,7 @@ TEST_BETWEEN(test_spoiled_recording_has_lost_executions, set_up, tear_down, true
     assert_true(calls[0].has_no_snapshots);
 }
 
-TEST_BETWEEN(test_unknown_order_runs_all_that_is_expected, set_up, tear_down, true)
+TEST_BETWEEN(test_unknown_order_runs_all_that_is_expected, set_up, tear_down)
 {
     const struct execution *older = expect(1), *newer = expect(0);
     snapshots_set_order_unknown(&snapshots, ORDER_UNKNOWN_TOO_MANY_QUEUES);
@@ -188,7 +188,7 @@ TEST_BETWEEN(test_unknown_order_runs_all_that_is_expected, set_up, tear_down, tr
     assert_int_equal(unordered_reports, 1);
 }
 
-TEST_BETWEEN(test_each_consumer_delivers, set_up, tear_down, true)
+TEST_BETWEEN(test_each_consumer_delivers, set_up, tear_down)
 {
     snapshots_deliver(&device);
     assert_calls("dd");
@@ -196,7 +196,7 @@ TEST_BETWEEN(test_each_consumer_delivers, set_up, tear_down, true)
     assert_ptr_equal(calls[1].observer, &second);
 }
 
-TEST_BETWEEN(test_waiting_ends_with_the_first_that_succeeds, set_up, tear_down, true)
+TEST_BETWEEN(test_waiting_ends_with_the_first_that_succeeds, set_up, tear_down)
 {
     assert_false(snapshots_wait(&snapshots));
     assert_calls("ww");
@@ -206,7 +206,7 @@ TEST_BETWEEN(test_waiting_ends_with_the_first_that_succeeds, set_up, tear_down, 
     assert_ptr_equal(calls[2].observer, &first);
 }
 
-TEST_BETWEEN(test_functions_are_optional, set_up, tear_down, true)
+TEST_BETWEEN(test_functions_are_optional, set_up, tear_down)
 {
     second.consumer.run = NULL;
     second.consumer.deliver = NULL;
@@ -218,7 +218,7 @@ TEST_BETWEEN(test_functions_are_optional, set_up, tear_down, true)
     assert_calls("rdw");
 }
 
-TEST_BETWEEN(test_snapshots_need_no_consumer, set_up, tear_down, true)
+TEST_BETWEEN(test_snapshots_need_no_consumer, set_up, tear_down)
 {
     snapshots.consumers = NULL;
     expect(0);

@@ -44,7 +44,7 @@ static void close_scene(void)
     fixture_close(&fixture);
 }
 
-#define COPY_TEST(name) TEST_BETWEEN(name, open_scene, close_scene, true)
+#define COPY_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, true)
 
 static struct copy_order draw(struct random *random, uint32_t i)
 {

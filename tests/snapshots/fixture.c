@@ -12,7 +12,7 @@ void fixture_open(struct fixture *fixture, const struct platform *platform,
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
     const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        VK(PhysicalDeviceAccelerationStructureFeaturesKHR, .accelerationStructure = VK_TRUE);
+        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .accelerationStructure = VK_TRUE);
     memset(fixture, 0, sizeof(*fixture));
     instance_fixture_create(&fixture->instance, platform, settings);
     GET(instance_fixture_create_device(&fixture->instance, &structures, extensions, 2,
@@ -38,8 +38,9 @@ void fixture_close(struct fixture *fixture)
 struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
                                     VkBufferUsageFlags usage)
 {
-    const VkBufferCreateInfo info = VK(BufferCreateInfo, .size = size,
-                                       .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    const VkBufferCreateInfo info =
+        MAKE(VkBufferCreateInfo, .size = size,
+             .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     assert_true(fixture->buffer_count < FIXTURE_OBJECTS);
     return fixture->buffers[fixture->buffer_count++] =
                buffer_create(&fixture->vk, fixture->device, fixture->memory_type, &info);
@@ -60,8 +61,8 @@ VkAccelerationStructureKHR fixture_structure(struct fixture *fixture,
                                              VkAccelerationStructureTypeKHR type)
 {
     const VkAccelerationStructureCreateInfoKHR info =
-        VK(AccelerationStructureCreateInfoKHR, .buffer = buffer->handle, .offset = offset,
-           .size = size, .type = type);
+        MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = buffer->handle, .offset = offset,
+             .size = size, .type = type);
     VkAccelerationStructureKHR structure;
     GET(fixture->vk.CreateAccelerationStructureKHR(fixture->device, &info, NULL, &structure));
     assert_true(fixture->structure_count < FIXTURE_OBJECTS);
@@ -99,11 +100,12 @@ void fixture_submit_waiting(struct fixture *fixture, VkCommandBuffer commands, V
 {
     static const VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
     const uint64_t value = 1;
-    const VkTimelineSemaphoreSubmitInfo values = VK(
-        TimelineSemaphoreSubmitInfo, .waitSemaphoreValueCount = 1, .pWaitSemaphoreValues = &value);
+    const VkTimelineSemaphoreSubmitInfo values =
+        MAKE(VkTimelineSemaphoreSubmitInfo, .waitSemaphoreValueCount = 1,
+             .pWaitSemaphoreValues = &value);
     const VkSubmitInfo info =
-        VK(SubmitInfo, .pNext = &values, .waitSemaphoreCount = 1, .pWaitSemaphores = &timeline,
-           .pWaitDstStageMask = &stages, .commandBufferCount = 1, .pCommandBuffers = &commands);
+        MAKE(VkSubmitInfo, .pNext = &values, .waitSemaphoreCount = 1, .pWaitSemaphores = &timeline,
+             .pWaitDstStageMask = &stages, .commandBufferCount = 1, .pCommandBuffers = &commands);
     GET(fixture->vk.QueueSubmit(fixture->queue, 1, &info, fence));
 }
 
@@ -132,8 +134,8 @@ void fixture_build_boxes(struct fixture *fixture, VkCommandBuffer commands,
     const struct fixture_build build = {
         .geometry = {.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
                      .geometry.aabbs =
-                         VK(AccelerationStructureGeometryAabbsDataKHR, .data.deviceAddress = boxes,
-                            .stride = sizeof(VkAabbPositionsKHR))},
+                         MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
+                              .data.deviceAddress = boxes, .stride = sizeof(VkAabbPositionsKHR))},
         .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                  .dstAccelerationStructure = dst,
                  .scratchData.deviceAddress = scratch},

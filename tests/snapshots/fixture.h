@@ -5,7 +5,7 @@
 #define ASSAY_TESTS_SNAPSHOTS_FIXTURE_H
 
 #include "tests/fixture/instance.h"
-#include "tests/state/vk.h"
+#include "tests/fixture/make.h"
 
 enum { FIXTURE_OBJECTS = 32 };
 

@@ -24,7 +24,7 @@ static void close_scene(void)
     scene_close();
 }
 
-#define LIFETIME_TEST(name) TEST_BETWEEN(name, open_scene, close_scene, true)
+#define LIFETIME_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, true)
 
 static void submit(VkCommandBuffer commands)
 {
@@ -92,7 +92,8 @@ LIFETIME_TEST(test_one_time_memory_of_another)
                         scene.scratch_address);
     fixture_barrier(&fixture, commands[0]);
     GET(fixture.vk.EndCommandBuffer(commands[0]));
-    const VkSubmitInfo both = VK(SubmitInfo, .commandBufferCount = 2, .pCommandBuffers = commands);
+    const VkSubmitInfo both =
+        MAKE(VkSubmitInfo, .commandBufferCount = 2, .pCommandBuffers = commands);
     GET(fixture.vk.QueueSubmit(fixture.queue, 1, &both, VK_NULL_HANDLE));
     wait_and_read_structure();
     expect_messages(1, "submitted again");
@@ -222,12 +223,12 @@ LIFETIME_TEST(test_secondary_recorded_further)
 }
 
 /* What other drivers need not bear. */
-#define NULL_DRIVER_TEST(name) TEST_BETWEEN(name, open_scene, close_scene, platform.is_null)
+#define NULL_DRIVER_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, platform.is_null)
 
 /* What was copied is still looked at. */
 NULL_DRIVER_TEST(test_reset_before_the_wait)
 {
-    const VkCommandBufferBeginInfo begin = VK(CommandBufferBeginInfo);
+    const VkCommandBufferBeginInfo begin = MAKE(VkCommandBufferBeginInfo);
     VkCommandBuffer primary = fixture_begin(&fixture, 0);
     VkCommandBuffer secondary =
         fixture_begin_secondary(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);

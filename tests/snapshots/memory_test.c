@@ -39,8 +39,8 @@ static void write_inputs(struct random *random, unsigned char *bytes)
 /* As a build needs it, of what came before; and of what comes next, as if nobody else read. */
 static void barrier(const struct player *player, bool is_before_build)
 {
-    const VkMemoryBarrier memory = VK(
-        MemoryBarrier,
+    const VkMemoryBarrier memory = MAKE(
+        VkMemoryBarrier,
         .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT |
                          VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
         .dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
@@ -76,8 +76,8 @@ static void build_triangles(struct player *player, const struct step *step)
     const bool has_indices = step->first % 2;
     struct fixture_build triangles = {
         .geometry = {.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-                     .geometry.triangles = VK(
-                         AccelerationStructureGeometryTrianglesDataKHR,
+                     .geometry.triangles = MAKE(
+                         VkAccelerationStructureGeometryTrianglesDataKHR,
                          .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 12,
                          .vertexData.deviceAddress = address, .maxVertex = VERTICES - 1,
                          .indexType = has_indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
@@ -93,9 +93,9 @@ static void build_boxes(struct player *player, const struct step *step)
     struct fixture_build boxes = {
         .geometry = {.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
                      .geometry.aabbs =
-                         VK(AccelerationStructureGeometryAabbsDataKHR,
-                            .data.deviceAddress = player->inputs[step->buffer].address + BOXES_AT,
-                            .stride = sizeof(VkAabbPositionsKHR))},
+                         MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
+                              .data.deviceAddress = player->inputs[step->buffer].address + BOXES_AT,
+                              .stride = sizeof(VkAabbPositionsKHR))},
         .range = {.primitiveCount = 1 + step->count % 8,
                   .primitiveOffset = 24 * (step->first % 8)}};
     build(player, player->blases[step->blas], VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
@@ -108,10 +108,10 @@ static void build_instances(struct player *player, const struct step *step)
     struct fixture_build instances = {
         .geometry = {.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
                      .geometry.instances =
-                         VK(AccelerationStructureGeometryInstancesDataKHR,
-                            .arrayOfPointers = by_pointers,
-                            .data.deviceAddress =
-                                player->instances.address + (by_pointers ? POINTERS_AT : 0))},
+                         MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                              .arrayOfPointers = by_pointers,
+                              .data.deviceAddress =
+                                  player->instances.address + (by_pointers ? POINTERS_AT : 0))},
         .range.primitiveCount = 1 + step->count % INSTANCES};
     build(player, player->tlas, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, &instances);
 }
@@ -131,8 +131,8 @@ static void wait_for_writes(const struct player *player)
 {
     const VkPipelineStageFlags stages =
         VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
-    const VkMemoryBarrier memory = VK(
-        MemoryBarrier, .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
+    const VkMemoryBarrier memory = MAKE(
+        VkMemoryBarrier, .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
         .dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
                          VK_ACCESS_SHADER_WRITE_BIT);
     player->fixture.vk.CmdPipelineBarrier(player->commands, stages, stages, 0, 1, &memory, 0, NULL,
@@ -150,9 +150,9 @@ static void end_condition(struct player *player)
 static void begin_or_end_condition(struct player *player, const struct step *step)
 {
     const VkConditionalRenderingBeginInfoEXT begin =
-        VK(ConditionalRenderingBeginInfoEXT, .buffer = player->conditions.handle,
-           .offset = step->count % 2 * sizeof(uint32_t),
-           .flags = step->first % 2 ? VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT : 0);
+        MAKE(VkConditionalRenderingBeginInfoEXT, .buffer = player->conditions.handle,
+             .offset = step->count % 2 * sizeof(uint32_t),
+             .flags = step->first % 2 ? VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT : 0);
     if (player->is_conditional || !instance_fixture_has_conditions(&player->fixture.instance)) {
         end_condition(player);
         return;

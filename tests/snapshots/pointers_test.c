@@ -68,14 +68,14 @@ static uint64_t build_within_query(const VkQueryPoolCreateInfo *info)
 }
 
 /* What the null driver, which counts nothing and has no conditions, can't show. */
-#define DEVICE_TEST(name) TEST_BETWEEN(name, open_scene, scene_close, !platform.is_null)
+#define DEVICE_TEST(name) TEST_BETWEEN_IF(name, open_scene, scene_close, !platform.is_null)
 
 /* The layer's dispatch would count. */
 DEVICE_TEST(test_counts_nothing)
 {
     const VkQueryPoolCreateInfo info =
-        VK(QueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS, .queryCount = 1,
-           .pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT);
+        MAKE(VkQueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS, .queryCount = 1,
+             .pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT);
     assert_int_equal(build_within_query(&info), 0);
     expect_messages(1, "build 0 (no place for copies)");
 }
@@ -84,7 +84,7 @@ DEVICE_TEST(test_counts_nothing)
 DEVICE_TEST(test_counts_no_dispatch)
 {
     VkQueryPoolCreateInfo info =
-        VK(QueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_OCCLUSION, .queryCount = 1);
+        MAKE(VkQueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_OCCLUSION, .queryCount = 1);
     assert_int_equal(build_within_query(&info), 0);
     expect_messages(1, "transform");
     info.queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS;
@@ -102,7 +102,7 @@ DEVICE_TEST(test_follows_no_condition)
     struct device_buffer condition =
         fixture_buffer(&fixture, 4, VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT);
     const VkConditionalRenderingBeginInfoEXT begin =
-        VK(ConditionalRenderingBeginInfoEXT, .buffer = condition.handle);
+        MAKE(VkConditionalRenderingBeginInfoEXT, .buffer = condition.handle);
     write_instance(&instance, false);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     fixture.vk.CmdBeginConditionalRenderingEXT(commands, &begin);
@@ -137,9 +137,9 @@ static void build_in_secondary(const VkCommandBufferInheritanceInfo *inheritance
 SCENE_TEST(test_inherits_nothing)
 {
     VkCommandBufferInheritanceConditionalRenderingInfoEXT condition =
-        VK(CommandBufferInheritanceConditionalRenderingInfoEXT);
+        MAKE(VkCommandBufferInheritanceConditionalRenderingInfoEXT);
     VkCommandBufferInheritanceInfo inheritance =
-        VK(CommandBufferInheritanceInfo, .pNext = &condition);
+        MAKE(VkCommandBufferInheritanceInfo, .pNext = &condition);
     write_instance(&instance, false);
     build_in_secondary(&inheritance);
     expect_messages(1, "transform");

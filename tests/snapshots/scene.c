@@ -73,8 +73,8 @@ void scene_build_instance(VkCommandBuffer commands, VkDeviceAddress data, bool i
     const struct fixture_build build = {
         .geometry = {.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
                      .geometry.instances =
-                         VK(AccelerationStructureGeometryInstancesDataKHR,
-                            .arrayOfPointers = is_pointer, .data.deviceAddress = data)},
+                         MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                              .arrayOfPointers = is_pointer, .data.deviceAddress = data)},
         .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
                  .dstAccelerationStructure = scene.tlas,
                  .scratchData.deviceAddress = scene.scratch_address},

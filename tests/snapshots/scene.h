@@ -48,6 +48,6 @@ void expect_messages(uint32_t count, const char *text);
 
 /* A test between open_scene(), which its file defines, and scene_close(). unit_test_open() opens
  * the platform, by default the null driver. */
-#define SCENE_TEST(name) TEST_BETWEEN(name, open_scene, scene_close, true)
+#define SCENE_TEST(name) TEST_BETWEEN_IF(name, open_scene, scene_close, true)
 
 #endif

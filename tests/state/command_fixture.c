@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Making them, and asking. */
 #include "tests/state/command_fixture.h"
-#include "tests/state/vk.h"
+#include "tests/fixture/make.h"
 
 struct command_buffers *some_command_buffers(void)
 {
@@ -37,7 +37,7 @@ void begin_with(struct command_buffers *all, unsigned n, VkCommandBufferUsageFla
                 VkResult result)
 {
     command_buffer_begin(command_buffers_find(all, handle(n)),
-                         &VK(CommandBufferBeginInfo, .flags = flags), 0, result);
+                         &MAKE(VkCommandBufferBeginInfo, .flags = flags), 0, result);
 }
 
 struct command_buffer *begin(struct command_buffers *all, unsigned n)

@@ -8,8 +8,8 @@
 #include "src/check/assemble/views.h"
 #include "src/rules/predicates.h"
 #include "src/state/builds/previous_shape.h"
+#include "tests/fixture/make.h"
 #include "tests/state/unit_test.h"
-#include "tests/state/vk.h"
 #include "vuid-tables/rules.h"
 
 enum { PAIRS = 200000 };
@@ -242,13 +242,13 @@ TEST(test_rules_of_the_shape_read_nothing_else)
 static struct sample a_sample(void)
 {
     return (struct sample){
-        .info = VK(AccelerationStructureBuildGeometryInfoKHR,
-                   .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, .geometryCount = 1),
+        .info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                     .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, .geometryCount = 1),
         .geometry =
-            VK(AccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-               .geometry.triangles =
-                   VK(AccelerationStructureGeometryTrianglesDataKHR,
-                      .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 12))};
+            MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                 .geometry.triangles =
+                     MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
+                          .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 12))};
 }
 
 TEST(test_a_build_of_the_same_shape_has_its_sizes)

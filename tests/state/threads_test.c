@@ -13,9 +13,9 @@
 #include "src/report/reporter.h"
 #include "src/state/builds/size_cache.h"
 #include "src/state/commands/object_names.h"
+#include "tests/fixture/make.h"
 #include "tests/state/command_fixture.h"
 #include "tests/state/fixture.h"
-#include "tests/state/vk.h"
 
 enum {
     RECORDERS = 5,
@@ -114,7 +114,7 @@ static void send(unsigned n, const struct label_stack *labels)
 
 static void record_once(struct random *random, unsigned n)
 {
-    const VkCommandBufferBeginInfo info = VK(CommandBufferBeginInfo);
+    const VkCommandBufferBeginInfo info = MAKE(VkCommandBufferBeginInfo);
     const VkDebugUtilsLabelEXT label = {.pLabelName = "frame"};
     struct command_buffer *own = command_buffers_find(device.command_buffers, handle(n));
     EXPECT(own && own->handle == handle(n));
@@ -218,10 +218,10 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear_nothing(VkDebugUtilsMessageSeverityFl
 
 static VkDebugUtilsMessengerCreateInfoEXT messenger(PFN_vkDebugUtilsMessengerCallbackEXT call)
 {
-    return VK(DebugUtilsMessengerCreateInfoEXT,
-              .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-              .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-              .pfnUserCallback = call);
+    return MAKE(VkDebugUtilsMessengerCreateInfoEXT,
+                .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+                .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+                .pfnUserCallback = call);
 }
 
 static void *make(void *context)
@@ -263,7 +263,7 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
 
 static void make_device(void)
 {
-    const VkInstanceCreateInfo create_info = VK(InstanceCreateInfo);
+    const VkInstanceCreateInfo create_info = MAKE(VkInstanceCreateInfo);
     const VkDebugUtilsMessengerCreateInfoEXT info = messenger(hear);
     setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "0", 1);
     device.resources = no_resources();

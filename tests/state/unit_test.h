@@ -64,7 +64,7 @@ void unit_test_register(const struct unit_test *test);
 
 /* A test between the calls set_up() and tear_down(), which is made even if the test fails. It runs
  * only if the condition is true, which is evaluated after unit_test_open(). */
-#define TEST_BETWEEN(name_, set_up, tear_down, condition)                                          \
+#define TEST_BETWEEN_IF(name_, set_up, tear_down, condition)                                       \
     static void name_(void);                                                                       \
     static bool is_wanted_##name_(void)                                                            \
     {                                                                                              \
@@ -80,7 +80,11 @@ static inline void unit_test_nothing(void) {}
 
 /* A test without a fixture that runs only if the condition is true. */
 #define TEST_IF(name_, condition)                                                                  \
-    TEST_BETWEEN(name_, unit_test_nothing, unit_test_nothing, condition)
+    TEST_BETWEEN_IF(name_, unit_test_nothing, unit_test_nothing, condition)
+
+#define TEST_BETWEEN(name, set_up, tear_down) TEST_BETWEEN_IF(name, set_up, tear_down, true)
+#define TEST_OPENED(name, set_up) TEST_BETWEEN(name, set_up, unit_test_nothing)
+#define TEST_CLOSED(name, tear_down) TEST_BETWEEN(name, unit_test_nothing, tear_down)
 
 /* A test that takes `parameter`, a pointer to a fixture: set_up() makes the fixture, and
  * tear_down(fixture) destroys it, even if the test fails. */
