@@ -72,8 +72,7 @@ static void play_one(struct run *run, const struct case_list *list,
     char name[256];
 
     snprintf(name, sizeof(name), "%s.%s/%s", list->name, test_case->name, variant->name);
-    if (!variant_fits(variant, &run->platform, test_case) ||
-        (run->tally.filter != NULL && strstr(name, run->tally.filter) == NULL))
+    if (!variant_fits(variant, &run->platform, test_case) || !tally_wants(&run->tally, name))
         return;
     if (run->tally.list) {
         puts(name);

@@ -69,7 +69,7 @@ static void play_one(struct run *run, const struct program_list *list, const str
              play->difference != NULL ? "." : "",
              play->difference != NULL ? play->difference->name : "", command_words[play->command],
              play->is_twin ? "@twin" : "");
-    if (run->tally.filter != NULL && strstr(current_name, run->tally.filter) == NULL)
+    if (!tally_wants(&run->tally, current_name))
         return;
     if (run->tally.list) {
         puts(current_name);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* rules_test PLATFORM [--filter NAME] [--list] [--verbose] [--results FILE] [--level NAME]
+/* rules_test PLATFORM [--filter [!]NAME] [--list] [--verbose] [--results FILE] [--level NAME]
  *            [--misaligned]
  *
  * Plays every case on every command that it fits, and writes what fired and what stayed silent as
@@ -198,7 +198,7 @@ static void play_one(struct run *run, const struct case_list *list, const struct
              play->test_case->name, command_words[play->command],
              play->geometry_pointers ? "+ppGeometries" : "", play->level != NULL ? "@" : "",
              play->level != NULL ? play->level : "");
-    if (run->tally.filter != NULL && strstr(current_name, run->tally.filter) == NULL)
+    if (!tally_wants(&run->tally, current_name))
         return;
     if (run->tally.list) {
         puts(current_name);

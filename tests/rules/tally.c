@@ -33,6 +33,15 @@ bool tally_read_arguments(struct tally *tally, int argc, char **argv)
     return true;
 }
 
+bool tally_wants(const struct tally *tally, const char *name)
+{
+    const char *filter = tally->filter;
+    if (filter == NULL)
+        return true;
+    const bool leaves_out = filter[0] == '!';
+    return (strstr(name, filter + leaves_out) == NULL) == leaves_out;
+}
+
 static void count_reason(struct tally *tally, const char *text)
 {
     for (uint32_t i = 0; i < TALLY_REASONS_MAX; i++) {
