@@ -6,6 +6,7 @@
 
 #include <cmocka.h>
 
+#include "src/bvh/input/dense.h"
 #include "src/bvh/input/source.h"
 #include "tests/builder/fixture.h"
 
@@ -50,8 +51,90 @@ static void test_vertices_of_spheres(void **state)
     }
 }
 
+/* Each corner may name the last vertex, and not the one after it, whatever the size of indices. */
+static void test_indices_of_triangles(void **state)
+{
+    enum { VERTICES = 5 };
+    static const VkIndexType types[] = {VK_INDEX_TYPE_UINT8_KHR, VK_INDEX_TYPE_UINT16,
+                                        VK_INDEX_TYPE_UINT32};
+    static const float vertices[3 * (VERTICES + 1)] = {0, 0, 0, 1, 0, 0, 0, 1, 0,
+                                                       0, 0, 1, 1, 1, 0, 9, 9, 9};
+    (void)state;
+    for (int type = 0; type < 3; type++)
+        for (uint32_t corner = 0; corner < 3; corner++)
+            for (uint32_t beyond = 0; beyond < 2; beyond++) {
+                uint8_t indices[12] = {0};
+                const uint32_t width = 1u << type;
+                for (uint32_t i = 0; i < 3; i++)
+                    indices[i * width] = (uint8_t)(i == corner ? VERTICES - 1 + beyond : i);
+                struct fixture_input input;
+                struct builder_report report;
+                fixture_input_triangles(&input, vertices, 1);
+                struct builder_triangles *triangles = &input.geometry.triangles;
+                triangles->vertices_size = VERTICES * 3 * sizeof(float);
+                triangles->max_vertex = VERTICES;
+                triangles->index_type = types[type];
+                triangles->indices = indices;
+                triangles->indices_size = 3 * width;
+                fixture_build(&input.input, &report);
+                assert_int_equal(report.out_of_range, beyond);
+                triangles->vertices_size = BUILDER_ANY_SIZE;
+                triangles->max_vertex = VERTICES - 1;
+                fixture_build(&input.input, &report);
+                assert_int_equal(report.out_of_range, beyond);
+            }
+}
+
+/* Writes bits of a dense block. */
+static void put(uint8_t *block, uint32_t at, uint32_t count, uint32_t value)
+{
+    for (uint32_t i = 0; i < count; i++)
+        block[(at + i) / 8] |= (uint8_t)((value >> i & 1) << (at + i) % 8);
+}
+
+/* A block of one triangle, whose vertices fill the front part to the last bit. */
+static void test_dense_blocks(void **state)
+{
+    enum { BLOCK = 128 };
+    uint8_t blocks[2 * BLOCK] = {0};
+    (void)state;
+    for (uint32_t i = 0; i < 2; i++) {
+        uint8_t *block = blocks + i * BLOCK;
+        put(block, 0, 8, 6);
+        put(block, 10, 6, 64 - 1); /* vertices */
+        put(block, 32, 8, 127);    /* exponent */
+        put(block, 64, 4, 4 - 1);  /* 4 bits for each coordinate */
+        put(block, 68, 4, 4 - 1);
+        put(block, 96, 4, 4 - 1);
+        put(block, 128, 29, 100 * i); /* first primitive */
+        put(block, 160 + 12, 12, 0x123 + i);
+    }
+    const struct {
+        uint64_t size;
+        uint32_t count, found;
+    } cases[] = {{2 * BLOCK, 2, 2}, {2 * BLOCK, 3, 2}, {2 * BLOCK - 1, 2, 1},
+                 {BLOCK, 1, 1},     {BLOCK - 1, 1, 0}, {0, 1, 0}};
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        const struct builder_dense dense = {blocks, cases[i].size, 0x1fffffff, NULL};
+        struct dense_triangle triangles[3];
+        dense_decode(&dense, cases[i].count, triangles);
+        for (uint32_t j = 0; j < cases[i].count; j++)
+            assert_int_equal(triangles[j].found,
+                             j < cases[i].found ? SOURCE_ACTIVE : SOURCE_OUT_OF_RANGE);
+        for (uint32_t j = 0; j < cases[i].found; j++) {
+            assert_int_equal(triangles[j].primitive, 100 * j);
+            assert_true(triangles[j].a[0] == 0 && triangles[j].b[0] == (float)(3 + j) &&
+                        triangles[j].b[1] == 2 && triangles[j].b[2] == 1);
+        }
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_vertices_of_spheres)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_vertices_of_spheres),
+        cmocka_unit_test_setup_teardown(test_indices_of_triangles, fixture_setup, fixture_teardown),
+        cmocka_unit_test(test_dense_blocks),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
