@@ -328,7 +328,7 @@ static const void *find_bottom(void *context, uint64_t number)
     return number ? top->bottoms[number - 1].structure : NULL;
 }
 
-enum { INSTANCES = 7 };
+enum { INSTANCES = 9 };
 
 /* Moved, mirrored and flipped, stretched too far to be judged, masked out,
  * inactive, and so large that its rays are infinite. */
@@ -343,6 +343,9 @@ static const struct top_instance instances[INSTANCES] = {
     {{.transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 0}, 1},
     {{.transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}, TOP_NO_BOTTOM},
     {{.transform.matrix = {{1e38f, 0, 0, 0}, {0, 1e38f, 0, 0}, {0, 0, 1e38f, 0}}, .mask = 1}, 0},
+    /* As far as it may be stretched, and further. */
+    {{.transform.matrix = {{16, 0, 0, 300}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}, 0},
+    {{.transform.matrix = {{16.01f, 0, 0, 600}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}, 0},
 };
 
 static void test_instances(void **state)
@@ -378,9 +381,9 @@ static void test_instances(void **state)
         add_judgement(&judged, differs, &judgement);
     }
     summary_make_top(&top, &rays, answers, &summary);
-    expect("rays at instances", generated, 0xaeec883142a46d1b);
-    expect("judgements of instances", judged, 0x0ead0032e63a72aa);
-    expect("texts of instances", digest_of_texts(&summary), 0x020c966ca00953d8);
+    expect("rays at instances", generated, 0xebc639656332eed4);
+    expect("judgements of instances", judged, 0x1bd81cb21c0115a1);
+    expect("texts of instances", digest_of_texts(&summary), 0x04c2f8a1a0ad9a4d);
     top_rays_free(&rays);
     top_reference_close(&top);
     for (int i = 0; i < 2; i++)
