@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "subject.h"
+#include "tests/builder/allocations.h"
 
 enum { VERTICES = 40, PADDING = 4096 };
 
@@ -162,8 +163,10 @@ static void test_copies(void **state)
     input_copy_free(copy);
     subject.memory.find = find_readable;
     readable_size = 0;
+    const int before = allocations_now();
     assert_null(input_copy_create(&subject.input));
     input_copy_free(NULL);
+    assert_int_equal(allocations_now(), before);
 }
 
 int main(void)
