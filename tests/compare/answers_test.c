@@ -25,12 +25,12 @@ enum { RAYS = 3000, WAYS = 24, LOOSE = 60 };
 static struct compare_answer answers[RAYS];
 static bool all_equal;
 
-static void expect(const char *name, uint64_t digest, uint64_t expected)
+static void expect(const char *what, const char *of, uint64_t digest, uint64_t expected)
 {
     if (digest == expected)
         return;
     all_equal = false;
-    print_message("%s: 0x%016" PRIx64 "\n", name, digest);
+    print_message("%s of %s: 0x%016" PRIx64 "\n", what, of, digest);
 }
 
 /* ---- subjects; rand() differs by system, this doesn't */
@@ -242,7 +242,7 @@ static uint64_t digest_of_texts(const struct summary *summary)
     return digest;
 }
 
-static void compare(struct subject *subject, const char *const names[4], const uint64_t expected[4])
+static void compare(struct subject *subject, const char *name, const uint64_t expected[4])
 {
     struct reference reference;
     struct rays rays;
@@ -268,10 +268,10 @@ static void compare(struct subject *subject, const char *const names[4], const u
         add_judgement(&judged, differs, &judgement);
     }
     summary_make(&reference, &rays, answers, &summary);
-    expect(names[0], generated, expected[0]);
-    expect(names[1], rings, expected[1]);
-    expect(names[2], judged, expected[2]);
-    expect(names[3], digest_of_texts(&summary), expected[3]);
+    expect("rays", name, generated, expected[0]);
+    expect("rings", name, rings, expected[1]);
+    expect("judgements", name, judged, expected[2]);
+    expect("texts", name, digest_of_texts(&summary), expected[3]);
     rays_free(&rays);
     reference_close(&reference);
     input_copy_free(copy);
@@ -286,9 +286,7 @@ static void test_triangles(void **state)
     (void)state;
     all_equal = true;
     make_triangles(&subject);
-    compare(&subject,
-            (const char *[]){"rays at triangles", "rings of triangles", "judgements of triangles",
-                             "texts of triangles"},
+    compare(&subject, "triangles",
             (const uint64_t[]){0xff6264ce2ea87830, 0x47626af5e611c574, 0x58fc5c0f6039f91f,
                                0xd56bdec63d9e7573});
     assert_true(all_equal);
@@ -300,9 +298,7 @@ static void test_far_ring(void **state)
     (void)state;
     all_equal = true;
     make_far_ring(&subject);
-    compare(&subject,
-            (const char *[]){"rays at a far ring", "rings of a far ring",
-                             "judgements of a far ring", "texts of a far ring"},
+    compare(&subject, "a far ring",
             (const uint64_t[]){0x403428e1e7d14cbe, 0xd086a2bcf41177a4, 0x6b2001e7963c2e03,
                                0xcf2aa7d2a4e5b6e5});
     assert_true(all_equal);
@@ -314,9 +310,7 @@ static void test_boxes(void **state)
     (void)state;
     all_equal = true;
     make_boxes(&subject);
-    compare(&subject,
-            (const char *[]){"rays at boxes", "rings of boxes", "judgements of boxes",
-                             "texts of boxes"},
+    compare(&subject, "boxes",
             (const uint64_t[]){0x01b0c4bc67e5633b, 0x8e87211ff8353505, 0xae42bac40c7d1ae7,
                                0x6b060512d435a3a6});
     assert_true(all_equal);
@@ -383,9 +377,9 @@ static void test_instances(void **state)
         add_judgement(&judged, differs, &judgement);
     }
     summary_make_top(&top, &rays, answers, &summary);
-    expect("rays at instances", generated, 0xebc639656332eed4);
-    expect("judgements of instances", judged, 0x1bd81cb21c0115a1);
-    expect("texts of instances", digest_of_texts(&summary), 0x04c2f8a1a0ad9a4d);
+    expect("rays", "instances", generated, 0xebc639656332eed4);
+    expect("judgements", "instances", judged, 0x1bd81cb21c0115a1);
+    expect("texts", "instances", digest_of_texts(&summary), 0x04c2f8a1a0ad9a4d);
     top_rays_free(&rays);
     top_reference_close(&top);
     for (int i = 0; i < 2; i++)
