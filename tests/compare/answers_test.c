@@ -139,16 +139,13 @@ static void spoil_hit(struct compare_hit *hit, uint32_t way, int scale)
         hit->primitive = 7; /* may be inactive */
         hit->geometry = 3;
         break;
-    default:
-        break;
     }
 }
 
 static void spoil(struct compare_answer *answer, uint32_t way, int scale, const struct ring *ring)
 {
-    struct compare_hit *last = answer->candidate_count
-                                   ? &answer->candidates[answer->candidate_count - 1]
-                                   : &answer->candidates[0];
+    const uint32_t count = answer->candidate_count;
+    struct compare_hit *last = &answer->candidates[count ? count - 1 : 0];
     spoil_hit(&answer->closest, way, scale);
     if (way < 10 && answer->candidate_count)
         spoil_hit(last, way, scale);

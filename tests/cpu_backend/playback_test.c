@@ -130,6 +130,21 @@ TEST_OF_WORLD(queries_beyond_the_pool_are_ignored)
     assert_int_equal(read_queries(world, QUERIES - 1, 1, &value, 8, 8, 0), VK_NOT_READY);
 }
 
+TEST(types_of_queries_are_known)
+{
+    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR));
+    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV));
+    assert_true(
+        cpu_query_type_is_known(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR));
+    assert_true(cpu_query_type_is_known(
+        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR));
+    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR));
+    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT));
+    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT));
+    assert_false(cpu_query_type_is_known(VK_QUERY_TYPE_OCCLUSION));
+    assert_false(cpu_query_type_is_known(VK_QUERY_TYPE_TIMESTAMP));
+}
+
 /* ---- what is written to buffers */
 
 static void copy_queries(struct world *world, uint32_t first, uint32_t count,
