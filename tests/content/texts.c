@@ -132,9 +132,7 @@ void texts_play(const struct platform *platform, struct fixture *fixture, struct
     static const struct setup with_content = {.level = "content"};
 
     for (size_t i = 0; i < sizeof(texts) / sizeof(texts[0]); i++) {
-        if (tally->list)
-            puts(texts[i].name);
-        if (tally->list || (tally->filter != NULL && strstr(texts[i].name, tally->filter) == NULL))
+        if (!tally_starts(tally, texts[i].name))
             continue;
         fixture_close(fixture);
         const char *missing = fixture_open(fixture, platform, &with_content);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* rules_test PLATFORM [--filter NAME] [--list] [--verbose] [--results FILE] [--level NAME]
+/* rules_test PLATFORM [--filter [!]NAME] [--list] [--verbose] [--results FILE] [--level NAME]
  *            [--misaligned]
  *
  * Plays every case on every command that it fits, and writes what fired and what stayed silent as

@@ -48,9 +48,19 @@ int tally_open(struct tally *tally, struct platform *platform, int argc, char **
     return 77;
 }
 
+/* A filter with ! leaves out what others would choose. */
+static bool is_wanted(const struct tally *tally, const char *name)
+{
+    const char *filter = tally->filter;
+    if (filter == NULL)
+        return true;
+    const bool leaves_out = filter[0] == '!';
+    return (strstr(name, filter + leaves_out) == NULL) == leaves_out;
+}
+
 bool tally_starts(const struct tally *tally, const char *name)
 {
-    if (tally->filter != NULL && strstr(name, tally->filter) == NULL)
+    if (!is_wanted(tally, name))
         return false;
     if (tally->list)
         puts(name);

@@ -15,7 +15,7 @@ enum outcome { OUTCOME_PASSED, OUTCOME_FAILED, OUTCOME_SKIPPED };
 enum { TALLY_REASONS_MAX = 64 };
 
 struct tally {
-    const char *filter; /* part of the names to be played; NULL: all */
+    const char *filter; /* part of the names to be played, or after "!" not played; NULL: all */
     bool list, verbose;
     bool misaligns;    /* --misaligned */
     const char *level; /* that all is played at; NULL: at its own */
@@ -27,7 +27,7 @@ struct tally {
     } reasons[TALLY_REASONS_MAX]; /* for skipping */
 };
 
-/* Reads [--filter NAME] [--list] [--verbose] [--results FILE] [--level NAME] from argument 2 on;
+/* Reads [--filter [!]NAME] [--list] [--verbose] [--results FILE] [--level NAME] from argument 2 on;
  * false if it can't, or if the file can't be written. */
 bool tally_read_arguments(struct tally *tally, int argc, char **argv);
 

@@ -67,7 +67,7 @@ class Coverage(unittest.TestCase):
         self.write_results(*BOTH, platform="other")
         run = self.run_script("--columns", "--reasons", reasons)
         self.assertEqual(run.returncode, 1)
-        self.assertIn("not lacking, though there is a reason: VUID-vkFoo-b-*", run.stdout)
+        self.assertIn("has a case, so its reason is not needed: VUID-vkFoo-b-*", run.stdout)
         self.write_results(*BOTH)
         self.write_results(*BOTH[:2], platform="other")
         run = self.run_script("--columns", "--reasons", reasons)
@@ -120,7 +120,7 @@ class Coverage(unittest.TestCase):
 
     def test_pending_by_capability(self):
         run = self.run_script("--pending")
-        self.assertIn("waits for glasses: 1\n  VUID-VkBar-c-3 (c_is_good)\n", run.stdout)
+        self.assertIn("pending until glasses: 1\n  VUID-VkBar-c-3 (c_is_good)\n", run.stdout)
 
     def test_registry_has_other_ids(self):
         self.write_registry([ROWS[0][0], ROWS[1][0], "VUID-VkBar-new-4", "VUID-VkElse-new-5"])
