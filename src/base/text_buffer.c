@@ -2,6 +2,7 @@
 /* Text in a bounded buffer. */
 #include "src/base/text_buffer.h"
 
+#include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -40,4 +41,27 @@ void text_append(struct text_buffer *buffer, const char *format, ...)
     buffer->length = text_cut_length(buffer->text, buffer->size - sizeof(dots));
     memcpy(buffer->text + buffer->length, dots, sizeof(dots));
     buffer->length += sizeof(dots) - 1;
+}
+
+/* The plurals that do not end in "s" alone. */
+static const char *irregular_plural(const char *noun)
+{
+    static const struct {
+        const char *one, *many;
+    } nouns[] = {{"vertex", "vertices"}, {"index", "indices"}, {"geometry", "geometries"}};
+    for (size_t i = 0; i < sizeof(nouns) / sizeof(nouns[0]); i++)
+        if (strcmp(noun, nouns[i].one) == 0)
+            return nouns[i].many;
+    return NULL;
+}
+
+void text_append_count(struct text_buffer *buffer, uint64_t count, const char *noun)
+{
+    const char *irregular = irregular_plural(noun);
+    if (count == 1)
+        text_append(buffer, "1 %s", noun);
+    else if (irregular)
+        text_append(buffer, "%" PRIu64 " %s", count, irregular);
+    else
+        text_append(buffer, "%" PRIu64 " %ss", count, noun);
 }

@@ -5,6 +5,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 /* A bounded text. `text` is always terminated. `size` is in bytes and at least 4. The caller owns
  * the memory. */
@@ -20,6 +21,9 @@ void text_begin(struct text_buffer *buffer, char *text, size_t size);
 /* Appends formatted text as printf does. Has no effect once the text is truncated. */
 __attribute__((format(printf, 2, 3))) void text_append(struct text_buffer *buffer,
                                                        const char *format, ...);
+
+/* Appends a count with its noun, such as "1 byte" or "2 bytes". `noun` is the singular. */
+void text_append_count(struct text_buffer *buffer, uint64_t count, const char *noun);
 
 /* Returns the greatest length up to `length` at which UTF-8 text can be cut without splitting a
  * character. */
