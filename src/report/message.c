@@ -166,6 +166,9 @@ static void append_value(struct text_buffer *text, struct message *message,
     case VALUE_NUMBER:
         text_append(text, "%" PRIu64, value->number);
         return;
+    case VALUE_COUNT:
+        text_append_count(text, value->number, value->text);
+        return;
     case VALUE_REAL:
         text_append(text, "%.9g", value->real);
         return;
@@ -241,16 +244,30 @@ static void append_specification(struct text_buffer *text, enum vuid vuid, const
         text_append(text, ")");
 }
 
+/* Names the ids that the same mistake violates, too. */
+static void append_also(struct text_buffer *text, enum build_command command,
+                        const struct finding *finding)
+{
+    const char *before = " (also ";
+    for (uint32_t i = 0; i < finding->also_count; i++) {
+        enum vuid vuid = rule_infos[finding->also[i]].vuid[command];
+        if (vuid == VUID_NONE)
+            continue;
+        text_append(text, "%s%s", before, vuid_texts[vuid].id);
+        before = ", ";
+    }
+    if (before[0] == ',')
+        text_append(text, ")");
+}
+
 /* Uses reserved room, so the notice is complete even if the text before it was cut. */
 static void append_last_notice(struct text_buffer *text, const char *what, uint32_t count)
 {
     text->size += LAST_NOTICE_SIZE;
     text->cut = false;
-    text_append(text,
-                "\nThis %s has now been reported %" PRIu32
-                " time%s and will not be reported "
-                "again: duplicate_message_limit is reached.",
-                what, count, count == 1 ? "" : "s");
+    text_append(text, "\nThis %s has now been reported ", what);
+    text_append_count(text, count, "time");
+    text_append(text, " and will not be reported again: duplicate_message_limit is reached.");
 }
 
 /* ---- whole messages */
@@ -281,7 +298,7 @@ static void mention_origin(struct message *message, const struct call_origin *or
 
 static void append_finding(struct text_buffer *text, struct message *message,
                            const struct location *location, const struct call_origin *origin,
-                           const struct finding *finding)
+                           const struct finding *finding, const char *hint)
 {
     text_append(text, "%s(): ", build_command_name(location->command));
     size_t before = text->length;
@@ -289,6 +306,8 @@ static void append_finding(struct text_buffer *text, struct message *message,
     if (text->length > before)
         text_append(text, " ");
     append_statement(text, message, location->command, origin, finding);
+    if (hint)
+        text_append(text, " %s", hint);
     append_origin(text, message, location, origin);
 }
 
@@ -304,7 +323,8 @@ void message_of_finding(struct message *message, enum vuid vuid, const struct lo
         id = vuid_texts[vuid].id;
     begin(message, &text, vuid_is_warning(vuid) ? REPORT_WARNING : REPORT_ERROR, id);
     mention_origin(message, origin);
-    append_finding(&text, message, location, origin, finding);
+    append_finding(&text, message, location, origin, finding, rule_infos[rule_of_vuid(vuid)].hint);
+    append_also(&text, location->command, finding);
     append_specification(&text, vuid, id);
     if (last_of)
         append_last_notice(&text, vuid_is_warning(vuid) ? "warning" : "VUID", last_of);
@@ -317,7 +337,7 @@ void message_of_difference(struct message *message, enum difference difference,
     struct text_buffer text;
     begin(message, &text, REPORT_WARNING, difference_id(difference));
     mention_origin(message, origin);
-    append_finding(&text, message, location, origin, finding);
+    append_finding(&text, message, location, origin, finding, NULL);
     if (last_of)
         append_last_notice(&text, "difference", last_of);
 }

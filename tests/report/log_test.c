@@ -17,7 +17,9 @@ static void test_stderr_without_messenger(void **state)
     assert_non_null(strstr(log,
                            "\nvkCmdBuildAccelerationStructuresKHR(): pInfos[1].scratchData."
                            "deviceAddress 0x1010 is not a multiple of "
-                           "minAccelerationStructureScratchOffsetAlignment (256).\n"
+                           "minAccelerationStructureScratchOffsetAlignment (256). Round the "
+                           "address up to that alignment, and create the scratch VkBuffer with as "
+                           "many bytes more.\n"
                            "The Vulkan spec states: "));
     reporter_destroy(reporter);
 

@@ -14,11 +14,14 @@
 
 static struct message message;
 
-/* The message of a finding of the rule about scratch alignment. */
+/* A rule without a hint; see message_wording_test.c. */
+#define PLAIN_VUID VUID_VkAccelerationStructureTrianglesOpacityMicromapKHR_indexStride_11574
+
+/* The message of a finding of that rule. */
 static const char *word(const struct location *location, const struct call_origin *origin,
                         const struct finding *finding)
 {
-    message_of_finding(&message, SENT_VUID, location, origin, finding, VUID_NAMES_CURRENT, 0);
+    message_of_finding(&message, PLAIN_VUID, location, origin, finding, VUID_NAMES_CURRENT, 0);
     return message.text;
 }
 
@@ -176,14 +179,15 @@ static void test_specification(void **state)
     char expected[MESSAGE_SIZE];
     for (enum vuid vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
         const struct vuid_text *stated = &vuid_texts[vuid];
+        const char *hint = rule_infos[rule_of_vuid(vuid)].hint;
         if (!stated->sentence[0])
             continue;
         say(vuid, VUID_NAMES_CURRENT, 0);
         snprintf(expected, sizeof(expected),
                  BUILD
-                 "is wrong.\nThe Vulkan spec states: %s "
+                 "is wrong.%s%s\nThe Vulkan spec states: %s "
                  "(https://docs.vulkan.org/spec/latest/%s#%s)",
-                 stated->sentence, stated->page, stated->id);
+                 hint ? " " : "", hint ? hint : "", stated->sentence, stated->page, stated->id);
         assert_memory_equal(message.text, expected, strlen(expected));
         const char *rest = message.text + strlen(expected);
         if (vuid_retired(vuid, 0)) {
@@ -232,7 +236,8 @@ static void test_a_warning_of_the_layers_own(void **state)
     assert_non_null(
         strstr(message.heading, "Validation Warning: [ ASSAY-instance-destroyed ] | MessageID"));
     assert_string_equal(message.text,
-                        "vkCmdBuildAccelerationStructureNV(): instanceData is odd.\n"
+                        "vkCmdBuildAccelerationStructureNV(): instanceData is odd. Destroy the "
+                        "structure only after the build has completed.\n"
                         "This warning has now been reported 10 times and will not be reported "
                         "again: duplicate_message_limit is reached.");
 }
@@ -245,7 +250,9 @@ static void test_heading_and_log(void **state)
     finding_says(&finding, "dst", "{} is wrong", object(VK_OBJECT_TYPE_BUFFER, 0xb));
     assert_int_equal(object_names_create(&names), VK_SUCCESS);
     object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, "vertices");
-    word(&location, &(struct call_origin){.device = DEVICE_HANDLE, .names = names}, &finding);
+    message_of_finding(&message, SENT_VUID, &location,
+                       &(struct call_origin){.device = DEVICE_HANDLE, .names = names}, &finding,
+                       VUID_NAMES_CURRENT, 0);
     object_names_destroy(names);
 
     char heading[256], *log = NULL;

@@ -181,8 +181,8 @@ static void use_what_the_device_may_build(struct scene *scene)
     "flags 0x20 disable micromaps"
 
 static const struct test_case cases[] = {
-    SHARED(RULES(RULE_instance_disables_micromaps_only_if_its_blas_allows,
-                 RULE_instances_disable_micromaps_only_if_their_blas_allows),
+    SHARED(RULES(RULE_instances_disable_micromaps_only_if_their_blas_allows),
+           NAMES(RULE_instance_disables_micromaps_only_if_its_blas_allows),
            .commands = ON_COMMAND_BUFFERS, .setup = &with_content, .mutate = instance_0_disables,
            .is_for_contents = true),
     CASE("instance_disables_what_is_not_to_be", .prepare = use_instances,

@@ -140,9 +140,8 @@ static const struct test_case cases[] = {
          .prepare = scene_use_micromap_ext, EDITS(SET(micromaps.opacity_ext.indexBuffer, 0)),
          TWIN_EDITS(SET(micromaps.opacity_ext.indexBuffer, 0),
                     SET(ranges[INDEXED][0].primitiveCount, 0))),
-    CASE("nv_instances_of_another_usage",
-         RULES(RULE_nv_instance_data_has_ray_tracing_usage,
-               RULE_nv_info_instance_data_has_ray_tracing_usage),
+    CASE("nv_instances_of_another_usage", RULES(RULE_nv_instance_data_has_ray_tracing_usage),
+         NAMES(RULE_nv_info_instance_data_has_ray_tracing_usage),
          .prepare = use_nv_instances_of_another_usage, TWIN_EDITS(SET(nv.info.instanceCount, 0))),
 
     /* Alignment is a property of the address itself. */

@@ -102,7 +102,7 @@ static const struct test_case cases[] = {
          .is_wild = true, .path = "which is not a bottom-level acceleration structure"),
     CASE("pointer_to_instance_misaligned", RULE(instances_behind_pointers_are_aligned),
          .mutate = pointer_misaligned, .mutate_twin = pointer_misaligned_behind_the_last,
-         .is_wild = true, .path = LEADS_TO "pointer 1, which is 0x8,"),
+         .is_wild = true, .path = LEADS_TO "pointer 1, whose value 0x8"),
     CASE("pointer_to_instance_at_16_bytes", RULE(instances_behind_pointers_are_aligned),
          .silent = true, .mutate = pointer_to_16_bytes, .has_pointers = true),
 };

@@ -136,6 +136,11 @@ static void leave_alone(struct scene *scene, uint32_t build)
 static const struct test_case cases[] = {
     CASE("dst_built_twice", RULE(no_dst_is_built_twice), .mutate = share_dst,
          .mutate_twin = add_another, .path = "pInfos[6]"),
+    CASE(
+        "refitted_twice", RULE(no_dst_is_built_twice),
+        NAMES(RULE_no_src_is_the_dst_of_another_build),
+        EDITS(COPY(infos[UPDATE].dstAccelerationStructure, infos[REFIT].dstAccelerationStructure),
+              COPY(infos[UPDATE].srcAccelerationStructure, infos[REFIT].srcAccelerationStructure))),
     CASE("dst_updated_twice", RULE(no_dst_is_built_twice), .mutate = share_dst_of_updates,
          .mutate_twin = update_two_from_one),
     CASE(
@@ -178,9 +183,8 @@ static const struct test_case cases[] = {
     CASE("scratch_overlaps_src_of_another", RULE(scratch_and_update_src_are_apart),
          EITHER_CALL_FOR(put_src_and_scratch, AABBS, WITHIN, BEHIND),
          .path = "pInfos[2].scratchData"),
-    CASE("scratch_overlaps_refit",
-         RULES(RULE_dst_and_scratch_are_apart, RULE_scratch_and_update_src_are_apart),
-         .mutate = overlap_refit_with_scratch),
+    CASE("scratch_overlaps_refit", RULES(RULE_dst_and_scratch_are_apart),
+         NAMES(RULE_scratch_and_update_src_are_apart), .mutate = overlap_refit_with_scratch),
     CASE("dst_overlaps_scratch_alone", RULE(dst_and_scratch_are_apart),
          EDITS(CALL_FOR(put_dst_and_scratch, AABBS, WITHIN), CALL_WITH(leave_alone, AABBS)),
          TWIN_EDITS(CALL_FOR(put_dst_and_scratch, AABBS, BEHIND), CALL_WITH(leave_alone, AABBS)),

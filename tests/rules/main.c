@@ -13,6 +13,7 @@
 
 #include "levels.h"
 #include "play.h"
+#include "wording.h"
 
 #define LIST(name) &cases_##name,
 static const struct case_list *const lists[] = {
@@ -172,6 +173,16 @@ static void play_one(struct run *run, const struct case_list *list, const struct
     tell(run);
 }
 
+/* Plays a case, and once more with its first rule muted if the message of that rule names others.
+ */
+static void play_twice(struct run *run, const struct case_list *list, const struct play *play)
+{
+    struct muted_play muted;
+    play_one(run, list, play);
+    if (wording_mute(play, &muted))
+        play_one(run, list, &muted.play);
+}
+
 static void play_all_forms(struct run *run, const struct case_list *list,
                            const struct test_case *test_case)
 {
@@ -182,10 +193,10 @@ static void play_all_forms(struct run *run, const struct case_list *list,
                             .level = run->tally.level};
         if (!fits_command(test_case, command) || !fits_level(test_case, run->tally.level))
             continue;
-        play_one(run, list, &play);
+        play_twice(run, list, &play);
         if (wants_pointers(test_case) && command == COMMAND_DEVICE) {
             play.geometry_pointers = true;
-            play_one(run, list, &play);
+            play_twice(run, list, &play);
         }
     }
 }
@@ -202,7 +213,7 @@ static void play_at_level(struct run *run, const struct case_list *list,
                               .is_mutation_alone = true};
     if (fits_command(test_case, play.command) &&
         (test_case->setup == NULL || test_case->setup->level == NULL))
-        play_one(run, list, &play);
+        play_twice(run, list, &play);
 }
 
 static void play_at_lower_levels(struct run *run, const struct case_list *list,
@@ -230,6 +241,9 @@ static bool fires(const struct test_case *test_case, enum rule rule)
 {
     for (uint32_t i = 0; i < test_case->rule_count; i++)
         if (test_case->rules[i] == rule && !test_case->silent)
+            return true;
+    for (uint32_t i = 0; i < test_case->name_count; i++)
+        if (test_case->names[i] == rule && !test_case->silent)
             return true;
     return false;
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the tables: ids, rows and texts fit together. */
+#include <ctype.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -92,6 +93,27 @@ static void test_columns_are_of_their_command(void **state)
             for (int other = 0; is_shared && other < COMMAND_COUNT; other++)
                 assert_int_equal(rule_infos[rule].vuid[other], vuid);
         }
+}
+
+/* A hint is one imperative, or two, and fits a line or two of a message. */
+static void test_hints_are_well_formed(void **state)
+{
+    (void)state;
+    int count = 0;
+    for (int rule = 0; rule < RULE_COUNT; rule++) {
+        const char *hint = rule_infos[rule].hint;
+        if (!hint)
+            continue;
+        size_t length = strlen(hint);
+        if (!length || length > HINT_LENGTH || hint[length - 1] != '.' || !isupper(hint[0]))
+            fail_msg("%s: not a short sentence: %s", rule_infos[rule].name, hint);
+        for (const char *at = hint; *at; at++)
+            if (strncmp(at, "VUID", 4) == 0 || strspn(at, "0123456789") >= 5 || !isprint(*at) ||
+                (at[0] == ' ' && at[1] == ' '))
+                fail_msg("%s: names an id, or is not plain text: %s", rule_infos[rule].name, hint);
+        count++;
+    }
+    assert_true(count >= 100);
 }
 
 static uint32_t message_id_number(enum vuid vuid)
@@ -255,6 +277,7 @@ int main(void)
         cmocka_unit_test(test_every_row_is_whole),
         cmocka_unit_test(test_rule_names_are_unique),
         cmocka_unit_test(test_columns_are_of_their_command),
+        cmocka_unit_test(test_hints_are_well_formed),
         cmocka_unit_test(test_message_id_numbers_are_those_users_know),
         cmocka_unit_test(test_message_id_numbers_are_unique),
         cmocka_unit_test(test_texts_are_plain),
