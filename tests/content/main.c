@@ -27,15 +27,6 @@ struct run {
     bool fired[MESSAGE_ID_COUNT], stayed_silent[MESSAGE_ID_COUNT];
 };
 
-static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
-
-static void write_result(struct run *run, const char *name, enum build_command command,
-                         const char *id, bool good, const char *word)
-{
-    fprintf(run->tally.results, "%s\t%s\t%s\t%s\t%s\n", run->platform.name, name,
-            command_words[command], id, good ? word : "failed");
-}
-
 static void write_results(struct run *run, const char *name, const struct content_play *play)
 {
     const struct test_case *test_case = play->play.test_case;
@@ -53,10 +44,12 @@ static void write_results(struct run *run, const char *name, const struct conten
         const char *id = rule_id(test_case->rules[i], play->variant->command);
         if (vuid_is_warning(rule_infos[test_case->rules[i]].vuid[play->variant->command]))
             continue; /* scripts/coverage counts the registry's ids */
+        const bool stayed_silent = report->stayed_silent && (report->fired || !is_silent);
         if (!is_silent)
-            write_result(run, name, play->variant->command, id, report->fired, "fired");
-        write_result(run, name, play->variant->command, id,
-                     report->stayed_silent && (report->fired || !is_silent), "silent");
+            tally_write(&run->tally, &run->platform, name, play->variant->command, id,
+                        report->fired ? "fired" : "failed");
+        tally_write(&run->tally, &run->platform, name, play->variant->command, id,
+                    stayed_silent ? "silent" : "failed");
     }
 }
 
@@ -67,15 +60,8 @@ static void play_variant(struct run *run, const struct case_list *list,
     char name[256];
 
     snprintf(name, sizeof(name), "%s.%s/%s", list->name, test_case->name, variant->name);
-    if (!variant_fits(variant, &run->platform, test_case) ||
-        (run->tally.filter != NULL && strstr(name, run->tally.filter) == NULL))
+    if (!variant_fits(variant, &run->platform, test_case) || !tally_starts(&run->tally, name))
         return;
-    if (run->tally.list) {
-        puts(name);
-        return;
-    }
-    if (run->tally.verbose)
-        printf("[ RUN      ] %s\n", name);
     const struct content_play play = {.play = {.platform = &run->platform,
                                                .test_case = test_case,
                                                .command = variant->command,
@@ -137,18 +123,11 @@ int main(int argc, char **argv)
 {
     static struct run run;
 
-    if (argc < 2 || !tally_read_arguments(&run.tally, argc, argv)) {
-        fputs("usage: content_test " PLATFORM_NAMES
-              " [--filter NAME] [--list] [--verbose] [--results FILE]\n",
-              stderr);
-        return 2;
-    }
-    setvbuf(stdout, NULL, _IOLBF, 0);
-    const char *missing = platform_open(&run.platform, argv[1]);
-    if (missing != NULL) {
-        printf("[  SKIPPED ] %s: %s\n", argv[1], missing);
-        return 77;
-    }
+    const int status = tally_open(&run.tally, &run.platform, argc, argv,
+                                  "usage: content_test " PLATFORM_NAMES
+                                  " [--filter NAME] [--list] [--verbose] [--results FILE]\n");
+    if (status != 0)
+        return status;
     for (size_t i = 0; i < LIST_COUNT; i++)
         for (size_t j = 0; j < lists[i]->count; j++) {
             struct test_case test_case;

@@ -51,3 +51,12 @@ bool case_read(const struct case_list *list, size_t row, struct test_case *test_
         inherit(test_case, &list->cases[row - 1]);
     return true;
 }
+
+void offer_packed_format(struct null_driver_config *config)
+{
+    static const VkFormat formats[] = {VK_FORMAT_A2B10G10R10_SNORM_PACK32,
+                                       VK_FORMAT_R64G64B64_SFLOAT, VK_FORMAT_R8G8B8A8_SNORM};
+    for (size_t i = 0; i < sizeof(formats) / sizeof(formats[0]); i++)
+        config->formats[config->format_count++] = (struct null_driver_format){
+            formats[i], VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
+}

@@ -14,7 +14,6 @@ enum edit_kind {
     EDIT_COPY,         /* another member, of the same type */
     EDIT_POINT,        /* at another member */
     EDIT_MAKE_ADDRESS, /* what a function returns */
-    EDIT_MAKE_STRUCTURE,
     EDIT_MAKE_STRUCTURE_WITH,
     EDIT_UNREADABLE, /* the pointer leads to an unreadable page */
     EDIT_DESTROY,    /* the object behind the handle */
@@ -35,7 +34,6 @@ struct edit {
     union {
         float number;
         VkDeviceAddress (*make_address)(struct scene *scene);
-        VkAccelerationStructureKHR (*make_structure)(struct scene *scene);
         VkAccelerationStructureKHR (*make_structure_with)(struct scene *scene, uint32_t argument);
         void (*call)(struct scene *scene);
         void (*call_with)(struct scene *scene, uint32_t argument);
@@ -66,7 +64,6 @@ struct edit {
 #define MAKE_ADDRESS(member, function) MAKE(EDIT_MAKE_ADDRESS, make_address, member, function)
 /* The same of another handle. */
 #define MAKE_HANDLE(member, function) MAKE_ADDRESS(member, function)
-#define MAKE_STRUCTURE(member, function) MAKE(EDIT_MAKE_STRUCTURE, make_structure, member, function)
 #define MAKE_STRUCTURE_WITH(member_, function, argument)                                           \
     {                                                                                              \
         .kind = EDIT_MAKE_STRUCTURE_WITH, .offset = offsetof(struct scene, member_),               \
@@ -218,6 +215,16 @@ struct test_case {
     uint32_t count;   /* messages of the first rule; 0: any number */
 };
 
+#define SETUP(...)                                                                                 \
+    .setup = &(const struct setup)                                                                 \
+    {                                                                                              \
+        __VA_ARGS__                                                                                \
+    }
+#define TWIN_SETUP(...)                                                                            \
+    .twin_setup = &(const struct setup)                                                            \
+    {                                                                                              \
+        __VA_ARGS__                                                                                \
+    }
 #define CASE(name_, ...)                                                                           \
     {                                                                                              \
         .name = (name_), __VA_ARGS__                                                               \
@@ -236,6 +243,10 @@ struct case_list {
 
 #define CASE_LIST(name_, cases_)                                                                   \
     const struct case_list name_ = {#name_, (cases_), sizeof(cases_) / sizeof((cases_)[0])}
+
+/* To configure the null driver: it has vertex formats that no driver has to have, of packed, 64-bit
+ * and 8-bit components. */
+void offer_packed_format(struct null_driver_config *config);
 
 /* Reads a row of a list, with what it inherits. False if it holds what others share. */
 bool case_read(const struct case_list *list, size_t row, struct test_case *test_case);

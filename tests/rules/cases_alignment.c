@@ -2,15 +2,6 @@
 /* Addresses of input data: given, and aligned. */
 #include "addresses.h"
 
-static void offer_packed_format(struct null_driver_config *config)
-{
-    config->formats[config->format_count++] = (struct null_driver_format){
-        VK_FORMAT_A2B10G10R10_SNORM_PACK32,
-        VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
-}
-
-static const struct setup with_packed_format = {.configure = offer_packed_format};
-
 #define PACKED_VERTICES SET(TRIANGLES(INDEXED, 0).vertexFormat, VK_FORMAT_A2B10G10R10_SNORM_PACK32)
 #define SHORT_VERTICES SET(TRIANGLES(INDEXED, 0).vertexFormat, VK_FORMAT_R16G16B16A16_SNORM)
 
@@ -34,7 +25,8 @@ static const struct test_case cases[] = {
     CASE("vertex_address_misaligned_to_16_bits", RULE(vertex_address_is_aligned),
          PREPARE_EDITS(SHORT_VERTICES), EITHER_ADD(VERTEX, 1, 2)),
     CASE("vertex_address_misaligned_to_pack", RULE(vertex_address_is_aligned),
-         .setup = &with_packed_format, PREPARE_EDITS(PACKED_VERTICES), EITHER_ADD(VERTEX, 2, 4)),
+         SETUP(.configure = offer_packed_format), PREPARE_EDITS(PACKED_VERTICES),
+         EITHER_ADD(VERTEX, 2, 4)),
     CASE("index_address_misaligned", RULE(index_address_is_aligned), EITHER_ADD(INDEX, 2, 4),
          .path = INDEX_PATH),
     CASE("index_address_misaligned_to_16_bits", RULE(index_address_is_aligned),

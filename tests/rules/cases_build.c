@@ -13,10 +13,6 @@ static void prefer_one_each(struct scene *scene)
     scene_give_objects(scene, TLAS);
 }
 
-static const struct setup with_micromaps = {.enable = ENABLE_OPACITY_MICROMAP_EXT};
-static const struct setup with_micromaps_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
-static const struct setup with_future = {.enable = ENABLE_FUTURE};
-
 #define FAST_BOTH                                                                                  \
     (VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |                                   \
      VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR)
@@ -43,39 +39,40 @@ static const struct test_case cases[] = {
     CASE("type_of_extension_not_enabled", RULE(build_type_is_valid),
          EDITS(SET(infos[AABBS].type, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR))),
     CASE("type_out_of_range_though_there_are_more", RULE(build_type_is_valid),
-         .setup = &with_micromaps_khr, EDITS(SET(infos[AABBS].type, 3))),
-
-    SHARED(RULE(build_flags_are_valid)),
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR), EDITS(SET(infos[AABBS].type, 3))),
     CASE("type_of_an_unknown_extension", RULE(build_type_is_valid), .silent = true,
-         .setup = &with_future, EDITS(SET(infos[AABBS].type, 1999999000))),
+         SETUP(.enable = ENABLE_FUTURE), EDITS(SET(infos[AABBS].type, 1999999000))),
     CASE("type_generic", RULE(build_type_is_not_generic),
          EDITS(SET(infos[INDEXED].type, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR)),
          .path = "pInfos[0].type"),
     /* Sizes depend on flags. */
-    CASE("flags_unknown_bit", EDITS(SET(infos[INDEXED].flags, 1u << 30)),
+    CASE("flags_unknown_bit", RULE(build_flags_are_valid),
+         EDITS(SET(infos[INDEXED].flags, 1u << 30)),
          TWIN_EDITS(SET(infos[INDEXED].flags, 0), CALL_WITH(scene_give_objects, INDEXED)),
          .path = "pInfos[0].flags"),
-    CASE("flags_of_extension_not_enabled",
+    CASE("flags_of_extension_not_enabled", RULE(build_flags_are_valid),
          EDITS(SET(infos[AABBS].flags, VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV))),
-    CASE("flags_of_micromaps_not_enabled", EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAGS))),
-    CASE("flags_of_micromaps_on_a_build_without_one", .silent = true, .setup = &with_micromaps,
+    CASE("flags_of_micromaps_not_enabled", RULE(build_flags_are_valid),
          EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAGS))),
-    CASE("flags_of_unknown_extension", .silent = true, .setup = &with_future,
-         EDITS(SET(infos[AABBS].flags, 1u << 30))),
+    CASE("flags_of_micromaps_on_a_build_without_one", RULE(build_flags_are_valid), .silent = true,
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT),
+         EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAGS))),
+    CASE("flags_of_unknown_extension", RULE(build_flags_are_valid), .silent = true,
+         SETUP(.enable = ENABLE_FUTURE), EDITS(SET(infos[AABBS].flags, 1u << 30))),
     CASE("flags_prefer_both", RULE(fast_trace_excludes_fast_build),
          EDITS(SET(infos[AABBS].flags, FAST_BOTH)), .mutate_twin = prefer_one_each,
          .path = "pInfos[2].flags"),
-
-    SHARED(RULE(build_mode_is_valid)),
     CASE("flags_prefer_both_and_low_memory", RULE(fast_trace_excludes_fast_build),
          EDITS(SET(infos[TLAS].flags,
                    FAST_BOTH | VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR))),
-    CASE("mode_out_of_range", EDITS(SET(infos[AABBS].mode, 2)), .path = "pInfos[2].mode"),
-    CASE("mode_max_enum",
+    CASE("mode_out_of_range", RULE(build_mode_is_valid), EDITS(SET(infos[AABBS].mode, 2)),
+         .path = "pInfos[2].mode"),
+    CASE("mode_max_enum", RULE(build_mode_is_valid),
          EDITS(SET(infos[REFIT].mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_MAX_ENUM_KHR))),
 
-    SHARED(.setup = &with_micromaps_khr, .prepare = scene_build_micromap, .path = "pInfos[2]."),
-    CASE("micromap_updated", RULES(RULE_micromap_build_is_no_update),
+    SHARED(SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR), .prepare = scene_build_micromap,
+           .path = "pInfos[2]."),
+    CASE("micromap_updated", RULE(micromap_build_is_no_update),
          NAMES(RULE_micromap_build_has_no_source),
          EDITS(MAKE_STRUCTURE_WITH(infos[AABBS].srcAccelerationStructure, scene_accel_for, INDEXED),
                SET(infos[AABBS].mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR))),

@@ -43,11 +43,6 @@ static void triangles_motion_filled(struct scene *scene)
 }
 
 static const struct setup with_motion = {.enable = ENABLE_MOTION};
-static const struct setup with_micromap = {.enable = ENABLE_OPACITY_MICROMAP_EXT};
-static const struct setup with_micromap_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
-static const struct setup with_displacement = {.enable = ENABLE_DISPLACEMENT_MICROMAP};
-static const struct setup with_spheres = {.enable = ENABLE_SPHERES};
-static const struct setup with_future = {.enable = ENABLE_FUTURE};
 static const struct setup with_all = {.enable = ENABLE_MOTION | ENABLE_SPHERES |
                                                 ENABLE_OPACITY_MICROMAP_EXT |
                                                 ENABLE_DISPLACEMENT_MICROMAP};
@@ -59,7 +54,7 @@ static const struct test_case cases[] = {
     CASE("geometry_chain_unknown", EDITS(SET(geometries[AABBS][1].pNext, &unknown)),
          .path = "pInfos[2].pGeometries[1].pNext"),
     CASE("geometry_chain_unreadable", EDITS(UNREADABLE(geometries[INDEXED][0].pNext))),
-    CASE("geometry_chain_of_unknown_extension", .silent = true, .setup = &with_future,
+    CASE("geometry_chain_of_unknown_extension", .silent = true, SETUP(.enable = ENABLE_FUTURE),
          EDITS(SET(geometries[AABBS][1].pNext, &unknown))),
     CASE("geometry_chain_of_the_triangles", .setup = &with_all,
          EITHER_SET(geometries[INDEXED][0].pNext, &motion, &spheres)),
@@ -67,7 +62,8 @@ static const struct test_case cases[] = {
 
     SHARED(RULE(triangles_chain_is_known)),
     CASE("geometry_chain_spheres_twice", RULE(geometry_chain_has_no_duplicates),
-         .setup = &with_spheres, EITHER_SET(geometries[INDEXED][0].pNext, &spheres_twice, &spheres),
+         SETUP(.enable = ENABLE_SPHERES),
+         EITHER_SET(geometries[INDEXED][0].pNext, &spheres_twice, &spheres),
          .path = "pInfos[0].pGeometries[0].pNext"),
     CASE("triangles_chain_stray", EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &stray)),
          .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"),
@@ -75,37 +71,40 @@ static const struct test_case cases[] = {
          .path = "pInfos[1].pGeometries[1].geometry.triangles.pNext"),
     CASE("triangles_chain_unreadable",
          EDITS(UNREADABLE(geometries[INDEXED][0].geometry.triangles.pNext))),
-    CASE("triangles_chain_of_unknown_extension", .silent = true, .setup = &with_future,
+    CASE("triangles_chain_of_unknown_extension", .silent = true, SETUP(.enable = ENABLE_FUTURE),
          EDITS(SET(TRIANGLES(UNINDEXED, 1).pNext, &unknown))),
     CASE("triangles_chain_of_the_geometry", .setup = &with_all,
          EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &spheres)), .mutate_twin = triangles_motion_filled),
     CASE("triangles_chain_motion_not_enabled", EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &motion))),
-    CASE("triangles_chain_motion", .silent = true, .setup = &with_motion,
-         .mutate = triangles_motion_filled),
+
+    SHARED(RULE(triangles_chain_is_known), .silent = true),
+    CASE("triangles_chain_motion", .setup = &with_motion, .mutate = triangles_motion_filled),
     /* With it, the build may take more. */
-    CASE("triangles_chain_micromap", .silent = true, .setup = &with_micromap,
+    CASE("triangles_chain_micromap", SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT),
          EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &micromap), CALL_WITH(scene_fit, INDEXED)),
          .may_fail_on_cpu = true),
-    CASE("triangles_chain_micromap_khr", .silent = true, .setup = &with_micromap_khr,
+    CASE("triangles_chain_micromap_khr", SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR),
          .mutate = scene_use_micromap, .may_fail_on_cpu = true),
-    CASE("triangles_chain_displacement", .silent = true, .setup = &with_displacement,
+    CASE("triangles_chain_displacement", SETUP(.enable = ENABLE_DISPLACEMENT_MICROMAP),
          EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &displacement), CALL_WITH(scene_fit, INDEXED))),
-    CASE("triangles_chain_stray_behind_micromap", .setup = &with_micromap,
+
+    SHARED(RULE(triangles_chain_has_no_duplicates), .setup = &with_motion),
+    CASE("triangles_chain_stray_behind_micromap", RULE(triangles_chain_is_known),
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT),
          EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &micromap_and_stray)),
          TWIN_EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &micromap), CALL_WITH(scene_fit, INDEXED)),
          .may_fail_on_cpu = true),
-    CASE("triangles_chain_motion_twice", RULE(triangles_chain_has_no_duplicates),
-         .setup = &with_motion, EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &motion_twice)),
+    CASE("triangles_chain_motion_twice", EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &motion_twice)),
          .mutate_twin = triangles_motion_filled,
          .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"),
-    CASE("triangles_chain_loop", RULE(triangles_chain_has_no_duplicates), .setup = &with_motion,
-         EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &motion_loop))),
-    CASE("aabbs_chain", RULE(aabbs_have_no_chain), EDITS(SET(BOXES(AABBS, 0).pNext, &stray)),
+    CASE("triangles_chain_loop", EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &motion_loop))),
+
+    SHARED(RULE(aabbs_have_no_chain)),
+    CASE("aabbs_chain", EDITS(SET(BOXES(AABBS, 0).pNext, &stray)),
          .path = "pInfos[2].pGeometries[0].geometry.aabbs.pNext"),
-    CASE("aabbs_chain_of_triangles", RULE(aabbs_have_no_chain), .setup = &with_motion,
+    CASE("aabbs_chain_of_triangles", .setup = &with_motion,
          EDITS(SET(BOXES(AABBS, 1).pNext, &motion))),
-    CASE("aabbs_chain_unreadable", RULE(aabbs_have_no_chain),
-         EDITS(SET(BOXES(AABBS, 0).pNext, 0x10))),
+    CASE("aabbs_chain_unreadable", EDITS(SET(BOXES(AABBS, 0).pNext, 0x10))),
 
     SHARED(RULE(instances_have_no_chain)),
     CASE("instances_chain", EDITS(SET(INSTANCES(TLAS, 0).pNext, &stray)),

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "case.h"
+#include "scene_extensions.h"
 
 static const struct setup with_content = {.level = "content"};
 
@@ -41,41 +42,25 @@ static void use_a_format_without_nan(struct scene *scene)
     memset(scene->vertices.host + SCENE_BUFFER_SIZE / 2, 0xff, 24);
 }
 
-static void set_reference(struct scene *scene, uint32_t index, VkAccelerationStructureKHR accel)
-{
-    VkAccelerationStructureInstanceKHR *instances = (void *)scene->instances.host;
-    instances[index].accelerationStructureReference = scene_reference(scene, accel);
-}
-
-static VkAccelerationStructureKHR built_blas(struct scene *scene)
-{
-    const uint32_t build = scene_add_build(scene, INDEXED);
-    scene->info_count--;
-    scene_build_before(scene, build, 1);
-    const VkAccelerationStructureKHR blas = scene->infos[build].dstAccelerationStructure;
-    scene_give_objects(scene, build);
-    return blas;
-}
-
 static void wake_instance(struct scene *scene)
 {
-    const VkAccelerationStructureKHR blas = built_blas(scene);
+    const VkAccelerationStructureKHR blas = scene_built(scene, INDEXED);
     update_of_itself(scene, TLAS);
-    set_reference(scene, 1, blas);
+    scene_refer(scene, 1, blas);
 }
 
 static void put_instance_to_sleep(struct scene *scene)
 {
-    set_reference(scene, 1, built_blas(scene));
+    scene_refer(scene, 1, scene_built(scene, INDEXED));
     update_of_itself(scene, TLAS);
-    set_reference(scene, 1, VK_NULL_HANDLE);
+    scene_refer(scene, 1, VK_NULL_HANDLE);
 }
 
 static void exchange_instances(struct scene *scene)
 {
-    set_reference(scene, 1, built_blas(scene));
+    scene_refer(scene, 1, scene_built(scene, INDEXED));
     update_of_itself(scene, TLAS);
-    set_reference(scene, 1, built_blas(scene));
+    scene_refer(scene, 1, scene_built(scene, INDEXED));
 }
 
 static const struct test_case cases[] = {

@@ -13,7 +13,6 @@
 enum { DENSE = SCENE_BASE_BUILDS };
 
 static const struct setup with_dense = {.enable = ENABLE_DENSE};
-static const struct setup without_dense = {.enable = ENABLE_DENSE, .disable = DISABLE_DENSE};
 static const struct setup with_dense_and_future = {.enable = ENABLE_DENSE | ENABLE_FUTURE};
 
 /* ---- builds */
@@ -106,8 +105,9 @@ static void update_dense(struct scene *scene)
 static const struct test_case cases[] = {
     SHARED(.commands = ON_COMMAND_BUFFERS, .refusal = &host_takes_no_dense_geometry,
            .setup = &with_dense, .prepare = add_dense),
-    CASE("dense_feature_off", RULE(dense_geometry_feature_is_enabled), .setup = &without_dense,
-         .twin_setup = &with_dense, .path = "pInfos[6].pGeometries[0].geometryType"),
+    CASE("dense_feature_off", RULE(dense_geometry_feature_is_enabled),
+         SETUP(.enable = ENABLE_DENSE, .disable = DISABLE_DENSE), .twin_setup = &with_dense,
+         .path = "pInfos[6].pGeometries[0].geometryType"),
     CASE("dense_without_data", RULE(dense_triangles_have_their_stype),
          EDITS(SET(geometries[DENSE][0].pNext, 0)), .path = DENSE_PATH "sType"),
     CASE("dense_data_of_other_stype", RULE(geometry_chain_is_known), EDITS(SET(dense.sType, 0))),

@@ -6,17 +6,8 @@
     "pInfos[0].pGeometries[0].geometry.triangles."                                                 \
     "pNext<VkAccelerationStructureTrianglesDisplacementMicromapNV>." member
 
-static const struct setup with_displacement = {.enable = ENABLE_DISPLACEMENT_MICROMAP};
-
-static void use_pointers_of_displacement(struct scene *scene)
-{
-    scene_use_displacement(scene);
-    scene->micromaps.displacement.pUsageCounts = NULL;
-    scene->micromaps.displacement.ppUsageCounts = scene->micromaps.usage_pointers_ext;
-}
-
 static const struct test_case cases[] = {
-    SHARED(.setup = &with_displacement, .prepare = scene_use_displacement),
+    SHARED(SETUP(.enable = ENABLE_DISPLACEMENT_MICROMAP), .prepare = scene_use_displacement),
     CASE("displacement_destroyed", RULE(displacement_micromap_is_valid),
          EDITS(DESTROY(micromaps.displacement.micromap)), .path = DISPLACEMENT_PATH("micromap")),
     CASE("displacement_bias_format_of_none", RULE(displacement_bias_and_scale_format_is_valid),
@@ -37,7 +28,8 @@ static const struct test_case cases[] = {
          EITHER_SET(micromaps.displacement.indexType, 7, VK_INDEX_TYPE_UINT16),
          .path = DISPLACEMENT_PATH("indexType")),
     CASE("displacement_usages_both", RULE(displacement_has_one_usage_array),
-         .prepare = use_pointers_of_displacement,
+         PREPARE_EDITS(SET(micromaps.displacement.pUsageCounts, 0),
+                       POINT(micromaps.displacement.ppUsageCounts, micromaps.usage_pointers_ext)),
          EDITS(POINT(micromaps.displacement.pUsageCounts, micromaps.usages_ext)),
          .path = DISPLACEMENT_PATH("pUsageCounts")),
     CASE("displacement_usages_unreadable", RULE(displacement_usages_are_readable),
@@ -45,7 +37,8 @@ static const struct test_case cases[] = {
          TWIN_EDITS(SET(micromaps.displacement.usageCountsCount, 0)),
          .path = DISPLACEMENT_PATH("pUsageCounts")),
     CASE("displacement_usage_pointers_unreadable", RULE(displacement_usage_pointers_are_readable),
-         .prepare = use_pointers_of_displacement,
+         PREPARE_EDITS(SET(micromaps.displacement.pUsageCounts, 0),
+                       POINT(micromaps.displacement.ppUsageCounts, micromaps.usage_pointers_ext)),
          EDITS(UNREADABLE(micromaps.displacement.ppUsageCounts)),
          .path = DISPLACEMENT_PATH("ppUsageCounts")),
 };

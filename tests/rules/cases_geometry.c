@@ -5,16 +5,6 @@
 #define T_INDEXED TRIANGLES(INDEXED, 0)
 #define GEOMETRY_PATH "pInfos[0].pGeometries[0].geometry.triangles."
 
-/* ---- setups ---- */
-
-static const struct setup with_future = {.enable = ENABLE_FUTURE};
-static const struct setup with_uint8_khr = {.enable = ENABLE_UINT8_KHR};
-static const struct setup with_uint8_ext = {.enable = ENABLE_UINT8_EXT};
-static const struct setup with_uint8_core = {.enable = ENABLE_UINT8_CORE,
-                                             .api_version = VK_API_VERSION_1_4};
-static const struct setup with_core_1_4 = {.api_version = VK_API_VERSION_1_4};
-static const struct setup with_maintenance5 = {.enable = ENABLE_MAINTENANCE5};
-
 /* ---- vertex formats ---- */
 
 static const VkFormat formats_that_all_have[] = {
@@ -28,18 +18,6 @@ static void use_every_mandatory_format(struct scene *scene)
         const uint32_t build = i == 0 ? (uint32_t)INDEXED : scene_add_build(scene, INDEXED);
         scene->geometries[build][0].geometry.triangles.vertexFormat = formats_that_all_have[i];
     }
-}
-
-static void offer_packed_format(struct null_driver_config *config)
-{
-    config->formats[config->format_count++] = (struct null_driver_format){
-        VK_FORMAT_A2B10G10R10_SNORM_PACK32,
-        VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
-    config->formats[config->format_count++] = (struct null_driver_format){
-        VK_FORMAT_R64G64B64_SFLOAT,
-        VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
-    config->formats[config->format_count++] = (struct null_driver_format){
-        VK_FORMAT_R8G8B8A8_SNORM, VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
 }
 
 static const struct setup with_packed_format = {.configure = offer_packed_format};
@@ -56,12 +34,12 @@ static const struct test_case cases[] = {
     CASE("geometry_type_of_extension_not_enabled", RULE(geometry_type_is_valid),
          EDITS(SET(geometries[INDEXED][0].geometryType, VK_GEOMETRY_TYPE_SPHERES_NV))),
     CASE("geometry_type_of_unknown_extension", RULE(geometry_type_is_valid), .silent = true,
-         .setup = &with_future, EDITS(SET(geometries[INDEXED][0].geometryType, 1999999000)),
-         .may_fail_on_cpu = true),
+         SETUP(.enable = ENABLE_FUTURE),
+         EDITS(SET(geometries[INDEXED][0].geometryType, 1999999000)), .may_fail_on_cpu = true),
     CASE("geometry_flags_unknown", RULE(geometry_flags_are_valid),
          EITHER_SET(geometries[TLAS][0].flags, 4, 3), .path = "pInfos[3].pGeometries[0].flags"),
     CASE("geometry_flags_of_unknown_extension", RULE(geometry_flags_are_valid), .silent = true,
-         .setup = &with_future, EDITS(SET(geometries[TLAS][0].flags, 0x100))),
+         SETUP(.enable = ENABLE_FUTURE), EDITS(SET(geometries[TLAS][0].flags, 0x100))),
     CASE("tlas_of_boxes", RULE(tlas_geometry_is_instances),
          EDITS(COPY(geometries[TLAS][0], geometries[AABBS][0])),
          .path = "pInfos[3].pGeometries[0].geometryType"),
@@ -92,25 +70,25 @@ static const struct test_case cases[] = {
          .path = "pInfos[3].pGeometries[0].geometry.instances.sType"),
     CASE("vertex_format_out_of_range", RULE(vertex_format_is_valid),
          EDITS(SET(T_INDEXED.vertexFormat, 999)), .path = GEOMETRY_PATH "vertexFormat"),
-
-    SHARED(RULE(vertex_format_is_supported)),
     CASE("vertex_format_max_enum", RULE(vertex_format_is_valid),
          EDITS(SET(TRIANGLES(UNINDEXED, 1).vertexFormat, VK_FORMAT_MAX_ENUM))),
-    CASE("vertex_format_of_extension_not_enabled",
+    CASE("vertex_format_of_extension_not_enabled", RULE(vertex_format_is_supported),
          EITHER_SET(T_INDEXED.vertexFormat, VK_FORMAT_A8_UNORM_KHR, VK_FORMAT_R32G32_SFLOAT)),
-    CASE("vertex_format_of_extension_enabled_but_unsupported", .setup = &with_maintenance5,
+    CASE("vertex_format_of_extension_enabled_but_unsupported", RULE(vertex_format_is_supported),
+         SETUP(.enable = ENABLE_MAINTENANCE5),
          EDITS(SET(T_INDEXED.vertexFormat, VK_FORMAT_A8_UNORM_KHR))),
-    CASE("vertex_format_undefined", EDITS(SET(T_INDEXED.vertexFormat, VK_FORMAT_UNDEFINED))),
-    CASE("vertex_format_unsupported",
+    CASE("vertex_format_undefined", RULE(vertex_format_is_supported),
+         EDITS(SET(T_INDEXED.vertexFormat, VK_FORMAT_UNDEFINED))),
+
+    SHARED(RULE(vertex_stride_is_aligned)),
+    CASE("vertex_format_unsupported", RULE(vertex_format_is_supported),
          EDITS(SET(T_INDEXED.vertexFormat, VK_FORMAT_R32G32B32A32_UINT),
                SET(T_INDEXED.vertexStride, 16)),
          .mutate_twin = use_every_mandatory_format, .path = GEOMETRY_PATH "vertexFormat"),
-    CASE("vertex_format_compressed",
+    CASE("vertex_format_compressed", RULE(vertex_format_is_supported),
          EDITS(SET(TRIANGLES(UNINDEXED, 0).vertexFormat, VK_FORMAT_BC1_RGB_UNORM_BLOCK),
                SET(TRIANGLES(UNINDEXED, 0).vertexStride, 16)),
          .path = "pInfos[1].pGeometries[0].geometry.triangles.vertexFormat"),
-
-    SHARED(RULE(vertex_stride_is_aligned)),
     CASE("vertex_stride_misaligned", EITHER_SET(T_INDEXED.vertexStride, 14, 16),
          .path = GEOMETRY_PATH "vertexStride"),
     CASE("vertex_stride_misaligned_to_16_bits",
@@ -140,14 +118,15 @@ static const struct test_case cases[] = {
          .path = GEOMETRY_PATH "indexType"),
     CASE("index_type_uint8_not_enabled",
          EITHER_SET(T_INDEXED.indexType, VK_INDEX_TYPE_UINT8_KHR, VK_INDEX_TYPE_UINT16)),
-    CASE("index_type_uint8_khr", .setup = &with_uint8_khr,
+    CASE("index_type_uint8_khr", SETUP(.enable = ENABLE_UINT8_KHR),
          EDITS(SET(T_INDEXED.indexType, VK_INDEX_TYPE_UINT8_KHR)),
          .path = GEOMETRY_PATH "indexType"),
-    CASE("index_type_uint8_ext", .setup = &with_uint8_ext,
+    CASE("index_type_uint8_ext", SETUP(.enable = ENABLE_UINT8_EXT),
          EDITS(SET(T_INDEXED.indexType, VK_INDEX_TYPE_UINT8_EXT))),
-    CASE("index_type_uint8_core", .setup = &with_uint8_core,
+    CASE("index_type_uint8_core",
+         SETUP(.enable = ENABLE_UINT8_CORE, .api_version = VK_API_VERSION_1_4),
          EDITS(SET(T_INDEXED.indexType, VK_INDEX_TYPE_UINT8))),
-    CASE("index_type_uint8_core_without_feature", .setup = &with_core_1_4,
+    CASE("index_type_uint8_core_without_feature", SETUP(.api_version = VK_API_VERSION_1_4),
          EDITS(SET(T_INDEXED.indexType, VK_INDEX_TYPE_UINT8))),
 
     SHARED(RULE(aabb_stride_is_aligned)),

@@ -132,9 +132,6 @@ static void deserialize_src(struct scene *scene)
 #define IGNORED_SRC(function)                                                                      \
     MAKE_STRUCTURE_WITH(infos[AABBS].srcAccelerationStructure, function, AABBS)
 
-static const struct setup with_group = {.enable = ENABLE_GROUP};
-static const struct setup with_addresses = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
-
 static const struct test_case cases[] = {
     SHARED(RULE(device_is_valid), .commands = ON_HOST),
     CASE("device_is_a_queue", .mutate = call_on_a_queue, .path = "(): device 0x"),
@@ -152,36 +149,38 @@ static const struct test_case cases[] = {
          .mutate = defer_to_another_device, .mutate_twin = defer),
     CASE("deferred_operation_in_use", RULE(previous_deferred_operation_is_complete),
          .prepare = defer_twice, .mutate_twin = complete_the_operation, .spares_drivers = true),
-
-    SHARED(RULE(host_build_src_was_created_with_a_buffer), .setup = &with_addresses),
     CASE("dst_by_address", RULE(host_build_dst_was_created_with_a_buffer),
-         EDITS(DST(place_accel_by_address)), TWIN_EDITS(DST(in_visible_memory)),
-         .path = "pInfos[2].dstAccelerationStructure"),
-    CASE("src_by_address", EDITS(SRC(place_accel_by_address)), TWIN_EDITS(SRC(in_a_buffer)),
-         .may_fail_on_cpu = true, .path = "pInfos[4].srcAccelerationStructure"),
-    CASE("ignored_src_by_address", .silent = true, EDITS(IGNORED_SRC(place_accel_by_address))),
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR), EDITS(DST(place_accel_by_address)),
+         TWIN_EDITS(DST(in_visible_memory)), .path = "pInfos[2].dstAccelerationStructure"),
 
-    SHARED(.path = "pInfos[2].dstAccelerationStructure"),
-    CASE("dst_in_device_memory", RULE(host_build_dst_is_host_visible), EDITS(DST(in_device_memory)),
-         TWIN_EDITS(DST(in_visible_memory))),
-    CASE("src_in_device_memory", RULE(host_build_src_is_host_visible), EDITS(SRC(in_device_memory)),
-         TWIN_EDITS(IGNORED_SRC(in_device_memory)), .path = "pInfos[4].srcAccelerationStructure"),
-    CASE("dst_of_two_instances", RULE(host_build_dst_has_one_memory_instance), .setup = &with_group,
-         EDITS(DST(of_two_instances)), TWIN_EDITS(DST(in_visible_memory))),
-
-    SHARED(),
-    CASE("src_of_two_instances", RULE(host_build_src_has_one_memory_instance), .setup = &with_group,
-         EDITS(SRC(of_two_instances)), TWIN_EDITS(IGNORED_SRC(of_two_instances)),
+    SHARED(RULE(host_build_src_was_created_with_a_buffer)),
+    CASE("src_by_address", SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR),
+         EDITS(SRC(place_accel_by_address)), TWIN_EDITS(SRC(in_a_buffer)), .may_fail_on_cpu = true,
          .path = "pInfos[4].srcAccelerationStructure"),
+    CASE("ignored_src_by_address", .silent = true, SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR),
+         EDITS(IGNORED_SRC(place_accel_by_address))),
+    CASE("dst_in_device_memory", RULE(host_build_dst_is_host_visible), EDITS(DST(in_device_memory)),
+         TWIN_EDITS(DST(in_visible_memory)), .path = "pInfos[2].dstAccelerationStructure"),
+
+    SHARED(.path = "pInfos[4].srcAccelerationStructure"),
+    CASE("src_in_device_memory", RULE(host_build_src_is_host_visible), EDITS(SRC(in_device_memory)),
+         TWIN_EDITS(IGNORED_SRC(in_device_memory))),
+    CASE("dst_of_two_instances", RULE(host_build_dst_has_one_memory_instance),
+         SETUP(.enable = ENABLE_GROUP), EDITS(DST(of_two_instances)),
+         TWIN_EDITS(DST(in_visible_memory)), .path = "pInfos[2].dstAccelerationStructure"),
     CASE("refit_by_address", RULE(host_build_dst_was_created_with_a_buffer),
-         NAMES(RULE_host_build_src_was_created_with_a_buffer), .setup = &with_addresses,
-         EDITS(SRC_AND_DST(place_accel_by_address)), .path = "pInfos[4]."),
+         NAMES(RULE_host_build_src_was_created_with_a_buffer),
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR), EDITS(SRC_AND_DST(place_accel_by_address)),
+         .path = "pInfos[4]."),
     CASE("refit_in_device_memory", RULE(host_build_dst_is_host_visible),
          NAMES(RULE_host_build_src_is_host_visible), EDITS(SRC_AND_DST(in_device_memory)),
          .path = "pInfos[4]."),
     CASE("refit_of_two_instances", RULE(host_build_dst_has_one_memory_instance),
-         NAMES(RULE_host_build_src_has_one_memory_instance), .setup = &with_group,
+         NAMES(RULE_host_build_src_has_one_memory_instance), SETUP(.enable = ENABLE_GROUP),
          EDITS(SRC_AND_DST(of_two_instances)), .path = "pInfos[4]."),
+    CASE("src_of_two_instances", RULE(host_build_src_has_one_memory_instance),
+         SETUP(.enable = ENABLE_GROUP), EDITS(SRC(of_two_instances)),
+         TWIN_EDITS(IGNORED_SRC(of_two_instances))),
 };
 
 CASE_LIST(cases_host, cases);

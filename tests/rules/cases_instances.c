@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The instances of host builds, and the structures that they refer to. */
 #include <math.h>
-#include <string.h>
 
 #include "case.h"
 #include "placing.h"
+#include "scene_extensions.h"
 
 static const struct setup with_content = {.level = "content"};
 static const struct setup with_micromaps = {.enable = ENABLE_OPACITY_MICROMAP_EXT,
@@ -17,59 +17,30 @@ static const struct setup with_addresses = {.enable = ENABLE_OPACITY_MICROMAP_KH
 
 /* ---- plain instances, of which 3 are built ---- */
 
-static VkAccelerationStructureInstanceKHR *instance_at(struct scene *scene, uint32_t index)
-{
-    return (VkAccelerationStructureInstanceKHR *)(void *)scene->instances.host + index;
-}
-
-static void refer(struct scene *scene, uint32_t index, VkAccelerationStructureKHR accel)
-{
-    instance_at(scene, index)->accelerationStructureReference = scene_reference(scene, accel);
-}
-
-/* A BLAS that was built before the call. */
-static VkAccelerationStructureKHR built_blas(struct scene *scene)
-{
-    const uint32_t build = scene_add_build(scene, INDEXED);
-    scene->info_count--;
-    scene_build_before(scene, build, 1);
-    return scene->infos[build].dstAccelerationStructure;
-}
-
 static void instances_of_a_blas(struct scene *scene)
 {
-    const VkAccelerationStructureKHR blas = built_blas(scene);
-    refer(scene, 0, blas);
-    refer(scene, 2, blas);
+    const VkAccelerationStructureKHR blas = scene_built(scene, INDEXED);
+    scene_refer(scene, 0, blas);
+    scene_refer(scene, 2, blas);
 }
 
 static void instance_of_a_destroyed_blas(struct scene *scene)
 {
     const VkAccelerationStructureKHR blas = scene_accel_for(scene, INDEXED);
-    refer(scene, 1, blas);
+    scene_refer(scene, 1, blas);
     scene_destroy(scene, (uint64_t)blas);
 }
 
 static void instance_of_another_device(struct scene *scene)
 {
-    refer(scene, 1, scene_accel_of_other_device(scene, INDEXED));
-}
-
-/* The entries at their places, from an offset on. */
-static void use_pointers(struct scene *scene)
-{
-    uint64_t *pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
-    for (uint32_t i = 0; i < 8; i++)
-        pointers[i] = scene_address(scene, &scene->instances, i * sizeof(*instance_at(scene, i)));
-    scene->INSTANCES(TLAS, 0).arrayOfPointers = VK_TRUE;
-    scene->ranges[TLAS][0].primitiveOffset = SCENE_BUFFER_SIZE / 2;
+    scene_refer(scene, 1, scene_accel_of_other_device(scene, INDEXED));
 }
 
 /* What pointers that lead nowhere would lead to isn't known; those beside them are looked at. */
 static void use_pointers_to_nowhere(struct scene *scene)
 {
     const void **pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
-    use_pointers(scene);
+    scene_use_instance_pointers(scene);
     pointers[0] = unreadable_page();
     pointers[1] = NULL;
 }
@@ -78,8 +49,9 @@ static void use_pointers_to_nowhere(struct scene *scene)
 
 static void refer_to_blas_in(struct scene *scene, const struct test_buffer *buffer)
 {
-    refer(scene, 1,
-          scene_accel_in(scene, buffer, 0, place_size(scene, INDEXED), scene->infos[INDEXED].type));
+    scene_refer(
+        scene, 1,
+        scene_accel_in(scene, buffer, 0, place_size(scene, INDEXED), scene->infos[INDEXED].type));
 }
 
 static void instance_of_unbound_blas(struct scene *scene)
@@ -91,14 +63,13 @@ static void instance_of_unbound_blas(struct scene *scene)
 static void instance_of_blas_bound_late(struct scene *scene)
 {
     struct test_buffer buffer = scene_create_buffer(scene, PLACE_SIZE, PLACE_USAGE);
-    const uint32_t build = scene_add_build(scene, INDEXED);
-    scene->info_count--;
+    const uint32_t build = scene_reserve_build(scene, INDEXED);
     place_dst(scene, build, &buffer, 0);
     const struct test_memory memory =
         scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
     scene_bind(scene, &buffer, &memory, 0);
     scene_build_before(scene, build, 1);
-    refer(scene, 1, scene->infos[build].dstAccelerationStructure);
+    scene_refer(scene, 1, scene->infos[build].dstAccelerationStructure);
 }
 
 static void instance_in_device_memory(struct scene *scene)
@@ -115,14 +86,14 @@ static void instance_of_two_instances(struct scene *scene)
 
 static void instance_by_address(struct scene *scene)
 {
-    refer(scene, 1, place_accel_by_address(scene, INDEXED));
+    scene_refer(scene, 1, place_accel_by_address(scene, INDEXED));
 }
 
 /* ---- and other builds of the call ---- */
 
 static void refer_to_dst(struct scene *scene, uint32_t build)
 {
-    refer(scene, 1, scene->infos[build].dstAccelerationStructure);
+    scene_refer(scene, 1, scene->infos[build].dstAccelerationStructure);
 }
 
 /* A dst, and a BLAS behind what that takes, or in it. */
@@ -135,7 +106,7 @@ static void place_instance(struct scene *scene, uint32_t build, VkDeviceSize pla
     place_dst(scene, build, &buffer, 0);
     place_dst(scene, blas, &buffer, place_offset(size, (enum place)place));
     scene_build_before(scene, blas, 1);
-    refer(scene, 1, scene->infos[blas].dstAccelerationStructure);
+    scene_refer(scene, 1, scene->infos[blas].dstAccelerationStructure);
 }
 
 #define LEADS_TO(index)                                                                            \
@@ -176,9 +147,9 @@ static const struct test_case cases[] = {
          .path = LEADS_TO(1)),
     CASE("instance_of_another_device", .mutate = instance_of_another_device, .path = LEADS_TO(1)),
     CASE("pointer_to_instance_of_no_structure",
-         EDITS(WRITE_REFERENCE(instances, 2, 0x123456), CALL(use_pointers)),
+         EDITS(WRITE_REFERENCE(instances, 2, 0x123456), CALL(scene_use_instance_pointers)),
          .mutate_twin = instances_of_a_blas,
-         TWIN_EDITS(WRITE_REFERENCE(instances, 3, 0x123456), CALL(use_pointers)),
+         TWIN_EDITS(WRITE_REFERENCE(instances, 3, 0x123456), CALL(scene_use_instance_pointers)),
          .path = LEADS_TO(2)),
     CASE("pointers_to_nowhere",
          EDITS(WRITE_REFERENCE(instances, 2, 0x123456), CALL(use_pointers_to_nowhere)),

@@ -6,13 +6,6 @@
 
 static const struct setup with_ext = {.enable = ENABLE_OPACITY_MICROMAP_EXT};
 static const struct setup with_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
-static const struct setup with_displacement = {.enable = ENABLE_DISPLACEMENT_MICROMAP};
-static const struct setup with_both = {.enable = ENABLE_OPACITY_MICROMAP_EXT |
-                                                 ENABLE_OPACITY_MICROMAP_KHR};
-static const struct setup without_ext_feature = {.enable = ENABLE_OPACITY_MICROMAP_EXT,
-                                                 .disable = DISABLE_MICROMAP_EXT};
-static const struct setup without_khr_feature = {.enable = ENABLE_OPACITY_MICROMAP_KHR,
-                                                 .disable = DISABLE_MICROMAP_KHR};
 static const struct setup with_ext_feature_alone = {.enable = ENABLE_OPACITY_MICROMAP_EXT |
                                                               ENABLE_OPACITY_MICROMAP_KHR,
                                                     .disable = DISABLE_MICROMAP_KHR};
@@ -83,17 +76,20 @@ static const struct test_case cases[] = {
                         MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT))),
          .path = "pInfos[0].flags"),
     CASE("data_update_without_feature", RULE(micromap_data_update_flag_has_its_feature),
-         .setup = &without_ext_feature, .twin_setup = &with_ext,
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT, .disable = DISABLE_MICROMAP_EXT),
+         .twin_setup = &with_ext,
          PREPARE_EDITS(
              SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT))),
          .path = "pInfos[0].flags"),
     CASE("micromap_update_without_feature", RULE(micromap_update_flag_has_its_feature),
-         .setup = &without_features, .twin_setup = &with_both,
+         .setup = &without_features,
+         TWIN_SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT | ENABLE_OPACITY_MICROMAP_KHR),
          PREPARE_EDITS(
              SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR))),
          .path = "pInfos[0].flags"),
     CASE("micromap_update_without_khr_feature", RULE(micromap_update_flag_has_its_feature),
-         .setup = &without_khr_feature, .twin_setup = &with_ext_feature_alone,
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR, .disable = DISABLE_MICROMAP_KHR),
+         .twin_setup = &with_ext_feature_alone,
          PREPARE_EDITS(
              SET(infos[AABBS].flags, MICROMAP_FLAG(ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR)))),
     CASE("disable_micromaps_without_feature", RULE(disable_micromaps_flag_has_its_feature),
@@ -102,26 +98,27 @@ static const struct test_case cases[] = {
              SET(infos[INDEXED].flags, MICROMAP_FLAG(ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR))),
          .path = "pInfos[0].flags"),
 
-    SHARED(RULE(micromap_build_feature_is_enabled), .commands = ON_WITH_RANGES,
-           .refusal = &indirect_takes_no_micromap, .may_fail_on_cpu = true),
-    CASE("micromap_build_without_feature", .setup = &without_khr_feature, .twin_setup = &with_khr,
-         .prepare = scene_build_micromap, .path = "pInfos[2].type"),
-    CASE("micromap_build_with_ext_feature_alone", .setup = &with_ext_feature_alone,
-         .twin_setup = &with_both, .prepare = scene_build_micromap),
+    SHARED(.commands = ON_WITH_RANGES, .refusal = &indirect_takes_no_micromap, .setup = &with_khr,
+           .may_fail_on_cpu = true),
+    CASE("micromap_build_without_feature", RULE(micromap_build_feature_is_enabled),
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR, .disable = DISABLE_MICROMAP_KHR),
+         .twin_setup = &with_khr, .prepare = scene_build_micromap, .path = "pInfos[2].type"),
+    CASE("micromap_build_with_ext_feature_alone", RULE(micromap_build_feature_is_enabled),
+         .setup = &with_ext_feature_alone,
+         TWIN_SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT | ENABLE_OPACITY_MICROMAP_KHR),
+         .prepare = scene_build_micromap),
     CASE("micromap_build_that_allows_update", RULE(micromap_build_flags_are_allowed),
-         .setup = &with_khr, .mutate = scene_build_micromap,
+         .mutate = scene_build_micromap,
          EITHER_SET(infos[AABBS].flags, MICROMAP_FLAG(ALLOW_UPDATE_BIT_KHR),
                     MICROMAP_FLAG(ALLOW_COMPACTION_BIT_KHR) |
                         MICROMAP_FLAG(PREFER_FAST_BUILD_BIT_KHR) |
                         MICROMAP_FLAG(MICROMAP_LOSSY_BIT_KHR)),
          .mutate_twin = use_4_state_usages, .path = "pInfos[2].flags"),
-
-    SHARED(RULE(micromap_build_has_one_geometry), .commands = ON_WITH_RANGES,
-           .refusal = &indirect_takes_no_micromap, .setup = &with_khr,
-           .prepare = scene_build_micromap, .may_fail_on_cpu = true),
-    CASE("micromap_build_of_two_geometries", EDITS(SET(infos[AABBS].geometryCount, 2)),
+    CASE("micromap_build_of_two_geometries", RULE(micromap_build_has_one_geometry),
+         .prepare = scene_build_micromap, EDITS(SET(infos[AABBS].geometryCount, 2)),
          .path = "pInfos[2].geometryCount"),
-    CASE("micromap_build_of_no_geometry", EDITS(SET(infos[AABBS].geometryCount, 0))),
+    CASE("micromap_build_of_no_geometry", RULE(micromap_build_has_one_geometry),
+         .prepare = scene_build_micromap, EDITS(SET(infos[AABBS].geometryCount, 0))),
 
     SHARED(.setup = &with_khr),
     CASE("lossy_blas", RULE(lossy_build_is_a_micromap),
@@ -189,8 +186,8 @@ static const struct test_case cases[] = {
          NAMES(RULE_triangles_chain_is_known), .setup = &with_ext,
          .prepare = scene_use_micromap_ext,
          EDITS(SET(micromaps.opacity_ext.sType, VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT))),
-    CASE("displacement_stype", RULES(RULE_displacement_has_its_stype),
-         NAMES(RULE_triangles_chain_is_known), .setup = &with_displacement,
+    CASE("displacement_stype", RULE(displacement_has_its_stype),
+         NAMES(RULE_triangles_chain_is_known), SETUP(.enable = ENABLE_DISPLACEMENT_MICROMAP),
          .prepare = scene_use_displacement,
          EDITS(SET(micromaps.displacement.sType,
                    VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV))),

@@ -82,16 +82,11 @@ static void use_micromap_without_indices(struct scene *scene)
 static void use_clone_of_micromap(struct scene *scene)
 {
     use_micromap(scene);
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene->micromaps.opacity.micromap,
-        .dst = scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
-    const VkCommandBuffer command_buffer = scene_begin_before(scene);
-    scene->vk->CmdCopyAccelerationStructureKHR(command_buffer, &info);
-    scene_end_before(scene, command_buffer);
-    scene->micromaps.opacity.micromap = info.dst;
+    const VkAccelerationStructureKHR clone =
+        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    scene_copy(scene, scene->micromaps.opacity.micromap, clone,
+               VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    scene->micromaps.opacity.micromap = clone;
 }
 
 static void use_deserialized_micromap(struct scene *scene)

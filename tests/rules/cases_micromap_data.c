@@ -7,7 +7,6 @@
 
 enum {
     LOSSY = VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR,
-    STATES_2 = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR,
     STATES_4 = VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR,
     /* As the null driver has them. */
     LIMIT_2_STATE = 6,
@@ -26,8 +25,6 @@ static void offer_limits(struct null_driver_config *config)
 }
 
 static const struct setup with_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
-static const struct setup with_limits = {.enable = ENABLE_OPACITY_MICROMAP_KHR,
-                                         .configure = offer_limits};
 
 /* ---- usages ---- */
 
@@ -36,13 +33,6 @@ static void build_4_state_micromap(struct scene *scene)
     scene_build_micromap(scene);
     for (uint32_t i = 0; i < SCENE_USAGES; i++)
         scene->micromaps.triangles[i].format = STATES_4;
-}
-
-static void use_usage_pointers(struct scene *scene)
-{
-    scene_build_micromap(scene);
-    scene->micromaps.data.pUsageCounts = NULL;
-    scene->micromaps.data.ppUsageCounts = scene->micromaps.usage_pointers;
 }
 
 /* Two of them are there. */
@@ -62,68 +52,52 @@ static void lose_the_structure(struct scene *scene)
     scene->geometries[AABBS][0].pNext = header;
 }
 
-/* ---- addresses ---- */
-
-static void use_inputs_without_usage(struct scene *scene)
-{
-    const struct test_buffer buffer = scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, SCRATCH_USAGE);
-    scene_build_micromap(scene);
-    scene->micromaps.data.data = buffer.address;
-}
-
-static void use_triangles_without_usage(struct scene *scene)
-{
-    const struct test_buffer buffer = scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, SCRATCH_USAGE);
-    scene_build_micromap(scene);
-    scene->micromaps.data.triangleArray = buffer.address;
-}
-
+#define USAGE_POINTERS                                                                             \
+    SET(micromaps.data.pUsageCounts, 0),                                                           \
+        POINT(micromaps.data.ppUsageCounts, micromaps.usage_pointers)
 /* The last 128 bytes of the buffer, for 16 triangles of 8 bytes. */
-static void use_end_of_buffer(struct scene *scene)
-{
-    scene_build_micromap(scene);
-    scene->micromaps.data.triangleArray += SCENE_MICROMAP_INPUT_SIZE - 128;
-    scene->micromaps.data.usageCountsCount = 2;
-    scene->micromaps.usages[0].count = 8;
-    scene->micromaps.usages[1].count = 8;
-}
-
+#define END_OF_BUFFER                                                                              \
+    ADD(micromaps.data.triangleArray, SCENE_MICROMAP_INPUT_SIZE - 128), TWO_USAGES,                \
+        SET(micromaps.usages[0].count, 8), SET(micromaps.usages[1].count, 8)
 #define TWO_USAGES SET(micromaps.data.usageCountsCount, 2)
 
 static const struct test_case cases[] = {
-    SHARED(.commands = ON_WITH_RANGES, .refusal = &indirect_takes_no_micromap, .setup = &with_khr,
-           .may_fail_on_cpu = true),
-    CASE("usages_both", RULE(micromap_data_has_one_usage_array), .prepare = use_usage_pointers,
-         EDITS(POINT(micromaps.data.pUsageCounts, micromaps.usages)),
+    SHARED(RULE(micromap_data_usages_are_readable), .commands = ON_WITH_RANGES,
+           .refusal = &indirect_takes_no_micromap, .setup = &with_khr, .may_fail_on_cpu = true),
+    CASE("usages_both", RULE(micromap_data_has_one_usage_array), .prepare = scene_build_micromap,
+         PREPARE_EDITS(USAGE_POINTERS), EDITS(POINT(micromaps.data.pUsageCounts, micromaps.usages)),
          .path = DATA_PATH("pUsageCounts")),
-    CASE("usages_unreadable", RULE(micromap_data_usages_are_readable),
-         .prepare = scene_build_micromap, PREPARE_EDITS(UNREADABLE(micromaps.data.pUsageCounts)),
+    CASE("usages_unreadable", .prepare = scene_build_micromap,
+         PREPARE_EDITS(UNREADABLE(micromaps.data.pUsageCounts)),
          TWIN_EDITS(SET(micromaps.data.usageCountsCount, 0)), .path = DATA_PATH("pUsageCounts")),
-    CASE("usages_end_too_early", RULE(micromap_data_usages_are_readable), .prepare = cut_usages,
+    CASE("usages_end_too_early", .prepare = cut_usages,
          EDITS(SET(micromaps.data.usageCountsCount, 3)), TWIN_EDITS(TWO_USAGES)),
-    CASE("usages_too_many", RULE(micromap_data_usages_are_readable), .mutate = cut_usages,
+    CASE("usages_too_many", .mutate = cut_usages,
          EDITS(SET(micromaps.data.usageCountsCount, UINT32_MAX))),
     CASE("usage_pointers_unreadable", RULE(micromap_data_usage_pointers_are_readable),
-         .prepare = use_usage_pointers, EDITS(UNREADABLE(micromaps.data.ppUsageCounts)),
-         .path = DATA_PATH("ppUsageCounts")),
+         .prepare = scene_build_micromap, PREPARE_EDITS(USAGE_POINTERS),
+         EDITS(UNREADABLE(micromaps.data.ppUsageCounts)), .path = DATA_PATH("ppUsageCounts")),
+
+    SHARED(RULE(micromap_data_usage_format_is_valid), .commands = ON_WITH_RANGES,
+           .refusal = &indirect_takes_no_micromap, .setup = &with_khr, .may_fail_on_cpu = true),
     CASE("usage_behind_pointer_unreadable", RULE(micromap_data_usage_pointers_are_readable),
-         .prepare = use_usage_pointers, PREPARE_EDITS(UNREADABLE(micromaps.usage_pointers[1])),
-         EDITS(TWO_USAGES)),
+         .prepare = scene_build_micromap,
+         PREPARE_EDITS(USAGE_POINTERS, UNREADABLE(micromaps.usage_pointers[1])), EDITS(TWO_USAGES)),
     CASE("micromap_data_ends_too_early", RULE(geometry_chain_is_known),
          .mutate = lose_the_structure, .mutate_twin = scene_build_micromap,
          .path = "pInfos[2].pGeometries[0].pNext"),
-    CASE("usage_format_0", RULE(micromap_data_usage_format_is_valid),
-         .prepare = scene_build_micromap, EDITS(TWO_USAGES, SET(micromaps.usages[1].format, 0)),
+    CASE("usage_format_0", .prepare = scene_build_micromap,
+         EDITS(TWO_USAGES, SET(micromaps.usages[1].format, 0)),
          TWIN_EDITS(SET(micromaps.usages[1].format, 0)), .path = DATA_PATH("pUsageCounts")),
-    CASE("usage_format_3", RULE(micromap_data_usage_format_is_valid),
-         .prepare = scene_build_micromap, EITHER_SET(micromaps.usages[0].format, 3, STATES_4),
-         .path = DATA_PATH("pUsageCounts")),
-    CASE("usage_format_behind_pointer", RULE(micromap_data_usage_format_is_valid),
-         .prepare = use_usage_pointers, EDITS(TWO_USAGES, SET(micromaps.usages[1].format, 7)),
+    CASE("usage_format_3", .prepare = scene_build_micromap,
+         EITHER_SET(micromaps.usages[0].format, 3, STATES_4), .path = DATA_PATH("pUsageCounts")),
+    CASE("usage_format_behind_pointer", .prepare = scene_build_micromap,
+         PREPARE_EDITS(USAGE_POINTERS), EDITS(TWO_USAGES, SET(micromaps.usages[1].format, 7)),
          .path = DATA_PATH("ppUsageCounts")),
 
     SHARED(.commands = ON_WITH_RANGES, .refusal = &indirect_takes_no_micromap,
-           .setup = &with_limits, .prepare = scene_build_micromap, .may_fail_on_cpu = true,
+           SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR, .configure = offer_limits),
+           .prepare = scene_build_micromap, .may_fail_on_cpu = true,
            .path = DATA_PATH("pUsageCounts")),
     CASE("lossy_usage_of_2_states", RULE(lossy_usage_is_4_state), .setup = &with_khr,
          .prepare = build_4_state_micromap,
@@ -193,7 +167,8 @@ static const struct test_case cases[] = {
          PREPARE_EDITS(SET(micromaps.data.triangleArray, 0x1000)),
          TWIN_EDITS(SET(micromaps.data.usageCountsCount, 0), SET(micromaps.data.pUsageCounts, 0))),
     CASE("triangles_without_usage_flag_with_usages", RULE(micromap_buffers_have_build_input_usage),
-         .prepare = use_triangles_without_usage, TWIN_EDITS(SET(micromaps.usages[0].count, 0))),
+         PREPARE_EDITS(MAKE_ADDRESS(micromaps.data.triangleArray, scene_address_without_usage)),
+         TWIN_EDITS(SET(micromaps.usages[0].count, 0))),
     CASE("triangles_unaligned", RULE(micromap_addresses_are_aligned),
          EITHER_ADD(micromaps.data.triangleArray, 64, 128), .path = DATA_PATH("triangleArray")),
     CASE("micromap_data_unaligned", RULE(micromap_addresses_are_aligned),
@@ -204,19 +179,17 @@ static const struct test_case cases[] = {
          .path = " and triangleArray 0x"),
     CASE("triangles_nowhere", RULE(input_address_is_in_a_buffer), .commands = ON_DEVICE,
          EDITS(SET(micromaps.data.triangleArray, 0x1000)), .path = DATA_PATH("triangleArray")),
-
-    SHARED(RULE(micromap_buffers_have_build_input_usage), .setup = &with_khr,
-           .mutate_twin = scene_build_micromap),
-    CASE("micromap_data_without_usage", .mutate = use_inputs_without_usage,
+    CASE("micromap_data_without_usage", RULE(micromap_buffers_have_build_input_usage),
+         EDITS(MAKE_ADDRESS(micromaps.data.data, scene_address_without_usage)),
          .path = DATA_PATH("data")),
-    CASE("triangles_without_usage", .mutate = use_triangles_without_usage,
+    CASE("triangles_without_usage", RULE(micromap_buffers_have_build_input_usage),
+         EDITS(MAKE_ADDRESS(micromaps.data.triangleArray, scene_address_without_usage)),
          .path = DATA_PATH("triangleArray")),
-
-    SHARED(RULE(micromap_triangles_are_in_one_buffer), .setup = &with_khr,
-           .prepare = use_end_of_buffer),
-    CASE("triangles_beyond_the_buffer", EDITS(ADD(micromaps.usages[1].count, 1)),
+    CASE("triangles_beyond_the_buffer", RULE(micromap_triangles_are_in_one_buffer),
+         PREPARE_EDITS(END_OF_BUFFER), EDITS(ADD(micromaps.usages[1].count, 1)),
          .path = DATA_PATH("triangleArray")),
-    CASE("triangles_far_beyond_the_buffer",
+    CASE("triangles_far_beyond_the_buffer", RULE(micromap_triangles_are_in_one_buffer),
+         PREPARE_EDITS(END_OF_BUFFER),
          EDITS(SET(micromaps.data.triangleArrayStride, UINT64_MAX / 16 * 4 + 4))),
 };
 

@@ -29,8 +29,7 @@ static void update(struct scene *scene, uint32_t source_choice, VkDeviceSize upd
                                                      scene_record_micromap(scene, 4)};
     scene_use_micromap(scene);
     scene->geometries[INDEXED][0].geometry.triangles.pNext = NULL;
-    const uint32_t source = scene_add_build(scene, INDEXED);
-    scene->info_count--;
+    const uint32_t source = scene_reserve_build(scene, INDEXED);
     scene->infos[source].flags |= flags;
     scene->infos[UPDATE].flags |= flags;
     choose(scene, UPDATE, &scene->micromaps.opacity_of_update, (enum micromap_choice)update_choice,

@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* VK_NV_ray_tracing_motion_blur: builds with motion, and the second positions of triangles. */
-#include <string.h>
-
 #include "case.h"
-#include "scene_motion.h"
+#include "scene_extensions.h"
 
 #define MOTION_PATH                                                                                \
     "pInfos[0].pGeometries[0].geometry.triangles."                                                 \
@@ -11,8 +9,6 @@
 
 #define MOTION VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV
 #define FLAGS_WITH_MOTION(build) SET(infos[build].flags, MOTION)
-
-static const struct setup with_motion = {.enable = ENABLE_MOTION};
 
 /* ---- second positions ---- */
 
@@ -31,25 +27,12 @@ static void moving(struct scene *scene)
     chain_motion(scene, scene_address(scene, &scene->vertices, 12));
 }
 
-static void moving_to_freed_memory(struct scene *scene)
-{
-    const struct test_buffer buffer = scene_buffer(scene, 4096, INPUT_USAGE);
-    chain_motion(scene, buffer.address);
-    scene_destroy(scene, (uint64_t)buffer.memory);
-}
-
 static void moving_past_the_end(struct scene *scene)
 {
     struct test_buffer buffer = scene_create_buffer(scene, 4096, INPUT_USAGE);
     const struct test_memory memory = scene_allocate(scene, 65536);
     scene_bind(scene, &buffer, &memory, 0);
     chain_motion(scene, buffer.address + 4096);
-}
-
-static void moving_without_usage(struct scene *scene)
-{
-    const struct test_buffer buffer = scene_buffer(scene, 4096, SCRATCH_USAGE);
-    chain_motion(scene, buffer.address);
 }
 
 /* The structure begins where it can be read and ends where it can't. */
@@ -64,7 +47,7 @@ static const VkBaseInStructure info_for_creation = {
     .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV};
 
 static const struct test_case cases[] = {
-    SHARED(.setup = &with_motion),
+    SHARED(SETUP(.enable = ENABLE_MOTION)),
     CASE("motion_dst_built_without_motion", RULE(motion_dst_is_built_with_motion),
          PREPARE_EDITS(CALL_WITH(scene_give_motion_dst, INDEXED)),
          TWIN_EDITS(FLAGS_WITH_MOTION(INDEXED)), .path = "pInfos[0].flags"),
@@ -100,7 +83,8 @@ static const struct test_case cases[] = {
          PREPARE_EDITS(CALL_WITH_SIZE(chain_motion, 0)),
          TWIN_EDITS(SET(ranges[INDEXED][0].primitiveCount, 0))),
     CASE("motion_address_in_freed_memory_with_primitives", RULE(input_buffer_is_bound),
-         .commands = ON_COMMAND_BUFFERS, .prepare = moving_to_freed_memory,
+         .commands = ON_COMMAND_BUFFERS, .prepare = moving,
+         PREPARE_EDITS(MAKE_ADDRESS(motion.vertexData.deviceAddress, scene_freed_address)),
          TWIN_EDITS(SET(ranges[INDEXED][0].primitiveCount, 0))),
     /* Not in a build with motion; the address has to be good all the same. */
     CASE("motion_address_null_in_build_without_motion", RULE(motion_vertex_address_is_given),
@@ -114,11 +98,13 @@ static const struct test_case cases[] = {
          .commands = ON_COMMAND_BUFFERS, .mutate = moving_past_the_end, .mutate_twin = moving,
          .path = MOTION_PATH "deviceAddress"),
     CASE("motion_address_in_freed_memory", RULE(input_buffer_is_bound),
-         .commands = ON_COMMAND_BUFFERS, .mutate = moving_to_freed_memory, .mutate_twin = moving,
+         .commands = ON_COMMAND_BUFFERS, .prepare = moving,
+         EDITS(MAKE_ADDRESS(motion.vertexData.deviceAddress, scene_freed_address)),
          .path = MOTION_PATH "deviceAddress"),
     /* 03673 lists members, and this is none of them. */
     CASE("motion_buffer_without_usage", RULE(input_buffer_has_build_input_usage), .silent = true,
-         .mutate = moving_without_usage),
+         .mutate = moving,
+         EDITS(MAKE_ADDRESS(motion.vertexData.deviceAddress, scene_address_without_usage))),
 };
 
 CASE_LIST(cases_motion, cases);

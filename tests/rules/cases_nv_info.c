@@ -27,9 +27,6 @@ static void limit_triangles(struct null_driver_config *config)
     config->nv_properties.maxTriangleCount = LIMIT;
 }
 
-static const struct setup few_geometries = {.configure = limit_geometries};
-static const struct setup few_instances = {.configure = limit_instances};
-static const struct setup few_triangles = {.configure = limit_triangles};
 static const struct setup nothing_special = {0};
 
 /* ---- infos of which dst knows ---- */
@@ -68,8 +65,6 @@ static void build_in_another_order(struct scene *scene)
     scene->nv.geometries[0] = scene->nv.geometries[1];
     scene->nv.geometries[1] = first;
 }
-
-/* ---- cases ---- */
 
 static const struct test_case cases[] = {
     CASE("stype", RULE(nv_info_has_its_stype),
@@ -117,7 +112,7 @@ static const struct test_case cases[] = {
          PREPARE_EDITS(PUT_AT_EDGE(nv.info.pGeometries, sizeof(VkGeometryNV))),
          TWIN_EDITS(SET(nv.info.geometryCount, 1))),
 
-    SHARED(.setup = &few_geometries, .twin_setup = &nothing_special),
+    SHARED(SETUP(.configure = limit_geometries), .twin_setup = &nothing_special),
     CASE("geometry_limit", RULE(nv_build_geometry_count_is_within_limit),
          NAMES(RULE_nv_geometry_count_is_within_limit), .path = "pInfo->geometryCount 2 exceeds"),
     CASE(
@@ -126,11 +121,12 @@ static const struct test_case cases[] = {
         .silent = true, EDITS(SET(nv.info.geometryCount, 1))),
 
     SHARED(RULE(nv_dst_was_created_compatible)),
-    CASE("instance_limit", RULE(nv_instance_count_is_within_limit), .setup = &few_instances,
-         .prepare = scene_nv_use_instances,
+    CASE("instance_limit", RULE(nv_instance_count_is_within_limit),
+         SETUP(.configure = limit_instances), .prepare = scene_nv_use_instances,
          EDITS(SET(nv.info.instanceCount, LIMIT + 1), CALL(scene_nv_give_objects)),
          TWIN_EDITS(SET(nv.info.instanceCount, LIMIT), CALL(scene_nv_give_objects))),
-    CASE("triangle_limit", RULE(nv_triangle_count_is_within_limit), .setup = &few_triangles,
+    CASE("triangle_limit", RULE(nv_triangle_count_is_within_limit),
+         SETUP(.configure = limit_triangles),
          EDITS(SET(nv.geometries[1].geometry.triangles.vertexCount, 9),
                CALL(scene_nv_give_objects))),
     /* No device takes as many, backend cpu included. */

@@ -7,27 +7,11 @@
 
 /* ---- the same structure ---- */
 
-static void share_dst(struct scene *scene)
-{
-    const uint32_t build = scene_add_build(scene, INDEXED);
-    scene->infos[build].dstAccelerationStructure = scene->infos[INDEXED].dstAccelerationStructure;
-}
+enum { ADDED = SCENE_BASE_BUILDS };
 
-static void add_another(struct scene *scene)
+static void add_build(struct scene *scene, uint32_t model)
 {
-    scene_add_build(scene, INDEXED);
-}
-
-static void share_dst_of_updates(struct scene *scene)
-{
-    const uint32_t build = scene_add_build(scene, UPDATE);
-    scene->infos[build].dstAccelerationStructure = scene->infos[UPDATE].dstAccelerationStructure;
-}
-
-static void update_two_from_one(struct scene *scene)
-{
-    const uint32_t build = scene_add_build(scene, UPDATE);
-    scene->infos[build].srcAccelerationStructure = scene->infos[UPDATE].srcAccelerationStructure;
+    scene_add_build(scene, model);
 }
 
 /* ---- structures ---- */
@@ -134,20 +118,27 @@ static void leave_alone(struct scene *scene, uint32_t build)
 }
 
 static const struct test_case cases[] = {
-    CASE("dst_built_twice", RULE(no_dst_is_built_twice), .mutate = share_dst,
-         .mutate_twin = add_another, .path = "pInfos[6]"),
+    CASE("dst_built_twice", RULE(no_dst_is_built_twice),
+         EDITS(CALL_WITH(add_build, INDEXED), COPY(infos[ADDED].dstAccelerationStructure,
+                                                   infos[INDEXED].dstAccelerationStructure)),
+         TWIN_EDITS(CALL_WITH(add_build, INDEXED)), .path = "pInfos[6]"),
     CASE(
         "refitted_twice", RULE(no_dst_is_built_twice),
         NAMES(RULE_no_src_is_the_dst_of_another_build),
         EDITS(COPY(infos[UPDATE].dstAccelerationStructure, infos[REFIT].dstAccelerationStructure),
               COPY(infos[UPDATE].srcAccelerationStructure, infos[REFIT].srcAccelerationStructure))),
-    CASE("dst_updated_twice", RULE(no_dst_is_built_twice), .mutate = share_dst_of_updates,
-         .mutate_twin = update_two_from_one),
+    CASE("dst_updated_twice", RULE(no_dst_is_built_twice),
+         EDITS(CALL_WITH(add_build, UPDATE),
+               COPY(infos[ADDED].dstAccelerationStructure, infos[UPDATE].dstAccelerationStructure)),
+         TWIN_EDITS(CALL_WITH(add_build, UPDATE), COPY(infos[ADDED].srcAccelerationStructure,
+                                                       infos[UPDATE].srcAccelerationStructure))),
     CASE(
         "src_is_dst_of_another", RULE(no_src_is_the_dst_of_another_build),
         EDITS(COPY(infos[UPDATE].srcAccelerationStructure, infos[INDEXED].dstAccelerationStructure),
               CALL_WITH(scene_build_source, UPDATE)),
-        .mutate_twin = update_two_from_one, .path = "pInfos[4]"),
+        TWIN_EDITS(CALL_WITH(add_build, UPDATE), COPY(infos[ADDED].srcAccelerationStructure,
+                                                      infos[UPDATE].srcAccelerationStructure)),
+        .path = "pInfos[4]"),
     CASE(
         "src_is_dst_of_another_though_not_an_update", RULE(no_src_is_the_dst_of_another_build),
         EDITS(COPY(infos[AABBS].srcAccelerationStructure, infos[INDEXED].dstAccelerationStructure)),

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "case.h"
-#include "scene_spheres.h"
+#include "scene_extensions.h"
 
 static const struct setup with_spheres = {.enable = ENABLE_SPHERES};
 static const struct setup with_content = {.enable = ENABLE_SPHERES, .level = "content"};

@@ -4,22 +4,12 @@
 
 #define FIRST_UNINDEXED TRIANGLES(UNINDEXED, 0)
 
-static void offer_packed_format(struct null_driver_config *config)
-{
-    config->formats[config->format_count++] = (struct null_driver_format){
-        VK_FORMAT_A2B10G10R10_SNORM_PACK32,
-        VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
-}
-
 static void limit_instances(struct null_driver_config *config)
 {
     config->as_properties.maxInstanceCount = 5;
     config->sizes.structure.per_primitive = 0;
     config->sizes.build_scratch.per_primitive = 0;
 }
-
-static const struct setup with_packed_format = {.configure = offer_packed_format};
-static const struct setup with_few_instances = {.configure = limit_instances};
 
 static const struct test_case cases[] = {
     SHARED(RULE(index_offset_is_aligned), .commands = ON_WITH_RANGES, .below_content = true),
@@ -35,7 +25,7 @@ static const struct test_case cases[] = {
     CASE("vertex_offset_misaligned_to_16_bits",
          PREPARE_EDITS(SET(FIRST_UNINDEXED.vertexFormat, VK_FORMAT_R16G16_SNORM)),
          EITHER_SET(ranges[UNINDEXED][0].primitiveOffset, 5, 6)),
-    CASE("vertex_offset_misaligned_to_pack", .setup = &with_packed_format,
+    CASE("vertex_offset_misaligned_to_pack", SETUP(.configure = offer_packed_format),
          PREPARE_EDITS(SET(FIRST_UNINDEXED.vertexFormat, VK_FORMAT_A2B10G10R10_SNORM_PACK32)),
          EITHER_SET(ranges[UNINDEXED][0].primitiveOffset, 2, 8)),
     CASE("transform_offset_misaligned", RULE(transform_offset_is_aligned),
@@ -67,7 +57,7 @@ static const struct test_case cases[] = {
     CASE("max_vertex_with_indices", .silent = true, EDITS(SET(TRIANGLES(INDEXED, 0).maxVertex, 3))),
 
     SHARED(RULE(instance_count_is_within_limit), .path = "[3]"),
-    CASE("instances_over_limit", .setup = &with_few_instances,
+    CASE("instances_over_limit", SETUP(.configure = limit_instances),
          EITHER_SET(ranges[TLAS][0].primitiveCount, 6, 5)),
     /* No device takes as many, backend cpu included. */
     CASE("instances_over_any_limit", .commands = ON_COMMAND_BUFFERS,

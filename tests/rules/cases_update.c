@@ -4,13 +4,13 @@
 #include "case.h"
 #include "placing.h"
 
+#define ALLOW_UPDATE VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR
 #define T_UPDATE TRIANGLES(UPDATE, 0)
 
 /* A build like INDEXED that is not part of the call; to be changed, then built before it. */
 static uint32_t begin_source(struct scene *scene)
 {
-    const uint32_t build = scene_add_build(scene, INDEXED);
-    scene->info_count--;
+    const uint32_t build = scene_reserve_build(scene, INDEXED);
     return build;
 }
 
@@ -22,15 +22,10 @@ static void build_source(struct scene *scene, uint32_t build, uint32_t update)
     scene->infos[update].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
 }
 
-static void build_source_like_the_update(struct scene *scene)
-{
-    build_source(scene, begin_source(scene), UPDATE);
-}
-
-static void build_source_without_allow_update(struct scene *scene)
+static void build_source_with(struct scene *scene, VkBuildAccelerationStructureFlagsKHR flags)
 {
     const uint32_t build = begin_source(scene);
-    scene->infos[build].flags = 0;
+    scene->infos[build].flags = flags;
     build_source(scene, build, UPDATE);
 }
 
@@ -52,12 +47,6 @@ static void build_source_twice(struct scene *scene)
         scene_build_before(scene, build, 1);
     }
     scene->infos[UPDATE].srcAccelerationStructure = source;
-}
-
-static void update_with_other_flags(struct scene *scene)
-{
-    scene->infos[UPDATE].flags |= VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
-    scene_give_objects(scene, UPDATE);
 }
 
 static void build_source_of_two_geometries(struct scene *scene)
@@ -106,34 +95,27 @@ static void update_tlas_from_blas(struct scene *scene)
 /* A compacting copy carries what it copied. */
 static void update_compacted_copy(struct scene *scene)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene->infos[UPDATE].srcAccelerationStructure,
-        .dst = scene_accel_for(scene, UPDATE),
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
-    };
-    if (scene->command == COMMAND_HOST)
-        expect_success(
-            scene->vk->CopyAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE, &info),
-            "vkCopyAccelerationStructureKHR");
-    else
-        scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
-    scene->infos[UPDATE].srcAccelerationStructure = info.dst;
+    const VkAccelerationStructureKHR copy = scene_accel_for(scene, UPDATE);
+    expect_success(scene_copy(scene, scene->infos[UPDATE].srcAccelerationStructure, copy,
+                              VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR),
+                   "vkCopyAccelerationStructureKHR");
+    scene->infos[UPDATE].srcAccelerationStructure = copy;
 }
 
 /* A rule of level state that takes more to decide here. */
-static const struct setup at_level_execution = {.level = "execution"};
 
 static const struct test_case cases[] = {
     CASE("source_without_allow_update", RULE(update_source_was_built_with_allow_update),
-         .mutate = build_source_without_allow_update, .mutate_twin = build_source_like_the_update,
+         EITHER_CALL(build_source_with, 0, ALLOW_UPDATE),
          .path = "pInfos[4].srcAccelerationStructure"),
     CASE("source_built_again",
          RULES(RULE_update_source_was_built_with_allow_update, RULE_max_vertex_matches_source),
          .silent = true, .mutate = build_source_twice),
     CASE("source_of_two_geometries", RULE(geometry_count_matches_source),
          .mutate = build_source_of_two_geometries, .path = "pInfos[4].geometryCount"),
-    CASE("flags_of_update", RULE(build_flags_match_source), .mutate = update_with_other_flags,
+    CASE("flags_of_update", RULE(build_flags_match_source),
+         EDITS(ADD(infos[UPDATE].flags, VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR),
+               CALL_WITH(scene_give_objects, UPDATE)),
          .path = "pInfos[4].flags"),
     CASE("type_of_update", RULES(RULE_build_type_matches_source),
          NAMES(RULE_geometry_type_matches_source), .mutate = update_tlas_from_blas,
@@ -156,7 +138,7 @@ static const struct test_case cases[] = {
     CASE("max_vertex_of_update_of_compacted_copy", RULE(max_vertex_matches_source),
          .prepare = update_compacted_copy, EDITS(SET(T_UPDATE.maxVertex, 6))),
     CASE("dst_too_small_for_an_update_of_an_uncompacted_source", RULE(dst_is_large_enough),
-         .setup = &at_level_execution, EITHER_CALL_SIZE(update_into, 2, 1),
+         SETUP(.level = "execution"), EITHER_CALL_SIZE(update_into, 2, 1),
          .path = "pInfos[4].dstAccelerationStructure"),
     CASE("index_type_of_update", RULE(index_type_matches_source),
          EDITS(SET(T_UPDATE.indexType, VK_INDEX_TYPE_UINT16)),

@@ -142,8 +142,6 @@ static uint64_t value_of(struct scene *scene, const struct edit *edit)
         return (uintptr_t)unreadable_page();
     case EDIT_MAKE_ADDRESS:
         return edit->make_address(scene);
-    case EDIT_MAKE_STRUCTURE:
-        return (uint64_t)edit->make_structure(scene);
     case EDIT_MAKE_STRUCTURE_WITH:
         return (uint64_t)edit->make_structure_with(scene, (uint32_t)edit->value);
     default:

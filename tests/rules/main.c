@@ -7,7 +7,6 @@
  * is asked for, unseen where it can't see what is broken. */
 #include <signal.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -30,8 +29,6 @@ struct run {
 };
 
 static char current_name[256];
-
-static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
 
 /* ---- output ---- */
 
@@ -66,9 +63,10 @@ static void tell(struct run *run)
 static void write_result(struct run *run, const struct play *play, const char *id, bool good,
                          const char *word)
 {
-    fprintf(run->tally.results, "%s\t%s%s\t%s\t%s\t%s\n", run->platform.name, play->test_case->name,
-            play->geometry_pointers ? "+ppGeometries" : "", command_words[play->command], id,
-            good ? word : "failed");
+    char name[256];
+    snprintf(name, sizeof(name), "%s%s", play->test_case->name,
+             play->geometry_pointers ? "+ppGeometries" : "");
+    tally_write(&run->tally, &run->platform, name, play->command, id, good ? word : "failed");
 }
 
 static void write_results(struct run *run, const struct play *play)
@@ -160,14 +158,8 @@ static void play_one(struct run *run, const struct case_list *list, const struct
              play->test_case->name, command_words[play->command],
              play->geometry_pointers ? "+ppGeometries" : "", play->level != NULL ? "@" : "",
              play->level != NULL ? play->level : "");
-    if (run->tally.filter != NULL && strstr(current_name, run->tally.filter) == NULL)
+    if (!tally_starts(&run->tally, current_name))
         return;
-    if (run->tally.list) {
-        puts(current_name);
-        return;
-    }
-    if (run->tally.verbose)
-        printf("[ RUN      ] %s\n", current_name);
     play_case(play, &run->fixture, &run->report);
     write_results(run, play);
     tell(run);
@@ -299,27 +291,16 @@ static void check_every_rule_has_a_case(struct run *run)
 
 /* ---- the program ---- */
 
-static int usage(void)
-{
-    fputs("usage: rules_test " PLATFORM_NAMES
-          " [--filter NAME] [--list] [--verbose] "
-          "[--results FILE] [--level NAME] [--misaligned]\n",
-          stderr);
-    return 2;
-}
-
 int main(int argc, char **argv)
 {
     static struct run run;
 
-    if (argc < 2 || !tally_read_arguments(&run.tally, argc, argv))
-        return usage();
-    setvbuf(stdout, NULL, _IOLBF, 0);
-    const char *missing = platform_open(&run.platform, argv[1]);
-    if (missing != NULL) {
-        printf("[  SKIPPED ] %s: %s\n", argv[1], missing);
-        return 77;
-    }
+    const int status = tally_open(&run.tally, &run.platform, argc, argv,
+                                  "usage: rules_test " PLATFORM_NAMES
+                                  " [--filter NAME] [--list] [--verbose] "
+                                  "[--results FILE] [--level NAME] [--misaligned]\n");
+    if (status != 0)
+        return status;
     catch_crashes();
     run.fixture.misaligns = run.tally.misaligns;
     for_all_cases(&run, play_all_forms);

@@ -155,6 +155,14 @@ void scene_build_before(struct scene *scene, uint32_t first, uint32_t count);
  * have to be built before. */
 void scene_build_source(struct scene *scene, uint32_t update);
 
+/* Copies a structure before the call, by the command of the same kind: on the host, or recorded.
+ * VK_SUCCESS if it is recorded: backend cpu may refuse copies on the host. */
+VkResult scene_copy(struct scene *scene, VkAccelerationStructureKHR src,
+                    VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode);
+
+/* A build like `model` that is not part of the call; returns its index. */
+uint32_t scene_reserve_build(struct scene *scene, uint32_t model);
+
 /* A structure of the size and type that the build needs. */
 VkAccelerationStructureKHR scene_accel_for(struct scene *scene, uint32_t build);
 
@@ -214,6 +222,12 @@ VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct test_buf
 /* Of the first memory type that the bits allow. */
 struct test_memory scene_allocate_of_type(struct scene *scene, VkDeviceSize size,
                                           uint32_t memory_type_bits);
+
+/* Addresses of buffers that builds can't read: of freed memory, of a destroyed buffer, and without
+ * the usage for it. */
+VkDeviceAddress scene_freed_address(struct scene *scene);
+VkDeviceAddress scene_destroyed_address(struct scene *scene);
+VkDeviceAddress scene_address_without_usage(struct scene *scene);
 
 /* A bound buffer with memory of its own. */
 struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage);

@@ -184,6 +184,25 @@ struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBuffer
     return buffer;
 }
 
+VkDeviceAddress scene_freed_address(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
+    scene_destroy(scene, (uint64_t)buffer.memory);
+    return buffer.address;
+}
+
+VkDeviceAddress scene_destroyed_address(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
+    scene_destroy(scene, (uint64_t)buffer.handle);
+    return buffer.address;
+}
+
+VkDeviceAddress scene_address_without_usage(struct scene *scene)
+{
+    return scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, SCRATCH_USAGE).address;
+}
+
 struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage)
 {
     const VkBufferUsageFlags2CreateInfo flags2 = {
