@@ -58,8 +58,11 @@ void warn_left_out(const struct layer_device *device, VkCommandBuffer handle)
     text_begin(&text, line, sizeof(line));
     text_append(&text, "assay_validation.level = content: VkCommandBuffer 0x%" PRIx64,
                 (uint64_t)(uintptr_t)handle);
-    if (name[0])
-        text_append(&text, "[\"%s\"]", name);
+    if (name[0]) {
+        text_append(&text, "[");
+        text_append_quoted(&text, name, sizeof(name));
+        text_append(&text, "]");
+    }
     text_append(&text, " has builds that are not, or not wholly, looked at:");
     append_builds(&text, recording);
     text_append(&text, ".");

@@ -46,8 +46,11 @@ static void append_object(struct text_buffer *text, const VkDebugUtilsObjectName
 {
     const char *type = object_type_name(object->objectType);
     text_append(text, "%s 0x%" PRIx64, type ? type : "object", object->objectHandle);
-    if (object->pObjectName)
-        text_append(text, "[\"%s\"]", object->pObjectName);
+    if (!object->pObjectName)
+        return;
+    text_append(text, "[");
+    text_append_quoted(text, object->pObjectName, MESSAGE_NAME_SIZE - 1);
+    text_append(text, "]");
 }
 
 static void copy_labels(struct message *message, const struct label_stack *stack)
@@ -69,11 +72,9 @@ static void append_labels(struct text_buffer *text, const struct message *messag
         return;
     text_append(text, ", labels %s", stack->count > message->label_count ? "... > " : "");
     for (uint32_t i = message->label_count; i-- > 0;) {
-        const char *name = message->labels[i].pLabelName;
-        size_t length = strlen(name);
-        if (length >= MESSAGE_NAME_SIZE)
-            length = text_cut_length(name, MESSAGE_NAME_SIZE - 1);
-        text_append(text, "\"%.*s\"%s", (int)length, name, i ? " > " : "");
+        text_append_quoted(text, message->labels[i].pLabelName, MESSAGE_NAME_SIZE - 1);
+        if (i)
+            text_append(text, " > ");
     }
 }
 
@@ -331,7 +332,7 @@ void message_of_layer(struct message *message, enum report_flag severity, const 
 
 void message_write(const struct message *message, FILE *file)
 {
-    char line[MESSAGE_NAME_SIZE + 64];
+    char line[4 * MESSAGE_NAME_SIZE + 64]; /* an escaped byte takes four */
     flockfile(file);
     fprintf(file, "%s\n", message->heading);
     if (message->object_count)

@@ -29,6 +29,8 @@ struct reporter {
     _Atomic uint32_t differences_left[DIFFERENCE_COUNT];
 };
 
+enum { LINE_SIZE = 1024, FILENAME_SHOWN = 200 };
+
 static const uint32_t NO_LIMIT = UINT32_MAX;
 
 /* ---- sending */
@@ -165,13 +167,12 @@ static void open_log(struct reporter *reporter, struct kept_lines *kept)
     }
     const char *reason = process_is_elevated() ? "a process with elevated privileges writes no file"
                                                : strerror(errno);
-    char line[1024];
+    char line[LINE_SIZE];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append(&text,
-                "assay_validation.log_filename: \"%.512s\" cannot be opened for writing (%s); it "
-                "takes a file name; the default, stderr, is used.",
-                filename, reason);
+    text_append(&text, "assay_validation.log_filename: ");
+    text_append_quoted(&text, filename, FILENAME_SHOWN);
+    text_append(&text, " cannot be opened for writing (%s); the default, stderr, is used.", reason);
     keep_line(kept, line);
 }
 

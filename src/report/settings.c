@@ -244,11 +244,11 @@ static bool load_message_id_filter(const struct loader *loader, char *value)
         char line[LINE_SIZE];
         struct text_buffer text;
         text_begin(&text, line, sizeof(line));
+        text_append(&text, "assay_validation.message_id_filter: ");
+        text_append_quoted(&text, entry, VALUE_SHOWN);
         text_append(&text,
-                    "assay_validation.message_id_filter: \"%.*s\" names no message of this layer; "
-                    "an entry is a VUID, a message number (decimal or 0x...) or the last digits of "
-                    "a VUID; the entry is ignored.",
-                    VALUE_SHOWN, entry);
+                    " names no message of this layer; an entry is a VUID, a message number "
+                    "(decimal or 0x...) or the last digits of a VUID; the entry is ignored.");
         loader->warn(loader->context, line);
     }
     return true;
@@ -289,7 +289,8 @@ static void warn_of_unknown_key(void *context, const char *name)
     char line[LINE_SIZE];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append(&text, "%.*s is not a setting of this layer, which has", VALUE_SHOWN, name);
+    text_append_quoted(&text, name, VALUE_SHOWN);
+    text_append(&text, " is not a setting of this layer, which has");
     for (unsigned i = 0; i < KEY_COUNT; i++)
         text_append(&text, "%s %s", i ? "," : "", keys[i].name);
     text_append(&text, "; it is ignored.");
@@ -301,10 +302,10 @@ static void warn_of_value(const struct loader *loader, const struct key *key, co
     char line[LINE_SIZE];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append(&text,
-                "assay_validation.%s: \"%.*s\" is not understood; it takes %s; the default, %s, is "
-                "used.",
-                key->name, VALUE_SHOWN, value, key->accepts, key->default_value);
+    text_append(&text, "assay_validation.%s: ", key->name);
+    text_append_quoted(&text, value, VALUE_SHOWN);
+    text_append(&text, " is not a valid value, which is %s; the default, %s, is used.",
+                key->accepts, key->default_value);
     loader->warn(loader->context, line);
 }
 

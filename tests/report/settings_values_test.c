@@ -104,17 +104,17 @@ static void test_unknown_keys(void **state)
     setenv("VK_ASSAY_VALIDATION_LEVLE", "content", 1);
     struct settings settings = settings_read(NULL);
     assert_default_settings(&settings);
-    ASSERT_WARNED("VK_ASSAY_VALIDATION_LEVLE is not a setting", "level", "message_id_filter");
+    ASSERT_WARNED("VK_ASSAY_VALIDATION_LEVLE\" is not a setting", "level", "message_id_filter");
 
     surrounding_clear("assay_validation.report_flag = error\n");
     settings = settings_read(NULL);
     assert_default_settings(&settings);
-    ASSERT_WARNED("assay_validation.report_flag is not a setting", "report_flags");
+    ASSERT_WARNED("assay_validation.report_flag\" is not a setting", "report_flags");
 
     surrounding_clear("Assay_Validation.level = content\n");
     settings = settings_read(NULL);
     assert_default_settings(&settings);
-    ASSERT_WARNED("Assay_Validation.level is not a setting");
+    ASSERT_WARNED("Assay_Validation.level\" is not a setting");
 
     surrounding_clear(NULL);
     VkBool32 on = VK_TRUE;
@@ -124,7 +124,7 @@ static void test_unknown_keys(void **state)
                                                NULL, 1, &entry};
     settings = settings_read(&info);
     assert_default_settings(&settings);
-    ASSERT_WARNED("assay_validation.validate_sync is not a setting");
+    ASSERT_WARNED("assay_validation.validate_sync\" is not a setting");
 }
 
 /* The library and the search for unknown keys have to find the same file. */
@@ -136,7 +136,7 @@ static void assert_file_is_read(const char *path)
     fclose(file);
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.level, LEVEL_STATE);
-    ASSERT_WARNED("assay_validation.levle is not a setting");
+    ASSERT_WARNED("assay_validation.levle\" is not a setting");
     remove(path);
 }
 
