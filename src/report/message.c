@@ -7,6 +7,7 @@
 
 #include "src/base/text_buffer.h"
 #include "src/report/message_id.h"
+#include "src/report/message_path.h"
 #include "src/state/commands/object_names.h"
 
 enum { LAST_NOTICE_SIZE = 160 };
@@ -80,59 +81,6 @@ static void append_labels(struct text_buffer *text, const struct message *messag
 
 /* ---- the finding */
 
-static void append_build(struct text_buffer *text, enum build_command command, uint32_t build)
-{
-    if (command == COMMAND_NV)
-        text_append(text, "pInfo");
-    else
-        text_append(text, "pInfos[%" PRIu32 "]", build);
-}
-
-/* Appends nothing if the field is "", which stands for the structure itself. */
-static void append_field(struct text_buffer *text, const char *separator, const char *field)
-{
-    if (field[0])
-        text_append(text, "%s%s", separator, field);
-}
-
-/* A range of the indirect command lies in device memory; only its count is a parameter, and has no
- * fields. */
-static const char *ranges_name(enum build_command command, const char *field)
-{
-    if (command != COMMAND_INDIRECT)
-        return "ppBuildRangeInfos";
-    return field[0] ? "pIndirectDeviceAddresses" : "ppMaxPrimitiveCounts";
-}
-
-static void append_path(struct text_buffer *text, const struct location *at, const char *field)
-{
-    const char *separator = at->command == COMMAND_NV ? "->" : ".";
-    switch (at->subject) {
-    case SUBJECT_CALL:
-    case SUBJECT_PARAMETER:
-        text_append(text, "%s", field);
-        return;
-    case SUBJECT_BUILD:
-        append_build(text, at->command, at->build);
-        append_field(text, separator, field);
-        return;
-    case SUBJECT_GEOMETRY:
-        append_build(text, at->command, at->build);
-        text_append(text, "%s%s[%" PRIu32 "]", separator,
-                    at->geometry_by_pointer ? "ppGeometries" : "pGeometries", at->geometry);
-        append_field(text, at->geometry_by_pointer ? "->" : ".", field);
-        return;
-    case SUBJECT_RANGE:
-        text_append(text, "%s[%" PRIu32 "][%" PRIu32 "]", ranges_name(at->command, field),
-                    at->build, at->geometry);
-        append_field(text, ".", field);
-        return;
-    case SUBJECT_ELEMENT:
-        text_append(text, "%s[%" PRIu32 "]", field, at->build);
-        return;
-    }
-}
-
 /* Appends nothing if the message has no room for one more object. */
 static void append_mention(struct text_buffer *text, struct message *message, VkObjectType type,
                            uint64_t handle, const struct object_names *names)
@@ -174,8 +122,9 @@ static void append_value(struct text_buffer *text, struct message *message,
         text_append(text, "%s", value->text ? value->text : "");
         return;
     case VALUE_FIELD:
-        append_build(text, command, value->build);
-        append_field(text, command == COMMAND_NV ? "->" : ".", value->text ? value->text : "");
+        message_append_build(text, command, value->build);
+        message_append_field(text, command == COMMAND_NV ? "->" : ".",
+                             value->text ? value->text : "");
         return;
     case VALUE_OBJECT:
         if (!value->number) {
@@ -286,7 +235,7 @@ static void append_finding(struct text_buffer *text, struct message *message,
 {
     text_append(text, "%s(): ", build_command_name(location->command));
     size_t before = text->length;
-    append_path(text, location, finding->field ? finding->field : "");
+    message_append_path(text, location, finding->field ? finding->field : "");
     if (text->length > before)
         text_append(text, " ");
     append_statement(text, message, location->command, origin, finding);

@@ -2,15 +2,13 @@
 /* The keys, their values, and the settings that they set. */
 #include "src/report/settings.h"
 
-#include <ctype.h>
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #include "src/base/text_buffer.h"
 #include "src/report/message_filter.h"
 #include "src/report/settings_source.h"
+#include "src/report/settings_values.h"
 
 enum { LINE_SIZE = 1024, VALUE_SHOWN = 200 };
 
@@ -21,11 +19,6 @@ struct loader {
 };
 
 /* ---- values */
-
-struct choice {
-    const char *name;
-    uint32_t value;
-};
 
 static const struct choice levels[] = {
     {"parameters", LEVEL_PARAMETERS},
@@ -82,76 +75,12 @@ static const struct choice booleans[] = {
     {"true", 1}, {"false", 0}, {"on", 1}, {"off", 0}, {"1", 1}, {"0", 0}, {NULL, 0},
 };
 
-static const struct choice *find_choice(const struct choice *choices, const char *name)
-{
-    for (const struct choice *choice = choices; choice->name; choice++)
-        if (strcasecmp(choice->name, name) == 0)
-            return choice;
-    return NULL;
-}
-
-/* Cuts the next entry off a comma-separated list, and trims it. Returns NULL at the end. */
-static char *next_entry(char **list)
-{
-    while (*list) {
-        char *entry = strsep(list, ",");
-        while (isspace((unsigned char)*entry))
-            entry++;
-        size_t length = strlen(entry);
-        while (length && isspace((unsigned char)entry[length - 1]))
-            entry[--length] = '\0';
-        if (length)
-            return entry;
-    }
-    return NULL;
-}
-
-static bool read_choice(const struct choice *choices, char *list, uint32_t *value)
-{
-    const char *name = next_entry(&list);
-    const struct choice *choice = name ? find_choice(choices, name) : NULL;
-    if (!choice || next_entry(&list))
-        return false;
-    *value = choice->value;
-    return true;
-}
-
-static bool read_flags(const struct choice *choices, char *list, uint32_t *flags)
-{
-    uint32_t all = 0;
-    const char *name = next_entry(&list);
-    if (!name)
-        return false;
-    for (; name; name = next_entry(&list)) {
-        const struct choice *choice = find_choice(choices, name);
-        if (!choice)
-            return false;
-        all |= choice->value;
-    }
-    *flags = all;
-    return true;
-}
-
-static bool read_number(char *list, uint32_t *value)
-{
-    const char *digits = next_entry(&list);
-    if (!digits || !isdigit((unsigned char)digits[0]) || next_entry(&list))
-        return false;
-    char *end;
-    errno = 0;
-    unsigned long long number = strtoull(digits, &end, 10);
-    if (*end || errno || number > UINT32_MAX)
-        return false;
-    *value = (uint32_t)number;
-    return true;
-}
-
 /* ---- keys: each function may modify `value`, and returns false if the value is invalid */
 
 static bool load_level(const struct loader *loader, char *value)
 {
     uint32_t level;
-    if (!read_choice(levels, value, &level))
+    if (!value_read_choice(levels, value, &level))
         return false;
     loader->settings->level = (enum level)level;
     return true;
@@ -160,7 +89,7 @@ static bool load_level(const struct loader *loader, char *value)
 static bool load_backend(const struct loader *loader, char *value)
 {
     uint32_t backend;
-    if (!read_choice(backends, value, &backend))
+    if (!value_read_choice(backends, value, &backend))
         return false;
     loader->settings->backend = (enum backend)backend;
     return true;
@@ -168,13 +97,13 @@ static bool load_backend(const struct loader *loader, char *value)
 
 static bool load_content_budget_mib(const struct loader *loader, char *value)
 {
-    return read_number(value, &loader->settings->content_budget_mib);
+    return value_read_number(value, &loader->settings->content_budget_mib);
 }
 
 static bool load_content_when_full(const struct loader *loader, char *value)
 {
     uint32_t when;
-    if (!read_choice(when_full, value, &when))
+    if (!value_read_choice(when_full, value, &when))
         return false;
     loader->settings->content_when_full = (enum content_when_full)when;
     return true;
@@ -183,7 +112,7 @@ static bool load_content_when_full(const struct loader *loader, char *value)
 static bool load_vuid_names(const struct loader *loader, char *value)
 {
     uint32_t names;
-    if (!read_choice(vuid_names, value, &names))
+    if (!value_read_choice(vuid_names, value, &names))
         return false;
     loader->settings->vuid_names = (enum vuid_names)names;
     return true;
@@ -191,13 +120,13 @@ static bool load_vuid_names(const struct loader *loader, char *value)
 
 static bool load_report_flags(const struct loader *loader, char *value)
 {
-    return read_flags(report_flags, value, &loader->settings->report_flags);
+    return value_read_flags(report_flags, value, &loader->settings->report_flags);
 }
 
 static bool load_debug_action(const struct loader *loader, char *value)
 {
     uint32_t actions;
-    if (!read_flags(debug_actions, value, &actions))
+    if (!value_read_flags(debug_actions, value, &actions))
         return false;
     if (actions != DEBUG_ACTION_IGNORE)
         actions &= ~(uint32_t)DEBUG_ACTION_IGNORE;
@@ -210,13 +139,13 @@ static bool load_debug_action(const struct loader *loader, char *value)
 
 static bool load_duplicate_message_limit(const struct loader *loader, char *value)
 {
-    return read_number(value, &loader->settings->duplicate_message_limit);
+    return value_read_number(value, &loader->settings->duplicate_message_limit);
 }
 
 static bool load_enable_message_limit(const struct loader *loader, char *value)
 {
     uint32_t enabled;
-    if (!read_choice(booleans, value, &enabled))
+    if (!value_read_choice(booleans, value, &enabled))
         return false;
     if (!enabled)
         loader->settings->duplicate_message_limit = 0;
@@ -229,7 +158,7 @@ enum { COMPARE_RAYS_MAX = 1000000 };
 static bool load_compare_rays(const struct loader *loader, char *value)
 {
     uint32_t rays;
-    if (!read_number(value, &rays) || rays > COMPARE_RAYS_MAX)
+    if (!value_read_number(value, &rays) || rays > COMPARE_RAYS_MAX)
         return false;
     loader->settings->compare_rays = rays;
     return true;
@@ -237,7 +166,7 @@ static bool load_compare_rays(const struct loader *loader, char *value)
 
 static bool load_message_id_filter(const struct loader *loader, char *value)
 {
-    for (const char *entry; (entry = next_entry(&value));) {
+    for (const char *entry; (entry = value_next_entry(&value));) {
         if (message_filter_add(loader->settings->muted, entry) ||
             message_filter_add_difference(loader->settings->muted_differences, entry))
             continue;
