@@ -10,7 +10,7 @@
 #include "src/report/message_path.h"
 #include "src/state/commands/object_names.h"
 
-enum { LAST_NOTICE_SIZE = 160 };
+enum { LAST_NOTICE_SIZE = 384, SENTENCE_SHOWN = 160 };
 
 #define SPECIFICATION "https://docs.vulkan.org/spec/latest/"
 
@@ -80,6 +80,19 @@ static void append_labels(struct text_buffer *text, const struct message *messag
 }
 
 /* ---- the finding */
+
+struct message_subject message_subject_of(const struct call_origin *origin,
+                                          const struct finding *finding)
+{
+    for (uint32_t i = 0; i < finding->value_count; i++)
+        if (finding->values[i].kind == VALUE_OBJECT && finding->values[i].number)
+            return (struct message_subject){finding->values[i].object_type,
+                                            finding->values[i].number};
+    if (origin->command_buffer)
+        return (struct message_subject){VK_OBJECT_TYPE_COMMAND_BUFFER,
+                                        (uint64_t)(uintptr_t)origin->command_buffer};
+    return (struct message_subject){VK_OBJECT_TYPE_DEVICE, (uint64_t)(uintptr_t)origin->device};
+}
 
 /* Appends nothing if the message has no room for one more object. */
 static void append_mention(struct text_buffer *text, struct message *message, VkObjectType type,
@@ -173,13 +186,41 @@ static void append_origin(struct text_buffer *text, struct message *message,
     text_append(text, ".");
 }
 
+/* Returns the length of a sentence that is cut between words, to at most SENTENCE_SHOWN characters.
+ */
+static size_t short_length(const char *sentence)
+{
+    size_t length = 0, end_of_word = 0;
+    for (uint32_t characters = 0; characters <= SENTENCE_SHOWN; characters++) {
+        if (!sentence[length])
+            return length;
+        if (sentence[length] == ' ')
+            end_of_word = length;
+        do
+            length++;
+        while (((unsigned char)sentence[length] & 0xc0) == 0x80);
+    }
+    return end_of_word;
+}
+
+static void append_sentence(struct text_buffer *text, const struct vuid_text *vuid,
+                            enum spec_text spec_text)
+{
+    if (!vuid->sentence[0] || spec_text == SPEC_TEXT_NONE)
+        return;
+    size_t length = strlen(vuid->sentence), shown = length;
+    if (spec_text == SPEC_TEXT_SHORT)
+        shown = short_length(vuid->sentence);
+    text_append(text, "\nThe Vulkan spec states: %.*s%s (" SPECIFICATION "%s#%s)", (int)shown,
+                vuid->sentence, shown < length ? "..." : "", vuid->page, vuid->id);
+}
+
 /* `named` is the message's id. If the message has the current id, retired ids are appended. */
-static void append_specification(struct text_buffer *text, enum vuid vuid, const char *named)
+static void append_specification(struct text_buffer *text, enum vuid vuid, const char *named,
+                                 enum spec_text spec_text)
 {
     const struct vuid_text *current = &vuid_texts[vuid];
-    if (current->sentence[0])
-        text_append(text, "\nThe Vulkan spec states: %s (" SPECIFICATION "%s#%s)",
-                    current->sentence, current->page, current->id);
+    append_sentence(text, current, spec_text);
     if (named != current->id) {
         text_append(text, " (today %s)", current->id);
         return;
@@ -192,15 +233,31 @@ static void append_specification(struct text_buffer *text, enum vuid vuid, const
 }
 
 /* Uses reserved room, so the notice is complete even if the text before it was cut. */
-static void append_last_notice(struct text_buffer *text, const char *what, uint32_t count)
+static void append_last_notice(struct text_buffer *text, const char *what,
+                               const struct message_subject *subject,
+                               const struct message_style *style)
 {
+    if (style->last == LAST_OF_NOTHING)
+        return;
     text->size += LAST_NOTICE_SIZE;
     text->cut = false;
-    text_append(text,
-                "\nThis %s has now been reported %" PRIu32
-                " time%s and will not be reported "
-                "again: duplicate_message_limit is reached.",
-                what, count, count == 1 ? "" : "s");
+    text_append(text, "\nThis %s has now been reported %" PRIu32 " time%s", what, style->sent,
+                style->sent == 1 ? "" : "s");
+    if (style->last == LAST_OF_OBJECT) {
+        const char *type = object_type_name(subject->type);
+        text_append(text,
+                    " for %s 0x%" PRIx64
+                    " and will not be reported for it again: "
+                    "duplicate_message_limit is reached. At most %" PRIu32
+                    " more follow for other objects.",
+                    type ? type : "object", subject->handle, style->left);
+    } else {
+        text_append(text,
+                    " and will not be reported again: ten times duplicate_message_limit is "
+                    "reached.");
+    }
+    if (style->are_counted)
+        text_append(text, " Further ones are only counted.");
 }
 
 /* ---- whole messages */
@@ -244,32 +301,32 @@ static void append_finding(struct text_buffer *text, struct message *message,
 
 void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
                         const struct call_origin *origin, const struct finding *finding,
-                        enum vuid_names names, uint32_t last_of)
+                        const struct message_style *style)
 {
+    const struct message_subject subject = message_subject_of(origin, finding);
     struct text_buffer text;
     const char *id = NULL;
-    if (names == VUID_NAMES_LISTED)
+    if (style->vuid_names == VUID_NAMES_LISTED)
         id = vuid_listed(vuid, location->command, finding->field ? finding->field : "");
     if (!id)
         id = vuid_texts[vuid].id;
     begin(message, &text, vuid_is_warning(vuid) ? REPORT_WARNING : REPORT_ERROR, id);
     mention_origin(message, origin);
     append_finding(&text, message, location, origin, finding);
-    append_specification(&text, vuid, id);
-    if (last_of)
-        append_last_notice(&text, vuid_is_warning(vuid) ? "warning" : "VUID", last_of);
+    append_specification(&text, vuid, id, style->spec_text);
+    append_last_notice(&text, vuid_is_warning(vuid) ? "warning" : "VUID", &subject, style);
 }
 
 void message_of_difference(struct message *message, enum difference difference,
                            const struct location *location, const struct call_origin *origin,
-                           const struct finding *finding, uint32_t last_of)
+                           const struct finding *finding, const struct message_style *style)
 {
+    const struct message_subject subject = message_subject_of(origin, finding);
     struct text_buffer text;
     begin(message, &text, REPORT_WARNING, difference_id(difference));
     mention_origin(message, origin);
     append_finding(&text, message, location, origin, finding);
-    if (last_of)
-        append_last_notice(&text, "difference", last_of);
+    append_last_notice(&text, "difference", &subject, style);
 }
 
 void message_of_layer(struct message *message, enum report_flag severity, const char *line)

@@ -36,7 +36,8 @@ VkResult reporter_add_report_callback(struct reporter *reporter, VkDebugReportCa
                                       const VkDebugReportCallbackCreateInfoEXT *create_info);
 void reporter_remove_report_callback(struct reporter *reporter, VkDebugReportCallbackEXT handle);
 
-/* Returns false if a message of this id would not be sent: it is filtered, or over its limit. */
+/* Returns false if further findings of this id, in this call of the application, make no
+ * difference: messages of this id are filtered, or over their limit. */
 bool reporter_wants(const struct reporter *reporter, enum vuid vuid);
 
 /* Sends one finding. Returns true if a callback returned VK_TRUE, which means to skip the call. */

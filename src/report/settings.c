@@ -7,8 +7,8 @@
 
 #include "src/base/text_buffer.h"
 #include "src/report/message_filter.h"
-#include "src/report/settings_source.h"
-#include "src/report/settings_values.h"
+#include "src/report/settings/source.h"
+#include "src/report/settings/values.h"
 
 enum { LINE_SIZE = 1024, VALUE_SHOWN = 200 };
 
@@ -43,6 +43,13 @@ static const struct choice when_full[] = {
 static const struct choice vuid_names[] = {
     {"current", VUID_NAMES_CURRENT},
     {"listed", VUID_NAMES_LISTED},
+    {NULL, 0},
+};
+
+static const struct choice spec_texts[] = {
+    {"full", SPEC_TEXT_FULL},
+    {"short", SPEC_TEXT_SHORT},
+    {"none", SPEC_TEXT_NONE},
     {NULL, 0},
 };
 
@@ -115,6 +122,15 @@ static bool load_vuid_names(const struct loader *loader, char *value)
     if (!value_read_choice(vuid_names, value, &names))
         return false;
     loader->settings->vuid_names = (enum vuid_names)names;
+    return true;
+}
+
+static bool load_spec_text(const struct loader *loader, char *value)
+{
+    uint32_t spec_text;
+    if (!value_read_choice(spec_texts, value, &spec_text))
+        return false;
+    loader->settings->spec_text = (enum spec_text)spec_text;
     return true;
 }
 
@@ -193,6 +209,7 @@ static const struct key {
     {"content_budget_mib", load_content_budget_mib, "a number", "256"},
     {"content_when_full", load_content_when_full, "wait or skip", "wait"},
     {"vuid_names", load_vuid_names, "current or listed", "current"},
+    {"spec_text", load_spec_text, "full, short or none", "full"},
     {"report_flags", load_report_flags, "error, warn, info", "error,warn"},
     {"debug_action", load_debug_action, "default, ignore, callback, log, break", "default"},
     {"log_filename", NULL, "a file name", "stderr"},
@@ -278,6 +295,7 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
         .level = LEVEL_EXECUTION,
         .backend = BACKEND_DRIVER,
         .vuid_names = VUID_NAMES_CURRENT,
+        .spec_text = SPEC_TEXT_FULL,
         .content_budget_mib = 256,
         .content_when_full = CONTENT_WAIT,
         .report_flags = REPORT_ERROR | REPORT_WARNING,

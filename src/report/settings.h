@@ -44,10 +44,18 @@ enum vuid_names {
     VUID_NAMES_LISTED,  /* the retired id */
 };
 
+/* How much of the specification's sentence a message quotes. */
+enum spec_text {
+    SPEC_TEXT_FULL,  /* the sentence and a link to it */
+    SPEC_TEXT_SHORT, /* at most 160 characters of the sentence, and the link */
+    SPEC_TEXT_NONE,  /* neither */
+};
+
 struct settings {
     enum level level;
     enum backend backend;
     enum vuid_names vuid_names;
+    enum spec_text spec_text;
     uint32_t content_budget_mib; /* MiB for copies of builds' inputs; backend driver */
     enum content_when_full content_when_full;
     uint32_t report_flags;                    /* enum report_flag */

@@ -81,7 +81,8 @@ static void test_names_and_labels_stay_on_one_line(void **state)
     const struct call_origin origin = {
         .command_buffer = (VkCommandBuffer)(uintptr_t)0xc0, .names = names, .labels = &labels};
     finding_says(&finding, "a", "is {}", object(VK_OBJECT_TYPE_BUFFER, 0xb));
-    message_of_finding(&message, SENT_VUID, &location, &origin, &finding, VUID_NAMES_CURRENT, 0);
+    message_of_finding(&message, SENT_VUID, &location, &origin, &finding,
+                       &(struct message_style){0});
 
     assert_int_equal(count_lines(message.text), 1); /* before the specification's sentence */
     assert_non_null(strstr(message.text, "VkBuffer 0xb[" NASTY_QUOTED "]."));
@@ -117,7 +118,8 @@ static void test_the_longest_name_fits_a_line_of_the_log(void **state)
     object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, name);
     const struct call_origin origin = {.names = names};
     finding_says(&finding, "a", "is {}", object(VK_OBJECT_TYPE_BUFFER, 0xb));
-    message_of_finding(&message, SENT_VUID, &location, &origin, &finding, VUID_NAMES_CURRENT, 0);
+    message_of_finding(&message, SENT_VUID, &location, &origin, &finding,
+                       &(struct message_style){0});
     char *log = NULL;
     size_t size;
     FILE *file = open_memstream(&log, &size);

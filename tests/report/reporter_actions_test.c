@@ -145,33 +145,6 @@ static void test_a_command_without_the_statement_is_not_told(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_duplicates(void **state)
-{
-    struct hearing hearing = {0};
-    struct reporter *reporter = reporter_heard_by(&hearing);
-    for (unsigned i = 1; i <= 12; i++) {
-        assert_int_equal(reporter_wants(reporter, SENT_VUID), i <= 10);
-        send_one(reporter);
-        assert_int_equal(hearing.count, i <= 10 ? i : 10);
-        assert_int_equal(strstr(hearing.text, "reported 10 times") != NULL, i >= 10);
-    }
-    assert_true(reporter_wants(reporter, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258));
-    for (unsigned i = 1; i <= 12; i++)
-        reporter_warn(reporter, "odd");
-    assert_int_equal(hearing.count, 20);
-    reporter_destroy(reporter);
-
-    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "0", 1);
-    hearing.count = 0;
-    reporter = reporter_heard_by(&hearing);
-    for (unsigned i = 1; i <= 100; i++)
-        send_one(reporter);
-    assert_int_equal(hearing.count, 100);
-    assert_null(strstr(hearing.text, "reported again"));
-    assert_true(reporter_wants(reporter, SENT_VUID));
-    reporter_destroy(reporter);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -184,7 +157,6 @@ int main(void)
         cmocka_unit_test_setup(test_retired_ids_in_place_of_current_ones, surrounding_set_up),
         cmocka_unit_test_setup(test_a_command_without_the_statement_is_not_told,
                                surrounding_set_up),
-        cmocka_unit_test_setup(test_duplicates, surrounding_set_up),
     };
     return cmocka_run_group_tests_name("reporter_actions", tests, NULL, surrounding_remove);
 }

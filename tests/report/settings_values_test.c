@@ -18,6 +18,7 @@ static void test_values_that_are_not_understood(void **state)
         {"content_budget_mib", "-1", "a number", "256"},
         {"content_when_full", "drop", "wait or skip", "wait"},
         {"vuid_names", "retired", "current or listed", "current"},
+        {"spec_text", "brief", "full, short or none", "full"},
         {"report_flags", "error,warnings", "error, warn, info", "error,warn"},
         {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break",
          "default"},

@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include "src/base/elevated.h"
-#include "src/report/settings_source.h"
+#include "src/report/settings/source.h"
 
 extern char **environ;
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Reads the values of settings. */
-#include "src/report/settings_values.h"
+#include "src/report/settings/values.h"
 
 #include <ctype.h>
 #include <errno.h>
