@@ -59,7 +59,8 @@ static struct message_style style_of(const struct reporter *reporter)
 static bool is_logged(const struct reporter *reporter, bool delivered)
 {
     uint32_t action = reporter->settings.debug_action;
-    return action & DEBUG_ACTION_LOG || (action & DEBUG_ACTION_DEFAULT && !delivered);
+    return action & DEBUG_ACTION_LOG ||
+           (action & DEBUG_ACTION_DEFAULT && (!delivered || reporter->log_is_owned));
 }
 
 /* Sets `delivered` if a messenger got the message. Returns true to skip the call. */
@@ -71,6 +72,13 @@ static bool deliver(struct reporter *reporter, const struct message *message, bo
     if (reporter->settings.debug_action & DEBUG_ACTION_BREAK && message->severity == REPORT_ERROR)
         raise(SIGTRAP);
     return skip;
+}
+
+/* Returns whether setting debug_action skips a call with a finding of this id. */
+static bool is_failed(const struct reporter *reporter, enum vuid vuid)
+{
+    return reporter->settings.debug_action & DEBUG_ACTION_FAIL &&
+           reporter->duplicates.ids[vuid].is_enabled && !vuid_is_warning(vuid);
 }
 
 bool reporter_wants(const struct reporter *reporter, enum vuid vuid)
@@ -86,10 +94,10 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
     struct message_style style = style_of(reporter);
     bool delivered;
     if (!duplicates_add(&reporter->duplicates, vuid, origin->device, &subject, &style))
-        return false;
+        return is_failed(reporter, vuid);
     struct message message;
     message_of_finding(&message, vuid, location, origin, finding, &style);
-    return deliver(reporter, &message, &delivered);
+    return deliver(reporter, &message, &delivered) || is_failed(reporter, vuid);
 }
 
 bool reporter_wants_difference(const struct reporter *reporter, enum difference difference)
@@ -157,6 +165,8 @@ static void open_log(struct reporter *reporter, struct kept_lines *kept)
 {
     const char *filename = reporter->settings.log_filename;
     reporter->log = stderr;
+    if (!(reporter->settings.debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT)))
+        return;
     if (!filename || strcasecmp(filename, "stderr") == 0)
         return;
     if (strcasecmp(filename, "stdout") == 0) {

@@ -40,7 +40,8 @@ void reporter_remove_report_callback(struct reporter *reporter, VkDebugReportCal
  * difference: messages of this id are filtered, or over their limit. */
 bool reporter_wants(const struct reporter *reporter, enum vuid vuid);
 
-/* Sends one finding. Returns true if a callback returned VK_TRUE, which means to skip the call. */
+/* Sends one finding. Returns true to skip the call: a callback returned VK_TRUE, or debug_action
+ * has DEBUG_ACTION_FAIL and the finding is an error, even if its message is held back. */
 bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
                    const struct call_origin *origin, const struct finding *finding);
 

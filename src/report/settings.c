@@ -64,17 +64,22 @@ static const struct choice report_flags[] = {
     {NULL, 0},
 };
 
+enum { WINDOWS_DEBUG_OUTPUT = 1 << 30 }; /* an action without effect; never in struct settings */
+
 static const struct choice debug_actions[] = {
     {"default", DEBUG_ACTION_DEFAULT},
     {"ignore", DEBUG_ACTION_IGNORE},
     {"callback", DEBUG_ACTION_CALLBACK},
     {"log", DEBUG_ACTION_LOG},
     {"break", DEBUG_ACTION_BREAK},
+    {"fail", DEBUG_ACTION_FAIL},
     {"VK_DBG_LAYER_ACTION_DEFAULT", DEBUG_ACTION_DEFAULT},
     {"VK_DBG_LAYER_ACTION_IGNORE", DEBUG_ACTION_IGNORE},
     {"VK_DBG_LAYER_ACTION_CALLBACK", DEBUG_ACTION_CALLBACK},
     {"VK_DBG_LAYER_ACTION_LOG_MSG", DEBUG_ACTION_LOG},
     {"VK_DBG_LAYER_ACTION_BREAK", DEBUG_ACTION_BREAK},
+    {"VK_DBG_LAYER_ACTION_FAIL", DEBUG_ACTION_FAIL},
+    {"VK_DBG_LAYER_ACTION_DEBUG_OUTPUT", WINDOWS_DEBUG_OUTPUT},
     {NULL, 0},
 };
 
@@ -144,10 +149,15 @@ static bool load_debug_action(const struct loader *loader, char *value)
     uint32_t actions;
     if (!value_read_flags(debug_actions, value, &actions))
         return false;
+    if (actions & WINDOWS_DEBUG_OUTPUT)
+        loader->warn(loader->context,
+                     "assay_validation.debug_action: VK_DBG_LAYER_ACTION_DEBUG_OUTPUT has an "
+                     "effect on Windows only.");
+    actions &= ~(uint32_t)WINDOWS_DEBUG_OUTPUT;
     if (actions != DEBUG_ACTION_IGNORE)
         actions &= ~(uint32_t)DEBUG_ACTION_IGNORE;
-    /* A break needs the message, too: it states the reason. */
-    if (actions == DEBUG_ACTION_BREAK)
+    /* A break or a failed call needs the message, too: it states the reason. */
+    if (!(actions & ~(uint32_t)(DEBUG_ACTION_BREAK | DEBUG_ACTION_FAIL)))
         actions |= DEBUG_ACTION_DEFAULT;
     loader->settings->debug_action = actions;
     return true;
@@ -211,7 +221,7 @@ static const struct key {
     {"vuid_names", load_vuid_names, "current or listed", "current"},
     {"spec_text", load_spec_text, "full, short or none", "full"},
     {"report_flags", load_report_flags, "error, warn, info", "error,warn"},
-    {"debug_action", load_debug_action, "default, ignore, callback, log, break", "default"},
+    {"debug_action", load_debug_action, "default, ignore, callback, log, break, fail", "default"},
     {"log_filename", NULL, "a file name", "stderr"},
     {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
@@ -287,6 +297,22 @@ static void check_compare_rays(const struct loader *loader)
                  "rays are compared.");
 }
 
+/* The file would look as if there were no messages. */
+static void check_log_filename(const struct loader *loader)
+{
+    const struct settings *settings = loader->settings;
+    if (!settings->log_filename ||
+        settings->debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT))
+        return;
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text, "assay_validation.log_filename: nothing is written to ");
+    text_append_quoted(&text, settings->log_filename, VALUE_SHOWN);
+    text_append(&text, ", because debug_action has neither log nor default.");
+    loader->warn(loader->context, line);
+}
+
 VkResult settings_load(const VkInstanceCreateInfo *create_info,
                        void (*warn)(void *context, const char *line), void *context,
                        struct settings *settings)
@@ -312,6 +338,7 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
         result = load_key(&loader, &source, &keys[i]);
     if (result == VK_SUCCESS) {
         check_compare_rays(&loader);
+        check_log_filename(&loader);
         settings_source_unknown(&source, key_is_known, warn_of_unknown_key, &loader);
     } else {
         settings_release(settings);

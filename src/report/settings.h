@@ -23,7 +23,8 @@ enum debug_action {
     DEBUG_ACTION_CALLBACK = 1 << 1, /* only call the messengers */
     DEBUG_ACTION_LOG = 1 << 2,      /* also log to log_filename */
     DEBUG_ACTION_BREAK = 1 << 3,    /* also raise SIGTRAP after an error */
-    DEBUG_ACTION_DEFAULT = 1 << 4,  /* also log if no messenger got the message */
+    DEBUG_ACTION_DEFAULT = 1 << 4,  /* also log if no messenger got the message, or to a file */
+    DEBUG_ACTION_FAIL = 1 << 5,     /* also skip a call that has an error */
 };
 
 enum report_flag {
@@ -61,7 +62,7 @@ struct settings {
     uint32_t report_flags;                    /* enum report_flag */
     uint32_t debug_action;                    /* enum debug_action */
     char *log_filename;                       /* NULL: stderr; owned */
-    uint32_t duplicate_message_limit;         /* per id; 0: no limit */
+    uint32_t duplicate_message_limit;         /* per id and object; 0: no limit */
     bool muted[MESSAGE_ID_COUNT];             /* message_id_filter: VUIDs */
     bool muted_differences[DIFFERENCE_COUNT]; /* message_id_filter: differences */
     uint32_t compare_rays;                    /* rays per build; 0: none */
