@@ -231,28 +231,6 @@ static const struct key {
 
 enum { KEY_COUNT = sizeof(keys) / sizeof(keys[0]) };
 
-static bool key_is_known(const char *name)
-{
-    for (unsigned i = 0; i < KEY_COUNT; i++)
-        if (strcmp(keys[i].name, name) == 0)
-            return true;
-    return false;
-}
-
-static void warn_of_unknown_key(void *context, const char *name)
-{
-    const struct loader *loader = context;
-    char line[LINE_SIZE];
-    struct text_buffer text;
-    text_begin(&text, line, sizeof(line));
-    text_append_quoted(&text, name, VALUE_SHOWN);
-    text_append(&text, " is not a setting of this layer, which has");
-    for (unsigned i = 0; i < KEY_COUNT; i++)
-        text_append(&text, "%s %s", i ? "," : "", keys[i].name);
-    text_append(&text, "; it is ignored.");
-    loader->warn(loader->context, line);
-}
-
 static void warn_of_value(const struct loader *loader, const struct key *key, const char *value)
 {
     char line[LINE_SIZE];
@@ -313,6 +291,14 @@ static void check_log_filename(const struct loader *loader)
     loader->warn(loader->context, line);
 }
 
+static void warn_of_ignored(const struct loader *loader, const struct settings_source *source)
+{
+    const char *names[KEY_COUNT + 1] = {NULL};
+    for (unsigned i = 0; i < KEY_COUNT; i++)
+        names[i] = keys[i].name;
+    settings_source_ignored(source, names, loader->warn, loader->context);
+}
+
 VkResult settings_load(const VkInstanceCreateInfo *create_info,
                        void (*warn)(void *context, const char *line), void *context,
                        struct settings *settings)
@@ -339,7 +325,7 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
     if (result == VK_SUCCESS) {
         check_compare_rays(&loader);
         check_log_filename(&loader);
-        settings_source_unknown(&source, key_is_known, warn_of_unknown_key, &loader);
+        warn_of_ignored(&loader, &source);
     } else {
         settings_release(settings);
     }

@@ -143,12 +143,12 @@ static void test_unknown_keys(void **state)
     surrounding_clear("assay_validation.report_flag = error\n");
     settings = settings_read(NULL);
     assert_default_settings(&settings);
-    ASSERT_WARNED("assay_validation.report_flag\" is not a setting", "report_flags");
+    ASSERT_WARNED("assay_validation.report_flag\"", " is not a setting", "report_flags");
 
     surrounding_clear("Assay_Validation.level = content\n");
     settings = settings_read(NULL);
     assert_default_settings(&settings);
-    ASSERT_WARNED("Assay_Validation.level\" is not a setting");
+    ASSERT_WARNED("Assay_Validation.level\"", " is not a setting");
 
     surrounding_clear(NULL);
     VkBool32 on = VK_TRUE;
@@ -170,7 +170,7 @@ static void assert_file_is_read(const char *path)
     fclose(file);
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.level, LEVEL_STATE);
-    ASSERT_WARNED("assay_validation.levle\" is not a setting");
+    assert_non_null(strstr(warned.lines[warned.count - 1], "\"assay_validation.levle\" in "));
     remove(path);
 }
 

@@ -30,8 +30,10 @@ VkResult settings_source_given(const struct settings_source *source, const char 
 VkResult settings_source_filename(const struct settings_source *source, const char *key,
                                   char **filename);
 
-/* Calls `visit` for each key that is set for the layer but not `known`, as the user wrote it. */
-void settings_source_unknown(const struct settings_source *source, bool (*known)(const char *key),
-                             void (*visit)(void *context, const char *key), void *context);
+/* Calls `warn` with one line for each thing that the user has written without effect: settings that
+ * are not among `keys`, lines without an equals sign, a settings file that is not read. `keys` ends
+ * with NULL. */
+void settings_source_ignored(const struct settings_source *source, const char *const *keys,
+                             void (*warn)(void *context, const char *line), void *context);
 
 #endif
