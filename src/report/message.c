@@ -271,7 +271,10 @@ static void begin(struct message *message, struct text_buffer *text, enum report
     message->object_count = message->label_count = 0;
     text_begin(text, message->buffer, sizeof(message->buffer) - LAST_NOTICE_SIZE);
     text_append(text, "Validation %s: [ %s ] | MessageID = 0x%" PRIx32 "\n",
-                severity == REPORT_ERROR ? "Error" : "Warning", id, (uint32_t)message->id_number);
+                severity == REPORT_ERROR     ? "Error"
+                : severity == REPORT_WARNING ? "Warning"
+                                             : "Information",
+                id, (uint32_t)message->id_number);
     message->heading = message->buffer;
     message->text = message->buffer + text->length;
 }
@@ -332,7 +335,10 @@ void message_of_difference(struct message *message, enum difference difference,
 void message_of_layer(struct message *message, enum report_flag severity, const char *line)
 {
     struct text_buffer text;
-    begin(message, &text, severity, severity == REPORT_ERROR ? "ASSAY-error" : "ASSAY-warning");
+    begin(message, &text, severity,
+          severity == REPORT_ERROR     ? "ASSAY-error"
+          : severity == REPORT_WARNING ? "ASSAY-warning"
+                                       : "ASSAY-info");
     text_append(&text, "%s", line);
 }
 

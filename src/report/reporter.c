@@ -16,6 +16,7 @@
 #include "src/report/message.h"
 #include "src/report/messengers.h"
 #include "src/report/reported_lines.h"
+#include "src/report/summary.h"
 
 /* All members but the messengers and the counts are constant. */
 struct reporter {
@@ -24,6 +25,7 @@ struct reporter {
     FILE *log;
     bool log_is_owned;
     struct duplicates duplicates;
+    struct unchecked_counts unchecked;
     /* How many messages of the layer about itself may still be sent. */
     _Atomic uint32_t warnings_left, unsupported_left;
 };
@@ -141,6 +143,47 @@ void reporter_report_unsupported(struct reporter *reporter, const char *line)
     send_line(reporter, &reporter->unsupported_left, REPORT_ERROR, line);
 }
 
+static bool is_informing(const struct reporter *reporter)
+{
+    const struct settings *settings = &reporter->settings;
+    return settings->report_flags & REPORT_INFO && !(settings->debug_action & DEBUG_ACTION_IGNORE);
+}
+
+static void send_information(struct reporter *reporter, const char *line)
+{
+    struct message message;
+    bool delivered;
+    message_of_layer(&message, REPORT_INFO, line);
+    deliver(reporter, &message, &delivered);
+}
+
+void reporter_announce(struct reporter *reporter, const char *version)
+{
+    char line[MESSAGE_SIZE];
+    struct text_buffer text;
+    if (!is_informing(reporter))
+        return;
+    text_begin(&text, line, sizeof(line));
+    summary_append_start(&text, version, &reporter->settings);
+    send_information(reporter, line);
+}
+
+void reporter_summarize(struct reporter *reporter)
+{
+    char line[MESSAGE_SIZE];
+    struct text_buffer text;
+    if (!is_informing(reporter))
+        return;
+    text_begin(&text, line, sizeof(line));
+    summary_append_end(&text, &reporter->settings, &reporter->duplicates, &reporter->unchecked);
+    send_information(reporter, line);
+}
+
+void reporter_add_unchecked(struct reporter *reporter, const char *what, uint32_t count)
+{
+    unchecked_add(&reporter->unchecked, what, count);
+}
+
 /* ---- creation */
 
 /* Warnings about the settings, kept until all settings are read and the log is open. */
@@ -239,6 +282,7 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     messengers_init(&reporter->messengers);
     duplicates_init(&reporter->duplicates);
+    unchecked_init(&reporter->unchecked);
     struct kept_lines kept = {0};
     VkResult result = messengers_add_chain(&reporter->messengers, create_info->pNext);
     if (result == VK_SUCCESS)
@@ -264,6 +308,7 @@ void reporter_destroy(struct reporter *reporter)
     if (reporter->log_is_owned)
         fclose(reporter->log);
     duplicates_destroy(&reporter->duplicates);
+    unchecked_destroy(&reporter->unchecked);
     settings_release(&reporter->settings);
     messengers_destroy(&reporter->messengers);
     free(reporter);

@@ -58,4 +58,13 @@ void reporter_warn(struct reporter *reporter, const char *line);
 /* The same with severity error, for a call that the layer cannot execute. */
 void reporter_report_unsupported(struct reporter *reporter, const char *line);
 
+/* Counts something that was not validated, for the summary. `what` is static text in the plural,
+ * such as "builds without memory for copies". */
+void reporter_add_unchecked(struct reporter *reporter, const char *what, uint32_t count);
+
+/* If report_flags has REPORT_INFO, these send one line with severity information: about the layer,
+ * when an instance is created, and about its findings, at its end. */
+void reporter_announce(struct reporter *reporter, const char *version);
+void reporter_summarize(struct reporter *reporter);
+
 #endif

@@ -4,18 +4,20 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "src/base/text_buffer.h"
 #include "src/report/message_filter.h"
 #include "src/report/settings/source.h"
 #include "src/report/settings/values.h"
 
-enum { LINE_SIZE = 1024, VALUE_SHOWN = 200 };
+enum { LINE_SIZE = 1024, VALUE_SHOWN = 200, CHANGES_SIZE = 4096 };
 
 struct loader {
     void (*warn)(void *context, const char *line);
     void *context;
     struct settings *settings;
+    struct text_buffer *changes;
 };
 
 /* ---- values */
@@ -243,11 +245,33 @@ static void warn_of_value(const struct loader *loader, const struct key *key, co
     loader->warn(loader->context, line);
 }
 
+static void note_change(const struct loader *loader, const struct key *key, const char *value)
+{
+    struct text_buffer *changes = loader->changes;
+    if (strcasecmp(value, key->default_value) == 0)
+        return;
+    text_append(changes, "%s%s = ", changes->length ? ", " : "", key->name);
+    text_append_quoted(changes, value, VALUE_SHOWN);
+    text_append(changes, " (");
+    settings_append_origin(changes, key->name);
+    text_append(changes, ")");
+}
+
+static VkResult load_filename(const struct loader *loader, const struct settings_source *source,
+                              const struct key *key)
+{
+    char **filename = &loader->settings->log_filename;
+    VkResult result = settings_source_filename(source, key->name, filename);
+    if (result == VK_SUCCESS && *filename)
+        note_change(loader, key, *filename);
+    return result;
+}
+
 static VkResult load_key(const struct loader *loader, const struct settings_source *source,
                          const struct key *key)
 {
     if (!key->load)
-        return settings_source_filename(source, key->name, &loader->settings->log_filename);
+        return load_filename(loader, source, key);
 
     char *value;
     VkResult result = settings_source_list(source, key->name, &value);
@@ -256,6 +280,8 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
     char *as_given = strdup(value);
     if (!key->load(loader, value))
         warn_of_value(loader, key, as_given ? as_given : "");
+    else if (as_given)
+        note_change(loader, key, as_given);
     free(as_given);
     free(value);
     return VK_SUCCESS;
@@ -319,13 +345,18 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
     if (result != VK_SUCCESS)
         return result;
 
-    struct loader loader = {warn, context, settings};
+    char changed[CHANGES_SIZE];
+    struct text_buffer changes;
+    text_begin(&changes, changed, sizeof(changed));
+    struct loader loader = {warn, context, settings, &changes};
     for (unsigned i = 0; i < KEY_COUNT && result == VK_SUCCESS; i++)
         result = load_key(&loader, &source, &keys[i]);
     if (result == VK_SUCCESS) {
         check_compare_rays(&loader);
         check_log_filename(&loader);
         warn_of_ignored(&loader, &source);
+        if (settings->report_flags & REPORT_INFO && changes.length)
+            settings->changes = strdup(changed);
     } else {
         settings_release(settings);
     }
@@ -336,5 +367,6 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
 void settings_release(struct settings *settings)
 {
     free(settings->log_filename);
-    settings->log_filename = NULL;
+    free(settings->changes);
+    settings->log_filename = settings->changes = NULL;
 }

@@ -66,6 +66,9 @@ struct settings {
     bool muted[MESSAGE_ID_COUNT];             /* message_id_filter: VUIDs */
     bool muted_differences[DIFFERENCE_COUNT]; /* message_id_filter: differences */
     uint32_t compare_rays;                    /* rays per build; 0: none */
+    /* The settings that differ from the defaults, and where each came from; owned. NULL: there are
+     * none, report_flags lacks REPORT_INFO, or memory ran out. */
+    char *changes;
 };
 
 /* Reads the settings of an instance that is about to be created. An unknown key or an invalid value

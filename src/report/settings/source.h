@@ -8,6 +8,8 @@
 #include <stdbool.h>
 #include <vulkan/layer/vk_layer_settings.h>
 
+#include "src/base/text_buffer.h"
+
 struct settings_source {
     VkuLayerSettingSet set; /* VK_NULL_HANDLE if the process has elevated privileges */
     /* The application's VkLayerSettingEXT of this layer, except unreadable ones; owned. */
@@ -29,6 +31,10 @@ VkResult settings_source_given(const struct settings_source *source, const char 
 /* The same for a key whose value is a file name, which may contain commas and colons. */
 VkResult settings_source_filename(const struct settings_source *source, const char *key,
                                   char **filename);
+
+/* Appends where the value of a key came from, such as: environment variable
+ * VK_ASSAY_VALIDATION_LEVEL. The key must be set. */
+void settings_append_origin(struct text_buffer *text, const char *key);
 
 /* Calls `warn` with one line for each thing that the user has written without effect: settings that
  * are not among `keys`, lines without an equals sign, a settings file that is not read. `keys` ends
