@@ -12,7 +12,7 @@ static const char *word(enum rule rule, enum build_command command, const struct
 {
     const struct location location = {.command = command, .subject = SUBJECT_BUILD};
     message_of_finding(&message, rule_infos[rule].vuid[command], &location,
-                       &(struct call_origin){0}, finding, VUID_NAMES_CURRENT, 0);
+                       &(struct call_origin){0}, finding, &(struct message_style){0});
     return message.text;
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rules_test PLATFORM [--filter NAME] [--list] [--verbose] [--results FILE] [--level NAME]
- *            [--misaligned]
+ *            [--misaligned] [--fail]
  *
  * Plays every case on every command that it fits, and writes what fired and what stayed silent as
  * lines of tab-separated values: platform, case, command, id, fired|silent|failed; at a level that
@@ -261,7 +261,7 @@ static bool is_for_content_test(const struct rule_info *info, enum build_command
 static void check_every_rule_has_a_case(struct run *run)
 {
     struct report *report = &run->report;
-    const bool is_complete = run->platform.is_null && !run->platform.is_cpu;
+    const bool is_complete = run->platform.is_null && !run->platform.is_cpu && !run->tally.fails;
 
     *report = (struct report){.outcome = OUTCOME_PASSED};
     snprintf(current_name, sizeof(current_name), "every_rule_has_a_case");
@@ -298,11 +298,14 @@ int main(int argc, char **argv)
     const int status = tally_open(&run.tally, &run.platform, argc, argv,
                                   "usage: rules_test " PLATFORM_NAMES
                                   " [--filter NAME] [--list] [--verbose] "
-                                  "[--results FILE] [--level NAME] [--misaligned]\n");
+                                  "[--results FILE] [--level NAME] [--misaligned] [--fail]\n");
     if (status != 0)
         return status;
     catch_crashes();
     run.fixture.misaligns = run.tally.misaligns;
+    run.fixture.fails = run.tally.fails;
+    if (run.tally.fails)
+        setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "fail", 1);
     for_all_cases(&run, play_all_forms);
     if (run.platform.is_null && run.tally.level == NULL)
         for_all_cases(&run, play_at_lower_levels);
