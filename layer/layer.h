@@ -34,6 +34,7 @@
 #include "src/state/resources/resources.h"
 
 #define ASSAY_LAYER_NAME "VK_LAYER_ASSAY_validation"
+#define ASSAY_LAYER_DESCRIPTION "Validates acceleration-structure builds"
 
 /* A member of the list of all instances, or of the list of all devices (layer.c). */
 struct layer_link {

@@ -19,6 +19,8 @@
     INTERCEPT(DestroyInstance)                                                                     \
     INTERCEPT(EnumerateDeviceLayerProperties)                                                      \
     INTERCEPT(EnumerateDeviceExtensionProperties)                                                  \
+    INTERCEPT(GetPhysicalDeviceToolProperties)                                                     \
+    INTERCEPT(GetPhysicalDeviceToolPropertiesEXT)                                                  \
     INTERCEPT(CreateDevice)                                                                        \
     INTERCEPT(CreateDebugUtilsMessengerEXT)                                                        \
     INTERCEPT(DestroyDebugUtilsMessengerEXT)                                                       \

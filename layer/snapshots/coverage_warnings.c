@@ -30,6 +30,24 @@ static const char *reason_of(enum left_out reason)
     return "no memory for copies";
 }
 
+/* For the summary. */
+static void count_left_out(const struct layer_device *device, const struct recording *recording)
+{
+    static const char *const what[] = {
+        [LEFT_OUT_NOTHING] = "builds without memory for copies",
+        [LEFT_OUT_MEMORY] = "builds without memory for copies",
+        [LEFT_OUT_BUDGET] = "builds beyond content_budget_mib",
+        [LEFT_OUT_BUFFER] = "builds with a buffer that can't be read",
+        [LEFT_OUT_PLACE] = "builds without a place for copies",
+    };
+    struct reporter *reporter = device->instance->reporter;
+    for (uint32_t i = 0; i < recording->left_out_count && i < LEFT_OUT_NAMED; i++)
+        reporter_add_unchecked(reporter, what[recording->left_out[i].reason], 1);
+    if (recording->left_out_count > LEFT_OUT_NAMED)
+        reporter_add_unchecked(reporter, "builds that follow those in the same command buffers",
+                               recording->left_out_count - LEFT_OUT_NAMED);
+}
+
 static void append_builds(struct text_buffer *text, const struct recording *recording)
 {
     uint32_t named =
@@ -53,13 +71,17 @@ void warn_left_out(const struct layer_device *device, VkCommandBuffer handle)
     char line[LINE_SIZE], name[NAME_SIZE];
     struct text_buffer text;
     recording->left_out_reported = true;
+    count_left_out(device, recording);
     object_names_get(device->names, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)handle,
                      name, sizeof(name));
     text_begin(&text, line, sizeof(line));
     text_append(&text, "assay_validation.level = content: VkCommandBuffer 0x%" PRIx64,
                 (uint64_t)(uintptr_t)handle);
-    if (name[0])
-        text_append(&text, "[\"%s\"]", name);
+    if (name[0]) {
+        text_append(&text, "[");
+        text_append_quoted(&text, name, sizeof(name));
+        text_append(&text, "]");
+    }
     text_append(&text, " has builds that are not, or not wholly, looked at:");
     append_builds(&text, recording);
     text_append(&text, ".");
@@ -73,6 +95,26 @@ static void append_executions(struct text_buffer *text, uint32_t count, const ch
                     count, why);
 }
 
+/* For the summary. */
+static void count_missed(const struct layer_device *device, const struct missed_executions *missed)
+{
+    const struct {
+        uint32_t count;
+        const char *what;
+    } counts[] = {
+        {missed->no_memory, "executions without memory for copies"},
+        {missed->overwritten, "executions that another one of the same submission overwrote"},
+        {missed->unread, "executions that were submitted again before they were complete"},
+        {missed->repeated,
+         "executions after the first with VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT"},
+        {missed->device_lost, "executions on a lost device"},
+        {missed->held, "executions that wait for signals that were not submitted"},
+    };
+    for (size_t i = 0; i < sizeof(counts) / sizeof(counts[0]); i++)
+        if (counts[i].count)
+            reporter_add_unchecked(device->instance->reporter, counts[i].what, counts[i].count);
+}
+
 void warn_missed(const struct layer_device *device, const struct missed_executions *missed)
 {
     char line[LINE_SIZE];
@@ -80,6 +122,7 @@ void warn_missed(const struct layer_device *device, const struct missed_executio
     if (!is_reported(device) || !(missed->no_memory || missed->overwritten || missed->unread ||
                                   missed->repeated || missed->device_lost || missed->held))
         return;
+    count_missed(device, missed);
     text_begin(&text, line, sizeof(line));
     text_append(&text,
                 "assay_validation.level = content: builds are not looked at, of executions "

@@ -49,14 +49,17 @@ struct text {
 static const struct text texts[] = {
     {"texts.box", turn_a_box,
      FOUND "pInfos[2].pGeometries[0].geometry.aabbs.data.deviceAddress leads to primitive 1, whose "
-           "minX 2.5 is not at most its maxX (1)." IN_FRAME(2)},
+           "minX 2.5 is not less than or equal to maxX (1). Write the lower bound to minX; to make "
+           "an AABB inactive, write NaN to minX." IN_FRAME(2)},
     {"texts.activity", put_a_triangle_to_sleep,
-     FOUND "pInfos[6].pGeometries[0] makes primitive 1 inactive, which was active when "
-           "VkAccelerationStructureKHR 0x# was last built (in VkCommandBuffer 0x#, build "
-           "0)." IN_FRAME(6)},
+     FOUND "pInfos[6].pGeometries[0] makes primitive 1 inactive, but the primitive was active when "
+           "VkAccelerationStructureKHR 0x# was last built (in VkCommandBuffer 0x#, build 0). Build "
+           "the structure anew if a primitive becomes inactive." IN_FRAME(6)},
     {"texts.index", use_a_far_vertex,
-     FOUND "ppBuildRangeInfos[1][1].firstVertex 0 with index 6 of primitive 1 names vertex 6, "
-           "beyond maxVertex (5)." IN_FRAME(1)},
+     FOUND
+     "ppBuildRangeInfos[1][1].firstVertex 0 plus index 6 of primitive 1 is vertex 6, which "
+     "exceeds maxVertex (5). Raise maxVertex if the vertex data has that vertex; else correct "
+     "the index or firstVertex." IN_FRAME(1)},
 };
 
 /* ---- the program */

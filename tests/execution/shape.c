@@ -111,7 +111,7 @@ struct difference differences[DIFFERENCES] = {
                ".srcAccelerationStructure"),
     DIFFERENCE("geometry_count", RULE_geometry_count_matches_source, ".geometryCount"),
     DIFFERENCE("flags", RULE_build_flags_match_source, ".flags"),
-    {"type", {RULE_build_type_matches_source, RULE_geometry_type_matches_source}, 2, ""},
+    DIFFERENCE("type", RULE_build_type_matches_source, ".type"),
     DIFFERENCE("geometry_type", RULE_geometry_type_matches_source, ".pGeometries[0].geometryType"),
     DIFFERENCE("geometry_flags", RULE_geometry_flags_match_source, ".pGeometries[0].flags"),
     DIFFERENCE("vertex_format", RULE_vertex_format_matches_source, TRIANGLES "vertexFormat"),

@@ -25,7 +25,7 @@ struct shape {
     } dense;               /* geometries of VK_AMDX_dense_geometry_format only */
 };
 
-enum { SHAPE_GEOMETRIES = 2, SHAPE_RULES = 2 };
+enum { SHAPE_GEOMETRIES = 2, SHAPE_RULES = 1 };
 
 /* A build of one triangle geometry, with everything. */
 struct shape shape_plain(void);

@@ -14,6 +14,10 @@ static void inherit(struct test_case *test_case, const struct test_case *shared)
     INHERIT(twin_edits);
     INHERIT(then);
     INHERIT(twin_then);
+    if (!test_case->rules) {
+        INHERIT(names);
+        INHERIT(name_count);
+    }
     INHERIT(rules);
     INHERIT(rule_count);
     INHERIT(commands);

@@ -140,6 +140,12 @@ struct edit {
     .rules = (const enum rule[]){__VA_ARGS__},                                                     \
     .rule_count = sizeof((const enum rule[]){__VA_ARGS__}) / sizeof(enum rule)
 
+/* Rules that the mistake violates, too: the message of the case's first rule names their ids. The
+ * case is played again with that rule muted, and then each has a message. */
+#define NAMES(...)                                                                                 \
+    .names = (const enum rule[]){__VA_ARGS__},                                                     \
+    .name_count = sizeof((const enum rule[]){__VA_ARGS__}) / sizeof(enum rule)
+
 /* Commands that a case is made for; 0: all that have the ids of its rules; NV's only for rules of
  * its own subjects and of the call as a whole: it does not take the structures of the others. */
 enum command_mask {
@@ -164,6 +170,8 @@ struct test_case {
                          A case that has a member itself does not inherit it. */
     const enum rule *rules;
     uint32_t rule_count;
+    const enum rule *names;
+    uint32_t name_count;
     bool silent; /* the mutation is valid: it shows that the rules stay silent */
 
     /* Makes the call one that the case is about, and valid: before the mutation and the twin. */

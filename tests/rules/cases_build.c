@@ -72,13 +72,13 @@ static const struct test_case cases[] = {
 
     SHARED(SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR), .prepare = scene_build_micromap,
            .path = "pInfos[2]."),
-    CASE("micromap_updated",
-         RULES(RULE_micromap_build_is_no_update, RULE_micromap_build_has_no_source),
+    CASE("micromap_updated", RULE(micromap_build_is_no_update),
+         NAMES(RULE_micromap_build_has_no_source),
          EDITS(MAKE_STRUCTURE_WITH(infos[AABBS].srcAccelerationStructure, scene_accel_for, INDEXED),
                SET(infos[AABBS].mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR))),
     /* By the letter: an update has a source, whatever it updates. */
-    CASE("micromap_update_without_source",
-         RULES(RULE_micromap_build_is_no_update, RULE_update_has_a_source),
+    CASE("micromap_update_without_source", RULES(RULE_micromap_build_is_no_update),
+         NAMES(RULE_update_has_a_source),
          EDITS(SET(infos[AABBS].mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR))),
     CASE(
         "micromap_with_source", RULE(micromap_build_has_no_source),

@@ -115,6 +115,16 @@ static void grow_build(struct scene *scene)
     scene->infos[AABBS].scratchData.deviceAddress = scene_address(scene, &scratch, 0);
 }
 
+static void destroy_refit(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->infos[REFIT].dstAccelerationStructure);
+}
+
+static void free_refit(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->dst_buffers[REFIT].memory);
+}
+
 static const struct test_case cases[] = {
     CASE("dst_null", RULE(dst_is_a_valid_handle),
          EDITS(SET(infos[INDEXED].dstAccelerationStructure, 0)),
@@ -174,9 +184,17 @@ static const struct test_case cases[] = {
     CASE("update_src_unbound", RULE(update_src_is_backed_by_memory),
          .mutate = leave_update_src_unbound, .mutate_twin = leave_ignored_src_unbound,
          .path = "pInfos[4].srcAccelerationStructure"),
-    CASE("refit_memory_freed",
-         RULES(RULE_dst_is_backed_by_memory, RULE_update_src_is_backed_by_memory),
-         EDITS(DESTROY(dst_buffers[REFIT].memory)), .path = "pInfos[5]"),
+    CASE("refit_destroyed_before_submission", RULE(dst_is_a_valid_handle),
+         NAMES(RULE_src_is_a_valid_handle), SETUP(.level = "execution"), .commands = ON_DEVICE,
+         .then = destroy_refit, .submits = true, .path = "pInfos[5]"),
+    CASE("refit_freed_before_submission", RULE(dst_is_backed_by_memory),
+         NAMES(RULE_update_src_is_backed_by_memory), SETUP(.level = "execution"),
+         .commands = ON_DEVICE, .then = free_refit, .submits = true, .path = "pInfos[5]"),
+    CASE("refit_destroyed", RULE(dst_is_a_valid_handle), NAMES(RULE_src_is_a_valid_handle),
+         EDITS(DESTROY(infos[REFIT].dstAccelerationStructure)), .path = "pInfos[5]"),
+    CASE("refit_memory_freed", RULE(dst_is_backed_by_memory),
+         NAMES(RULE_update_src_is_backed_by_memory), EDITS(DESTROY(dst_buffers[REFIT].memory)),
+         .path = "pInfos[5]"),
 
     SHARED(RULE(dst_is_large_enough)),
     CASE("dst_a_byte_too_small", EITHER_CALL_FOR(resize_dst, UNINDEXED, 1, 0),

@@ -88,7 +88,7 @@ static const struct test_case cases[] = {
     CASE("index_changed", .setup = &with_content,
          TWIN_EDITS(CALL_WITH(update_of_itself, UNINDEXED),
                     WRITE(indices, uint16_t, SCENE_BUFFER_SIZE / 2 + 12, 1)),
-         .path = "pInfos[6].pGeometries[1] has other indices for primitive 1"),
+         .path = "pInfos[6].pGeometries[1] gives primitive 1 other indices"),
     CASE("index_changed_below_level_content", .silent = true),
 
     SHARED(.commands = ON_HOST, .setup = &with_content),

@@ -123,8 +123,8 @@ static void wait_for_the_device(struct scene *scene)
     "flags 0x20 disable micromaps"
 
 static const struct test_case cases[] = {
-    SHARED(RULES(RULE_instance_disables_micromaps_only_if_its_blas_allows,
-                 RULE_instances_disable_micromaps_only_if_their_blas_allows),
+    SHARED(RULE(instances_disable_micromaps_only_if_their_blas_allows),
+           NAMES(RULE_instance_disables_micromaps_only_if_its_blas_allows),
            .commands = ON_COMMAND_BUFFERS, .setup = &with_content, .is_for_contents = true),
     CASE("instance_disables_what_is_not_to_be", .prepare = use_instances, EDITS(DISABLES(0)),
          TWIN_EDITS(DISABLES(1)), .path = INSTANCE_0),

@@ -89,9 +89,8 @@ static const struct test_case cases[] = {
          SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT), .prepare = scene_use_micromap_ext,
          PREPARE_EDITS(SET(micromaps.opacity_ext.indexBuffer, 0)),
          TWIN_EDITS(NO_PRIMITIVES(INDEXED, 0))),
-    CASE("nv_instances_of_another_usage",
-         RULES(RULE_nv_instance_data_has_ray_tracing_usage,
-               RULE_nv_info_instance_data_has_ray_tracing_usage),
+    CASE("nv_instances_of_another_usage", RULE(nv_instance_data_has_ray_tracing_usage),
+         NAMES(RULE_nv_info_instance_data_has_ray_tracing_usage),
          .prepare = use_nv_instances_of_another_usage, TWIN_EDITS(SET(nv.info.instanceCount, 0))),
     /* Alignment is a property of the address itself. */
     CASE("misaligned_without_primitives", RULE(instance_array_is_aligned),

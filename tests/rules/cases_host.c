@@ -125,6 +125,10 @@ static void deserialize_src(struct scene *scene)
 #define SRC(function)                                                                              \
     MAKE_STRUCTURE_WITH(infos[UPDATE].srcAccelerationStructure, function, UPDATE),                 \
         CALL(deserialize_src)
+/* An update in place. */
+#define SRC_AND_DST(function)                                                                      \
+    SRC(function),                                                                                 \
+        COPY(infos[UPDATE].dstAccelerationStructure, infos[UPDATE].srcAccelerationStructure)
 #define IGNORED_SRC(function)                                                                      \
     MAKE_STRUCTURE_WITH(infos[AABBS].srcAccelerationStructure, function, AABBS)
 
@@ -164,6 +168,16 @@ static const struct test_case cases[] = {
     CASE("dst_of_two_instances", RULE(host_build_dst_has_one_memory_instance),
          SETUP(.enable = ENABLE_GROUP), EDITS(DST(of_two_instances)),
          TWIN_EDITS(DST(in_visible_memory)), .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("refit_by_address", RULE(host_build_dst_was_created_with_a_buffer),
+         NAMES(RULE_host_build_src_was_created_with_a_buffer),
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR), EDITS(SRC_AND_DST(place_accel_by_address)),
+         .path = "pInfos[4]."),
+    CASE("refit_in_device_memory", RULE(host_build_dst_is_host_visible),
+         NAMES(RULE_host_build_src_is_host_visible), EDITS(SRC_AND_DST(in_device_memory)),
+         .path = "pInfos[4]."),
+    CASE("refit_of_two_instances", RULE(host_build_dst_has_one_memory_instance),
+         NAMES(RULE_host_build_src_has_one_memory_instance), SETUP(.enable = ENABLE_GROUP),
+         EDITS(SRC_AND_DST(of_two_instances)), .path = "pInfos[4]."),
     CASE("src_of_two_instances", RULE(host_build_src_has_one_memory_instance),
          SETUP(.enable = ENABLE_GROUP), EDITS(SRC(of_two_instances)),
          TWIN_EDITS(IGNORED_SRC(of_two_instances))),

@@ -60,7 +60,7 @@ static const struct test_case cases[] = {
          EDITS(WRITE(instances, uint64_t, SCENE_BUFFER_SIZE / 2 + 8, 8)),
          .mutate_twin = scene_use_instance_pointers,
          TWIN_EDITS(WRITE(instances, uint64_t, SCENE_BUFFER_SIZE / 2 + 24, 8)), .is_wild = true,
-         .path = LEADS_TO "pointer 1, which is 0x8,"),
+         .path = LEADS_TO "pointer 1, whose value 0x8"),
     CASE("pointer_to_instance_at_16_bytes", RULE(instances_behind_pointers_are_aligned),
          .silent = true, .mutate = pointer_to_16_bytes, .has_pointers = true),
 };

@@ -162,7 +162,8 @@ static const struct test_case cases[] = {
     CASE("flat_instance", RULE(transform_matrix_is_invertible),
          EDITS(WRITE_MATRIX(instances, 2, 1, 1, 0)), .mutate_twin = instances_of_a_blas,
          TWIN_EDITS(WRITE_MATRIX(instances, 2, 1, 1, 1e-38f)),
-         .path = LEADS_TO(2) "whose first three columns of transform have determinant 0"),
+         .path = LEADS_TO(
+             2) "whose transform is not invertible: its first three columns have determinant 0"),
     CASE("undefined_instance", RULE(transform_matrix_is_invertible),
          EDITS(WRITE_MATRIX(instances, 0, 2, 0, NAN)), .mutate_twin = instances_of_a_blas,
          TWIN_EDITS(WRITE_MATRIX(instances, 0, 2, 3, INFINITY)), .path = LEADS_TO(0)),

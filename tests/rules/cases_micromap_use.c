@@ -63,8 +63,8 @@ static const struct test_case cases[] = {
          EDITS(SET(micromaps.opacity.micromap, 0)), .may_fail_on_cpu = true),
 
     SHARED(.setup = &with_khr, .prepare = scene_use_micromap),
-    CASE("micromap_index_type_of_none",
-         RULES(RULE_opacity_index_type_is_valid, RULE_opacity_index_type_is_8_to_32_bits_or_none),
+    CASE("micromap_index_type_of_none", RULE(opacity_index_type_is_valid),
+         NAMES(RULE_opacity_index_type_is_8_to_32_bits_or_none),
          EITHER_SET(micromaps.opacity.indexType, 7, VK_INDEX_TYPE_UINT8), .may_fail_on_cpu = true,
          .path = OPACITY_PATH("indexType")),
     CASE("micromap_without_indices_has_some", RULE(opacity_without_indices_has_no_index_buffer),

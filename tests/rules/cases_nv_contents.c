@@ -113,7 +113,8 @@ static const struct test_case cases[] = {
     CASE("nv_triangle_put_to_sleep", RULE(active_primitives_stay_active),
          .prepare = scene_nv_use_update, EDITS(WRITE_FLOAT(nv.vertices, VERTEX_5, NAN)),
          TWIN_EDITS(WRITE_FLOAT(nv.vertices, VERTEX_5 + 4, 7)),
-         .path = "pInfo->pGeometries[1] makes primitive 1 inactive, which was active when"),
+         .path =
+             "pInfo->pGeometries[1] makes primitive 1 inactive, but the primitive was active when"),
     CASE("nv_triangle_woken", RULE(inactive_primitives_stay_inactive),
          PREPARE_EDITS(WRITE_FLOAT(nv.vertices, VERTEX_5, NAN), CALL(scene_nv_use_update)),
          EDITS(WRITE_FLOAT(nv.vertices, VERTEX_5, 1)),

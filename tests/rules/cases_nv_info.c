@@ -112,11 +112,13 @@ static const struct test_case cases[] = {
          PREPARE_EDITS(PUT_AT_EDGE(nv.info.pGeometries, sizeof(VkGeometryNV))),
          TWIN_EDITS(SET(nv.info.geometryCount, 1))),
 
-    SHARED(
+    SHARED(SETUP(.configure = limit_geometries), .twin_setup = &nothing_special),
+    CASE("geometry_limit", RULE(nv_build_geometry_count_is_within_limit),
+         NAMES(RULE_nv_geometry_count_is_within_limit), .path = "pInfo->geometryCount 2 exceeds"),
+    CASE(
+        "geometry_limit_met",
         RULES(RULE_nv_build_geometry_count_is_within_limit, RULE_nv_geometry_count_is_within_limit),
-        SETUP(.configure = limit_geometries), .twin_setup = &nothing_special),
-    CASE("geometry_limit", .path = "pInfo->geometryCount 2 exceeds"),
-    CASE("geometry_limit_met", .silent = true, EDITS(SET(nv.info.geometryCount, 1))),
+        .silent = true, EDITS(SET(nv.info.geometryCount, 1))),
 
     SHARED(RULE(nv_dst_was_created_compatible)),
     CASE("instance_limit", RULE(nv_instance_count_is_within_limit),
@@ -129,8 +131,9 @@ static const struct test_case cases[] = {
                CALL(scene_nv_give_objects))),
     /* No device takes as many, backend cpu included. */
     CASE("more_geometries_than_any_limit",
-         RULES(RULE_nv_build_geometry_count_is_within_limit, RULE_nv_geometry_count_is_within_limit,
-               RULE_nv_geometries_are_readable, RULE_nv_dst_was_created_compatible),
+         RULES(RULE_nv_build_geometry_count_is_within_limit, RULE_nv_geometries_are_readable,
+               RULE_nv_dst_was_created_compatible),
+         NAMES(RULE_nv_geometry_count_is_within_limit),
          EDITS(SET(nv.info.geometryCount, UINT32_MAX))),
     CASE("more_instances_than_any_limit",
          RULES(RULE_nv_instance_count_is_within_limit, RULE_nv_dst_was_created_compatible),

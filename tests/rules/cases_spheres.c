@@ -97,10 +97,8 @@ static const struct test_case cases[] = {
          TWIN_EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
                     SET(swept_spheres.indexData.deviceAddress, 0)),
          .path = SWEPT_PATH "indexData"),
-    CASE("successive_swept_spheres_with_null_indices",
-         RULES(RULE_swept_spheres_index_address_is_given,
-               RULE_successive_swept_spheres_have_index_data),
-         .prepare = scene_add_swept_spheres,
+    CASE("successive_swept_spheres_with_null_indices", RULE(swept_spheres_index_address_is_given),
+         NAMES(RULE_successive_swept_spheres_have_index_data), .prepare = scene_add_swept_spheres,
          PREPARE_EDITS(
              SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
              SET(swept_spheres.indexData.deviceAddress, 0)),

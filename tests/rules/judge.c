@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "levels.h"
+#include "wording.h"
 
 static const struct setup default_setup;
 
@@ -39,12 +40,16 @@ void judge_say(struct report *report, const char *format, ...)
 
 /* ---- fixtures ---- */
 
+static bool is_same_text(const char *a, const char *b)
+{
+    return a == b || (a != NULL && b != NULL && strcmp(a, b) == 0);
+}
+
 static bool is_same_setup(const struct setup *a, const struct setup *b)
 {
-    const bool same_level = a->level == b->level || (a->level != NULL && b->level != NULL &&
-                                                     strcmp(a->level, b->level) == 0);
-    return same_level && a->configure == b->configure && a->enable == b->enable &&
-           a->disable == b->disable && a->route == b->route && a->api_version == b->api_version &&
+    return is_same_text(a->level, b->level) && is_same_text(a->muted, b->muted) &&
+           a->configure == b->configure && a->enable == b->enable && a->disable == b->disable &&
+           a->route == b->route && a->api_version == b->api_version &&
            a->by_environment == b->by_environment;
 }
 
@@ -265,6 +270,7 @@ bool judge_messages(const struct play *play, const struct fixture *fixture, stru
                   fixture->messages.count - expected);
         good = false;
     }
+    good = wording_is_good(play, fixture, report) && good;
     if (!good)
         judge_say_messages(fixture, report);
     return good;

@@ -1,17 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* rules_test PLATFORM [--filter [!]NAME] [--list] [--verbose] [--results FILE] [--level NAME]
- *            [--misaligned]
+ *            [--misaligned] [--fail]
  *
  * Plays every case on every command that it fits, and writes what fired and what stayed silent as
  * lines of tab-separated values: platform, case, command, id, fired|silent|failed; at a level that
  * is asked for, unseen where it can't see what is broken. */
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "levels.h"
 #include "play.h"
+#include "wording.h"
 
 #define LIST(name) &cases_##name,
 static const struct case_list *const lists[] = {
@@ -164,6 +166,16 @@ static void play_one(struct run *run, const struct case_list *list, const struct
     tell(run);
 }
 
+/* Plays a case, and once more with its first rule muted if the message of that rule names others.
+ */
+static void play_twice(struct run *run, const struct case_list *list, const struct play *play)
+{
+    struct muted_play muted;
+    play_one(run, list, play);
+    if (wording_mute(play, &muted))
+        play_one(run, list, &muted.play);
+}
+
 static void play_all_forms(struct run *run, const struct case_list *list,
                            const struct test_case *test_case)
 {
@@ -174,10 +186,10 @@ static void play_all_forms(struct run *run, const struct case_list *list,
                             .level = run->tally.level};
         if (!fits_command(test_case, command) || !fits_level(test_case, run->tally.level))
             continue;
-        play_one(run, list, &play);
+        play_twice(run, list, &play);
         if (wants_pointers(test_case) && command == COMMAND_DEVICE) {
             play.geometry_pointers = true;
-            play_one(run, list, &play);
+            play_twice(run, list, &play);
         }
     }
 }
@@ -194,7 +206,7 @@ static void play_at_level(struct run *run, const struct case_list *list,
                               .is_mutation_alone = true};
     if (fits_command(test_case, play.command) &&
         (test_case->setup == NULL || test_case->setup->level == NULL))
-        play_one(run, list, &play);
+        play_twice(run, list, &play);
 }
 
 static void play_at_lower_levels(struct run *run, const struct case_list *list,
@@ -223,6 +235,9 @@ static bool fires(const struct test_case *test_case, enum rule rule)
     for (uint32_t i = 0; i < test_case->rule_count; i++)
         if (test_case->rules[i] == rule && !test_case->silent)
             return true;
+    for (uint32_t i = 0; i < test_case->name_count; i++)
+        if (test_case->names[i] == rule && !test_case->silent)
+            return true;
     return false;
 }
 
@@ -247,7 +262,7 @@ static bool is_for_content_test(const struct rule_info *info, enum build_command
 static void check_every_rule_has_a_case(struct run *run)
 {
     struct report *report = &run->report;
-    const bool is_complete = run->platform.is_null && !run->platform.is_cpu;
+    const bool is_complete = run->platform.is_null && !run->platform.is_cpu && !run->tally.fails;
 
     *report = (struct report){.outcome = OUTCOME_PASSED};
     snprintf(current_name, sizeof(current_name), "every_rule_has_a_case");
@@ -284,11 +299,14 @@ int main(int argc, char **argv)
     const int status = tally_open(&run.tally, &run.platform, argc, argv,
                                   "usage: rules_test " PLATFORM_NAMES
                                   " [--filter NAME] [--list] [--verbose] "
-                                  "[--results FILE] [--level NAME] [--misaligned]\n");
+                                  "[--results FILE] [--level NAME] [--misaligned] [--fail]\n");
     if (status != 0)
         return status;
     catch_crashes();
     run.fixture.misaligns = run.tally.misaligns;
+    run.fixture.fails = run.tally.fails;
+    if (run.tally.fails)
+        setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "fail", 1);
     for_all_cases(&run, play_all_forms);
     if (run.platform.is_null && run.tally.level == NULL)
         for_all_cases(&run, play_at_lower_levels);

@@ -13,6 +13,8 @@ bool tally_read_arguments(struct tally *tally, int argc, char **argv)
             tally->list = true;
         } else if (strcmp(argv[i], "--misaligned") == 0) {
             tally->misaligns = true;
+        } else if (strcmp(argv[i], "--fail") == 0) {
+            tally->fails = true;
         } else if (strcmp(argv[i], "--verbose") == 0) {
             tally->verbose = true;
         } else if (strcmp(argv[i], "--filter") == 0 && i + 1 < argc) {

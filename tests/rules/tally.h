@@ -18,6 +18,7 @@ struct tally {
     const char *filter; /* part of the names to be played, or after "!" not played; NULL: all */
     bool list, verbose;
     bool misaligns;    /* --misaligned */
+    bool fails;        /* --fail: debug_action = fail skips calls, and callbacks don't */
     const char *level; /* that all is played at; NULL: at its own */
     FILE *results;     /* NULL: none wanted */
     uint32_t passed, failed, skipped;

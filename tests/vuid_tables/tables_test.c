@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the tables: ids, rows and texts fit together. */
+#include <ctype.h>
 #include <string.h>
 
 #define XXH_INLINE_ALL
@@ -82,6 +83,26 @@ TEST(test_columns_are_of_their_command)
             for (int other = 0; is_shared && other < COMMAND_COUNT; other++)
                 assert_int_equal(rule_infos[rule].vuid[other], vuid);
         }
+}
+
+/* A hint is one imperative, or two, and fits a line or two of a message. */
+TEST(test_hints_are_well_formed)
+{
+    int count = 0;
+    for (int rule = 0; rule < RULE_COUNT; rule++) {
+        const char *hint = rule_infos[rule].hint;
+        if (!hint)
+            continue;
+        size_t length = strlen(hint);
+        if (!length || length > HINT_LENGTH || hint[length - 1] != '.' || !isupper(hint[0]))
+            fail_msg("%s: not a short sentence: %s", rule_infos[rule].name, hint);
+        for (const char *at = hint; *at; at++)
+            if (strncmp(at, "VUID", 4) == 0 || strspn(at, "0123456789") >= 5 || !isprint(*at) ||
+                (at[0] == ' ' && at[1] == ' '))
+                fail_msg("%s: names an id, or is not plain text: %s", rule_infos[rule].name, hint);
+        count++;
+    }
+    assert_true(count >= 100);
 }
 
 static uint32_t message_id_number(enum vuid vuid)

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Reads settings as text; the utility library converts values of any type to text. */
-#include "src/report/settings_source.h"
+#include "src/report/settings/source.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "src/base/elevated.h"
-#include "src/report/settings_guard.h"
+#include "src/report/settings/guard.h"
 
 #define LAYER_NAME "VK_LAYER_ASSAY_validation"
 

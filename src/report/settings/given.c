@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "src/report/settings_source.h"
+#include "src/report/settings/source.h"
 
 enum { NUMBER_SIZE = 32 }; /* bytes of any number; a large double is cut */
 

@@ -8,6 +8,8 @@
 #include <stdbool.h>
 #include <vulkan/layer/vk_layer_settings.h>
 
+#include "src/base/text_buffer.h"
+
 struct settings_source {
     VkuLayerSettingSet set; /* VK_NULL_HANDLE if the process has elevated privileges */
     /* The application's VkLayerSettingEXT of this layer, except unreadable ones; owned. */
@@ -30,8 +32,14 @@ VkResult settings_source_given(const struct settings_source *source, const char 
 VkResult settings_source_filename(const struct settings_source *source, const char *key,
                                   char **filename);
 
-/* Calls `visit` for each key that is set for the layer but not `known`, as the user wrote it. */
-void settings_source_unknown(const struct settings_source *source, bool (*known)(const char *key),
-                             void (*visit)(void *context, const char *key), void *context);
+/* Appends where the value of a key came from, such as: environment variable
+ * VK_ASSAY_VALIDATION_LEVEL. The key must be set. */
+void settings_append_origin(struct text_buffer *text, const char *key);
+
+/* Calls `warn` with one line for each thing that the user has written without effect: settings that
+ * are not among `keys`, lines without an equals sign, a settings file that is not read. `keys` ends
+ * with NULL. */
+void settings_source_ignored(const struct settings_source *source, const char *const *keys,
+                             void (*warn)(void *context, const char *line), void *context);
 
 #endif

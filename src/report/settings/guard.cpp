@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Catches exceptions of the Vulkan utility library. The only C++ of the layer. */
-#include "src/report/settings_guard.h"
+#include "src/report/settings/guard.h"
 
 #include <exception>
 
