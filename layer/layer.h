@@ -29,6 +29,7 @@
 #include "src/state/commands/events.h"
 #include "src/state/commands/object_names.h"
 #include "src/state/commands/query_pools.h"
+#include "src/state/commands/queue_labels.h"
 #include "src/state/facts.h"
 #include "src/state/order/order.h"
 #include "src/state/resources/resources.h"
@@ -83,6 +84,7 @@ struct layer_device {
     struct command_buffers *command_buffers;
     struct size_cache *sizes;
     struct object_names *names;
+    struct queue_labels *queue_labels;
     struct query_pools *query_pools;
     struct events *events;
     struct deferred_operations *deferred;

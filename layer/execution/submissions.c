@@ -184,7 +184,9 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
         .submissions = submissions,
         .origin = {.device = submissions->device->handle,
                    .names = submissions->device->names,
-                   .queue = run->queue},
+                   .queue = run->queue,
+                   .submission = run->submission,
+                   .queue_labels = shared_labels_stack(run->queue_labels)},
     };
     struct replay replay = replay_of(&batch, run);
     struct input_notes *notes =

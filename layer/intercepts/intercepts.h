@@ -136,6 +136,9 @@
     INTERCEPT(CmdBeginDebugUtilsLabelEXT)                                                          \
     INTERCEPT(CmdEndDebugUtilsLabelEXT)                                                            \
     INTERCEPT(CmdInsertDebugUtilsLabelEXT)                                                         \
+    INTERCEPT(QueueBeginDebugUtilsLabelEXT)                                                        \
+    INTERCEPT(QueueEndDebugUtilsLabelEXT)                                                          \
+    INTERCEPT(QueueInsertDebugUtilsLabelEXT)                                                       \
     INTERCEPT(CmdDebugMarkerBeginEXT)                                                              \
     INTERCEPT(CmdDebugMarkerEndEXT)                                                                \
     INTERCEPT(CmdDebugMarkerInsertEXT)                                                             \

@@ -54,26 +54,26 @@ static void append_object(struct text_buffer *text, const VkDebugUtilsObjectName
     text_append(text, "]");
 }
 
-static void copy_labels(struct message *message, const struct label_stack *stack)
+/* Returns the number of labels copied. */
+static uint32_t copy_labels(VkDebugUtilsLabelEXT labels[MESSAGE_LABELS],
+                            const struct label_stack *stack)
 {
-    if (!stack)
-        return;
-    while (message->label_count < MESSAGE_LABELS && message->label_count < stack->count) {
-        message->labels[message->label_count] =
-            stack->labels[stack->count - 1 - message->label_count];
-        message->label_count++;
-    }
+    uint32_t count = 0;
+    for (; stack && count < MESSAGE_LABELS && count < stack->count; count++)
+        labels[count] = stack->labels[stack->count - 1 - count];
+    return count;
 }
 
 /* Appends the labels, outermost first, like a path. */
-static void append_labels(struct text_buffer *text, const struct message *message,
+static void append_labels(struct text_buffer *text, const char *what,
+                          const VkDebugUtilsLabelEXT *labels, uint32_t count,
                           const struct label_stack *stack)
 {
-    if (!message->label_count)
+    if (!count)
         return;
-    text_append(text, ", labels %s", stack->count > message->label_count ? "... > " : "");
-    for (uint32_t i = message->label_count; i-- > 0;) {
-        text_append_quoted(text, message->labels[i].pLabelName, MESSAGE_NAME_SIZE - 1);
+    text_append(text, ", %s %s", what, stack->count > count ? "... > " : "");
+    for (uint32_t i = count; i-- > 0;) {
+        text_append_quoted(text, labels[i].pLabelName, MESSAGE_NAME_SIZE - 1);
         if (i)
             text_append(text, " > ");
     }
@@ -171,6 +171,18 @@ static void append_statement(struct text_buffer *text, struct message *message,
     text_append(text, "%s%s", rest, length && rest[length - 1] == '.' ? "" : ".");
 }
 
+static void append_submission(struct text_buffer *text, struct message *message,
+                              const struct call_origin *origin)
+{
+    text_append(text, ", as submitted to ");
+    append_mention(text, message, VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)origin->queue,
+                   origin->names);
+    if (origin->submission)
+        text_append(text, ", submission %" PRIu64, origin->submission);
+    append_labels(text, "queue labels", message->queue_labels, message->queue_label_count,
+                  origin->queue_labels);
+}
+
 static void append_origin(struct text_buffer *text, struct message *message,
                           const struct location *at, const struct call_origin *origin)
 {
@@ -180,12 +192,9 @@ static void append_origin(struct text_buffer *text, struct message *message,
     append_object(text, &message->objects[0]);
     if (at->subject != SUBJECT_CALL)
         text_append(text, ", build %" PRIu64, (uint64_t)origin->build_index + at->build);
-    append_labels(text, message, origin->labels);
-    if (origin->queue) {
-        text_append(text, ", as submitted to ");
-        append_mention(text, message, VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)origin->queue,
-                       origin->names);
-    }
+    append_labels(text, "labels", message->labels, message->label_count, origin->labels);
+    if (origin->queue)
+        append_submission(text, message, origin);
     text_append(text, ".");
 }
 
@@ -287,7 +296,7 @@ static void begin(struct message *message, struct text_buffer *text, enum report
     message->severity = severity;
     message->id = id;
     message->id_number = message_id_number(id);
-    message->object_count = message->label_count = 0;
+    message->object_count = message->label_count = message->queue_label_count = 0;
     text_begin(text, message->buffer, sizeof(message->buffer) - LAST_NOTICE_SIZE);
     text_append(text, "Validation %s: [ %s ] | MessageID = 0x%" PRIx32 "\n",
                 severity == REPORT_ERROR     ? "Error"
@@ -305,7 +314,8 @@ static void mention_origin(struct message *message, const struct call_origin *or
                 origin->names);
     else if (origin->device)
         mention(message, VK_OBJECT_TYPE_DEVICE, (uint64_t)(uintptr_t)origin->device, origin->names);
-    copy_labels(message, origin->labels);
+    message->label_count = copy_labels(message->labels, origin->labels);
+    message->queue_label_count = copy_labels(message->queue_labels, origin->queue_labels);
 }
 
 static void append_finding(struct text_buffer *text, struct message *message,

@@ -27,9 +27,10 @@ struct message {
     int32_t id_number;
     const char *heading; /* the line "Validation Error: ...", followed by the text */
     const char *text;
-    uint32_t object_count, label_count;
+    uint32_t object_count, label_count, queue_label_count;
     VkDebugUtilsObjectNameInfoEXT objects[MESSAGE_OBJECTS]; /* no duplicates */
     VkDebugUtilsLabelEXT labels[MESSAGE_LABELS];            /* innermost first */
+    VkDebugUtilsLabelEXT queue_labels[MESSAGE_LABELS];      /* innermost first */
 
     /* Storage of the text and the names above. */
     char buffer[MESSAGE_SIZE];

@@ -198,6 +198,8 @@ static VkBool32 call_utils(const struct messenger *messenger, const struct messa
         .pMessageIdName = message->id,
         .messageIdNumber = message->id_number,
         .pMessage = message->text,
+        .queueLabelCount = message->queue_label_count,
+        .pQueueLabels = message->queue_label_count ? message->queue_labels : NULL,
         .cmdBufLabelCount = message->label_count,
         .pCmdBufLabels = message->label_count ? message->labels : NULL,
         .objectCount = message->object_count,

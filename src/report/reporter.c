@@ -230,7 +230,7 @@ static void open_log(struct reporter *reporter, struct kept_lines *kept)
     text_begin(&text, line, sizeof(line));
     text_append(&text, "assay_validation.log_filename: ");
     text_append_quoted(&text, filename, FILENAME_SHOWN);
-    text_append(&text, " cannot be opened for writing (%s); the default, stderr, is used.", reason);
+    text_append(&text, " cannot be opened for writing (%s). The default, stderr, is used.", reason);
     keep_line(kept, line);
 }
 

@@ -204,8 +204,8 @@ static bool load_message_id_filter(const struct loader *loader, char *value)
         text_append(&text, "assay_validation.message_id_filter: ");
         text_append_quoted(&text, entry, VALUE_SHOWN);
         text_append(&text,
-                    " names no message of this layer; an entry is a VUID, a message number "
-                    "(decimal or 0x...) or the last digits of a VUID; the entry is ignored.");
+                    " names no message of this layer. An entry is a VUID, a message number "
+                    "(decimal or 0x...) or the last digits of a VUID. The entry is ignored.");
         loader->warn(loader->context, line);
     }
     return true;
@@ -240,8 +240,8 @@ static void warn_of_value(const struct loader *loader, const struct key *key, co
     text_begin(&text, line, sizeof(line));
     text_append(&text, "assay_validation.%s: ", key->name);
     text_append_quoted(&text, value, VALUE_SHOWN);
-    text_append(&text, " is not a valid value, which is %s; the default, %s, is used.",
-                key->accepts, key->default_value);
+    text_append(&text, " is not a valid value (%s). The default, %s, is used.", key->accepts,
+                key->default_value);
     loader->warn(loader->context, line);
 }
 
@@ -297,7 +297,7 @@ static void check_compare_rays(const struct loader *loader)
         return;
     settings->compare_rays = 0;
     loader->warn(loader->context,
-                 "assay_validation.compare_rays needs level = content and backend = driver; no "
+                 "assay_validation.compare_rays needs level = content and backend = driver. No "
                  "rays are compared.");
 }
 

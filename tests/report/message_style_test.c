@@ -6,6 +6,7 @@
 
 #include "hearing.h"
 #include "src/report/message.h"
+#include "src/state/commands/label_stack.h"
 
 #define LINK "https://docs.vulkan.org/spec/latest/"
 
@@ -155,9 +156,45 @@ static void test_too_much_text_is_cut(void **state)
     assert_string_equal(message.text + strlen(message.text) - strlen(end), end);
 }
 
+/* ---- the submission */
+
+static void test_submission(void **state)
+{
+    struct label_stack labels = {0}, queue_labels = {0};
+    struct hearing hearing = {0};
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
+    struct call_origin origin = {.command_buffer = (VkCommandBuffer)(uintptr_t)0xc,
+                                 .labels = &labels,
+                                 .queue = (VkQueue)(uintptr_t)0x9,
+                                 .submission = 3,
+                                 .queue_labels = &queue_labels};
+    struct finding finding;
+    violated_plainly(&finding, "", "is wrong");
+    label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = "build"});
+    label_stack_push(&queue_labels, &(VkDebugUtilsLabelEXT){.pLabelName = "frame\n"});
+    label_stack_push(&queue_labels, &(VkDebugUtilsLabelEXT){.pLabelName = "pass"});
+    reporter_send(reporter, SENT_RULE, &location, &origin, &finding);
+    assert_non_null(strstr(hearing.text,
+                           "Command buffer VkCommandBuffer 0xc, labels \"build\", as submitted to "
+                           "VkQueue 0x9, submission 3, queue labels \"frame\\n\" > \"pass\".\n"));
+    assert_int_equal(hearing.label_count, 1);
+    assert_int_equal(hearing.queue_label_count, 2);
+
+    origin.submission = 0;
+    origin.queue_labels = NULL;
+    reporter_send(reporter, SENT_RULE, &location, &origin, &finding);
+    assert_non_null(strstr(hearing.text, "as submitted to VkQueue 0x9.\n"));
+    assert_int_equal(hearing.queue_label_count, 0);
+    reporter_destroy(reporter);
+    label_stack_clear(&labels);
+    label_stack_clear(&queue_labels);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_submission, surrounding_set_up),
         cmocka_unit_test(test_a_short_sentence),
         cmocka_unit_test(test_no_sentence),
         cmocka_unit_test_setup(test_the_setting, surrounding_set_up),

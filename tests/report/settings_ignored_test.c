@@ -98,6 +98,17 @@ static void test_other_lines_are_left_alone(void **state)
     assert_int_equal(warned.count, 0);
 }
 
+static void test_other_values_of_enable(void **state)
+{
+    setenv("VK_ASSAY_ENABLE", "true", 1);
+    settings_read(NULL);
+    ASSERT_WARNED("VK_ASSAY_ENABLE", "\"true\"", "only 1 does");
+    setenv("VK_ASSAY_ENABLE", "0", 1);
+    settings_read(NULL);
+    unsetenv("VK_ASSAY_ENABLE");
+    assert_int_equal(warned.count, 0);
+}
+
 /* ---- VK_LAYER_SETTINGS_PATH */
 
 static void write_file(const char *path)
@@ -160,6 +171,7 @@ int main(void)
         cmocka_unit_test_setup(test_names_in_the_file, surrounding_set_up),
         cmocka_unit_test_setup(test_lines_without_an_equals_sign, surrounding_set_up),
         cmocka_unit_test_setup(test_other_lines_are_left_alone, surrounding_set_up),
+        cmocka_unit_test_setup(test_other_values_of_enable, surrounding_set_up),
         cmocka_unit_test_setup(test_a_path_to_nothing, surrounding_set_up),
         cmocka_unit_test_setup(test_a_path_to_a_folder, surrounding_set_up),
         cmocka_unit_test_setup(test_a_path_that_comes_second, surrounding_set_up),

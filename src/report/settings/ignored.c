@@ -142,8 +142,24 @@ static bool is_ignored_variable(const struct search *search, const char *name)
            !is_key(search, name + strlen(ENVIRONMENT_PREFIX), true);
 }
 
+/* The loader compares the value with the one in the implicit layer's manifest. */
+static void check_enable_value(const struct search *search)
+{
+    const char *value = getenv("VK_ASSAY_ENABLE");
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    if (!value || !value[0] || strcmp(value, "0") == 0 || strcmp(value, "1") == 0)
+        return;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text, "VK_ASSAY_ENABLE: ");
+    text_append_quoted(&text, value, SHOWN);
+    text_append(&text, " does not enable the layer; only 1 does. It was enabled in another way.");
+    search->warn(search->context, line);
+}
+
 static void search_environment(const struct search *search)
 {
+    check_enable_value(search);
     for (char **entry = environ; entry && *entry; entry++) {
         char name[NAME_SIZE];
         snprintf(name, sizeof(name), "%.*s", (int)strcspn(*entry, "="), *entry);
