@@ -51,6 +51,20 @@ class Findings(unittest.TestCase):
         self.assertEqual(verdict.outcome, "missed")
         self.assertEqual(verdict.alarms, [OTHER])
 
+    def test_a_mistake_is_found_if_only_the_twin_fails(self):
+        verdict = self.verdict(output(*TWIN, "(before the mutation)"))
+        self.assertEqual((verdict.outcome, verdict.alarms), ("found", [OTHER]))
+
+    def test_messages_without_a_heading_are_of_the_mutation(self):
+        verdict = self.verdict(output(*TWIN, "(before the mutation)", *got(EXPECTED)))
+        self.assertEqual((verdict.outcome, verdict.alarms), ("found", [OTHER]))
+
+    def test_silence_of_a_program_misses_the_mistake(self):
+        name = "order_programs.p/device"
+        text = output("the call returned 0 instead of -1000011001", "(in step 3)", name=name,
+                      end=f"[  FAILED  ] {name}")
+        self.assertEqual(self.verdict(text).outcome, "missed")
+
     def test_silence_misses_the_mistake(self):
         self.assertEqual(self.outcome(f"mutation: 0 of {EXPECTED} (rule)"), "missed")
 

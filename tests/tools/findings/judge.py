@@ -124,7 +124,7 @@ class Judge:
         verdict.others = sorted(found - accepted - known)
         if play.outcome in ("crashed", "hung"):
             verdict.outcome = play.outcome
-        elif play.outcome == "passed" or accepted & found or (play.is_cut() and not play.missing):
+        elif play.outcome == "passed" or accepted & found or play.found_all():
             verdict.outcome = "found"
         else:
             verdict.outcome = "another id" if verdict.others else "missed"

@@ -47,9 +47,13 @@ class Play:
         self.missing = set()      # ids that were expected
         self.text = ""
 
-    def is_cut(self):
-        return len(self.text) >= TEXT_PRINTED or any(
-            len(messages) >= MESSAGES_PRINTED for messages in self.messages.values())
+    def found_all(self):
+        """True if the mutation of a case had all messages that it should have, though they are not
+        printed: the case failed for something else."""
+        is_printed = self.messages["mutation"] and len(self.text) < TEXT_PRINTED and \
+            len(self.messages["mutation"]) < MESSAGES_PRINTED
+        return is_case(self.name) and not is_printed and not self.missing and \
+            "mutation" not in self.early
 
     def read(self, lines):
         """Reads the lines between the play's name and its outcome."""
@@ -59,6 +63,8 @@ class Play:
                 phase, is_message = PHASE.match(line)[1], False
             if BEFORE_THE_CALL.match(line):
                 self.early.add(phase)
+            if line == "(before the mutation)":
+                phase = "mutation"
             if MESSAGES_END.match(line):
                 is_message = False
             if MISSING.match(line):
