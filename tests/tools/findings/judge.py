@@ -30,6 +30,7 @@ LEFT_OUT_MESSAGES = (
     (r"-(03546|03547|03548)$", "", "", "an inactive box: the sentence makes no exception"),
     (r"-03673$", "Spheres", "", "buffers of spheres: the sentence does not name them"),
     (r"-03702$", "", "under_a_large_one", "how much of its dst a build accesses is not specified"),
+    (r"-03702$", "", "instance_of_memory", "a device group without bufferDeviceAddressMultiDevice"),
     (r"-indexType-parameter$", "", "", "an index type whose extension is not enabled"),
     (r"", "", "(triangles_in_boxes|boxes_in_triangles)/nv", "the geometry of another type"),
 )
@@ -65,7 +66,8 @@ class Verdict:
     def __init__(self, kind, reason=""):
         self.kind = kind  # mistake, valid, or left out
         self.reason = reason
-        # Of a mistake: found, another id, missed, crashed, or hung; and whether Assay found it.
+        # Of a mistake: found, another id, missed, crashed, or hung; and whether Assay found it. Of a
+        # valid play: crashed, hung, or nothing.
         self.outcome = ""
         self.others = []  # ids of which none was expected
         self.assay = False
@@ -98,6 +100,7 @@ class Judge:
         else:
             verdict.assay_alarmed = ours.outcome != "passed"
             verdict.crashed = theirs.outcome in ("crashed", "hung")
+            verdict.outcome = theirs.outcome if verdict.crashed else ""
         if verdict.is_valid_call:
             verdict.alarms = self.alarms(theirs)
         return verdict
