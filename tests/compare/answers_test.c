@@ -280,7 +280,7 @@ TEST(test_triangles)
     make_triangles(&subject);
     compare(&subject, "triangles",
             (const uint64_t[]){0xff6264ce2ea87830, 0x47626af5e611c574, 0x58fc5c0f6039f91f,
-                               0xd56bdec63d9e7573});
+                               0x8e2f983811d86ee8});
     assert_true(all_equal);
 }
 
@@ -291,7 +291,7 @@ TEST(test_far_ring)
     make_far_ring(&subject);
     compare(&subject, "a far ring",
             (const uint64_t[]){0x403428e1e7d14cbe, 0xd086a2bcf41177a4, 0x6b2001e7963c2e03,
-                               0xcf2aa7d2a4e5b6e5});
+                               0x34c18daf668b39bb});
     assert_true(all_equal);
 }
 
@@ -302,7 +302,7 @@ TEST(test_boxes)
     make_boxes(&subject);
     compare(&subject, "boxes",
             (const uint64_t[]){0x01b0c4bc67e5633b, 0x8e87211ff8353505, 0xae42bac40c7d1ae7,
-                               0x6b060512d435a3a6});
+                               0xb5ea43bd63c551b7});
     assert_true(all_equal);
 }
 
@@ -368,7 +368,7 @@ TEST(test_instances)
     summary_make_top(&top, &rays, answers, &summary);
     expect("rays", "instances", generated, 0xebc639656332eed4);
     expect("judgements", "instances", judged, 0x1bd81cb21c0115a1);
-    expect("texts", "instances", digest_of_texts(&summary), 0x04c2f8a1a0ad9a4d);
+    expect("texts", "instances", digest_of_texts(&summary), 0xbbc36f8799e7cccd);
     top_rays_free(&rays);
     top_reference_close(&top);
     for (int i = 0; i < 2; i++)

@@ -5,18 +5,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int open_scene(void **state)
+static void open_scene(void)
 {
     scene_open(
         &(struct scene_setup){.boxes_size = sizeof(VkAabbPositionsKHR), .structure_size = 1 << 20});
-    return 0;
 }
 
-static int close_scene(void **state)
+static void close_scene(void)
 {
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
     scene_close();
-    return 0;
 }
 
 static void begin_label(const char *name)
@@ -67,7 +65,7 @@ static void submit_box(void)
     scene_submit(commands);
 }
 
-static void test_a_finding_at_submission(void **state)
+TEST_BETWEEN(test_a_finding_at_submission, open_scene, close_scene)
 {
     submit_box();
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
@@ -86,7 +84,7 @@ static void test_a_finding_at_submission(void **state)
 }
 
 /* The labels are those of the submission, whatever is open when the finding is made. */
-static void test_a_finding_at_completion(void **state)
+TEST_BETWEEN(test_a_finding_at_completion, open_scene, close_scene)
 {
     scene_invalidate_box(0);
     begin_label("first");
@@ -104,13 +102,4 @@ static void test_a_finding_at_completion(void **state)
     assert_non_null(strstr(messages->items[0].text, ", submission 1, queue labels \"first\"."));
     assert_non_null(strstr(messages->items[1].text, ", submission 2, queue labels \"second\"."));
     messages_clear(&fixture.instance.messages);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_a_finding_at_submission, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_a_finding_at_completion, open_scene, close_scene),
-    };
-    return tests_run(argc, argv, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }
