@@ -10,7 +10,7 @@
 static const VkLayerProperties own_layer = {
     .layerName = ASSAY_LAYER_NAME,
     .specVersion = VK_HEADER_VERSION_COMPLETE,
-    .implementationVersion = 1,
+    .implementationVersion = ASSAY_IMPLEMENTATION_VERSION,
     .description = ASSAY_LAYER_DESCRIPTION,
 };
 

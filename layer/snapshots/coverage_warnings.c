@@ -82,7 +82,7 @@ void warn_left_out(const struct layer_device *device, VkCommandBuffer handle)
         text_append_quoted(&text, name, sizeof(name));
         text_append(&text, "]");
     }
-    text_append(&text, " has builds that are not, or not wholly, looked at:");
+    text_append(&text, " has builds that are unchecked, or only partly checked:");
     append_builds(&text, recording);
     text_append(&text, ".");
     reporter_warn(device->instance->reporter, line);
@@ -125,7 +125,7 @@ void warn_missed(const struct layer_device *device, const struct missed_executio
     count_missed(device, missed);
     text_begin(&text, line, sizeof(line));
     text_append(&text,
-                "assay_validation.level = content: builds are not looked at, of executions "
+                "assay_validation.level = content: builds are unchecked in these executions "
                 "of command buffers:");
     append_executions(&text, missed->no_memory, "for lack of memory");
     append_executions(&text, missed->overwritten,
@@ -136,7 +136,7 @@ void warn_missed(const struct layer_device *device, const struct missed_executio
                       "of command buffers that were begun with "
                       "VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT and are submitted again");
     append_executions(&text, missed->device_lost, "on a device that is lost");
-    append_executions(&text, missed->held, "behind waits for signals that weren't submitted");
+    append_executions(&text, missed->held, "behind waits for signals that were not submitted");
     text_append(&text, ".");
     reporter_warn(device->instance->reporter, line);
 }
@@ -149,15 +149,15 @@ static const char *cause_of(enum order_unknown_reason unknown_reason)
     case ORDER_UNKNOWN_OUT_OF_MEMORY:
         break;
     case ORDER_UNKNOWN_TOO_MANY_QUEUES:
-        return "there are more queues than the layer tells apart";
+        return "there are more queues than the layer supports";
     case ORDER_UNKNOWN_RACING_THREADS:
         return "two threads submitted to one queue at once";
     case ORDER_UNKNOWN_TOO_MANY_WAITS:
-        return "too much waits for signals that haven't been submitted";
+        return "too many submissions wait for signals that have not been submitted";
     case ORDER_UNKNOWN_UNTRACKED_SIGNAL:
-        return "something is complete whose wait nothing known has ended";
+        return "a submission completed although nothing known ended its wait";
     }
-    return "there was no memory";
+    return "the layer ran out of memory";
 }
 
 void warn_unordered(const struct layer_device *device)
@@ -169,11 +169,11 @@ void warn_unordered(const struct layer_device *device)
     if (!is_reported(device) || !count || atomic_exchange(&snapshots->unordered_reported, true))
         return;
     text_begin(&text, line, sizeof(line));
+    text_append(&text, "assay_validation.level = content: builds are unchecked in ");
+    text_append_count(&text, count, "execution");
     text_append(&text,
-                "assay_validation.level = content: builds are not looked at, of executions "
-                "of command buffers: %" PRIu32
-                ", and all from now on, whose order isn't known (%s).",
-                count, cause_of(snapshots->unknown_reason));
+                " of command buffers, and in all from now on, because their order is unknown (%s).",
+                cause_of(snapshots->unknown_reason));
     reporter_warn(device->instance->reporter, line);
 }
 

@@ -78,12 +78,12 @@ void null_GetDeviceQueue2(VkDevice device, const VkDeviceQueueInfo2 *pQueueInfo,
 {
     struct object *queue;
     *pQueue = VK_NULL_HANDLE;
-    for (uint32_t i = 0; (queue = object_child(OBJECT(device), VK_OBJECT_TYPE_QUEUE, i)) != NULL;
-         i++) {
+    for (uint32_t i = 0; *pQueue == VK_NULL_HANDLE &&
+                         (queue = object_child(OBJECT(device), VK_OBJECT_TYPE_QUEUE, i)) != NULL;
+         i++)
         if (queue->queue.family == pQueueInfo->queueFamilyIndex &&
             queue->queue.index == pQueueInfo->queueIndex && queue->queue.flags == pQueueInfo->flags)
             *pQueue = (VkQueue)queue;
-    }
 }
 
 void null_GetDeviceGroupPeerMemoryFeatures(VkDevice device, uint32_t heapIndex,

@@ -39,7 +39,8 @@ static void add_build(struct scene *scene, const struct test_buffer *buffer)
     /* So that the sizes are those of so many triangles; no range is given. */
     scene->ranges[DENSE][0].primitiveCount = scene->dense.numTriangles;
     scene_give_objects(scene, DENSE);
-    scene->range_pointers[DENSE] = NULL;
+    if (scene->command != COMMAND_HOST) /* which requires a pointer */
+        scene->range_pointers[DENSE] = NULL;
 }
 
 static void add_dense(struct scene *scene)

@@ -54,7 +54,8 @@ void scene_build_micromap(struct scene *scene)
             .pNext = &micromaps->data,
             .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR,
         };
-    scene->range_pointers[AABBS] = NULL;
+    if (scene->command != COMMAND_HOST) /* which requires a pointer */
+        scene->range_pointers[AABBS] = NULL;
 }
 
 VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count)

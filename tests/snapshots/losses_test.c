@@ -8,10 +8,12 @@
 enum { BUFFER_SIZE = 1 << 16 };
 
 #define LEFT_OUT                                                                                   \
-    "assay_validation.level = content: builds are not looked at, of executions of command "        \
+    "assay_validation.level = content: builds are unchecked in these executions of command "       \
     "buffers: "
 
-static VkSemaphore timeline; /* nobody signals it */
+#define UNORDERED "assay_validation.level = content: builds are unchecked in "
+
+static VkSemaphore timeline; /* never signalled */
 static VkFence fence;
 
 static void open_scene(void)
@@ -69,9 +71,10 @@ TEST(test_complete_for_no_known_reason)
     fixture_submit_waiting(&fixture, first, timeline, fence);
     fixture_expect_silence(&fixture);
     GET(wait());
-    expect_told(LEFT_OUT
-                "1, and all from now on, whose order isn't known (something is complete "
-                "whose wait nothing known has ended).");
+    expect_told(UNORDERED
+                "1 execution of command buffers, and in all from now on, because their "
+                "order is unknown (a submission completed although nothing known ended "
+                "its wait).");
     GET(fixture_submit(&fixture, second, VK_NULL_HANDLE));
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
     fixture_expect_silence(&fixture);
@@ -89,7 +92,7 @@ TEST(test_nothing_left_out_until_later)
     GET(wait());
     fixture_expect_silence(&fixture);
     GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
-    expect_told(LEFT_OUT "1, and all from now on,");
+    expect_told(UNORDERED "1 execution of command buffers, and in all from now on,");
     close_scene();
     fixture_expect_silence(&fixture);
 }
@@ -113,5 +116,5 @@ TEST(test_held_to_the_end)
     fixture_submit_waiting(&fixture, record(), timeline, fence);
     fixture_expect_silence(&fixture);
     close_rest();
-    expect_told(LEFT_OUT "1 behind waits for signals that weren't submitted.");
+    expect_told(LEFT_OUT "1 behind waits for signals that were not submitted.");
 }
