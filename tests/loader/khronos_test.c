@@ -47,11 +47,21 @@ static void open_fixture(const char *first, const char *second)
     messages_clear(&fixture.messages);
 }
 
+/* Khronos layers of 2023 wrongly require a feature of ray tracing to ask for sizes. */
+static uint32_t count_messages(void)
+{
+    return fixture.messages.count -
+           messages_count(&fixture.messages,
+                          "VUID-vkGetAccelerationStructureBuildSizesKHR-rayTracingPipeline-03617",
+                          NULL);
+}
+
 static void expect_silence(void)
 {
-    for (uint32_t i = 0; i < messages_kept(&fixture.messages); i++)
-        print_error("%s: %s\n", fixture.messages.items[i].id, fixture.messages.items[i].text);
-    assert_int_equal(fixture.messages.count, 0);
+    if (count_messages() != 0)
+        for (uint32_t i = 0; i < messages_kept(&fixture.messages); i++)
+            print_error("%s: %s\n", fixture.messages.items[i].id, fixture.messages.items[i].text);
+    assert_int_equal(count_messages(), 0);
 }
 
 /* All messages have this id. One is of this layer, which alone has this text; the Khronos layer may
@@ -59,7 +69,7 @@ static void expect_silence(void)
 static void expect_messages(const char *id, const char *own_text, bool both_know)
 {
     const uint32_t count = messages_count(&fixture.messages, id, NULL);
-    assert_int_equal(fixture.messages.count, count);
+    assert_int_equal(count_messages(), count);
     assert_int_equal(messages_count(&fixture.messages, id, own_text), 1);
     if (both_know)
         assert_true(count > 1);

@@ -138,7 +138,8 @@ bool view_primitive_count(const struct build_view *build, uint32_t geometry, uin
 }
 
 /* For builds without build ranges, whose counts are in the structures of their types. The host's
- * command requires a pointer to build ranges even so: vkBuildAccelerationStructuresKHR-pInfos-11702. */
+ * command requires a pointer to build ranges even so:
+ * vkBuildAccelerationStructuresKHR-pInfos-11702. */
 static void clear_counts(struct build_view *build)
 {
     if (build->call->command != COMMAND_HOST)
