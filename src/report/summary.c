@@ -122,9 +122,7 @@ static void append_unchecked(struct text_buffer *text, const struct settings *se
     if (shown != (REPORT_ERROR | REPORT_WARNING)) {
         append_separator(text, &is_first);
         text_append(text, "%s, which report_flags leaves out",
-                    !shown                  ? "errors and warnings"
-                    : shown == REPORT_ERROR ? "warnings"
-                                            : "errors");
+                    shown == REPORT_ERROR ? "warnings" : "errors");
     }
     if (above) {
         append_separator(text, &is_first);
@@ -150,6 +148,12 @@ void summary_append_end(struct text_buffer *text, const struct settings *setting
                         const struct duplicates *duplicates, struct unchecked_counts *unchecked)
 {
     uint64_t count = count_findings(duplicates);
+    if (!(settings->report_flags & (REPORT_ERROR | REPORT_WARNING))) {
+        text_append(text,
+                    "Assay reported no violations, because report_flags leaves out errors "
+                    "and warnings.");
+        return;
+    }
     text_append(text, "Assay found ");
     if (count)
         text_append_count(text, count, "violation");
