@@ -1,7 +1,7 @@
 "use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
 const get = id => document.getElementById(id);
-const MOST_COLUMNS = 200;
+const MOST_COLUMNS = 100;
 const ROWS_AT_ONCE = 100;
 
 function element(name, text, className) {
