@@ -29,11 +29,13 @@
 #include "src/state/commands/events.h"
 #include "src/state/commands/object_names.h"
 #include "src/state/commands/query_pools.h"
+#include "src/state/commands/queue_labels.h"
 #include "src/state/facts.h"
 #include "src/state/order/order.h"
 #include "src/state/resources/resources.h"
 
 #define ASSAY_LAYER_NAME "VK_LAYER_ASSAY_validation"
+#define ASSAY_LAYER_DESCRIPTION "Validates acceleration-structure builds"
 
 /* A member of the list of all instances, or of the list of all devices (layer.c). */
 struct layer_link {
@@ -82,6 +84,7 @@ struct layer_device {
     struct command_buffers *command_buffers;
     struct size_cache *sizes;
     struct object_names *names;
+    struct queue_labels *queue_labels;
     struct query_pools *query_pools;
     struct events *events;
     struct deferred_operations *deferred;

@@ -17,6 +17,7 @@ const struct rule_info rule_infos[RULE_COUNT] = {
 #define IN(structure, tail)                                                                        \
     .vuid = {VUID_##structure##_##tail, VUID_##structure##_##tail, VUID_##structure##_##tail,      \
              VUID_##structure##_##tail},
+#define HINT(hint_) .hint = hint_,
 #define RULE(subject_, name_, level_, ids)                                                         \
     [RULE_##name_] = {.name = #name_,                                                              \
                       .subject = #subject_,                                                        \
@@ -39,6 +40,7 @@ enum rule rule_of_vuid(enum vuid vuid)
 #define NV_WARNING(name) case WARNING_##name:
 #define IN(structure, tail) case VUID_##structure##_##tail:
 #define IN_NV(structure, tail) case VUID_##structure##_##tail:
+#define HINT(hint)
 #define RULE(subject, name, level, ids) ids return RULE_##name;
 #define PENDING(name, level, waits_for, ids) ids return RULE_##name;
 #include "vuid-tables/rules.def"

@@ -20,6 +20,11 @@
  *     IN(structure, tail)       an id of a structure, for all build commands
  *     IN_NV(structure, tail)    an id of a structure that only the NV command takes
  *     NV_WARNING(name)          an id of the layer's own (warnings.def), reported as a warning
+ *
+ * The last column is optional: HINT("what to do") is the second sentence of a message, such as
+ * HINT("Create the VkBuffer with VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT."). It is an imperative that
+ * is right whenever the row is violated; it ends with a full stop, names no id, and has at most
+ * HINT_LENGTH characters.
  */
 #ifndef ASSAY_VUID_TABLES_RULES_H
 #define ASSAY_VUID_TABLES_RULES_H
@@ -69,6 +74,8 @@ enum {
     IS_OF_SIZES_CONTENT = 0,
 };
 
+enum { HINT_LENGTH = 160 };
+
 enum vuid {
     VUID_NONE,
 #define VUID(scope, tail) VUID_##scope##_##tail,
@@ -104,6 +111,7 @@ enum {
 #define NV_WARNING(name) | 1 << COMMAND_NV
 #define IN(structure, tail) | ((1 << COMMAND_COUNT) - 1)
 #define IN_NV(structure, tail) | 1 << COMMAND_NV
+#define HINT(hint)
 #define RULE(subject, name, level, ids) COMMANDS_OF_##name = 0 ids,
 #define PENDING(name, level, waits_for, ids) COMMANDS_OF_##name = 0 ids,
 #include "vuid-tables/rules.def"
@@ -116,6 +124,7 @@ struct rule_info {
     const char *waits_for; /* NULL for RULE */
     enum level level;
     bool is_of_sizes; /* see IS_OF_SIZES_SHAPE */
+    const char *hint; /* NULL: none */
     /* The id by command; VUID_NONE if the command has no such id. */
     enum vuid vuid[COMMAND_COUNT];
 };

@@ -50,11 +50,11 @@ int main(int argc, char **argv)
 {
     if (argc != 1) {
         FILE *out = strcmp(argv[1], "--help") == 0 ? stdout : stderr;
-        fprintf(
-            out,
-            "usage: vuid_dump\n"
-            "prints a line for each id in scope, with tabs between these fields: id, "
-            "rule, subject, level, capability that the rule waits for, commands, retired ids\n");
+        fprintf(out,
+                "usage: vuid_dump\n"
+                "prints a line for each id in scope, with tabs between these fields: id, "
+                "rule, subject, level, capability that the rule waits for, commands, retired ids, "
+                "hint\n");
         return out == stderr;
     }
 
@@ -65,7 +65,7 @@ int main(int argc, char **argv)
         print_columns(row, (enum vuid)vuid);
         putchar('\t');
         print_retired((enum vuid)vuid);
-        putchar('\n');
+        printf("\t%s\n", or_dash(row->hint));
     }
     return fflush(stdout) != 0;
 }

@@ -79,6 +79,8 @@ static void report_findings(struct reading *reading)
             .device = device->handle,
             .names = device->names,
             .queue = reading->ran->queue,
+            .submission = reading->ran->submission,
+            .queue_labels = shared_labels_stack(reading->ran->queue_labels),
             .command_buffer = pending->journal->command_buffer,
             .build_index = pending->first,
             .labels = journal_labels_at(pending->journal, pending->first + pending->location.build),

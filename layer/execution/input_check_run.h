@@ -15,6 +15,8 @@ struct ran_execution {
     struct execution *execution;
     struct journal *journal;
     VkQueue queue;
+    uint64_t submission;                /* number, as in struct call_origin */
+    struct shared_labels *queue_labels; /* owned; NULL: none */
     struct input_notes notes;
 };
 

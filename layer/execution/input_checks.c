@@ -65,6 +65,7 @@ static void free_waiting(struct waiting *waiting)
     input_notes_release(&waiting->ran.notes);
     execution_release(waiting->ran.execution);
     journal_release(waiting->ran.journal);
+    shared_labels_release(waiting->ran.queue_labels);
     free(waiting);
 }
 
@@ -144,6 +145,8 @@ static void run(void *user, const struct submitted_execution *submitted)
         .execution = execution_share(submitted->execution),
         .journal = journal_share(batch->commands[submitted->command].captured),
         .queue = batch->queue,
+        .submission = batch->submission,
+        .queue_labels = shared_labels_share(batch->queue_labels),
     };
     if (is_of(input_checks->noted, batch)) {
         waiting->ran.notes = input_checks->noted->commands[submitted->command];

@@ -78,8 +78,30 @@ void submissions_forget(struct submissions *submissions, uint64_t first_id, uint
     pthread_mutex_unlock(&submissions->pending_destroys_lock);
 }
 
-static void set_order_unknown(struct submissions *submissions)
+static const char *unchecked_because(enum order_unknown_reason why)
 {
+    switch (why) {
+    case ORDER_UNKNOWN_DEVICE_LOST:
+        return "submissions of devices from when they were lost";
+    case ORDER_UNKNOWN_OUT_OF_MEMORY:
+        break;
+    case ORDER_UNKNOWN_TOO_MANY_QUEUES:
+        return "submissions of devices that use more queues than the layer tracks";
+    case ORDER_UNKNOWN_RACING_THREADS:
+        return "submissions of devices after two threads submitted to one queue at once";
+    case ORDER_UNKNOWN_TOO_MANY_WAITS:
+        return "submissions of devices after too many waited for signals not yet submitted";
+    case ORDER_UNKNOWN_UNTRACKED_SIGNAL:
+        return "submissions of devices after a wait ended by a signal that the layer does not "
+               "track";
+    }
+    return "submissions of devices from when the layer ran out of memory";
+}
+
+static void set_order_unknown(struct submissions *submissions, enum order_unknown_reason why)
+{
+    if (!submissions->order_unknown)
+        reporter_add_unchecked(submissions->device->instance->reporter, unchecked_because(why), 1);
     submissions->order_unknown = true;
     build_undo_release(&submissions->undo);
     build_states_release(&submissions->live);
@@ -162,7 +184,9 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
         .submissions = submissions,
         .origin = {.device = submissions->device->handle,
                    .names = submissions->device->names,
-                   .queue = run->queue},
+                   .queue = run->queue,
+                   .submission = run->submission,
+                   .queue_labels = shared_labels_stack(run->queue_labels)},
     };
     struct replay replay = replay_of(&batch, run);
     struct input_notes *notes =
@@ -173,7 +197,7 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
     for (uint32_t i = 0; i < run->command_count && !submissions->order_unknown; i++) {
         const struct journal *journal = run->commands[i].captured;
         if (!journal || journal->incomplete) {
-            set_order_unknown(submissions);
+            set_order_unknown(submissions, ORDER_UNKNOWN_OUT_OF_MEMORY);
             break;
         }
         replay.notes = notes ? &notes[i] : NULL;
@@ -186,7 +210,7 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
             replay_work(&replay, journal, run);
         }
         if (replay.out_of_memory)
-            set_order_unknown(submissions);
+            set_order_unknown(submissions, ORDER_UNKNOWN_OUT_OF_MEMORY);
     }
     return batch.skip;
 }
@@ -258,7 +282,7 @@ static void run_batch(void *user, const struct batch_run *run)
 static void order_unknown(void *user, enum order_unknown_reason why)
 {
     struct submissions *submissions = user;
-    set_order_unknown(submissions);
+    set_order_unknown(submissions, why);
     if (submissions->device->snapshots)
         snapshots_set_order_unknown(submissions->device->snapshots, why);
 }

@@ -196,3 +196,31 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdDebugMarkerInsertEXT(
     if (state->vk.CmdDebugMarkerInsertEXT)
         state->vk.CmdDebugMarkerInsertEXT(commandBuffer, pMarkerInfo);
 }
+
+/* ---- labels of queues */
+
+VKAPI_ATTR void VKAPI_CALL
+assay_QueueBeginDebugUtilsLabelEXT(VkQueue queue, const VkDebugUtilsLabelEXT *pLabelInfo)
+{
+    struct layer_device *state = layer_find_device(queue);
+    queue_labels_push(state->queue_labels, queue, pLabelInfo);
+    if (state->vk.QueueBeginDebugUtilsLabelEXT)
+        state->vk.QueueBeginDebugUtilsLabelEXT(queue, pLabelInfo);
+}
+
+VKAPI_ATTR void VKAPI_CALL assay_QueueEndDebugUtilsLabelEXT(VkQueue queue)
+{
+    struct layer_device *state = layer_find_device(queue);
+    queue_labels_pop(state->queue_labels, queue);
+    if (state->vk.QueueEndDebugUtilsLabelEXT)
+        state->vk.QueueEndDebugUtilsLabelEXT(queue);
+}
+
+VKAPI_ATTR void VKAPI_CALL
+assay_QueueInsertDebugUtilsLabelEXT(VkQueue queue, const VkDebugUtilsLabelEXT *pLabelInfo)
+{
+    struct layer_device *state = layer_find_device(queue);
+    queue_labels_insert(state->queue_labels, queue, pLabelInfo);
+    if (state->vk.QueueInsertDebugUtilsLabelEXT)
+        state->vk.QueueInsertDebugUtilsLabelEXT(queue, pLabelInfo);
+}

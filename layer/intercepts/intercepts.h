@@ -19,6 +19,8 @@
     INTERCEPT(DestroyInstance)                                                                     \
     INTERCEPT(EnumerateDeviceLayerProperties)                                                      \
     INTERCEPT(EnumerateDeviceExtensionProperties)                                                  \
+    INTERCEPT(GetPhysicalDeviceToolProperties)                                                     \
+    INTERCEPT(GetPhysicalDeviceToolPropertiesEXT)                                                  \
     INTERCEPT(CreateDevice)                                                                        \
     INTERCEPT(CreateDebugUtilsMessengerEXT)                                                        \
     INTERCEPT(DestroyDebugUtilsMessengerEXT)                                                       \
@@ -134,6 +136,9 @@
     INTERCEPT(CmdBeginDebugUtilsLabelEXT)                                                          \
     INTERCEPT(CmdEndDebugUtilsLabelEXT)                                                            \
     INTERCEPT(CmdInsertDebugUtilsLabelEXT)                                                         \
+    INTERCEPT(QueueBeginDebugUtilsLabelEXT)                                                        \
+    INTERCEPT(QueueEndDebugUtilsLabelEXT)                                                          \
+    INTERCEPT(QueueInsertDebugUtilsLabelEXT)                                                       \
     INTERCEPT(CmdDebugMarkerBeginEXT)                                                              \
     INTERCEPT(CmdDebugMarkerEndEXT)                                                                \
     INTERCEPT(CmdDebugMarkerInsertEXT)                                                             \

@@ -101,6 +101,16 @@ static void add_submit(struct submission *submission, const struct layer_device 
             spread ? SCOPE_NOTHING : SCOPE_ALL);
 }
 
+/* Counts the call, whether or not it will succeed. */
+static struct submission *begin(struct layer_device *device, VkQueue queue)
+{
+    struct shared_labels *labels;
+    uint64_t number = queue_labels_submit(device->queue_labels, queue, &labels);
+    struct submission *submission = submission_begin(device->order, SUBMIT_COMMANDS, queue);
+    submission_set_origin(submission, number, labels);
+    return submission;
+}
+
 /* Returns whether to skip the call. */
 static bool prepare(struct layer_device *device, struct submission *submission)
 {
@@ -121,7 +131,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit(VkQueue queue, uint32_t submitC
                                                  const VkSubmitInfo *pSubmits, VkFence fence)
 {
     struct layer_device *state = layer_find_device(queue);
-    struct submission *submission = submission_begin(state->order, SUBMIT_COMMANDS, queue);
+    struct submission *submission = begin(state, queue);
     for (uint32_t i = 0; submission && i < submitCount; i++)
         add_submit(submission, state, &pSubmits[i]);
     submission_set_fence(submission, fence);
@@ -155,7 +165,7 @@ static void add_submit2(struct submission *submission, const struct layer_device
 static VkResult submit2(struct layer_device *state, PFN_vkQueueSubmit2 submit, VkQueue queue,
                         uint32_t count, const VkSubmitInfo2 *infos, VkFence fence)
 {
-    struct submission *submission = submission_begin(state->order, SUBMIT_COMMANDS, queue);
+    struct submission *submission = begin(state, queue);
     for (uint32_t i = 0; submission && i < count; i++)
         add_submit2(submission, state, &infos[i]);
     submission_set_fence(submission, fence);

@@ -48,6 +48,7 @@ static void free_device(struct layer_device *device)
     resources_destroy(device->resources);
     size_cache_destroy(device->sizes);
     object_names_destroy(device->names);
+    queue_labels_destroy(device->queue_labels);
     query_pools_destroy(device->query_pools);
     events_destroy(device->events);
     for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
@@ -66,6 +67,7 @@ static struct layer_device *allocate_device(void)
         command_buffers_create(&device->command_buffers) == VK_SUCCESS &&
         size_cache_create(&device->sizes) == VK_SUCCESS &&
         object_names_create(&device->names) == VK_SUCCESS &&
+        queue_labels_create(&device->queue_labels) == VK_SUCCESS &&
         query_pools_create(&device->query_pools) == VK_SUCCESS &&
         events_create(&device->events) == VK_SUCCESS &&
         deferred_operations_create(&device->deferred, host_work_end) == VK_SUCCESS)

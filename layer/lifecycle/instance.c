@@ -10,8 +10,8 @@
 static const VkLayerProperties own_layer = {
     .layerName = ASSAY_LAYER_NAME,
     .specVersion = VK_HEADER_VERSION_COMPLETE,
-    .implementationVersion = 1,
-    .description = "Assay: validation of acceleration-structure builds",
+    .implementationVersion = ASSAY_IMPLEMENTATION_VERSION,
+    .description = ASSAY_LAYER_DESCRIPTION,
 };
 
 static const VkExtensionProperties own_extensions[] = {
@@ -143,6 +143,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *
     if (state->backend == BACKEND_CPU)
         cpu_overlay_instance(state);
     layer_add_instance(state);
+    reporter_announce(state->reporter, ASSAY_VERSION);
     reporter_set_instance_alive(state->reporter, true);
     return VK_SUCCESS;
 
@@ -161,6 +162,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyInstance(VkInstance instance,
         return;
     layer_remove_instance(state);
     reporter_set_instance_alive(state->reporter, false);
+    reporter_summarize(state->reporter);
     state->vk.DestroyInstance(instance, pAllocator);
     reporter_destroy(state->reporter);
     free(state);

@@ -30,6 +30,24 @@ static const char *reason_of(enum left_out reason)
     return "no memory for copies";
 }
 
+/* For the summary. */
+static void count_left_out(const struct layer_device *device, const struct recording *recording)
+{
+    static const char *const what[] = {
+        [LEFT_OUT_NOTHING] = "builds without memory for copies",
+        [LEFT_OUT_MEMORY] = "builds without memory for copies",
+        [LEFT_OUT_BUDGET] = "builds beyond content_budget_mib",
+        [LEFT_OUT_BUFFER] = "builds with a buffer that can't be read",
+        [LEFT_OUT_PLACE] = "builds without a place for copies",
+    };
+    struct reporter *reporter = device->instance->reporter;
+    for (uint32_t i = 0; i < recording->left_out_count && i < LEFT_OUT_NAMED; i++)
+        reporter_add_unchecked(reporter, what[recording->left_out[i].reason], 1);
+    if (recording->left_out_count > LEFT_OUT_NAMED)
+        reporter_add_unchecked(reporter, "builds that follow those in the same command buffers",
+                               recording->left_out_count - LEFT_OUT_NAMED);
+}
+
 static void append_builds(struct text_buffer *text, const struct recording *recording)
 {
     uint32_t named =
@@ -53,14 +71,18 @@ void warn_left_out(const struct layer_device *device, VkCommandBuffer handle)
     char line[LINE_SIZE], name[NAME_SIZE];
     struct text_buffer text;
     recording->left_out_reported = true;
+    count_left_out(device, recording);
     object_names_get(device->names, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)handle,
                      name, sizeof(name));
     text_begin(&text, line, sizeof(line));
     text_append(&text, "assay_validation.level = content: VkCommandBuffer 0x%" PRIx64,
                 (uint64_t)(uintptr_t)handle);
-    if (name[0])
-        text_append(&text, "[\"%s\"]", name);
-    text_append(&text, " has builds that are not, or not wholly, looked at:");
+    if (name[0]) {
+        text_append(&text, "[");
+        text_append_quoted(&text, name, sizeof(name));
+        text_append(&text, "]");
+    }
+    text_append(&text, " has builds that are unchecked, or only partly checked:");
     append_builds(&text, recording);
     text_append(&text, ".");
     reporter_warn(device->instance->reporter, line);
@@ -73,6 +95,26 @@ static void append_executions(struct text_buffer *text, uint32_t count, const ch
                     count, why);
 }
 
+/* For the summary. */
+static void count_missed(const struct layer_device *device, const struct missed_executions *missed)
+{
+    const struct {
+        uint32_t count;
+        const char *what;
+    } counts[] = {
+        {missed->no_memory, "executions without memory for copies"},
+        {missed->overwritten, "executions that another one of the same submission overwrote"},
+        {missed->unread, "executions that were submitted again before they were complete"},
+        {missed->repeated,
+         "executions after the first with VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT"},
+        {missed->device_lost, "executions on a lost device"},
+        {missed->held, "executions that wait for signals that were not submitted"},
+    };
+    for (size_t i = 0; i < sizeof(counts) / sizeof(counts[0]); i++)
+        if (counts[i].count)
+            reporter_add_unchecked(device->instance->reporter, counts[i].what, counts[i].count);
+}
+
 void warn_missed(const struct layer_device *device, const struct missed_executions *missed)
 {
     char line[LINE_SIZE];
@@ -80,9 +122,10 @@ void warn_missed(const struct layer_device *device, const struct missed_executio
     if (!is_reported(device) || !(missed->no_memory || missed->overwritten || missed->unread ||
                                   missed->repeated || missed->device_lost || missed->held))
         return;
+    count_missed(device, missed);
     text_begin(&text, line, sizeof(line));
     text_append(&text,
-                "assay_validation.level = content: builds are not looked at, of executions "
+                "assay_validation.level = content: builds are unchecked in these executions "
                 "of command buffers:");
     append_executions(&text, missed->no_memory, "for lack of memory");
     append_executions(&text, missed->overwritten,
@@ -93,7 +136,7 @@ void warn_missed(const struct layer_device *device, const struct missed_executio
                       "of command buffers that were begun with "
                       "VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT and are submitted again");
     append_executions(&text, missed->device_lost, "on a device that is lost");
-    append_executions(&text, missed->held, "behind waits for signals that weren't submitted");
+    append_executions(&text, missed->held, "behind waits for signals that were not submitted");
     text_append(&text, ".");
     reporter_warn(device->instance->reporter, line);
 }
@@ -106,15 +149,15 @@ static const char *cause_of(enum order_unknown_reason unknown_reason)
     case ORDER_UNKNOWN_OUT_OF_MEMORY:
         break;
     case ORDER_UNKNOWN_TOO_MANY_QUEUES:
-        return "there are more queues than the layer tells apart";
+        return "there are more queues than the layer supports";
     case ORDER_UNKNOWN_RACING_THREADS:
         return "two threads submitted to one queue at once";
     case ORDER_UNKNOWN_TOO_MANY_WAITS:
-        return "too much waits for signals that haven't been submitted";
+        return "too many submissions wait for signals that have not been submitted";
     case ORDER_UNKNOWN_UNTRACKED_SIGNAL:
-        return "something is complete whose wait nothing known has ended";
+        return "a submission completed although nothing known ended its wait";
     }
-    return "there was no memory";
+    return "the layer ran out of memory";
 }
 
 void warn_unordered(const struct layer_device *device)
@@ -126,11 +169,11 @@ void warn_unordered(const struct layer_device *device)
     if (!is_reported(device) || !count || atomic_exchange(&snapshots->unordered_reported, true))
         return;
     text_begin(&text, line, sizeof(line));
+    text_append(&text, "assay_validation.level = content: builds are unchecked in ");
+    text_append_count(&text, count, "execution");
     text_append(&text,
-                "assay_validation.level = content: builds are not looked at, of executions "
-                "of command buffers: %" PRIu32
-                ", and all from now on, whose order isn't known (%s).",
-                count, cause_of(snapshots->unknown_reason));
+                " of command buffers, and in all from now on, because their order is unknown (%s).",
+                cause_of(snapshots->unknown_reason));
     reporter_warn(device->instance->reporter, line);
 }
 

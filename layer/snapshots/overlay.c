@@ -45,8 +45,8 @@ static bool level_needs_snapshots(const struct layer_device *device)
         return false;
     if (device->physical_device_count > 1)
         reporter_warn(device->instance->reporter,
-                      "assay_validation.level = content doesn't look at what the builds of a group "
-                      "of physical devices read.");
+                      "assay_validation.level = content does not check the input data of device "
+                      "builds on a group of physical devices.");
     return device->physical_device_count < 2;
 }
 

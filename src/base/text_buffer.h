@@ -5,6 +5,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 /* A bounded text. `text` is always terminated. `size` is in bytes and at least 4. The caller owns
  * the memory. */
@@ -21,8 +22,17 @@ void text_begin(struct text_buffer *buffer, char *text, size_t size);
 __attribute__((format(printf, 2, 3))) void text_append(struct text_buffer *buffer,
                                                        const char *format, ...);
 
+/* Appends a count with its noun, such as "1 byte" or "2 bytes". `noun` is the singular. */
+void text_append_count(struct text_buffer *buffer, uint64_t count, const char *noun);
+
+/* Appends at most `size` bytes of UTF-8 text from outside the layer, such as a debug name, in
+ * quotation marks and on one line. Quotation marks, backslashes, control characters, line
+ * separators, characters that reverse the direction of writing, and bytes that are not UTF-8 appear
+ * as escape sequences: \" \n \x1b \u2028. */
+void text_append_quoted(struct text_buffer *buffer, const char *quoted, size_t size);
+
 /* Returns the greatest length up to `length` at which UTF-8 text can be cut without splitting a
- * character. */
+ * character. Text that is not UTF-8 is cut at `length`. */
 size_t text_cut_length(const char *text, size_t length);
 
 #endif

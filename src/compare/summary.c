@@ -48,17 +48,18 @@ static const char *name_of(enum difference difference)
     case DIFFERENCE_MISSED:
         return "is missed by the driver";
     case DIFFERENCE_DOUBLE:
-        return "is met by the driver beside another at what they share";
+        return "is reported by the driver together with a neighbour, at the boundary that both "
+               "share";
     case DIFFERENCE_EXTRA:
-        return "is met by the driver where it isn't";
+        return "is reported by the driver, but the ray does not meet it";
     case DIFFERENCE_PRIMITIVE:
-        return "is what the driver names in another's place";
+        return "is reported by the driver in place of another primitive";
     case DIFFERENCE_DISTANCE:
-        return "is met by the driver at another distance";
+        return "is reported by the driver at another distance";
     case DIFFERENCE_BARYCENTRICS:
-        return "is met by the driver at other barycentrics";
+        return "is reported by the driver with other barycentrics";
     case DIFFERENCE_FACING:
-        return "is met by the driver from the other side";
+        return "is reported by the driver from the other side";
     case DIFFERENCE_COUNT:
         break;
     }
@@ -108,7 +109,7 @@ static void append_reference(struct text_buffer *text, const struct judgement *j
 {
     const struct trace_hit *hit = &judgement->reference;
     if (!judgement->has_reference) {
-        text_append(text, "Reference: no hit of it");
+        text_append(text, "Reference: no hit of this primitive");
         return;
     }
     text_append(text, "Reference: geometry %" PRIu32 ", primitive %" PRIu32 ", t %.9g",
@@ -159,23 +160,26 @@ static void append_reason(struct text_buffer *text, const struct judgement *judg
         append_ring(text, ring, aim);
         return;
     case REASON_PASSES:
-        text_append(text, "the ray passes the primitive that the driver names");
+        text_append(text, "the ray misses the primitive that the driver reports");
         return;
     case REASON_BEYOND:
-        text_append(text, "the primitive that the driver names lies beyond tmin or tmax, at t %.9g",
+        text_append(text,
+                    "the primitive that the driver reports lies beyond tmin or tmax, at t %.9g",
                     judgement->t);
         return;
     case REASON_INACTIVE:
-        text_append(text, "nothing is to be decided: the primitive is inactive, its X is NaN");
+        text_append(text,
+                    "there is nothing to decide: the primitive is inactive, because its X is NaN");
         return;
     case REASON_NO_SUCH:
-        text_append(text, "nothing is to be decided: the input has no such primitive");
+        text_append(text, "there is nothing to decide: the input has no such primitive");
         return;
     case REASON_LIMIT:
-        text_append(text, "the box is met at tmin or tmax itself, which counts");
+        text_append(text, "the ray meets the box at tmin or tmax, which counts as a hit");
         return;
     case REASON_NOT_FIRST:
-        text_append(text, "a nearer triangle is met, which the driver, too, has as a candidate");
+        text_append(text,
+                    "the ray meets a nearer triangle, which the driver also has as a candidate");
         return;
     }
 }
@@ -188,7 +192,7 @@ void summary_describe(const struct summary *summary, enum difference difference,
     struct text_buffer text;
     text_begin(&text, out, SUMMARY_TEXT);
     if (summary->is_top)
-        text_append(&text, "makes a TLAS of which instance %" PRIu32 ", geometry %" PRIu32 ", ",
+        text_append(&text, "makes a TLAS whose instance %" PRIu32 ", geometry %" PRIu32 ", ",
                     judgement->instance, judgement->geometry);
     text_append(&text, "primitive %" PRIu32 " %s: ", judgement->primitive, name_of(difference));
     append_ray(&text, &summary->found[difference].ray);
@@ -200,6 +204,7 @@ void summary_describe(const struct summary *summary, enum difference difference,
     append_reference(&text, judgement);
     append_driver(&text, judgement);
     append_reason(&text, judgement, &summary->found[difference].ring, aim);
-    text_append(&text, ". So differ %" PRIu32 " of %" PRIu32 " rays",
-                summary->found[difference].count, summary->rays);
+    text_append(&text, ". %" PRIu32 " of ", summary->found[difference].count);
+    text_append_count(&text, summary->rays, "ray");
+    text_append(&text, summary->found[difference].count == 1 ? " differs" : " differ");
 }

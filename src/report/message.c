@@ -7,9 +7,10 @@
 
 #include "src/base/text_buffer.h"
 #include "src/report/message_id.h"
+#include "src/report/message_path.h"
 #include "src/state/commands/object_names.h"
 
-enum { LAST_NOTICE_SIZE = 160 };
+enum { LAST_NOTICE_SIZE = 384, SENTENCE_SHOWN = 160 };
 
 #define SPECIFICATION "https://docs.vulkan.org/spec/latest/"
 
@@ -46,90 +47,51 @@ static void append_object(struct text_buffer *text, const VkDebugUtilsObjectName
 {
     const char *type = object_type_name(object->objectType);
     text_append(text, "%s 0x%" PRIx64, type ? type : "object", object->objectHandle);
-    if (object->pObjectName)
-        text_append(text, "[\"%s\"]", object->pObjectName);
+    if (!object->pObjectName)
+        return;
+    text_append(text, "[");
+    text_append_quoted(text, object->pObjectName, MESSAGE_NAME_SIZE - 1);
+    text_append(text, "]");
 }
 
-static void copy_labels(struct message *message, const struct label_stack *stack)
+/* Returns the number of labels copied. */
+static uint32_t copy_labels(VkDebugUtilsLabelEXT labels[MESSAGE_LABELS],
+                            const struct label_stack *stack)
 {
-    if (!stack)
-        return;
-    while (message->label_count < MESSAGE_LABELS && message->label_count < stack->count) {
-        message->labels[message->label_count] =
-            stack->labels[stack->count - 1 - message->label_count];
-        message->label_count++;
-    }
+    uint32_t count = 0;
+    for (; stack && count < MESSAGE_LABELS && count < stack->count; count++)
+        labels[count] = stack->labels[stack->count - 1 - count];
+    return count;
 }
 
 /* Appends the labels, outermost first, like a path. */
-static void append_labels(struct text_buffer *text, const struct message *message,
+static void append_labels(struct text_buffer *text, const char *what,
+                          const VkDebugUtilsLabelEXT *labels, uint32_t count,
                           const struct label_stack *stack)
 {
-    if (!message->label_count)
+    if (!count)
         return;
-    text_append(text, ", labels %s", stack->count > message->label_count ? "... > " : "");
-    for (uint32_t i = message->label_count; i-- > 0;) {
-        const char *name = message->labels[i].pLabelName;
-        size_t length = strlen(name);
-        if (length >= MESSAGE_NAME_SIZE)
-            length = text_cut_length(name, MESSAGE_NAME_SIZE - 1);
-        text_append(text, "\"%.*s\"%s", (int)length, name, i ? " > " : "");
+    text_append(text, ", %s %s", what, stack->count > count ? "... > " : "");
+    for (uint32_t i = count; i-- > 0;) {
+        text_append_quoted(text, labels[i].pLabelName, MESSAGE_NAME_SIZE - 1);
+        if (i)
+            text_append(text, " > ");
     }
 }
 
 /* ---- the finding */
 
-static void append_build(struct text_buffer *text, enum build_command command, uint32_t build)
+struct message_subject message_subject_of(const struct call_origin *origin,
+                                          const struct finding *finding)
 {
-    if (command == COMMAND_NV)
-        text_append(text, "pInfo");
-    else
-        text_append(text, "pInfos[%" PRIu32 "]", build);
-}
-
-/* Appends nothing if the field is "", which stands for the structure itself. */
-static void append_field(struct text_buffer *text, const char *separator, const char *field)
-{
-    if (field[0])
-        text_append(text, "%s%s", separator, field);
-}
-
-/* A range of the indirect command lies in device memory; only its count is a parameter, and has no
- * fields. */
-static const char *ranges_name(enum build_command command, const char *field)
-{
-    if (command != COMMAND_INDIRECT)
-        return "ppBuildRangeInfos";
-    return field[0] ? "pIndirectDeviceAddresses" : "ppMaxPrimitiveCounts";
-}
-
-static void append_path(struct text_buffer *text, const struct location *at, const char *field)
-{
-    const char *separator = at->command == COMMAND_NV ? "->" : ".";
-    switch (at->subject) {
-    case SUBJECT_CALL:
-    case SUBJECT_PARAMETER:
-        text_append(text, "%s", field);
-        return;
-    case SUBJECT_BUILD:
-        append_build(text, at->command, at->build);
-        append_field(text, separator, field);
-        return;
-    case SUBJECT_GEOMETRY:
-        append_build(text, at->command, at->build);
-        text_append(text, "%s%s[%" PRIu32 "]", separator,
-                    at->geometry_by_pointer ? "ppGeometries" : "pGeometries", at->geometry);
-        append_field(text, at->geometry_by_pointer ? "->" : ".", field);
-        return;
-    case SUBJECT_RANGE:
-        text_append(text, "%s[%" PRIu32 "][%" PRIu32 "]", ranges_name(at->command, field),
-                    at->build, at->geometry);
-        append_field(text, ".", field);
-        return;
-    case SUBJECT_ELEMENT:
-        text_append(text, "%s[%" PRIu32 "]", field, at->build);
-        return;
-    }
+    for (uint32_t i = 0; i < finding->value_count; i++)
+        if (finding->values[i].kind == VALUE_OBJECT && finding->values[i].number)
+            return (struct message_subject){finding->values[i].object_type,
+                                            finding->values[i].number};
+    if (origin->command_buffer)
+        return (struct message_subject){VK_OBJECT_TYPE_COMMAND_BUFFER,
+                                        (uint64_t)(uintptr_t)origin->command_buffer};
+    return (struct message_subject){VK_OBJECT_TYPE_DEVICE, (uint64_t)(uintptr_t)origin->device};
 }
 
 /* Appends nothing if the message has no room for one more object. */
@@ -166,6 +128,9 @@ static void append_value(struct text_buffer *text, struct message *message,
     case VALUE_NUMBER:
         text_append(text, "%" PRIu64, value->number);
         return;
+    case VALUE_COUNT:
+        text_append_count(text, value->number, value->text);
+        return;
     case VALUE_REAL:
         text_append(text, "%.9g", value->real);
         return;
@@ -173,8 +138,9 @@ static void append_value(struct text_buffer *text, struct message *message,
         text_append(text, "%s", value->text ? value->text : "");
         return;
     case VALUE_FIELD:
-        append_build(text, command, value->build);
-        append_field(text, command == COMMAND_NV ? "->" : ".", value->text ? value->text : "");
+        message_append_build(text, command, value->build);
+        message_append_field(text, command == COMMAND_NV ? "->" : ".",
+                             value->text ? value->text : "");
         return;
     case VALUE_OBJECT:
         if (!value->number) {
@@ -205,6 +171,18 @@ static void append_statement(struct text_buffer *text, struct message *message,
     text_append(text, "%s%s", rest, length && rest[length - 1] == '.' ? "" : ".");
 }
 
+static void append_submission(struct text_buffer *text, struct message *message,
+                              const struct call_origin *origin)
+{
+    text_append(text, ", as submitted to ");
+    append_mention(text, message, VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)origin->queue,
+                   origin->names);
+    if (origin->submission)
+        text_append(text, ", submission %" PRIu64, origin->submission);
+    append_labels(text, "queue labels", message->queue_labels, message->queue_label_count,
+                  origin->queue_labels);
+}
+
 static void append_origin(struct text_buffer *text, struct message *message,
                           const struct location *at, const struct call_origin *origin)
 {
@@ -214,22 +192,47 @@ static void append_origin(struct text_buffer *text, struct message *message,
     append_object(text, &message->objects[0]);
     if (at->subject != SUBJECT_CALL)
         text_append(text, ", build %" PRIu64, (uint64_t)origin->build_index + at->build);
-    append_labels(text, message, origin->labels);
-    if (origin->queue) {
-        text_append(text, ", as submitted to ");
-        append_mention(text, message, VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)origin->queue,
-                       origin->names);
-    }
+    append_labels(text, "labels", message->labels, message->label_count, origin->labels);
+    if (origin->queue)
+        append_submission(text, message, origin);
     text_append(text, ".");
 }
 
+/* Returns the length of a sentence that is cut between words, to at most SENTENCE_SHOWN characters.
+ */
+static size_t short_length(const char *sentence)
+{
+    size_t length = 0, end_of_word = 0;
+    for (uint32_t characters = 0; characters <= SENTENCE_SHOWN; characters++) {
+        if (!sentence[length])
+            return length;
+        if (sentence[length] == ' ')
+            end_of_word = length;
+        do
+            length++;
+        while (((unsigned char)sentence[length] & 0xc0) == 0x80);
+    }
+    return end_of_word;
+}
+
+static void append_sentence(struct text_buffer *text, const struct vuid_text *vuid,
+                            enum spec_text spec_text)
+{
+    if (!vuid->sentence[0] || spec_text == SPEC_TEXT_NONE)
+        return;
+    size_t length = strlen(vuid->sentence), shown = length;
+    if (spec_text == SPEC_TEXT_SHORT)
+        shown = short_length(vuid->sentence);
+    text_append(text, "\nThe Vulkan spec states: %.*s%s (" SPECIFICATION "%s#%s)", (int)shown,
+                vuid->sentence, shown < length ? "..." : "", vuid->page, vuid->id);
+}
+
 /* `named` is the message's id. If the message has the current id, retired ids are appended. */
-static void append_specification(struct text_buffer *text, enum vuid vuid, const char *named)
+static void append_specification(struct text_buffer *text, enum vuid vuid, const char *named,
+                                 enum spec_text spec_text)
 {
     const struct vuid_text *current = &vuid_texts[vuid];
-    if (current->sentence[0])
-        text_append(text, "\nThe Vulkan spec states: %s (" SPECIFICATION "%s#%s)",
-                    current->sentence, current->page, current->id);
+    append_sentence(text, current, spec_text);
     if (named != current->id) {
         text_append(text, " (today %s)", current->id);
         return;
@@ -241,16 +244,48 @@ static void append_specification(struct text_buffer *text, enum vuid vuid, const
         text_append(text, ")");
 }
 
-/* Uses reserved room, so the notice is complete even if the text before it was cut. */
-static void append_last_notice(struct text_buffer *text, const char *what, uint32_t count)
+/* Names the ids that the same mistake violates, too. */
+static void append_also(struct text_buffer *text, enum build_command command,
+                        const struct finding *finding)
 {
+    const char *before = " (also ";
+    for (uint32_t i = 0; i < finding->also_count; i++) {
+        enum vuid vuid = rule_infos[finding->also[i]].vuid[command];
+        if (vuid == VUID_NONE)
+            continue;
+        text_append(text, "%s%s", before, vuid_texts[vuid].id);
+        before = ", ";
+    }
+    if (before[0] == ',')
+        text_append(text, ")");
+}
+
+/* Uses reserved room, so the notice is complete even if the text before it was cut. */
+static void append_last_notice(struct text_buffer *text, const char *what,
+                               const struct message_subject *subject,
+                               const struct message_style *style)
+{
+    if (style->last == LAST_OF_NOTHING)
+        return;
     text->size += LAST_NOTICE_SIZE;
     text->cut = false;
-    text_append(text,
-                "\nThis %s has now been reported %" PRIu32
-                " time%s and will not be reported "
-                "again: duplicate_message_limit is reached.",
-                what, count, count == 1 ? "" : "s");
+    text_append(text, "\nThis %s has now been reported ", what);
+    text_append_count(text, style->sent, "time");
+    if (style->last == LAST_OF_OBJECT) {
+        const char *type = object_type_name(subject->type);
+        text_append(text,
+                    " for %s 0x%" PRIx64
+                    " and will not be reported for it again: "
+                    "duplicate_message_limit is reached. At most %" PRIu32
+                    " more follow for other objects.",
+                    type ? type : "object", subject->handle, style->left);
+    } else {
+        text_append(text,
+                    " and will not be reported again: ten times duplicate_message_limit is "
+                    "reached.");
+    }
+    if (style->are_counted)
+        text_append(text, " Further ones are only counted.");
 }
 
 /* ---- whole messages */
@@ -261,10 +296,13 @@ static void begin(struct message *message, struct text_buffer *text, enum report
     message->severity = severity;
     message->id = id;
     message->id_number = message_id_number(id);
-    message->object_count = message->label_count = 0;
+    message->object_count = message->label_count = message->queue_label_count = 0;
     text_begin(text, message->buffer, sizeof(message->buffer) - LAST_NOTICE_SIZE);
     text_append(text, "Validation %s: [ %s ] | MessageID = 0x%" PRIx32 "\n",
-                severity == REPORT_ERROR ? "Error" : "Warning", id, (uint32_t)message->id_number);
+                severity == REPORT_ERROR     ? "Error"
+                : severity == REPORT_WARNING ? "Warning"
+                                             : "Information",
+                id, (uint32_t)message->id_number);
     message->heading = message->buffer;
     message->text = message->buffer + text->length;
 }
@@ -276,62 +314,69 @@ static void mention_origin(struct message *message, const struct call_origin *or
                 origin->names);
     else if (origin->device)
         mention(message, VK_OBJECT_TYPE_DEVICE, (uint64_t)(uintptr_t)origin->device, origin->names);
-    copy_labels(message, origin->labels);
+    message->label_count = copy_labels(message->labels, origin->labels);
+    message->queue_label_count = copy_labels(message->queue_labels, origin->queue_labels);
 }
 
 static void append_finding(struct text_buffer *text, struct message *message,
                            const struct location *location, const struct call_origin *origin,
-                           const struct finding *finding)
+                           const struct finding *finding, const char *hint)
 {
     text_append(text, "%s(): ", build_command_name(location->command));
     size_t before = text->length;
-    append_path(text, location, finding->field ? finding->field : "");
+    message_append_path(text, location, finding->field ? finding->field : "");
     if (text->length > before)
         text_append(text, " ");
     append_statement(text, message, location->command, origin, finding);
+    if (hint)
+        text_append(text, " %s", hint);
     append_origin(text, message, location, origin);
 }
 
 void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
                         const struct call_origin *origin, const struct finding *finding,
-                        enum vuid_names names, uint32_t last_of)
+                        const struct message_style *style)
 {
+    const struct message_subject subject = message_subject_of(origin, finding);
     struct text_buffer text;
     const char *id = NULL;
-    if (names == VUID_NAMES_LISTED)
+    if (style->vuid_names == VUID_NAMES_LISTED)
         id = vuid_listed(vuid, location->command, finding->field ? finding->field : "");
     if (!id)
         id = vuid_texts[vuid].id;
     begin(message, &text, vuid_is_warning(vuid) ? REPORT_WARNING : REPORT_ERROR, id);
     mention_origin(message, origin);
-    append_finding(&text, message, location, origin, finding);
-    append_specification(&text, vuid, id);
-    if (last_of)
-        append_last_notice(&text, vuid_is_warning(vuid) ? "warning" : "VUID", last_of);
+    append_finding(&text, message, location, origin, finding, rule_infos[rule_of_vuid(vuid)].hint);
+    append_also(&text, location->command, finding);
+    append_specification(&text, vuid, id, style->spec_text);
+    append_last_notice(&text, vuid_is_warning(vuid) ? "warning" : "VUID", &subject, style);
 }
 
 void message_of_difference(struct message *message, enum difference difference,
                            const struct location *location, const struct call_origin *origin,
-                           const struct finding *finding, uint32_t last_of)
+                           const struct finding *finding, const struct message_style *style)
 {
+    const struct message_subject subject = message_subject_of(origin, finding);
     struct text_buffer text;
     begin(message, &text, REPORT_WARNING, difference_id(difference));
     mention_origin(message, origin);
-    append_finding(&text, message, location, origin, finding);
-    if (last_of)
-        append_last_notice(&text, "difference", last_of);
+    append_finding(&text, message, location, origin, finding, NULL);
+    append_last_notice(&text, "difference", &subject, style);
 }
 
 void message_of_layer(struct message *message, enum report_flag severity, const char *line)
 {
     struct text_buffer text;
-    begin(message, &text, severity, severity == REPORT_ERROR ? "ASSAY-error" : "ASSAY-warning");
+    begin(message, &text, severity,
+          severity == REPORT_ERROR     ? "ASSAY-error"
+          : severity == REPORT_WARNING ? "ASSAY-warning"
+                                       : "ASSAY-info");
     text_append(&text, "%s", line);
 }
 
 void message_write(const struct message *message, FILE *file)
 {
-    char line[MESSAGE_NAME_SIZE + 64];
+    char line[4 * MESSAGE_NAME_SIZE + 64]; /* an escaped byte takes four */
     flockfile(file);
     fprintf(file, "%s\n", message->heading);
     if (message->object_count)

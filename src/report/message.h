@@ -27,24 +27,49 @@ struct message {
     int32_t id_number;
     const char *heading; /* the line "Validation Error: ...", followed by the text */
     const char *text;
-    uint32_t object_count, label_count;
+    uint32_t object_count, label_count, queue_label_count;
     VkDebugUtilsObjectNameInfoEXT objects[MESSAGE_OBJECTS]; /* no duplicates */
     VkDebugUtilsLabelEXT labels[MESSAGE_LABELS];            /* innermost first */
+    VkDebugUtilsLabelEXT queue_labels[MESSAGE_LABELS];      /* innermost first */
 
     /* Storage of the text and the names above. */
     char buffer[MESSAGE_SIZE];
     char names[MESSAGE_OBJECTS][MESSAGE_NAME_SIZE];
 };
 
-/* `last_of`: if not 0, the message adds that it is the last of that many messages of its id. */
+/* If the message is the last one that duplicate_message_limit allows, its text says so. */
+enum last_message {
+    LAST_OF_NOTHING,
+    LAST_OF_OBJECT, /* of its id, for the object that it is about */
+    LAST_OF_ID,     /* of its id, for any object */
+};
+
+struct message_style {
+    enum vuid_names vuid_names;
+    enum spec_text spec_text;
+    enum last_message last;
+    uint32_t sent;    /* messages of the id, for the object or for any object as `last` says */
+    uint32_t left;    /* at most this many messages of the id follow */
+    bool are_counted; /* findings that are held back appear in the summary */
+};
+
+/* The object that a finding is about: the first object that its sentence names, or else the command
+ * buffer, or else the device. */
+struct message_subject {
+    VkObjectType type;
+    uint64_t handle;
+};
+struct message_subject message_subject_of(const struct call_origin *origin,
+                                          const struct finding *finding);
+
 void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
                         const struct call_origin *origin, const struct finding *finding,
-                        enum vuid_names names, uint32_t last_of);
+                        const struct message_style *style);
 
 /* A warning about a difference of compared rays. It quotes no sentence of the specification. */
 void message_of_difference(struct message *message, enum difference difference,
                            const struct location *location, const struct call_origin *origin,
-                           const struct finding *finding, uint32_t last_of);
+                           const struct finding *finding, const struct message_style *style);
 
 /* A message of the layer about itself, not about a rule. */
 void message_of_layer(struct message *message, enum report_flag severity, const char *line);

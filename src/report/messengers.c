@@ -154,6 +154,32 @@ void messengers_remove(struct messengers *messengers, VkObjectType type, uint64_
 
 /* ---- calling */
 
+static VkDebugUtilsMessageSeverityFlagBitsEXT utils_severity(enum report_flag severity)
+{
+    switch (severity) {
+    case REPORT_ERROR:
+        return VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+    case REPORT_WARNING:
+        return VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT;
+    case REPORT_INFO:
+        break;
+    }
+    return VK_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT;
+}
+
+static VkDebugReportFlagBitsEXT report_severity(enum report_flag severity)
+{
+    switch (severity) {
+    case REPORT_ERROR:
+        return VK_DEBUG_REPORT_ERROR_BIT_EXT;
+    case REPORT_WARNING:
+        return VK_DEBUG_REPORT_WARNING_BIT_EXT;
+    case REPORT_INFO:
+        break;
+    }
+    return VK_DEBUG_REPORT_INFORMATION_BIT_EXT;
+}
+
 static bool is_called(const struct messengers *messengers, const struct messenger *messenger,
                       enum report_flag severity)
 {
@@ -161,11 +187,8 @@ static bool is_called(const struct messengers *messengers, const struct messenge
         (messenger->of_create_info &&
          atomic_load_explicit(&messengers->instance_alive, memory_order_relaxed)))
         return false;
-    if (severity == REPORT_ERROR)
-        return messenger->severities & VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT ||
-               messenger->report_flags & VK_DEBUG_REPORT_ERROR_BIT_EXT;
-    return messenger->severities & VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT ||
-           messenger->report_flags & VK_DEBUG_REPORT_WARNING_BIT_EXT;
+    return messenger->severities & (VkDebugUtilsMessageSeverityFlagsEXT)utils_severity(severity) ||
+           messenger->report_flags & (VkDebugReportFlagsEXT)report_severity(severity);
 }
 
 static VkBool32 call_utils(const struct messenger *messenger, const struct message *message)
@@ -175,15 +198,16 @@ static VkBool32 call_utils(const struct messenger *messenger, const struct messa
         .pMessageIdName = message->id,
         .messageIdNumber = message->id_number,
         .pMessage = message->text,
+        .queueLabelCount = message->queue_label_count,
+        .pQueueLabels = message->queue_label_count ? message->queue_labels : NULL,
         .cmdBufLabelCount = message->label_count,
         .pCmdBufLabels = message->label_count ? message->labels : NULL,
         .objectCount = message->object_count,
         .pObjects = message->object_count ? message->objects : NULL,
     };
-    return messenger->call(
-        message->severity == REPORT_ERROR ? VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT
-                                          : VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
-        VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT, &data, messenger->user_data);
+    return messenger->call(utils_severity(message->severity),
+                           VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT, &data,
+                           messenger->user_data);
 }
 
 /* This callback has no parameter for the id, so it gets the heading with the text. The first object
@@ -192,8 +216,7 @@ static VkBool32 call_report(const struct messenger *messenger, const struct mess
 {
     const VkDebugUtilsObjectNameInfoEXT *object = message->objects;
     return messenger->call_report(
-        message->severity == REPORT_ERROR ? VK_DEBUG_REPORT_ERROR_BIT_EXT
-                                          : VK_DEBUG_REPORT_WARNING_BIT_EXT,
+        report_severity(message->severity),
         message->object_count ? (VkDebugReportObjectTypeEXT)object->objectType
                               : VK_DEBUG_REPORT_OBJECT_TYPE_UNKNOWN_EXT,
         message->object_count ? object->objectHandle : 0, 0, message->id_number, "Assay",

@@ -12,9 +12,11 @@
 
 #include "src/base/elevated.h"
 #include "src/base/text_buffer.h"
+#include "src/report/duplicates.h"
 #include "src/report/message.h"
 #include "src/report/messengers.h"
 #include "src/report/reported_lines.h"
+#include "src/report/summary.h"
 
 /* All members but the messengers and the counts are constant. */
 struct reporter {
@@ -22,23 +24,22 @@ struct reporter {
     struct messengers messengers;
     FILE *log;
     bool log_is_owned;
-    /* How many messages of each id may still be sent. The count of VUID_NONE is that of
-     * reporter_warn. */
-    _Atomic uint32_t left[MESSAGE_ID_COUNT];
-    _Atomic uint32_t unsupported_left;
-    _Atomic uint32_t differences_left[DIFFERENCE_COUNT];
+    struct duplicates duplicates;
+    struct unchecked_counts unchecked;
+    /* How many messages of the layer about itself may still be sent. */
+    _Atomic uint32_t warnings_left, unsupported_left;
 };
+
+enum { LINE_SIZE = 1024, FILENAME_SHOWN = 200 };
 
 static const uint32_t NO_LIMIT = UINT32_MAX;
 
 /* ---- sending */
 
-/* Decrements the count of remaining messages; sets `last` if it reaches 0. Returns false if none
- * was left. */
-static bool take(_Atomic uint32_t *messages, bool *last)
+/* Returns false if no message was left. */
+static bool take(_Atomic uint32_t *messages)
 {
     uint32_t left = atomic_load_explicit(messages, memory_order_relaxed);
-    *last = false;
     do {
         if (left == 0)
             return false;
@@ -46,14 +47,22 @@ static bool take(_Atomic uint32_t *messages, bool *last)
             return true;
     } while (!atomic_compare_exchange_weak_explicit(messages, &left, left - 1, memory_order_relaxed,
                                                     memory_order_relaxed));
-    *last = left == 1;
     return true;
+}
+
+static struct message_style style_of(const struct reporter *reporter)
+{
+    return (struct message_style){
+        .vuid_names = reporter->settings.vuid_names,
+        .spec_text = reporter->settings.spec_text,
+    };
 }
 
 static bool is_logged(const struct reporter *reporter, bool delivered)
 {
     uint32_t action = reporter->settings.debug_action;
-    return action & DEBUG_ACTION_LOG || (action & DEBUG_ACTION_DEFAULT && !delivered);
+    return action & DEBUG_ACTION_LOG ||
+           (action & DEBUG_ACTION_DEFAULT && (!delivered || reporter->log_is_owned));
 }
 
 /* Sets `delivered` if a messenger got the message. Returns true to skip the call. */
@@ -67,49 +76,57 @@ static bool deliver(struct reporter *reporter, const struct message *message, bo
     return skip;
 }
 
+/* Returns whether setting debug_action skips a call with a finding of this id. */
+static bool is_failed(const struct reporter *reporter, enum vuid vuid)
+{
+    return reporter->settings.debug_action & DEBUG_ACTION_FAIL &&
+           reporter->duplicates.ids[vuid].is_enabled && !vuid_is_warning(vuid);
+}
+
 bool reporter_wants(const struct reporter *reporter, enum vuid vuid)
 {
-    return vuid != VUID_NONE &&
-           atomic_load_explicit(&reporter->left[vuid], memory_order_relaxed) != 0;
+    return duplicates_wanted(&reporter->duplicates, vuid);
 }
 
 bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
                    const struct call_origin *origin, const struct finding *finding)
 {
     enum vuid vuid = rule_infos[rule].vuid[location->command];
-    bool last, delivered;
-    if (vuid == VUID_NONE || !take(&reporter->left[vuid], &last))
-        return false;
-
+    const struct message_subject subject = message_subject_of(origin, finding);
+    struct message_style style = style_of(reporter);
+    bool delivered;
+    if (!duplicates_add(&reporter->duplicates, vuid, origin->device, &subject, &style))
+        return is_failed(reporter, vuid);
     struct message message;
-    message_of_finding(&message, vuid, location, origin, finding, reporter->settings.vuid_names,
-                       last ? reporter->settings.duplicate_message_limit : 0);
-    return deliver(reporter, &message, &delivered);
+    message_of_finding(&message, vuid, location, origin, finding, &style);
+    return deliver(reporter, &message, &delivered) || is_failed(reporter, vuid);
 }
 
 bool reporter_wants_difference(const struct reporter *reporter, enum difference difference)
 {
-    return atomic_load_explicit(&reporter->differences_left[difference], memory_order_relaxed) != 0;
+    return duplicates_wanted(&reporter->duplicates, reported_difference(difference));
 }
 
 void reporter_send_difference(struct reporter *reporter, enum difference difference,
                               const struct location *location, const struct call_origin *origin,
                               const struct finding *finding)
 {
-    bool last, delivered;
-    if (!take(&reporter->differences_left[difference], &last))
+    const struct message_subject subject = message_subject_of(origin, finding);
+    struct message_style style = style_of(reporter);
+    bool delivered;
+    if (!duplicates_add(&reporter->duplicates, reported_difference(difference), origin->device,
+                        &subject, &style))
         return;
     struct message message;
-    message_of_difference(&message, difference, location, origin, finding,
-                          last ? reporter->settings.duplicate_message_limit : 0);
+    message_of_difference(&message, difference, location, origin, finding, &style);
     deliver(reporter, &message, &delivered);
 }
 
 static void send_line(struct reporter *reporter, _Atomic uint32_t *messages,
                       enum report_flag severity, const char *line)
 {
-    bool last, delivered;
-    if (!take(messages, &last))
+    bool delivered;
+    if (!take(messages))
         return;
     struct message message;
     message_of_layer(&message, severity, line);
@@ -118,12 +135,53 @@ static void send_line(struct reporter *reporter, _Atomic uint32_t *messages,
 
 void reporter_warn(struct reporter *reporter, const char *line)
 {
-    send_line(reporter, &reporter->left[VUID_NONE], REPORT_WARNING, line);
+    send_line(reporter, &reporter->warnings_left, REPORT_WARNING, line);
 }
 
 void reporter_report_unsupported(struct reporter *reporter, const char *line)
 {
     send_line(reporter, &reporter->unsupported_left, REPORT_ERROR, line);
+}
+
+static bool is_informing(const struct reporter *reporter)
+{
+    const struct settings *settings = &reporter->settings;
+    return settings->report_flags & REPORT_INFO && !(settings->debug_action & DEBUG_ACTION_IGNORE);
+}
+
+static void send_information(struct reporter *reporter, const char *line)
+{
+    struct message message;
+    bool delivered;
+    message_of_layer(&message, REPORT_INFO, line);
+    deliver(reporter, &message, &delivered);
+}
+
+void reporter_announce(struct reporter *reporter, const char *version)
+{
+    char line[MESSAGE_SIZE];
+    struct text_buffer text;
+    if (!is_informing(reporter))
+        return;
+    text_begin(&text, line, sizeof(line));
+    summary_append_start(&text, version, &reporter->settings);
+    send_information(reporter, line);
+}
+
+void reporter_summarize(struct reporter *reporter)
+{
+    char line[MESSAGE_SIZE];
+    struct text_buffer text;
+    if (!is_informing(reporter))
+        return;
+    text_begin(&text, line, sizeof(line));
+    summary_append_end(&text, &reporter->settings, &reporter->duplicates, &reporter->unchecked);
+    send_information(reporter, line);
+}
+
+void reporter_add_unchecked(struct reporter *reporter, const char *what, uint32_t count)
+{
+    unchecked_add(&reporter->unchecked, what, count);
 }
 
 /* ---- creation */
@@ -150,6 +208,8 @@ static void open_log(struct reporter *reporter, struct kept_lines *kept)
 {
     const char *filename = reporter->settings.log_filename;
     reporter->log = stderr;
+    if (!(reporter->settings.debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT)))
+        return;
     if (!filename || strcasecmp(filename, "stderr") == 0)
         return;
     if (strcasecmp(filename, "stdout") == 0) {
@@ -165,13 +225,12 @@ static void open_log(struct reporter *reporter, struct kept_lines *kept)
     }
     const char *reason = process_is_elevated() ? "a process with elevated privileges writes no file"
                                                : strerror(errno);
-    char line[1024];
+    char line[LINE_SIZE];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append(&text,
-                "assay_validation.log_filename: \"%.512s\" cannot be opened for writing (%s); it "
-                "takes a file name; the default, stderr, is used.",
-                filename, reason);
+    text_append(&text, "assay_validation.log_filename: ");
+    text_append_quoted(&text, filename, FILENAME_SHOWN);
+    text_append(&text, " cannot be opened for writing (%s). The default, stderr, is used.", reason);
     keep_line(kept, line);
 }
 
@@ -186,17 +245,9 @@ static uint32_t allowed(const struct settings *settings, enum report_flag severi
 static void allow_messages(struct reporter *reporter)
 {
     const struct settings *settings = &reporter->settings;
-    uint32_t errors = allowed(settings, REPORT_ERROR);
-    uint32_t warnings = allowed(settings, REPORT_WARNING);
-    for (enum vuid vuid = VUID_NONE + 1; vuid < MESSAGE_ID_COUNT; vuid++)
-        atomic_init(&reporter->left[vuid], settings->muted[vuid]   ? 0
-                                           : vuid_is_warning(vuid) ? warnings
-                                                                   : errors);
-    atomic_init(&reporter->left[VUID_NONE], warnings);
-    atomic_init(&reporter->unsupported_left, errors);
-    for (enum difference difference = 0; difference < DIFFERENCE_COUNT; difference++)
-        atomic_init(&reporter->differences_left[difference],
-                    settings->muted_differences[difference] ? 0 : warnings);
+    duplicates_enable(&reporter->duplicates, settings);
+    atomic_init(&reporter->warnings_left, allowed(settings, REPORT_WARNING));
+    atomic_init(&reporter->unsupported_left, allowed(settings, REPORT_ERROR));
 }
 
 /* Sends each line once per process. */
@@ -204,7 +255,7 @@ static void send_kept_line(struct reporter *reporter, const char *line)
 {
     struct message message;
     bool delivered;
-    if (!reporter->left[VUID_NONE] || !reported_lines_add(line))
+    if (!reporter->warnings_left || !reported_lines_add(line))
         return;
     message_of_layer(&message, REPORT_WARNING, line);
     deliver(reporter, &message, &delivered);
@@ -230,6 +281,8 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
     if (!reporter)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     messengers_init(&reporter->messengers);
+    duplicates_init(&reporter->duplicates);
+    unchecked_init(&reporter->unchecked);
     struct kept_lines kept = {0};
     VkResult result = messengers_add_chain(&reporter->messengers, create_info->pNext);
     if (result == VK_SUCCESS)
@@ -254,6 +307,8 @@ void reporter_destroy(struct reporter *reporter)
         return;
     if (reporter->log_is_owned)
         fclose(reporter->log);
+    duplicates_destroy(&reporter->duplicates);
+    unchecked_destroy(&reporter->unchecked);
     settings_release(&reporter->settings);
     messengers_destroy(&reporter->messengers);
     free(reporter);

@@ -36,10 +36,12 @@ VkResult reporter_add_report_callback(struct reporter *reporter, VkDebugReportCa
                                       const VkDebugReportCallbackCreateInfoEXT *create_info);
 void reporter_remove_report_callback(struct reporter *reporter, VkDebugReportCallbackEXT handle);
 
-/* Returns false if a message of this id would not be sent: it is filtered, or over its limit. */
+/* Returns false if further findings of this id, in this call of the application, make no
+ * difference: messages of this id are filtered, or over their limit. */
 bool reporter_wants(const struct reporter *reporter, enum vuid vuid);
 
-/* Sends one finding. Returns true if a callback returned VK_TRUE, which means to skip the call. */
+/* Sends one finding. Returns true to skip the call: a callback returned VK_TRUE, or debug_action
+ * has DEBUG_ACTION_FAIL and the finding is an error, even if its message is held back. */
 bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
                    const struct call_origin *origin, const struct finding *finding);
 
@@ -55,5 +57,14 @@ void reporter_warn(struct reporter *reporter, const char *line);
 
 /* The same with severity error, for a call that the layer cannot execute. */
 void reporter_report_unsupported(struct reporter *reporter, const char *line);
+
+/* Counts something that was not validated, for the summary. `what` is static text in the plural,
+ * such as "builds without memory for copies". */
+void reporter_add_unchecked(struct reporter *reporter, const char *what, uint32_t count);
+
+/* If report_flags has REPORT_INFO, these send one line with severity information: about the layer,
+ * when an instance is created, and about its findings, at its end. */
+void reporter_announce(struct reporter *reporter, const char *version);
+void reporter_summarize(struct reporter *reporter);
 
 #endif

@@ -2,30 +2,25 @@
 /* The keys, their values, and the settings that they set. */
 #include "src/report/settings.h"
 
-#include <ctype.h>
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
 #include "src/base/text_buffer.h"
 #include "src/report/message_filter.h"
-#include "src/report/settings_source.h"
+#include "src/report/settings/source.h"
+#include "src/report/settings/values.h"
 
-enum { LINE_SIZE = 1024, VALUE_SHOWN = 200 };
+enum { LINE_SIZE = 1024, VALUE_SHOWN = 200, CHANGES_SIZE = 4096 };
 
 struct loader {
     void (*warn)(void *context, const char *line);
     void *context;
     struct settings *settings;
+    struct text_buffer *changes;
 };
 
 /* ---- values */
-
-struct choice {
-    const char *name;
-    uint32_t value;
-};
 
 static const struct choice levels[] = {
     {"parameters", LEVEL_PARAMETERS},
@@ -53,6 +48,13 @@ static const struct choice vuid_names[] = {
     {NULL, 0},
 };
 
+static const struct choice spec_texts[] = {
+    {"full", SPEC_TEXT_FULL},
+    {"short", SPEC_TEXT_SHORT},
+    {"none", SPEC_TEXT_NONE},
+    {NULL, 0},
+};
+
 /* The last three are flags of the Khronos layer only; users share its settings with this layer. */
 static const struct choice report_flags[] = {
     {"error", REPORT_ERROR},
@@ -64,17 +66,22 @@ static const struct choice report_flags[] = {
     {NULL, 0},
 };
 
+enum { WINDOWS_DEBUG_OUTPUT = 1 << 30 }; /* an action without effect; never in struct settings */
+
 static const struct choice debug_actions[] = {
     {"default", DEBUG_ACTION_DEFAULT},
     {"ignore", DEBUG_ACTION_IGNORE},
     {"callback", DEBUG_ACTION_CALLBACK},
     {"log", DEBUG_ACTION_LOG},
     {"break", DEBUG_ACTION_BREAK},
+    {"fail", DEBUG_ACTION_FAIL},
     {"VK_DBG_LAYER_ACTION_DEFAULT", DEBUG_ACTION_DEFAULT},
     {"VK_DBG_LAYER_ACTION_IGNORE", DEBUG_ACTION_IGNORE},
     {"VK_DBG_LAYER_ACTION_CALLBACK", DEBUG_ACTION_CALLBACK},
     {"VK_DBG_LAYER_ACTION_LOG_MSG", DEBUG_ACTION_LOG},
     {"VK_DBG_LAYER_ACTION_BREAK", DEBUG_ACTION_BREAK},
+    {"VK_DBG_LAYER_ACTION_FAIL", DEBUG_ACTION_FAIL},
+    {"VK_DBG_LAYER_ACTION_DEBUG_OUTPUT", WINDOWS_DEBUG_OUTPUT},
     {NULL, 0},
 };
 
@@ -82,76 +89,12 @@ static const struct choice booleans[] = {
     {"true", 1}, {"false", 0}, {"on", 1}, {"off", 0}, {"1", 1}, {"0", 0}, {NULL, 0},
 };
 
-static const struct choice *find_choice(const struct choice *choices, const char *name)
-{
-    for (const struct choice *choice = choices; choice->name; choice++)
-        if (strcasecmp(choice->name, name) == 0)
-            return choice;
-    return NULL;
-}
-
-/* Cuts the next entry off a comma-separated list, and trims it. Returns NULL at the end. */
-static char *next_entry(char **list)
-{
-    while (*list) {
-        char *entry = strsep(list, ",");
-        while (isspace((unsigned char)*entry))
-            entry++;
-        size_t length = strlen(entry);
-        while (length && isspace((unsigned char)entry[length - 1]))
-            entry[--length] = '\0';
-        if (length)
-            return entry;
-    }
-    return NULL;
-}
-
-static bool read_choice(const struct choice *choices, char *list, uint32_t *value)
-{
-    const char *name = next_entry(&list);
-    const struct choice *choice = name ? find_choice(choices, name) : NULL;
-    if (!choice || next_entry(&list))
-        return false;
-    *value = choice->value;
-    return true;
-}
-
-static bool read_flags(const struct choice *choices, char *list, uint32_t *flags)
-{
-    uint32_t all = 0;
-    const char *name = next_entry(&list);
-    if (!name)
-        return false;
-    for (; name; name = next_entry(&list)) {
-        const struct choice *choice = find_choice(choices, name);
-        if (!choice)
-            return false;
-        all |= choice->value;
-    }
-    *flags = all;
-    return true;
-}
-
-static bool read_number(char *list, uint32_t *value)
-{
-    const char *digits = next_entry(&list);
-    if (!digits || !isdigit((unsigned char)digits[0]) || next_entry(&list))
-        return false;
-    char *end;
-    errno = 0;
-    unsigned long long number = strtoull(digits, &end, 10);
-    if (*end || errno || number > UINT32_MAX)
-        return false;
-    *value = (uint32_t)number;
-    return true;
-}
-
 /* ---- keys: each function may modify `value`, and returns false if the value is invalid */
 
 static bool load_level(const struct loader *loader, char *value)
 {
     uint32_t level;
-    if (!read_choice(levels, value, &level))
+    if (!value_read_choice(levels, value, &level))
         return false;
     loader->settings->level = (enum level)level;
     return true;
@@ -160,7 +103,7 @@ static bool load_level(const struct loader *loader, char *value)
 static bool load_backend(const struct loader *loader, char *value)
 {
     uint32_t backend;
-    if (!read_choice(backends, value, &backend))
+    if (!value_read_choice(backends, value, &backend))
         return false;
     loader->settings->backend = (enum backend)backend;
     return true;
@@ -168,13 +111,13 @@ static bool load_backend(const struct loader *loader, char *value)
 
 static bool load_content_budget_mib(const struct loader *loader, char *value)
 {
-    return read_number(value, &loader->settings->content_budget_mib);
+    return value_read_number(value, &loader->settings->content_budget_mib);
 }
 
 static bool load_content_when_full(const struct loader *loader, char *value)
 {
     uint32_t when;
-    if (!read_choice(when_full, value, &when))
+    if (!value_read_choice(when_full, value, &when))
         return false;
     loader->settings->content_when_full = (enum content_when_full)when;
     return true;
@@ -183,26 +126,40 @@ static bool load_content_when_full(const struct loader *loader, char *value)
 static bool load_vuid_names(const struct loader *loader, char *value)
 {
     uint32_t names;
-    if (!read_choice(vuid_names, value, &names))
+    if (!value_read_choice(vuid_names, value, &names))
         return false;
     loader->settings->vuid_names = (enum vuid_names)names;
     return true;
 }
 
+static bool load_spec_text(const struct loader *loader, char *value)
+{
+    uint32_t spec_text;
+    if (!value_read_choice(spec_texts, value, &spec_text))
+        return false;
+    loader->settings->spec_text = (enum spec_text)spec_text;
+    return true;
+}
+
 static bool load_report_flags(const struct loader *loader, char *value)
 {
-    return read_flags(report_flags, value, &loader->settings->report_flags);
+    return value_read_flags(report_flags, value, &loader->settings->report_flags);
 }
 
 static bool load_debug_action(const struct loader *loader, char *value)
 {
     uint32_t actions;
-    if (!read_flags(debug_actions, value, &actions))
+    if (!value_read_flags(debug_actions, value, &actions))
         return false;
+    if (actions & WINDOWS_DEBUG_OUTPUT)
+        loader->warn(loader->context,
+                     "assay_validation.debug_action: VK_DBG_LAYER_ACTION_DEBUG_OUTPUT has an "
+                     "effect on Windows only.");
+    actions &= ~(uint32_t)WINDOWS_DEBUG_OUTPUT;
     if (actions != DEBUG_ACTION_IGNORE)
         actions &= ~(uint32_t)DEBUG_ACTION_IGNORE;
-    /* A break needs the message, too: it states the reason. */
-    if (actions == DEBUG_ACTION_BREAK)
+    /* A break or a failed call needs the message, too: it states the reason. */
+    if (!(actions & ~(uint32_t)(DEBUG_ACTION_BREAK | DEBUG_ACTION_FAIL)))
         actions |= DEBUG_ACTION_DEFAULT;
     loader->settings->debug_action = actions;
     return true;
@@ -210,13 +167,13 @@ static bool load_debug_action(const struct loader *loader, char *value)
 
 static bool load_duplicate_message_limit(const struct loader *loader, char *value)
 {
-    return read_number(value, &loader->settings->duplicate_message_limit);
+    return value_read_number(value, &loader->settings->duplicate_message_limit);
 }
 
 static bool load_enable_message_limit(const struct loader *loader, char *value)
 {
     uint32_t enabled;
-    if (!read_choice(booleans, value, &enabled))
+    if (!value_read_choice(booleans, value, &enabled))
         return false;
     if (!enabled)
         loader->settings->duplicate_message_limit = 0;
@@ -229,7 +186,7 @@ enum { COMPARE_RAYS_MAX = 1000000 };
 static bool load_compare_rays(const struct loader *loader, char *value)
 {
     uint32_t rays;
-    if (!read_number(value, &rays) || rays > COMPARE_RAYS_MAX)
+    if (!value_read_number(value, &rays) || rays > COMPARE_RAYS_MAX)
         return false;
     loader->settings->compare_rays = rays;
     return true;
@@ -237,18 +194,18 @@ static bool load_compare_rays(const struct loader *loader, char *value)
 
 static bool load_message_id_filter(const struct loader *loader, char *value)
 {
-    for (const char *entry; (entry = next_entry(&value));) {
+    for (const char *entry; (entry = value_next_entry(&value));) {
         if (message_filter_add(loader->settings->muted, entry) ||
             message_filter_add_difference(loader->settings->muted_differences, entry))
             continue;
         char line[LINE_SIZE];
         struct text_buffer text;
         text_begin(&text, line, sizeof(line));
+        text_append(&text, "assay_validation.message_id_filter: ");
+        text_append_quoted(&text, entry, VALUE_SHOWN);
         text_append(&text,
-                    "assay_validation.message_id_filter: \"%.*s\" names no message of this layer; "
-                    "an entry is a VUID, a message number (decimal or 0x...) or the last digits of "
-                    "a VUID; the entry is ignored.",
-                    VALUE_SHOWN, entry);
+                    " names no message of this layer. An entry is a VUID, a message number "
+                    "(decimal or 0x...) or the last digits of a VUID. The entry is ignored.");
         loader->warn(loader->context, line);
     }
     return true;
@@ -264,8 +221,9 @@ static const struct key {
     {"content_budget_mib", load_content_budget_mib, "a number", "256"},
     {"content_when_full", load_content_when_full, "wait or skip", "wait"},
     {"vuid_names", load_vuid_names, "current or listed", "current"},
+    {"spec_text", load_spec_text, "full, short or none", "full"},
     {"report_flags", load_report_flags, "error, warn, info", "error,warn"},
-    {"debug_action", load_debug_action, "default, ignore, callback, log, break", "default"},
+    {"debug_action", load_debug_action, "default, ignore, callback, log, break, fail", "default"},
     {"log_filename", NULL, "a file name", "stderr"},
     {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
@@ -275,44 +233,45 @@ static const struct key {
 
 enum { KEY_COUNT = sizeof(keys) / sizeof(keys[0]) };
 
-static bool key_is_known(const char *name)
-{
-    for (unsigned i = 0; i < KEY_COUNT; i++)
-        if (strcmp(keys[i].name, name) == 0)
-            return true;
-    return false;
-}
-
-static void warn_of_unknown_key(void *context, const char *name)
-{
-    const struct loader *loader = context;
-    char line[LINE_SIZE];
-    struct text_buffer text;
-    text_begin(&text, line, sizeof(line));
-    text_append(&text, "%.*s is not a setting of this layer, which has", VALUE_SHOWN, name);
-    for (unsigned i = 0; i < KEY_COUNT; i++)
-        text_append(&text, "%s %s", i ? "," : "", keys[i].name);
-    text_append(&text, "; it is ignored.");
-    loader->warn(loader->context, line);
-}
-
 static void warn_of_value(const struct loader *loader, const struct key *key, const char *value)
 {
     char line[LINE_SIZE];
     struct text_buffer text;
     text_begin(&text, line, sizeof(line));
-    text_append(&text,
-                "assay_validation.%s: \"%.*s\" is not understood; it takes %s; the default, %s, is "
-                "used.",
-                key->name, VALUE_SHOWN, value, key->accepts, key->default_value);
+    text_append(&text, "assay_validation.%s: ", key->name);
+    text_append_quoted(&text, value, VALUE_SHOWN);
+    text_append(&text, " is not a valid value (%s). The default, %s, is used.", key->accepts,
+                key->default_value);
     loader->warn(loader->context, line);
+}
+
+static void note_change(const struct loader *loader, const struct key *key, const char *value)
+{
+    struct text_buffer *changes = loader->changes;
+    if (strcasecmp(value, key->default_value) == 0)
+        return;
+    text_append(changes, "%s%s = ", changes->length ? ", " : "", key->name);
+    text_append_quoted(changes, value, VALUE_SHOWN);
+    text_append(changes, " (");
+    settings_append_origin(changes, key->name);
+    text_append(changes, ")");
+}
+
+static VkResult load_filename(const struct loader *loader, const struct settings_source *source,
+                              const struct key *key)
+{
+    char **filename = &loader->settings->log_filename;
+    VkResult result = settings_source_filename(source, key->name, filename);
+    if (result == VK_SUCCESS && *filename)
+        note_change(loader, key, *filename);
+    return result;
 }
 
 static VkResult load_key(const struct loader *loader, const struct settings_source *source,
                          const struct key *key)
 {
     if (!key->load)
-        return settings_source_filename(source, key->name, &loader->settings->log_filename);
+        return load_filename(loader, source, key);
 
     char *value;
     VkResult result = settings_source_list(source, key->name, &value);
@@ -321,6 +280,8 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
     char *as_given = strdup(value);
     if (!key->load(loader, value))
         warn_of_value(loader, key, as_given ? as_given : "");
+    else if (as_given)
+        note_change(loader, key, as_given);
     free(as_given);
     free(value);
     return VK_SUCCESS;
@@ -336,8 +297,32 @@ static void check_compare_rays(const struct loader *loader)
         return;
     settings->compare_rays = 0;
     loader->warn(loader->context,
-                 "assay_validation.compare_rays needs level = content and backend = driver; no "
+                 "assay_validation.compare_rays needs level = content and backend = driver. No "
                  "rays are compared.");
+}
+
+/* The file would look as if there were no messages. */
+static void check_log_filename(const struct loader *loader)
+{
+    const struct settings *settings = loader->settings;
+    if (!settings->log_filename ||
+        settings->debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT))
+        return;
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text, "assay_validation.log_filename: nothing is written to ");
+    text_append_quoted(&text, settings->log_filename, VALUE_SHOWN);
+    text_append(&text, ", because debug_action has neither log nor default.");
+    loader->warn(loader->context, line);
+}
+
+static void warn_of_ignored(const struct loader *loader, const struct settings_source *source)
+{
+    const char *names[KEY_COUNT + 1] = {NULL};
+    for (unsigned i = 0; i < KEY_COUNT; i++)
+        names[i] = keys[i].name;
+    settings_source_ignored(source, names, loader->warn, loader->context);
 }
 
 VkResult settings_load(const VkInstanceCreateInfo *create_info,
@@ -348,6 +333,7 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
         .level = LEVEL_EXECUTION,
         .backend = BACKEND_DRIVER,
         .vuid_names = VUID_NAMES_CURRENT,
+        .spec_text = SPEC_TEXT_FULL,
         .content_budget_mib = 256,
         .content_when_full = CONTENT_WAIT,
         .report_flags = REPORT_ERROR | REPORT_WARNING,
@@ -359,12 +345,18 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
     if (result != VK_SUCCESS)
         return result;
 
-    struct loader loader = {warn, context, settings};
+    char changed[CHANGES_SIZE];
+    struct text_buffer changes;
+    text_begin(&changes, changed, sizeof(changed));
+    struct loader loader = {warn, context, settings, &changes};
     for (unsigned i = 0; i < KEY_COUNT && result == VK_SUCCESS; i++)
         result = load_key(&loader, &source, &keys[i]);
     if (result == VK_SUCCESS) {
         check_compare_rays(&loader);
-        settings_source_unknown(&source, key_is_known, warn_of_unknown_key, &loader);
+        check_log_filename(&loader);
+        warn_of_ignored(&loader, &source);
+        if (settings->report_flags & REPORT_INFO && changes.length)
+            settings->changes = strdup(changed);
     } else {
         settings_release(settings);
     }
@@ -375,5 +367,6 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
 void settings_release(struct settings *settings)
 {
     free(settings->log_filename);
-    settings->log_filename = NULL;
+    free(settings->changes);
+    settings->log_filename = settings->changes = NULL;
 }

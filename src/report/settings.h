@@ -23,7 +23,8 @@ enum debug_action {
     DEBUG_ACTION_CALLBACK = 1 << 1, /* only call the messengers */
     DEBUG_ACTION_LOG = 1 << 2,      /* also log to log_filename */
     DEBUG_ACTION_BREAK = 1 << 3,    /* also raise SIGTRAP after an error */
-    DEBUG_ACTION_DEFAULT = 1 << 4,  /* also log if no messenger got the message */
+    DEBUG_ACTION_DEFAULT = 1 << 4,  /* also log if no messenger got the message, or to a file */
+    DEBUG_ACTION_FAIL = 1 << 5,     /* also skip a call that has an error */
 };
 
 enum report_flag {
@@ -44,19 +45,30 @@ enum vuid_names {
     VUID_NAMES_LISTED,  /* the retired id */
 };
 
+/* How much of the specification's sentence a message quotes. */
+enum spec_text {
+    SPEC_TEXT_FULL,  /* the sentence and a link to it */
+    SPEC_TEXT_SHORT, /* at most 160 characters of the sentence, and the link */
+    SPEC_TEXT_NONE,  /* neither */
+};
+
 struct settings {
     enum level level;
     enum backend backend;
     enum vuid_names vuid_names;
+    enum spec_text spec_text;
     uint32_t content_budget_mib; /* MiB for copies of builds' inputs; backend driver */
     enum content_when_full content_when_full;
     uint32_t report_flags;                    /* enum report_flag */
     uint32_t debug_action;                    /* enum debug_action */
     char *log_filename;                       /* NULL: stderr; owned */
-    uint32_t duplicate_message_limit;         /* per id; 0: no limit */
+    uint32_t duplicate_message_limit;         /* per id and object; 0: no limit */
     bool muted[MESSAGE_ID_COUNT];             /* message_id_filter: VUIDs */
     bool muted_differences[DIFFERENCE_COUNT]; /* message_id_filter: differences */
     uint32_t compare_rays;                    /* rays per build; 0: none */
+    /* The settings that differ from the defaults, and where each came from; owned. NULL: there are
+     * none, report_flags lacks REPORT_INFO, or memory ran out. */
+    char *changes;
 };
 
 /* Reads the settings of an instance that is about to be created. An unknown key or an invalid value

@@ -21,8 +21,8 @@ bool input_buffer_is_bound(const struct address_view *address, struct finding *f
 {
     return address->facts->status != ADDRESS_UNBOUND ||
            violated(finding, input_field(address->role),
-                    "{} is in {}, which is not bound to live memory", hex(address->facts->address),
-                    buffer(address));
+                    "{} is in {}, which is not bound to memory, or whose memory was freed",
+                    hex(address->facts->address), buffer(address));
 }
 
 static bool has_build_input_usage(const struct address_view *address, struct finding *finding)
@@ -32,7 +32,7 @@ static bool has_build_input_usage(const struct address_view *address, struct fin
            (facts->usage &
             VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR) ||
            violated(finding, input_field(address->role),
-                    "{} is in {}, created with usage {}, without "
+                    "{} is in {}, which was created with usage {}, without "
                     "VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR",
                     hex(facts->address), buffer(address), hex(facts->usage));
 }

@@ -26,16 +26,18 @@ bool build_type_is_valid(const struct build_view *build, struct finding *finding
     VkAccelerationStructureTypeKHR type = build->info->type;
     return accel_type_is_enabled(build->call->device, type) ||
            violated(finding, "type",
-                    "{} is not a VkAccelerationStructureTypeKHR of the extensions enabled",
+                    "{} is not a VkAccelerationStructureTypeKHR value of an enabled extension",
                     accel_type(type));
 }
 
 bool build_type_is_not_generic(const struct build_view *build, struct finding *finding)
 {
     return build->info->type != VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR ||
-           violated_plainly(finding, "type",
-                            "is VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR: a build says which "
-                            "kind it makes");
+           violated_plainly(
+               finding, "type",
+               "is VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR, which a build cannot make") ||
+           ((build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV) &&
+            also_violates(finding, RULE_motion_build_is_not_generic));
 }
 
 bool build_flags_are_valid(const struct build_view *build, struct finding *finding)
@@ -45,9 +47,7 @@ bool build_flags_are_valid(const struct build_view *build, struct finding *findi
     if (unknown)
         unknown &= ~build_flags_enabled(device);
     return !unknown || device->newer_than_registry ||
-           violated(finding, "flags",
-                    "{} has bits {}, which no VkBuildAccelerationStructureFlagBitsKHR of the "
-                    "extensions enabled is",
+           violated(finding, "flags", "{} has bits {}, which no enabled extension defines",
                     hex(build->info->flags), hex(unknown));
 }
 
@@ -84,15 +84,19 @@ bool update_has_a_source(const struct build_view *build, struct finding *finding
     return !build_is_update(build->info) || build->info->srcAccelerationStructure ||
            violated_plainly(finding, "srcAccelerationStructure",
                             "is VK_NULL_HANDLE, but mode is "
-                            "VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR");
+                            "VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR") ||
+           (is_micromap(build) && is_reported_with(finding, RULE_micromap_build_is_no_update));
 }
 
 bool micromap_build_is_no_update(const struct build_view *build, struct finding *finding)
 {
     return !is_micromap(build) || !build_is_update(build->info) ||
            violated_plainly(finding, "mode",
-                            "is VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR, but micromaps "
-                            "can't be updated");
+                            "is VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR, but a micromap "
+                            "cannot be updated") ||
+           also_violates(finding, build->info->srcAccelerationStructure
+                                      ? RULE_micromap_build_has_no_source
+                                      : RULE_update_has_a_source);
 }
 
 bool micromap_build_has_no_source(const struct build_view *build, struct finding *finding)
@@ -100,8 +104,10 @@ bool micromap_build_has_no_source(const struct build_view *build, struct finding
     VkAccelerationStructureKHR src = build->info->srcAccelerationStructure;
     return !is_micromap(build) || !src ||
            violated(finding, "srcAccelerationStructure",
-                    "{} is given, but the build of a micromap has no source",
-                    object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)src));
+                    "{} is not VK_NULL_HANDLE, but the build of a micromap has no source",
+                    object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)src)) ||
+           (build_is_update(build->info) &&
+            is_reported_with(finding, RULE_micromap_build_is_no_update));
 }
 
 bool exactly_one_geometry_array_is_given(const struct build_view *build, struct finding *finding)
@@ -119,26 +125,26 @@ bool exactly_one_geometry_array_is_given(const struct build_view *build, struct 
 bool geometries_are_readable(const struct build_view *build, struct finding *finding)
 {
     return !build->geometries_unreadable ||
-           violated(finding, "pGeometries", "{} does not point to {} readable geometries",
+           violated(finding, "pGeometries", "{} does not point to a readable array of {}",
                     hex((uint64_t)(uintptr_t)build->info->pGeometries),
-                    number(build->info->geometryCount));
+                    count_of(build->info->geometryCount, "geometry"));
 }
 
 bool geometry_pointers_are_readable(const struct build_view *build, struct finding *finding)
 {
     return !build->geometry_pointers_unreadable ||
            violated(finding, "ppGeometries",
-                    "{} does not point to {} readable pointers to geometries",
+                    "{} does not point to a readable array of {} to readable geometries",
                     hex((uint64_t)(uintptr_t)build->info->ppGeometries),
-                    number(build->info->geometryCount));
+                    count_of(build->info->geometryCount, "pointer"));
 }
 
 bool build_ranges_of_build_are_readable(const struct build_view *build, struct finding *finding)
 {
     return !build->build_ranges_unreadable ||
            violated(finding, "geometryCount",
-                    "is {}, but ppBuildRangeInfos[{}] {} does not point to as many readable build "
-                    "ranges",
+                    "is {}, but ppBuildRangeInfos[{}] {} does not point to a readable array of "
+                    "that length",
                     number(build->info->geometryCount), number(build->index),
                     hex((uint64_t)(uintptr_t)build->call->build_ranges[build->index]));
 }
@@ -152,7 +158,7 @@ bool tlas_has_one_geometry(const struct build_view *build, struct finding *findi
 {
     return !is_of_type(build, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR) ||
            build->info->geometryCount == 1 ||
-           violated(finding, "geometryCount", "{} is not 1, as a top-level structure needs",
+           violated(finding, "geometryCount", "{} is not 1, which a top-level structure requires",
                     number(build->info->geometryCount));
 }
 
@@ -166,34 +172,38 @@ bool blas_geometries_have_one_type(const struct build_view *build, struct findin
     if (!is_of_type(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR) ||
         build->first_other_type == build->geometry_count)
         return true;
-    return violated(finding, build->geometries ? "pGeometries" : "ppGeometries",
-                    "has {} at index 0 and {} at index {}: a bottom-level structure has one type",
-                    type_of_geometry(build, 0), type_of_geometry(build, build->first_other_type),
-                    number(build->first_other_type));
+    return violated(
+        finding, build->geometries ? "pGeometries" : "ppGeometries",
+        "has {} at index 0 but {} at index {}, in the build of a bottom-level structure",
+        type_of_geometry(build, 0), type_of_geometry(build, build->first_other_type),
+        number(build->first_other_type));
 }
 
-static bool is_within(struct finding *finding, const char *says, uint64_t count, uint64_t limit)
+static bool primitives_are_within_limit(const struct build_view *build, struct finding *finding,
+                                        uint64_t count, const char *primitive)
 {
-    return count <= limit || violated(finding, "geometryCount", says, number(count), number(limit));
+    uint64_t limit = build->call->device->limits.maxPrimitiveCount;
+    return !is_of_type(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR) || count <= limit ||
+           violated(finding, "",
+                    "has {} in all of its geometries, more than maxPrimitiveCount ({})",
+                    count_of(count, primitive), number(limit));
 }
 
 bool blas_geometry_count_is_within_limit(const struct build_view *build, struct finding *finding)
 {
+    uint64_t limit = build->call->device->limits.maxGeometryCount;
     return !is_of_type(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR) ||
-           is_within(finding, "{} exceeds maxGeometryCount ({})", build->info->geometryCount,
-                     build->call->device->limits.maxGeometryCount);
+           build->info->geometryCount <= limit ||
+           violated(finding, "geometryCount", "{} exceeds maxGeometryCount ({})",
+                    number(build->info->geometryCount), number(limit));
 }
 
 bool blas_aabb_count_is_within_limit(const struct build_view *build, struct finding *finding)
 {
-    return !is_of_type(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR) ||
-           is_within(finding, "geometries have {} AABBs in all, beyond maxPrimitiveCount ({})",
-                     build->aabb_count, build->call->device->limits.maxPrimitiveCount);
+    return primitives_are_within_limit(build, finding, build->aabb_count, "AABB");
 }
 
 bool blas_triangle_count_is_within_limit(const struct build_view *build, struct finding *finding)
 {
-    return !is_of_type(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR) ||
-           is_within(finding, "geometries have {} triangles in all, beyond maxPrimitiveCount ({})",
-                     build->triangle_count, build->call->device->limits.maxPrimitiveCount);
+    return primitives_are_within_limit(build, finding, build->triangle_count, "triangle");
 }

@@ -6,27 +6,30 @@ bool acceleration_structure_feature_is_enabled(const struct call_view *call,
                                                struct finding *finding)
 {
     return call->device->acceleration_structure ||
-           violated_plainly(finding, "",
-                            "needs VkPhysicalDeviceAccelerationStructureFeaturesKHR::"
-                            "accelerationStructure, which was not enabled for the device");
+           violated_plainly(
+               finding, "",
+               "requires VkPhysicalDeviceAccelerationStructureFeaturesKHR::accelerationStructure, "
+               "which is not enabled for the device");
 }
 
 bool indirect_build_feature_is_enabled(const struct call_view *call, struct finding *finding)
 {
     return call->device->acceleration_structure_indirect_build ||
-           violated_plainly(finding, "",
-                            "needs VkPhysicalDeviceAccelerationStructureFeaturesKHR::"
-                            "accelerationStructureIndirectBuild, which was not enabled for the "
-                            "device");
+           violated_plainly(
+               finding, "",
+               "requires "
+               "VkPhysicalDeviceAccelerationStructureFeaturesKHR::"
+               "accelerationStructureIndirectBuild, which is not enabled for the device");
 }
 
 bool host_commands_feature_is_enabled(const struct call_view *call, struct finding *finding)
 {
     return call->device->acceleration_structure_host_commands ||
-           violated_plainly(finding, "",
-                            "needs VkPhysicalDeviceAccelerationStructureFeaturesKHR::"
-                            "accelerationStructureHostCommands, which was not enabled for the "
-                            "device");
+           violated_plainly(
+               finding, "",
+               "requires "
+               "VkPhysicalDeviceAccelerationStructureFeaturesKHR::"
+               "accelerationStructureHostCommands, which is not enabled for the device");
 }
 
 static struct value this_command_buffer(const struct call_view *call)
@@ -41,7 +44,7 @@ bool command_buffer_is_valid(const struct call_view *call, struct finding *findi
     if (!call->command_buffer.handle)
         return violated_plainly(finding, "commandBuffer", "is VK_NULL_HANDLE");
     return violated(finding, "commandBuffer",
-                    "{} is not a command buffer: it was freed, or never allocated",
+                    "{} is not a valid VkCommandBuffer: it was freed or never allocated",
                     this_command_buffer(call));
 }
 
@@ -66,7 +69,7 @@ bool command_buffer_is_recording(const struct call_view *call, struct finding *f
 {
     enum command_buffer_state state = call->command_buffer.state;
     return state == COMMAND_BUFFER_UNKNOWN || state == COMMAND_BUFFER_RECORDING ||
-           violated(finding, "commandBuffer", "{} is in the {} state, not recording",
+           violated(finding, "commandBuffer", "{} is in the {} state, not in the recording state",
                     this_command_buffer(call), text(state_name(state)));
 }
 
@@ -75,8 +78,8 @@ bool command_pool_supports_compute(const struct call_view *call, struct finding 
     VkQueueFlags flags = call->command_buffer.queue_flags;
     return !flags || (flags & VK_QUEUE_COMPUTE_BIT) ||
            violated(finding, "commandBuffer",
-                    "{} is of a command pool whose queue family has flags {}, without "
-                    "VK_QUEUE_COMPUTE_BIT",
+                    "{} was allocated from a VkCommandPool whose queue family has flags {}, "
+                    "without VK_QUEUE_COMPUTE_BIT",
                     this_command_buffer(call), hex(flags));
 }
 
@@ -99,7 +102,7 @@ bool build_is_not_between_suspended_render_passes(const struct call_view *call,
 {
     return call->command_buffer.suspended != YES ||
            violated(finding, "commandBuffer",
-                    "{} has suspended a render pass instance and not yet resumed it",
+                    "{} has a render pass instance that is suspended and not yet resumed",
                     this_command_buffer(call));
 }
 
@@ -119,8 +122,8 @@ static bool array_is_readable(const struct call_view *call, struct finding *find
                               const char *field, const void *pointer, bool is_readable)
 {
     return !call->info_count || is_readable ||
-           violated(finding, field, "{} does not point to {} readable elements",
-                    hex((uint64_t)(uintptr_t)pointer), number(call->info_count));
+           violated(finding, field, "{} does not point to a readable array of {}",
+                    hex((uint64_t)(uintptr_t)pointer), count_of(call->info_count, "element"));
 }
 
 bool infos_are_readable(const struct call_view *call, struct finding *finding)

@@ -15,8 +15,8 @@ bool dense_geometry_is_alone(const struct dense_build_view *dense_build, struct 
     return info->type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR ||
            info->geometryCount == 1 ||
            violated(finding, "geometryCount",
-                    "{} is not 1, as a geometry of type "
-                    "VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX needs",
+                    "{} is not 1, which a geometry of type "
+                    "VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX requires",
                     number(info->geometryCount));
 }
 
@@ -42,7 +42,7 @@ static const struct device_facts *device_of(const struct dense_view *dense)
 
 bool host_build_has_no_dense_geometry(const struct dense_view *dense, struct finding *finding)
 {
-    return violated(finding, "geometryType", "is {}, which host builds do not take",
+    return violated(finding, "geometryType", "is {}, which a host build does not accept",
                     geometry_type(dense->geometry->geometry->geometryType));
 }
 
@@ -50,18 +50,19 @@ bool dense_geometry_feature_is_enabled(const struct dense_view *dense, struct fi
 {
     return device_of(dense)->dense_geometry_format ||
            violated_plainly(finding, "geometryType",
-                            "is VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX, which needs "
-                            "VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX::denseGeometryFormat, "
-                            "which was not enabled for the device");
+                            "is VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX, but "
+                            "VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX::denseGeometryFormat "
+                            "is not enabled for the device");
 }
 
 /* A structure is identified by its sType: with a wrong sType it counts as missing. */
 bool dense_triangles_have_their_stype(const struct dense_view *dense, struct finding *finding)
 {
     return dense->data || !dense->missing ||
-           violated(finding, DENSE_DATA "sType",
-                    "is no structure's in the chain, but geometryType {} needs one",
-                    geometry_type(dense->geometry->geometry->geometryType));
+           violated(
+               finding, DENSE_DATA "sType",
+               "is the sType of no structure in the pNext chain, but geometryType {} requires one",
+               geometry_type(dense->geometry->geometry->geometryType));
 }
 
 bool dense_format_is_valid(const struct dense_view *dense, struct finding *finding)
@@ -108,7 +109,7 @@ bool dense_buffer_has_compressed_data_usage(const struct dense_view *dense, stru
     return !facts || facts->status != ADDRESS_IN_BUFFER ||
            (facts->usage & VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX) ||
            violated(finding, DENSE_DATA "compressedData.deviceAddress",
-                    "{} is in {}, created with usage {}, without "
+                    "{} is in {}, which was created with usage {}, without "
                     "VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX",
                     hex(facts->address),
                     object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer),

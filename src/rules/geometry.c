@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules about the structures of one geometry. Rules about its addresses are in input.c. */
 #include "src/rules/predicates.h"
+#include "src/rules/strays.h"
 #include "src/view/enabled.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
@@ -27,16 +28,18 @@ bool geometry_has_its_stype(const struct geometry_view *geometry, struct finding
 }
 
 static bool chain_is_known(const struct geometry_view *geometry, const struct chain_facts *chain,
-                           struct finding *finding, const char *field)
+                           struct finding *finding, const char *field,
+                           enum rule (*rule_of)(const struct geometry_view *))
 {
     if (chain->unreadable)
-        return violated(finding, field, "leads to {}, which is not readable",
+        return violated(finding, field, "contains the pointer {}, which is not readable",
                         hex((uint64_t)(uintptr_t)chain->unreadable));
     return !chain->has_stray || device_of(geometry)->newer_than_registry ||
-           violated(
-               finding, field,
-               "has a structure of type {}, which may not stand there with the extensions enabled",
-               structure_type(chain->stray));
+           violated(finding, field,
+                    "has a structure of type {}, which the enabled extensions do not allow in this "
+                    "chain",
+                    structure_type(chain->stray)) ||
+           is_reported_with(finding, rule_of(geometry));
 }
 
 static bool chain_has_no_duplicates(const struct chain_facts *chain, struct finding *finding,
@@ -49,12 +52,17 @@ static bool chain_has_no_duplicates(const struct chain_facts *chain, struct find
 
 bool geometry_chain_is_known(const struct geometry_view *geometry, struct finding *finding)
 {
-    return chain_is_known(geometry, &geometry->chain, finding, "pNext");
+    return chain_is_known(geometry, &geometry->chain, finding, "pNext", rule_of_stray);
 }
 
 bool geometry_chain_has_no_duplicates(const struct geometry_view *geometry, struct finding *finding)
 {
-    return chain_has_no_duplicates(&geometry->chain, finding, "pNext");
+    const bool is_data = geometry->chain.duplicate ==
+                         VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR;
+    return chain_has_no_duplicates(&geometry->chain, finding, "pNext") ||
+           (is_data && is_of_type(geometry, VK_GEOMETRY_TYPE_MICROMAP_KHR) &&
+            device_of(geometry)->extension.opacity_micromap_khr &&
+            also_violates(finding, RULE_micromap_geometry_has_micromap_data));
 }
 
 bool geometry_type_is_valid(const struct geometry_view *geometry, struct finding *finding)
@@ -62,14 +70,15 @@ bool geometry_type_is_valid(const struct geometry_view *geometry, struct finding
     VkGeometryTypeKHR type = geometry->geometry->geometryType;
     return geometry_type_is_enabled(device_of(geometry), type) ||
            violated(finding, "geometryType",
-                    "{} is not a VkGeometryTypeKHR of the extensions enabled", geometry_type(type));
+                    "{} is not a VkGeometryTypeKHR value of an enabled extension",
+                    geometry_type(type));
 }
 
 bool geometry_flags_are_valid(const struct geometry_view *geometry, struct finding *finding)
 {
     VkGeometryFlagsKHR unknown = geometry->geometry->flags & ~geometry_flags;
     return !unknown || device_of(geometry)->newer_than_registry ||
-           violated(finding, "flags", "{} has bits {}, which no VkGeometryFlagBitsKHR is",
+           violated(finding, "flags", "{} has bits {}, which VkGeometryFlagBitsKHR does not define",
                     hex(geometry->geometry->flags), hex(unknown));
 }
 
@@ -115,7 +124,9 @@ static bool member_is_filled(const struct geometry_view *geometry, struct findin
 {
     VkStructureType found = data_stype(geometry);
     return found == expected || !is_a_data_stype(found) ||
-           violated(finding, field, "is what geometryType {} selects, but the union holds a {}",
+           violated(finding, field,
+                    "is the member that geometryType {} selects, but the union holds a structure "
+                    "of type {}",
                     geometry_type(geometry->geometry->geometryType), structure_type(found));
 }
 
@@ -201,8 +212,8 @@ bool instances_have_no_chain(const struct geometry_view *geometry, struct findin
 
 bool triangles_chain_is_known(const struct geometry_view *geometry, struct finding *finding)
 {
-    return chain_is_known(geometry, &geometry->triangles_chain, finding,
-                          "geometry.triangles.pNext");
+    return chain_is_known(geometry, &geometry->triangles_chain, finding, "geometry.triangles.pNext",
+                          rule_of_triangles_stray);
 }
 
 bool triangles_chain_has_no_duplicates(const struct geometry_view *geometry,
@@ -272,7 +283,7 @@ bool index_type_is_16_or_32_bits_or_none(const struct geometry_view *geometry,
         triangles_in(geometry->geometry);
     return !triangles || triangles->indexType != VK_INDEX_TYPE_UINT8 ||
            violated_plainly(finding, "geometry.triangles.indexType",
-                            "is VK_INDEX_TYPE_UINT8, which builds do not take");
+                            "is VK_INDEX_TYPE_UINT8, which a build does not accept");
 }
 
 /* ---- AABBs */

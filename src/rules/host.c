@@ -51,6 +51,12 @@ static bool is_update(const struct host_build_view *host_build)
     return build_is_update(host_build->build->info);
 }
 
+/* The message about the dst names the id about the src. */
+static bool is_in_place(const struct host_build_view *host_build)
+{
+    return build_is_in_place(host_build->build->info);
+}
+
 static struct value structure(const struct accel_facts *accel)
 {
     return object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel->handle);
@@ -74,14 +80,18 @@ static bool has_a_buffer(const struct accel_facts *accel, struct finding *findin
 bool host_build_dst_was_created_with_a_buffer(const struct host_build_view *host_build,
                                               struct finding *finding)
 {
-    return has_a_buffer(&host_build->build->dst, finding, "dstAccelerationStructure");
+    return has_a_buffer(&host_build->build->dst, finding, "dstAccelerationStructure") ||
+           (is_in_place(host_build) &&
+            also_violates(finding, RULE_host_build_src_was_created_with_a_buffer));
 }
 
 bool host_build_src_was_created_with_a_buffer(const struct host_build_view *host_build,
                                               struct finding *finding)
 {
     return !is_update(host_build) ||
-           has_a_buffer(&host_build->build->src, finding, "srcAccelerationStructure");
+           has_a_buffer(&host_build->build->src, finding, "srcAccelerationStructure") ||
+           (is_in_place(host_build) &&
+            is_reported_with(finding, RULE_host_build_dst_was_created_with_a_buffer));
 }
 
 static bool is_host_visible(const struct accel_facts *accel, struct finding *finding,
@@ -96,37 +106,44 @@ static bool is_host_visible(const struct accel_facts *accel, struct finding *fin
 bool host_build_dst_is_host_visible(const struct host_build_view *host_build,
                                     struct finding *finding)
 {
-    return is_host_visible(&host_build->build->dst, finding, "dstAccelerationStructure");
+    return is_host_visible(&host_build->build->dst, finding, "dstAccelerationStructure") ||
+           (is_in_place(host_build) && also_violates(finding, RULE_host_build_src_is_host_visible));
 }
 
 bool host_build_src_is_host_visible(const struct host_build_view *host_build,
                                     struct finding *finding)
 {
     return !is_update(host_build) ||
-           is_host_visible(&host_build->build->src, finding, "srcAccelerationStructure");
+           is_host_visible(&host_build->build->src, finding, "srcAccelerationStructure") ||
+           (is_in_place(host_build) &&
+            is_reported_with(finding, RULE_host_build_dst_is_host_visible));
 }
 
 static bool has_one_memory_instance(const struct accel_facts *accel, struct finding *finding,
                                     const char *field)
 {
     return accel->multi_instance != YES ||
-           violated(finding, field,
-                    "{} lies in {}, which is bound to memory that was allocated with an instance "
-                    "for each of several physical devices",
-                    structure(accel), buffer(accel));
+           violated(
+               finding, field,
+               "{} lies in {}, which is bound to memory that was allocated with multiple instances",
+               structure(accel), buffer(accel));
 }
 
 bool host_build_dst_has_one_memory_instance(const struct host_build_view *host_build,
                                             struct finding *finding)
 {
-    return has_one_memory_instance(&host_build->build->dst, finding, "dstAccelerationStructure");
+    return has_one_memory_instance(&host_build->build->dst, finding, "dstAccelerationStructure") ||
+           (is_in_place(host_build) &&
+            also_violates(finding, RULE_host_build_src_has_one_memory_instance));
 }
 
 bool host_build_src_has_one_memory_instance(const struct host_build_view *host_build,
                                             struct finding *finding)
 {
     return !is_update(host_build) ||
-           has_one_memory_instance(&host_build->build->src, finding, "srcAccelerationStructure");
+           has_one_memory_instance(&host_build->build->src, finding, "srcAccelerationStructure") ||
+           (is_in_place(host_build) &&
+            is_reported_with(finding, RULE_host_build_dst_has_one_memory_instance));
 }
 
 /* ---- scratch */
@@ -137,8 +154,8 @@ static bool scratch_is_readable(const struct host_build_view *host_build, struct
     const struct host_bytes *scratch = &host_build->scratch;
     return !scratch->unreadable ||
            violated(finding, "scratchData.hostAddress",
-                    "{} is not {} bytes of host memory, as {} says", hex(scratch->begin),
-                    number(scratch->size), text(size_name));
+                    "{} does not point to {} of host memory ({})", hex(scratch->begin),
+                    count_of(scratch->size, "byte"), text(size_name));
 }
 
 bool build_scratch_is_host_memory(const struct host_build_view *host_build, struct finding *finding)
@@ -159,9 +176,8 @@ static bool is_readable(const struct host_bytes *bytes, struct finding *finding,
 {
     return !bytes->unreadable ||
            violated(finding, field,
-                    "{}: the {} bytes that the build reads from {} on are not host "
-                    "memory",
-                    hex((uint64_t)(uintptr_t)bytes->address), number(bytes->size),
+                    "{} is invalid: the build reads {} at {}, which is not host memory",
+                    hex((uint64_t)(uintptr_t)bytes->address), count_of(bytes->size, "byte"),
                     hex(bytes->begin));
 }
 

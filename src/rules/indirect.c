@@ -46,11 +46,11 @@ bool indirect_ranges_are_in_one_buffer(const struct indirect_view *indirect,
         break;
     }
     return facts->bytes_left >= needed ||
-           violated(finding, field,
-                    "{} leaves {} bytes to the end of {}, less than geometryCount ({}) times the "
-                    "stride ({})",
-                    hex(facts->address), number(facts->bytes_left), buffer(facts), number(count),
-                    number(*indirect->stride));
+           violated(
+               finding, field,
+               "{} leaves {} to the end of {}, less than geometryCount ({}) times the stride ({})",
+               hex(facts->address), count_of(facts->bytes_left, "byte"), buffer(facts),
+               number(count), number(*indirect->stride));
 }
 
 bool indirect_buffer_has_indirect_usage(const struct indirect_view *indirect,
@@ -59,8 +59,8 @@ bool indirect_buffer_has_indirect_usage(const struct indirect_view *indirect,
     const struct address_facts *facts = &indirect->facts;
     return facts->status != ADDRESS_IN_BUFFER || !indirect->build->info->geometryCount ||
            (facts->usage & VK_BUFFER_USAGE_2_INDIRECT_BUFFER_BIT) ||
-           violated(
-               finding, input_field(INPUT_INDIRECT),
-               "{} is in {}, created with usage {}, without VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT",
-               hex(facts->address), buffer(facts), hex(facts->usage));
+           violated(finding, input_field(INPUT_INDIRECT),
+                    "{} is in {}, which was created with usage {}, without "
+                    "VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT",
+                    hex(facts->address), buffer(facts), hex(facts->usage));
 }

@@ -126,7 +126,7 @@ bool transform_address_is_valid(const struct geometry_view *geometry, struct fin
 {
     return geometry->transform.status != ADDRESS_NOWHERE ||
            violated(finding, "geometry.triangles.transformData.deviceAddress",
-                    "{} is neither 0 nor in any buffer whose address was retrieved",
+                    "{} is not 0, and is in no buffer whose address was retrieved",
                     hex(geometry->transform.address));
 }
 

@@ -56,27 +56,11 @@ bool motion_build_is_not_generic(const struct motion_build_view *motion_build,
            violated(finding, "flags",
                     "{} has VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV, but type is "
                     "VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR",
-                    hex(build->info->flags));
+                    hex(build->info->flags)) ||
+           is_reported_with(finding, RULE_build_type_is_not_generic);
 }
 
 /* ---- triangles */
-
-/* If a build with motion lacks motion data and the chain has exactly one unexpected structure, that
- * structure is motion data with a wrong sType. */
-bool motion_triangles_have_their_stype(const struct motion_triangles_view *motion_triangles,
-                                       struct finding *finding)
-{
-    const struct geometry_view *geometry = motion_triangles->geometry;
-    const struct chain_facts *chain = &geometry->triangles_chain;
-    return motion_triangles->data || !has_motion_flag(geometry->build) || chain->unreadable ||
-           chain->has_duplicate || !chain->has_stray ||
-           geometry->build->call->device->newer_than_registry ||
-           violated(finding, "geometry.triangles.pNext",
-                    "has no structure of type "
-                    "VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV, "
-                    "but one of type {}, in a build with motion",
-                    structure_type(chain->stray));
-}
 
 bool motion_vertex_address_is_given(const struct motion_triangles_view *motion_triangles,
                                     struct finding *finding)

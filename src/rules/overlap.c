@@ -78,16 +78,37 @@ static bool shares(const struct pair_view *pair, struct finding *finding)
                     memory, field_of(pair->b.build, field_name(pair->b.role)));
 }
 
+/* ---- An update in place has one structure as its dst and as its src. What is wrong with the dst
+ * is wrong with the src: the message about the dst names the id about the src. */
+
+static bool either_is_in_place(const struct pair_view *pair)
+{
+    return pair->a.is_in_place || pair->b.is_in_place;
+}
+
+static bool names_rule_of_src(const struct pair_view *pair, struct finding *finding, enum rule rule)
+{
+    return either_is_in_place(pair) && also_violates(finding, rule);
+}
+
+/* `pair` is of a src; `rule` is the one about the dst. */
+static bool is_named_with_dst(bool is_in_place, struct finding *finding, enum rule rule)
+{
+    return is_in_place && is_reported_with(finding, rule);
+}
+
 bool no_dst_is_built_twice(const struct pair_view *pair, struct finding *finding)
 {
     return !is_pair_of(pair, ROLE_DST, ROLE_DST) || pair->a.build == pair->b.build ||
-           !is_same_structure(pair) || is_same(pair, finding);
+           !is_same_structure(pair) || is_same(pair, finding) ||
+           names_rule_of_src(pair, finding, RULE_no_src_is_the_dst_of_another_build);
 }
 
 bool no_src_is_the_dst_of_another_build(const struct pair_view *pair, struct finding *finding)
 {
     return !is_pair_of_update(pair) || pair->a.build == pair->b.build || !is_same_structure(pair) ||
-           is_same(pair, finding);
+           is_same(pair, finding) ||
+           is_named_with_dst(pair->b.is_in_place, finding, RULE_no_dst_is_built_twice);
 }
 
 bool update_src_and_dst_do_not_alias(const struct pair_view *pair, struct finding *finding)
@@ -99,18 +120,21 @@ bool update_src_and_dst_do_not_alias(const struct pair_view *pair, struct findin
 bool dst_and_update_src_are_apart(const struct pair_view *pair, struct finding *finding)
 {
     return !is_pair_of_update(pair) || pair->a.build == pair->b.build || !pair->shares_memory ||
-           shares(pair, finding);
+           shares(pair, finding) ||
+           is_named_with_dst(pair->b.is_in_place, finding, RULE_dst_and_dst_are_apart);
 }
 
 bool dst_and_dst_are_apart(const struct pair_view *pair, struct finding *finding)
 {
-    return !is_pair_of(pair, ROLE_DST, ROLE_DST) || !pair->shares_memory || shares(pair, finding);
+    return !is_pair_of(pair, ROLE_DST, ROLE_DST) || !pair->shares_memory || shares(pair, finding) ||
+           names_rule_of_src(pair, finding, RULE_dst_and_update_src_are_apart);
 }
 
 bool dst_and_scratch_are_apart(const struct pair_view *pair, struct finding *finding)
 {
     return !is_pair_of(pair, ROLE_DST, ROLE_SCRATCH) || !pair->shares_memory ||
-           shares(pair, finding);
+           shares(pair, finding) ||
+           (pair->a.is_in_place && also_violates(finding, RULE_scratch_and_update_src_are_apart));
 }
 
 bool scratch_and_scratch_are_apart(const struct pair_view *pair, struct finding *finding)
@@ -122,7 +146,8 @@ bool scratch_and_scratch_are_apart(const struct pair_view *pair, struct finding 
 bool scratch_and_update_src_are_apart(const struct pair_view *pair, struct finding *finding)
 {
     return !is_pair_of(pair, ROLE_SRC, ROLE_SCRATCH) || pair->a.is_micromap ||
-           pair->a.is_instance || !pair->shares_memory || shares(pair, finding);
+           pair->a.is_instance || !pair->shares_memory || shares(pair, finding) ||
+           is_named_with_dst(pair->a.is_in_place, finding, RULE_dst_and_scratch_are_apart);
 }
 
 bool no_dst_is_a_micromap_of_another_build(const struct pair_view *pair, struct finding *finding)
@@ -145,7 +170,8 @@ bool dst_and_micromaps_of_other_builds_are_apart(const struct pair_view *pair,
 bool no_dst_is_an_instance_of_another_build(const struct pair_view *pair, struct finding *finding)
 {
     return !is_pair_with_instance(pair) || !is_same_structure(pair) ||
-           violated(finding, field_name(ROLE_DST), "{} is what an instance of {} refers to",
+           violated(finding, field_name(ROLE_DST),
+                    "{} is the structure that an instance of {} refers to",
                     structure(pair->a.handle), field_of(pair->b.build, ""));
 }
 

@@ -12,13 +12,20 @@ triangles_of(const struct range_view *range)
     return range->range ? triangles_in(range->geometry->geometry) : NULL;
 }
 
+/* The id is of the indirect command only. */
+static bool names_invalid_range(struct finding *finding)
+{
+    return also_violates(finding, RULE_indirect_build_ranges_are_valid);
+}
+
 bool index_offset_is_aligned(const struct range_view *range, struct finding *finding)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_of(range);
     uint32_t size = triangles ? index_type_size(triangles->indexType) : 0;
     return !size || range->range->primitiveOffset % size == 0 ||
            violated(finding, "primitiveOffset", "{} is not a multiple of the index size ({})",
-                    number(range->range->primitiveOffset), number(size));
+                    number(range->range->primitiveOffset), number(size)) ||
+           names_invalid_range(finding);
 }
 
 bool vertex_offset_is_aligned(const struct range_view *range, struct finding *finding)
@@ -29,15 +36,18 @@ bool vertex_offset_is_aligned(const struct range_view *range, struct finding *fi
     uint32_t alignment = format_alignment(triangles->vertexFormat);
     return !alignment || range->range->primitiveOffset % alignment == 0 ||
            violated(finding, "primitiveOffset",
-                    "{} is not a multiple of what vertexFormat is aligned to ({})",
-                    number(range->range->primitiveOffset), number(alignment));
+                    "{} is not a multiple of the component size of vertexFormat ({})",
+                    number(range->range->primitiveOffset), number(alignment)) ||
+           names_invalid_range(finding);
 }
 
 static bool offset_is_multiple(struct finding *finding, const char *field, uint32_t offset,
                                uint32_t alignment)
 {
-    return offset % alignment == 0 || violated(finding, field, "{} is not a multiple of {}",
-                                               number(offset), number(alignment));
+    return offset % alignment == 0 ||
+           violated(finding, field, "{} is not a multiple of {}", number(offset),
+                    number(alignment)) ||
+           names_invalid_range(finding);
 }
 
 /* The valid usage applies even if the geometry has no transform data, which leaves transformOffset
@@ -72,9 +82,12 @@ bool unindexed_vertices_are_within_max_vertex(const struct range_view *range,
         (uint64_t)range->range->firstVertex + (uint64_t)range->range->primitiveCount * 3 - 1;
     return last <= triangles->maxVertex ||
            violated(finding, "primitiveCount",
-                    "{} with firstVertex {} uses vertices up to {}, beyond maxVertex ({})",
+                    "{} with firstVertex {} uses vertex {}, which exceeds maxVertex ({})",
                     number(range->range->primitiveCount), number(range->range->firstVertex),
-                    number(last), number(triangles->maxVertex));
+                    number(last), number(triangles->maxVertex)) ||
+           names_invalid_range(finding) ||
+           ((uint64_t)range->range->primitiveCount * 3 > (uint64_t)triangles->maxVertex + 1 &&
+            also_violates(finding, RULE_consumed_vertices_are_within_max_vertex));
 }
 
 bool instance_count_is_within_limit(const struct range_view *range, struct finding *finding)
@@ -88,7 +101,8 @@ bool instance_count_is_within_limit(const struct range_view *range, struct findi
                     number(limit));
 }
 
-/* The build ranges that the indirect command reads from a buffer. */
+/* The build ranges that the indirect command reads from a buffer. A build range is invalid if it
+ * violates one of the rules above. Their messages name the id. */
 
 bool indirect_build_ranges_are_valid(const struct indirect_range_view *indirect_range,
                                      struct finding *finding)
@@ -96,10 +110,11 @@ bool indirect_build_ranges_are_valid(const struct indirect_range_view *indirect_
     const struct range_view range = {.geometry = indirect_range->geometry,
                                      .range = indirect_range->range,
                                      .primitive_count = indirect_range->range->primitiveCount};
-    return index_offset_is_aligned(&range, finding) && vertex_offset_is_aligned(&range, finding) &&
-           transform_offset_is_aligned(&range, finding) &&
-           aabb_offset_is_aligned(&range, finding) && instance_offset_is_aligned(&range, finding) &&
-           unindexed_vertices_are_within_max_vertex(&range, finding);
+#define HOLDS(name) (name(&range, finding) || is_reported_with(finding, RULE_##name))
+    return HOLDS(index_offset_is_aligned) && HOLDS(vertex_offset_is_aligned) &&
+           HOLDS(transform_offset_is_aligned) && HOLDS(aabb_offset_is_aligned) &&
+           HOLDS(instance_offset_is_aligned) && HOLDS(unindexed_vertices_are_within_max_vertex);
+#undef HOLDS
 }
 
 bool indirect_primitive_count_is_within_maximum(const struct indirect_range_view *indirect_range,

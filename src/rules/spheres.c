@@ -26,11 +26,10 @@ static bool is_host(const struct sphere_data *data)
 bool spheres_feature_is_enabled(const struct spheres_view *spheres, struct finding *finding)
 {
     return device_of(&spheres->data)->spheres ||
-           violated_plainly(
-               finding, "geometryType",
-               "is VK_GEOMETRY_TYPE_SPHERES_NV, which needs "
-               "VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV::spheres, which "
-               "was not enabled for the device");
+           violated_plainly(finding, "geometryType",
+                            "is VK_GEOMETRY_TYPE_SPHERES_NV, but "
+                            "VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV::spheres is "
+                            "not enabled for the device");
 }
 
 bool swept_spheres_feature_is_enabled(const struct swept_spheres_view *swept_spheres,
@@ -38,9 +37,9 @@ bool swept_spheres_feature_is_enabled(const struct swept_spheres_view *swept_sph
 {
     return device_of(&swept_spheres->data)->linear_swept_spheres ||
            violated_plainly(finding, "geometryType",
-                            "is VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, which needs "
+                            "is VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, but "
                             "VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV::"
-                            "linearSweptSpheres, which was not enabled for the device");
+                            "linearSweptSpheres is not enabled for the device");
 }
 
 /* Defines the rule of a shared member for both structures: `check` is the statement about the
@@ -77,8 +76,10 @@ bool swept_spheres_feature_is_enabled(const struct swept_spheres_view *swept_sph
 static bool has_structure(const struct sphere_data *data, struct finding *finding, const char *path)
 {
     return data->given || !data->missing ||
-           violated(finding, path, "is no structure's in the chain, but geometryType {} needs one",
-                    geometry_type(data->geometry->geometry->geometryType));
+           violated(
+               finding, path,
+               "is the sType of no structure in the pNext chain, but geometryType {} requires one",
+               geometry_type(data->geometry->geometry->geometryType));
 }
 
 RULE_FOR_BOTH(have_their_stype, has_structure, "sType")
@@ -132,7 +133,7 @@ static bool vertex_stride_is_multiple(const struct sphere_data *data, struct fin
 {
     uint32_t size = data->given ? format_alignment(data->vertex_format) : 0;
     return !size || data->vertex_stride % size == 0 ||
-           violated(finding, path, "{} is not a multiple of what {} is aligned to ({})",
+           violated(finding, path, "{} is not a multiple of the component size of {} ({})",
                     number(data->vertex_stride), format(data->vertex_format), number(size));
 }
 
@@ -197,15 +198,13 @@ static bool no_indices_are_given(const struct sphere_data *data, struct finding 
         return true;
     uint64_t address = is_host(data) ? (uint64_t)(uintptr_t)data->indices.hostAddress
                                      : data->indices.deviceAddress;
-    return !address || violated(finding, path,
-                                "{} is given, but indexType is "
-                                "VK_INDEX_TYPE_NONE_KHR",
-                                hex(address));
+    return !address ||
+           violated(finding, path, "{} is not 0, but indexType is VK_INDEX_TYPE_NONE_KHR",
+                    hex(address));
 }
 
 ADDRESS_RULE_FOR_BOTH(vertex_address_is_given, vertices_are_given, "vertexData")
 ADDRESS_RULE_FOR_BOTH(radius_address_is_given, radii_are_given, "radiusData")
-ADDRESS_RULE_FOR_BOTH(index_address_is_given, indices_are_given, "indexData")
 ADDRESS_RULE_FOR_BOTH(without_indices_have_no_index_address, no_indices_are_given, "indexData")
 
 static bool host_address_is_readable(struct finding *finding, const char *path,
@@ -251,7 +250,7 @@ static bool index_type_is_not_8_bits(const struct sphere_data *data, struct find
                                      const char *path)
 {
     return !data->given || data->index_type != VK_INDEX_TYPE_UINT8 ||
-           violated_plainly(finding, path, "is VK_INDEX_TYPE_UINT8, which builds do not take");
+           violated_plainly(finding, path, "is VK_INDEX_TYPE_UINT8, which a build does not accept");
 }
 
 RULE_FOR_BOTH(index_type_is_valid, index_type_is_known, "indexType")
@@ -282,17 +281,42 @@ bool swept_spheres_end_caps_mode_is_valid(const struct swept_spheres_view *swept
                     "{} is not a VkRayTracingLssPrimitiveEndCapsModeNV", number((uint32_t)mode));
 }
 
-/* The valid usage applies whatever the indexType; 11851 and 11827 overlap with it. */
+bool spheres_index_address_is_given(const struct spheres_view *spheres, struct finding *finding)
+{
+    return indices_are_given(&spheres->data, finding,
+                             is_host(&spheres->data) ? SPHERES_DATA "indexData.hostAddress"
+                                                     : SPHERES_DATA "indexData.deviceAddress");
+}
+
+static bool is_successive(const struct swept_spheres_view *swept_spheres)
+{
+    return swept_spheres->indexing_mode == VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV;
+}
+
+bool swept_spheres_index_address_is_given(const struct swept_spheres_view *swept_spheres,
+                                          struct finding *finding)
+{
+    const struct sphere_data *data = &swept_spheres->data;
+    return indices_are_given(data, finding,
+                             is_host(data) ? SWEPT_DATA "indexData.hostAddress"
+                                           : SWEPT_DATA "indexData.deviceAddress") ||
+           (is_successive(swept_spheres) &&
+            also_violates(finding, RULE_successive_swept_spheres_have_index_data));
+}
+
+/* The valid usage applies whatever the indexType. If the indexType requires an address, too, the
+ * message about that address names this id. */
 bool successive_swept_spheres_have_index_data(const struct swept_spheres_view *swept_spheres,
                                               struct finding *finding)
 {
     const struct sphere_data *data = &swept_spheres->data;
-    if (!data->given ||
-        swept_spheres->indexing_mode != VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV)
+    if (!data->given || !is_successive(swept_spheres))
         return true;
     bool is_null = is_host(data) ? !data->indices.hostAddress : !data->indices.deviceAddress;
     return !is_null || geometry_is_empty(data->geometry) ||
            violated_plainly(finding, SWEPT_DATA "indexData",
                             "is NULL, but indexingMode is "
-                            "VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV");
+                            "VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV") ||
+           (has_indices(data) &&
+            is_reported_with(finding, RULE_swept_spheres_index_address_is_given));
 }

@@ -19,18 +19,39 @@ static bool is_invalid(const struct accel_facts *accel)
     return !accel->handle || (accel->alive == NO && !accel->of_another_device);
 }
 
+/* ---- If src is dst, the message about dst names the id about src. */
+
+static bool src_is_dst(const struct build_view *build)
+{
+    return build->src.handle && build->src.handle == build->dst.handle;
+}
+
+static bool names_rule_of_src(const struct build_view *build, struct finding *finding,
+                              enum rule rule)
+{
+    return src_is_dst(build) && also_violates(finding, rule);
+}
+
+static bool is_named_with_dst(const struct build_view *build, struct finding *finding,
+                              enum rule rule)
+{
+    return src_is_dst(build) && is_reported_with(finding, rule);
+}
+
 bool dst_is_a_valid_handle(const struct build_view *build, struct finding *finding)
 {
     return !is_invalid(&build->dst) ||
            violated_by_handle(finding, "dstAccelerationStructure", structure(build->dst.handle),
-                              "an acceleration structure of this device");
+                              "an acceleration structure of this device") ||
+           names_rule_of_src(build, finding, RULE_src_is_a_valid_handle);
 }
 
 bool src_is_a_valid_handle(const struct build_view *build, struct finding *finding)
 {
     return !build->src.handle || !is_invalid(&build->src) ||
            violated_by_handle(finding, "srcAccelerationStructure", structure(build->src.handle),
-                              "an acceleration structure of this device");
+                              "an acceleration structure of this device") ||
+           is_named_with_dst(build, finding, RULE_dst_is_a_valid_handle);
 }
 
 bool dst_and_src_share_the_device(const struct build_view *build, struct finding *finding)
@@ -73,21 +94,23 @@ bool blas_dst_is_bottom_level_or_generic(const struct build_view *build, struct 
 static bool is_backed(const struct accel_facts *accel, struct finding *finding, const char *field)
 {
     return accel->backed != NO ||
-           violated(finding, field,
-                    "{} lies in {}, which is not bound to live memory, or was destroyed",
+           violated(finding, field, "{} lies in {}, which was destroyed or is not bound to memory",
                     structure(accel->handle),
                     object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)accel->buffer));
 }
 
 bool dst_is_backed_by_memory(const struct build_view *build, struct finding *finding)
 {
-    return is_backed(&build->dst, finding, "dstAccelerationStructure");
+    return is_backed(&build->dst, finding, "dstAccelerationStructure") ||
+           (build_is_update(build->info) &&
+            names_rule_of_src(build, finding, RULE_update_src_is_backed_by_memory));
 }
 
 bool update_src_is_backed_by_memory(const struct build_view *build, struct finding *finding)
 {
     return !build_is_update(build->info) ||
-           is_backed(&build->src, finding, "srcAccelerationStructure");
+           is_backed(&build->src, finding, "srcAccelerationStructure") ||
+           is_named_with_dst(build, finding, RULE_dst_is_backed_by_memory);
 }
 
 static bool has_size_of_build(const struct build_view *build, struct finding *finding)
@@ -147,8 +170,8 @@ static bool scratch_is_in_one_buffer(const struct build_view *build, struct find
     }
     return scratch->bytes_left >= needed ||
            violated(finding, "scratchData.deviceAddress",
-                    "{} leaves {} bytes to the end of {}, less than {} ({})", hex(scratch->address),
-                    number(scratch->bytes_left),
+                    "{} leaves {} to the end of {}, less than {} ({})", hex(scratch->address),
+                    count_of(scratch->bytes_left, "byte"),
                     object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
                     text(size_name), number(needed));
 }
@@ -173,12 +196,12 @@ static bool scratch_has_storage_usage(const struct build_view *build, struct fin
     if (!build->sizes.known || !needed || scratch->status != ADDRESS_IN_BUFFER)
         return true;
     return (scratch->usage & VK_BUFFER_USAGE_2_STORAGE_BUFFER_BIT) ||
-           violated(
-               finding, "scratchData.deviceAddress",
-               "{} is in {}, created with usage {}, without VK_BUFFER_USAGE_STORAGE_BUFFER_BIT",
-               hex(scratch->address),
-               object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
-               hex(scratch->usage));
+           violated(finding, "scratchData.deviceAddress",
+                    "{} is in {}, which was created with usage {}, without "
+                    "VK_BUFFER_USAGE_STORAGE_BUFFER_BIT",
+                    hex(scratch->address),
+                    object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)scratch->buffer),
+                    hex(scratch->usage));
 }
 
 bool build_scratch_has_storage_usage(const struct build_view *build, struct finding *finding)

@@ -57,11 +57,20 @@ bool build_flags_match_source(const struct update_view *update, struct finding *
            update_differs(update, finding, "flags", hex(update->asked->flags), hex(last->flags));
 }
 
+static bool first_types_differ(const struct update_view *update)
+{
+    const struct geometry_shapes *now = update->asked->shapes, *then = update->source->shapes;
+    return now && then && now->count && then->count && now->items[0].type != then->items[0].type;
+}
+
+/* Structures of different types have geometries of different types. */
 bool build_type_matches_source(const struct update_view *update, struct finding *finding)
 {
     return update->source->state == BUILT_NEVER || update->asked->type == update->source->type ||
            update_differs(update, finding, "type", accel_type(update->asked->type),
-                          accel_type(update->source->type));
+                          accel_type(update->source->type)) ||
+           (first_types_differ(update) &&
+            also_violates(finding, RULE_geometry_type_matches_source));
 }
 
 /* ---- geometries */
@@ -78,7 +87,9 @@ bool geometry_type_matches_source(const struct updated_geometry_view *updated_ge
     const struct geometry_shape *now = updated_geometry->asked, *then = updated_geometry->source;
     return now->type == then->type ||
            geometry_differs(updated_geometry, finding, "geometryType", geometry_type(now->type),
-                            geometry_type(then->type));
+                            geometry_type(then->type)) ||
+           (updated_geometry->update->asked->type != updated_geometry->update->source->type &&
+            is_reported_with(finding, RULE_build_type_matches_source));
 }
 
 bool geometry_flags_match_source(const struct updated_geometry_view *updated_geometry,

@@ -9,9 +9,12 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+#include "vuid-tables/rules.h"
+
 enum value_kind {
     VALUE_HEX,    /* an address or a bit pattern: 0x1010 */
-    VALUE_NUMBER, /* a count or a size: 256 */
+    VALUE_NUMBER, /* a number without a noun: 256 */
+    VALUE_COUNT,  /* a number with its noun: 1 byte, 2 bytes */
     VALUE_REAL,   /* a number with a fraction: 0.5 */
     VALUE_TEXT,   /* a string that outlives the report, such as an enumerant's spelling */
     VALUE_OBJECT, /* a handle, shown with its type and debug name, and listed as an object */
@@ -23,14 +26,14 @@ struct value {
     enum value_kind kind;
     uint32_t build;           /* VALUE_FIELD, VALUE_BUILT */
     VkObjectType object_type; /* VALUE_OBJECT */
-    uint64_t number;          /* VALUE_HEX, VALUE_NUMBER, VALUE_OBJECT, VALUE_BUILT */
+    uint64_t number;          /* VALUE_HEX, _NUMBER, _COUNT, _OBJECT, _BUILT */
     union {
-        const char *text; /* VALUE_TEXT, VALUE_FIELD */
+        const char *text; /* VALUE_TEXT, VALUE_FIELD; VALUE_COUNT: the noun's singular */
         double real;      /* VALUE_REAL */
     };
 };
 
-enum { FINDING_VALUES = 6 };
+enum { FINDING_VALUES = 6, FINDING_ALSO = 2 };
 
 struct finding {
     /* The field, relative to the subject, such as "scratchData.deviceAddress"; "" is the subject
@@ -40,6 +43,12 @@ struct finding {
     const char *says;
     uint32_t value_count;
     struct value values[FINDING_VALUES];
+    /* Other rules that the same mistake violates. The message names their ids. */
+    uint32_t also_count;
+    enum rule also[FINDING_ALSO];
+    /* The rule whose message names this one; if that rule is active, this finding is not reported.
+     * RULE_COUNT: none. */
+    enum rule reported_with;
 };
 
 static inline struct value hex(uint64_t number)
@@ -50,6 +59,12 @@ static inline struct value hex(uint64_t number)
 static inline struct value number(uint64_t number)
 {
     return (struct value){.kind = VALUE_NUMBER, .number = number};
+}
+
+/* `noun` is the singular, such as "byte". */
+static inline struct value count_of(uint64_t number, const char *noun)
+{
+    return (struct value){.kind = VALUE_COUNT, .number = number, .text = noun};
 }
 
 static inline struct value real(double real)
@@ -106,6 +121,25 @@ static inline bool violated_plainly(struct finding *finding, const char *field, 
     return finding_is_wanted(finding) && finding_fill(finding, field, says, NULL, 0);
 }
 
+/* Adds a rule to `also`. Returns false, so that it can follow violated(): a || violated(...) ||
+ * also_violates(...). */
+static inline bool also_violates(struct finding *finding, enum rule rule)
+{
+    if (finding_is_wanted(finding) && finding->also_count < FINDING_ALSO)
+        finding->also[finding->also_count++] = rule;
+    return false;
+}
+
+/* Sets `reported_with`, and empties `also`. Returns false, too. */
+static inline bool is_reported_with(struct finding *finding, enum rule rule)
+{
+    if (finding_is_wanted(finding)) {
+        finding->reported_with = rule;
+        finding->also_count = 0;
+    }
+    return false;
+}
+
 /* Fills the finding for a handle that is not a valid object of its type. `kind` is a phrase such as
  * "a buffer of this device". */
 static inline bool violated_by_handle(struct finding *finding, const char *field,
@@ -115,7 +149,7 @@ static inline bool violated_by_handle(struct finding *finding, const char *field
         return false;
     if (!handle.number)
         return finding_fill(finding, field, "is VK_NULL_HANDLE", NULL, 0);
-    return finding_says(finding, field, "{} is not {}: it was destroyed, or never created", handle,
+    return finding_says(finding, field, "{} is not {}: it was destroyed or never created", handle,
                         text(kind));
 }
 

@@ -32,8 +32,8 @@ static inline bool address_is_aligned(struct finding *finding, const char *field
                                       VkDeviceAddress address, uint32_t alignment)
 {
     return !alignment || address % alignment == 0 ||
-           violated(finding, field, "{} is not aligned to {} bytes", hex(address),
-                    number(alignment));
+           violated(finding, field, "{} is not aligned to {}", hex(address),
+                    count_of(alignment, "byte"));
 }
 
 static inline bool stride_fits_32_bits(struct finding *finding, const char *field,

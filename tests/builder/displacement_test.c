@@ -1,15 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Blocks of displacement micromaps: by hand, against an encoder, and with any bytes. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "displacement_encoder.h"
 #include "src/bvh/input/displacement.h"
 #include "tests/builder/fixture.h"
+#include "tests/state/unit_test.h"
 
 /* Level 2, in quarters of an edge. */
 static const uint8_t order[15][2] = {
@@ -19,11 +15,10 @@ static const uint8_t order[15][2] = {
     {0, 3}, {1, 3}, {1, 2},                         /* at vertex 2 */
 };
 
-static void test_order_of_vertices(void **state)
+TEST(test_order_of_vertices)
 {
     uint8_t block[64] = {0};
     uint16_t values[DISPLACEMENT_MAX_VERTICES];
-    (void)state;
     for (uint32_t i = 0; i < 45; i++)
         encoder_write_bits(block, 11 * i, 11, 2000 + i);
     displacement_decode(1, 2, block, values);
@@ -35,9 +30,8 @@ static void test_order_of_vertices(void **state)
 }
 
 /* Each part begins where the one before ends, and all have the same size. */
-static void test_curve(void **state)
+TEST(test_curve)
 {
-    (void)state;
     for (uint32_t cuts = 0; cuts <= 5; cuts++) {
         struct displacement_corner before = {0, 0};
         for (uint32_t i = 0; i < 1u << 2 * cuts; i++) {
@@ -56,9 +50,8 @@ static void test_curve(void **state)
 
 /* Level 2 with its edges decimated: vertices 1 and 3 of each go to its ends. Of level 1 the middle
  * goes to the edge's first vertex. */
-static void test_decimated_edges(void **state)
+TEST(test_decimated_edges)
 {
-    (void)state;
     for (uint32_t edges = 0; edges < 8; edges++) {
         uint32_t seen[5][5] = {{0}}, left = 0;
         for (uint32_t i = 0; i < 16; i++) {
@@ -84,7 +77,7 @@ static void test_decimated_edges(void **state)
 }
 
 /* Of format 3: predictions, corrections of either sign, shifts, and what wraps at 11 bits. */
-static void test_corrections(void **state)
+TEST(test_corrections)
 {
     static const struct {
         uint32_t at, count, value;
@@ -107,7 +100,6 @@ static void test_corrections(void **state)
     };
     uint8_t block[128] = {0};
     uint16_t values[DISPLACEMENT_MAX_VERTICES];
-    (void)state;
     for (size_t i = 0; i < sizeof(fields) / sizeof(fields[0]); i++)
         encoder_write_bits(block, fields[i].at, fields[i].count, fields[i].value);
     displacement_decode(3, 2, block, values);
@@ -117,10 +109,9 @@ static void test_corrections(void **state)
 }
 
 /* Every value of every format and level; those that aren't compressed as they were wanted. */
-static void test_encoded(void **state)
+TEST(test_encoded)
 {
     uint64_t random = 11;
-    (void)state;
     for (uint32_t i = 0; i < 50 * 3 * 6; i++) {
         uint32_t format = 1 + i % 3, level = i / 3 % 6, edge = 1u << level;
         struct encoder_values wanted, coded;
@@ -143,10 +134,9 @@ static void test_encoded(void **state)
 }
 
 /* Whatever the bytes, all vertices get a value, and no others. */
-static void test_any_bytes(void **state)
+TEST(test_any_bytes)
 {
     uint64_t random = 5;
-    (void)state;
     for (uint32_t i = 0; i < 20 * 3 * 6; i++) {
         uint32_t format = 1 + i % 3, level = i / 3 % 6, count = displacement_vertex_count(level);
         uint8_t blocks[ENCODER_BYTES];
@@ -160,29 +150,14 @@ static void test_any_bytes(void **state)
     }
 }
 
-static void test_bytes(void **state)
+TEST(test_bytes)
 {
     static const uint32_t bytes[3][6] = {{64, 64, 64, 64, 256, 1024},
                                          {128, 128, 128, 128, 128, 512},
                                          {128, 128, 128, 128, 128, 128}};
-    (void)state;
     for (uint32_t i = 0; i < 18; i++)
         assert_int_equal(displacement_bytes(1 + i / 6, i % 6), bytes[i / 6][i % 6]);
     assert_int_equal(displacement_bytes(0, 0), 0);
     assert_int_equal(displacement_bytes(4, 0), 0);
     assert_int_equal(displacement_bytes(1, 6), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_order_of_vertices),
-        cmocka_unit_test(test_curve),
-        cmocka_unit_test(test_decimated_edges),
-        cmocka_unit_test(test_corrections),
-        cmocka_unit_test(test_encoded),
-        cmocka_unit_test(test_any_bytes),
-        cmocka_unit_test(test_bytes),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

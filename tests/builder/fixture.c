@@ -3,6 +3,7 @@
 #include "tests/builder/fixture.h"
 
 #include <math.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -38,30 +39,19 @@ void fixture_scope_end(void)
     memset(&scope, 0, sizeof(scope));
 }
 
-int fixture_setup(void **state)
-{
-    (void)state;
-    fixture_scope_begin();
-    return 0;
-}
-
-int fixture_teardown(void **state)
-{
-    (void)state;
-    fixture_scope_end();
-    return 0;
-}
-
 static void *scope_add(void *bytes)
 {
+    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
     if (!scope.is_open)
         return bytes;
+    pthread_mutex_lock(&lock);
     if (scope.count == scope.capacity) {
         scope.capacity = 2 * scope.capacity + 16;
         uint64_t size = scope.capacity * sizeof(*scope.allocations);
         scope.allocations = check_memory(realloc(scope.allocations, size), size);
     }
     scope.allocations[scope.count++] = bytes;
+    pthread_mutex_unlock(&lock);
     return bytes;
 }
 

@@ -9,12 +9,9 @@
 extern const float fixture_triangle[9]; /* (0, 0), (1, 0), (0, 1) in the plane z = 0 */
 
 /* fixture_scope_end() frees all that the fixture has allocated since fixture_scope_begin(), and the
- * caller frees nothing of that. Only for programs in which one thread allocates. */
+ * caller frees nothing of that. */
 void fixture_scope_begin(void);
 void fixture_scope_end(void);
-/* The same around a group of cmocka's tests. */
-int fixture_setup(void **state);
-int fixture_teardown(void **state);
 
 struct fixture_mesh {
     float *positions;  /* three a vertex */
@@ -42,6 +39,10 @@ struct fixture_input {
     VkAccelerationStructureBuildRangeInfoKHR range;
     struct builder_input input;
 };
+/* Declares an input of one kind and fills it in: INPUT(mesh, input, &mesh). */
+#define INPUT(kind, name, ...)                                                                     \
+    struct fixture_input name;                                                                     \
+    fixture_input_##kind(&(name), __VA_ARGS__)
 void fixture_input_mesh(struct fixture_input *input, const struct fixture_mesh *mesh);
 void fixture_input_triangles(struct fixture_input *input, const float *corners, uint32_t triangles);
 void fixture_input_aabbs(struct fixture_input *input, const VkAabbPositionsKHR *boxes,

@@ -1,13 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Ray flags, instance flags and geometry flags: what counts as opaque and what is culled. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 
-#include <cmocka.h>
-
-#include "tests/builder/fixture.h"
+#include "tests/builder/scope_test.h"
 
 static struct trace_ray down(uint32_t flags)
 {
@@ -24,8 +19,7 @@ struct pair {
 static struct pair make_pair(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags)
 {
     struct pair pair;
-    struct fixture_input input;
-    fixture_input_triangles(&input, fixture_triangle, 1);
+    INPUT(triangles, input, fixture_triangle, 1);
     input.geometry.flags = geometry;
     pair.blas = fixture_build(&input.input, NULL);
     VkAccelerationStructureInstanceKHR instance = fixture_instance(pair.blas);
@@ -46,9 +40,8 @@ static int opacity(VkGeometryFlagsKHR geometry, VkGeometryInstanceFlagsKHR flags
 }
 
 /* The ray's flags win over the instance's, those over the geometry's. */
-static void test_opacity(void **state)
+SCOPE_TEST(test_opacity)
 {
-    (void)state;
     const VkGeometryFlagsKHR opaque = VK_GEOMETRY_OPAQUE_BIT_KHR;
     const VkGeometryInstanceFlagsKHR force = VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR;
     const VkGeometryInstanceFlagsKHR forbid = VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR;
@@ -64,9 +57,8 @@ static void test_opacity(void **state)
     assert_int_equal(opacity(0, force, TRACE_CULL_NO_OPAQUE), 1);
 }
 
-static void test_culling(void **state)
+SCOPE_TEST(test_culling)
 {
-    (void)state;
     const VkGeometryInstanceFlagsKHR both =
         VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;
     assert_int_equal(opacity(0, 0, TRACE_CULL_FRONT_FACING), -1);
@@ -76,16 +68,14 @@ static void test_culling(void **state)
     assert_int_equal(opacity(0, 0, TRACE_SKIP_AABBS), 0);
 }
 
-static void test_first_hit(void **state)
+SCOPE_TEST(test_first_hit)
 {
-    (void)state;
     float corners[90];
     for (int i = 0; i < 90; i++) {
         int depth = i % 3 == 2 ? i / 9 : 0;
         corners[i] = fixture_triangle[i % 9] - (float)depth;
     }
-    struct fixture_input input;
-    fixture_input_triangles(&input, corners, 10);
+    INPUT(triangles, input, corners, 10);
     void *structure = fixture_build(&input.input, NULL);
     struct trace_ray ray = down(TRACE_TERMINATE_ON_FIRST_HIT);
     struct trace_hit hit;
@@ -100,9 +90,8 @@ static void test_first_hit(void **state)
     assert_true(counters.nodes > 0 && counters.primitives > 0 && counters.exact_calls == 0);
 }
 
-static void test_rays_that_hit_nothing(void **state)
+SCOPE_TEST(test_rays_that_hit_nothing)
 {
-    (void)state;
     struct pair pair = make_pair(0, 0);
     struct trace_hit hit;
     for (int i = 0; i < 8; i++) {
@@ -116,15 +105,4 @@ static void test_rays_that_hit_nothing(void **state)
             assert_false(fixture_trace(pair.blas, (enum trace_accuracy)accuracy, &ray, &hit));
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_opacity),
-        cmocka_unit_test(test_culling),
-        cmocka_unit_test(test_first_hit),
-        cmocka_unit_test(test_rays_that_hit_nothing),
-    };
-    return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }

@@ -1,16 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Vertex formats, index types and several geometries in one structure. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "src/bvh/input/formats.h"
-#include "tests/builder/fixture.h"
+#include "tests/builder/scope_test.h"
 
 /* One vertex of each format, and what it means. */
 static const struct {
@@ -42,9 +36,8 @@ static const struct {
     {VK_FORMAT_A2B10G10R10_SNORM_PACK32, {0xff, 0x01, 0x08, 0x20}, {1, -1, -1}},
 };
 
-static void test_formats(void **state)
+SCOPE_TEST(test_formats)
 {
-    (void)state;
     for (size_t i = 0; i < sizeof(vertices) / sizeof(vertices[0]); i++) {
         const struct vertex_format *format = vertex_format_find(vertices[i].format);
         float position[3];
@@ -57,9 +50,8 @@ static void test_formats(void **state)
 }
 
 /* Against the definition of the format. */
-static void test_all_halves(void **state)
+SCOPE_TEST(test_all_halves)
 {
-    (void)state;
     for (uint32_t bits = 0; bits < 0x10000; bits++) {
         int exponent = (int)(bits >> 10 & 0x1f);
         float fraction = (float)(bits & 0x3ff), value = float_from_half((uint16_t)bits);
@@ -75,9 +67,8 @@ static void test_all_halves(void **state)
 }
 
 /* A square of two triangles, by each index type, and turned by a transform. */
-static void test_index_types(void **state)
+SCOPE_TEST(test_index_types)
 {
-    (void)state;
     const float square[12] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
     const uint8_t small[6] = {0, 1, 2, 0, 2, 3};
     const uint16_t medium[6] = {0, 1, 2, 0, 2, 3};
@@ -90,8 +81,7 @@ static void test_index_types(void **state)
                  {VK_INDEX_TYPE_UINT16, medium, sizeof(medium)},
                  {VK_INDEX_TYPE_UINT32, large, sizeof(large)}};
     for (int i = 0; i < 3; i++) {
-        struct fixture_input input;
-        fixture_input_triangles(&input, square, 2);
+        INPUT(triangles, input, square, 2);
         input.geometry.triangles.vertices_size = sizeof(square);
         input.geometry.triangles.max_vertex = 3;
         input.geometry.triangles.index_type = types[i].type;
@@ -111,9 +101,8 @@ static void test_index_types(void **state)
 }
 
 /* Empty ones between them: numbers are those of the input. */
-static void test_several_geometries(void **state)
+SCOPE_TEST(test_several_geometries)
 {
-    (void)state;
     enum { COUNT = 5 };
     float corners[COUNT][9];
     struct builder_geometry geometries[2 * COUNT];
@@ -144,9 +133,8 @@ static void test_several_geometries(void **state)
 }
 
 /* What is inactive in the source stays so in the update. */
-static void test_update_without_active_primitives(void **state)
+SCOPE_TEST(test_update_without_active_primitives)
 {
-    (void)state;
     const VkAccelerationStructureInstanceKHR nowhere[2] = {{.mask = 0xff}, {.mask = 0xff}};
     const float corners[9] = {NAN, 0, 0, 1, 0, 0, 0, 1, 0};
     struct fixture_input inputs[2];
@@ -161,16 +149,4 @@ static void test_update_without_active_primitives(void **state)
         assert_int_equal(builder_get_sizes(input, NULL, &sizes), BUILDER_OK);
         assert_int_equal(fixture_refit(input, source, source, NULL), BUILDER_OK);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_formats),
-        cmocka_unit_test(test_all_halves),
-        cmocka_unit_test(test_index_types),
-        cmocka_unit_test(test_several_geometries),
-        cmocka_unit_test(test_update_without_active_primitives),
-    };
-    return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }

@@ -2,15 +2,9 @@
 /* Sizes: enough, never more than 1.25 times what is used after compaction; and inputs that make
  * trees as uneven as they get. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
-#include "tests/builder/fixture.h"
+#include "tests/builder/scope_test.h"
 
 /* Of what a header and the alignment of four parts add. */
 #define FIXED_BYTES 512.0
@@ -29,14 +23,12 @@ static void check_build(struct fixture_input *input)
     }
 }
 
-static void test_counts(void **state)
+SCOPE_TEST(test_counts)
 {
-    (void)state;
     for (uint32_t count = 1; count < 700; count += 1 + count / 9) {
         struct fixture_mesh mesh = fixture_soup(count, count);
-        struct fixture_input input;
         VkAabbPositionsKHR *boxes = fixture_allocate(count * sizeof(*boxes));
-        fixture_input_mesh(&input, &mesh);
+        INPUT(mesh, input, &mesh);
         check_build(&input);
         for (uint32_t i = 0; i < count; i++)
             memcpy(&boxes[i].minX, &mesh.positions[9 * i], 6 * sizeof(float));
@@ -46,9 +38,8 @@ static void test_counts(void **state)
 }
 
 /* One triangle after the other falls off every range: no tree is deeper, or has fuller leaves. */
-static void test_uneven(void **state)
+SCOPE_TEST(test_uneven)
 {
-    (void)state;
     enum { COUNT = 3000 };
     float *corners = fixture_allocate(COUNT * 9 * sizeof(float));
     for (int kind = 0; kind < 4; kind++) {
@@ -60,17 +51,14 @@ static void test_uneven(void **state)
             float one[9] = {at, at, 0, at * 1.01f, 0, at, at, at * 1.02f, at};
             memcpy(corners + (size_t)9 * (size_t)i, one, sizeof(one));
         }
-        struct fixture_input input;
-        fixture_input_triangles(&input, corners, COUNT);
+        INPUT(triangles, input, corners, COUNT);
         check_build(&input);
     }
 }
 
-static void test_instances(void **state)
+SCOPE_TEST(test_instances)
 {
-    (void)state;
-    struct fixture_input input;
-    fixture_input_triangles(&input, fixture_triangle, 1);
+    INPUT(triangles, input, fixture_triangle, 1);
     void *blas = fixture_build(&input.input, NULL);
     for (uint32_t count = 1; count < 300; count += 1 + count / 5) {
         VkAccelerationStructureInstanceKHR *instances =
@@ -84,12 +72,10 @@ static void test_instances(void **state)
     }
 }
 
-static void test_smaller_counts_fit(void **state)
+SCOPE_TEST(test_smaller_counts_fit)
 {
-    (void)state;
     struct builder_sizes before = {0}, sizes;
-    struct fixture_input input;
-    fixture_input_triangles(&input, NULL, 0);
+    INPUT(triangles, input, NULL, 0);
     for (uint32_t count = 0; count < 100000; count += 1 + count / 3) {
         assert_int_equal(builder_get_sizes(&input.input, &count, &sizes), BUILDER_OK);
         assert_true(sizes.structure >= before.structure);
@@ -102,14 +88,12 @@ static void test_smaller_counts_fit(void **state)
 }
 
 /* Displaced triangles are as many as their usages say, and those beyond that stay whole. */
-static void test_displaced(void **state)
+SCOPE_TEST(test_displaced)
 {
-    (void)state;
     VkMicromapUsageEXT usages[2] = {{10, 5, 3}, {100, 2, 1}};
     struct builder_displacement displacement = {.usage_count = 2, .usages = usages};
     struct builder_sizes before = {0}, sizes;
-    struct fixture_input input;
-    fixture_input_triangles(&input, NULL, 0);
+    INPUT(triangles, input, NULL, 0);
     input.geometry.triangles.displacement = &displacement;
     for (uint32_t count = 0; count < 1000; count += 10) {
         double parts = 10 * 1024 + 100 * 16 + (count > 110 ? count - 110 : 0);
@@ -135,12 +119,10 @@ static uint64_t aligned(uint64_t size)
 
 /* What extensions add isn't there where none is used: a header, 8 bytes a geometry, 48 a triangle,
  * 112 a node; and rays look nothing up. */
-static void test_plain(void **state)
+SCOPE_TEST(test_plain)
 {
-    (void)state;
     struct fixture_mesh mesh = fixture_terrain(30);
-    struct fixture_input input;
-    fixture_input_mesh(&input, &mesh);
+    INPUT(mesh, input, &mesh);
     void *structure = fixture_build(&input.input, NULL);
     uint64_t triangles = mesh.triangle_count, nodes = triangles * 28 / 100 + 1;
     assert_int_equal(builder_size(structure),
@@ -165,13 +147,11 @@ static void test_plain(void **state)
     assert_true(counters.nodes > 0 && counters.micromaps == 0 && counters.instances == 0);
 }
 
-static void test_too_small(void **state)
+SCOPE_TEST(test_too_small)
 {
-    (void)state;
-    struct fixture_input input;
     struct builder_sizes sizes;
     uint32_t count = 1;
-    fixture_input_triangles(&input, fixture_triangle, 1);
+    INPUT(triangles, input, fixture_triangle, 1);
     builder_get_sizes(&input.input, &count, &sizes);
     void *structure = fixture_allocate(sizes.structure),
          *scratch = fixture_allocate(sizes.build_scratch);
@@ -186,15 +166,4 @@ static void test_too_small(void **state)
         BUILDER_OK);
     input.geometry.triangles.vertex_format = VK_FORMAT_R64G64B64_SFLOAT;
     assert_int_equal(builder_get_sizes(&input.input, &count, &sizes), BUILDER_UNKNOWN_FORMAT);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_counts),    cmocka_unit_test(test_uneven),
-        cmocka_unit_test(test_instances), cmocka_unit_test(test_smaller_counts_fit),
-        cmocka_unit_test(test_displaced), cmocka_unit_test(test_plain),
-        cmocka_unit_test(test_too_small),
-    };
-    return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }

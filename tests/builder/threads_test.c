@@ -4,15 +4,9 @@
 #include <dirent.h>
 #include <math.h>
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
-#include "tests/builder/fixture.h"
+#include "tests/builder/scope_test.h"
 
 #define INSTANCES 9000u /* more than one thread's portion */
 
@@ -44,33 +38,27 @@ static uint32_t threads_in_build(const void *blas, uint32_t threads)
 {
     VkAccelerationStructureInstanceKHR *instances =
         fixture_allocate(INSTANCES * sizeof(*instances));
-    struct fixture_input input;
     for (uint32_t i = 0; i < INSTANCES; i++) {
         instances[i] = fixture_instance(NULL);
         instances[i].accelerationStructureReference = i + 1;
     }
-    fixture_input_instances(&input, instances, INSTANCES);
+    INPUT(instances, input, instances, INSTANCES);
     input.input.threads = threads;
     input.input.resolver = (struct builder_resolver){count_and_find, (void *)blas};
     most_threads = 0;
     void *tlas = fixture_build(&input.input, NULL);
     assert_non_null(tlas);
-    free(tlas);
-    free(instances);
     return most_threads;
 }
 
-static void test_threads(void **state)
+SCOPE_TEST(test_threads)
 {
-    (void)state;
-    struct fixture_input input;
-    fixture_input_triangles(&input, fixture_triangle, 1);
+    INPUT(triangles, input, fixture_triangle, 1);
     void *blas = fixture_build(&input.input, NULL);
     uint32_t before = count_threads();
     assert_int_equal(threads_in_build(blas, 0), before);
     assert_int_equal(threads_in_build(blas, 1), before);
     assert_true(threads_in_build(blas, 2) > before);
-    free(blas);
 }
 
 /* Enough to be split by all threads at once, some of them at one place, some inactive. */
@@ -106,8 +94,7 @@ static void make_expected(struct expected *expected)
     for (uint32_t i = 0; i < 3 * expected->moved.vertex_count; i++)
         expected->moved.positions[i] *= 1 + (float)(i % 7) * 0.01f;
     for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++) {
-        struct fixture_input input;
-        fixture_input_mesh(&input, &expected->mesh);
+        INPUT(mesh, input, &expected->mesh);
         input.input.quality = (enum builder_quality)quality;
         expected->built[quality] = fixture_build(&input.input, NULL);
         fixture_input_mesh(&input, &expected->moved);
@@ -115,22 +102,11 @@ static void make_expected(struct expected *expected)
     }
 }
 
-static void free_expected(struct expected *expected)
-{
-    for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++) {
-        free(expected->built[quality]);
-        free(expected->refitted[quality]);
-    }
-    fixture_mesh_free(&expected->mesh);
-    fixture_mesh_free(&expected->moved);
-}
-
 static void check_same(const struct expected *expected, int quality, uint32_t threads,
                        struct builder_team *team)
 {
-    struct fixture_input input;
     const void *one = expected->built[quality];
-    fixture_input_mesh(&input, &expected->mesh);
+    INPUT(mesh, input, &expected->mesh);
     input.input.quality = (enum builder_quality)quality;
     input.input.threads = threads;
     input.input.team = team;
@@ -139,19 +115,15 @@ static void check_same(const struct expected *expected, int quality, uint32_t th
     input.geometry.triangles.vertices = expected->moved.positions;
     void *refitted = refit(&input.input, structure);
     assert_int_equal(memcmp(refitted, expected->refitted[quality], builder_size(one)), 0);
-    free(refitted);
-    free(structure);
 }
 
-static void test_same_bytes(void **state)
+SCOPE_TEST(test_same_bytes)
 {
-    (void)state;
     struct expected expected;
     make_expected(&expected);
     for (uint32_t threads = 2; threads <= 5; threads += 3)
         for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++)
             check_same(&expected, quality, threads, NULL);
-    free_expected(&expected);
 }
 
 static void *help(void *team)
@@ -181,9 +153,8 @@ static void *lead(void *argument)
 
 /* One helper before the first build, one that comes in its midst, one after the last; and two
  * threads that lead builds at once. */
-static void test_team(void **state)
+SCOPE_TEST(test_team)
 {
-    (void)state;
     struct expected expected;
     struct builder_team team;
     pthread_t early, late, other;
@@ -208,13 +179,4 @@ static void test_team(void **state)
     builder_team_close(&team);
     builder_team_help_for_now(&team);
     builder_team_destroy(&team);
-    free_expected(&expected);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_threads),
-                                       cmocka_unit_test(test_same_bytes),
-                                       cmocka_unit_test(test_team)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,14 +2,11 @@
 /* Opening the device, and comparing inputs on it. */
 #include "bench.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+struct bench bench;
 
 /* ---- the device */
 
@@ -21,40 +18,29 @@ static const char *const extensions[] = {
     VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME,
 };
 
-static VkResult create_device(struct bench *bench)
+static VkResult create_device(void)
 {
-    VkPhysicalDeviceRayQueryFeaturesKHR query = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = VK_TRUE};
-    VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipelines = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR,
-        .rayTracingPipeline = VK_TRUE};
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .accelerationStructure = VK_TRUE};
-    VkPhysicalDeviceVulkan12Features features = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
-        .pNext = &structures,
-        .bufferDeviceAddress = VK_TRUE};
+    VkPhysicalDeviceRayQueryFeaturesKHR query =
+        MAKE(VkPhysicalDeviceRayQueryFeaturesKHR, .rayQuery = VK_TRUE);
+    VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipelines =
+        MAKE(VkPhysicalDeviceRayTracingPipelineFeaturesKHR, .rayTracingPipeline = VK_TRUE);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
+        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .accelerationStructure = VK_TRUE);
+    VkPhysicalDeviceVulkan12Features features = MAKE(
+        VkPhysicalDeviceVulkan12Features, .pNext = &structures, .bufferDeviceAddress = VK_TRUE);
     const float priority = 1;
-    const VkDeviceQueueCreateInfo queue = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-        .queueCount = 1,
-        .pQueuePriorities = &priority,
-    };
+    const VkDeviceQueueCreateInfo queue =
+        MAKE(VkDeviceQueueCreateInfo, .queueCount = 1, .pQueuePriorities = &priority);
     const char *names[] = {extensions[0], extensions[1], extensions[2]};
-    if (bench->kind == BENCH_PIPELINES || bench->kind == BENCH_LAYER_PIPELINES)
+    if (bench.kind == BENCH_PIPELINES || bench.kind == BENCH_LAYER_PIPELINES)
         names[2] = extensions[3];
-    if (bench->kind != BENCH_LAYER)
-        structures.pNext = bench->kind == BENCH_QUERIES ? (void *)&query : (void *)&pipelines;
-    const VkDeviceCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-        .pNext = &features,
-        .queueCreateInfoCount = 1,
-        .pQueueCreateInfos = &queue,
-        .enabledExtensionCount = bench->kind == BENCH_LAYER ? 2 : 3,
-        .ppEnabledExtensionNames = names,
-    };
-    return vkCreateDevice(bench->physical, &info, NULL, &bench->device);
+    if (bench.kind != BENCH_LAYER)
+        structures.pNext = bench.kind == BENCH_QUERIES ? (void *)&query : (void *)&pipelines;
+    const VkDeviceCreateInfo info = MAKE(VkDeviceCreateInfo, .pNext = &features,
+                                         .queueCreateInfoCount = 1, .pQueueCreateInfos = &queue,
+                                         .enabledExtensionCount = bench.kind == BENCH_LAYER ? 2 : 3,
+                                         .ppEnabledExtensionNames = names);
+    return vkCreateDevice(bench.physical, &info, NULL, &bench.device);
 }
 
 static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
@@ -63,8 +49,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
                                            void *user)
 {
     struct heard *heard = user;
-    (void)severity;
-    (void)types;
     heard->count++;
     snprintf(heard->last, sizeof(heard->last), "%s", data->pMessage);
     for (enum difference d = 0; d < DIFFERENCE_COUNT; d++)
@@ -75,188 +59,152 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
     return VK_FALSE;
 }
 
-static VkResult create_messenger(struct bench *bench)
+static VkResult create_messenger(void)
 {
-    const VkDebugUtilsMessengerCreateInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
-                       VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
-        .pfnUserCallback = hear,
-        .pUserData = &bench->heard,
-    };
+    const VkDebugUtilsMessengerCreateInfoEXT info =
+        MAKE(VkDebugUtilsMessengerCreateInfoEXT,
+             .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                                VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+             .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                            VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
+             .pfnUserCallback = hear, .pUserData = &bench.heard);
     PFN_vkCreateDebugUtilsMessengerEXT create =
-        (PFN_vkCreateDebugUtilsMessengerEXT)vkGetInstanceProcAddr(bench->instance,
+        (PFN_vkCreateDebugUtilsMessengerEXT)vkGetInstanceProcAddr(bench.instance,
                                                                   "vkCreateDebugUtilsMessengerEXT");
-    return create(bench->instance, &info, NULL, &bench->messenger);
+    return create(bench.instance, &info, NULL, &bench.messenger);
 }
 
-static VkResult create_instance(struct bench *bench)
+static VkResult create_instance(void)
 {
     static const char *const layer = "VK_LAYER_ASSAY_validation";
     static const char *const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-    const uint32_t has_layer = bench->kind >= BENCH_LAYER;
-    const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                                           .apiVersion = VK_API_VERSION_1_3};
-    const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-                                       .pApplicationInfo = &application,
-                                       .enabledLayerCount = has_layer,
-                                       .ppEnabledLayerNames = &layer,
-                                       .enabledExtensionCount = has_layer,
-                                       .ppEnabledExtensionNames = &extension};
+    const uint32_t has_layer = bench.kind >= BENCH_LAYER;
+    const VkInstanceCreateInfo info =
+        MAKE(VkInstanceCreateInfo,
+             .pApplicationInfo = &MAKE(VkApplicationInfo, .apiVersion = VK_API_VERSION_1_3),
+             .enabledLayerCount = has_layer, .ppEnabledLayerNames = &layer,
+             .enabledExtensionCount = has_layer, .ppEnabledExtensionNames = &extension);
     uint32_t count = 1;
-    VkResult result = vkCreateInstance(&info, NULL, &bench->instance);
+    VkResult result = vkCreateInstance(&info, NULL, &bench.instance);
     if (result == VK_SUCCESS)
-        result = vkEnumeratePhysicalDevices(bench->instance, &count, &bench->physical);
+        result = vkEnumeratePhysicalDevices(bench.instance, &count, &bench.physical);
     if (result == VK_INCOMPLETE)
         result = VK_SUCCESS;
-    return result == VK_SUCCESS && has_layer ? create_messenger(bench) : result;
+    return result == VK_SUCCESS && has_layer ? create_messenger() : result;
 }
 
-static VkResult create_pool(struct bench *bench)
+const char *bench_open(enum bench_kind kind)
 {
-    const VkCommandPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
-    return bench->vk.CreateCommandPool(bench->device, &info, NULL, &bench->pool);
-}
-
-const char *bench_open(struct bench *bench, enum bench_kind kind)
-{
-    *bench = (struct bench){.kind = kind};
+    bench = (struct bench){.kind = kind};
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
     setenv("VK_LAYER_PATH", LAYER_FOLDER, 1);
     setenv("VK_DRIVER_FILES", LAVAPIPE_MANIFEST, 0);
     unsetenv("VK_INSTANCE_LAYERS");
-    if (create_instance(bench) != VK_SUCCESS)
+    if (create_instance() != VK_SUCCESS)
         return "no driver";
-    if (create_device(bench) != VK_SUCCESS)
+    if (create_device() != VK_SUCCESS)
         return "the driver doesn't trace so";
-    VkPhysicalDeviceAccelerationStructurePropertiesKHR limits = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
-    VkPhysicalDeviceRayTracingPipelinePropertiesKHR groups = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR,
-        .pNext = &limits};
-    VkPhysicalDeviceDriverProperties driver = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES, .pNext = &groups};
-    VkPhysicalDeviceProperties2 properties = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &driver};
-    vkGetPhysicalDeviceProperties2(bench->physical, &properties);
-    snprintf(bench->driver, sizeof(bench->driver), "%s", driver.driverInfo);
-    vkGetPhysicalDeviceMemoryProperties(bench->physical, &bench->memory);
-    vkuInitDeviceDispatchTable(bench->device, &bench->vk, vkGetDeviceProcAddr);
-    vkGetDeviceQueue(bench->device, 0, 0, &bench->queue);
-    pthread_mutex_init(&bench->queue_lock, NULL);
-    bench->compare = (struct compare_device){
-        .handle = bench->device,
-        .vk = &bench->vk,
-        .memory = &bench->memory,
+    VkPhysicalDeviceAccelerationStructurePropertiesKHR limits =
+        MAKE(VkPhysicalDeviceAccelerationStructurePropertiesKHR);
+    VkPhysicalDeviceRayTracingPipelinePropertiesKHR groups =
+        MAKE(VkPhysicalDeviceRayTracingPipelinePropertiesKHR, .pNext = &limits);
+    VkPhysicalDeviceDriverProperties driver =
+        MAKE(VkPhysicalDeviceDriverProperties, .pNext = &groups);
+    vkGetPhysicalDeviceProperties2(bench.physical,
+                                   &MAKE(VkPhysicalDeviceProperties2, .pNext = &driver));
+    snprintf(bench.driver, sizeof(bench.driver), "%s", driver.driverInfo);
+    vkGetPhysicalDeviceMemoryProperties(bench.physical, &bench.memory);
+    vkuInitDeviceDispatchTable(bench.device, &bench.vk, vkGetDeviceProcAddr);
+    vkGetDeviceQueue(bench.device, 0, 0, &bench.queue);
+    pthread_mutex_init(&bench.queue_lock, NULL);
+    bench.compare = (struct compare_device){
+        .handle = bench.device,
+        .vk = &bench.vk,
+        .memory = &bench.memory,
         .scratch_alignment = limits.minAccelerationStructureScratchOffsetAlignment,
-        .queue_lock = &bench->queue_lock,
+        .queue_lock = &bench.queue_lock,
         .has_queries = kind == BENCH_QUERIES,
         .group_handle_size = groups.shaderGroupHandleSize,
         .group_handle_alignment = groups.shaderGroupHandleAlignment,
         .group_base_alignment = groups.shaderGroupBaseAlignment,
     };
-    if (kind >= BENCH_LAYER)
-        return create_pool(bench) == VK_SUCCESS ? NULL : "no command pool";
-    return tracer_create(&bench->compare, &bench->tracer) == VK_SUCCESS ? NULL : "no pipeline";
+    if (kind >= BENCH_LAYER) {
+        bench.pool = command_pool_create(&bench.vk, bench.device);
+        return NULL;
+    }
+    return tracer_create(&bench.compare, &bench.tracer) == VK_SUCCESS ? NULL : "no pipeline";
 }
 
-void bench_close(struct bench *bench)
+void bench_close(void)
 {
     PFN_vkDestroyDebugUtilsMessengerEXT destroy =
         (PFN_vkDestroyDebugUtilsMessengerEXT)vkGetInstanceProcAddr(
-            bench->instance, "vkDestroyDebugUtilsMessengerEXT");
-    tracer_destroy(bench->tracer);
-    if (bench->pool)
-        vkDestroyCommandPool(bench->device, bench->pool, NULL);
-    if (bench->device)
-        vkDestroyDevice(bench->device, NULL);
-    if (bench->messenger)
-        destroy(bench->instance, bench->messenger, NULL);
-    if (bench->instance)
-        vkDestroyInstance(bench->instance, NULL);
+            bench.instance, "vkDestroyDebugUtilsMessengerEXT");
+    tracer_destroy(bench.tracer);
+    if (bench.pool)
+        vkDestroyCommandPool(bench.device, bench.pool, NULL);
+    if (bench.device)
+        vkDestroyDevice(bench.device, NULL);
+    if (bench.messenger)
+        destroy(bench.instance, bench.messenger, NULL);
+    if (bench.instance)
+        vkDestroyInstance(bench.instance, NULL);
 }
 
-int bench_begin_tests(void **state, struct bench *bench, enum bench_kind kind)
+const char *bench_open_tests(const char *argument, enum bench_kind queries,
+                             enum bench_kind pipelines)
 {
-    const char *lacks = bench_open(bench, kind);
-    if (lacks) {
-        print_message("skipped: %s\n", lacks);
-        exit(77);
-    }
-    print_message("%s\n", bench->driver);
+    const bool wants_pipelines = argument && strcmp(argument, "pipelines") == 0;
+    const char *lacks = bench_open(wants_pipelines ? pipelines : queries);
+    if (!lacks)
+        print_message("%s\n", bench.driver);
     soup_fill();
-    *state = bench;
-    return 0;
+    return lacks;
 }
 
-int bench_end_tests(void **state)
+VkCommandBuffer bench_begin(void)
 {
-    bench_close(*state);
-    return 0;
+    return commands_begin(&bench.vk, bench.device, bench.pool, VK_COMMAND_BUFFER_LEVEL_PRIMARY, 0,
+                          NULL);
 }
 
-bool bench_wants_pipelines(int argc, char **argv)
+void bench_submit(VkCommandBuffer commands)
 {
-    return argc > 1 && strcmp(argv[1], "pipelines") == 0;
+    GET(vkEndCommandBuffer(commands));
+    GET(commands_submit(&bench.vk, bench.queue, commands, VK_NULL_HANDLE));
 }
 
-VkCommandBuffer bench_begin(struct bench *bench)
+void bench_finish(VkCommandBuffer commands)
 {
-    const VkCommandBufferAllocateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = bench->pool,
-        .commandBufferCount = 1,
-    };
-    const VkCommandBufferBeginInfo begin_info = {.sType =
-                                                     VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-    VkCommandBuffer commands;
-    assert_int_equal(vkAllocateCommandBuffers(bench->device, &info, &commands), VK_SUCCESS);
-    assert_int_equal(vkBeginCommandBuffer(commands, &begin_info), VK_SUCCESS);
-    return commands;
-}
-
-void bench_submit(struct bench *bench, VkCommandBuffer commands)
-{
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &commands};
-    assert_int_equal(vkEndCommandBuffer(commands), VK_SUCCESS);
-    assert_int_equal(vkQueueSubmit(bench->queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
-}
-
-void bench_finish(struct bench *bench, VkCommandBuffer commands)
-{
-    assert_int_equal(vkQueueWaitIdle(bench->queue), VK_SUCCESS);
-    vkFreeCommandBuffers(bench->device, bench->pool, 1, &commands);
+    GET(vkQueueWaitIdle(bench.queue));
+    vkFreeCommandBuffers(bench.device, bench.pool, 1, &commands);
 }
 
 /* ---- comparing */
 
-void bench_compare(struct bench *bench, const struct subject *source, const struct subject *subject,
-                   uint32_t count, struct tally *tally)
+void bench_compare(const struct subject *source, const struct subject *subject, uint32_t count,
+                   struct tally *tally)
 {
     struct reference reference;
     struct rays rays;
     struct input_copy *copy = input_copy_create(&subject->input);
     assert_non_null(copy);
-    assert_int_equal(reference_open(copy, &reference), VK_SUCCESS);
-    assert_int_equal(rays_create(&reference, count, &rays), VK_SUCCESS);
+    GET(reference_open(copy, &reference));
+    GET(rays_create(&reference, count, &rays));
     struct compare_answer *answers = calloc(rays.count + 1ull, sizeof(*answers));
     assert_non_null(answers);
     struct compare_input inputs[2] = {subject->input, subject->input};
     if (source)
         inputs[0] = source->input;
     const struct tracer_job job = {
-        .queue = bench->queue,
+        .queue = bench.queue,
         .input_count = source ? 2 : 1,
         .inputs = inputs,
         .ray_count = rays.count,
         .rays = rays.rays,
         .answers = answers,
     };
-    assert_int_equal(tracer_run(bench->tracer, &job), VK_SUCCESS);
+    GET(tracer_run(bench.tracer, &job));
     tally_judge(tally, &reference, &rays, answers);
     free(answers);
     rays_free(&rays);

@@ -37,22 +37,22 @@ struct bench {
 };
 
 /* NULL, or why there is no such device here. */
-const char *bench_open(struct bench *bench, enum bench_kind kind);
-void bench_close(struct bench *bench);
-/* Around a group of cmocka's tests, for which the soup is filled; without such a device they are
- * skipped. */
-int bench_begin_tests(void **state, struct bench *bench, enum bench_kind kind);
-int bench_end_tests(void **state);
-/* "pipelines", or no argument. */
-bool bench_wants_pipelines(int argc, char **argv);
+const char *bench_open(enum bench_kind kind);
+void bench_close(void);
+
+/* The bench of a program of tests, which unit_test_open() opens: for pipelines if that is its
+ * argument. Fills the soup. Returns NULL, or why there is no such device here. */
+extern struct bench bench;
+const char *bench_open_tests(const char *argument, enum bench_kind queries,
+                             enum bench_kind pipelines);
 
 /* A command buffer, which is submitted, waited for and freed. */
-VkCommandBuffer bench_begin(struct bench *bench);
-void bench_submit(struct bench *bench, VkCommandBuffer commands);
-void bench_finish(struct bench *bench, VkCommandBuffer commands);
+VkCommandBuffer bench_begin(void);
+void bench_submit(VkCommandBuffer commands);
+void bench_finish(VkCommandBuffer commands);
 
 /* `source`: what is built first and then updated; or NULL. Ends the test where something fails. */
-void bench_compare(struct bench *bench, const struct subject *source, const struct subject *subject,
-                   uint32_t count, struct tally *tally);
+void bench_compare(const struct subject *source, const struct subject *subject, uint32_t count,
+                   struct tally *tally);
 
 #endif

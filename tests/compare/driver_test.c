@@ -1,27 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What lavapipe builds and traces, right and wrong, compared without the layer. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "bench.h"
 
 enum { RAYS = 4096 };
 
-static struct bench bench;
-static enum bench_kind kind;
 static struct subject subject;
 static struct tally tally;
 
 static void compare(const struct subject *source, const char *name)
 {
-    bench_compare(&bench, source, &subject, RAYS, &tally);
+    bench_compare(source, &subject, RAYS, &tally);
     tally_print(&tally, name);
 }
 
@@ -33,14 +26,12 @@ static void expect_silence(const struct subject *source, const char *name)
     assert_int_equal(tally.all, 0);
 }
 
-static void test_ranges(void **state)
+TEST(test_ranges)
 {
-    (void)state;
     uint32_t indices[3 * SOUP_TRIANGLES];
     for (uint32_t i = 0; i < 3 * SOUP_TRIANGLES; i++)
         indices[i] = i;
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     expect_silence(NULL, "separate triangles");
     subject.ranges[0] = (VkAccelerationStructureBuildRangeInfoKHR){50, 36 * 5, 0, 0};
     expect_silence(NULL, "primitiveOffset of vertices");
@@ -51,21 +42,18 @@ static void test_ranges(void **state)
     expect_silence(NULL, "and an empty one");
 }
 
-static void test_transform(void **state)
+TEST(test_transform)
 {
-    (void)state;
     VkTransformMatrixKHR transforms[2] = {0};
     transforms[1] = (VkTransformMatrixKHR){{{0, 1, 0, 3}, {2, 0, 0, 0}, {0, 0, .5f, 1}}};
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     subject.geometries[0].geometry.triangles.transformData.hostAddress = transforms;
     subject.ranges[0].transformOffset = sizeof(transforms[0]);
     expect_silence(NULL, "a transform at an offset");
 }
 
-static void test_formats(void **state)
+TEST(test_formats)
 {
-    (void)state;
     uint16_t indices[3 * SOUP_TRIANGLES];
     int16_t vertices[3 * SOUP_TRIANGLES][4];
     for (uint32_t i = 0; i < 3 * SOUP_TRIANGLES; i++) {
@@ -88,26 +76,17 @@ static void test_formats(void **state)
     assert_int_equal(tally.all, 0);
 }
 
-static void test_update(void **state)
+TEST(test_update)
 {
-    (void)state;
     struct subject source;
     float before[9 * SOUP_TRIANGLES];
-    for (int i = 0; i < 9 * SOUP_TRIANGLES; i++)
-        before[i] = 11 - soup_vertices[i];
-    subject_begin(&source);
-    subject_triangles(&source, before, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
-    source.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
-    subject.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    subject_update(&source, &subject, before);
     expect_silence(&source, "an update");
 }
 
 /* Boxes are met but for rays that end or begin at a face. */
-static void test_boxes(void **state)
+TEST(test_boxes)
 {
-    (void)state;
     VkAabbPositionsKHR boxes[BOXES];
     boxes_fill(boxes);
     subject_begin(&subject);
@@ -125,11 +104,9 @@ static void expect_defect(const char *name, enum difference difference, enum jud
         assert_true(tally.counts[difference][reason] > 0);
 }
 
-static void test_ring(void **state)
+TEST(test_ring)
 {
-    (void)state;
-    subject_begin(&subject);
-    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+    subject_ring(&subject);
     expect_defect("a closed fan", DIFFERENCE_MISSED, REASON_SHARED);
     expect_defect("a closed fan", DIFFERENCE_DOUBLE, REASON_SHARED);
     assert_true(tally.once > RAYS / 4);
@@ -138,9 +115,8 @@ static void test_ring(void **state)
 }
 
 /* What isn't at a shared edge or vertex is right. */
-static void test_sphere(void **state)
+TEST(test_sphere)
 {
-    (void)state;
     enum { RINGS = 60, SEGMENTS = 120 };
     static float vertices[RINGS + 1][SEGMENTS][3];
     static uint32_t indices[RINGS * SEGMENTS][6];
@@ -166,27 +142,19 @@ static void test_sphere(void **state)
                                     tally.counts[DIFFERENCE_DOUBLE][REASON_SHARED]);
 }
 
-static void test_first_vertex(void **state)
+TEST(test_first_vertex)
 {
-    (void)state;
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES / 2);
-    subject.ranges[0].firstVertex = 30;
+    subject_first_vertex(&subject);
     expect_defect("firstVertex", DIFFERENCE_MISSED, REASON_MEETS);
     expect_defect("firstVertex", DIFFERENCE_EXTRA, REASON_PASSES);
     expect_defect("firstVertex", DIFFERENCE_PRIMITIVE, REASON_PASSES);
 }
 
-static void test_inactive(void **state)
+TEST(test_inactive)
 {
-    (void)state;
     VkAabbPositionsKHR boxes[BOXES];
     float vertices[9 * SOUP_TRIANGLES];
-    memcpy(vertices, soup_vertices, sizeof(vertices));
-    for (int i = 1; i <= 3; i++)
-        vertices[9 * SOUP_TRIANGLES - 3 * i] = NAN;
-    subject_begin(&subject);
-    subject_triangles(&subject, vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_inactive(&subject, vertices);
     expect_defect("the last triangle inactive", DIFFERENCE_MISSED, REASON_MEETS);
     boxes_fill(boxes);
     boxes[13].minX = NAN;
@@ -196,20 +164,12 @@ static void test_inactive(void **state)
     expect_defect("a box inactive", DIFFERENCE_MISSED, REASON_LIMIT);
 }
 
-static int open_bench(void **state)
+const char *unit_test_open(const char *argument)
 {
-    return bench_begin_tests(state, &bench, kind);
+    return bench_open_tests(argument, BENCH_QUERIES, BENCH_PIPELINES);
 }
 
-int main(int argc, char **argv)
+void unit_test_close(void)
 {
-    kind = bench_wants_pipelines(argc, argv) ? BENCH_PIPELINES : BENCH_QUERIES;
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ranges),       cmocka_unit_test(test_transform),
-        cmocka_unit_test(test_formats),      cmocka_unit_test(test_update),
-        cmocka_unit_test(test_boxes),        cmocka_unit_test(test_ring),
-        cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_sphere),
-        cmocka_unit_test(test_inactive),
-    };
-    return cmocka_run_group_tests(tests, open_bench, bench_end_tests);
+    bench_close();
 }

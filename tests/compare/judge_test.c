@@ -2,13 +2,8 @@
 /* The judge by itself: answers that are right are never blamed, and each mistake is called what it
  * is. The answers are made from the reference's own candidates. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "src/compare/top.h"
 #include "src/compare/vertex_ring.h"
@@ -66,8 +61,8 @@ static void open_case(void)
 {
     copy = input_copy_create(&subject.input);
     assert_non_null(copy);
-    assert_int_equal(reference_open(copy, &reference), VK_SUCCESS);
-    assert_int_equal(rays_create(&reference, RAYS, &rays), VK_SUCCESS);
+    GET(reference_open(copy, &reference));
+    GET(rays_create(&reference, RAYS, &rays));
     assert_int_equal(rays.count, RAYS);
     answer_all(&(struct trace_scene){.structure = reference.structure, .accuracy = TRACE_EXACT},
                rays.rays, RAYS);
@@ -82,16 +77,23 @@ static void close_case(void)
 
 static void open_soup(void)
 {
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     open_case();
 }
 
 static void open_ring(void)
 {
-    subject_begin(&subject);
-    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+    subject_ring(&subject);
     open_case();
+}
+
+/* No answer is blamed. Returns how many fans are met once. */
+static uint32_t expect_all_right(void)
+{
+    struct tally tally;
+    tally_judge(&tally, &reference, &rays, answers);
+    assert_int_equal(tally.all, 0);
+    return tally.once;
 }
 
 /* Each answer is changed for the worse; all that is said is this difference, and often. */
@@ -109,34 +111,27 @@ static void expect(void (*change)(struct compare_answer *answer, uint32_t ray),
     close_case();
 }
 
-static void test_right_answers(void **state)
+TEST(test_right_answers)
 {
-    (void)state;
     VkAabbPositionsKHR boxes[BOXES];
     struct tally tally;
     open_soup();
-    tally_judge(&tally, &reference, &rays, answers);
-    assert_int_equal(tally.all, 0);
-    assert_int_equal(tally.once, 0);
+    assert_int_equal(expect_all_right(), 0);
     close_case();
     open_ring();
-    tally_judge(&tally, &reference, &rays, answers);
-    assert_int_equal(tally.all, 0);
-    assert_true(tally.once > RAYS / 4);
+    assert_true(expect_all_right() > RAYS / 4);
     close_case();
     boxes_fill(boxes);
     boxes[4].minX = NAN;
     subject_begin(&subject);
     subject_boxes(&subject, boxes, BOXES);
     open_case();
-    tally_judge(&tally, &reference, &rays, answers);
-    assert_int_equal(tally.all, 0);
+    expect_all_right();
     for (uint32_t i = 0; i < RAYS; i++) /* more boxes than are met are allowed */
         if (answers[i].candidate_count == 0)
             answers[i].candidates[answers[i].candidate_count++] =
                 (struct compare_hit){.kind = COMPARE_HIT | COMPARE_AABB, .primitive = 7};
-    tally_judge(&tally, &reference, &rays, answers);
-    assert_int_equal(tally.all, 0);
+    expect_all_right();
     for (uint32_t i = 0; i < RAYS; i++) /* but no inactive ones */
         answers[i].candidates[answers[i].candidate_count++] =
             (struct compare_hit){.kind = COMPARE_HIT | COMPARE_AABB, .primitive = 4};
@@ -146,10 +141,8 @@ static void test_right_answers(void **state)
 }
 
 /* A driver that errs by some roundings, and tells the same candidate from both sides of an edge. */
-static void test_rounded_answers(void **state)
+TEST(test_rounded_answers)
 {
-    (void)state;
-    struct tally tally;
     open_soup();
     for (uint32_t i = 0; i < RAYS; i++) {
         struct compare_answer *answer = &answers[i];
@@ -158,23 +151,21 @@ static void test_rounded_answers(void **state)
         answer->closest.t *= 1 + 0x1p-20f;
         answer->closest.u += 0x1p-20f;
     }
-    tally_judge(&tally, &reference, &rays, answers);
-    assert_int_equal(tally.all, 0);
+    expect_all_right();
     close_case();
 }
 
-static void drop(struct compare_answer *answer, uint32_t ray)
-{
-    (void)ray;
-    answer->candidate_count = 0;
-    answer->closest = (struct compare_hit){0};
-}
+/* A change of an answer, whichever the ray. */
+#define CHANGE(name, statement)                                                                    \
+    static void name(struct compare_answer *answer, uint32_t ray)                                  \
+    {                                                                                              \
+        statement;                                                                                 \
+    }
 
-static void drop_closest(struct compare_answer *answer, uint32_t ray)
-{
-    (void)ray;
-    answer->closest = (struct compare_hit){0};
-}
+CHANGE(drop_closest, answer->closest = (struct compare_hit){0})
+CHANGE(drop, answer->candidate_count = 0; drop_closest(answer, ray))
+CHANGE(shift, answer->closest.t *= 1.01f)
+CHANGE(turn, answer->closest.kind ^= COMPARE_FRONT)
 
 /* All of the fan that the ray is aimed at. */
 static void add_ring(struct compare_answer *answer, uint32_t ray)
@@ -193,7 +184,6 @@ static void add_ring(struct compare_answer *answer, uint32_t ray)
 
 static void add_far(struct compare_answer *answer, uint32_t ray)
 {
-    (void)ray;
     struct compare_hit hit = answer->closest;
     hit.primitive = (hit.primitive + 50) % SOUP_TRIANGLES;
     for (uint32_t i = 0; i < answer->candidate_count; i++)
@@ -204,51 +194,39 @@ static void add_far(struct compare_answer *answer, uint32_t ray)
 
 static void rename_all(struct compare_answer *answer, uint32_t ray)
 {
-    (void)ray;
     for (uint32_t i = 0; i < answer->candidate_count; i++)
         answer->candidates[i].primitive += SOUP_TRIANGLES;
     answer->closest.primitive += SOUP_TRIANGLES;
 }
 
-static void shift(struct compare_answer *answer, uint32_t ray)
-{
-    (void)ray;
-    answer->closest.t *= 1.01f;
-}
-
-static void turn(struct compare_answer *answer, uint32_t ray)
-{
-    (void)ray;
-    answer->closest.kind ^= COMPARE_FRONT;
-}
-
 static void swap(struct compare_answer *answer, uint32_t ray)
 {
-    (void)ray;
     float u = answer->closest.u;
     answer->closest.u = answer->closest.v;
     answer->closest.v = u;
 }
 
-static void test_mistakes(void **state)
+TEST(test_mistakes)
 {
-    (void)state;
-    open_soup();
-    expect(drop, DIFFERENCE_MISSED, REASON_MEETS);
-    open_soup();
-    expect(drop_closest, DIFFERENCE_MISSED, REASON_MEETS);
-    open_ring();
-    expect(add_ring, DIFFERENCE_DOUBLE, REASON_SHARED);
-    open_soup();
-    expect(add_far, DIFFERENCE_EXTRA, REASON_PASSES);
-    open_soup();
-    expect(rename_all, DIFFERENCE_PRIMITIVE, REASON_NO_SUCH);
-    open_soup();
-    expect(shift, DIFFERENCE_DISTANCE, REASON_MEETS);
-    open_soup();
-    expect(turn, DIFFERENCE_FACING, REASON_MEETS);
-    open_soup();
-    expect(swap, DIFFERENCE_BARYCENTRICS, REASON_MEETS);
+    static const struct {
+        void (*open)(void);
+        void (*change)(struct compare_answer *answer, uint32_t ray);
+        enum difference difference;
+        enum judge_reason reason;
+    } mistakes[] = {
+        {open_soup, drop, DIFFERENCE_MISSED, REASON_MEETS},
+        {open_soup, drop_closest, DIFFERENCE_MISSED, REASON_MEETS},
+        {open_ring, add_ring, DIFFERENCE_DOUBLE, REASON_SHARED},
+        {open_soup, add_far, DIFFERENCE_EXTRA, REASON_PASSES},
+        {open_soup, rename_all, DIFFERENCE_PRIMITIVE, REASON_NO_SUCH},
+        {open_soup, shift, DIFFERENCE_DISTANCE, REASON_MEETS},
+        {open_soup, turn, DIFFERENCE_FACING, REASON_MEETS},
+        {open_soup, swap, DIFFERENCE_BARYCENTRICS, REASON_MEETS},
+    };
+    for (size_t i = 0; i < sizeof(mistakes) / sizeof(mistakes[0]); i++) {
+        mistakes[i].open();
+        expect(mistakes[i].change, mistakes[i].difference, mistakes[i].reason);
+    }
 }
 
 /* ---- instances */
@@ -280,9 +258,8 @@ static uint32_t judge_top(const struct top_reference *top, const struct top_rays
     return count;
 }
 
-static void test_instances(void **state)
+TEST(test_instances)
 {
-    (void)state;
     struct top_instance instances[3] = {
         {.given = {.transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}},
         {.given = {.transform.matrix = {{0, -2, 0, 50}, {2, 0, 0, 0}, {0, 0, 3, 7}},
@@ -292,15 +269,14 @@ static void test_instances(void **state)
     };
     struct top_reference top;
     struct top_rays top_rays;
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     copy = input_copy_create(&subject.input);
     assert_non_null(copy);
     const struct input_copy *bottoms[1] = {copy};
     const struct top_input input = {
         .count = 3, .bottom_count = 1, .instances = instances, .bottoms = bottoms};
-    assert_int_equal(top_reference_open(&input, &top), VK_SUCCESS);
-    assert_int_equal(top_rays_create(&top, RAYS, &top_rays), VK_SUCCESS);
+    GET(top_reference_open(&input, &top));
+    GET(top_rays_create(&top, RAYS, &top_rays));
     assert_int_equal(top_rays.count, RAYS);
     answer_top(&top, &top_rays);
     assert_int_equal(judge_top(&top, &top_rays, DIFFERENCE_COUNT), 0);
@@ -319,14 +295,8 @@ static void test_instances(void **state)
     input_copy_free(copy);
 }
 
-int main(void)
+const char *unit_test_open(const char *argument)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_right_answers),
-        cmocka_unit_test(test_rounded_answers),
-        cmocka_unit_test(test_mistakes),
-        cmocka_unit_test(test_instances),
-    };
     soup_fill();
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return NULL;
 }

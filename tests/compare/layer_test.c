@@ -2,20 +2,13 @@
 /* The layer compares what an application builds on lavapipe: which messages come, and that none
  * comes where the driver is right. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "bench.h"
 #include "layer/compare/structures.h"
 
-static struct bench bench;
-static enum bench_kind kind;
 static struct subject subject;
 
 /* Builds on the application's queue, in memory of its own; `source` as in bench_compare(). */
@@ -24,17 +17,16 @@ static void build(const struct subject *source)
     const struct compare_device *device = &bench.compare;
     struct compare_structure structure = {0}, update = {0};
     const struct subject *first = source ? source : &subject;
-    VkCommandBuffer commands = bench_begin(&bench);
-    assert_int_equal(compare_structure_create(device, &first->input, NULL, &structure), VK_SUCCESS);
+    VkCommandBuffer commands = bench_begin();
+    GET(compare_structure_create(device, &first->input, NULL, &structure));
     compare_structure_build(device, commands, &first->input, NULL, &structure);
     if (source) {
-        assert_int_equal(compare_structure_create(device, &subject.input, &structure, &update),
-                         VK_SUCCESS);
+        GET(compare_structure_create(device, &subject.input, &structure, &update));
         compare_structure_build(device, commands, &subject.input, &structure, &update);
     }
     bench.heard = (struct heard){0};
-    bench_submit(&bench, commands);
-    bench_finish(&bench, commands);
+    bench_submit(commands);
+    bench_finish(commands);
     compare_structure_free(device, &update);
     compare_structure_free(device, &structure);
 }
@@ -58,91 +50,62 @@ static void expect_defect(enum difference difference, const char *words)
         fail_msg("\"%s\" is not in: %s", words, bench.heard.texts[difference]);
 }
 
-static void test_right(void **state)
+TEST(test_right)
 {
-    (void)state;
     struct subject source;
     float before[9 * SOUP_TRIANGLES];
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     expect_silence(NULL);
     subject.ranges[0] = (VkAccelerationStructureBuildRangeInfoKHR){50, 36 * 5, 0, 0};
     subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, 20);
     expect_silence(NULL);
 
-    for (int i = 0; i < 9 * SOUP_TRIANGLES; i++)
-        before[i] = 11 - soup_vertices[i];
-    subject_begin(&source);
-    subject_triangles(&source, before, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
-    source.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
-    subject.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    subject_update(&source, &subject, before);
     expect_silence(&source);
 }
 
-static void test_ring(void **state)
+TEST(test_ring)
 {
-    (void)state;
-    subject_begin(&subject);
-    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+    subject_ring(&subject);
     expect_defect(DIFFERENCE_MISSED,
                   "By exact arithmetic the ray meets exactly one of the triangles that share");
     expect_defect(DIFFERENCE_DOUBLE, "pInfos[0].pGeometries[0] primitive ");
 }
 
-static void test_first_vertex(void **state)
+TEST(test_first_vertex)
 {
-    (void)state;
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES / 2);
-    subject.ranges[0].firstVertex = 30;
+    subject_first_vertex(&subject);
     expect_defect(DIFFERENCE_MISSED, "the ray meets the primitive, away from its boundary");
-    expect_defect(DIFFERENCE_EXTRA, "passes the primitive that the driver names");
-    expect_defect(DIFFERENCE_PRIMITIVE, "in another's place");
+    expect_defect(DIFFERENCE_EXTRA, "misses the primitive that the driver reports");
+    expect_defect(DIFFERENCE_PRIMITIVE, "in place of another");
 }
 
-static void test_inactive(void **state)
+TEST(test_inactive)
 {
-    (void)state;
     float vertices[9 * SOUP_TRIANGLES];
-    memcpy(vertices, soup_vertices, sizeof(vertices));
-    for (int i = 1; i <= 3; i++)
-        vertices[9 * SOUP_TRIANGLES - 3 * i] = NAN;
-    subject_begin(&subject);
-    subject_triangles(&subject, vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_inactive(&subject, vertices);
     expect_defect(DIFFERENCE_MISSED, "Driver: no hit");
 }
 
-static void test_boxes(void **state)
+TEST(test_boxes)
 {
-    (void)state;
     VkAabbPositionsKHR boxes[BOXES];
     boxes_fill(boxes);
     subject_begin(&subject);
     subject_boxes(&subject, boxes, BOXES);
-    expect_defect(DIFFERENCE_MISSED, "the box is met at tmin or tmax itself, which counts");
+    expect_defect(DIFFERENCE_MISSED,
+                  "the ray meets the box at tmin or tmax, which counts as a hit");
     assert_true(bench.heard.count <= 1);
 }
 
 static void copy_structure(VkCommandBuffer commands, const struct compare_structure *from,
                            const struct compare_structure *to)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = from->handle,
-        .dst = to->handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
-    };
+    const VkCopyAccelerationStructureInfoKHR info =
+        MAKE(VkCopyAccelerationStructureInfoKHR, .src = from->handle, .dst = to->handle,
+             .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     bench.vk.CmdCopyAccelerationStructureKHR(commands, &info);
-    bench.vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-                                VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1,
-                                &barrier, 0, NULL, 0, NULL);
+    commands_barrier(&bench.vk, commands);
 }
 
 /* Of two instances of the subject, or of a copy of it, one of them turned and larger, and an
@@ -158,15 +121,12 @@ static void build_top(bool array_of_pointers, bool is_copied)
     const struct compare_instances top = {
         .count = 3, .instances = instances, .array_of_pointers = array_of_pointers};
     struct compare_structure bottom = {0}, copy = {0}, structure = {0};
-    VkCommandBuffer commands = bench_begin(&bench);
-    assert_int_equal(compare_structure_create(device, &subject.input, NULL, &bottom), VK_SUCCESS);
-    assert_int_equal(compare_structure_create(device, &subject.input, NULL, &copy), VK_SUCCESS);
-    assert_int_equal(compare_structure_create_top(device, &top, &structure), VK_SUCCESS);
-    const VkAccelerationStructureDeviceAddressInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = is_copied ? copy.handle : bottom.handle,
-    };
-    uint64_t address = bench.vk.GetAccelerationStructureDeviceAddressKHR(bench.device, &info);
+    VkCommandBuffer commands = bench_begin();
+    GET(compare_structure_create(device, &subject.input, NULL, &bottom));
+    GET(compare_structure_create(device, &subject.input, NULL, &copy));
+    GET(compare_structure_create_top(device, &top, &structure));
+    const uint64_t address =
+        structure_address(&bench.vk, bench.device, is_copied ? copy.handle : bottom.handle);
     for (uint32_t i = 0; i < 3; i++)
         compare_structure_set_instance(&structure, &top, i, i < 2 ? address : 0, 5);
     compare_structure_build(device, commands, &subject.input, NULL, &bottom);
@@ -174,51 +134,41 @@ static void build_top(bool array_of_pointers, bool is_copied)
         copy_structure(commands, &bottom, &copy);
     compare_structure_build_top(device, commands, &structure);
     bench.heard = (struct heard){0};
-    bench_submit(&bench, commands);
-    bench_finish(&bench, commands);
+    bench_submit(commands);
+    bench_finish(commands);
     compare_structure_free(device, &structure);
     compare_structure_free(device, &copy);
     compare_structure_free(device, &bottom);
 }
 
-static void test_top(void **state)
+TEST(test_top)
 {
-    (void)state;
-    subject_begin(&subject);
-    subject_triangles(&subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(&subject);
     for (int kinds = 0; kinds < 4; kinds++) {
         build_top(kinds & 1, kinds & 2);
         if (bench.heard.count)
             fail_msg("%s", bench.heard.last);
     }
-    subject_begin(&subject);
-    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+    subject_ring(&subject);
     for (int kinds = 0; kinds < 4; kinds++) {
         build_top(kinds & 1, kinds & 2);
         if (!strstr(bench.driver, "Mesa 25.0.7"))
             continue;
         assert_int_equal(bench.heard.counts[DIFFERENCE_DOUBLE], 2);
-        if (!strstr(bench.heard.texts[DIFFERENCE_DOUBLE],
-                    "pInfos[0] makes a TLAS of which instance"))
+        if (!strstr(bench.heard.texts[DIFFERENCE_DOUBLE], "pInfos[0] makes a TLAS whose instance"))
             fail_msg("%s", bench.heard.texts[DIFFERENCE_DOUBLE]);
     }
 }
 
-static int open_bench(void **state)
+const char *unit_test_open(const char *argument)
 {
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "4096", 1);
     setenv("VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT", "false", 1);
-    return bench_begin_tests(state, &bench, kind);
+    return bench_open_tests(argument, BENCH_LAYER, BENCH_LAYER_PIPELINES);
 }
 
-int main(int argc, char **argv)
+void unit_test_close(void)
 {
-    kind = bench_wants_pipelines(argc, argv) ? BENCH_LAYER_PIPELINES : BENCH_LAYER;
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_right),        cmocka_unit_test(test_ring),
-        cmocka_unit_test(test_first_vertex), cmocka_unit_test(test_inactive),
-        cmocka_unit_test(test_boxes),        cmocka_unit_test(test_top),
-    };
-    return cmocka_run_group_tests(tests, open_bench, bench_end_tests);
+    bench_close();
 }

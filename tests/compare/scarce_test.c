@@ -2,14 +2,9 @@
 /* Comparing with memory running out: each allocation of the layer fails in turn, from the
  * submission of an update to the end of the device. Nothing crashes or leaks, and nothing is said
  * of the driver that isn't true. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "../scarce/injector.h"
 #include "bench.h"
@@ -29,39 +24,30 @@ static void expect_truth(const struct heard *heard, unsigned failing)
 /* A fan is built and updated. False once there are fewer allocations. */
 static bool live(unsigned failing)
 {
-    static struct bench bench;
     struct subject subject;
     struct compare_structure structure = {0}, update = {0};
-    subject_begin(&subject);
-    subject_triangles(&subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+    subject_ring(&subject);
     subject.parameters.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
-    const char *lacks = bench_open(&bench, BENCH_LAYER);
-    if (lacks) {
-        print_message("skipped: %s\n", lacks);
-        exit(77);
-    }
+    assert_null(bench_open(BENCH_LAYER));
     const struct compare_device *device = &bench.compare;
-    VkCommandBuffer commands = bench_begin(&bench);
-    assert_int_equal(compare_structure_create(device, &subject.input, NULL, &structure),
-                     VK_SUCCESS);
-    assert_int_equal(compare_structure_create(device, &subject.input, &structure, &update),
-                     VK_SUCCESS);
+    VkCommandBuffer commands = bench_begin();
+    GET(compare_structure_create(device, &subject.input, NULL, &structure));
+    GET(compare_structure_create(device, &subject.input, &structure, &update));
     compare_structure_build(device, commands, &subject.input, NULL, &structure);
     compare_structure_build(device, commands, &subject.input, &structure, &update);
-    bench_submit(&bench, commands);
+    bench_submit(commands);
     injector_fail_at(failing);
-    bench_finish(&bench, commands);
+    bench_finish(commands);
     compare_structure_free(device, &update);
     compare_structure_free(device, &structure);
-    bench_close(&bench);
+    bench_close();
     expect_truth(&bench.heard, failing);
     assert_int_equal(injector_live(), 0);
     return injector_failed() != 0;
 }
 
-static void test_each_allocation(void **state)
+TEST(test_each_allocation)
 {
-    (void)state;
     unsigned failing = 1;
     live(0);
     assert_true(injector_watch(LAYER_LIBRARY));
@@ -71,10 +57,11 @@ static void test_each_allocation(void **state)
     assert_true(failing > 20);
 }
 
-int main(void)
+const char *unit_test_open(const char *argument)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_each_allocation)};
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "64", 1);
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    const char *lacks = bench_open(BENCH_LAYER);
+    bench_close();
+    return lacks;
 }

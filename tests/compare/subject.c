@@ -2,13 +2,9 @@
 /* Inputs and tallies. */
 #include "subject.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
+#include <math.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
+#include <string.h>
 
 #include "src/compare/vertex_ring.h"
 
@@ -39,7 +35,6 @@ void boxes_fill(VkAabbPositionsKHR boxes[BOXES])
 
 static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
-    (void)context;
     *bytes = (const void *)(uintptr_t)address;
     return size;
 }
@@ -48,11 +43,9 @@ void subject_begin(struct subject *subject)
 {
     *subject = (struct subject){.memory = {.find = find}};
     subject->input = (struct compare_input){&subject->parameters, &subject->memory};
-    subject->parameters.info = (VkAccelerationStructureBuildGeometryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .pGeometries = subject->geometries,
-    };
+    subject->parameters.info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                                    .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                    .pGeometries = subject->geometries);
     subject->parameters.geometries = subject->geometries;
     subject->parameters.ranges = subject->ranges;
 }
@@ -69,31 +62,63 @@ static void add(struct subject *subject, const VkAccelerationStructureGeometryKH
 void subject_triangles(struct subject *subject, const float *vertices, uint32_t vertex_count,
                        const uint32_t *indices, uint32_t triangle_count)
 {
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles =
-            {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-             .vertexData.hostAddress = vertices,
-             .vertexStride = 3 * sizeof(float),
-             .maxVertex = vertex_count - 1,
-             .indexType = indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
-             .indexData.hostAddress = indices},
-    };
+    const VkAccelerationStructureGeometryKHR geometry =
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+             .geometry.triangles = MAKE(
+                 VkAccelerationStructureGeometryTrianglesDataKHR,
+                 .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.hostAddress = vertices,
+                 .vertexStride = 3 * sizeof(float), .maxVertex = vertex_count - 1,
+                 .indexType = indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
+                 .indexData.hostAddress = indices));
     add(subject, &geometry, triangle_count);
+}
+
+void subject_soup(struct subject *subject)
+{
+    subject_begin(subject);
+    subject_triangles(subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+}
+
+void subject_ring(struct subject *subject)
+{
+    subject_begin(subject);
+    subject_triangles(subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+}
+
+void subject_first_vertex(struct subject *subject)
+{
+    subject_begin(subject);
+    subject_triangles(subject, soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES / 2);
+    subject->ranges[0].firstVertex = 30;
+}
+
+void subject_inactive(struct subject *subject, float vertices[9 * SOUP_TRIANGLES])
+{
+    memcpy(vertices, soup_vertices, sizeof(soup_vertices));
+    for (int i = 1; i <= 3; i++)
+        vertices[9 * SOUP_TRIANGLES - 3 * i] = NAN;
+    subject_begin(subject);
+    subject_triangles(subject, vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+}
+
+void subject_update(struct subject *source, struct subject *subject,
+                    float before[9 * SOUP_TRIANGLES])
+{
+    for (int i = 0; i < 9 * SOUP_TRIANGLES; i++)
+        before[i] = 11 - soup_vertices[i];
+    subject_begin(source);
+    subject_triangles(source, before, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
+    subject_soup(subject);
+    source->parameters.info.flags = subject->parameters.info.flags =
+        VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
 }
 
 void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uint32_t count)
 {
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-        .geometry.aabbs = {.sType =
-                               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-                           .data.hostAddress = boxes,
-                           .stride = sizeof(*boxes)},
-    };
+    const VkAccelerationStructureGeometryKHR geometry =
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+             .geometry.aabbs = MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
+                                    .data.hostAddress = boxes, .stride = sizeof(*boxes)));
     add(subject, &geometry, count);
 }
 

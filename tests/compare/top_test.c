@@ -2,22 +2,15 @@
 /* Top-level builds on lavapipe, compared without the layer: instances of separate triangles and
  * boxes are right, and what is wrong of a BLAS is found through an instance, too. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "bench.h"
 #include "src/compare/top.h"
 
 enum { RAYS = 4096, BOTTOMS = 3, INSTANCES = 9 };
 
-static struct bench bench;
-static enum bench_kind kind;
 static struct tally tally;
 static struct input_copy *bottoms[BOTTOMS]; /* separate triangles, boxes, a closed fan */
 
@@ -55,7 +48,7 @@ static void trace(const struct top_input *input, const struct top_rays *rays,
         .rays = rays->rays,
         .answers = answers,
     };
-    assert_int_equal(tracer_run(bench.tracer, &job), VK_SUCCESS);
+    GET(tracer_run(bench.tracer, &job));
 }
 
 static void compare(const struct top_instance *instances, uint32_t count, bool array_of_pointers)
@@ -67,8 +60,8 @@ static void compare(const struct top_instance *instances, uint32_t count, bool a
                                     .bottoms = (const struct input_copy *const *)bottoms};
     struct top_reference reference;
     struct top_rays rays;
-    assert_int_equal(top_reference_open(&input, &reference), VK_SUCCESS);
-    assert_int_equal(top_rays_create(&reference, RAYS, &rays), VK_SUCCESS);
+    GET(top_reference_open(&input, &reference));
+    GET(top_rays_create(&reference, RAYS, &rays));
     struct compare_answer *answers = calloc(rays.count + 1ull, sizeof(*answers));
     assert_non_null(answers);
     if (rays.count)
@@ -87,9 +80,8 @@ static void compare(const struct top_instance *instances, uint32_t count, bool a
     top_reference_close(&reference);
 }
 
-static void test_right(void **state)
+TEST(test_right)
 {
-    (void)state;
     struct top_instance instances[INSTANCES] = {
         {instance_of(0, 1, 0), 0},
         {instance_of(0.5f, 2, 30), 0},
@@ -116,9 +108,8 @@ static void test_right(void **state)
     assert_int_equal(tally.rays, 0);
 }
 
-static void test_ring(void **state)
+TEST(test_ring)
 {
-    (void)state;
     const struct top_instance instances[2] = {{instance_of(0.5f, 2, 10), 2},
                                               {instance_of(1, 1, -10), 2}};
     compare(instances, 2, false);
@@ -128,11 +119,13 @@ static void test_ring(void **state)
                                     tally.counts[DIFFERENCE_DOUBLE][REASON_SHARED]);
 }
 
-static int open_bench(void **state)
+const char *unit_test_open(const char *argument)
 {
     struct subject subjects[BOTTOMS];
     VkAabbPositionsKHR boxes[BOXES];
-    const int result = bench_begin_tests(state, &bench, kind);
+    const char *lacks = bench_open_tests(argument, BENCH_QUERIES, BENCH_PIPELINES);
+    if (lacks)
+        return lacks;
     boxes_fill(boxes);
     for (int i = 0; i < BOTTOMS; i++)
         subject_begin(&subjects[i]);
@@ -143,22 +136,12 @@ static int open_bench(void **state)
         bottoms[i] = input_copy_create(&subjects[i].input);
         assert_non_null(bottoms[i]);
     }
-    return result;
+    return NULL;
 }
 
-static int close_bench(void **state)
+void unit_test_close(void)
 {
     for (int i = 0; i < BOTTOMS; i++)
         input_copy_free(bottoms[i]);
-    return bench_end_tests(state);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_right),
-        cmocka_unit_test(test_ring),
-    };
-    kind = bench_wants_pipelines(argc, argv) ? BENCH_PIPELINES : BENCH_QUERIES;
-    return cmocka_run_group_tests(tests, open_bench, close_bench);
+    bench_close();
 }

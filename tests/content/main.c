@@ -9,17 +9,12 @@
 
 #include "play.h"
 #include "texts.h"
+#include "wording.h"
 
-static const struct case_list *const lists[] = {&cases_content,
-                                                &cases_content_update,
-                                                &cases_indirect_contents,
-                                                &cases_instance_addresses,
-                                                &cases_instances,
-                                                &cases_motion_instances,
-                                                &cases_radii,
-                                                &cases_micromap_contents,
-                                                &cases_disabling,
-                                                &cases_nv_contents};
+#define LIST(name) &cases_##name,
+static const struct case_list *const lists[] = {
+#include "lists_of_content_test.def"
+};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {
@@ -31,15 +26,6 @@ struct run {
     uint64_t known;
     bool fired[MESSAGE_ID_COUNT], stayed_silent[MESSAGE_ID_COUNT];
 };
-
-static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
-
-static void write_result(struct run *run, const char *name, enum build_command command,
-                         const char *id, bool good, const char *word)
-{
-    fprintf(run->tally.results, "%s\t%s\t%s\t%s\t%s\n", run->platform.name, name,
-            command_words[command], id, good ? word : "failed");
-}
 
 static void write_results(struct run *run, const char *name, const struct content_play *play)
 {
@@ -58,29 +44,24 @@ static void write_results(struct run *run, const char *name, const struct conten
         const char *id = rule_id(test_case->rules[i], play->variant->command);
         if (vuid_is_warning(rule_infos[test_case->rules[i]].vuid[play->variant->command]))
             continue; /* scripts/coverage counts the registry's ids */
+        const bool stayed_silent = report->stayed_silent && (report->fired || !is_silent);
         if (!is_silent)
-            write_result(run, name, play->variant->command, id, report->fired, "fired");
-        write_result(run, name, play->variant->command, id,
-                     report->stayed_silent && (report->fired || !is_silent), "silent");
+            tally_write(&run->tally, &run->platform, name, play->variant->command, id,
+                        report->fired ? "fired" : "failed");
+        tally_write(&run->tally, &run->platform, name, play->variant->command, id,
+                    stayed_silent ? "silent" : "failed");
     }
 }
 
-static void play_one(struct run *run, const struct case_list *list,
-                     const struct test_case *test_case, uint32_t index)
+static void play_variant(struct run *run, const struct case_list *list,
+                         const struct test_case *test_case, uint32_t index)
 {
     const struct variant *variant = &variants[index];
     char name[256];
 
     snprintf(name, sizeof(name), "%s.%s/%s", list->name, test_case->name, variant->name);
-    if (!variant_fits(variant, &run->platform, test_case) ||
-        (run->tally.filter != NULL && strstr(name, run->tally.filter) == NULL))
+    if (!variant_fits(variant, &run->platform, test_case) || !tally_starts(&run->tally, name))
         return;
-    if (run->tally.list) {
-        puts(name);
-        return;
-    }
-    if (run->tally.verbose)
-        printf("[ RUN      ] %s\n", name);
     const struct content_play play = {.play = {.platform = &run->platform,
                                                .test_case = test_case,
                                                .command = variant->command,
@@ -97,6 +78,20 @@ static void play_one(struct run *run, const struct case_list *list,
         run->known |= UINT64_C(1) << index;
     write_results(run, name, &play);
     tally_count(&run->tally, run->report.outcome, name, run->report.text);
+}
+
+/* Plays a case, and once more with its first rule muted if the message of that rule names others.
+ */
+static void play_one(struct run *run, const struct case_list *list,
+                     const struct test_case *test_case, uint32_t index)
+{
+    const struct play play = {.test_case = test_case, .command = variants[index].command};
+    struct muted_play muted;
+    play_variant(run, list, test_case, index);
+    if (variants[index].change == CHANGE_FOR_THE_BETTER || !wording_mute(&play, &muted))
+        return;
+    play_variant(run, list, &muted.test_case, index);
+    run->setup = NULL; /* `muted` ends here */
 }
 
 /* Those that read data, which at level content alone is done. */
@@ -128,18 +123,11 @@ int main(int argc, char **argv)
 {
     static struct run run;
 
-    if (argc < 2 || !tally_read_arguments(&run.tally, argc, argv)) {
-        fputs("usage: content_test " PLATFORM_NAMES
-              " [--filter NAME] [--list] [--verbose] [--results FILE]\n",
-              stderr);
-        return 2;
-    }
-    setvbuf(stdout, NULL, _IOLBF, 0);
-    const char *missing = platform_open(&run.platform, argv[1]);
-    if (missing != NULL) {
-        printf("[  SKIPPED ] %s: %s\n", argv[1], missing);
-        return 77;
-    }
+    const int status = tally_open(&run.tally, &run.platform, argc, argv,
+                                  "usage: content_test " PLATFORM_NAMES
+                                  " [--filter NAME] [--list] [--verbose] [--results FILE]\n");
+    if (status != 0)
+        return status;
     for (size_t i = 0; i < LIST_COUNT; i++)
         for (size_t j = 0; j < lists[i]->count; j++) {
             struct test_case test_case;

@@ -2,30 +2,18 @@
 /* Submissions of a scene's call. */
 #include "submission.h"
 
-SCENE_DESTROYS(destroy_fence, DestroyFence, VkFence)
-SCENE_DESTROYS(destroy_semaphore, DestroySemaphore, VkSemaphore)
+SCENE_CREATES(create_fence, Fence, VkFence, VkFenceCreateInfo)
+SCENE_CREATES(create_semaphore, Semaphore, VkSemaphore, VkSemaphoreCreateInfo)
 
-static void create_fence(struct scene *scene)
+static void create_fence_and_timeline(struct scene *scene)
 {
-    const VkFenceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    const VkDevice device = scene->fixture->device;
-
-    expect_success(scene->vk->CreateFence(device, &create_info, NULL, &scene->fence),
-                   "vkCreateFence");
-    scene_defer(scene, device, (uint64_t)scene->fence, destroy_fence);
-}
-
-static void create_timeline(struct scene *scene)
-{
+    const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     const VkSemaphoreTypeCreateInfo type = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
                                             .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
     const VkSemaphoreCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
                                                .pNext = &type};
-    const VkDevice device = scene->fixture->device;
-
-    expect_success(scene->vk->CreateSemaphore(device, &create_info, NULL, &scene->timeline),
-                   "vkCreateSemaphore");
-    scene_defer(scene, device, (uint64_t)scene->timeline, destroy_semaphore);
+    scene->fence = create_fence(scene, &fence_info);
+    scene->timeline = create_semaphore(scene, &create_info);
 }
 
 static VkQueue queue_of(const struct scene *scene)
@@ -48,10 +36,8 @@ void submission_prepare(struct scene *scene)
         scene->vk->CmdExecuteCommands(scene->command_buffer, 1, &recorded);
         scene_end(scene, scene->command_buffer);
     }
-    if (scene->fence == VK_NULL_HANDLE) {
-        create_fence(scene);
-        create_timeline(scene);
-    }
+    if (scene->fence == VK_NULL_HANDLE)
+        create_fence_and_timeline(scene);
 }
 
 void submission_begin(struct scene *scene)

@@ -19,34 +19,37 @@ enum { TRIANGLES = 3, FLOATS = 9, DATA_SIZE = TRIANGLES * FLOATS * sizeof(float)
 #define PUT_TO_SLEEP "03664"
 
 /* Three triangles, two structures for them, and commands that build from copies of their data. */
-struct scene {
+static struct {
     struct fixture_build host;
     struct device_build build;
     struct fixture_structure blas, other;
     VkCommandBuffer commands[2];
-};
+} scene;
 
-static void open_scene(struct scene *scene)
+static int open_scene(void **state)
 {
-    fixture_triangles(&scene->host, TRIANGLES,
-                      VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR);
-    scene->blas = fixture_create_for(fixture, &scene->host);
-    scene->other =
-        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene->blas.size);
-    device_build_create(&device, &scene->host, DATA_SIZE, &scene->build);
+    (void)state;
+    fixture_triangles(&scene.host, TRIANGLES, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR);
+    scene.blas = fixture_create_for(fixture, &scene.host);
+    scene.other =
+        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    device_build_create(&device, &scene.host, DATA_SIZE, &scene.build);
     for (int i = 0; i < 2; i++)
-        scene->commands[i] = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+        scene.commands[i] = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     messages_clear(&fixture->instance_fixture.messages);
+    return 0;
 }
 
-static void close_scene(struct scene *scene)
+static int close_scene(void **state)
 {
+    (void)state;
     fixture->vk.DeviceWaitIdle(fixture->device);
-    fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 2, scene->commands);
-    device_build_destroy(&device, &scene->build);
-    fixture_destroy(fixture, &scene->other);
-    fixture_destroy(fixture, &scene->blas);
-    fixture_free(&scene->host);
+    fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 2, scene.commands);
+    device_build_destroy(&device, &scene.build);
+    fixture_destroy(fixture, &scene.other);
+    fixture_destroy(fixture, &scene.blas);
+    fixture_free(&scene.host);
+    return 0;
 }
 
 /* Of the second triangle; in the host's data, or in what is copied when commands run. */
@@ -55,16 +58,16 @@ static void set_asleep(void *data, bool is_asleep)
     ((float *)data)[FLOATS] = is_asleep ? NAN : 1;
 }
 
-static void record(struct scene *scene, int commands, VkAccelerationStructureKHR src)
+static void record(int commands, VkAccelerationStructureKHR src)
 {
-    device_upload(&device, scene->commands[commands], &scene->build);
-    device_build(&device, scene->commands[commands], &scene->build, scene->blas.handle, src);
+    device_upload(&device, scene.commands[commands], &scene.build);
+    device_build(&device, scene.commands[commands], &scene.build, scene.blas.handle, src);
 }
 
-static void run(struct scene *scene, int commands)
+static void run(int commands)
 {
-    device_end(&device, scene->commands[commands]);
-    device_run(&device, scene->commands[commands]);
+    device_end(&device, scene.commands[commands]);
+    device_run(&device, scene.commands[commands]);
 }
 
 /* What came since the last time: one message, or none. */
@@ -79,92 +82,94 @@ static void expect(const char *id)
     messages_clear(messages);
 }
 
+static void build_by_the_host(VkAccelerationStructureKHR src)
+{
+    assert_int_equal(fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, src),
+                     VK_SUCCESS);
+}
+
+static void submit(int commands)
+{
+    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                               .commandBufferCount = 1,
+                               .pCommandBuffers = &scene.commands[commands]};
+    assert_int_equal(fixture->vk.QueueSubmit(device.queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
+}
+
+/* Behind the data that is copied, by the command itself. */
+static void update_with_a_sleeping_triangle(int commands, VkAccelerationStructureKHR src)
+{
+    const float asleep = NAN;
+    fixture->vk.CmdUpdateBuffer(scene.commands[commands], scene.build.data.handle,
+                                FLOATS * sizeof(float), sizeof(asleep), &asleep);
+    device_barrier(&device, scene.commands[commands]);
+    device_build(&device, scene.commands[commands], &scene.build, scene.blas.handle, src);
+}
+
 /* ---- tests */
 
 static void test_built_by_the_host(void **state)
 {
-    struct scene scene;
     (void)state;
-    open_scene(&scene);
-    assert_int_equal(
-        fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, VK_NULL_HANDLE),
-        VK_SUCCESS);
+    build_by_the_host(VK_NULL_HANDLE);
     set_asleep(scene.host.data, true);
-    record(&scene, 0, scene.blas.handle);
+    record(0, scene.blas.handle);
     expect(NULL);
-    run(&scene, 0);
+    run(0);
     expect(DEVICE PUT_TO_SLEEP);
-    close_scene(&scene);
 }
 
 static void test_updated_by_the_host(void **state)
 {
-    struct scene scene;
     (void)state;
-    open_scene(&scene);
     set_asleep(scene.host.data, true);
-    record(&scene, 0, VK_NULL_HANDLE);
-    run(&scene, 0);
+    record(0, VK_NULL_HANDLE);
+    run(0);
     expect(NULL);
-    assert_int_equal(
-        fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, scene.blas.handle),
-        VK_SUCCESS);
+    build_by_the_host(scene.blas.handle);
     expect(NULL);
     set_asleep(scene.host.data, false);
     fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, scene.blas.handle);
     expect(HOST WOKEN);
-    close_scene(&scene);
 }
 
 static void test_in_one_command_buffer(void **state)
 {
-    struct scene scene;
     (void)state;
-    open_scene(&scene);
-    const float asleep = NAN;
-    record(&scene, 0, VK_NULL_HANDLE);
-    fixture->vk.CmdUpdateBuffer(scene.commands[0], scene.build.data.handle, FLOATS * sizeof(float),
-                                sizeof(asleep), &asleep);
-    device_barrier(&device, scene.commands[0]);
-    device_build(&device, scene.commands[0], &scene.build, scene.blas.handle, scene.blas.handle);
+    record(0, VK_NULL_HANDLE);
+    update_with_a_sleeping_triangle(0, scene.blas.handle);
     expect(NULL);
-    run(&scene, 0);
+    run(0);
     expect(DEVICE PUT_TO_SLEEP);
     device_run(&device, scene.commands[0]);
     expect(DEVICE PUT_TO_SLEEP);
-    close_scene(&scene);
 }
 
 /* What was last built counts, not what was last updated. */
 static void test_updated_twice(void **state)
 {
-    struct scene scene;
     (void)state;
-    open_scene(&scene);
-    record(&scene, 0, VK_NULL_HANDLE);
-    run(&scene, 0);
+    record(0, VK_NULL_HANDLE);
+    run(0);
     set_asleep(scene.host.data, true);
-    record(&scene, 1, scene.blas.handle);
-    run(&scene, 1);
+    record(1, scene.blas.handle);
+    run(1);
     expect(DEVICE PUT_TO_SLEEP);
     device_run(&device, scene.commands[1]);
     expect(DEVICE PUT_TO_SLEEP);
     set_asleep(scene.build.staging.bytes, false);
     device_run(&device, scene.commands[1]);
     expect(NULL);
-    close_scene(&scene);
 }
 
 /* Each execution of the build has data of its own. */
 static void test_built_again_with_other_data(void **state)
 {
-    struct scene scene;
     (void)state;
-    open_scene(&scene);
-    record(&scene, 0, VK_NULL_HANDLE);
-    record(&scene, 1, scene.blas.handle);
-    run(&scene, 0);
-    run(&scene, 1);
+    record(0, VK_NULL_HANDLE);
+    record(1, scene.blas.handle);
+    run(0);
+    run(1);
     expect(NULL);
     set_asleep(scene.build.staging.bytes, true);
     device_run(&device, scene.commands[0]);
@@ -176,15 +181,14 @@ static void test_built_again_with_other_data(void **state)
     device_run(&device, scene.commands[0]);
     device_run(&device, scene.commands[1]);
     expect(NULL);
-    close_scene(&scene);
 }
 
-static void copy(struct scene *scene, VkCommandBuffer commands)
+static void copy(VkCommandBuffer commands)
 {
     const VkCopyAccelerationStructureInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene->blas.handle,
-        .dst = scene->other.handle,
+        .src = scene.blas.handle,
+        .dst = scene.other.handle,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
     };
     fixture->vk.CmdCopyAccelerationStructureKHR(commands, &info);
@@ -194,48 +198,31 @@ static void copy(struct scene *scene, VkCommandBuffer commands)
 /* A clone was built with what its source was built with then. */
 static void test_cloned(void **state)
 {
-    struct scene scene;
     (void)state;
-    open_scene(&scene);
-    record(&scene, 0, VK_NULL_HANDLE);
-    copy(&scene, scene.commands[0]);
-    run(&scene, 0);
+    record(0, VK_NULL_HANDLE);
+    copy(scene.commands[0]);
+    run(0);
     set_asleep(scene.host.data, true);
-    assert_int_equal(
-        fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, VK_NULL_HANDLE),
-        VK_SUCCESS);
-    record(&scene, 1, scene.blas.handle);
-    record(&scene, 1, scene.other.handle);
-    run(&scene, 1);
+    build_by_the_host(VK_NULL_HANDLE);
+    record(1, scene.blas.handle);
+    record(1, scene.other.handle);
+    run(1);
     expect(DEVICE PUT_TO_SLEEP);
-    close_scene(&scene);
 }
 
 /* Nobody waits in between. */
 static void test_all_at_once(void **state)
 {
-    struct scene scene;
     (void)state;
-    open_scene(&scene);
-    record(&scene, 0, VK_NULL_HANDLE);
-    copy(&scene, scene.commands[0]);
-    const float asleep = NAN;
-    fixture->vk.CmdUpdateBuffer(scene.commands[1], scene.build.data.handle, FLOATS * sizeof(float),
-                                sizeof(asleep), &asleep);
-    device_barrier(&device, scene.commands[1]);
-    device_build(&device, scene.commands[1], &scene.build, scene.blas.handle, scene.other.handle);
+    record(0, VK_NULL_HANDLE);
+    copy(scene.commands[0]);
+    update_with_a_sleeping_triangle(1, scene.other.handle);
     for (int i = 0; i < 2; i++)
         device_end(&device, scene.commands[i]);
-    for (int i = 0; i < 2; i++) {
-        const VkSubmitInfo submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                                     .commandBufferCount = 1,
-                                     .pCommandBuffers = &scene.commands[i]};
-        assert_int_equal(fixture->vk.QueueSubmit(device.queue, 1, &submit, VK_NULL_HANDLE),
-                         VK_SUCCESS);
-    }
+    submit(0);
+    submit(1);
     fixture->vk.QueueWaitIdle(device.queue);
     expect(DEVICE PUT_TO_SLEEP);
-    close_scene(&scene);
 }
 
 /* How many primitives an indirect build had is known when its ranges were read. */
@@ -245,9 +232,7 @@ static void test_built_indirectly(void **state)
     const struct messages *messages = &fixture->instance_fixture.messages;
     const uint32_t most = TRIANGLES, stride = sizeof(VkAccelerationStructureBuildRangeInfoKHR);
     const uint32_t *const counts = &most;
-    struct scene scene;
     (void)state;
-    open_scene(&scene);
     struct device_buffer range = device_buffer_create(&device, stride);
     *(VkAccelerationStructureBuildRangeInfoKHR *)range.bytes =
         (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = TRIANGLES};
@@ -257,9 +242,9 @@ static void test_built_indirectly(void **state)
     fixture->vk.CmdBuildAccelerationStructuresIndirectKHR(scene.commands[0], 1, &scene.build.info,
                                                           &range.address, &stride, &counts);
     device_barrier(&device, scene.commands[0]);
-    run(&scene, 0);
-    record(&scene, 1, scene.blas.handle);
-    run(&scene, 1);
+    run(0);
+    record(1, scene.blas.handle);
+    run(1);
     expect(NULL);
     ((VkAccelerationStructureBuildRangeInfoKHR *)range.bytes)->primitiveCount = TRIANGLES - 1;
     device_run(&device, scene.commands[0]);
@@ -267,25 +252,19 @@ static void test_built_indirectly(void **state)
     assert_int_equal(messages->count, 1);
     assert_int_equal(messages_count(messages, id, "has primitiveCount 3"), 1);
     device_buffer_destroy(&device, &range);
-    close_scene(&scene);
 }
 
 /* What an application destroys it knows to be complete, however it came to know. */
 static void test_told_at_destruction(void **state)
 {
     static const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
-    struct scene scene;
     (void)state;
-    open_scene(&scene);
-    record(&scene, 0, VK_NULL_HANDLE);
-    run(&scene, 0);
+    record(0, VK_NULL_HANDLE);
+    run(0);
     set_asleep(scene.host.data, true);
-    record(&scene, 1, scene.blas.handle);
+    record(1, scene.blas.handle);
     device_end(&device, scene.commands[1]);
-    const VkSubmitInfo submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                                 .commandBufferCount = 1,
-                                 .pCommandBuffers = &scene.commands[1]};
-    assert_int_equal(fixture->vk.QueueSubmit(device.queue, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
+    submit(1);
     /* Two minutes at least: a busy machine may take long to complete the submission. */
     for (int i = 0; i < 12000 && !fixture->instance_fixture.messages.count; i++) {
         nanosleep(&pause, NULL);
@@ -294,21 +273,22 @@ static void test_told_at_destruction(void **state)
         fixture_destroy(fixture, &other);
     }
     expect(DEVICE PUT_TO_SLEEP);
-    close_scene(&scene);
 }
+
+#define TEST(function) cmocka_unit_test_setup_teardown(function, open_scene, close_scene)
 
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_built_by_the_host),
-        cmocka_unit_test(test_updated_by_the_host),
-        cmocka_unit_test(test_in_one_command_buffer),
-        cmocka_unit_test(test_updated_twice),
-        cmocka_unit_test(test_built_again_with_other_data),
-        cmocka_unit_test(test_cloned),
-        cmocka_unit_test(test_all_at_once),
-        cmocka_unit_test(test_built_indirectly),
-        cmocka_unit_test(test_told_at_destruction),
+        TEST(test_built_by_the_host),
+        TEST(test_updated_by_the_host),
+        TEST(test_in_one_command_buffer),
+        TEST(test_updated_twice),
+        TEST(test_built_again_with_other_data),
+        TEST(test_cloned),
+        TEST(test_all_at_once),
+        TEST(test_built_indirectly),
+        TEST(test_told_at_destruction),
     };
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     const char *reason = argc == 2 ? device_fixture_open(&device, argv[1]) : "name a platform";

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* offer_devices_test null|lavapipe: devices made of what backend cpu offers. */
-#include <string.h>
 
 #include "tests/cpu_backend/advertise_fixture.h"
 
 static struct instance_fixture other;
 
-static void test_commands_by_name(void **state)
+OFFER_TEST(test_commands_by_name)
 {
     VkuDeviceDispatchTable vk;
     VkDevice device = instance_fixture_open_device(&fixture, &vk);
@@ -24,7 +23,7 @@ static void test_commands_by_name(void **state)
 }
 
 /* Either of the extensions that have structures is enough to trace them. */
-static void test_nv_commands_by_name(void **state)
+OFFER_TEST(test_nv_commands_by_name)
 {
     const char *extensions[] = {VK_NV_RAY_TRACING_EXTENSION_NAME};
     VkuDeviceDispatchTable vk;
@@ -47,7 +46,7 @@ static void test_nv_commands_by_name(void **state)
 }
 
 /* What a driver has of the same extension isn't asked. */
-static void test_over_a_driver_with_nv(void **state)
+TEST(test_over_a_driver_with_nv)
 {
     if (!platform.is_null)
         skip();
@@ -56,9 +55,8 @@ static void test_over_a_driver_with_nv(void **state)
     VkuDeviceDispatchTable vk;
     VkDevice device;
     VkAccelerationStructureNV structure;
-    const VkAccelerationStructureCreateInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV,
-        .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV}};
+    const STRUCT(VkAccelerationStructureCreateInfoNV, info,
+                 .info = MAKE(VkAccelerationStructureInfoNV));
     instance_fixture_open(&other, &platform, &setup);
     assert_int_equal(instance_fixture_count_extension(&other, VK_NV_RAY_TRACING_EXTENSION_NAME), 1);
     GET(instance_fixture_create_device(&other, NULL, extensions, 1, &device, &vk));
@@ -69,7 +67,7 @@ static void test_over_a_driver_with_nv(void **state)
     instance_fixture_close(&other);
 }
 
-static void test_two_devices(void **state)
+OFFER_TEST(test_two_devices)
 {
     VkuDeviceDispatchTable vk, plain;
     VkDevice with = instance_fixture_open_device(&fixture, &vk), without;
@@ -81,11 +79,8 @@ static void test_two_devices(void **state)
 }
 
 /* Whatever stands before and behind the features in the chain, also what nobody knows. */
-static void test_chains(void **state)
+OFFER_TEST(test_chains)
 {
-    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
     enum { LINKS = 5 };
     for (unsigned place = 0; place < LINKS; place++) {
         struct {
@@ -94,15 +89,11 @@ static void test_chains(void **state)
             uint64_t members[300];
         } unknown[2] = {{.sType = VK_STRUCTURE_TYPE_MAX_ENUM},
                         {.sType = VK_STRUCTURE_TYPE_MAX_ENUM - 1}};
-        VkPhysicalDeviceRayQueryFeaturesKHR none = {
-            .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR};
-        VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-            .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-            .accelerationStructure = VK_TRUE,
-            .accelerationStructureHostCommands = VK_TRUE};
-        VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
-            .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
-            .rayTracingMotionBlur = VK_TRUE};
+        STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, none);
+        STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
+               .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
+        STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion,
+               .rayTracingMotionBlur = VK_TRUE);
         VkBaseOutStructure *links[LINKS], *chain = NULL, heads[LINKS];
         unsigned count = 0;
         void *others[] = {&unknown[0], &none, &motion, &unknown[1]};
@@ -116,7 +107,7 @@ static void test_chains(void **state)
             heads[i] = *links[i];
         VkuDeviceDispatchTable vk;
         VkDevice device;
-        GET(instance_fixture_create_device(&fixture, chain, extensions, 3, &device, &vk));
+        GET(instance_fixture_create_device(&fixture, chain, backend_extensions, 3, &device, &vk));
         for (unsigned i = 0; i < LINKS; i++)
             assert_memory_equal(&heads[i], links[i], sizeof(heads[i]));
         vk.DestroyDevice(device, NULL);
@@ -124,15 +115,14 @@ static void test_chains(void **state)
     assert_int_equal(fixture.messages.count, 0);
 }
 
-static void test_what_is_not_offered(void **state)
+OFFER_TEST(test_what_is_not_offered)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
                                              VK_KHR_RAY_QUERY_EXTENSION_NAME};
     VkuDeviceDispatchTable vk;
     VkDevice device;
-    VkPhysicalDeviceRayQueryFeaturesKHR query = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = VK_TRUE};
+    STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = VK_TRUE);
     assert_int_equal(instance_fixture_create_device(&fixture, &query, extensions, 2, &device, &vk),
                      VK_ERROR_FEATURE_NOT_PRESENT);
     assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", "assay_validation.backend"),
@@ -140,33 +130,17 @@ static void test_what_is_not_offered(void **state)
     assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", "RayQueryFeatures"), 1);
     assert_int_equal(instance_fixture_create_device(&fixture, NULL, extensions, 3, &device, &vk),
                      VK_ERROR_EXTENSION_NOT_PRESENT);
-    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
-        .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE};
+    STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion,
+           .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE);
     assert_int_equal(instance_fixture_create_device(&fixture, &motion, extensions, 2, &device, &vk),
                      VK_ERROR_FEATURE_NOT_PRESENT);
     assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", "PipelineTraceRaysIndirect"),
                      1);
 
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .accelerationStructure = VK_TRUE,
-        .accelerationStructureCaptureReplay = VK_TRUE};
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
+           .accelerationStructure = VK_TRUE, .accelerationStructureCaptureReplay = VK_TRUE);
     assert_int_equal(
         instance_fixture_create_device(&fixture, &structures, extensions, 2, &device, &vk),
         VK_ERROR_FEATURE_NOT_PRESENT);
     assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", "CaptureReplay"), 1);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_commands_by_name, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_nv_commands_by_name, offer_open, offer_close),
-        cmocka_unit_test(test_over_a_driver_with_nv),
-        cmocka_unit_test_setup_teardown(test_two_devices, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_chains, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_what_is_not_offered, offer_open, offer_close),
-    };
-    return offer_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -4,13 +4,13 @@
 #define ASSAY_TESTS_CPU_BACKEND_ADVERTISE_FIXTURE_H
 
 #include "tests/cpu_backend/instance_fixture.h"
+#include "tests/state/unit_test.h"
 
 extern struct platform platform;
-extern struct instance_fixture fixture; /* between: */
-int offer_open(void **state);
-int offer_close(void **state);
+extern struct instance_fixture fixture; /* of an OFFER_TEST */
 
-/* What main() returns: runs the tests on the platform that the arguments name. */
-int offer_main(int argc, char **argv, const struct CMUnitTest *tests, size_t count);
+void offer_open(void);
+void offer_close(void);
+#define OFFER_TEST(name) TEST_BETWEEN(name, offer_open, offer_close)
 
 #endif

@@ -14,29 +14,15 @@ static const struct instance_fixture_setup on_driver = {.backend = "driver", .dr
 
 /* ---- extensions */
 
-static const char *const offered[] = {
-    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-    VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-    VK_NV_RAY_TRACING_EXTENSION_NAME,
-    VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
-    VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
-    VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME,
-    VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
-    VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
-    VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME,
-};
-
-enum { OFFERED = sizeof(offered) / sizeof(offered[0]) };
-
 static bool is_offered(const char *name)
 {
-    for (size_t i = 0; i < OFFERED; i++)
-        if (strcmp(name, offered[i]) == 0)
+    for (size_t i = 0; i < BACKEND_EXTENSIONS; i++)
+        if (strcmp(name, backend_extensions[i]) == 0)
             return true;
     return false;
 }
 
-static void test_extensions(void **state)
+OFFER_TEST(test_extensions)
 {
     for (size_t i = 0; i < registry_ray_tracing_count; i++)
         assert_int_equal(instance_fixture_count_extension(&fixture, registry_ray_tracing[i]),
@@ -47,7 +33,7 @@ static void test_extensions(void **state)
 }
 
 /* The rest is the driver's, in the driver's order. */
-static void test_other_extensions(void **state)
+OFFER_TEST(test_other_extensions)
 {
     instance_fixture_open(&other, &platform, &on_driver);
     uint32_t at = 0;
@@ -58,14 +44,14 @@ static void test_other_extensions(void **state)
         assert_string_equal(fixture.extensions[at].extensionName, theirs->extensionName);
         assert_int_equal(fixture.extensions[at++].specVersion, theirs->specVersion);
     }
-    assert_int_equal(at + OFFERED, fixture.extension_count);
+    assert_int_equal(at + BACKEND_EXTENSIONS, fixture.extension_count);
     if (platform.is_null)
         assert_int_equal(instance_fixture_count_extension(&other, VK_KHR_RAY_QUERY_EXTENSION_NAME),
                          1);
     instance_fixture_close(&other);
 }
 
-static void test_extension_counts(void **state)
+OFFER_TEST(test_extension_counts)
 {
     const PFN_vkEnumerateDeviceExtensionProperties enumerate =
         fixture.vk.EnumerateDeviceExtensionProperties;
@@ -86,7 +72,7 @@ static void test_extension_counts(void **state)
     }
 }
 
-static void test_failing_enumeration(void **state)
+OFFER_TEST(test_failing_enumeration)
 {
     if (!platform.is_null)
         skip();
@@ -100,44 +86,27 @@ static void test_failing_enumeration(void **state)
 
 /* ---- features and properties */
 
-static void test_features(void **state)
+OFFER_TEST(test_features)
 {
-    VkPhysicalDeviceRayQueryFeaturesKHR query = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .rayQuery = 77};
-    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV,
-        .pNext = &query};
-    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
-        .pNext = &displacement};
-    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT,
-        .pNext = &micromap_khr,
-        .micromapCaptureReplay = VK_TRUE};
-    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX,
-        .pNext = &micromap_ext};
-    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV,
-        .pNext = &dense};
-    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
-        .pNext = &spheres,
-        .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE};
+    STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = 77);
+    STRUCT(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacement, .pNext = &query);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromap_khr, .pNext = &displacement);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromap_ext, .pNext = &micromap_khr,
+           .micromapCaptureReplay = VK_TRUE);
+    STRUCT(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, dense, .pNext = &micromap_ext);
+    STRUCT(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, spheres, .pNext = &dense);
+    STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion, .pNext = &spheres,
+           .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE);
     struct {
         VkStructureType sType;
         void *pNext;
         uint32_t unknown;
     } unknown = {VK_STRUCTURE_TYPE_MAX_ENUM, &motion, 77};
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .pNext = &unknown,
-        .accelerationStructureCaptureReplay = VK_TRUE,
-        .descriptorBindingAccelerationStructureUpdateAfterBind = VK_TRUE};
-    VkPhysicalDeviceVulkan12Features core = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, .pNext = &structures};
-    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
-                                          .pNext = &core};
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures, .pNext = &unknown,
+           .accelerationStructureCaptureReplay = VK_TRUE,
+           .descriptorBindingAccelerationStructureUpdateAfterBind = VK_TRUE);
+    STRUCT(VkPhysicalDeviceVulkan12Features, core, .pNext = &structures);
+    STRUCT(VkPhysicalDeviceFeatures2, features, .pNext = &core);
     fixture.vk.GetPhysicalDeviceFeatures2(fixture.physical, &features);
     assert_true(structures.accelerationStructure);
     assert_true(structures.accelerationStructureIndirectBuild);
@@ -162,29 +131,16 @@ static void test_features(void **state)
     assert_true(core.timelineSemaphore);
 }
 
-static void test_properties(void **state)
+OFFER_TEST(test_properties)
 {
-    VkPhysicalDeviceRayTracingPipelinePropertiesKHR pipelines = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR,
-        .maxRayRecursionDepth = 77};
-    VkPhysicalDeviceDisplacementMicromapPropertiesNV displacement = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_PROPERTIES_NV,
-        .pNext = &pipelines};
-    VkPhysicalDeviceOpacityMicromapPropertiesKHR micromap_khr = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_KHR,
-        .pNext = &displacement};
-    VkPhysicalDeviceOpacityMicromapPropertiesEXT micromap_ext = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_PROPERTIES_EXT,
-        .pNext = &micromap_khr};
-    VkPhysicalDeviceRayTracingPropertiesNV nv = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PROPERTIES_NV,
-        .pNext = &micromap_ext,
-        .maxDescriptorSetAccelerationStructures = 77};
-    VkPhysicalDeviceAccelerationStructurePropertiesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR,
-        .pNext = &nv};
-    VkPhysicalDeviceProperties2 properties = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &structures};
+    STRUCT(VkPhysicalDeviceRayTracingPipelinePropertiesKHR, pipelines, .maxRayRecursionDepth = 77);
+    STRUCT(VkPhysicalDeviceDisplacementMicromapPropertiesNV, displacement, .pNext = &pipelines);
+    STRUCT(VkPhysicalDeviceOpacityMicromapPropertiesKHR, micromap_khr, .pNext = &displacement);
+    STRUCT(VkPhysicalDeviceOpacityMicromapPropertiesEXT, micromap_ext, .pNext = &micromap_khr);
+    STRUCT(VkPhysicalDeviceRayTracingPropertiesNV, nv, .pNext = &micromap_ext,
+           .maxDescriptorSetAccelerationStructures = 77);
+    STRUCT(VkPhysicalDeviceAccelerationStructurePropertiesKHR, structures, .pNext = &nv);
+    STRUCT(VkPhysicalDeviceProperties2, properties, .pNext = &structures);
     fixture.vk.GetPhysicalDeviceProperties2(fixture.physical, &properties);
     /* The least that the specification allows. */
     assert_true(structures.maxGeometryCount >= (1 << 24) - 1);
@@ -215,7 +171,7 @@ enum {
     VERTICES = VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR,
 };
 
-static void test_formats(void **state)
+OFFER_TEST(test_formats)
 {
     for (VkFormat format = VK_FORMAT_UNDEFINED; format <= VK_FORMAT_ASTC_12x12_SRGB_BLOCK;
          format++) {
@@ -224,9 +180,8 @@ static void test_formats(void **state)
         fixture.vk.GetPhysicalDeviceFormatProperties(fixture.physical, format, &first);
         assert_int_equal((first.bufferFeatures & VERTICES) != 0, is_vertex);
 
-        VkFormatProperties3 third = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3};
-        VkFormatProperties2 second = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2,
-                                      .pNext = &third};
+        STRUCT(VkFormatProperties3, third);
+        STRUCT(VkFormatProperties2, second, .pNext = &third);
         fixture.vk.GetPhysicalDeviceFormatProperties2(fixture.physical, format, &second);
         assert_int_equal(second.formatProperties.bufferFeatures, first.bufferFeatures);
         assert_int_equal((third.bufferFeatures & VERTICES) != 0, is_vertex);
@@ -263,43 +218,24 @@ static void configure_without_addresses(struct null_driver_config *config)
         offsetof(VkPhysicalDeviceBufferDeviceAddressFeatures, bufferDeviceAddress), VK_FALSE);
 }
 
-static void test_vulkan_1_0(void **state)
+TEST(test_vulkan_1_0)
 {
     test_without_what_it_needs(&(struct instance_fixture_setup){.configure = configure_1_0});
     test_without_what_it_needs(&(struct instance_fixture_setup){.api_version = VK_API_VERSION_1_0});
 }
 
-static void test_no_buffer_addresses(void **state)
+TEST(test_no_buffer_addresses)
 {
     test_without_what_it_needs(
         &(struct instance_fixture_setup){.configure = configure_without_addresses});
 }
 
-static void test_backend_driver(void **state)
+TEST(test_backend_driver)
 {
     instance_fixture_open(&other, &platform, &on_driver);
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR};
-    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
-                                          .pNext = &structures};
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures);
+    STRUCT(VkPhysicalDeviceFeatures2, features, .pNext = &structures);
     other.vk.GetPhysicalDeviceFeatures2(other.physical, &features);
     assert_int_equal(structures.accelerationStructureCaptureReplay, platform.is_null);
     instance_fixture_close(&other);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_extensions, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_other_extensions, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_extension_counts, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_failing_enumeration, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_features, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_properties, offer_open, offer_close),
-        cmocka_unit_test_setup_teardown(test_formats, offer_open, offer_close),
-        cmocka_unit_test(test_vulkan_1_0),
-        cmocka_unit_test(test_no_buffer_addresses),
-        cmocka_unit_test(test_backend_driver),
-    };
-    return offer_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -4,14 +4,43 @@
 #define CPU_BACKEND_BELOW_H
 
 #include "layer/cpu/overlay.h"
+#include "tests/fixture/make.h"
+#include "vulkan_commands.h"
 
-/* The test puts its commands into `below->next`. */
 extern struct cpu_overlay *const below;
+
+/* A command of the driver, as the test plays it: PLAYED(CmdSetEvent) { ... }. The parameters have
+ * their names of the registry. */
+#define PLAYED(name) PLAY_##name
+#define PLAY(result, name, ...)                                                                    \
+    static VKAPI_ATTR result VKAPI_CALL play_##name(__VA_ARGS__);                                  \
+    __attribute__((constructor)) static void add_##name(void)                                      \
+    {                                                                                              \
+        below->next.name = play_##name;                                                            \
+    }                                                                                              \
+    static VKAPI_ATTR result VKAPI_CALL play_##name(__VA_ARGS__)
 
 /* Any dispatchable handle of the device. */
 #define DEVICE ((VkDevice)(uintptr_t)1)
 #define QUEUE ((VkQueue)(uintptr_t)2)
 #define COMMAND_BUFFER ((VkCommandBuffer)(uintptr_t)3)
+
+/* Stages and accesses, of ray tracing and not. */
+enum {
+    BUILD = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+    COMPUTE = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+    ALL = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+    READ = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
+    WRITE = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+    SHADER_READ = VK_ACCESS_SHADER_READ_BIT,
+    SHADER_WRITE = VK_ACCESS_SHADER_WRITE_BIT,
+    MEMORY_READ = VK_ACCESS_MEMORY_READ_BIT,
+    MEMORY_WRITE = VK_ACCESS_MEMORY_WRITE_BIT,
+    MANY = 500, /* more than fit on the stack */
+};
+
+/* A call that the backend refuses. */
+#define REFUSED(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED_EXT)
 
 /* What cpu_report_unsupported() was last told, and how often; the test clears it. */
 extern const char *refused_command;

@@ -3,9 +3,10 @@
 #include <string.h>
 
 #include "../report/scarce_memory.h"
-#include "below_masks.h"
+#include "below.h"
 #include "layer/cpu/commands.h"
 #include "tests/fixture/objects.h"
+#include "tests/state/unit_test.h"
 
 /* ---- the driver */
 
@@ -22,12 +23,6 @@ static struct {
     VkImageMemoryBarrier2 image2;
     VkMemoryRangeBarrierKHR range;
 } seen;
-
-static int clear(void **state)
-{
-    memset(&seen, 0, sizeof(seen));
-    return 0;
-}
 
 static void see_barriers(VkPipelineStageFlags src, VkPipelineStageFlags dst, uint32_t count,
                          const VkMemoryBarrier *memory, uint32_t buffer_count,
@@ -49,25 +44,20 @@ static void see_barriers(VkPipelineStageFlags src, VkPipelineStageFlags dst, uin
     seen.image_count = image_count;
 }
 
-static VKAPI_ATTR void VKAPI_CALL pipeline_barrier(
-    VkCommandBuffer command_buffer, VkPipelineStageFlags src, VkPipelineStageFlags dst,
-    VkDependencyFlags flags, uint32_t count, const VkMemoryBarrier *memory, uint32_t buffer_count,
-    const VkBufferMemoryBarrier *buffers, uint32_t image_count, const VkImageMemoryBarrier *images)
+PLAYED(CmdPipelineBarrier)
 {
-    assert_int_equal(flags, VK_DEPENDENCY_BY_REGION_BIT);
-    see_barriers(src, dst, count, memory, buffer_count, buffers, image_count, images);
+    assert_int_equal(dependencyFlags, VK_DEPENDENCY_BY_REGION_BIT);
+    see_barriers(srcStageMask, dstStageMask, memoryBarrierCount, pMemoryBarriers,
+                 bufferMemoryBarrierCount, pBufferMemoryBarriers, imageMemoryBarrierCount,
+                 pImageMemoryBarriers);
 }
 
-static VKAPI_ATTR void VKAPI_CALL wait_events(VkCommandBuffer command_buffer, uint32_t event_count,
-                                              const VkEvent *events, VkPipelineStageFlags src,
-                                              VkPipelineStageFlags dst, uint32_t count,
-                                              const VkMemoryBarrier *memory, uint32_t buffer_count,
-                                              const VkBufferMemoryBarrier *buffers,
-                                              uint32_t image_count,
-                                              const VkImageMemoryBarrier *images)
+PLAYED(CmdWaitEvents)
 {
-    assert_int_equal(event_count, 1);
-    see_barriers(src, dst, count, memory, buffer_count, buffers, image_count, images);
+    assert_int_equal(eventCount, 1);
+    see_barriers(srcStageMask, dstStageMask, memoryBarrierCount, pMemoryBarriers,
+                 bufferMemoryBarrierCount, pBufferMemoryBarriers, imageMemoryBarrierCount,
+                 pImageMemoryBarriers);
 }
 
 static void see_stage(uint64_t stage)
@@ -76,28 +66,27 @@ static void see_stage(uint64_t stage)
     seen.stage = stage;
 }
 
-static VKAPI_ATTR void VKAPI_CALL set_event(VkCommandBuffer command_buffer, VkEvent event,
-                                            VkPipelineStageFlags stage)
+PLAYED(CmdSetEvent)
 {
-    see_stage(stage);
+    see_stage(stageMask);
 }
 
-static VKAPI_ATTR void VKAPI_CALL reset_event2(VkCommandBuffer command_buffer, VkEvent event,
-                                               VkPipelineStageFlags2 stage)
+PLAYED(CmdResetEvent)
 {
-    see_stage(stage);
+    see_stage(stageMask);
 }
 
-static VKAPI_ATTR void VKAPI_CALL write_timestamp(VkCommandBuffer command_buffer,
-                                                  VkPipelineStageFlagBits stage, VkQueryPool pool,
-                                                  uint32_t query)
+PLAYED(CmdResetEvent2)
 {
-    see_stage(stage);
+    see_stage(stageMask);
 }
 
-static VKAPI_ATTR void VKAPI_CALL write_timestamp2(VkCommandBuffer command_buffer,
-                                                   VkPipelineStageFlags2 stage, VkQueryPool pool,
-                                                   uint32_t query)
+PLAYED(CmdWriteTimestamp)
+{
+    see_stage(pipelineStage);
+}
+
+PLAYED(CmdWriteTimestamp2)
 {
     see_stage(stage);
 }
@@ -117,19 +106,22 @@ static void see_info(const VkDependencyInfo *info)
         seen.range = *ranges->pMemoryRangeBarriers;
 }
 
-static VKAPI_ATTR void VKAPI_CALL pipeline_barrier2(VkCommandBuffer command_buffer,
-                                                    const VkDependencyInfo *info)
+PLAYED(CmdPipelineBarrier2)
 {
-    seen.array = info;
-    see_info(info);
+    seen.array = pDependencyInfo;
+    see_info(pDependencyInfo);
 }
 
-static VKAPI_ATTR void VKAPI_CALL wait_events2(VkCommandBuffer command_buffer, uint32_t event_count,
-                                               const VkEvent *events, const VkDependencyInfo *infos)
+PLAYED(CmdWaitEvents2)
 {
-    seen.array = infos;
-    for (uint32_t i = 0; i < event_count; i++)
-        see_info(&infos[i]);
+    seen.array = pDependencyInfos;
+    for (uint32_t i = 0; i < eventCount; i++)
+        see_info(&pDependencyInfos[i]);
+}
+
+static void clear(void)
+{
+    memset(&seen, 0, sizeof(seen));
 }
 
 /* ---- Vulkan 1.0 */
@@ -151,7 +143,7 @@ static void expect_masks(VkPipelineStageFlags src, VkPipelineStageFlags dst,
 }
 
 /* What has no bit of ray tracing is not even copied. */
-static void test_other_barriers_pass(void **state)
+TEST_OPENED(test_other_barriers_pass, clear)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = SHADER_WRITE, .dstAccessMask = SHADER_READ};
     barrier(COMPUTE, ALL, 1, &memory);
@@ -162,7 +154,7 @@ static void test_other_barriers_pass(void **state)
 }
 
 /* What builds read, they read with any access: the copies that stand for it read memory. */
-static void test_barrier_before_a_build(void **state)
+TEST_OPENED(test_barrier_before_a_build, clear)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = SHADER_WRITE, .dstAccessMask = SHADER_READ};
     barrier(COMPUTE, BUILD, 1, &memory);
@@ -170,7 +162,7 @@ static void test_barrier_before_a_build(void **state)
     assert_int_equal(memory.dstAccessMask, SHADER_READ);
 }
 
-static void test_barrier_between_builds(void **state)
+TEST_OPENED(test_barrier_between_builds, clear)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = WRITE, .dstAccessMask = READ | WRITE};
     barrier(BUILD, BUILD | COMPUTE, 1, &memory);
@@ -178,7 +170,7 @@ static void test_barrier_between_builds(void **state)
 }
 
 /* An access of ray tracing at a stage that isn't. */
-static void test_access_alone(void **state)
+TEST_OPENED(test_access_alone, clear)
 {
     const VkMemoryBarrier memory = {.srcAccessMask = WRITE, .dstAccessMask = READ};
     barrier(ALL, ALL, 1, &memory);
@@ -189,7 +181,7 @@ static void test_access_alone(void **state)
     assert_int_equal(seen.src, ALL);
 }
 
-static void test_all_kinds_of_barriers(void **state)
+TEST_OPENED(test_all_kinds_of_barriers, clear)
 {
     const VkBufferMemoryBarrier buffer = {.srcAccessMask = WRITE,
                                           .dstAccessMask = READ,
@@ -214,7 +206,7 @@ static void test_all_kinds_of_barriers(void **state)
 }
 
 /* More than the stack takes; without memory the call goes down as it is. */
-static void test_many_barriers(void **state)
+TEST_OPENED(test_many_barriers, clear)
 {
     static VkMemoryBarrier memory[MANY];
     for (unsigned i = 0; i < MANY; i++)
@@ -234,7 +226,7 @@ static void test_many_barriers(void **state)
     assert_ptr_equal(seen.array, memory);
 }
 
-static void test_stages_alone(void **state)
+TEST_OPENED(test_stages_alone, clear)
 {
     cpu_CmdSetEvent(COMMAND_BUFFER, VK_NULL_HANDLE, BUILD | COMPUTE);
     assert_int_equal(seen.stage, ALL | COMPUTE);
@@ -253,7 +245,7 @@ static void test_stages_alone(void **state)
 
 /* ---- VK_KHR_synchronization2 */
 
-static void test_other_dependencies_pass(void **state)
+TEST_OPENED(test_other_dependencies_pass, clear)
 {
     const VkMemoryBarrier2 memory = {.srcStageMask = COMPUTE,
                                      .srcAccessMask = VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
@@ -265,7 +257,7 @@ static void test_other_dependencies_pass(void **state)
     assert_int_equal(seen.calls, 1);
 }
 
-static void test_dependency(void **state)
+TEST_OPENED(test_dependency, clear)
 {
     const VkMemoryBarrier2 memory[] = {
         {.srcStageMask = VK_PIPELINE_STAGE_2_COPY_BIT,
@@ -279,10 +271,8 @@ static void test_dependency(void **state)
     const VkImageMemoryBarrier2 image = {.srcStageMask = BUILD, .dstStageMask = COMPUTE};
     const VkMemoryRangeBarrierKHR range = {
         .srcStageMask = BUILD, .srcAccessMask = WRITE, .dstStageMask = BUILD};
-    const VkMemoryRangeBarriersInfoKHR ranges = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_RANGE_BARRIERS_INFO_KHR,
-        .memoryRangeBarrierCount = 1,
-        .pMemoryRangeBarriers = &range};
+    const STRUCT(VkMemoryRangeBarriersInfoKHR, ranges, .memoryRangeBarrierCount = 1,
+                 .pMemoryRangeBarriers = &range);
     const VkDependencyInfo info = {.pNext = &ranges,
                                    .memoryBarrierCount = 2,
                                    .pMemoryBarriers = memory,
@@ -307,7 +297,7 @@ static void test_dependency(void **state)
     assert_int_equal(seen.range.srcAccessMask, MEMORY_READ | MEMORY_WRITE);
 }
 
-static void test_waits_for_events(void **state)
+TEST_OPENED(test_waits_for_events, clear)
 {
     const VkMemoryBarrier2 plain = {.srcStageMask = COMPUTE, .dstStageMask = COMPUTE};
     const VkMemoryBarrier2 traced = {.srcStageMask = BUILD, .dstStageMask = COMPUTE};
@@ -326,14 +316,12 @@ static void test_waits_for_events(void **state)
 }
 
 /* Every allocation fails in turn; the last life has all. */
-static void test_dependencies_without_memory(void **state)
+TEST_OPENED(test_dependencies_without_memory, clear)
 {
     static VkMemoryBarrier2 memory[MANY];
     const VkMemoryRangeBarrierKHR range = {.srcStageMask = BUILD};
-    const VkMemoryRangeBarriersInfoKHR ranges = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_RANGE_BARRIERS_INFO_KHR,
-        .memoryRangeBarrierCount = 1,
-        .pMemoryRangeBarriers = &range};
+    const STRUCT(VkMemoryRangeBarriersInfoKHR, ranges, .memoryRangeBarrierCount = 1,
+                 .pMemoryRangeBarriers = &range);
     const VkDependencyInfo info = {
         .pNext = &ranges, .memoryBarrierCount = MANY, .pMemoryBarriers = memory};
     unsigned failures = 0;
@@ -346,31 +334,4 @@ static void test_dependencies_without_memory(void **state)
     }
     assert_int_equal(failures, 2);
     assert_int_equal(seen.range.srcStageMask, ALL);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_other_barriers_pass, clear),
-        cmocka_unit_test_setup(test_barrier_before_a_build, clear),
-        cmocka_unit_test_setup(test_barrier_between_builds, clear),
-        cmocka_unit_test_setup(test_access_alone, clear),
-        cmocka_unit_test_setup(test_all_kinds_of_barriers, clear),
-        cmocka_unit_test_setup(test_many_barriers, clear),
-        cmocka_unit_test_setup(test_stages_alone, clear),
-        cmocka_unit_test_setup(test_other_dependencies_pass, clear),
-        cmocka_unit_test_setup(test_dependency, clear),
-        cmocka_unit_test_setup(test_waits_for_events, clear),
-        cmocka_unit_test_setup(test_dependencies_without_memory, clear),
-    };
-    VkuDeviceDispatchTable *next = &below->next;
-    next->CmdPipelineBarrier = pipeline_barrier;
-    next->CmdWaitEvents = wait_events;
-    next->CmdSetEvent = next->CmdResetEvent = set_event;
-    next->CmdWriteTimestamp = write_timestamp;
-    next->CmdPipelineBarrier2 = pipeline_barrier2;
-    next->CmdWaitEvents2 = wait_events2;
-    next->CmdResetEvent2 = reset_event2;
-    next->CmdWriteTimestamp2 = write_timestamp2;
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,9 +3,10 @@
 #include <string.h>
 
 #include "../report/scarce_memory.h"
-#include "below_masks.h"
+#include "below.h"
 #include "layer/cpu/commands.h"
 #include "tests/fixture/objects.h"
+#include "tests/state/unit_test.h"
 
 /* ---- the driver */
 
@@ -18,59 +19,52 @@ static struct {
     VkSubpassDependency2 dependency2;
 } seen;
 
-static int clear(void **state)
+PLAYED(QueueSubmit)
+{
+    seen.calls++;
+    seen.array = pSubmits;
+    seen.src = pSubmits[0].waitSemaphoreCount ? pSubmits[0].pWaitDstStageMask[0] : 0;
+    seen.dst = pSubmits[submitCount - 1].waitSemaphoreCount
+                   ? pSubmits[submitCount - 1].pWaitDstStageMask[0]
+                   : 0;
+    return VK_SUCCESS;
+}
+
+PLAYED(QueueSubmit2)
+{
+    seen.calls++;
+    seen.array = pSubmits;
+    seen.src = pSubmits[0].pWaitSemaphoreInfos[0].stageMask;
+    seen.dst = pSubmits[0].pSignalSemaphoreInfos[0].stageMask;
+    return VK_SUCCESS;
+}
+
+PLAYED(CreateRenderPass)
+{
+    seen.calls++;
+    seen.array = pCreateInfo;
+    seen.dependency = *pCreateInfo->pDependencies;
+    return VK_SUCCESS;
+}
+
+PLAYED(CreateRenderPass2)
+{
+    seen.calls++;
+    seen.array = pCreateInfo;
+    seen.dependency2 = *pCreateInfo->pDependencies;
+    if (pCreateInfo->pDependencies->pNext)
+        seen.memory2 = *(const VkMemoryBarrier2 *)pCreateInfo->pDependencies->pNext;
+    return VK_SUCCESS;
+}
+
+static void clear(void)
 {
     memset(&seen, 0, sizeof(seen));
-    return 0;
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL queue_submit(VkQueue queue, uint32_t count,
-                                                   const VkSubmitInfo *submits, VkFence fence)
-{
-    seen.calls++;
-    seen.array = submits;
-    seen.src = submits[0].waitSemaphoreCount ? submits[0].pWaitDstStageMask[0] : 0;
-    seen.dst = submits[count - 1].waitSemaphoreCount ? submits[count - 1].pWaitDstStageMask[0] : 0;
-    return VK_SUCCESS;
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL queue_submit2(VkQueue queue, uint32_t count,
-                                                    const VkSubmitInfo2 *submits, VkFence fence)
-{
-    seen.calls++;
-    seen.array = submits;
-    seen.src = submits[0].pWaitSemaphoreInfos[0].stageMask;
-    seen.dst = submits[0].pSignalSemaphoreInfos[0].stageMask;
-    return VK_SUCCESS;
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL create_render_pass(VkDevice device,
-                                                         const VkRenderPassCreateInfo *info,
-                                                         const VkAllocationCallbacks *allocator,
-                                                         VkRenderPass *render_pass)
-{
-    seen.calls++;
-    seen.array = info;
-    seen.dependency = *info->pDependencies;
-    return VK_SUCCESS;
-}
-
-static VKAPI_ATTR VkResult VKAPI_CALL create_render_pass2(VkDevice device,
-                                                          const VkRenderPassCreateInfo2 *info,
-                                                          const VkAllocationCallbacks *allocator,
-                                                          VkRenderPass *render_pass)
-{
-    seen.calls++;
-    seen.array = info;
-    seen.dependency2 = *info->pDependencies;
-    if (info->pDependencies->pNext)
-        seen.memory2 = *(const VkMemoryBarrier2 *)info->pDependencies->pNext;
-    return VK_SUCCESS;
 }
 
 /* ---- submissions */
 
-static void test_submissions(void **state)
+TEST_OPENED(test_submissions, clear)
 {
     const VkPipelineStageFlags plain = COMPUTE, traced = BUILD | COMPUTE;
     const VkSemaphore semaphore = VK_NULL_HANDLE;
@@ -79,30 +73,30 @@ static void test_submissions(void **state)
         {0},
         {.waitSemaphoreCount = 1, .pWaitSemaphores = &semaphore, .pWaitDstStageMask = &traced},
     };
-    assert_int_equal(cpu_QueueSubmit(QUEUE, 2, submits, VK_NULL_HANDLE), VK_SUCCESS);
+    GET(cpu_QueueSubmit(QUEUE, 2, submits, VK_NULL_HANDLE));
     assert_ptr_equal(seen.array, submits);
-    assert_int_equal(cpu_QueueSubmit(QUEUE, 3, submits, VK_NULL_HANDLE), VK_SUCCESS);
+    GET(cpu_QueueSubmit(QUEUE, 3, submits, VK_NULL_HANDLE));
     assert_int_equal(seen.src, COMPUTE);
     assert_int_equal(seen.dst, ALL | COMPUTE);
     assert_int_equal(traced, BUILD | COMPUTE);
 }
 
-static void test_submissions2(void **state)
+TEST_OPENED(test_submissions2, clear)
 {
     VkSemaphoreSubmitInfo wait = {.stageMask = COMPUTE}, signal = {.stageMask = COMPUTE};
     const VkSubmitInfo2 submit = {.waitSemaphoreInfoCount = 1,
                                   .pWaitSemaphoreInfos = &wait,
                                   .signalSemaphoreInfoCount = 1,
                                   .pSignalSemaphoreInfos = &signal};
-    assert_int_equal(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
+    GET(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE));
     assert_ptr_equal(seen.array, &submit);
     signal.stageMask = BUILD;
-    assert_int_equal(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
+    GET(cpu_QueueSubmit2(QUEUE, 1, &submit, VK_NULL_HANDLE));
     assert_int_equal(seen.src, COMPUTE);
     assert_int_equal(seen.dst, ALL);
 }
 
-static void test_submissions_without_memory(void **state)
+TEST_OPENED(test_submissions_without_memory, clear)
 {
     static VkSubmitInfo submits[MANY];
     static const VkPipelineStageFlags traced = BUILD;
@@ -117,7 +111,7 @@ static void test_submissions_without_memory(void **state)
 
 /* ---- render passes */
 
-static void test_render_pass(void **state)
+TEST_OPENED(test_render_pass, clear)
 {
     VkSubpassDependency dependency = {.srcSubpass = VK_SUBPASS_EXTERNAL,
                                       .srcStageMask = COMPUTE,
@@ -126,26 +120,24 @@ static void test_render_pass(void **state)
                                       .dstAccessMask = SHADER_READ};
     const VkRenderPassCreateInfo info = {.dependencyCount = 1, .pDependencies = &dependency};
     VkRenderPass pass;
-    assert_int_equal(cpu_CreateRenderPass(DEVICE, &info, NULL, &pass), VK_SUCCESS);
+    GET(cpu_CreateRenderPass(DEVICE, &info, NULL, &pass));
     assert_ptr_equal(seen.array, &info);
     dependency.srcStageMask = BUILD;
     dependency.srcAccessMask = WRITE;
-    assert_int_equal(cpu_CreateRenderPass(DEVICE, &info, NULL, &pass), VK_SUCCESS);
+    GET(cpu_CreateRenderPass(DEVICE, &info, NULL, &pass));
     assert_int_equal(seen.dependency.srcSubpass, VK_SUBPASS_EXTERNAL);
     assert_int_equal(seen.dependency.srcStageMask, ALL);
     assert_int_equal(seen.dependency.srcAccessMask, MEMORY_READ | MEMORY_WRITE);
     assert_int_equal(seen.dependency.dstAccessMask, SHADER_READ);
 }
 
-static void test_render_pass2(void **state)
+TEST_OPENED(test_render_pass2, clear)
 {
-    VkMemoryBarrier2 barrier2 = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                                 .srcStageMask = COMPUTE,
-                                 .dstStageMask = COMPUTE};
+    STRUCT(VkMemoryBarrier2, barrier2, .srcStageMask = COMPUTE, .dstStageMask = COMPUTE);
     const VkSubpassDependency2 dependency = {.pNext = &barrier2};
     const VkRenderPassCreateInfo2 info = {.dependencyCount = 1, .pDependencies = &dependency};
     VkRenderPass pass;
-    assert_int_equal(cpu_CreateRenderPass2(DEVICE, &info, NULL, &pass), VK_SUCCESS);
+    GET(cpu_CreateRenderPass2(DEVICE, &info, NULL, &pass));
     assert_ptr_equal(seen.array, &info);
     barrier2.dstStageMask = BUILD;
     for (int failing = 0;; failing++) {
@@ -159,21 +151,4 @@ static void test_render_pass2(void **state)
     assert_int_equal(seen.memory2.dstStageMask, ALL);
     assert_int_equal(seen.memory2.srcStageMask, COMPUTE);
     assert_int_equal(barrier2.dstStageMask, BUILD);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_submissions, clear),
-        cmocka_unit_test_setup(test_submissions2, clear),
-        cmocka_unit_test_setup(test_submissions_without_memory, clear),
-        cmocka_unit_test_setup(test_render_pass, clear),
-        cmocka_unit_test_setup(test_render_pass2, clear),
-    };
-    VkuDeviceDispatchTable *next = &below->next;
-    next->QueueSubmit = queue_submit;
-    next->QueueSubmit2 = queue_submit2;
-    next->CreateRenderPass = create_render_pass;
-    next->CreateRenderPass2 = create_render_pass2;
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

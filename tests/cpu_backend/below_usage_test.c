@@ -6,9 +6,9 @@
 #include "below.h"
 #include "layer/cpu/commands.h"
 #include "tests/fixture/objects.h"
+#include "tests/state/unit_test.h"
 
 enum {
-    MANY = 100, /* more than fit on the stack */
     STORAGE = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR,
     INPUT = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR,
     ADDRESS = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
@@ -29,12 +29,6 @@ static struct {
     } bound[MANY];
 } seen;
 
-static int clear(void **state)
-{
-    memset(&seen, 0, sizeof(seen));
-    return 0;
-}
-
 static void see_usage(VkBufferUsageFlags usage, const void *chain)
 {
     seen.calls++;
@@ -45,19 +39,15 @@ static void see_usage(VkBufferUsageFlags usage, const void *chain)
             seen.usage2 = ((const VkBufferUsageFlags2CreateInfo *)in)->usage;
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL create_buffer(VkDevice device, const VkBufferCreateInfo *info,
-                                                    const VkAllocationCallbacks *allocator,
-                                                    VkBuffer *buffer)
+PLAYED(CreateBuffer)
 {
-    see_usage(info->usage, info->pNext);
+    see_usage(pCreateInfo->usage, pCreateInfo->pNext);
     return VK_SUCCESS;
 }
 
-static VKAPI_ATTR void VKAPI_CALL get_requirements(VkDevice device,
-                                                   const VkDeviceBufferMemoryRequirements *info,
-                                                   VkMemoryRequirements2 *requirements)
+PLAYED(GetDeviceBufferMemoryRequirements)
 {
-    see_usage(info->pCreateInfo->usage, info->pCreateInfo->pNext);
+    see_usage(pInfo->pCreateInfo->usage, pInfo->pCreateInfo->pNext);
 }
 
 static VKAPI_ATTR void VKAPI_CALL get_external(VkPhysicalDevice device,
@@ -67,15 +57,19 @@ static VKAPI_ATTR void VKAPI_CALL get_external(VkPhysicalDevice device,
     see_usage(info->usage, info->pNext);
 }
 
-static VKAPI_ATTR void VKAPI_CALL bind(VkCommandBuffer command_buffer, uint32_t count,
-                                       const VkDescriptorBufferBindingInfoEXT *infos)
+PLAYED(CmdBindDescriptorBuffersEXT)
 {
-    seen.array = infos;
-    for (uint32_t i = 0; i < count; i++) {
-        see_usage(infos[i].usage, infos[i].pNext);
+    seen.array = pBindingInfos;
+    for (uint32_t i = 0; i < bufferCount; i++) {
+        see_usage(pBindingInfos[i].usage, pBindingInfos[i].pNext);
         seen.bound[i].usage = seen.usage;
         seen.bound[i].usage2 = seen.usage2;
     }
+}
+
+static void clear(void)
+{
+    memset(&seen, 0, sizeof(seen));
 }
 
 /* ---- tests */
@@ -84,11 +78,11 @@ static VkBufferUsageFlags create(VkBufferUsageFlags usage, const void *chain)
 {
     const VkBufferCreateInfo info = {.pNext = chain, .usage = usage};
     VkBuffer buffer;
-    assert_int_equal(cpu_CreateBuffer(DEVICE, &info, NULL, &buffer), VK_SUCCESS);
+    GET(cpu_CreateBuffer(DEVICE, &info, NULL, &buffer));
     return seen.usage;
 }
 
-static void test_usage(void **state)
+TEST_OPENED(test_usage, clear)
 {
     assert_int_equal(create(VERTEX, NULL), VERTEX);
     assert_int_equal(create(STORAGE, NULL), COPIES);
@@ -97,16 +91,12 @@ static void test_usage(void **state)
     assert_int_equal(create(VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR, NULL), COPIES);
 }
 
-static void test_usage_in_the_chain(void **state)
+TEST_OPENED(test_usage_in_the_chain, clear)
 {
-    const VkExternalMemoryBufferCreateInfo last = {
-        .sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO};
-    const VkBufferUsageFlags2CreateInfo flags2 = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
-        .pNext = &last,
-        .usage = STORAGE | VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT};
-    const VkBufferOpaqueCaptureAddressCreateInfo first = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_OPAQUE_CAPTURE_ADDRESS_CREATE_INFO, .pNext = &flags2};
+    const STRUCT(VkExternalMemoryBufferCreateInfo, last);
+    const STRUCT(VkBufferUsageFlags2CreateInfo, flags2, .pNext = &last,
+                 .usage = STORAGE | VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT);
+    const STRUCT(VkBufferOpaqueCaptureAddressCreateInfo, first, .pNext = &flags2);
     const VkBufferCreateInfo info = {.pNext = &first};
     VkBuffer buffer;
     for (int failing = 0;; failing++) {
@@ -135,12 +125,10 @@ static void test_usage_in_the_chain(void **state)
 }
 
 /* The usage that the driver knows the buffer by. */
-static void test_descriptor_buffers(void **state)
+TEST_OPENED(test_descriptor_buffers, clear)
 {
     enum { SAMPLERS = VK_BUFFER_USAGE_SAMPLER_DESCRIPTOR_BUFFER_BIT_EXT };
-    const VkBufferUsageFlags2CreateInfo flags2 = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
-        .usage = SAMPLERS | STORAGE | ADDRESS};
+    const STRUCT(VkBufferUsageFlags2CreateInfo, flags2, .usage = SAMPLERS | STORAGE | ADDRESS);
     static VkDescriptorBufferBindingInfoEXT infos[MANY];
     infos[0].usage = SAMPLERS;
     infos[1].usage = SAMPLERS | INPUT | ADDRESS;
@@ -158,18 +146,4 @@ static void test_descriptor_buffers(void **state)
     cpu_CmdBindDescriptorBuffersEXT(COMMAND_BUFFER, MANY, infos);
     assert_true(memory_fail_no_more());
     assert_ptr_equal(seen.array, infos);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_usage, clear),
-        cmocka_unit_test_setup(test_usage_in_the_chain, clear),
-        cmocka_unit_test_setup(test_descriptor_buffers, clear),
-    };
-    VkuDeviceDispatchTable *next = &below->next;
-    next->CreateBuffer = create_buffer;
-    next->CmdBindDescriptorBuffersEXT = bind;
-    next->GetDeviceBufferMemoryRequirements = get_requirements;
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

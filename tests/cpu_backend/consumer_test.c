@@ -4,16 +4,11 @@
  * thread. The test plays the snapshots and the playback. */
 #include "layer/cpu/results.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
-
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/snapshots.h"
 #include "layer/snapshots/tickets.h"
+#include "tests/state/unit_test.h"
 
 static struct layer_instance instance;
 static struct layer_device device;
@@ -102,7 +97,7 @@ static const struct snapshots_consumer *set_up(void)
     return cpu_overlay_consumer(&device);
 }
 
-static void test_warnings_follow_a_run_in_order(void **state)
+TEST(test_warnings_follow_a_run_in_order)
 {
     static const struct batch_run batch;
     const struct snapshots_consumer *consumer = set_up();
@@ -111,7 +106,7 @@ static void test_warnings_follow_a_run_in_order(void **state)
     assert_int_equal(warnings, 3);
 }
 
-static void test_warnings_wait_while_queues_are_locked(void **state)
+TEST(test_warnings_wait_while_queues_are_locked)
 {
     const struct snapshots_consumer *consumer = set_up();
     consumer->run(consumer->user, &(struct submitted_execution){.timestamp = timestamp_never()});
@@ -119,13 +114,4 @@ static void test_warnings_wait_while_queues_are_locked(void **state)
     assert_int_equal(warnings, 0);
     consumer->deliver(consumer->user);
     assert_int_equal(warnings, 3);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_warnings_follow_a_run_in_order),
-        cmocka_unit_test(test_warnings_wait_while_queues_are_locked),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

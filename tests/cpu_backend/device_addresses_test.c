@@ -9,20 +9,16 @@
 /* A buffer on the memory of another one. */
 static VkBuffer create_alias(const struct device_buffer *buffer, VkDeviceSize size)
 {
-    const VkBufferCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .size = size,
-        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                 VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
-    };
+    const STRUCT(VkBufferCreateInfo, info, .size = size,
+                 .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                          VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     VkBuffer alias;
     VkMemoryRequirements requirements;
     GET(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &alias));
     fixture->vk.GetBufferMemoryRequirements(fixture->device, alias, &requirements);
     GET(fixture->vk.BindBufferMemory(fixture->device, alias, buffer->memory, 0));
-    const VkBufferDeviceAddressInfo address = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = alias};
+    const STRUCT(VkBufferDeviceAddressInfo, address, .buffer = alias);
     assert_int_equal(fixture->vk.GetBufferDeviceAddress(fixture->device, &address),
                      buffer->address);
     return alias;
@@ -48,7 +44,7 @@ static void free_lures(struct lures *lures)
         device_buffer_destroy(&device, &lures->buffers[i]);
 }
 
-static void test_builds(void **state)
+TEST_CLOSED(test_builds, result_scene_close)
 {
     struct lures lures;
     result_scene_open(COMPACTED_SIZE);
@@ -62,7 +58,7 @@ static void test_builds(void **state)
     free_lures(&lures);
 }
 
-static void test_serializes(void **state)
+TEST_CLOSED(test_serializes, result_scene_close)
 {
     struct lures lures;
     size_t size;
@@ -84,7 +80,7 @@ static void test_serializes(void **state)
     device_buffer_destroy(&device, &buffer);
 }
 
-static void test_deserializes(void **state)
+TEST_CLOSED(test_deserializes, result_scene_close)
 {
     struct lures lures;
     size_t size;
@@ -105,14 +101,4 @@ static void test_deserializes(void **state)
     free_lures(&lures);
     fixture_destroy(fixture, &loaded);
     device_buffer_destroy(&device, &buffer);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_builds, result_scene_close),
-        cmocka_unit_test_teardown(test_serializes, result_scene_close),
-        cmocka_unit_test_teardown(test_deserializes, result_scene_close),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -1,13 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Builds of command buffers on backend cpu, through the loader: what they read is what was there
  * when they executed, whenever the tree is asked for; and none is made that nobody asks for. */
-#include "device_fixture.h"
+#include "device_program.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-static struct device_fixture device;
-static struct fixture *const fixture = &device.fixture;
 
 enum {
     TRIANGLES = 50,
@@ -16,8 +13,7 @@ enum {
     COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
 };
 
-static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-                                  SECONDARY = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
+static const VkCommandBufferLevel SECONDARY = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
 
 /* ---- scenes: a BLAS of triangles, and a TLAS of two instances of it */
 
@@ -40,7 +36,7 @@ static void open_scene(VkBuildAccelerationStructureFlagsKHR flags)
                         2 * sizeof(VkAccelerationStructureInstanceKHR), &scene.instances);
 }
 
-static int close_scene(void **state)
+static void close_scene(void)
 {
     device_build_destroy(&device, &scene.triangles);
     device_build_destroy(&device, &scene.instances);
@@ -49,7 +45,6 @@ static int close_scene(void **state)
     fixture_free(&scene.host_triangles);
     fixture_free(&scene.host_instances);
     device_expect_silence(&device);
-    return 0;
 }
 
 /* Triangles at (x, y, z), as far as the command buffer goes. */
@@ -96,7 +91,7 @@ static void record_clone(VkCommandBuffer commands, VkAccelerationStructureKHR sr
 
 /* ---- tests */
 
-static void test_same_as_host_build(void **state)
+TEST_CLOSED(test_same_as_host_build, close_scene)
 {
     open_scene(0);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -116,7 +111,7 @@ static void test_same_as_host_build(void **state)
     fixture_destroy(fixture, &tlas);
 }
 
-static void test_only_what_is_asked_for(void **state)
+TEST_CLOSED(test_only_what_is_asked_for, close_scene)
 {
     open_scene(UPDATABLE);
     const AssayCounters before = fixture_counters(fixture);
@@ -137,7 +132,7 @@ static void test_only_what_is_asked_for(void **state)
 }
 
 /* However many updates nobody looked at, one is carried out. */
-static void test_updates(void **state)
+TEST_CLOSED(test_updates, close_scene)
 {
     open_scene(UPDATABLE);
     const AssayCounters before = fixture_counters(fixture);
@@ -155,7 +150,7 @@ static void test_updates(void **state)
 
 /* A TLAS is built over its BLAS as it was then, though that is rebuilt, or gone, before anybody
  * asks. */
-static void test_tlas_keeps_its_timestamp(void **state)
+TEST_CLOSED(test_tlas_keeps_its_timestamp, close_scene)
 {
     open_scene(0);
     struct fixture_structure twin = create_twin(&scene.host_instances);
@@ -182,7 +177,7 @@ static void test_tlas_keeps_its_timestamp(void **state)
 
 /* A command buffer that runs again overwrites the snapshots of its last run, which a clone still
  * needs. */
-static void test_resubmission(void **state)
+TEST_CLOSED(test_resubmission, close_scene)
 {
     open_scene(0);
     struct fixture_structure clone = create_twin(&scene.host_triangles);
@@ -207,7 +202,7 @@ static void test_resubmission(void **state)
     fixture_destroy(fixture, &clone);
 }
 
-static void test_secondary(void **state)
+TEST_CLOSED(test_secondary, close_scene)
 {
     open_scene(0);
     VkCommandBuffer secondary = device_begin(&device, SECONDARY);
@@ -222,7 +217,7 @@ static void test_secondary(void **state)
 }
 
 /* Each execution copies to the same place. Only what is asked for is told, and only once. */
-static void test_executed_twice_at_once(void **state)
+TEST_CLOSED(test_executed_twice_at_once, close_scene)
 {
     open_scene(0);
     struct fixture_structure clone = create_twin(&scene.host_triangles);
@@ -252,7 +247,7 @@ static void test_executed_twice_at_once(void **state)
     fixture_destroy(fixture, &clone);
 }
 
-static void test_indirect(void **state)
+TEST_CLOSED(test_indirect, close_scene)
 {
     open_scene(0);
     enum { SKIPPED = 10, COUNT = 5 };
@@ -275,19 +270,4 @@ static void test_indirect(void **state)
     assert_int_equal(hit.primitive, 0);
     assert_float_equal(hit.t, SKIPPED + 1, 0); /* the ray begins at x = -1 */
     device_buffer_destroy(&device, &ranges);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_same_as_host_build, close_scene),
-        cmocka_unit_test_teardown(test_only_what_is_asked_for, close_scene),
-        cmocka_unit_test_teardown(test_updates, close_scene),
-        cmocka_unit_test_teardown(test_tlas_keeps_its_timestamp, close_scene),
-        cmocka_unit_test_teardown(test_resubmission, close_scene),
-        cmocka_unit_test_teardown(test_secondary, close_scene),
-        cmocka_unit_test_teardown(test_executed_twice_at_once, close_scene),
-        cmocka_unit_test_teardown(test_indirect, close_scene),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

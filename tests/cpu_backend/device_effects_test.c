@@ -1,12 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Only what a scene uses is computed: pairs of scenes that differ in one thing, and all that the
  * counters of backend cpu say of the difference. */
-#include "device_fixture.h"
+#include "device_program.h"
 
 #include <string.h>
-
-static struct device_fixture device;
-static struct fixture *const fixture = &device.fixture;
 
 enum { TRIANGLES = 12, DATA_SIZE = TRIANGLES * 9 * sizeof(float) };
 
@@ -33,7 +30,7 @@ static AssayCounters run(const struct deeds *deeds)
     if (deeds->transforms)
         build.geometry.geometry.triangles.transformData.deviceAddress = transform.address;
 
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     device_upload(&device, commands, &build);
     for (int i = 0; i < (deeds->builds_twice ? 2 : 1); i++)
         device_build(&device, commands, &build, blas.handle, VK_NULL_HANDLE);
@@ -77,21 +74,21 @@ static void expect_pair(const struct deeds *plain, const struct deeds *with,
 
 /* ---- tests */
 
-static void test_untouched(void **state)
+TEST(test_untouched)
 {
     const AssayCounters did = run(&(struct deeds){0});
     const AssayCounters expected = {.bytesSnapshot = DATA_SIZE};
     assert_memory_equal(&did, &expected, sizeof(did));
 }
 
-static void test_transform(void **state)
+TEST(test_transform)
 {
     expect_pair(&(struct deeds){.is_traced = true},
                 &(struct deeds){.is_traced = true, .transforms = true},
                 &(AssayCounters){.bytesSnapshot = sizeof(moved), .matrixProducts = 3 * TRIANGLES});
 }
 
-static void test_rebuild(void **state)
+TEST(test_rebuild)
 {
     expect_pair(&(struct deeds){.is_traced = true},
                 &(struct deeds){.is_traced = true, .builds_twice = true},
@@ -99,13 +96,13 @@ static void test_rebuild(void **state)
 }
 
 /* A clone that nobody changes is the same tree. */
-static void test_clone(void **state)
+TEST(test_clone)
 {
     expect_pair(&(struct deeds){.is_traced = true},
                 &(struct deeds){.is_traced = true, .clones = true}, &(AssayCounters){0});
 }
 
-static void test_compaction(void **state)
+TEST(test_compaction)
 {
     expect_pair(&(struct deeds){.clones = true}, &(struct deeds){.compacts = true},
                 &(AssayCounters){0});
@@ -114,20 +111,10 @@ static void test_compaction(void **state)
     assert_int_equal(did.copies, 1);
 }
 
-static void test_exactness(void **state)
+TEST(test_exactness)
 {
     const AssayCounters inside = run(&(struct deeds){.is_traced = true});
     const AssayCounters edge = run(&(struct deeds){.is_traced = true, .grazes_an_edge = true});
     assert_int_equal(inside.exactCalls, 0);
     assert_true(edge.exactCalls > 0);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_untouched),  cmocka_unit_test(test_transform),
-        cmocka_unit_test(test_rebuild),    cmocka_unit_test(test_clone),
-        cmocka_unit_test(test_compaction), cmocka_unit_test(test_exactness),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -22,42 +22,20 @@ void device_fixture_close(struct device_fixture *fixture)
     fixture_close(&fixture->fixture);
 }
 
-static struct device_fixture *tested;
-
-static const char *open_tested(const char *name)
-{
-    return device_fixture_open(tested, name);
-}
-
-static void close_tested(void)
-{
-    device_fixture_close(tested);
-}
-
-int device_fixture_main(struct device_fixture *fixture, int argc, char **argv,
-                        const struct CMUnitTest *tests, size_t count)
-{
-    tested = fixture;
-    return tests_run(argc, argv, NULL, open_tested, close_tested, tests, count);
-}
-
 /* ---- buffers */
 
 struct device_buffer device_buffer_create(struct device_fixture *fixture, VkDeviceSize size)
 {
-    const VkBufferUsageFlags2CreateInfo usage = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
-        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                 VK_BUFFER_USAGE_RAY_TRACING_BIT_NV | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
-                 VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT |
-                 VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
-                 VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-                 VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX,
-    };
-    const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                     .pNext = &usage,
-                                     .size = size,
-                                     .usage = (VkBufferUsageFlags)usage.usage};
+    const STRUCT(VkBufferUsageFlags2CreateInfo, usage,
+                 .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                          VK_BUFFER_USAGE_RAY_TRACING_BIT_NV | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                          VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT |
+                          VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
+                          VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+                          VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                          VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX);
+    const STRUCT(VkBufferCreateInfo, info, .pNext = &usage, .size = size,
+                 .usage = (VkBufferUsageFlags)usage.usage);
     return buffer_create(&fixture->fixture.vk, fixture->fixture.device,
                          fixture->fixture.host_memory_type, &info);
 }

@@ -14,9 +14,6 @@ struct device_fixture {
 
 const char *device_fixture_open(struct device_fixture *fixture, const char *platform);
 void device_fixture_close(struct device_fixture *fixture);
-/* What main() returns: opens the stage on the platform that the arguments name, and runs tests. */
-int device_fixture_main(struct device_fixture *fixture, int argc, char **argv,
-                        const struct CMUnitTest *tests, size_t count);
 
 /* A buffer for any use that the tests make of one. */
 struct device_buffer device_buffer_create(struct device_fixture *fixture, VkDeviceSize size);

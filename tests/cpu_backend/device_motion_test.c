@@ -1,14 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What moves, built by command buffers on backend cpu, through the loader: the same as by the host,
  * from what was there when they executed. */
-#include "device_fixture.h"
-#include "host_scene.h"
+#include "device_program.h"
 #include "motion_scene.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-static struct device_fixture device;
 
 /* ---- the scene, with its data in buffers */
 
@@ -19,10 +16,9 @@ static struct {
     struct device_buffer then;
 } moving;
 
-static int open_device_scene(void **state)
+static void open_device_scene(void)
 {
-    fixture = device.fixture; /* for what host_scene.h serializes */
-    moving_scene_open(&device.fixture, &moving.host, 0);
+    moving_scene_open(fixture, &moving.host, 0);
     device_build_create(&device, &moving.host.triangles, MOTION_VERTICES_SIZE, &moving.triangles);
     device_build_create(&device, &moving.host.instances, MOTION_INSTANCES_SIZE, &moving.instances);
     moving.then = device_buffer_create(&device, MOTION_VERTICES_SIZE);
@@ -30,23 +26,23 @@ static int open_device_scene(void **state)
     moving.motion = moving.host.motion;
     moving.motion.vertexData.deviceAddress = moving.then.address;
     moving.triangles.geometry.geometry.triangles.pNext = &moving.motion;
-    return 0;
 }
 
-static int close_device_scene(void **state)
+static void close_device_scene(void)
 {
     device_buffer_destroy(&device, &moving.then);
     device_build_destroy(&device, &moving.triangles);
     device_build_destroy(&device, &moving.instances);
-    moving_scene_close(&device.fixture, &moving.host);
+    moving_scene_close(fixture, &moving.host);
     device_expect_silence(&device);
-    return 0;
 }
+
+#define SCENE_TEST(name) TEST_BETWEEN(name, open_device_scene, close_device_scene)
 
 /* Once they have executed, nothing is left of the data. */
 static void build_scene(void)
 {
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     device_upload(&device, commands, &moving.triangles);
     device_upload(&device, commands, &moving.instances);
     device_build(&device, commands, &moving.triangles, moving.host.blas.handle, VK_NULL_HANDLE);
@@ -61,11 +57,11 @@ static void expect_same_as_by_the_host(struct moving_scene *host)
 {
     size_t sizes[4];
     void *bytes[4];
-    bytes[0] = serialize(host->blas.handle, &sizes[0]);
-    bytes[1] = serialize(host->tlas.handle, &sizes[1]);
-    moving_scene_build(&device.fixture, host);
-    bytes[2] = serialize(host->blas.handle, &sizes[2]);
-    bytes[3] = serialize(host->tlas.handle, &sizes[3]);
+    bytes[0] = device_serialize(&device, host->blas.handle, &sizes[0]);
+    bytes[1] = device_serialize(&device, host->tlas.handle, &sizes[1]);
+    moving_scene_build(fixture, host);
+    bytes[2] = device_serialize(&device, host->blas.handle, &sizes[2]);
+    bytes[3] = device_serialize(&device, host->tlas.handle, &sizes[3]);
     for (int i = 0; i < 2; i++) {
         assert_int_equal(sizes[i], sizes[i + 2]);
         assert_memory_equal(bytes[i], bytes[i + 2], sizes[i]);
@@ -76,18 +72,18 @@ static void expect_same_as_by_the_host(struct moving_scene *host)
 
 /* ---- tests */
 
-static void test_same_as_host_build(void **state)
+SCENE_TEST(test_same_as_host_build)
 {
-    const AssayCounters before = fixture_counters(&device.fixture);
+    const AssayCounters before = fixture_counters(fixture);
     build_scene();
-    assert_int_equal(fixture_counters(&device.fixture).bytesSnapshot - before.bytesSnapshot,
+    assert_int_equal(fixture_counters(fixture).bytesSnapshot - before.bytesSnapshot,
                      2 * MOTION_VERTICES_SIZE + MOTION_INSTANCES_SIZE);
-    expect_moving_blas(&device.fixture, moving.host.blas.handle, 4);
-    expect_moving_tlas(&device.fixture, moving.host.tlas.handle);
+    expect_moving_blas(fixture, moving.host.blas.handle, 4);
+    expect_moving_tlas(fixture, moving.host.tlas.handle);
     expect_same_as_by_the_host(&moving.host);
 }
 
-static void test_offsets(void **state)
+SCENE_TEST(test_offsets)
 {
     moving.host.triangles.range =
         (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = MOVING_TRIANGLES - 2,
@@ -97,14 +93,13 @@ static void test_offsets(void **state)
         .primitiveCount = MOVING_INSTANCES - 1, .primitiveOffset = MOTION_INSTANCE_STRIDE};
     build_scene();
     /* The last of the triangles, by the first of the instances: 2 from where the others begin. */
-    const AssayHit hit =
-        fixture_trace_at(&device.fixture, moving.host.tlas.handle, 2.25f, 0.25f, 1);
+    const AssayHit hit = fixture_trace_at(fixture, moving.host.tlas.handle, 2.25f, 0.25f, 1);
     assert_true(hit.isHit);
     assert_float_equal(hit.t, 1 + 2 + 4 + 8, 1e-5);
     expect_same_as_by_the_host(&moving.host);
 }
 
-static void test_indirect(void **state)
+SCENE_TEST(test_indirect)
 {
     struct device_buffer ranges =
         device_buffer_create(&device, sizeof(moving.host.triangles.range));
@@ -113,14 +108,13 @@ static void test_indirect(void **state)
     memcpy(ranges.bytes, &range, sizeof(range));
     const uint32_t stride = sizeof(range), most = MOVING_TRIANGLES;
     const uint32_t *const maxima = &most;
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     device_upload(&device, commands, &moving.triangles);
     moving.triangles.info.dstAccelerationStructure = moving.host.blas.handle;
-    device.fixture.vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &moving.triangles.info,
-                                                                &ranges.address, &stride, &maxima);
+    fixture->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &moving.triangles.info,
+                                                          &ranges.address, &stride, &maxima);
     device_finish(&device, commands);
-    const AssayHit hit =
-        fixture_trace_at(&device.fixture, moving.host.blas.handle, 0.25f, 0.25f, 0.5f);
+    const AssayHit hit = fixture_trace_at(fixture, moving.host.blas.handle, 0.25f, 0.25f, 0.5f);
     assert_true(hit.isHit);
     assert_float_equal(hit.t, 1 + 2 + 2, 1e-5);
     device_buffer_destroy(&device, &ranges);
@@ -148,7 +142,7 @@ static void point_to_instances(const struct device_buffer *instances, uint64_t p
     pointers[MOVING_INSTANCES] = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV;
 }
 
-static void test_array_of_pointers(void **state)
+SCENE_TEST(test_array_of_pointers)
 {
     struct device_buffer instances =
         device_buffer_create(&device, (VkDeviceSize)MOVING_INSTANCES * APART);
@@ -157,27 +151,14 @@ static void test_array_of_pointers(void **state)
     moving.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
     moving.instances.geometry.geometry.instances.data.deviceAddress = pointers.address;
     moving.host.instances.range.primitiveCount = POINTERS;
-    fixture_destroy(&device.fixture, &moving.host.tlas);
+    fixture_destroy(fixture, &moving.host.tlas);
     free(moving.host.instances.scratch);
-    moving.host.tlas = fixture_create_for(&device.fixture, &moving.host.instances);
+    moving.host.tlas = fixture_create_for(fixture, &moving.host.instances);
     build_scene();
     memset(instances.bytes, 0, (size_t)MOVING_INSTANCES * APART); /* too late to matter */
-    expect_moving_tlas(&device.fixture, moving.host.tlas.handle);
+    expect_moving_tlas(fixture, moving.host.tlas.handle);
     /* Content may tell of the null pointer. */
-    messages_clear(&device.fixture.instance_fixture.messages);
+    messages_clear(&fixture->instance_fixture.messages);
     device_buffer_destroy(&device, &instances);
     device_buffer_destroy(&device, &pointers);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_same_as_host_build, open_device_scene,
-                                        close_device_scene),
-        cmocka_unit_test_setup_teardown(test_offsets, open_device_scene, close_device_scene),
-        cmocka_unit_test_setup_teardown(test_indirect, open_device_scene, close_device_scene),
-        cmocka_unit_test_setup_teardown(test_array_of_pointers, open_device_scene,
-                                        close_device_scene),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -1,12 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Arrays of pointers in builds of command buffers on backend cpu, through the loader: instances are
  * gathered at that point of the command buffer, and what the application has bound stays bound. */
-#include "device_fixture.h"
+#include "device_program.h"
 
 #include <string.h>
-
-static struct device_fixture device;
-static struct fixture *const fixture = &device.fixture;
 
 static const uint32_t fill_code[] = {
 #include "fill_comp.h"
@@ -23,7 +20,7 @@ static struct {
     struct device_buffer instances, pointers;
 } scene;
 
-static int open_scene(void **state)
+static void open_scene(void)
 {
     fixture_triangles(&scene.triangles, 1, 0);
     scene.blas = fixture_create_for(fixture, &scene.triangles);
@@ -44,10 +41,9 @@ static int open_scene(void **state)
     memcpy(scene.pointers.bytes, pointers, sizeof(pointers));
     scene.build.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
     scene.build.geometry.geometry.instances.data.deviceAddress = scene.pointers.address;
-    return 0;
 }
 
-static int close_scene(void **state)
+static void close_scene(void)
 {
     device_buffer_destroy(&device, &scene.instances);
     device_buffer_destroy(&device, &scene.pointers);
@@ -57,7 +53,6 @@ static int close_scene(void **state)
     fixture_free(&scene.triangles);
     fixture_free(&scene.pairs);
     device_expect_silence(&device);
-    return 0;
 }
 
 static void expect_instances(void)
@@ -73,9 +68,9 @@ static void expect_instances(void)
 
 /* ---- tests */
 
-static void test_gathered(void **state)
+TEST_BETWEEN(test_gathered, open_scene, close_scene)
 {
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     device_build(&device, commands, &scene.build, scene.tlas.handle, VK_NULL_HANDLE);
     device_finish(&device, commands);
     memset(scene.instances.bytes, 0, COUNT * APART); /* too late to matter */
@@ -84,7 +79,7 @@ static void test_gathered(void **state)
     messages_clear(&fixture->instance_fixture.messages);
 }
 
-static void test_gathered_by_indirect_build(void **state)
+TEST_BETWEEN(test_gathered_by_indirect_build, open_scene, close_scene)
 {
     struct device_buffer range = device_buffer_create(&device, 64);
     const VkAccelerationStructureBuildRangeInfoKHR two = {.primitiveCount = 2,
@@ -92,7 +87,7 @@ static void test_gathered_by_indirect_build(void **state)
     const uint32_t stride = sizeof(two), most = COUNT;
     const uint32_t *const maxima = &most;
     memcpy(range.bytes, &two, sizeof(two));
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     scene.build.info.dstAccelerationStructure = scene.tlas.handle;
     fixture->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.build.info,
                                                           &range.address, &stride, &maxima);
@@ -129,13 +124,13 @@ static struct fill create_fill(void)
     return fill;
 }
 
-static void test_bound_state_stays(void **state)
+TEST_BETWEEN(test_bound_state_stays, open_scene, close_scene)
 {
     const VkuDeviceDispatchTable *vk = &fixture->vk;
     const struct fill fill = create_fill();
     struct device_buffer target = device_buffer_create(&device, 4);
     const struct constants constants = {target.address, 0xabcdef};
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     vk->CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, fill.pipeline);
     vk->CmdPushConstants(commands, fill.layout, VK_SHADER_STAGE_COMPUTE_BIT, CONSTANTS_AT,
                          sizeof(constants), &constants);
@@ -151,7 +146,7 @@ static void test_bound_state_stays(void **state)
 }
 
 /* Builds follow no condition, and so what gathers for them must not; all else does. */
-static void test_condition_stays(void **state)
+TEST_BETWEEN(test_condition_stays, open_scene, close_scene)
 {
     if (!instance_fixture_has_conditions(&fixture->instance_fixture))
         skip();
@@ -159,17 +154,13 @@ static void test_condition_stays(void **state)
     const struct fill fill = create_fill();
     struct device_buffer condition = device_buffer_create(&device, 16),
                          target = device_buffer_create(&device, 4);
-    const VkConditionalRenderingBeginInfoEXT begin = {
-        .sType = VK_STRUCTURE_TYPE_CONDITIONAL_RENDERING_BEGIN_INFO_EXT,
-        .buffer = condition.handle,
-        .offset = 8,
-        .flags = VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT,
-    };
+    const STRUCT(VkConditionalRenderingBeginInfoEXT, begin, .buffer = condition.handle, .offset = 8,
+                 .flags = VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT);
     const struct constants constants = {target.address, 0xabcdef};
     memset(condition.bytes, 0, 16);
     memset(condition.bytes + 8, 0xff, 4);
     memset(target.bytes, 0, 4);
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     vk->CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, fill.pipeline);
     vk->CmdPushConstants(commands, fill.layout, VK_SHADER_STAGE_COMPUTE_BIT, CONSTANTS_AT,
                          sizeof(constants), &constants);
@@ -185,15 +176,4 @@ static void test_condition_stays(void **state)
     vk->DestroyPipelineLayout(fixture->device, fill.layout, NULL);
     device_buffer_destroy(&device, &condition);
     device_buffer_destroy(&device, &target);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_gathered, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_gathered_by_indirect_build, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_bound_state_stays, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_condition_stays, open_scene, close_scene),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

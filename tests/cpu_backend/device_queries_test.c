@@ -7,7 +7,9 @@
 static const VkQueryType SERIALIZATION_SIZE =
     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
 
-static void test_queries(void **state)
+#define NOT_READY(call) assert_int_equal(call, VK_NOT_READY)
+
+TEST_CLOSED(test_queries, result_scene_close)
 {
     result_scene_open(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -26,23 +28,20 @@ static void test_queries(void **state)
         assert_int_equal(wide[i][1], 1);
     }
     uint32_t narrow[QUERIES] = {7, 7, 7};
-    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, QUERIES,
-                                                     sizeof(narrow), narrow, sizeof(narrow[0]), 0),
-                     VK_NOT_READY);
+    NOT_READY(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, QUERIES,
+                                              sizeof(narrow), narrow, sizeof(narrow[0]), 0));
     assert_int_equal(narrow[1], expected);
     assert_int_equal(narrow[2], 7);
     uint32_t partial[2] = {7, 7};
-    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 2, 1,
-                                                     sizeof(partial), partial, sizeof(partial),
-                                                     VK_QUERY_RESULT_PARTIAL_BIT |
-                                                         VK_QUERY_RESULT_WITH_AVAILABILITY_BIT),
-                     VK_NOT_READY);
+    NOT_READY(fixture->vk.GetQueryPoolResults(
+        fixture->device, scene.pool, 2, 1, sizeof(partial), partial, sizeof(partial),
+        VK_QUERY_RESULT_PARTIAL_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT));
     assert_int_equal(partial[0], 0);
     assert_int_equal(partial[1], 0);
 }
 
 /* A query tells of the structure as it was when the query was written. */
-static void test_query_keeps_its_timestamp(void **state)
+TEST_CLOSED(test_query_keeps_its_timestamp, result_scene_close)
 {
     result_scene_open(SERIALIZATION_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -57,21 +56,20 @@ static void test_query_keeps_its_timestamp(void **state)
     scene.host.range.primitiveCount = TRIANGLES;
 }
 
-static void test_other_queries(void **state)
+TEST(test_other_queries)
 {
     VkQueryPool pool = query_pool_create(&fixture->vk, fixture->device, VK_QUERY_TYPE_OCCLUSION, 1);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     fixture->vk.CmdResetQueryPool(commands, pool, 0, 1);
     device_finish(&device, commands);
     uint32_t value;
-    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, pool, 0, 1, sizeof(value),
-                                                     &value, sizeof(value), 0),
-                     VK_NOT_READY);
+    NOT_READY(fixture->vk.GetQueryPoolResults(fixture->device, pool, 0, 1, sizeof(value), &value,
+                                              sizeof(value), 0));
     fixture->vk.DestroyQueryPool(fixture->device, pool, NULL);
     device_expect_silence(&device);
 }
 
-static void test_copied_queries(void **state)
+TEST_CLOSED(test_copied_queries, result_scene_close)
 {
     result_scene_open(COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
@@ -96,7 +94,7 @@ static void test_copied_queries(void **state)
 
 /* Counts beyond the end of the pool mean no more than up to there, take no time, and nothing is
  * written for queries that there aren't. */
-static void test_wild_counts(void **state)
+TEST_CLOSED(test_wild_counts, result_scene_close)
 {
     result_scene_open(COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(&device, 256);
@@ -113,30 +111,14 @@ static void test_wild_counts(void **state)
     const uint64_t wanted[] = {expected, untouched, untouched};
     assert_memory_equal(buffer.bytes, wanted, sizeof(wanted));
     uint64_t values[2] = {0};
-    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 2,
-                                                     sizeof(values), values, 8,
-                                                     VK_QUERY_RESULT_64_BIT),
-                     VK_NOT_READY);
+    NOT_READY(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 2, sizeof(values),
+                                              values, 8, VK_QUERY_RESULT_64_BIT));
     assert_int_equal(values[0], expected);
     fixture->vk.ResetQueryPool(fixture->device, scene.pool, 1, UINT32_MAX);
     GET(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(values), values,
                                         8, VK_QUERY_RESULT_64_BIT));
     fixture->vk.ResetQueryPool(fixture->device, scene.pool, 0, UINT32_MAX);
-    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1,
-                                                     sizeof(values), values, 8,
-                                                     VK_QUERY_RESULT_64_BIT),
-                     VK_NOT_READY);
+    NOT_READY(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(values),
+                                              values, 8, VK_QUERY_RESULT_64_BIT));
     device_buffer_destroy(&device, &buffer);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_queries, result_scene_close),
-        cmocka_unit_test_teardown(test_query_keeps_its_timestamp, result_scene_close),
-        cmocka_unit_test(test_other_queries),
-        cmocka_unit_test_teardown(test_copied_queries, result_scene_close),
-        cmocka_unit_test_teardown(test_wild_counts, result_scene_close),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -4,12 +4,11 @@
 #include "result_scene.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 static const VkQueryType SERIALIZATION_SIZE =
     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
 
-static void test_compaction(void **state)
+TEST_CLOSED(test_compaction, result_scene_close)
 {
     result_scene_open(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
@@ -33,12 +32,8 @@ static void learn(enum learning learning, VkFence fence, VkSemaphore semaphore)
 {
     const VkuDeviceDispatchTable *vk = &fixture->vk;
     const uint64_t one = 1;
-    const VkSemaphoreWaitInfo wait = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
-        .semaphoreCount = 1,
-        .pSemaphores = &semaphore,
-        .pValues = &one,
-    };
+    const STRUCT(VkSemaphoreWaitInfo, wait, .semaphoreCount = 1, .pSemaphores = &semaphore,
+                 .pValues = &one);
     uint64_t value = 0;
     switch (learning) {
     case BY_FENCE:
@@ -81,21 +76,13 @@ static struct submission run_and_learn(VkCommandBuffer commands, enum learning l
 {
     const VkuDeviceDispatchTable *vk = &fixture->vk;
     const uint64_t one = 1;
-    const VkTimelineSemaphoreSubmitInfo values = {
-        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
-        .signalSemaphoreValueCount = 1,
-        .pSignalSemaphoreValues = &one,
-    };
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .signalSemaphoreValueCount = 1,
+                 .pSignalSemaphoreValues = &one);
     const struct submission submission = {fence_create(vk, fixture->device),
                                           timeline_create(vk, fixture->device)};
-    const VkSubmitInfo submit = {
-        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-        .pNext = &values,
-        .commandBufferCount = 1,
-        .pCommandBuffers = &commands,
-        .signalSemaphoreCount = 1,
-        .pSignalSemaphores = &submission.semaphore,
-    };
+    const STRUCT(VkSubmitInfo, submit, .pNext = &values, .commandBufferCount = 1,
+                 .pCommandBuffers = &commands, .signalSemaphoreCount = 1,
+                 .pSignalSemaphores = &submission.semaphore);
     device_end(&device, commands);
     GET(vk->QueueSubmit(device.queue, 1, &submit, submission.fence));
     learn(learning, submission.fence, submission.semaphore);
@@ -104,7 +91,7 @@ static struct submission run_and_learn(VkCommandBuffer commands, enum learning l
 
 /* Serialized to a buffer, and from there into another structure; with the fence and the semaphore
  * left for the end. */
-static void test_serialization(void **state)
+TEST(test_serialization)
 {
     for (enum learning learning = BY_FENCE; learning <= BY_DEVICE; learning++) {
         result_scene_open(SERIALIZATION_SIZE);
@@ -131,12 +118,12 @@ static void test_serialization(void **state)
         assert_true(fixture_trace(fixture, loaded.handle, 0.25f, 0.25f).isHit);
         fixture_destroy(fixture, &loaded);
         device_buffer_destroy(&device, &buffer);
-        result_scene_close(NULL);
+        result_scene_close();
     }
 }
 
 /* One batch of a submission is seen complete, while another waits for the host. */
-static void test_batch_that_waits_for_the_host(void **state)
+TEST_CLOSED(test_batch_that_waits_for_the_host, result_scene_close)
 {
     const VkuDeviceDispatchTable *vk = &fixture->vk;
     result_scene_open(COMPACTED_SIZE);
@@ -149,13 +136,9 @@ static void test_batch_that_waits_for_the_host(void **state)
     const struct submission submission = {.semaphore =
                                               timeline_create(&fixture->vk, fixture->device)};
     const uint64_t one = 1, two = 2;
-    const VkTimelineSemaphoreSubmitInfo values = {
-        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
-        .waitSemaphoreValueCount = 1,
-        .pWaitSemaphoreValues = &two,
-        .signalSemaphoreValueCount = 1,
-        .pSignalSemaphoreValues = &one,
-    };
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .waitSemaphoreValueCount = 1,
+                 .pWaitSemaphoreValues = &two, .signalSemaphoreValueCount = 1,
+                 .pSignalSemaphoreValues = &one);
     const VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
     const VkSubmitInfo submits[] = {
         {VK_STRUCTURE_TYPE_SUBMIT_INFO, &values, 0, NULL, NULL, 1, &commands, 1,
@@ -173,14 +156,4 @@ static void test_batch_that_waits_for_the_host(void **state)
     const uint64_t *words = (uint64_t *)buffer.bytes;
     assert_int_equal(words[0], result_scene_property(scene.blas.handle, COMPACTED_SIZE));
     device_buffer_destroy(&device, &buffer);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_compaction, result_scene_close),
-        cmocka_unit_test(test_serialization),
-        cmocka_unit_test_teardown(test_batch_that_waits_for_the_host, result_scene_close),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -68,7 +68,7 @@ void create_objects(struct application *app)
     own.address = address_of(app, own.data);
     scarce_commands_create(app, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
                            &own.commands);
-    const VkFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    const STRUCT(VkFenceCreateInfo, fence);
     CALL(app, CreateFence, app->device, &fence, NULL, &own.fence);
     own.trace_rays = scarce_find_tracing(app);
     own.micromap = create_micromap(app, app->inputs, 0, STRUCTURE_SIZE,
@@ -94,14 +94,10 @@ static void build_micromap(struct application *app)
 {
     static const VkMicromapTriangleEXT triangles[BOXES] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
     static const uint8_t block[64];
-    const VkMicromapBuildInfoEXT info = {.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
-                                         .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
-                                         .dstMicromap = own.micromap,
-                                         .usageCountsCount = 1,
-                                         .pUsageCounts = &usage,
-                                         .data.hostAddress = block,
-                                         .triangleArray.hostAddress = triangles,
-                                         .triangleArrayStride = sizeof(triangles[0])};
+    const STRUCT(VkMicromapBuildInfoEXT, info, .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
+                 .dstMicromap = own.micromap, .usageCountsCount = 1, .pUsageCounts = &usage,
+                 .data.hostAddress = block, .triangleArray.hostAddress = triangles,
+                 .triangleArrayStride = sizeof(triangles[0]));
     CALL(app, BuildMicromapsEXT, app->device, VK_NULL_HANDLE, 1, &info);
 }
 
@@ -109,25 +105,17 @@ static void build_micromap(struct application *app)
 static void displace(VkAccelerationStructureGeometryKHR *geometry,
                      VkAccelerationStructureTrianglesDisplacementMicromapNV *displacement)
 {
-    *displacement = (VkAccelerationStructureTrianglesDisplacementMicromapNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
-        .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
-        .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .displacementVectorBuffer.deviceAddress = own.address,
-        .displacementVectorStride = 12,
-        .indexType = VK_INDEX_TYPE_NONE_KHR,
-        .usageCountsCount = 1,
-        .pUsageCounts = &usage,
-        .micromap = own.micromap};
+    *displacement = MAKE(VkAccelerationStructureTrianglesDisplacementMicromapNV,
+                         .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
+                         .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                         .displacementVectorBuffer.deviceAddress = own.address,
+                         .displacementVectorStride = 12, .indexType = VK_INDEX_TYPE_NONE_KHR,
+                         .usageCountsCount = 1, .pUsageCounts = &usage, .micromap = own.micromap);
     geometry->geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
-    geometry->geometry.triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-        .pNext = displacement,
-        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.deviceAddress = own.address,
-        .vertexStride = 12,
-        .maxVertex = 3 * BOXES - 1,
-        .indexType = VK_INDEX_TYPE_NONE_KHR};
+    geometry->geometry.triangles =
+        MAKE(VkAccelerationStructureGeometryTrianglesDataKHR, .pNext = displacement,
+             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.deviceAddress = own.address,
+             .vertexStride = 12, .maxVertex = 3 * BOXES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
 }
 
 static void record_build(struct application *app, VkCommandBuffer commands, unsigned n,
@@ -135,33 +123,27 @@ static void record_build(struct application *app, VkCommandBuffer commands, unsi
 {
     VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
     const bool is_top = n == TLAS;
-    VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = is_top ? VK_GEOMETRY_TYPE_INSTANCES_KHR : VK_GEOMETRY_TYPE_AABBS_KHR};
+    STRUCT(VkAccelerationStructureGeometryKHR, geometry,
+           .geometryType = is_top ? VK_GEOMETRY_TYPE_INSTANCES_KHR : VK_GEOMETRY_TYPE_AABBS_KHR);
     if (is_top)
-        geometry.geometry.instances = (VkAccelerationStructureGeometryInstancesDataKHR){
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-            .data.deviceAddress = own.address + INSTANCES_AT};
+        geometry.geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                                           .data.deviceAddress = own.address + INSTANCES_AT);
     else
-        geometry.geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR){
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-            .data.deviceAddress = own.address,
-            .stride = sizeof(VkAabbPositionsKHR)};
+        geometry.geometry.aabbs =
+            MAKE(VkAccelerationStructureGeometryAabbsDataKHR, .data.deviceAddress = own.address,
+                 .stride = sizeof(VkAabbPositionsKHR));
     if (n == DISPLACED)
         displace(&geometry, &displacement);
-    const VkAccelerationStructureBuildGeometryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = is_top ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
-                       : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
-                 VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
-        .mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
-                    : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-        .srcAccelerationStructure = src,
-        .dstAccelerationStructure = app->sets[n].accel,
-        .geometryCount = 1,
-        .pGeometries = &geometry,
-        .scratchData.deviceAddress = own.address + DATA_SIZE / 2};
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
+                 .type = is_top ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                                : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
+                          VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
+                 .mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                             : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+                 .srcAccelerationStructure = src, .dstAccelerationStructure = app->sets[n].accel,
+                 .geometryCount = 1, .pGeometries = &geometry,
+                 .scratchData.deviceAddress = own.address + DATA_SIZE / 2);
     const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = BOXES};
     const VkAccelerationStructureBuildRangeInfoKHR *ranges = &range;
     app->vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
@@ -214,9 +196,8 @@ static VkResult record_primary(struct application *app)
 
 static void submit(struct application *app)
 {
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &own.commands.primary};
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
+                 .pCommandBuffers = &own.commands.primary);
     CALL(app, QueueSubmit, app->queue, 1, &info, own.fence);
     CALL(app, WaitForFences, app->device, 1, &own.fence, VK_TRUE, UINT64_MAX);
     CALL(app, ResetFences, app->device, 1, &own.fence);

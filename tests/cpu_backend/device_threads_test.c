@@ -2,16 +2,12 @@
 /* Threads that record, submit, query and trace at once on backend cpu, each with structures of its
  * own over one BLAS that all of them share, for thread sanitizers: over the null driver, which
  * copies nothing, so that boxes are points at the origin. */
-#include "device_fixture.h"
+#include "device_program.h"
 
 #include <pthread.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { THREADS = 4, ROUNDS = 40 };
 
-static struct device_fixture device;
-static struct fixture *const fixture = &device.fixture;
 static pthread_mutex_t queue_lock = PTHREAD_MUTEX_INITIALIZER;
 static struct fixture_structure shared;
 
@@ -61,7 +57,7 @@ static void close_worker(struct worker *worker)
 static VkCommandBuffer record(struct worker *worker)
 {
     const VkuDeviceDispatchTable *vk = &fixture->vk;
-    VkCommandBuffer commands = device_begin(&worker->own, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&worker->own, PRIMARY);
     device_build(&worker->own, commands, &worker->triangles, worker->blas.handle, VK_NULL_HANDLE);
     device_build(&worker->own, commands, &worker->instances, worker->tlas.handle, VK_NULL_HANDLE);
     vk->CmdResetQueryPool(commands, worker->queries, 0, 1);
@@ -119,7 +115,7 @@ static void *work(void *argument)
     return NULL;
 }
 
-static void test_threads(void **state)
+TEST(test_threads)
 {
     static struct worker workers[THREADS];
     pthread_t threads[THREADS];
@@ -139,11 +135,4 @@ static void test_threads(void **state)
     fixture_destroy(fixture, &shared);
     fixture_free(&build);
     assert_int_equal(fixture->instance_fixture.messages.count, 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_threads)};
-    char name[] = "threads", platform[] = "null", *arguments[] = {name, platform};
-    return device_fixture_main(&device, 2, arguments, tests, ARRAY_COUNT(tests));
 }

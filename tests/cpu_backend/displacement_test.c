@@ -23,17 +23,19 @@ static void build_micromap(const struct micromap *micromap, uint32_t rise, bool 
 
 enum { FLAGS = 64, BIASES = 1024, VECTORS = 2048, FIRST_VERTEX = 2 };
 
-struct user {
+static struct {
     struct input_scene scene;
     VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
-};
+} user;
 
-static void fill_triangles(struct user *user)
+static struct micromap micromaps[3];
+
+static void fill_triangles(void)
 {
     const uint16_t indices[TRIANGLES] = {1, 0};
     const uint8_t flags[TRIANGLES] = {0, 4};
-    unsigned char *other = user->scene.radii.bytes;
-    float *to = (float *)user->scene.vertices.bytes + 3 * FIRST_VERTEX;
+    unsigned char *other = user.scene.radii.bytes;
+    float *to = (float *)user.scene.vertices.bytes + 3 * FIRST_VERTEX;
     float *biases = (float *)(void *)(other + BIASES) + 2 * FIRST_VERTEX;
     float *vectors = (float *)(void *)(other + VECTORS) + 3 * FIRST_VERTEX;
     for (int i = 0; i < TRIANGLES; i++) {
@@ -47,7 +49,7 @@ static void fill_triangles(struct user *user)
         biases[2 * i] = i < 3 ? 0 : 1;
         biases[2 * i + 1] = 2;
     }
-    memcpy(user->scene.indices.bytes, indices, sizeof(indices));
+    memcpy(user.scene.indices.bytes, indices, sizeof(indices));
     memcpy(other + FLAGS, flags, sizeof(flags));
 }
 
@@ -56,59 +58,72 @@ static uint64_t address_of(const struct device_buffer *buffer, bool by_host)
     return by_host ? (uintptr_t)buffer->bytes : buffer->address;
 }
 
-static void describe(struct user *user, const struct micromap *micromap, bool by_host)
+static void describe(const struct micromap *micromap, bool by_host)
 {
-    struct input_scene *scene = &user->scene;
+    struct input_scene *scene = &user.scene;
     const uint64_t other = address_of(&scene->radii, by_host);
-    user->displacement = (VkAccelerationStructureTrianglesDisplacementMicromapNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
+    user.displacement = MAKE(
+        VkAccelerationStructureTrianglesDisplacementMicromapNV,
         .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
         .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
         .displacementBiasAndScaleBuffer.deviceAddress = other + BIASES,
         .displacementBiasAndScaleStride = 8,
-        .displacementVectorBuffer.deviceAddress = other + VECTORS,
-        .displacementVectorStride = 12,
+        .displacementVectorBuffer.deviceAddress = other + VECTORS, .displacementVectorStride = 12,
         .displacedMicromapPrimitiveFlags.deviceAddress = other + FLAGS,
-        .displacedMicromapPrimitiveFlagsStride = 1,
-        .indexType = VK_INDEX_TYPE_UINT16,
-        .indexBuffer.deviceAddress = address_of(&scene->indices, by_host),
-        .indexStride = 2,
-        .usageCountsCount = 2,
-        .pUsageCounts = micromap_displacement_usages,
-        .micromap = micromap->ext,
-    };
-    scene->build.geometry.geometry.triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-        .pNext = &user->displacement,
-        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.deviceAddress = address_of(&scene->vertices, by_host),
-        .vertexStride = 12,
-        .maxVertex = FIRST_VERTEX + 3 * TRIANGLES - 1,
-        .indexType = VK_INDEX_TYPE_NONE_KHR,
-    };
+        .displacedMicromapPrimitiveFlagsStride = 1, .indexType = VK_INDEX_TYPE_UINT16,
+        .indexBuffer.deviceAddress = address_of(&scene->indices, by_host), .indexStride = 2,
+        .usageCountsCount = 2, .pUsageCounts = micromap_displacement_usages,
+        .micromap = micromap->ext);
+    scene->build.geometry.geometry.triangles =
+        MAKE(VkAccelerationStructureGeometryTrianglesDataKHR, .pNext = &user.displacement,
+             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+             .vertexData.deviceAddress = address_of(&scene->vertices, by_host), .vertexStride = 12,
+             .maxVertex = FIRST_VERTEX + 3 * TRIANGLES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
     scene->build.range.primitiveCount = TRIANGLES;
     scene->build.range.firstVertex = FIRST_VERTEX;
 }
 
-static void open_user(struct user *user, const struct micromap *micromap)
+/* Micromaps that are not built, and triangles that use the last one. */
+static void open_scene(uint32_t micromap_count)
 {
-    input_scene_open(&user->scene, VK_GEOMETRY_TYPE_TRIANGLES_KHR, NULL);
-    user->scene.build.info.flags =
+    for (uint32_t i = 0; i < micromap_count; i++)
+        micromap_open_displacement(&micromaps[i]);
+    input_scene_open(&user.scene, VK_GEOMETRY_TYPE_TRIANGLES_KHR, NULL);
+    user.scene.build.info.flags =
         VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
         VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISPLACEMENT_MICROMAP_UPDATE_BIT_NV;
-    describe(user, micromap, false);
-    fill_triangles(user);
-    input_scene_create(&user->scene);
+    describe(&micromaps[micromap_count - 1], false);
+    fill_triangles();
+    input_scene_create(&user.scene);
+}
+
+static void close_scene(void)
+{
+    input_scene_close(&user.scene);
+    for (int i = 0; i < 3; i++)
+        micromap_close(&micromaps[i]);
+    memset(micromaps, 0, sizeof(micromaps));
+}
+
+static void build_by_device(bool is_indirect)
+{
+    input_scene_build(&user.scene, &user.scene.build.range, is_indirect);
+}
+
+static VkResult build_by_host(void)
+{
+    return fixture_build(fixture, VK_NULL_HANDLE, &user.scene.build, user.scene.blas.handle,
+                         VK_NULL_HANDLE);
 }
 
 /* By `rise`, twice what the micromap says. */
-static void expect_surface(const struct user *user, float rise)
+static void expect_surface(float rise)
 {
     /* the plane through the middles, of which that of edge 2-0 has become vertex 2 */
     const float places[2][3] = {{0.45f, 0.45f, 0.9f}, {0.6f, 0.1f, 0.8f}};
-    input_scene_expect_hit(&user->scene, 0.2f, 0.3f, 1 + rise, 0);
+    input_scene_expect_hit(&user.scene, 0.2f, 0.3f, 1 + rise, 0);
     for (int i = 0; i < 2; i++) {
-        const AssayHit hit = input_scene_trace(&user->scene, 2 + places[i][0], places[i][1]);
+        const AssayHit hit = input_scene_trace(&user.scene, 2 + places[i][0], places[i][1]);
         assert_true(hit.isHit);
         assert_int_equal(hit.primitive, 1);
         assert_float_equal(hit.t, 12 + rise * places[i][2], 1e-4);
@@ -120,103 +135,76 @@ static void expect_surface(const struct user *user, float rise)
 /* ---- tests */
 
 /* By the host or a command buffer, each; the micromap's input is gone, then the triangles'. */
-static void test_builds(void **state)
+TEST(test_builds)
 {
     for (int way = 0; way < 6; way++) {
-        struct micromap micromap;
-        struct user user;
-        micromap_open_displacement(&micromap);
-        open_user(&user, &micromap);
-        build_micromap(&micromap, 2047, way % 2);
+        open_scene(1);
+        build_micromap(&micromaps[0], 2047, way % 2);
         if (way < 2) {
-            describe(&user, &micromap, true);
-            GET(fixture_build(&device.fixture, VK_NULL_HANDLE, &user.scene.build,
-                              user.scene.blas.handle, VK_NULL_HANDLE));
+            describe(&micromaps[0], true);
+            GET(build_by_host());
         } else {
-            input_scene_build(&user.scene, &user.scene.build.range, way >= 4);
+            build_by_device(way >= 4);
         }
-        expect_surface(&user, 2);
-        input_scene_close(&user.scene);
-        micromap_close(&micromap);
+        expect_surface(2);
+        close_scene();
     }
 }
 
 /* Triangles are where the micromap put them when they were built, however late that shows. */
-static void test_micromap_that_changes(void **state)
+TEST_CLOSED(test_micromap_that_changes, close_scene)
 {
-    struct micromap micromap;
-    struct user user;
-    micromap_open_displacement(&micromap);
-    open_user(&user, &micromap);
-    build_micromap(&micromap, 2047, false);
-    input_scene_build(&user.scene, &user.scene.build.range, false);
-    build_micromap(&micromap, 0, false);
-    expect_surface(&user, 2);
-    fill_triangles(&user);
-    input_scene_build(&user.scene, &user.scene.build.range, false);
-    device.fixture.vk.DestroyMicromapEXT(device.fixture.device, micromap.ext, NULL);
-    micromap.ext = VK_NULL_HANDLE;
-    expect_surface(&user, 0);
-    input_scene_close(&user.scene);
-    micromap_close(&micromap);
+    open_scene(1);
+    build_micromap(&micromaps[0], 2047, false);
+    build_by_device(false);
+    build_micromap(&micromaps[0], 0, false);
+    expect_surface(2);
+    fill_triangles();
+    build_by_device(false);
+    fixture->vk.DestroyMicromapEXT(fixture->device, micromaps[0].ext, NULL);
+    micromaps[0].ext = VK_NULL_HANDLE;
+    expect_surface(0);
 }
 
-static void test_copies(void **state)
+TEST_CLOSED(test_copies, close_scene)
 {
     static _Alignas(16) unsigned char bytes[MICROMAP_SIZE];
-    struct micromap micromap[3];
-    struct user user;
-    for (int i = 0; i < 3; i++)
-        micromap_open_displacement(&micromap[i]);
-    open_user(&user, &micromap[2]);
-    build_micromap(&micromap[0], 2047, false);
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    micromap_clone_by_device(commands, &micromap[0], &micromap[1]);
+    open_scene(3);
+    build_micromap(&micromaps[0], 2047, false);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    micromap_clone_by_device(commands, &micromaps[0], &micromaps[1]);
     device_finish(&device, commands);
-    GET(micromap_save_by_host(&micromap[1], bytes));
-    GET(micromap_load_by_host(bytes, &micromap[2]));
-    input_scene_build(&user.scene, &user.scene.build.range, false);
-    expect_surface(&user, 2);
-    input_scene_close(&user.scene);
-    for (int i = 0; i < 3; i++)
-        micromap_close(&micromap[i]);
+    GET(micromap_save_by_host(&micromaps[1], bytes));
+    GET(micromap_load_by_host(bytes, &micromaps[2]));
+    build_by_device(false);
+    expect_surface(2);
 }
 
 /* Of a structure that nobody has asked for yet, with another micromap. */
-static void test_updates(void **state)
+TEST_CLOSED(test_updates, close_scene)
 {
-    struct micromap micromap, other;
-    struct user user;
-    micromap_open_displacement(&micromap);
-    micromap_open_displacement(&other);
-    open_user(&user, &micromap);
-    build_micromap(&micromap, 2047, false);
-    build_micromap(&other, 0, true);
-    input_scene_build(&user.scene, &user.scene.build.range, false);
+    open_scene(2);
+    build_micromap(&micromaps[1], 2047, false);
+    build_micromap(&micromaps[0], 0, true);
+    build_by_device(false);
     user.scene.build.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     user.scene.build.info.srcAccelerationStructure = user.scene.blas.handle;
-    user.displacement.micromap = other.ext;
-    fill_triangles(&user);
-    const AssayCounters before = fixture_counters(&device.fixture);
-    input_scene_build(&user.scene, &user.scene.build.range, false);
-    expect_surface(&user, 0);
-    assert_int_equal(fixture_counters(&device.fixture).updates, before.updates + 1);
-    input_scene_close(&user.scene);
-    micromap_close(&micromap);
-    micromap_close(&other);
+    user.displacement.micromap = micromaps[0].ext;
+    fill_triangles();
+    const AssayCounters before = fixture_counters(fixture);
+    build_by_device(false);
+    expect_surface(0);
+    assert_int_equal(fixture_counters(fixture).updates, before.updates + 1);
 }
 
 /* A micromap that isn't built, and arrays that can't be read: there is no structure then. */
-static void test_mistakes(void **state)
+TEST_CLOSED(test_mistakes, close_scene)
 {
-    struct micromap micromap;
-    struct user user;
-    micromap_open_displacement(&micromap);
-    open_user(&user, &micromap);
+    open_scene(1);
     for (int i = 0; i < 5; i++) {
-        describe(&user, &micromap, true);
+        describe(&micromaps[0], true);
         if (i == 1)
-            build_micromap(&micromap, 2047, true);
+            build_micromap(&micromaps[0], 2047, true);
         if (i == 1)
             user.displacement.displacementVectorBuffer.deviceAddress = 0x1000;
         if (i == 2)
@@ -225,20 +213,7 @@ static void test_mistakes(void **state)
             user.displacement.displacedMicromapPrimitiveFlags.deviceAddress = 0x1000;
         if (i == 4)
             user.displacement.pUsageCounts = (void *)(uintptr_t)0x1000;
-        expect_mistake(fixture_build(&device.fixture, VK_NULL_HANDLE, &user.scene.build,
-                                     user.scene.blas.handle, VK_NULL_HANDLE));
+        expect_mistake(build_by_host());
     }
-    messages_clear(&device.fixture.instance_fixture.messages);
-    input_scene_close(&user.scene);
-    micromap_close(&micromap);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_builds),   cmocka_unit_test(test_micromap_that_changes),
-        cmocka_unit_test(test_copies),   cmocka_unit_test(test_updates),
-        cmocka_unit_test(test_mistakes),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
+    messages_clear(&fixture->instance_fixture.messages);
 }

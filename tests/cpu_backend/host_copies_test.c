@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-static void test_copies(void **state)
+TEST_CLOSED(test_copies, close_any_scene)
 {
     open_scene(100, COMPACTABLE | UPDATABLE);
     uint64_t size =
@@ -45,15 +45,14 @@ static VkResult deserialize(const void *bytes, VkAccelerationStructureKHR dst)
 
 static VkAccelerationStructureCompatibilityKHR compatibility(const void *bytes)
 {
-    const VkAccelerationStructureVersionInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_VERSION_INFO_KHR, .pVersionData = bytes};
+    const STRUCT(VkAccelerationStructureVersionInfoKHR, info, .pVersionData = bytes);
     VkAccelerationStructureCompatibilityKHR answer;
     fixture.vk.GetDeviceAccelerationStructureCompatibilityKHR(fixture.device, &info, &answer);
     return answer;
 }
 
 /* A scene written to memory, destroyed, and read back with other references. */
-static void test_serialize_and_relocate(void **state)
+TEST_CLOSED(test_serialize_and_relocate, forget_messages)
 {
     open_scene(100, 0);
     size_t blas_size, tlas_size;
@@ -96,14 +95,4 @@ static void test_serialize_and_relocate(void **state)
     fixture_destroy(&fixture, &new_blas);
     free(blas);
     free(tlas);
-    forget_messages();
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_copies, close_any_scene),
-        cmocka_unit_test(test_serialize_and_relocate),
-    };
-    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

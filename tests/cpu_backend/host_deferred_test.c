@@ -5,6 +5,9 @@
 
 #include "src/cpu/deferred.h"
 #include "tests/fixture/objects.h"
+#include "tests/state/unit_test.h"
+
+#define REFUSED(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED)
 
 enum { PARTS = 200, THREADS = 4 };
 
@@ -85,7 +88,7 @@ static void expect_done(const struct joined *joined, const struct counted *count
     GET(cpu_deferred_join(joined->operations, joined->operation));
 }
 
-static void test_one_thread(void **state)
+TEST(test_one_thread)
 {
     struct joined joined = open_operation();
     GET(cpu_deferred_result(joined.operations, joined.operation));
@@ -105,7 +108,7 @@ static void test_one_thread(void **state)
 }
 
 /* All threads get a part before the first is done: the work is spread. */
-static void test_spread(void **state)
+TEST(test_spread)
 {
     struct joined joined = open_operation();
     struct counted counted = {.failing = PARTS, .gate = THREADS};
@@ -127,7 +130,7 @@ static void test_spread(void **state)
 }
 
 /* Threads that find no part left take part in those that run. */
-static void test_help(void **state)
+TEST(test_help)
 {
     struct joined joined = open_operation();
     struct counted counted = {.failing = PARTS, .gate = THREADS};
@@ -155,7 +158,7 @@ static void look_in(void *context)
 }
 
 /* A thread that finds nothing to help with goes, but may find something later. */
-static void test_nothing_to_do_for_now(void **state)
+TEST(test_nothing_to_do_for_now)
 {
     struct joined joined = open_operation();
     struct counted counted = {.failing = PARTS, .gate = 2};
@@ -178,15 +181,14 @@ static void test_nothing_to_do_for_now(void **state)
     cpu_deferred_operations_destroy(joined.operations);
 }
 
-static void test_mistakes(void **state)
+TEST(test_mistakes)
 {
     struct joined joined = open_operation();
     struct counted pending = {.failing = PARTS}, late = {.failing = PARTS}, wild = late;
     struct cpu_work work = work_of(&pending, 2);
     cpu_deferred_start(joined.operations, joined.operation, &work);
     work = work_of(&late, 2);
-    assert_int_equal(cpu_deferred_start(joined.operations, joined.operation, &work),
-                     VK_ERROR_VALIDATION_FAILED);
+    REFUSED(cpu_deferred_start(joined.operations, joined.operation, &work));
     assert_int_equal(late.releases, 1);
     assert_int_equal(pending.releases, 0);
     cpu_deferred_remove(joined.operations, joined.operation); /* destroyed while pending */
@@ -194,19 +196,17 @@ static void test_mistakes(void **state)
     assert_int_equal(pending.runs[0], 0);
 
     work = work_of(&wild, 2);
-    assert_int_equal(cpu_deferred_start(joined.operations, joined.operation, &work),
-                     VK_ERROR_VALIDATION_FAILED);
+    REFUSED(cpu_deferred_start(joined.operations, joined.operation, &work));
     assert_int_equal(wild.releases, 1);
-    assert_int_equal(cpu_deferred_join(joined.operations, joined.operation),
-                     VK_ERROR_VALIDATION_FAILED);
-    assert_int_equal(cpu_deferred_result(joined.operations, 42), VK_ERROR_VALIDATION_FAILED);
+    REFUSED(cpu_deferred_join(joined.operations, joined.operation));
+    REFUSED(cpu_deferred_result(joined.operations, 42));
     assert_int_equal(cpu_deferred_concurrency(joined.operations, 42), 0);
     cpu_deferred_remove(joined.operations, joined.operation);
     cpu_deferred_operations_destroy(joined.operations);
 }
 
 /* An operation that is destroyed while threads are in it, and one that goes with its device. */
-static void test_destroyed_in_use(void **state)
+TEST(test_destroyed_in_use)
 {
     struct joined joined = open_operation();
     struct counted counted = {.failing = PARTS, .gate = 2};
@@ -228,14 +228,4 @@ static void test_destroyed_in_use(void **state)
     cpu_deferred_start(joined.operations, joined.operation, &work);
     cpu_deferred_operations_destroy(joined.operations);
     assert_int_equal(left.releases, 1);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_one_thread), cmocka_unit_test(test_spread),
-        cmocka_unit_test(test_help),       cmocka_unit_test(test_nothing_to_do_for_now),
-        cmocka_unit_test(test_mistakes),   cmocka_unit_test(test_destroyed_in_use),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -9,26 +9,30 @@
 
 enum { THREADS = 2, BUILDS = 32, TRIANGLES = 20000 };
 
-static VkDeferredOperationKHR create_operation(void)
+static VkDeferredOperationKHR operation; /* of a test */
+
+static void create_operation(void)
 {
-    VkDeferredOperationKHR operation;
     GET(fixture.vk.CreateDeferredOperationKHR(fixture.device, NULL, &operation));
-    return operation;
+}
+
+static void destroy_operation(void)
+{
+    fixture.vk.DestroyDeferredOperationKHR(fixture.device, operation, NULL);
 }
 
 /* As an application's threads do: again while there may be more to do. */
-static void *join(void *operation)
+static void *join(void *unused)
 {
     VkResult result;
     do {
-        result = fixture.vk.DeferredOperationJoinKHR(fixture.device,
-                                                     *(VkDeferredOperationKHR *)operation);
+        result = fixture.vk.DeferredOperationJoinKHR(fixture.device, operation);
     } while (result == VK_THREAD_IDLE_KHR);
     return (void *)(intptr_t)result;
 }
 
 /* Returns the operation's result. */
-static VkResult complete(VkDeferredOperationKHR operation)
+static VkResult complete(void)
 {
     pthread_t threads[THREADS];
     int successes = 0;
@@ -36,7 +40,7 @@ static VkResult complete(VkDeferredOperationKHR operation)
                      VK_NOT_READY);
     assert_true(fixture.vk.GetDeferredOperationMaxConcurrencyKHR(fixture.device, operation) >= 1);
     for (int i = 0; i < THREADS; i++)
-        pthread_create(&threads[i], NULL, join, &operation);
+        pthread_create(&threads[i], NULL, join, NULL);
     for (int i = 0; i < THREADS; i++) {
         void *result;
         pthread_join(threads[i], &result);
@@ -48,9 +52,10 @@ static VkResult complete(VkDeferredOperationKHR operation)
     return fixture.vk.GetDeferredOperationResultKHR(fixture.device, operation);
 }
 
-static void destroy_operation(VkDeferredOperationKHR operation)
+static void expect_deferred(VkResult result)
 {
-    fixture.vk.DestroyDeferredOperationKHR(fixture.device, operation, NULL);
+    assert_int_equal(result, VK_OPERATION_DEFERRED_KHR);
+    GET(complete());
 }
 
 /* ---- builds */
@@ -66,6 +71,7 @@ struct many {
 static struct many *open_many(uint32_t triangles)
 {
     struct many *many = calloc(1, sizeof(*many));
+    create_operation();
     for (uint32_t i = 0; i < BUILDS; i++) {
         fixture_triangles(&many->builds[i], triangles + i, 0);
         fixture_move(&many->builds[i], (float)i, 0, 0);
@@ -84,30 +90,36 @@ static void close_many(struct many *many)
         fixture_free(&many->builds[i]);
     }
     free(many);
+    destroy_operation();
+}
+
+static VkResult build_many(struct many *many)
+{
+    return fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS, many->infos,
+                                                     many->ranges);
+}
+
+static AssayHit trace_one(const struct many *many, uint32_t index)
+{
+    return fixture_trace(&fixture, many->structures[index].handle, 0.25f, 0.25f);
 }
 
 /* Parameters may go when the call returns; what the addresses lead to is read later. */
-static void test_many_builds(void **state)
+TEST_CLOSED(test_many_builds, expect_silence)
 {
     struct many *many = open_many(1000);
-    VkDeferredOperationKHR operation = create_operation();
-    assert_int_equal(fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS,
-                                                               many->infos, many->ranges),
-                     VK_OPERATION_DEFERRED_KHR);
+    assert_int_equal(build_many(many), VK_OPERATION_DEFERRED_KHR);
     memset(many->infos, 0xff, sizeof(many->infos));
     memset(many->ranges, 0xff, sizeof(many->ranges));
     fixture_move(&many->builds[3], 30, 0, 0);
     AssayCounters before = fixture_counters(&fixture);
-    GET(complete(operation));
+    GET(complete());
     assert_int_equal(fixture_counters(&fixture).builds - before.builds, BUILDS);
     for (uint32_t i = 0; i < BUILDS; i++) {
         float t = i == 3 ? 31 : (float)i + 1;
-        assert_float_equal(fixture_trace(&fixture, many->structures[i].handle, 0.25f, 0.25f).t, t,
-                           0);
+        assert_float_equal(trace_one(many, i).t, t, 0);
     }
-    destroy_operation(operation);
     close_many(many);
-    expect_silence();
 }
 
 static void expect_same(VkAccelerationStructureKHR a, VkAccelerationStructureKHR b)
@@ -125,20 +137,16 @@ static void build_both_ways(struct fixture_build *build, struct fixture_structur
     *structure = fixture_create_for(&fixture, build);
     struct fixture_structure shared = fixture_create(&fixture, build->info.type, structure->size);
     GET(host_build(build, structure->handle, VK_NULL_HANDLE));
-    VkDeferredOperationKHR operation = create_operation();
-    assert_int_equal(fixture_build(&fixture, operation, build, shared.handle, VK_NULL_HANDLE),
-                     VK_OPERATION_DEFERRED_KHR);
-    GET(complete(operation));
+    create_operation();
+    expect_deferred(fixture_build(&fixture, operation, build, shared.handle, VK_NULL_HANDLE));
     expect_same(structure->handle, shared.handle);
-    assert_int_equal(fixture_build(&fixture, operation, build, shared.handle, shared.handle),
-                     VK_OPERATION_DEFERRED_KHR);
-    GET(complete(operation));
+    expect_deferred(fixture_build(&fixture, operation, build, shared.handle, shared.handle));
     expect_same(structure->handle, shared.handle);
-    destroy_operation(operation);
+    destroy_operation();
     fixture_destroy(&fixture, &shared);
 }
 
-static void test_same_bytes(void **state)
+TEST_CLOSED(test_same_bytes, expect_silence)
 {
     static const VkBuildAccelerationStructureFlagsKHR qualities[] = {
         0, VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR,
@@ -156,111 +164,77 @@ static void test_same_bytes(void **state)
         fixture_free(&instances);
         fixture_free(&triangles);
     }
-    expect_silence();
 }
 
 /* ---- copies */
 
-static void test_copies(void **state)
+TEST_CLOSED(test_copies, close_silent_scene)
 {
     open_scene(100, 0);
     struct fixture_structure clone =
         fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, scene.tlas.size);
-    VkDeferredOperationKHR operation = create_operation();
-    assert_int_equal(fixture_copy(&fixture, operation, scene.tlas.handle, clone.handle,
-                                  VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR),
-                     VK_OPERATION_DEFERRED_KHR);
-    GET(complete(operation));
+    create_operation();
+    expect_deferred(fixture_copy(&fixture, operation, scene.tlas.handle, clone.handle,
+                                 VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
     expect_scene(clone.handle, 1);
 
     size_t size;
     void *bytes = serialize(scene.tlas.handle, &size), *late = malloc(size);
-    assert_int_equal(fixture_save(&fixture, operation, clone.handle, late),
-                     VK_OPERATION_DEFERRED_KHR);
-    GET(complete(operation));
+    expect_deferred(fixture_save(&fixture, operation, clone.handle, late));
     assert_memory_equal(bytes, late, size);
-    assert_int_equal(fixture_load(&fixture, operation, late, clone.handle),
-                     VK_OPERATION_DEFERRED_KHR);
-    GET(complete(operation));
+    expect_deferred(fixture_load(&fixture, operation, late, clone.handle));
     expect_scene(clone.handle, 1);
     free(bytes);
     free(late);
-    destroy_operation(operation);
+    destroy_operation();
     fixture_destroy(&fixture, &clone);
 }
 
 /* ---- mistakes */
 
 /* What fails is told by the operation, and the call's other builds are done. */
-static void test_failing(void **state)
+TEST_CLOSED(test_failing, forget_messages)
 {
     struct many *many = open_many(10);
     many->builds[5].geometry.geometry.triangles.vertexData.hostAddress = (void *)(uintptr_t)0x1000;
-    VkDeferredOperationKHR operation = create_operation();
-    fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS, many->infos,
-                                              many->ranges);
-    expect_mistake(complete(operation));
-    assert_true(fixture_trace(&fixture, many->structures[6].handle, 0.25f, 0.25f).isHit);
+    build_many(many);
+    expect_mistake(complete());
+    assert_true(trace_one(many, 6).isHit);
     const AssayTraceInfo trace =
         trace_info((uint64_t)many->structures[5].handle, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
     expect_mistake(fixture.trace_rays(fixture.device, &trace));
-    destroy_operation(operation);
     close_many(many);
-    forget_messages();
 }
 
 /* Destroyed before it was joined, used again while pending, and structures gone by the time. */
-static void test_destroyed(void **state)
+TEST_CLOSED(test_destroyed, forget_messages)
 {
     struct many *many = open_many(10);
-    VkDeferredOperationKHR operation = create_operation();
-    fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS, many->infos,
-                                              many->ranges);
-    expect_mistake(fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS,
-                                                             many->infos, many->ranges));
-    destroy_operation(operation);
+    build_many(many);
+    expect_mistake(build_many(many));
+    destroy_operation();
 
-    operation = create_operation();
+    create_operation();
     assert_int_equal(fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, 0,
                                                                many->infos, many->ranges),
                      VK_OPERATION_NOT_DEFERRED_KHR);
     GET(fixture.vk.DeferredOperationJoinKHR(fixture.device, operation));
-    fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS, many->infos,
-                                              many->ranges);
+    build_many(many);
     fixture_destroy(&fixture, &many->structures[0]);
-    expect_mistake(complete(operation));
+    expect_mistake(complete());
     many->structures[0] = fixture_create_blas(&fixture, many->structures[0].size);
     close_many(many);
-    destroy_operation(operation);
-    forget_messages();
 }
 
 /* Overlapping scratch is a mistake, but not one that may break trees. */
-static void test_shared_scratch(void **state)
+TEST_CLOSED(test_shared_scratch, forget_messages)
 {
     struct many *many = open_many(1000);
     for (uint32_t i = 0; i < BUILDS; i++) /* the last is the largest */
         many->infos[i].scratchData = many->infos[BUILDS - 1].scratchData;
-    VkDeferredOperationKHR operation = create_operation();
-    fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS, many->infos,
-                                              many->ranges);
-    GET(complete(operation));
+    build_many(many);
+    GET(complete());
     for (uint32_t i = 0; i < BUILDS; i++)
-        assert_true(fixture_trace(&fixture, many->structures[i].handle, 0.25f, 0.25f).isHit);
-    destroy_operation(operation);
+        assert_true(trace_one(many, i).isHit);
     close_many(many);
-    forget_messages();
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_many_builds),
-        cmocka_unit_test(test_same_bytes),
-        cmocka_unit_test_teardown(test_copies, close_silent_scene),
-        cmocka_unit_test(test_failing),
-        cmocka_unit_test(test_destroyed),
-        cmocka_unit_test(test_shared_scratch),
-    };
-    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -47,22 +47,14 @@ static struct fixture_structure create(struct fixture *fixture, VkAccelerationSt
                                        const VkAccelerationStructureMotionInfoNV *motion)
 {
     struct fixture_structure structure = {.size = size};
-    const VkBufferCreateInfo buffer = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .size = size,
-        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
-                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
-    };
+    const STRUCT(VkBufferCreateInfo, buffer, .size = size,
+                 .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+                          VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     structure.storage =
         buffer_create(&fixture->vk, fixture->device, fixture->host_memory_type, &buffer);
-    const VkAccelerationStructureCreateInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-        .pNext = motion,
-        .createFlags = motion ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
-        .buffer = structure.storage.handle,
-        .size = size,
-        .type = type,
-    };
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .pNext = motion,
+                 .createFlags = motion ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
+                 .buffer = structure.storage.handle, .size = size, .type = type);
     GET(fixture->vk.CreateAccelerationStructureKHR(fixture->device, &info, NULL,
                                                    &structure.handle));
     return structure;
@@ -96,13 +88,8 @@ static void describe(struct fixture_build *build, VkAccelerationStructureTypeKHR
     build->geometry.geometryType = geometry;
     build->geometry.flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
     build->range.primitiveCount = count;
-    build->info = (VkAccelerationStructureBuildGeometryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = type,
-        .flags = flags,
-        .geometryCount = 1,
-        .pGeometries = &build->geometry,
-    };
+    build->info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .type = type, .flags = flags,
+                       .geometryCount = 1, .pGeometries = &build->geometry);
 }
 
 void fixture_triangles(struct fixture_build *build, uint32_t count,
@@ -111,14 +98,10 @@ void fixture_triangles(struct fixture_build *build, uint32_t count,
     describe(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, VK_GEOMETRY_TYPE_TRIANGLES_KHR,
              count, flags);
     build->data = malloc((size_t)count * 9 * sizeof(float));
-    build->geometry.geometry.triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.hostAddress = build->data,
-        .vertexStride = 3 * sizeof(float),
-        .maxVertex = count * 3 - 1,
-        .indexType = VK_INDEX_TYPE_NONE_KHR,
-    };
+    build->geometry.geometry.triangles = MAKE(
+        VkAccelerationStructureGeometryTrianglesDataKHR, .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+        .vertexData.hostAddress = build->data, .vertexStride = 3 * sizeof(float),
+        .maxVertex = count * 3 - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
     fixture_move(build, 0, 0, 0);
 }
 
@@ -146,10 +129,8 @@ void fixture_instances(struct fixture_build *build, const VkAccelerationStructur
         };
     }
     build->data = instances;
-    build->geometry.geometry.instances = (VkAccelerationStructureGeometryInstancesDataKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-        .data.hostAddress = instances,
-    };
+    build->geometry.geometry.instances =
+        MAKE(VkAccelerationStructureGeometryInstancesDataKHR, .data.hostAddress = instances);
 }
 
 void fixture_free(struct fixture_build *build)
@@ -161,8 +142,7 @@ void fixture_free(struct fixture_build *build)
 VkAccelerationStructureBuildSizesInfoKHR fixture_sizes(struct fixture *fixture,
                                                        const struct fixture_build *build)
 {
-    VkAccelerationStructureBuildSizesInfoKHR sizes = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
     fixture->vk.GetAccelerationStructureBuildSizesKHR(
         fixture->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR, &build->info,
         &build->range.primitiveCount, &sizes);
@@ -177,10 +157,8 @@ struct fixture_structure fixture_create_for(struct fixture *fixture, struct fixt
                                : sizes.updateScratchSize;
     build->scratch = malloc(scratch);
     build->info.scratchData.hostAddress = build->scratch;
-    const VkAccelerationStructureMotionInfoNV motion = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV,
-        .maxInstances = build->range.primitiveCount,
-    };
+    const STRUCT(VkAccelerationStructureMotionInfoNV, motion,
+                 .maxInstances = build->range.primitiveCount);
     bool moves = build->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     return create(fixture, build->info.type, sizes.accelerationStructureSize,
                   moves ? &motion : NULL);

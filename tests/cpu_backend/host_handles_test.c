@@ -11,19 +11,15 @@ static uint64_t address_of(VkAccelerationStructureKHR structure)
 
 static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize offset)
 {
-    const VkAccelerationStructureCreateInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-        .buffer = buffer,
-        .offset = offset,
-        .size = 256,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR};
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer, .offset = offset,
+                 .size = 256, .type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
     VkAccelerationStructureKHR structure;
     GET(fixture.vk.CreateAccelerationStructureKHR(fixture.device, &info, NULL, &structure));
     return structure;
 }
 
 /* Stable, of nobody else, and as far apart as the offsets of generic structures. */
-static void test_addresses(void **state)
+TEST_CLOSED(test_addresses, close_silent_scene)
 {
     open_scene(10, 0);
     uint64_t blas = address_of(scene.blas.handle), tlas = address_of(scene.tlas.handle);
@@ -40,21 +36,16 @@ static void test_addresses(void **state)
     fixture_destroy(&fixture, &first);
 }
 
-static void test_names(void **state)
+TEST_CLOSED(test_names, close_silent_scene)
 {
     open_scene(10, 0);
-    VkDebugUtilsObjectNameInfoEXT name = {.sType =
-                                              VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-                                          .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                                          .objectHandle = (uint64_t)scene.blas.handle,
-                                          .pObjectName = "bunny"};
+    STRUCT(VkDebugUtilsObjectNameInfoEXT, name,
+           .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+           .objectHandle = (uint64_t)scene.blas.handle, .pObjectName = "bunny");
     GET(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
-    const VkDebugUtilsObjectTagInfoEXT tag = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_TAG_INFO_EXT,
-        .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-        .objectHandle = (uint64_t)scene.blas.handle,
-        .tagSize = 4,
-        .pTag = "tag"};
+    const STRUCT(VkDebugUtilsObjectTagInfoEXT, tag,
+                 .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                 .objectHandle = (uint64_t)scene.blas.handle, .tagSize = 4, .pTag = "tag");
     GET(fixture.vk.SetDebugUtilsObjectTagEXT(fixture.device, &tag));
     name.objectType = VK_OBJECT_TYPE_BUFFER; /* the driver's own */
     name.objectHandle = (uint64_t)scene.blas.storage.handle;
@@ -73,12 +64,11 @@ static uint64_t get_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t obj
     return value;
 }
 
-static void test_private_data(void **state)
+TEST_CLOSED(test_private_data, expect_silence)
 {
     if (!fixture.vk.SetPrivateData)
         skip();
-    const VkPrivateDataSlotCreateInfo info = {.sType =
-                                                  VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
+    const STRUCT(VkPrivateDataSlotCreateInfo, info);
     open_scene(10, 0);
     const uint64_t blas = (uint64_t)scene.blas.handle, tlas = (uint64_t)scene.tlas.handle;
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
@@ -105,44 +95,30 @@ static void test_private_data(void **state)
     assert_int_equal(get_data(slots[0], type, blas), 0);
     for (int i = 0; i < 2; i++)
         fixture.vk.DestroyPrivateDataSlot(fixture.device, slots[i], NULL);
-    expect_silence();
 }
 
 /* The layer's own commands are those of backend cpu, where acceleration structures are enabled. */
 static void expect_own_commands(const struct instance_fixture_setup *setup, bool has_extensions,
                                 bool expected)
 {
-    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
     static const char *const names[] = {"vkTraceRaysASSAY", "vkGetCountersASSAY"};
     struct instance_fixture instance_fixture;
     VkDevice device;
     VkuDeviceDispatchTable vk;
     instance_fixture_open(&instance_fixture, &fixture.platform, setup);
-    GET(instance_fixture_create_device(&instance_fixture, NULL, extensions, has_extensions ? 2 : 0,
-                                       &device, &vk));
+    GET(instance_fixture_create_device(&instance_fixture, NULL, backend_extensions,
+                                       has_extensions ? 2 : 0, &device, &vk));
     for (int i = 0; i < 2; i++)
         assert_int_equal(instance_fixture.get_device_proc_addr(device, names[i]) != NULL, expected);
     vk.DestroyDevice(device, NULL);
     instance_fixture_close(&instance_fixture);
 }
 
-static void test_own_commands(void **state)
+TEST(test_own_commands)
 {
     expect_own_commands(&(struct instance_fixture_setup){.backend = "cpu"}, true, true);
     expect_own_commands(&(struct instance_fixture_setup){.backend = "cpu"}, false, false);
     expect_own_commands(
         &(struct instance_fixture_setup){.backend = "driver", .driver_traces = true}, true, false);
     expect_own_commands(&(struct instance_fixture_setup){.backend = "driver"}, false, false);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_addresses, close_silent_scene),
-        cmocka_unit_test(test_own_commands),
-        cmocka_unit_test_teardown(test_names, close_silent_scene),
-        cmocka_unit_test(test_private_data),
-    };
-    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

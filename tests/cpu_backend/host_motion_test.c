@@ -9,14 +9,13 @@
 
 static struct moving_scene moving;
 
-static int close_moving(void **state)
+static void close_moving(void)
 {
     moving_scene_close(&fixture, &moving);
     expect_silence();
-    return 0;
 }
 
-static void test_triangles_and_instances(void **state)
+TEST_CLOSED(test_triangles_and_instances, close_moving)
 {
     moving_scene_open(&fixture, &moving, 0);
     moving_scene_build(&fixture, &moving);
@@ -25,7 +24,7 @@ static void test_triangles_and_instances(void **state)
 }
 
 /* Of a build with motion, geometries may stand still. */
-static void test_still_triangles(void **state)
+TEST_CLOSED(test_still_triangles, close_moving)
 {
     moving_scene_open(&fixture, &moving, 0);
     moving.triangles.geometry.geometry.triangles.pNext = NULL;
@@ -33,7 +32,7 @@ static void test_still_triangles(void **state)
     expect_moving_blas(&fixture, moving.blas.handle, 0);
 }
 
-static void test_update(void **state)
+TEST_CLOSED(test_update, close_moving)
 {
     moving_scene_open(&fixture, &moving, UPDATABLE);
     moving_scene_build(&fixture, &moving);
@@ -44,7 +43,7 @@ static void test_update(void **state)
 }
 
 /* Pointers have the type of what they point to in their low 4 bits. */
-static void test_array_of_pointers(void **state)
+TEST_CLOSED(test_array_of_pointers, expect_silence)
 {
     moving_scene_open(&fixture, &moving, 0);
     VkAccelerationStructureMotionInstanceDataNV *data =
@@ -63,11 +62,10 @@ static void test_array_of_pointers(void **state)
     expect_moving_tlas(&fixture, moving.tlas.handle);
     moving_scene_close(&fixture, &moving);
     free(data);
-    expect_silence();
 }
 
 /* Vertices that aren't there, and a chain that isn't. */
-static void test_unreadable(void **state)
+TEST_CLOSED(test_unreadable, forget_messages)
 {
     moving_scene_open(&fixture, &moving, 0);
     moving.motion.vertexData.deviceAddress = 0x1000;
@@ -76,11 +74,10 @@ static void test_unreadable(void **state)
     expect_mistake(host_build(&moving.triangles, moving.blas.handle, 0));
     assert_int_equal(fixture_sizes(&fixture, &moving.triangles).accelerationStructureSize, 0);
     moving_scene_close(&fixture, &moving);
-    forget_messages();
 }
 
 /* As assay.h had rays before they had a time. */
-static void test_rays_without_time(void **state)
+TEST_CLOSED(test_rays_without_time, close_moving)
 {
     struct untimed {
         float origin[3], tMin, direction[3], tMax;
@@ -136,20 +133,15 @@ static void expect_same_sizes(const VkAccelerationStructureBuildSizesInfoKHR *a,
     assert_int_equal(a->updateScratchSize, b->updateScratchSize);
 }
 
-static void test_no_motion_costs_nothing(void **state)
+TEST_CLOSED(test_no_motion_costs_nothing, expect_silence)
 {
-    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
-    const VkPhysicalDeviceAccelerationStructureFeaturesKHR features = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .accelerationStructure = VK_TRUE,
-        .accelerationStructureHostCommands = VK_TRUE,
-    };
+    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, features,
+                 .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
     const VkDevice first = fixture.device;
     const VkuDeviceDispatchTable vk = fixture.vk;
     VkuDeviceDispatchTable with_vk, without_vk;
     VkDevice with = instance_fixture_open_device(&fixture.instance_fixture, &with_vk), without;
-    GET(instance_fixture_create_device(&fixture.instance_fixture, &features, extensions, 2,
+    GET(instance_fixture_create_device(&fixture.instance_fixture, &features, backend_extensions, 2,
                                        &without, &without_vk));
     fixture_use_device(&fixture, with, &with_vk);
     struct cost a = cost_of_still_scene();
@@ -166,19 +158,4 @@ static void test_no_motion_costs_nothing(void **state)
     assert_memory_equal(a.bytes, b.bytes, a.size);
     free(a.bytes);
     free(b.bytes);
-    expect_silence();
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_triangles_and_instances, close_moving),
-        cmocka_unit_test_teardown(test_still_triangles, close_moving),
-        cmocka_unit_test_teardown(test_update, close_moving),
-        cmocka_unit_test(test_array_of_pointers),
-        cmocka_unit_test(test_unreadable),
-        cmocka_unit_test_teardown(test_rays_without_time, close_moving),
-        cmocka_unit_test(test_no_motion_costs_nothing),
-    };
-    return fixture_main(argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -13,6 +13,7 @@
 #include "src/cpu/structures.h"
 #include "src/snapshots/memory.h"
 #include "tests/fixture/objects.h"
+#include "tests/state/unit_test.h"
 
 #define FIRST_HANDLE (1ull << 62)
 
@@ -47,7 +48,7 @@ static struct cpu_structures *open_structures(void)
     return structures;
 }
 
-static void test_handles(void **state)
+TEST(test_handles)
 {
     struct cpu_structures *structures = open_structures(), *others = open_structures();
     struct cpu_structure_info info;
@@ -73,7 +74,7 @@ static void test_handles(void **state)
 }
 
 /* As far apart as their offsets in the buffer, whatever came and went between. */
-static void test_generic_handles(void **state)
+TEST(test_generic_handles)
 {
     struct cpu_structures *structures = open_structures();
     uint64_t a = add_generic(structures, 1, 512);
@@ -125,7 +126,7 @@ static void *read_tree(void *tree)
     return (void *)(uintptr_t)cpu_tree_read(tree);
 }
 
-static void test_lazy_bvh(void **state)
+TEST(test_lazy_bvh)
 {
     struct late late = {.result = VK_SUCCESS};
     struct cpu_tree *tree = make_lazy(&late);
@@ -156,7 +157,7 @@ static void test_lazy_bvh(void **state)
 }
 
 /* Whoever holds a tree keeps it, though its structure gets another one or dies. */
-static void test_trees_of_structures(void **state)
+TEST(test_trees_of_structures)
 {
     struct cpu_structures *structures = open_structures();
     uint64_t handle = add_bottom(structures);
@@ -193,7 +194,7 @@ static char *map_pages(size_t page)
     return pages;
 }
 
-static void test_probing(void **state)
+TEST(test_probing)
 {
     size_t page = (size_t)sysconf(_SC_PAGESIZE);
     char *pages = map_pages(page);
@@ -239,7 +240,7 @@ static void take(struct cpu_scratch_claims *claims, void *given, uint64_t size, 
     memset(scratch->bytes, 1, size);
 }
 
-static void test_scratch(void **state)
+TEST(test_scratch)
 {
     size_t page = (size_t)sysconf(_SC_PAGESIZE);
     char *pages = map_pages(page);
@@ -259,14 +260,4 @@ static void test_scratch(void **state)
     cpu_scratch_return(&scratch[0]);
     cpu_scratch_claims_release(&claims);
     munmap(pages, PAGES * page);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_handles),  cmocka_unit_test(test_generic_handles),
-        cmocka_unit_test(test_lazy_bvh), cmocka_unit_test(test_trees_of_structures),
-        cmocka_unit_test(test_probing),  cmocka_unit_test(test_scratch),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

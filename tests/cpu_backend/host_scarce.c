@@ -37,16 +37,11 @@ static VkAccelerationStructureKHR create_structure(struct application *app, unsi
                                                    VkAccelerationStructureTypeKHR type)
 {
     VkAccelerationStructureKHR structure = VK_NULL_HANDLE;
-    const VkAccelerationStructureMotionInfoNV motion = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV};
-    const VkAccelerationStructureCreateInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-        .pNext = n == MOVING ? &motion : NULL,
-        .createFlags = n == MOVING ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
-        .buffer = app->inputs,
-        .offset = n * STRUCTURE_SIZE,
-        .size = STRUCTURE_SIZE,
-        .type = type};
+    const STRUCT(VkAccelerationStructureMotionInfoNV, motion);
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .pNext = n == MOVING ? &motion : NULL,
+                 .createFlags = n == MOVING ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
+                 .buffer = app->inputs, .offset = n * STRUCTURE_SIZE, .size = STRUCTURE_SIZE,
+                 .type = type);
     CALL(app, CreateAccelerationStructureKHR, app->device, &info, NULL, &structure);
     return structure;
 }
@@ -68,8 +63,7 @@ void create_objects(struct application *app)
         create_micromap(app, app->inputs, 0, STRUCTURE_SIZE, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
     host.displacing = create_micromap(app, app->inputs, 0, STRUCTURE_SIZE,
                                       VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
-    const VkPrivateDataSlotCreateInfo slot = {.sType =
-                                                  VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
+    const STRUCT(VkPrivateDataSlotCreateInfo, slot);
     CALL(app, CreatePrivateDataSlot, app->device, &slot, NULL, &host.slot);
     CALL(app, CreateDeferredOperationKHR, app->device, NULL, &host.operation);
     host.trace_rays = scarce_find_tracing(app);
@@ -99,15 +93,12 @@ static VkAccelerationStructureBuildGeometryInfoKHR blas_info(const struct applic
     for (uint32_t i = 0; i < geometries; i++)
         host.triangles[i] =
             describe_triangles((VkDeviceOrHostAddressConstKHR){.hostAddress = host.vertices}, NULL);
-    return (VkAccelerationStructureBuildGeometryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
-                 VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
-        .dstAccelerationStructure = app->sets[n].accel,
-        .geometryCount = geometries,
-        .pGeometries = host.triangles,
-        .scratchData.hostAddress = host.scratch};
+    return MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
+                         VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
+                .dstAccelerationStructure = app->sets[n].accel, .geometryCount = geometries,
+                .pGeometries = host.triangles, .scratchData.hostAddress = host.scratch);
 }
 
 static VkResult build(struct application *app, VkDeferredOperationKHR operation,
@@ -125,8 +116,7 @@ static void check_sizes(struct application *app,
                         const VkAccelerationStructureBuildGeometryInfoKHR *info)
 {
     uint32_t counts[GEOMETRIES];
-    VkAccelerationStructureBuildSizesInfoKHR sizes = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
     for (int i = 0; i < GEOMETRIES; i++)
         counts[i] = 1;
     for (int i = 0; i < 2 && sizes.accelerationStructureSize == 0; i++)
@@ -139,9 +129,8 @@ static void check_sizes(struct application *app,
 /* In time, though not in space. */
 static void move(VkAccelerationStructureBuildGeometryInfoKHR *info)
 {
-    host.motion = (VkAccelerationStructureGeometryMotionTrianglesDataNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
-        .vertexData.hostAddress = host.vertices};
+    host.motion = MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
+                       .vertexData.hostAddress = host.vertices);
     host.triangles[0].geometry.triangles.pNext = &host.motion;
     info->flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
 }
@@ -153,42 +142,30 @@ static void build_micromap(struct application *app, VkMicromapEXT micromap, VkMi
 {
     static const uint8_t opaque[1] = {1}, still[64];
     static const VkMicromapTriangleEXT triangle = {.format = 1};
-    const VkMicromapBuildInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
-        .type = type,
-        .dstMicromap = micromap,
-        .usageCountsCount = 1,
-        .pUsageCounts = &usage,
-        .data.hostAddress = type == VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT ? opaque : still,
-        .triangleArray.hostAddress = &triangle,
-        .triangleArrayStride = sizeof(triangle),
-    };
+    const STRUCT(VkMicromapBuildInfoEXT, info, .type = type, .dstMicromap = micromap,
+                 .usageCountsCount = 1, .pUsageCounts = &usage,
+                 .data.hostAddress = type == VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT ? opaque : still,
+                 .triangleArray.hostAddress = &triangle, .triangleArrayStride = sizeof(triangle));
     CALL(app, BuildMicromapsEXT, app->device, VK_NULL_HANDLE, 1, &info);
 }
 
 static void use_micromap(void)
 {
-    host.opacity = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
-        .indexType = VK_INDEX_TYPE_NONE_KHR,
-        .usageCountsCount = 1,
-        .pUsageCounts = &usage,
-        .micromap = host.micromap};
+    host.opacity = MAKE(VkAccelerationStructureTrianglesOpacityMicromapEXT,
+                        .indexType = VK_INDEX_TYPE_NONE_KHR, .usageCountsCount = 1,
+                        .pUsageCounts = &usage, .micromap = host.micromap);
     host.triangles[0].geometry.triangles.pNext = &host.opacity;
 }
 
 static void displace(void)
 {
-    host.displacement = (VkAccelerationStructureTrianglesDisplacementMicromapNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
-        .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
-        .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .displacementVectorBuffer.hostAddress = host.vertices,
-        .displacementVectorStride = 12,
-        .indexType = VK_INDEX_TYPE_NONE_KHR,
-        .usageCountsCount = 1,
-        .pUsageCounts = &usage,
-        .micromap = host.displacing};
+    host.displacement =
+        MAKE(VkAccelerationStructureTrianglesDisplacementMicromapNV,
+             .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
+             .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
+             .displacementVectorBuffer.hostAddress = host.vertices, .displacementVectorStride = 12,
+             .indexType = VK_INDEX_TYPE_NONE_KHR, .usageCountsCount = 1, .pUsageCounts = &usage,
+             .micromap = host.displacing);
     host.triangles[0].geometry.triangles.pNext = &host.displacement;
 }
 
@@ -234,12 +211,10 @@ static void build_tlas(struct application *app)
             .transform.matrix = {{1, 0, 0, (float)i}, {0, 1, 0, 2.0f * (float)i}, {0, 0, 1, 0}},
             .mask = 0xff,
             .accelerationStructureReference = (uint64_t)app->sets[i].accel};
-    host.instances = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-        .geometry.instances = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-            .data.hostAddress = host.instance}};
+    host.instances =
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+             .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                                        .data.hostAddress = host.instance));
     VkAccelerationStructureBuildGeometryInfoKHR info = blas_info(app, BLASES, 0);
     info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
     info.geometryCount = 1;

@@ -2,8 +2,6 @@
 /* Scenes, and the frame of the tests' programs. */
 #include "host_scene.h"
 
-#include <stdlib.h>
-
 struct fixture fixture;
 struct scene scene;
 
@@ -36,18 +34,16 @@ void close_scene(void)
     fixture_free(&scene.triangles);
 }
 
-int close_silent_scene(void **state)
+void close_silent_scene(void)
 {
     close_scene();
     expect_silence();
-    return 0;
 }
 
-int close_any_scene(void **state)
+void close_any_scene(void)
 {
     close_scene();
     forget_messages();
-    return 0;
 }
 
 void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t instance)
@@ -93,17 +89,12 @@ void *serialize(VkAccelerationStructureKHR src, size_t *size)
     return fixture_serialize(&fixture, src, size);
 }
 
-static const char *open(const char *name)
+const char *unit_test_open(const char *name)
 {
     return fixture_open(&fixture, name);
 }
 
-static void close(void)
+void unit_test_close(void)
 {
     fixture_close(&fixture);
-}
-
-int fixture_main(int argc, char **argv, const struct CMUnitTest *tests, size_t count)
-{
-    return tests_run(argc, argv, NULL, open, close, tests, count);
 }

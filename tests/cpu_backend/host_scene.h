@@ -4,6 +4,7 @@
 #define CPU_BACKEND_HOST_SCENE_H
 
 #include "tests/cpu_backend/host_fixture.h"
+#include "tests/state/unit_test.h"
 
 extern struct fixture fixture;
 
@@ -23,9 +24,9 @@ extern struct scene {
 } scene;
 void open_scene(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags);
 void close_scene(void);
-/* The same for cmocka: no message until now, or whatever there was. */
-int close_silent_scene(void **state);
-int close_any_scene(void **state);
+/* The same, with no message until now, or whatever there was. */
+void close_silent_scene(void);
+void close_any_scene(void);
 
 /* The ray at (y, 0.25) hits the first triangle of an instance at t. */
 void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t instance);
@@ -41,9 +42,5 @@ VkResult copy_structure(VkAccelerationStructureKHR src, VkAccelerationStructureK
 uint64_t property(VkAccelerationStructureKHR structure, VkQueryType type);
 /* Into new memory, which the caller frees. */
 void *serialize(VkAccelerationStructureKHR src, size_t *size);
-
-/* Opens the stage on the platform that the arguments name, runs the tests, and returns what main
- * is to return. */
-int fixture_main(int argc, char **argv, const struct CMUnitTest *tests, size_t count);
 
 #endif

@@ -4,31 +4,23 @@
 
 #include <string.h>
 
-struct device_fixture device;
-
 void input_scene_open(struct input_scene *scene, VkGeometryTypeKHR type, const void *chain)
 {
     memset(scene, 0, sizeof(*scene));
     scene->vertices = device_buffer_create(&device, INPUT_SIZE);
     scene->radii = device_buffer_create(&device, INPUT_SIZE);
     scene->indices = device_buffer_create(&device, INPUT_SIZE);
-    scene->build.geometry = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .pNext = chain,
-        .geometryType = type,
-    };
-    scene->build.info = (VkAccelerationStructureBuildGeometryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .geometryCount = 1,
-        .pGeometries = &scene->build.geometry,
-    };
+    scene->build.geometry =
+        MAKE(VkAccelerationStructureGeometryKHR, .pNext = chain, .geometryType = type);
+    scene->build.info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                             .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                             .geometryCount = 1, .pGeometries = &scene->build.geometry);
 }
 
 void input_scene_close(struct input_scene *scene)
 {
     device_expect_silence(&device);
-    fixture_destroy(&device.fixture, &scene->blas);
+    fixture_destroy(fixture, &scene->blas);
     fixture_free(&scene->build);
     device_buffer_destroy(&device, &scene->vertices);
     device_buffer_destroy(&device, &scene->radii);
@@ -39,9 +31,9 @@ void input_scene_close(struct input_scene *scene)
 void input_scene_create(struct input_scene *scene)
 {
     enum { ALIGNMENT = 256 };
-    scene->blas = fixture_create_for(&device.fixture, &scene->build);
+    scene->blas = fixture_create_for(fixture, &scene->build);
     scene->scratch = device_buffer_create(
-        &device, fixture_sizes(&device.fixture, &scene->build).buildScratchSize + ALIGNMENT);
+        &device, fixture_sizes(fixture, &scene->build).buildScratchSize + ALIGNMENT);
     scene->build.info.scratchData.deviceAddress =
         (scene->scratch.address + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     scene->build.info.dstAccelerationStructure = scene->blas.handle;
@@ -55,8 +47,8 @@ static void record_indirect(struct input_scene *scene, VkCommandBuffer commands,
     *buffer = device_buffer_create(&device, sizeof(*ranges));
     if (ranges)
         memcpy(buffer->bytes, ranges, sizeof(*ranges));
-    device.fixture.vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene->build.info,
-                                                                &buffer->address, &stride, &counts);
+    fixture->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene->build.info,
+                                                          &buffer->address, &stride, &counts);
 }
 
 void input_scene_build(struct input_scene *scene,
@@ -67,8 +59,7 @@ void input_scene_build(struct input_scene *scene,
     if (is_indirect)
         record_indirect(scene, commands, ranges, &buffer);
     else
-        device.fixture.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &scene->build.info,
-                                                            &ranges);
+        fixture->vk.CmdBuildAccelerationStructuresKHR(commands, 1, &scene->build.info, &ranges);
     device_barrier(&device, commands);
     device_finish(&device, commands);
     memset(scene->vertices.bytes, 0xff, INPUT_SIZE);
@@ -80,7 +71,7 @@ void input_scene_build(struct input_scene *scene,
 
 AssayHit input_scene_trace(const struct input_scene *scene, float y, float z)
 {
-    return fixture_trace(&device.fixture, scene->blas.handle, y, z);
+    return fixture_trace(fixture, scene->blas.handle, y, z);
 }
 
 void input_scene_expect_hit(const struct input_scene *scene, float y, float z, float t,

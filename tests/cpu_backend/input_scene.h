@@ -3,9 +3,7 @@
 #ifndef CPU_BACKEND_INPUT_SCENE_H
 #define CPU_BACKEND_INPUT_SCENE_H
 
-#include "device_fixture.h"
-
-extern struct device_fixture device;
+#include "device_program.h"
 
 enum { INPUT_SIZE = 4096 };
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Spheres, linear swept spheres and dense geometry on backend cpu, through the loader: built by the
  * host and by command buffers, from what was there when they executed, and traced. */
-#include <stdio.h>
 #include <string.h>
 
 #include "dense_blocks.h"
@@ -32,14 +31,11 @@ static const VkAccelerationStructureBuildRangeInfoKHR all_spheres = {
     .radiusFormat = VK_FORMAT_R32_SFLOAT, .radiusStride = 4, .indexType = VK_INDEX_TYPE_UINT16,    \
     .indexStride = 2
 
-static const VkAccelerationStructureGeometrySpheresDataNV sphere_data = {
-    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV, SPHERE_MEMBERS};
+static const STRUCT(VkAccelerationStructureGeometrySpheresDataNV, sphere_data, SPHERE_MEMBERS);
 
-static const VkAccelerationStructureGeometryLinearSweptSpheresDataNV swept_data = {
-    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV,
-    SPHERE_MEMBERS,
-    .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV,
-    .endCapsMode = VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_CHAINED_NV};
+static const STRUCT(VkAccelerationStructureGeometryLinearSweptSpheresDataNV, swept_data,
+                    SPHERE_MEMBERS, .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV,
+                    .endCapsMode = VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_CHAINED_NV);
 
 /* Either structure's addresses. */
 #define GIVE_ADDRESSES(data, scene, member)                                                        \
@@ -64,7 +60,7 @@ static void open_spheres(struct input_scene *scene,
     input_scene_create(scene);
 }
 
-static void test_spheres(void **state)
+TEST(test_spheres)
 {
     for (int by = 0; by < 3; by++) {
         struct input_scene scene;
@@ -73,7 +69,7 @@ static void test_spheres(void **state)
         if (by == 0) {
             GIVE_ADDRESSES(&data, &scene, bytes);
             scene.build.info.scratchData.hostAddress = scene.build.scratch;
-            GET(fixture_build(&device.fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
+            GET(fixture_build(fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
         } else {
             GIVE_ADDRESSES(&data, &scene, address);
             input_scene_build(&scene, &all_spheres, by == 2);
@@ -84,7 +80,7 @@ static void test_spheres(void **state)
 }
 
 /* Without indices: centers and radii both begin at the offset. */
-static void test_spheres_without_indices(void **state)
+TEST(test_spheres_without_indices)
 {
     for (int by = 1; by < 3; by++) {
         struct input_scene scene;
@@ -109,7 +105,7 @@ static void test_spheres_without_indices(void **state)
 
 /* From the first to the second center, and from the third to the fourth; or from each to the next.
  */
-static void test_swept_spheres(void **state)
+TEST(test_swept_spheres)
 {
     for (int by = 1; by < 5; by++) {
         const bool is_successive = by > 2;
@@ -140,7 +136,7 @@ static void test_swept_spheres(void **state)
 }
 
 /* An index that leads out of the centers; and indices that lead nowhere. */
-static void test_spheres_out_of_range(void **state)
+TEST(test_spheres_out_of_range)
 {
     struct input_scene scene;
     VkAccelerationStructureGeometrySpheresDataNV data;
@@ -149,14 +145,13 @@ static void test_spheres_out_of_range(void **state)
     ((uint16_t *)scene.indices.bytes)[OFFSET / 2] = 0xffff;
     GIVE_ADDRESSES(&data, &scene, address);
     input_scene_build(&scene, &all_spheres, false);
-    expect_mistake(device.fixture.trace_rays(device.fixture.device, &info));
+    expect_mistake(fixture->trace_rays(fixture->device, &info));
     fill_spheres(&scene);
     GIVE_ADDRESSES(&data, &scene, bytes);
     data.indexData.deviceAddress = 0x1000;
     scene.build.info.scratchData.hostAddress = scene.build.scratch;
-    expect_mistake(
-        fixture_build(&device.fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
-    messages_clear(&device.fixture.instance_fixture.messages);
+    expect_mistake(fixture_build(fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
+    messages_clear(&fixture->instance_fixture.messages);
     input_scene_close(&scene);
 }
 
@@ -167,14 +162,11 @@ enum { BLOCKS = 3 };
 static void open_dense(struct input_scene *scene,
                        VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *data)
 {
-    *data = (VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX,
-        .dataSize = BLOCKS * DENSE_BLOCK,
-        .numTriangles = BLOCKS * DENSE_BLOCK_TRIANGLES,
-        .numVertices = BLOCKS * DENSE_BLOCK_VERTICES,
-        .maxPrimitiveIndex = BLOCKS * DENSE_BLOCK_TRIANGLES - 1,
-        .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX,
-    };
+    *data = MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
+                 .dataSize = BLOCKS * DENSE_BLOCK, .numTriangles = BLOCKS * DENSE_BLOCK_TRIANGLES,
+                 .numVertices = BLOCKS * DENSE_BLOCK_VERTICES,
+                 .maxPrimitiveIndex = BLOCKS * DENSE_BLOCK_TRIANGLES - 1,
+                 .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX);
     input_scene_open(scene, VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX, data);
     dense_blocks_write(scene->vertices.bytes, BLOCKS);
     input_scene_create(scene);
@@ -192,7 +184,7 @@ static void expect_dense(const struct input_scene *scene)
         AssayHit hit;
         const AssayTraceInfo info =
             trace_info((uint64_t)scene->blas.handle, ASSAY_ACCURACY_EXACT, 1, &ray, &hit);
-        GET(device.fixture.trace_rays(device.fixture.device, &info));
+        GET(fixture->trace_rays(fixture->device, &info));
         assert_true(hit.isHit);
         assert_float_equal(hit.t, 2, 0);
         assert_int_equal(hit.primitive, 2 * i);
@@ -200,16 +192,16 @@ static void expect_dense(const struct input_scene *scene)
     }
 }
 
-static void test_dense(void **state)
+TEST(test_dense)
 {
     for (int is_indirect = 0; is_indirect < 2; is_indirect++) {
         struct input_scene scene;
         VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX data;
         open_dense(&scene, &data);
-        const AssayCounters before = fixture_counters(&device.fixture);
+        const AssayCounters before = fixture_counters(fixture);
         input_scene_build(&scene, NULL, is_indirect);
         if (!is_indirect)
-            assert_int_equal(fixture_counters(&device.fixture).bytesSnapshot - before.bytesSnapshot,
+            assert_int_equal(fixture_counters(fixture).bytesSnapshot - before.bytesSnapshot,
                              BLOCKS * DENSE_BLOCK);
         expect_dense(&scene);
         input_scene_close(&scene);
@@ -217,26 +209,15 @@ static void test_dense(void **state)
 }
 
 /* A chain that can't be read: nothing is built, and sizes are 0. */
-static void test_unreadable_chain(void **state)
+TEST(test_unreadable_chain)
 {
     struct input_scene scene;
     VkAccelerationStructureGeometrySpheresDataNV data;
     open_spheres(&scene, &data);
     scene.build.geometry.pNext = (void *)(uintptr_t)0x1000;
-    assert_int_equal(fixture_sizes(&device.fixture, &scene.build).accelerationStructureSize, 0);
+    assert_int_equal(fixture_sizes(fixture, &scene.build).accelerationStructureSize, 0);
     scene.build.info.scratchData.hostAddress = scene.build.scratch;
-    expect_mistake(
-        fixture_build(&device.fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
-    messages_clear(&device.fixture.instance_fixture.messages);
+    expect_mistake(fixture_build(fixture, VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
+    messages_clear(&fixture->instance_fixture.messages);
     input_scene_close(&scene);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_spheres),       cmocka_unit_test(test_spheres_without_indices),
-        cmocka_unit_test(test_swept_spheres), cmocka_unit_test(test_spheres_out_of_range),
-        cmocka_unit_test(test_dense),         cmocka_unit_test(test_unreadable_chain),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

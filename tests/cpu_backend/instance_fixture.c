@@ -4,6 +4,18 @@
 
 #include "vuid-tables/registry.h"
 
+const char *const backend_extensions[BACKEND_EXTENSIONS] = {
+    VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+    VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_EXTENSION_NAME,
+    VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
+    VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME,
+    VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
+    VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
+    VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME,
+};
+
 static void configure(const struct platform *platform, const struct instance_fixture_setup *setup)
 {
     struct null_driver_config config = platform->null_driver.default_config();
@@ -29,55 +41,23 @@ void instance_fixture_open(struct instance_fixture *fixture, const struct platfo
 VkDevice instance_fixture_open_device(const struct instance_fixture *fixture,
                                       VkuDeviceDispatchTable *vk)
 {
-    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_LINEAR_SWEPT_SPHERES_EXTENSION_NAME,
-                                             VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME,
-                                             VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
-                                             VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
-                                             VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME};
-    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV,
-        .displacementMicromap = VK_TRUE,
-    };
-    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
-        .pNext = &displacement,
-        .micromap = VK_TRUE,
-    };
-    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT,
-        .pNext = &micromap_khr,
-        .micromap = VK_TRUE,
-        .micromapHostCommands = VK_TRUE,
-    };
-    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX,
-        .pNext = &micromap_ext,
-        .denseGeometryFormat = VK_TRUE,
-    };
-    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV,
-        .pNext = &dense,
-        .spheres = VK_TRUE,
-        .linearSweptSpheres = VK_TRUE,
-    };
-    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
-        .pNext = &spheres,
-        .rayTracingMotionBlur = VK_TRUE,
-    };
-    const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .pNext = &motion,
-        .accelerationStructure = VK_TRUE,
-        .accelerationStructureIndirectBuild = VK_TRUE,
-        .accelerationStructureHostCommands = VK_TRUE,
-    };
+    STRUCT(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacement,
+           .displacementMicromap = VK_TRUE);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromap_khr, .pNext = &displacement,
+           .micromap = VK_TRUE);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromap_ext, .pNext = &micromap_khr,
+           .micromap = VK_TRUE, .micromapHostCommands = VK_TRUE);
+    STRUCT(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, dense, .pNext = &micromap_ext,
+           .denseGeometryFormat = VK_TRUE);
+    STRUCT(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, spheres, .pNext = &dense,
+           .spheres = VK_TRUE, .linearSweptSpheres = VK_TRUE);
+    STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion, .pNext = &spheres,
+           .rayTracingMotionBlur = VK_TRUE);
+    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures, .pNext = &motion,
+                 .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = VK_TRUE,
+                 .accelerationStructureHostCommands = VK_TRUE);
     VkDevice device;
-    GET(instance_fixture_create_device(fixture, &structures, extensions, ARRAY_COUNT(extensions),
+    GET(instance_fixture_create_device(fixture, &structures, backend_extensions, BACKEND_EXTENSIONS,
                                        &device, vk));
     return device;
 }

@@ -4,6 +4,7 @@
 #define ASSAY_TESTS_CPU_BACKEND_INSTANCE_FIXTURE_H
 
 #include "tests/fixture/instance.h"
+#include "tests/fixture/make.h"
 
 struct instance_fixture_setup {
     const char *backend;  /* assay_validation.backend; NULL: cpu */
@@ -14,6 +15,10 @@ struct instance_fixture_setup {
 
 void instance_fixture_open(struct instance_fixture *fixture, const struct platform *platform,
                            const struct instance_fixture_setup *setup);
+
+/* All that the backend offers. The first two are those of acceleration structures. */
+enum { BACKEND_EXTENSIONS = 9 };
+extern const char *const backend_extensions[BACKEND_EXTENSIONS];
 
 /* A device with the backend's extensions and all of its features. */
 VkDevice instance_fixture_open_device(const struct instance_fixture *fixture,

@@ -8,8 +8,8 @@
 static uint64_t property(const struct micromap *micromap, VkQueryType type)
 {
     uint64_t value = 0;
-    GET(device.fixture.vk.WriteMicromapsPropertiesEXT(device.fixture.device, 1, &micromap->ext,
-                                                      type, sizeof(value), &value, 8));
+    GET(fixture->vk.WriteMicromapsPropertiesEXT(fixture->device, 1, &micromap->ext, type,
+                                                sizeof(value), &value, 8));
     return value;
 }
 
@@ -30,7 +30,7 @@ static void expect_copy(const struct micromap *copy, const void *bytes, size_t s
     free(copied);
 }
 
-static void test_copies_by_host(void **state)
+TEST(test_copies_by_host)
 {
     struct micromap from, to;
     size_t size;
@@ -48,10 +48,8 @@ static void test_copies_by_host(void **state)
         micromap_close(&to);
     }
     VkAccelerationStructureCompatibilityKHR compatibility;
-    const VkMicromapVersionInfoEXT version = {.sType = VK_STRUCTURE_TYPE_MICROMAP_VERSION_INFO_EXT,
-                                              .pVersionData = bytes};
-    device.fixture.vk.GetDeviceMicromapCompatibilityEXT(device.fixture.device, &version,
-                                                        &compatibility);
+    const STRUCT(VkMicromapVersionInfoEXT, version, .pVersionData = bytes);
+    fixture->vk.GetDeviceMicromapCompatibilityEXT(fixture->device, &version, &compatibility);
     assert_int_equal(compatibility, VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR);
     free(bytes);
     micromap_close(&from);
@@ -59,37 +57,29 @@ static void test_copies_by_host(void **state)
 }
 
 /* Built, cloned, serialized and deserialized by one command buffer each, and queried. */
-static void test_copies_by_device(void **state)
+TEST(test_copies_by_device)
 {
     struct micromap from, clone, again;
     struct device_buffer bytes = device_buffer_create(&device, MICROMAP_SIZE);
     const VkQueryType type = VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT;
-    const VkuDeviceDispatchTable *vk = &device.fixture.vk;
-    VkQueryPool pool = query_pool_create(vk, device.fixture.device, type, 1);
+    const VkuDeviceDispatchTable *vk = &fixture->vk;
+    VkQueryPool pool = query_pool_create(vk, fixture->device, type, 1);
     size_t size;
     micromap_open(&from, true);
     micromap_open(&clone, true);
     micromap_open(&again, true);
     micromap_build_by_device(&from);
-    const VkCopyMicromapToMemoryInfoEXT to_memory = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_TO_MEMORY_INFO_EXT,
-        .src = clone.ext,
-        .dst.deviceAddress = bytes.address,
-        .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
-    };
-    const VkCopyMemoryToMicromapInfoEXT from_memory = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT,
-        .src.deviceAddress = bytes.address,
-        .dst = again.ext,
-        .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
-    };
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    const STRUCT(VkCopyMicromapToMemoryInfoEXT, to_memory, .src = clone.ext,
+                 .dst.deviceAddress = bytes.address, .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT);
+    const STRUCT(VkCopyMemoryToMicromapInfoEXT, from_memory, .src.deviceAddress = bytes.address,
+                 .dst = again.ext, .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     vk->CmdResetQueryPool(commands, pool, 0, 1);
     micromap_clone_by_device(commands, &from, &clone);
     vk->CmdWriteMicromapsPropertiesEXT(commands, 1, &clone.ext, type, pool, 0);
     vk->CmdCopyMicromapToMemoryEXT(commands, &to_memory);
     device_finish(&device, commands);
-    commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    commands = device_begin(&device, PRIMARY);
     vk->CmdCopyMemoryToMicromapEXT(commands, &from_memory);
     device_finish(&device, commands);
     const uint64_t queried = device_query(&device, pool, 0);
@@ -97,19 +87,10 @@ static void test_copies_by_device(void **state)
     assert_int_equal(queried, size);
     expect_copy(&again, expected, size);
     free(expected);
-    vk->DestroyQueryPool(device.fixture.device, pool, NULL);
+    vk->DestroyQueryPool(fixture->device, pool, NULL);
     device_buffer_destroy(&device, &bytes);
     micromap_close(&from);
     micromap_close(&clone);
     micromap_close(&again);
     device_expect_silence(&device);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_copies_by_host),
-        cmocka_unit_test(test_copies_by_device),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

@@ -57,13 +57,9 @@ static void prepare(struct micromap *micromap, VkMicromapTypeEXT type,
 
 static void create_ext(struct micromap *micromap)
 {
-    const VkMicromapCreateInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
-        .buffer = micromap->storage.handle,
-        .size = MICROMAP_SIZE,
-        .type = micromap->type,
-    };
-    GET(device.fixture.vk.CreateMicromapEXT(device.fixture.device, &info, NULL, &micromap->ext));
+    const STRUCT(VkMicromapCreateInfoEXT, info, .buffer = micromap->storage.handle,
+                 .size = MICROMAP_SIZE, .type = micromap->type);
+    GET(fixture->vk.CreateMicromapEXT(fixture->device, &info, NULL, &micromap->ext));
 }
 
 void micromap_open_displacement(struct micromap *micromap)
@@ -75,12 +71,9 @@ void micromap_open_displacement(struct micromap *micromap)
 void micromap_open(struct micromap *micromap, bool is_ext)
 {
     prepare(micromap, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, micromap_usages);
-    const VkAccelerationStructureCreateInfo2KHR khr = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_2_KHR,
-        .addressRange = {micromap->storage.address, MICROMAP_SIZE},
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
-    };
-    const struct fixture *fixture = &device.fixture;
+    const STRUCT(VkAccelerationStructureCreateInfo2KHR, khr,
+                 .addressRange = {micromap->storage.address, MICROMAP_SIZE},
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
     if (is_ext)
         create_ext(micromap);
     else
@@ -91,7 +84,6 @@ void micromap_open(struct micromap *micromap, bool is_ext)
 
 void micromap_close(struct micromap *micromap)
 {
-    const struct fixture *fixture = &device.fixture;
     fixture->vk.DestroyMicromapEXT(fixture->device, micromap->ext, NULL);
     fixture->vk.DestroyAccelerationStructureKHR(fixture->device, micromap->khr, NULL);
     device_buffer_destroy(&device, &micromap->storage);
@@ -100,24 +92,18 @@ void micromap_close(struct micromap *micromap)
 
 VkMicromapBuildInfoEXT micromap_info(const struct micromap *micromap, uint64_t base)
 {
-    return (VkMicromapBuildInfoEXT){
-        .sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
-        .type = micromap->type,
-        .mode = VK_BUILD_MICROMAP_MODE_BUILD_EXT,
-        .dstMicromap = micromap->ext,
-        .usageCountsCount = 2,
-        .pUsageCounts = micromap->usages,
-        .data.deviceAddress = base + DATA,
-        .triangleArray.deviceAddress = base,
-        .triangleArrayStride = sizeof(VkMicromapTriangleEXT),
-    };
+    return MAKE(VkMicromapBuildInfoEXT, .type = micromap->type,
+                .mode = VK_BUILD_MICROMAP_MODE_BUILD_EXT, .dstMicromap = micromap->ext,
+                .usageCountsCount = 2, .pUsageCounts = micromap->usages,
+                .data.deviceAddress = base + DATA, .triangleArray.deviceAddress = base,
+                .triangleArrayStride = sizeof(VkMicromapTriangleEXT));
 }
 
 VkResult micromap_build_by_host(const struct micromap *micromap)
 {
     const VkMicromapBuildInfoEXT info =
         micromap_info(micromap, (uint64_t)(uintptr_t)micromap->input.bytes);
-    return device.fixture.vk.BuildMicromapsEXT(device.fixture.device, VK_NULL_HANDLE, 1, &info);
+    return fixture->vk.BuildMicromapsEXT(fixture->device, VK_NULL_HANDLE, 1, &info);
 }
 
 static void record_khr(const struct micromap *micromap, VkCommandBuffer commands)
@@ -125,29 +111,18 @@ static void record_khr(const struct micromap *micromap, VkCommandBuffer commands
     VkMicromapUsageKHR own[2];
     const VkMicromapUsageKHR *const pointers[2] = {&own[0], &own[1]};
     memcpy(own, micromap_usages, sizeof(own));
-    const VkAccelerationStructureGeometryMicromapDataKHR data = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
-        .usageCountsCount = 2,
-        .ppUsageCounts = pointers,
-        .data = micromap->input.address + DATA,
-        .triangleArray = micromap->input.address,
-        .triangleArrayStride = sizeof(VkMicromapTriangleKHR),
-    };
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .pNext = &data,
-        .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR,
-    };
-    const VkAccelerationStructureBuildGeometryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
-        .dstAccelerationStructure = micromap->khr,
-        .geometryCount = 1,
-        .pGeometries = &geometry,
-        .scratchData.deviceAddress = micromap->storage.address,
-    };
+    const STRUCT(VkAccelerationStructureGeometryMicromapDataKHR, data, .usageCountsCount = 2,
+                 .ppUsageCounts = pointers, .data = micromap->input.address + DATA,
+                 .triangleArray = micromap->input.address,
+                 .triangleArrayStride = sizeof(VkMicromapTriangleKHR));
+    const STRUCT(VkAccelerationStructureGeometryKHR, geometry, .pNext = &data,
+                 .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR);
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
+                 .dstAccelerationStructure = micromap->khr, .geometryCount = 1,
+                 .pGeometries = &geometry, .scratchData.deviceAddress = micromap->storage.address);
     const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
-    device.fixture.vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &no_range);
+    fixture->vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &no_range);
 }
 
 void micromap_build_by_device(const struct micromap *micromap)
@@ -155,7 +130,7 @@ void micromap_build_by_device(const struct micromap *micromap)
     const VkMicromapBuildInfoEXT info = micromap_info(micromap, micromap->input.address);
     VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     if (micromap->ext)
-        device.fixture.vk.CmdBuildMicromapsEXT(commands, 1, &info);
+        fixture->vk.CmdBuildMicromapsEXT(commands, 1, &info);
     else
         record_khr(micromap, commands);
     device_finish(&device, commands);
@@ -167,44 +142,33 @@ void micromap_build_by_device(const struct micromap *micromap)
 static VkCopyMicromapInfoEXT copy_info(const struct micromap *src, const struct micromap *dst,
                                        VkCopyMicromapModeEXT mode)
 {
-    return (VkCopyMicromapInfoEXT){.sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT,
-                                   .src = src->ext,
-                                   .dst = dst->ext,
-                                   .mode = mode};
+    return MAKE(VkCopyMicromapInfoEXT, .src = src->ext, .dst = dst->ext, .mode = mode);
 }
 
 VkResult micromap_copy_by_host(const struct micromap *src, const struct micromap *dst,
                                VkCopyMicromapModeEXT mode)
 {
     const VkCopyMicromapInfoEXT info = copy_info(src, dst, mode);
-    return device.fixture.vk.CopyMicromapEXT(device.fixture.device, VK_NULL_HANDLE, &info);
+    return fixture->vk.CopyMicromapEXT(fixture->device, VK_NULL_HANDLE, &info);
 }
 
 void micromap_clone_by_device(VkCommandBuffer commands, const struct micromap *src,
                               const struct micromap *dst)
 {
     const VkCopyMicromapInfoEXT info = copy_info(src, dst, VK_COPY_MICROMAP_MODE_CLONE_EXT);
-    device.fixture.vk.CmdCopyMicromapEXT(commands, &info);
+    fixture->vk.CmdCopyMicromapEXT(commands, &info);
 }
 
 VkResult micromap_save_by_host(const struct micromap *src, void *dst)
 {
-    const VkCopyMicromapToMemoryInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_TO_MEMORY_INFO_EXT,
-        .src = src->ext,
-        .dst.hostAddress = dst,
-        .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT,
-    };
-    return device.fixture.vk.CopyMicromapToMemoryEXT(device.fixture.device, VK_NULL_HANDLE, &info);
+    const STRUCT(VkCopyMicromapToMemoryInfoEXT, info, .src = src->ext, .dst.hostAddress = dst,
+                 .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT);
+    return fixture->vk.CopyMicromapToMemoryEXT(fixture->device, VK_NULL_HANDLE, &info);
 }
 
 VkResult micromap_load_by_host(const void *src, const struct micromap *dst)
 {
-    const VkCopyMemoryToMicromapInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT,
-        .src.hostAddress = src,
-        .dst = dst->ext,
-        .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT,
-    };
-    return device.fixture.vk.CopyMemoryToMicromapEXT(device.fixture.device, VK_NULL_HANDLE, &info);
+    const STRUCT(VkCopyMemoryToMicromapInfoEXT, info, .src.hostAddress = src, .dst = dst->ext,
+                 .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
+    return fixture->vk.CopyMemoryToMicromapEXT(fixture->device, VK_NULL_HANDLE, &info);
 }

@@ -30,31 +30,19 @@ static void open_user(struct user *user, const struct micromap *micromap)
 {
     struct input_scene *scene = &user->scene;
     input_scene_open(scene, VK_GEOMETRY_TYPE_TRIANGLES_KHR, NULL);
-    user->ext = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
-        .indexType = VK_INDEX_TYPE_UINT16,
-        .indexBuffer.deviceAddress = scene->indices.address,
-        .indexStride = 2,
-        .usageCountsCount = 2,
-        .pUsageCounts = micromap_usages,
-        .micromap = micromap->ext,
-    };
-    user->khr = (VkAccelerationStructureTrianglesOpacityMicromapKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
-        .indexType = VK_INDEX_TYPE_UINT16,
-        .indexBuffer = scene->indices.address,
-        .indexStride = 2,
-        .micromap = micromap->khr,
-    };
-    scene->build.geometry.geometry.triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-        .pNext = micromap->khr ? (void *)&user->khr : (void *)&user->ext,
-        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.deviceAddress = scene->vertices.address,
-        .vertexStride = 12,
-        .maxVertex = 3 * TRIANGLES - 1,
-        .indexType = VK_INDEX_TYPE_NONE_KHR,
-    };
+    user->ext =
+        MAKE(VkAccelerationStructureTrianglesOpacityMicromapEXT, .indexType = VK_INDEX_TYPE_UINT16,
+             .indexBuffer.deviceAddress = scene->indices.address, .indexStride = 2,
+             .usageCountsCount = 2, .pUsageCounts = micromap_usages, .micromap = micromap->ext);
+    user->khr =
+        MAKE(VkAccelerationStructureTrianglesOpacityMicromapKHR, .indexType = VK_INDEX_TYPE_UINT16,
+             .indexBuffer = scene->indices.address, .indexStride = 2, .micromap = micromap->khr);
+    scene->build.geometry.geometry.triangles =
+        MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
+             .pNext = micromap->khr ? (void *)&user->khr : (void *)&user->ext,
+             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+             .vertexData.deviceAddress = scene->vertices.address, .vertexStride = 12,
+             .maxVertex = 3 * TRIANGLES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
     scene->build.range.primitiveCount = TRIANGLES;
     fill_triangles(user);
     input_scene_create(scene);
@@ -78,7 +66,7 @@ static void expect_opacities(const struct user *user)
 /* ---- tests */
 
 /* By the host, by command buffers, and -KHR's. */
-static void test_builds(void **state)
+TEST(test_builds)
 {
     for (int way = 0; way < 4; way++) {
         struct micromap micromap;
@@ -91,15 +79,15 @@ static void test_builds(void **state)
             micromap_build_by_device(&micromap);
         input_scene_build(&user.scene, &user.scene.build.range, way == 2);
         expect_opacities(&user);
-        messages_clear(&device.fixture.instance_fixture
-                            .messages); /* of scratch, which KHR's build takes none of */
+        messages_clear(
+            &fixture->instance_fixture.messages); /* of scratch, which KHR's build takes none of */
         input_scene_close(&user.scene);
         micromap_close(&micromap);
     }
 }
 
 /* Rays look up what the micromap has become; without it, triangles are what their geometry is. */
-static void test_rebuilt_and_destroyed(void **state)
+TEST(test_rebuilt_and_destroyed)
 {
     struct micromap micromap;
     struct user user;
@@ -107,26 +95,25 @@ static void test_rebuilt_and_destroyed(void **state)
     open_user(&user, &micromap);
     GET(micromap_build_by_host(&micromap));
     input_scene_build(&user.scene, &user.scene.build.range, false);
-    const AssayCounters before = fixture_counters(&device.fixture);
+    const AssayCounters before = fixture_counters(fixture);
     expect_opacity(&user, 0.1f, 0.1f, 3, 2, true);
-    assert_true(fixture_counters(&device.fixture).micromapsRead > before.micromapsRead);
+    assert_true(fixture_counters(fixture).micromapsRead > before.micromapsRead);
     micromap.input.bytes[DATA + 1] = 1;
     GET(micromap_build_by_host(&micromap));
     expect_opacity(&user, 0.1f, 0.1f, 1, 0, true);
-    device.fixture.vk.DestroyMicromapEXT(device.fixture.device, micromap.ext, NULL);
+    fixture->vk.DestroyMicromapEXT(fixture->device, micromap.ext, NULL);
     micromap.ext = VK_NULL_HANDLE;
     expect_opacity(&user, 0.1f, 0.1f, 1, 0, false);
-    messages_clear(&device.fixture.instance_fixture.messages);
+    messages_clear(&fixture->instance_fixture.messages);
     input_scene_close(&user.scene);
     micromap_close(&micromap);
 }
 
-static void test_mistakes(void **state)
+TEST(test_mistakes)
 {
     struct micromap micromap;
     micromap_open(&micromap, true);
-    const struct fixture *fixture = &device.fixture;
-    VkMicromapBuildSizesInfoEXT sizes = {.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_SIZES_INFO_EXT};
+    STRUCT(VkMicromapBuildSizesInfoEXT, sizes);
     VkMicromapBuildInfoEXT info =
         micromap_info(&micromap, (uint64_t)(uintptr_t)micromap.input.bytes);
     fixture->vk.GetMicromapBuildSizesEXT(
@@ -147,15 +134,5 @@ static void test_mistakes(void **state)
         trace_info((uint64_t)micromap.ext, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
     expect_mistake(fixture->trace_rays(fixture->device, &trace));
     micromap_close(&micromap);
-    messages_clear(&device.fixture.instance_fixture.messages);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_builds),
-        cmocka_unit_test(test_rebuilt_and_destroyed),
-        cmocka_unit_test(test_mistakes),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
+    messages_clear(&fixture->instance_fixture.messages);
 }

@@ -59,10 +59,8 @@ void moving_scene_open(struct fixture *fixture, struct moving_scene *scene,
     fixture_move(&scene->triangles, 4, 0, 0);
     memcpy(scene->then, scene->triangles.data, sizeof(scene->then));
     fixture_move(&scene->triangles, 0, 0, 0);
-    scene->motion = (VkAccelerationStructureGeometryMotionTrianglesDataNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
-        .vertexData.hostAddress = scene->then,
-    };
+    scene->motion = MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
+                         .vertexData.hostAddress = scene->then);
     scene->triangles.geometry.geometry.triangles.pNext = &scene->motion;
     scene->blas = fixture_create_for(fixture, &scene->triangles);
 

@@ -2,95 +2,79 @@
 /* Objects of VK_NV_ray_tracing, and builds with them. */
 #include "tests/cpu_backend/nv_fixture.h"
 
-VkMemoryRequirements nv_requirements(struct device_fixture *fixture,
-                                     VkAccelerationStructureNV handle,
+VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
                                      VkAccelerationStructureMemoryRequirementsTypeNV type)
 {
-    const VkAccelerationStructureMemoryRequirementsInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_INFO_NV,
-        .type = type,
-        .accelerationStructure = handle,
-    };
-    VkMemoryDedicatedRequirements dedicated = {.sType =
-                                                   VK_STRUCTURE_TYPE_MEMORY_DEDICATED_REQUIREMENTS,
-                                               .requiresDedicatedAllocation = VK_TRUE};
-    VkMemoryRequirements2 requirements = {.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2,
-                                          .pNext = &dedicated};
-    fixture->fixture.vk.GetAccelerationStructureMemoryRequirementsNV(fixture->fixture.device, &info,
-                                                                     &requirements);
+    const STRUCT(VkAccelerationStructureMemoryRequirementsInfoNV, info, .type = type,
+                 .accelerationStructure = handle);
+    STRUCT(VkMemoryDedicatedRequirements, dedicated, .requiresDedicatedAllocation = VK_TRUE);
+    STRUCT(VkMemoryRequirements2, requirements, .pNext = &dedicated);
+    fixture->vk.GetAccelerationStructureMemoryRequirementsNV(fixture->device, &info, &requirements);
     assert_false(dedicated.requiresDedicatedAllocation);
     return requirements.memoryRequirements;
 }
 
-static VkDeviceSize scratch_size(struct device_fixture *fixture, VkAccelerationStructureNV handle)
+static VkDeviceSize scratch_size(VkAccelerationStructureNV handle)
 {
     const VkDeviceSize build =
-        nv_requirements(fixture, handle,
-                        VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV)
+        nv_requirements(handle, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV)
             .size;
     const VkDeviceSize update =
-        nv_requirements(fixture, handle,
+        nv_requirements(handle,
                         VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV)
             .size;
     return build > update ? build : update;
 }
 
-static void bind_memory(struct device_fixture *fixture, struct nv_structure *structure)
+static void bind_memory(struct nv_structure *structure)
 {
-    const VkuDeviceDispatchTable *vk = &fixture->fixture.vk;
+    const VkuDeviceDispatchTable *vk = &fixture->vk;
     const VkMemoryRequirements requirements = nv_requirements(
-        fixture, structure->handle, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
-    assert_true(requirements.memoryTypeBits >> fixture->fixture.host_memory_type & 1);
+        structure->handle, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
+    assert_true(requirements.memoryTypeBits >> fixture->host_memory_type & 1);
     structure->size = requirements.size;
-    structure->memory = memory_create(vk, fixture->fixture.device,
-                                      fixture->fixture.host_memory_type, requirements.size);
-    const VkBindAccelerationStructureMemoryInfoNV bind = {
-        .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
-        .accelerationStructure = structure->handle,
-        .memory = structure->memory,
-    };
-    GET(vk->BindAccelerationStructureMemoryNV(fixture->fixture.device, 1, &bind));
+    structure->memory =
+        memory_create(vk, fixture->device, fixture->host_memory_type, requirements.size);
+    const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind,
+                 .accelerationStructure = structure->handle, .memory = structure->memory);
+    GET(vk->BindAccelerationStructureMemoryNV(fixture->device, 1, &bind));
 }
 
-struct nv_structure nv_create(struct device_fixture *fixture,
-                              const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted)
+struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted)
 {
     struct nv_structure structure = {0};
-    const VkAccelerationStructureCreateInfoNV create_info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV,
-        .compactedSize = compacted,
-        .info = *info,
-    };
-    GET(fixture->fixture.vk.CreateAccelerationStructureNV(fixture->fixture.device, &create_info,
-                                                          NULL, &structure.handle));
-    bind_memory(fixture, &structure);
+    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .compactedSize = compacted,
+                 .info = *info);
+    GET(fixture->vk.CreateAccelerationStructureNV(fixture->device, &create_info, NULL,
+                                                  &structure.handle));
+    bind_memory(&structure);
     if (!compacted)
-        structure.scratch = device_buffer_create(fixture, scratch_size(fixture, structure.handle));
+        structure.scratch = device_buffer_create(&device, scratch_size(structure.handle));
     return structure;
 }
 
-void nv_destroy(struct device_fixture *fixture, struct nv_structure *structure)
+void nv_destroy(struct nv_structure *structure)
 {
-    const VkuDeviceDispatchTable *vk = &fixture->fixture.vk;
-    vk->DestroyAccelerationStructureNV(fixture->fixture.device, structure->handle, NULL);
-    vk->FreeMemory(fixture->fixture.device, structure->memory, NULL);
-    device_buffer_destroy(fixture, &structure->scratch);
+    const VkuDeviceDispatchTable *vk = &fixture->vk;
+    vk->DestroyAccelerationStructureNV(fixture->device, structure->handle, NULL);
+    vk->FreeMemory(fixture->device, structure->memory, NULL);
+    device_buffer_destroy(&device, &structure->scratch);
 }
 
-uint64_t nv_reference(struct device_fixture *fixture, VkAccelerationStructureNV structure)
+uint64_t nv_reference(VkAccelerationStructureNV structure)
 {
     uint64_t reference = 0;
-    GET(fixture->fixture.vk.GetAccelerationStructureHandleNV(fixture->fixture.device, structure,
-                                                             sizeof(reference), &reference));
+    GET(fixture->vk.GetAccelerationStructureHandleNV(fixture->device, structure, sizeof(reference),
+                                                     &reference));
     return reference;
 }
 
-void nv_build(struct device_fixture *fixture, VkCommandBuffer commands,
-              const VkAccelerationStructureInfoNV *info, VkBuffer instances, VkDeviceSize offset,
-              struct nv_structure *dst, VkAccelerationStructureNV src)
+void nv_build(VkCommandBuffer commands, const VkAccelerationStructureInfoNV *info,
+              VkBuffer instances, VkDeviceSize offset, struct nv_structure *dst,
+              VkAccelerationStructureNV src)
 {
-    fixture->fixture.vk.CmdBuildAccelerationStructureNV(commands, info, instances, offset,
-                                                        src != VK_NULL_HANDLE, dst->handle, src,
-                                                        dst->scratch.handle, 0);
-    device_barrier(fixture, commands);
+    fixture->vk.CmdBuildAccelerationStructureNV(commands, info, instances, offset,
+                                                src != VK_NULL_HANDLE, dst->handle, src,
+                                                dst->scratch.handle, 0);
+    device_barrier(&device, commands);
 }

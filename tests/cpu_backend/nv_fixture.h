@@ -3,7 +3,7 @@
 #ifndef ASSAY_TESTS_CPU_BACKEND_NV_FIXTURE_H
 #define ASSAY_TESTS_CPU_BACKEND_NV_FIXTURE_H
 
-#include "device_fixture.h"
+#include "device_program.h"
 
 /* Bound to memory of its own. */
 struct nv_structure {
@@ -14,21 +14,19 @@ struct nv_structure {
 };
 
 /* For builds of `info`, or, where `compacted` isn't 0, for a compacting copy. */
-struct nv_structure nv_create(struct device_fixture *fixture,
-                              const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted);
-void nv_destroy(struct device_fixture *fixture, struct nv_structure *structure);
+struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted);
+void nv_destroy(struct nv_structure *structure);
 
-VkMemoryRequirements nv_requirements(struct device_fixture *fixture,
-                                     VkAccelerationStructureNV handle,
+VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
                                      VkAccelerationStructureMemoryRequirementsTypeNV type);
 
 /* What instances refer to. */
-uint64_t nv_reference(struct device_fixture *fixture, VkAccelerationStructureNV structure);
+uint64_t nv_reference(VkAccelerationStructureNV structure);
 
 /* Records a build, of `instances` at `offset` for a TLAS, with a barrier behind it; an update where
  * `src` isn't VK_NULL_HANDLE. */
-void nv_build(struct device_fixture *fixture, VkCommandBuffer commands,
-              const VkAccelerationStructureInfoNV *info, VkBuffer instances, VkDeviceSize offset,
-              struct nv_structure *dst, VkAccelerationStructureNV src);
+void nv_build(VkCommandBuffer commands, const VkAccelerationStructureInfoNV *info,
+              VkBuffer instances, VkDeviceSize offset, struct nv_structure *dst,
+              VkAccelerationStructureNV src);
 
 #endif

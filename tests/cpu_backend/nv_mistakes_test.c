@@ -7,9 +7,6 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-static struct device_fixture device;
-static struct fixture *const fixture = &device.fixture;
-
 #define WILD ((VkAccelerationStructureNV)0x1234567890)
 
 enum { VERTICES_AT = 64, DATA_SIZE = 256 };
@@ -27,47 +24,41 @@ static VkGeometryTrianglesNV *const triangles = &scene.geometry.geometry.triangl
 static void describe(void)
 {
     scene.geometry =
-        (VkGeometryNV){.sType = VK_STRUCTURE_TYPE_GEOMETRY_NV,
-                       .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
-                       .geometry = {.triangles = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV,
-                                                  .vertexData = scene.data.handle,
-                                                  .vertexOffset = VERTICES_AT,
-                                                  .vertexCount = 3,
-                                                  .vertexStride = 3 * sizeof(float),
-                                                  .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                                                  .indexType = VK_INDEX_TYPE_NONE_NV},
-                                    .aabbs = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV}}};
-    scene.info = (VkAccelerationStructureInfoNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV,
-        .geometryCount = 1,
-        .pGeometries = &scene.geometry,
-    };
+        MAKE(VkGeometryNV, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
+             .geometry = {.triangles = MAKE(VkGeometryTrianglesNV, .vertexData = scene.data.handle,
+                                            .vertexOffset = VERTICES_AT, .vertexCount = 3,
+                                            .vertexStride = 3 * sizeof(float),
+                                            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                                            .indexType = VK_INDEX_TYPE_NONE_NV),
+                          .aabbs = MAKE(VkGeometryAABBNV)});
+    scene.info =
+        MAKE(VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+             .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV, .geometryCount = 1,
+             .pGeometries = &scene.geometry);
 }
 
-static int open_scene(void **state)
+static void open_scene(void)
 {
     static const float vertices[9] = {0, 0, 0, 0, 1, 0, 0, 0, 1};
     scene.data = device_buffer_create(&device, DATA_SIZE);
     memcpy(scene.data.bytes + VERTICES_AT, vertices, sizeof(vertices));
     describe();
-    scene.blas = nv_create(&device, &scene.info, 0);
-    return 0;
+    scene.blas = nv_create(&scene.info, 0);
 }
 
-static int close_scene(void **state)
+static void close_scene(void)
 {
-    nv_destroy(&device, &scene.blas);
+    nv_destroy(&scene.blas);
     device_buffer_destroy(&device, &scene.data);
     messages_clear(&fixture->instance_fixture.messages);
-    return 0;
 }
+
+#define SCENE_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
 
 static void build(const VkAccelerationStructureInfoNV *info, VkAccelerationStructureNV src)
 {
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    nv_build(&device, commands, info, VK_NULL_HANDLE, 0, &scene.blas, src);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    nv_build(commands, info, VK_NULL_HANDLE, 0, &scene.blas, src);
     device_finish(&device, commands);
 }
 
@@ -94,66 +85,52 @@ static void expect_unbuilt(void)
     assert_true(is_built());
 }
 
+/* With that change of the description. */
+#define EXPECT_UNBUILT(change) ((void)(change), expect_unbuilt())
+
 /* ---- tests */
 
 static VkBuffer create_unbound(void)
 {
-    const VkBufferCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .size = DATA_SIZE,
-        .usage = VK_BUFFER_USAGE_RAY_TRACING_BIT_NV,
-    };
+    const STRUCT(VkBufferCreateInfo, info, .size = DATA_SIZE,
+                 .usage = VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
     VkBuffer buffer;
     GET(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &buffer));
     return buffer;
 }
 
-static void test_data_that_is_not_there(void **state)
+SCENE_TEST(test_data_that_is_not_there)
 {
     const VkBuffer unbound = create_unbound();
-    triangles->vertexData = VK_NULL_HANDLE;
-    expect_unbuilt();
-    triangles->vertexData = (VkBuffer)WILD;
-    expect_unbuilt();
-    triangles->vertexData = unbound;
-    expect_unbuilt();
-    triangles->vertexOffset = DATA_SIZE - 35; /* a triangle takes 36 bytes */
-    expect_unbuilt();
-    triangles->vertexOffset = DATA_SIZE;
-    expect_unbuilt();
-    triangles->vertexOffset = UINT64_MAX - 8;
-    expect_unbuilt();
-    triangles->vertexStride = UINT64_MAX;
-    expect_unbuilt();
+    EXPECT_UNBUILT(triangles->vertexData = VK_NULL_HANDLE);
+    EXPECT_UNBUILT(triangles->vertexData = (VkBuffer)WILD);
+    EXPECT_UNBUILT(triangles->vertexData = unbound);
+    EXPECT_UNBUILT(triangles->vertexOffset = DATA_SIZE - 35); /* a triangle takes 36 bytes */
+    EXPECT_UNBUILT(triangles->vertexOffset = DATA_SIZE);
+    EXPECT_UNBUILT(triangles->vertexOffset = UINT64_MAX - 8);
+    EXPECT_UNBUILT(triangles->vertexStride = UINT64_MAX);
     triangles->transformData = scene.data.handle;
-    triangles->transformOffset = DATA_SIZE - 32;
-    expect_unbuilt();
-    triangles->transformData = unbound;
-    expect_unbuilt();
+    EXPECT_UNBUILT(triangles->transformOffset = DATA_SIZE - 32);
+    EXPECT_UNBUILT(triangles->transformData = unbound);
     triangles->indexType = VK_INDEX_TYPE_UINT32;
     triangles->indexData = scene.data.handle;
     triangles->indexOffset = VERTICES_AT; /* floats are wild indices */
-    triangles->indexCount = 3;
-    expect_unbuilt();
+    EXPECT_UNBUILT(triangles->indexCount = 3);
     fixture->vk.DestroyBuffer(fixture->device, unbound, NULL);
 }
 
-static void test_geometries_that_are_none(void **state)
+SCENE_TEST(test_geometries_that_are_none)
 {
-    triangles->vertexFormat = VK_FORMAT_D32_SFLOAT;
-    expect_unbuilt();
-    scene.geometry.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
-    expect_unbuilt();
-    scene.geometry.geometryType = (VkGeometryTypeKHR)77;
-    expect_unbuilt();
+    EXPECT_UNBUILT(triangles->vertexFormat = VK_FORMAT_D32_SFLOAT);
+    EXPECT_UNBUILT(scene.geometry.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR);
+    EXPECT_UNBUILT(scene.geometry.geometryType = (VkGeometryTypeKHR)77);
     scene.info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV; /* without instanceData */
     scene.info.geometryCount = 0;
-    scene.info.instanceCount = 3;
-    expect_unbuilt();
+    EXPECT_UNBUILT(scene.info.instanceCount = 3);
 }
 
 /* Nothing is recorded of such a build, so the structure is as it was. */
-static void test_unreadable_parameters(void **state)
+SCENE_TEST(test_unreadable_parameters)
 {
     const size_t page = (size_t)sysconf(_SC_PAGESIZE);
     char *hole = mmap(NULL, page, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -164,8 +141,7 @@ static void test_unreadable_parameters(void **state)
     build(&scene.info, VK_NULL_HANDLE);
     assert_true(is_built());
 
-    const VkAccelerationStructureCreateInfoNV create_info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = scene.info};
+    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .info = scene.info);
     VkAccelerationStructureNV created = WILD;
     expect_mistake(
         fixture->vk.CreateAccelerationStructureNV(fixture->device, &create_info, NULL, &created));
@@ -175,7 +151,7 @@ static void test_unreadable_parameters(void **state)
     munmap(hole, page);
 }
 
-static void test_wild_handles(void **state)
+SCENE_TEST(test_wild_handles)
 {
     const VkAccelerationStructureNV wild = WILD;
     const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV;
@@ -187,11 +163,10 @@ static void test_wild_handles(void **state)
                                                                 4, &reference));
     assert_int_equal(reference, 7);
     assert_int_equal(
-        nv_requirements(&device, wild, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV)
-            .size,
+        nv_requirements(wild, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV).size,
         0);
     build(&scene.info, VK_NULL_HANDLE);
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     fixture->vk.CmdCopyAccelerationStructureNV(commands, wild, scene.blas.handle,
                                                VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     fixture->vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &wild, type, no_pool, 0);
@@ -204,17 +179,13 @@ static void test_wild_handles(void **state)
     fixture->vk.DestroyAccelerationStructureNV(fixture->device, VK_NULL_HANDLE, NULL);
 }
 
-static void test_names_and_private_data(void **state)
+SCENE_TEST(test_names_and_private_data)
 {
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
-    const VkDebugUtilsObjectNameInfoEXT name = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = type,
-        .objectHandle = (uint64_t)scene.blas.handle,
-        .pObjectName = "bunny"};
+    const STRUCT(VkDebugUtilsObjectNameInfoEXT, name, .objectType = type,
+                 .objectHandle = (uint64_t)scene.blas.handle, .pObjectName = "bunny");
     GET(fixture->vk.SetDebugUtilsObjectNameEXT(fixture->device, &name));
-    const VkPrivateDataSlotCreateInfo info = {.sType =
-                                                  VK_STRUCTURE_TYPE_PRIVATE_DATA_SLOT_CREATE_INFO};
+    const STRUCT(VkPrivateDataSlotCreateInfo, info);
     VkPrivateDataSlot slot;
     uint64_t value = 0;
     GET(fixture->vk.CreatePrivateDataSlot(fixture->device, &info, NULL, &slot));
@@ -236,39 +207,23 @@ static void expect_refusal(const char *command)
     messages_clear(&fixture->instance_fixture.messages);
 }
 
-static void test_shader_side(void **state)
+SCENE_TEST(test_shader_side)
 {
-    const VkRayTracingPipelineCreateInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_NV};
+    const STRUCT(VkRayTracingPipelineCreateInfoNV, info);
     VkPipeline pipeline = (VkPipeline)WILD;
     expect_mistake(fixture->vk.CreateRayTracingPipelinesNV(fixture->device, VK_NULL_HANDLE, 1,
                                                            &info, NULL, &pipeline));
     assert_true(pipeline == VK_NULL_HANDLE);
     expect_refusal("vkCreateRayTracingPipelinesNV");
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(&device, PRIMARY);
     fixture->vk.CmdTraceRaysNV(commands, scene.data.handle, 0, VK_NULL_HANDLE, 0, 0, VK_NULL_HANDLE,
                                0, 0, VK_NULL_HANDLE, 0, 0, 1, 1, 1);
     device_finish(&device, commands);
     expect_refusal("vkCmdTraceRaysNV");
     const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV, 1};
-    const VkDescriptorPoolCreateInfo pool = {.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                             .maxSets = 1,
-                                             .poolSizeCount = 1,
-                                             .pPoolSizes = &size};
+    const STRUCT(VkDescriptorPoolCreateInfo, pool, .maxSets = 1, .poolSizeCount = 1,
+                 .pPoolSizes = &size);
     VkDescriptorPool created;
     expect_mistake(fixture->vk.CreateDescriptorPool(fixture->device, &pool, NULL, &created));
     expect_refusal("vkCreateDescriptorPool");
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_data_that_is_not_there, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_geometries_that_are_none, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_unreadable_parameters, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_wild_handles, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_names_and_private_data, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_shader_side, open_scene, close_scene),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
 }

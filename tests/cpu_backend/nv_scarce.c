@@ -42,9 +42,7 @@ static void look(struct application *app)
 
 void record_all(struct application *app)
 {
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &own.primary};
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1, .pCommandBuffers = &own.primary);
     if (!trace_rays)
         return;
     GET(app, "a command buffer", record(app));

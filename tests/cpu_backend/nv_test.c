@@ -6,11 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static struct device_fixture device;
-static struct fixture *const fixture = &device.fixture;
-
-static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-
 /* One buffer has all inputs. */
 enum {
     TRIANGLES = 40,
@@ -46,7 +41,7 @@ static void put_triangles(size_t at, float y)
         }
 }
 
-static int open_data(void **state)
+static void open_data(void)
 {
     data = device_buffer_create(&device, DATA_SIZE);
     const VkTransformMatrixKHR up = {{{1, 0, 0, 0}, {0, 1, 0, 10}, {0, 0, 1, 0}}};
@@ -61,14 +56,15 @@ static int open_data(void **state)
         const VkAabbPositionsKHR box = {(float)i, 0, 0, i + 0.5f, 1, 1};
         memcpy(data_at(BOXES_AT + (size_t)i * BOX_STRIDE), &box, sizeof(box));
     }
-    return 0;
 }
 
-static int close_data(void **state)
+static void close_data(void)
 {
+    device_expect_silence(&device);
     device_buffer_destroy(&device, &data);
-    return 0;
 }
+
+#define DATA_TEST(name) TEST_BETWEEN(name, open_data, close_data)
 
 /* ---- a build, said in both ways */
 
@@ -84,20 +80,10 @@ static void open_twins(struct twins *twins, VkAccelerationStructureTypeKHR type,
                        VkBuildAccelerationStructureFlagsKHR flags)
 {
     memset(twins, 0, sizeof(*twins));
-    twins->nv = (VkAccelerationStructureInfoNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
-        .type = type,
-        .flags = flags,
-        .geometryCount = count,
-        .pGeometries = count ? twins->nv_geometries : NULL,
-    };
-    twins->khr = (VkAccelerationStructureBuildGeometryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = type,
-        .flags = flags,
-        .geometryCount = count ? count : 1,
-        .pGeometries = twins->geometries,
-    };
+    twins->nv = MAKE(VkAccelerationStructureInfoNV, .type = type, .flags = flags,
+                     .geometryCount = count, .pGeometries = count ? twins->nv_geometries : NULL);
+    twins->khr = MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .type = type, .flags = flags,
+                      .geometryCount = count ? count : 1, .pGeometries = twins->geometries);
     for (int i = 0; i < 2; i++) {
         VkGeometryNV *nv = &twins->nv_geometries[i];
         nv->sType = VK_STRUCTURE_TYPE_GEOMETRY_NV;
@@ -150,10 +136,9 @@ static void describe_boxes(struct twins *twins)
     nv->stride = BOX_STRIDE;
     nv->offset = BOXES_AT;
     twins->geometries[0].geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
-    twins->geometries[0].geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-        .data.hostAddress = data_at(BOXES_AT),
-        .stride = BOX_STRIDE};
+    twins->geometries[0].geometry.aabbs =
+        MAKE(VkAccelerationStructureGeometryAabbsDataKHR, .data.hostAddress = data_at(BOXES_AT),
+             .stride = BOX_STRIDE);
     twins->ranges[0].primitiveCount = BOXES;
 }
 
@@ -172,9 +157,8 @@ static void describe_instances(struct twins *twins, uint64_t reference)
     }
     twins->geometries[0].geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
     twins->geometries[0].flags = 0;
-    twins->geometries[0].geometry.instances = (VkAccelerationStructureGeometryInstancesDataKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-        .data.hostAddress = data_at(INSTANCES_AT)};
+    twins->geometries[0].geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                                                   .data.hostAddress = data_at(INSTANCES_AT));
     twins->ranges[0].primitiveCount = INSTANCES;
 }
 
@@ -182,8 +166,8 @@ static void record(const struct twins *twins, VkCommandBuffer commands, struct n
                    VkAccelerationStructureNV src)
 {
     const bool is_top = twins->nv.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV;
-    nv_build(&device, commands, &twins->nv, is_top ? data.handle : VK_NULL_HANDLE,
-             is_top ? INSTANCES_AT : 0, dst, src);
+    nv_build(commands, &twins->nv, is_top ? data.handle : VK_NULL_HANDLE, is_top ? INSTANCES_AT : 0,
+             dst, src);
 }
 
 static void build(const struct twins *twins, struct nv_structure *dst,
@@ -204,8 +188,7 @@ static void expect_host_build(struct twins *twins, const struct nv_structure *bu
 {
     uint32_t counts[2] = {twins->ranges[0].primitiveCount, twins->ranges[1].primitiveCount};
     const VkAccelerationStructureBuildRangeInfoKHR *ranges = twins->ranges;
-    VkAccelerationStructureBuildSizesInfoKHR sizes = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
     fixture->vk.GetAccelerationStructureBuildSizesKHR(fixture->device,
                                                       VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR,
                                                       &twins->khr, counts, &sizes);
@@ -228,15 +211,15 @@ static bool is_hit(const struct nv_structure *structure, float y)
 
 /* ---- tests */
 
-static void test_same_as_host_builds(void **state)
+DATA_TEST(test_same_as_host_builds)
 {
     struct twins triangles, boxes, instances;
     describe_triangles(&triangles, 0);
     describe_boxes(&boxes);
-    struct nv_structure blas = nv_create(&device, &triangles.nv, 0);
-    struct nv_structure of_boxes = nv_create(&device, &boxes.nv, 0);
-    describe_instances(&instances, nv_reference(&device, blas.handle));
-    struct nv_structure tlas = nv_create(&device, &instances.nv, 0);
+    struct nv_structure blas = nv_create(&triangles.nv, 0);
+    struct nv_structure of_boxes = nv_create(&boxes.nv, 0);
+    describe_instances(&instances, nv_reference(blas.handle));
+    struct nv_structure tlas = nv_create(&instances.nv, 0);
 
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     record(&triangles, commands, &blas, VK_NULL_HANDLE);
@@ -250,20 +233,19 @@ static void test_same_as_host_builds(void **state)
     expect_host_build(&triangles, &blas);
     expect_host_build(&boxes, &of_boxes);
     expect_host_build(&instances, &tlas);
-    nv_destroy(&device, &tlas);
-    nv_destroy(&device, &of_boxes);
-    nv_destroy(&device, &blas);
-    device_expect_silence(&device);
+    nv_destroy(&tlas);
+    nv_destroy(&of_boxes);
+    nv_destroy(&blas);
 }
 
 /* What a build copies is what it reads, once. */
-static void test_snapshots(void **state)
+DATA_TEST(test_snapshots)
 {
     struct twins twins;
     describe_triangles(&twins, 0);
     twins.nv_geometries[0].geometry.triangles.vertexOffset = SHARED_AT;
     twins.geometries[0].geometry.triangles.vertexData.hostAddress = data_at(SHARED_AT);
-    struct nv_structure blas = nv_create(&device, &twins.nv, 0);
+    struct nv_structure blas = nv_create(&twins.nv, 0);
     const AssayCounters before = fixture_counters(fixture);
     build(&twins, &blas, VK_NULL_HANDLE);
     const AssayCounters after = fixture_counters(fixture);
@@ -272,18 +254,17 @@ static void test_snapshots(void **state)
     assert_true(copied >= vertices + indices && copied < vertices + indices + 128);
     assert_int_equal(after.builds, before.builds);
     expect_host_build(&twins, &blas);
-    nv_destroy(&device, &blas);
-    device_expect_silence(&device);
+    nv_destroy(&blas);
 }
 
-static void test_updates(void **state)
+DATA_TEST(test_updates)
 {
     struct twins twins, instances;
     describe_triangles(&twins, UPDATABLE);
-    struct nv_structure first = nv_create(&device, &twins.nv, 0);
-    struct nv_structure second = nv_create(&device, &twins.nv, 0);
-    describe_instances(&instances, nv_reference(&device, second.handle));
-    struct nv_structure tlas = nv_create(&device, &instances.nv, 0);
+    struct nv_structure first = nv_create(&twins.nv, 0);
+    struct nv_structure second = nv_create(&twins.nv, 0);
+    describe_instances(&instances, nv_reference(second.handle));
+    struct nv_structure tlas = nv_create(&instances.nv, 0);
     const AssayCounters before = fixture_counters(fixture);
     build(&twins, &first, VK_NULL_HANDLE);
     put_triangles(PLAIN_AT, 3);
@@ -298,11 +279,10 @@ static void test_updates(void **state)
     const AssayCounters after = fixture_counters(fixture);
     assert_int_equal(after.updates - before.updates, 2);
 
-    nv_destroy(&device, &second); /* instances of what is gone aren't hit */
+    nv_destroy(&second); /* instances of what is gone aren't hit */
     assert_false(is_hit(&tlas, 23));
-    nv_destroy(&device, &first);
-    nv_destroy(&device, &tlas);
-    device_expect_silence(&device);
+    nv_destroy(&first);
+    nv_destroy(&tlas);
 }
 
 static VkDeviceSize compacted_size(const struct nv_structure *structure)
@@ -324,20 +304,18 @@ static VkDeviceSize compacted_size(const struct nv_structure *structure)
     return size;
 }
 
-static void test_copies(void **state)
+DATA_TEST(test_copies)
 {
     struct twins twins;
     describe_triangles(&twins, COMPACTABLE);
-    struct nv_structure blas = nv_create(&device, &twins.nv, 0);
-    struct nv_structure clone = nv_create(&device, &twins.nv, 0);
+    struct nv_structure blas = nv_create(&twins.nv, 0);
+    struct nv_structure clone = nv_create(&twins.nv, 0);
     build(&twins, &blas, VK_NULL_HANDLE);
     const VkDeviceSize size = compacted_size(&blas);
     assert_true(size > 0 && size < blas.size);
-    const VkAccelerationStructureInfoNV nothing = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-        .flags = COMPACTABLE};
-    struct nv_structure compact = nv_create(&device, &nothing, size);
+    const STRUCT(VkAccelerationStructureInfoNV, nothing,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV, .flags = COMPACTABLE);
+    struct nv_structure compact = nv_create(&nothing, size);
     assert_int_equal(compact.size, size);
     VkCommandBuffer commands = device_begin(&device, PRIMARY);
     fixture->vk.CmdCopyAccelerationStructureNV(commands, clone.handle, blas.handle,
@@ -346,21 +324,9 @@ static void test_copies(void **state)
                                                VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
     device_finish(&device, commands);
     device_expect_same_bytes(&device, as_khr(&blas), as_khr(&clone));
-    nv_destroy(&device, &blas);
+    nv_destroy(&blas);
     assert_true(is_hit(&clone, 0) && is_hit(&clone, 10) && !is_hit(&clone, 5));
     assert_true(is_hit(&compact, 0) && is_hit(&compact, 10) && !is_hit(&compact, 5));
-    nv_destroy(&device, &clone);
-    nv_destroy(&device, &compact);
-    device_expect_silence(&device);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_same_as_host_builds, open_data, close_data),
-        cmocka_unit_test_setup_teardown(test_snapshots, open_data, close_data),
-        cmocka_unit_test_setup_teardown(test_updates, open_data, close_data),
-        cmocka_unit_test_setup_teardown(test_copies, open_data, close_data),
-    };
-    return device_fixture_main(&device, argc, argv, tests, ARRAY_COUNT(tests));
+    nv_destroy(&clone);
+    nv_destroy(&compact);
 }

@@ -2,8 +2,6 @@
 /* A BLAS that is asked about. */
 #include "result_scene.h"
 
-struct device_fixture device;
-struct fixture *const fixture = &device.fixture;
 struct result_scene scene;
 
 enum {
@@ -19,14 +17,13 @@ void result_scene_open(VkQueryType type)
     scene.pool = query_pool_create(&fixture->vk, fixture->device, type, QUERIES);
 }
 
-int result_scene_close(void **state)
+void result_scene_close(void)
 {
     fixture->vk.DestroyQueryPool(fixture->device, scene.pool, NULL);
     device_build_destroy(&device, &scene.build);
     fixture_destroy(fixture, &scene.blas);
     fixture_free(&scene.host);
     device_expect_silence(&device);
-    return 0;
 }
 
 void result_scene_record_build(VkCommandBuffer commands)

@@ -4,12 +4,8 @@
 #ifndef CPU_BACKEND_RESULT_SCENE_H
 #define CPU_BACKEND_RESULT_SCENE_H
 
-#include "device_fixture.h"
+#include "device_program.h"
 
-extern struct device_fixture device;
-extern struct fixture *const fixture;
-
-static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
 static const VkQueryType COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
 
 enum { QUERIES = 3, TRIANGLES = 50 };
@@ -22,7 +18,7 @@ extern struct result_scene {
 } scene;
 
 void result_scene_open(VkQueryType type);
-int result_scene_close(void **state); /* for cmocka; no message until now */
+void result_scene_close(void); /* no message until now */
 
 void result_scene_record_build(VkCommandBuffer commands);
 /* Queries 0 and 1 of the BLAS; 2 stays unwritten. */

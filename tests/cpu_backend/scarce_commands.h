@@ -4,6 +4,7 @@
 #define CPU_BACKEND_SCARCE_COMMANDS_H
 
 #include "../scarce/application_parts.h"
+#include "tests/fixture/make.h"
 #include "tests/fixture/trace.h"
 
 struct scarce_commands {

@@ -40,12 +40,10 @@ void machine_allocate(struct machine *machine, uint32_t command_buffer)
         machine->scene, machine->pools[command_buffer],
         is_secondary(command_buffer) ? VK_COMMAND_BUFFER_LEVEL_SECONDARY
                                      : VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    const VkDebugUtilsObjectNameInfoEXT name = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
-        .objectHandle = (uint64_t)(uintptr_t)machine->command_buffers[command_buffer],
-        .pObjectName = machine_name(command_buffer),
-    };
+    const VkDebugUtilsObjectNameInfoEXT name =
+        MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
+             .objectHandle = (uint64_t)(uintptr_t)machine->command_buffers[command_buffer],
+             .pObjectName = machine_name(command_buffer));
     MACHINE_CALL(machine, SetDebugUtilsObjectNameEXT, machine->device, &name);
 }
 
@@ -58,39 +56,19 @@ void machine_create_pool(struct machine *machine, uint32_t command_buffer)
     machine_allocate(machine, command_buffer);
 }
 
-static void destroy_fence(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyFence(device, (VkFence)handle, NULL);
-}
-
-static void create_fence(struct machine *machine)
-{
-    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    MACHINE_CALL(machine, CreateFence, machine->device, &info, NULL, &machine->fence);
-    scene_defer(machine->scene, machine->device, (uint64_t)machine->fence, destroy_fence);
-}
-
-static void destroy_semaphore(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroySemaphore(device, (VkSemaphore)handle, NULL);
-}
+MACHINE_DESTROYS(Fence)
+MACHINE_DESTROYS(Semaphore)
 
 static VkSemaphore create_semaphore(struct machine *machine, VkSemaphoreType type, bool is_shared)
 {
-    const VkExportSemaphoreCreateInfo export_info = {
-        .sType = VK_STRUCTURE_TYPE_EXPORT_SEMAPHORE_CREATE_INFO,
-        .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT,
-    };
-    const VkSemaphoreTypeCreateInfo type_info = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
-        .pNext = is_shared ? &export_info : NULL,
-        .semaphoreType = type,
-    };
-    const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
-                                        .pNext = &type_info};
+    const VkExportSemaphoreCreateInfo export_info =
+        MAKE(VkExportSemaphoreCreateInfo,
+             .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const VkSemaphoreTypeCreateInfo type_info = MAKE(
+        VkSemaphoreTypeCreateInfo, .pNext = is_shared ? &export_info : NULL, .semaphoreType = type);
     VkSemaphore semaphore;
-    MACHINE_CALL(machine, CreateSemaphore, machine->device, &info, NULL, &semaphore);
-    scene_defer(machine->scene, machine->device, (uint64_t)semaphore, destroy_semaphore);
+    MACHINE_CREATE(machine, Semaphore, &MAKE(VkSemaphoreCreateInfo, .pNext = &type_info),
+                   &semaphore);
     return semaphore;
 }
 
@@ -118,7 +96,7 @@ void machine_open(struct machine *machine, struct fixture *fixture,
     }
     for (uint32_t i = 0; i < COMMAND_BUFFERS; i++)
         machine_create_pool(machine, i);
-    create_fence(machine);
+    MACHINE_CREATE(machine, Fence, &MAKE(VkFenceCreateInfo), &machine->fence);
     machine_create_queries(machine);
     machine_create_events(machine);
     for (uint32_t i = 1; i <= DEFERRED_OPERATIONS; i++)

@@ -13,14 +13,16 @@ struct place {
 };
 enum { NOWHERE = COMMAND_BUFFERS, BY_HOST };
 
+struct machine_semaphore {
+    VkSemaphore handle;
+    uint64_t value;  /* of a timeline */
+    uint64_t stages; /* 0: all */
+};
+
 /* A submission that is being put together. */
 struct machine_batch {
     uint32_t commands[MACHINE_MEMBERS], command_count;
-    struct {
-        VkSemaphore handle;
-        uint64_t value;  /* of a timeline */
-        uint64_t stages; /* 0: all */
-    } waits[MACHINE_MEMBERS], signals[MACHINE_MEMBERS];
+    struct machine_semaphore waits[MACHINE_MEMBERS], signals[MACHINE_MEMBERS];
     uint32_t wait_count, signal_count;
 };
 
@@ -72,6 +74,21 @@ struct machine {
 #define MACHINE_CALL(machine, name, ...)                                                           \
     expect_success((machine)->vk->name(__VA_ARGS__), "vk" #name)
 
+/* Defines the function that MACHINE_CREATE needs for objects of a type, which is named without Vk.
+ */
+#define MACHINE_DESTROYS(type)                                                                     \
+    static void destroy_##type(struct scene *scene, VkDevice device, uint64_t handle)              \
+    {                                                                                              \
+        scene->vk->Destroy##type(device, (Vk##type)handle, NULL);                                  \
+    }
+
+/* Creates an object, which lives as long as the scene. */
+#define MACHINE_CREATE(machine, type, info, handle)                                                \
+    do {                                                                                           \
+        MACHINE_CALL(machine, Create##type, (machine)->device, info, NULL, handle);                \
+        scene_defer((machine)->scene, (machine)->device, (uint64_t) * (handle), destroy_##type);   \
+    } while (0)
+
 /* `type` is that of the structures. */
 void machine_open(struct machine *machine, struct fixture *fixture,
                   VkAccelerationStructureTypeKHR type);
@@ -94,6 +111,12 @@ void machine_record(struct machine *machine, const struct step *step);
 /* Around a build: its place and labels, then a barrier behind it. */
 void machine_begin_build(struct machine *machine, const struct step *step);
 void machine_end_build(struct machine *machine, const struct step *step);
+
+/* What the device and the host copy, and fill a structure with. */
+VkCopyAccelerationStructureInfoKHR machine_copy(const struct machine *machine,
+                                                const struct step *step);
+VkCopyMemoryToAccelerationStructureInfoKHR machine_filling(const struct machine *machine,
+                                                           const struct step *step);
 
 /* machine_nv.c: gives the machine structures of its kind; takes a step, unless it is the same for
  * both extensions; and whether a program has no other steps than it can take. */

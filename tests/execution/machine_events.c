@@ -11,67 +11,56 @@ static const VkMemoryBarrier2 builds = {
     .dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
     .dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT,
 };
-static const VkDependencyInfo dependency = {
-    .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
-    .memoryBarrierCount = 1,
-    .pMemoryBarriers = &builds,
-};
+static const VkDependencyInfo dependency = {.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
+                                            .memoryBarrierCount = 1,
+                                            .pMemoryBarriers = &builds};
 
-static void destroy_event(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyEvent(device, (VkEvent)handle, NULL);
-}
+MACHINE_DESTROYS(Event)
 
 void machine_create_events(struct machine *machine)
 {
     for (uint32_t i = 0; i < EVENTS; i++) {
-        const VkEventCreateInfo info = {
-            .sType = VK_STRUCTURE_TYPE_EVENT_CREATE_INFO,
-            .flags = i == G ? VK_EVENT_CREATE_DEVICE_ONLY_BIT : 0,
-        };
-        MACHINE_CALL(machine, CreateEvent, machine->device, &info, NULL, &machine->events[i]);
-        scene_defer(machine->scene, machine->device, (uint64_t)machine->events[i], destroy_event);
+        const VkEventCreateInfo info =
+            MAKE(VkEventCreateInfo, .flags = i == G ? VK_EVENT_CREATE_DEVICE_ONLY_BIT : 0);
+        MACHINE_CREATE(machine, Event, &info, &machine->events[i]);
     }
 }
 
 static void set(const struct machine *machine, VkCommandBuffer command_buffer, VkEvent event,
                 enum command_name name)
 {
+    const VkuDeviceDispatchTable *vk = machine->vk;
     if (name == NAME)
-        machine->vk->CmdSetEvent(command_buffer, event, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT);
-    else if (name == NAME_2)
-        machine->vk->CmdSetEvent2(command_buffer, event, &dependency);
+        vk->CmdSetEvent(command_buffer, event, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT);
     else
-        machine->vk->CmdSetEvent2KHR(command_buffer, event, &dependency);
+        (name == NAME_2 ? vk->CmdSetEvent2 : vk->CmdSetEvent2KHR)(command_buffer, event,
+                                                                  &dependency);
 }
 
 static void reset(const struct machine *machine, VkCommandBuffer command_buffer, VkEvent event,
                   enum command_name name)
 {
+    const VkuDeviceDispatchTable *vk = machine->vk;
     if (name == NAME)
-        machine->vk->CmdResetEvent(command_buffer, event, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT);
-    else if (name == NAME_2)
-        machine->vk->CmdResetEvent2(command_buffer, event, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
+        vk->CmdResetEvent(command_buffer, event, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT);
     else
-        machine->vk->CmdResetEvent2KHR(command_buffer, event, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
+        (name == NAME_2 ? vk->CmdResetEvent2 : vk->CmdResetEvent2KHR)(
+            command_buffer, event, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
 }
 
 static void wait(const struct machine *machine, VkCommandBuffer command_buffer, VkEvent event,
                  enum command_name name)
 {
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = (VkAccessFlags)builds.srcAccessMask,
-        .dstAccessMask = (VkAccessFlags)builds.dstAccessMask,
-    };
+    const VkuDeviceDispatchTable *vk = machine->vk;
+    const VkMemoryBarrier barrier =
+        MAKE(VkMemoryBarrier, .srcAccessMask = (VkAccessFlags)builds.srcAccessMask,
+             .dstAccessMask = (VkAccessFlags)builds.dstAccessMask);
     if (name == NAME)
-        machine->vk->CmdWaitEvents(
-            command_buffer, 1, &event, (VkPipelineStageFlags)builds.srcStageMask,
-            (VkPipelineStageFlags)builds.dstStageMask, 1, &barrier, 0, NULL, 0, NULL);
-    else if (name == NAME_2)
-        machine->vk->CmdWaitEvents2(command_buffer, 1, &event, &dependency);
+        vk->CmdWaitEvents(command_buffer, 1, &event, (VkPipelineStageFlags)builds.srcStageMask,
+                          (VkPipelineStageFlags)builds.dstStageMask, 1, &barrier, 0, NULL, 0, NULL);
     else
-        machine->vk->CmdWaitEvents2KHR(command_buffer, 1, &event, &dependency);
+        (name == NAME_2 ? vk->CmdWaitEvents2 : vk->CmdWaitEvents2KHR)(command_buffer, 1, &event,
+                                                                      &dependency);
 }
 
 void machine_use_event(struct machine *machine, const struct step *step)

@@ -7,16 +7,13 @@
 
 /* ---- operations */
 
-static void destroy_operation(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyDeferredOperationKHR(device, (VkDeferredOperationKHR)handle, NULL);
-}
+MACHINE_DESTROYS(DeferredOperationKHR)
 
 void machine_create_operation(struct machine *machine, uint32_t operation)
 {
     VkDeferredOperationKHR *handle = &machine->operations[operation];
     MACHINE_CALL(machine, CreateDeferredOperationKHR, machine->device, NULL, handle);
-    scene_defer(machine->scene, machine->device, (uint64_t)*handle, destroy_operation);
+    scene_defer(machine->scene, machine->device, (uint64_t)*handle, destroy_DeferredOperationKHR);
 }
 
 /* ---- builds and copies */
@@ -60,42 +57,21 @@ static void build(struct machine *machine, const struct step *step)
         machine->device, machine->operations[step->object], is_pair ? 2 : 1, infos, ranges);
 }
 
-static void copy(struct machine *machine, const struct step *step)
-{
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = machine->structures[step->src].handle,
-        .dst = machine->structures[step->dst].handle,
-        .mode = step->action == ACTION_HOST_COMPACT
-                    ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
-                    : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
-    machine->result = machine->vk->CopyAccelerationStructureKHR(
-        machine->device, machine->operations[step->object], &info);
-}
-
-static void fill(struct machine *machine, const struct step *step)
-{
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.hostAddress = machine->blob.host,
-        .dst = machine->structures[step->dst].handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-    };
-    machine->result = machine->vk->CopyMemoryToAccelerationStructureKHR(
-        machine->device, machine->operations[step->object], &info);
-}
-
 void machine_host(struct machine *machine, const struct step *step)
 {
     const VkDeferredOperationKHR operation = machine->operations[step->object];
+    const VkCopyAccelerationStructureInfoKHR copy = machine_copy(machine, step);
+    VkCopyMemoryToAccelerationStructureInfoKHR filling = machine_filling(machine, step);
+    filling.src.hostAddress = machine->blob.host;
     switch (step->action) {
     case ACTION_HOST_CLONE:
     case ACTION_HOST_COMPACT:
-        copy(machine, step);
+        machine->result =
+            machine->vk->CopyAccelerationStructureKHR(machine->device, operation, &copy);
         break;
     case ACTION_HOST_FILL:
-        fill(machine, step);
+        machine->result =
+            machine->vk->CopyMemoryToAccelerationStructureKHR(machine->device, operation, &filling);
         break;
     case ACTION_JOIN:
         machine->result = machine->vk->DeferredOperationJoinKHR(machine->device, operation);

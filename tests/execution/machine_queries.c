@@ -4,20 +4,14 @@
 
 #include "machine.h"
 
-static void destroy_queries(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyQueryPool(device, (VkQueryPool)handle, NULL);
-}
+MACHINE_DESTROYS(QueryPool)
 
 void machine_create_queries(struct machine *machine)
 {
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-        .queryCount = QUERIES,
-    };
-    MACHINE_CALL(machine, CreateQueryPool, machine->device, &info, NULL, &machine->queries);
-    scene_defer(machine->scene, machine->device, (uint64_t)machine->queries, destroy_queries);
+    const VkQueryPoolCreateInfo info = MAKE(
+        VkQueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+        .queryCount = QUERIES);
+    MACHINE_CREATE(machine, QueryPool, &info, &machine->queries);
 }
 
 /* Reads query 0 with a stride that leaves room for two results; its availability may come second.

@@ -6,9 +6,8 @@
 
 static void push_label(struct machine *machine, VkCommandBuffer command_buffer, const char *name)
 {
-    const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
-                                        .pLabelName = name};
-    machine->vk->CmdBeginDebugUtilsLabelEXT(command_buffer, &label);
+    machine->vk->CmdBeginDebugUtilsLabelEXT(command_buffer,
+                                            &MAKE(VkDebugUtilsLabelEXT, .pLabelName = name));
 }
 
 static void begin(struct machine *machine, const struct step *step)
@@ -24,13 +23,12 @@ static void begin(struct machine *machine, const struct step *step)
 
 static void barrier(struct machine *machine, VkCommandBuffer command_buffer)
 {
-    const VkMemoryBarrier memory_barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR |
-                         VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
-        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
-                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-    };
+    const VkMemoryBarrier memory_barrier =
+        MAKE(VkMemoryBarrier,
+             .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR |
+                              VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
+             .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                              VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     machine->vk->CmdPipelineBarrier(command_buffer,
                                     VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
                                     VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1,
@@ -124,30 +122,37 @@ static void build_pair(struct machine *machine, const struct step *step)
     machine_end_build(machine, step);
 }
 
-static void copy(struct machine *machine, const struct step *step)
+VkCopyAccelerationStructureInfoKHR machine_copy(const struct machine *machine,
+                                                const struct step *step)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = machine->structures[step->src].handle,
-        .dst = machine->structures[step->dst].handle,
-        .mode = step->action == ACTION_COMPACT ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
-                                               : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
-    machine->vk->CmdCopyAccelerationStructureKHR(machine->command_buffers[step->object], &info);
-    barrier(machine, machine->command_buffers[step->object]);
+    const bool compacts = step->action == ACTION_COMPACT || step->action == ACTION_HOST_COMPACT;
+    return MAKE(VkCopyAccelerationStructureInfoKHR, .src = machine->structures[step->src].handle,
+                .dst = machine->structures[step->dst].handle,
+                .mode = compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                                 : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
 }
 
-static void fill(struct machine *machine, const struct step *step)
+VkCopyMemoryToAccelerationStructureInfoKHR machine_filling(const struct machine *machine,
+                                                           const struct step *step)
 {
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.deviceAddress = machine->blob.address,
-        .dst = machine->structures[step->dst].handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-    };
-    machine->vk->CmdCopyMemoryToAccelerationStructureKHR(machine->command_buffers[step->object],
-                                                         &info);
-    barrier(machine, machine->command_buffers[step->object]);
+    return MAKE(VkCopyMemoryToAccelerationStructureInfoKHR,
+                .src.deviceAddress = machine->blob.address,
+                .dst = machine->structures[step->dst].handle,
+                .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+}
+
+static void copy(struct machine *machine, VkCommandBuffer command_buffer, const struct step *step)
+{
+    const VkCopyAccelerationStructureInfoKHR info = machine_copy(machine, step);
+    machine->vk->CmdCopyAccelerationStructureKHR(command_buffer, &info);
+    barrier(machine, command_buffer);
+}
+
+static void fill(struct machine *machine, VkCommandBuffer command_buffer, const struct step *step)
+{
+    const VkCopyMemoryToAccelerationStructureInfoKHR info = machine_filling(machine, step);
+    machine->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
+    barrier(machine, command_buffer);
 }
 
 void machine_record(struct machine *machine, const struct step *step)
@@ -165,10 +170,10 @@ void machine_record(struct machine *machine, const struct step *step)
         break;
     case ACTION_CLONE:
     case ACTION_COMPACT:
-        copy(machine, step);
+        copy(machine, command_buffer, step);
         break;
     case ACTION_FILL:
-        fill(machine, step);
+        fill(machine, command_buffer, step);
         break;
     case ACTION_EXECUTE:
         machine->positions[step->object] += machine->positions[step->dst];

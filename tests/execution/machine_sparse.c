@@ -33,16 +33,10 @@ void machine_bind(struct machine *machine, const struct step *step)
     };
     const VkSparseBufferMemoryBindInfo buffer_bind = {
         .buffer = machine->structures[step->dst].buffer.handle, .bindCount = 1, .pBinds = &bind};
-    const VkBindSparseInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO,
-        .pNext = &semaphores.values,
-        .waitSemaphoreCount = batch->wait_count,
-        .pWaitSemaphores = semaphores.waits,
-        .bufferBindCount = 1,
-        .pBufferBinds = &buffer_bind,
-        .signalSemaphoreCount = batch->signal_count,
-        .pSignalSemaphores = semaphores.signals,
-    };
+    const VkBindSparseInfo info = MAKE(
+        VkBindSparseInfo, .pNext = &semaphores.values, .waitSemaphoreCount = batch->wait_count,
+        .pWaitSemaphores = semaphores.waits, .bufferBindCount = 1, .pBufferBinds = &buffer_bind,
+        .signalSemaphoreCount = batch->signal_count, .pSignalSemaphores = semaphores.signals);
     machine->result =
         machine->vk->QueueBindSparse(machine->queues[step->object], 1, &info,
                                      step->detail != 0 ? machine->fence : VK_NULL_HANDLE);

@@ -16,18 +16,12 @@ static void add_semaphore(struct machine *machine, const struct step *step)
     struct machine_batch *batch = &machine->batches[machine->batch_count - 1];
     const bool is_timeline = step->action == ACTION_WAIT_FOR || step->action == ACTION_SIGNAL_TO;
     const bool is_wait = step->action == ACTION_WAIT_FOR || step->action == ACTION_WAIT;
-    const VkSemaphore semaphore =
+    struct machine_semaphore *added =
+        is_wait ? &batch->waits[batch->wait_count++] : &batch->signals[batch->signal_count++];
+    added->handle =
         is_timeline ? machine->timelines[step->object] : machine->binaries[step->object];
-    const uint64_t stages = is_timeline ? 0 : step->value;
-    if (is_wait) {
-        batch->waits[batch->wait_count].handle = semaphore;
-        batch->waits[batch->wait_count].stages = stages;
-        batch->waits[batch->wait_count++].value = step->value;
-    } else {
-        batch->signals[batch->signal_count].handle = semaphore;
-        batch->signals[batch->signal_count].stages = stages;
-        batch->signals[batch->signal_count++].value = step->value;
-    }
+    added->stages = is_timeline ? 0 : step->value;
+    added->value = step->value;
 }
 
 static void add_commands(struct machine *machine, uint32_t command_buffer)
@@ -48,13 +42,11 @@ void machine_fill_semaphores(struct machine_semaphores *semaphores,
         semaphores->signals[i] = batch->signals[i].handle;
         semaphores->signal_values[i] = batch->signals[i].value;
     }
-    semaphores->values = (VkTimelineSemaphoreSubmitInfo){
-        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
-        .waitSemaphoreValueCount = batch->wait_count,
-        .pWaitSemaphoreValues = semaphores->wait_values,
-        .signalSemaphoreValueCount = batch->signal_count,
-        .pSignalSemaphoreValues = semaphores->signal_values,
-    };
+    semaphores->values =
+        MAKE(VkTimelineSemaphoreSubmitInfo, .waitSemaphoreValueCount = batch->wait_count,
+             .pWaitSemaphoreValues = semaphores->wait_values,
+             .signalSemaphoreValueCount = batch->signal_count,
+             .pSignalSemaphoreValues = semaphores->signal_values);
 }
 
 static VkResult submit(struct machine *machine, VkQueue queue, VkFence fence)
@@ -68,29 +60,20 @@ static VkResult submit(struct machine *machine, VkQueue queue, VkFence fence)
         for (uint32_t j = 0; j < MACHINE_MEMBERS; j++)
             commands[i][j] = machine->command_buffers[batch->commands[j]];
         machine_fill_semaphores(&semaphores[i], batch);
-        infos[i] = (VkSubmitInfo){
-            .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-            .pNext = &semaphores[i].values,
-            .waitSemaphoreCount = batch->wait_count,
-            .pWaitSemaphores = semaphores[i].waits,
-            .pWaitDstStageMask = semaphores[i].stages,
-            .commandBufferCount = batch->command_count,
-            .pCommandBuffers = commands[i],
+        infos[i] = MAKE(
+            VkSubmitInfo, .pNext = &semaphores[i].values, .waitSemaphoreCount = batch->wait_count,
+            .pWaitSemaphores = semaphores[i].waits, .pWaitDstStageMask = semaphores[i].stages,
+            .commandBufferCount = batch->command_count, .pCommandBuffers = commands[i],
             .signalSemaphoreCount = batch->signal_count,
-            .pSignalSemaphores = semaphores[i].signals,
-        };
+            .pSignalSemaphores = semaphores[i].signals);
     }
     return machine->vk->QueueSubmit(queue, machine->batch_count, infos, fence);
 }
 
-static VkSemaphoreSubmitInfo semaphore_info(VkSemaphore semaphore, uint64_t value, uint64_t stages)
+static VkSemaphoreSubmitInfo semaphore_info(const struct machine_semaphore *semaphore)
 {
-    return (VkSemaphoreSubmitInfo){
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
-        .semaphore = semaphore,
-        .value = value,
-        .stageMask = stages_of(stages),
-    };
+    return MAKE(VkSemaphoreSubmitInfo, .semaphore = semaphore->handle, .value = semaphore->value,
+                .stageMask = stages_of(semaphore->stages));
 }
 
 static VkResult submit2(struct machine *machine, VkQueue queue, bool by_older_name)
@@ -103,24 +86,16 @@ static VkResult submit2(struct machine *machine, VkQueue queue, bool by_older_na
     for (uint32_t i = 0; i < machine->batch_count; i++) {
         const struct machine_batch *batch = &machine->batches[i];
         for (uint32_t j = 0; j < MACHINE_MEMBERS; j++) {
-            commands[i][j] = (VkCommandBufferSubmitInfo){
-                .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
-                .commandBuffer = machine->command_buffers[batch->commands[j]],
-            };
-            waits[i][j] = semaphore_info(batch->waits[j].handle, batch->waits[j].value,
-                                         batch->waits[j].stages);
-            signals[i][j] = semaphore_info(batch->signals[j].handle, batch->signals[j].value,
-                                           batch->signals[j].stages);
+            commands[i][j] = MAKE(VkCommandBufferSubmitInfo,
+                                  .commandBuffer = machine->command_buffers[batch->commands[j]]);
+            waits[i][j] = semaphore_info(&batch->waits[j]);
+            signals[i][j] = semaphore_info(&batch->signals[j]);
         }
-        infos[i] = (VkSubmitInfo2){
-            .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
-            .waitSemaphoreInfoCount = batch->wait_count,
-            .pWaitSemaphoreInfos = waits[i],
-            .commandBufferInfoCount = batch->command_count,
-            .pCommandBufferInfos = commands[i],
-            .signalSemaphoreInfoCount = batch->signal_count,
-            .pSignalSemaphoreInfos = signals[i],
-        };
+        infos[i] = MAKE(
+            VkSubmitInfo2, .waitSemaphoreInfoCount = batch->wait_count,
+            .pWaitSemaphoreInfos = waits[i], .commandBufferInfoCount = batch->command_count,
+            .pCommandBufferInfos = commands[i], .signalSemaphoreInfoCount = batch->signal_count,
+            .pSignalSemaphoreInfos = signals[i]);
     }
     return by_older_name
                ? machine->vk->QueueSubmit2KHR(queue, machine->batch_count, infos, VK_NULL_HANDLE)
@@ -129,22 +104,16 @@ static VkResult submit2(struct machine *machine, VkQueue queue, bool by_older_na
 
 static void signal_from_host(struct machine *machine, const struct step *step)
 {
-    const VkSemaphoreSignalInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO,
-        .semaphore = machine->timelines[step->object],
-        .value = step->value,
-    };
+    const VkSemaphoreSignalInfo info = MAKE(
+        VkSemaphoreSignalInfo, .semaphore = machine->timelines[step->object], .value = step->value);
     machine->result = machine->vk->SignalSemaphore(machine->device, &info);
 }
 
 static void wait_on_host(struct machine *machine, const struct step *step)
 {
-    const VkSemaphoreWaitInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
-        .semaphoreCount = 1,
-        .pSemaphores = &machine->timelines[step->object],
-        .pValues = &step->value,
-    };
+    const VkSemaphoreWaitInfo info =
+        MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
+             .pSemaphores = &machine->timelines[step->object], .pValues = &step->value);
     uint64_t value;
     switch (step->action) {
     case ACTION_QUEUE_IDLE:

@@ -26,8 +26,6 @@ struct run {
 
 static char current_name[256];
 
-static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
-
 /* ---- output */
 
 static void tell(struct run *run)
@@ -69,14 +67,8 @@ static void play_one(struct run *run, const struct program_list *list, const str
              play->difference != NULL ? "." : "",
              play->difference != NULL ? play->difference->name : "", command_words[play->command],
              play->is_twin ? "@twin" : "");
-    if (run->tally.filter != NULL && strstr(current_name, run->tally.filter) == NULL)
+    if (!tally_starts(&run->tally, current_name))
         return;
-    if (run->tally.list) {
-        puts(current_name);
-        return;
-    }
-    if (run->tally.verbose)
-        printf("[ RUN      ] %s\n", current_name);
     play_program(play, &run->fixture, &run->report);
     if (play->level == run->tally.level)
         write_results(run, play, play->is_twin || !program_reports(play->program));

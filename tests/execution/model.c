@@ -11,7 +11,8 @@ static void judge_geometry(struct model *model, const struct content *asked,
                            const struct content *last)
 {
     const struct shape *now = &asked->shape, *then = &last->shape;
-    model->findings[RULE_geometry_type_matches_source] += now->geometry_type != then->geometry_type;
+    model->findings[RULE_geometry_type_matches_source] +=
+        now->type == then->type && now->geometry_type != then->geometry_type;
     model->findings[RULE_geometry_flags_match_source] +=
         now->geometry_flags != then->geometry_flags;
     model->findings[RULE_primitive_count_matches_source] +=

@@ -21,26 +21,16 @@ __attribute__((format(printf, 2, 3))) static void say(struct report *report, con
 
 /* ---- fixtures */
 
-static void recycle(struct null_driver_config *config)
-{
-    config->recycle_handles = config->recycle_addresses = true;
-}
+#define CONFIGURE(name, statement)                                                                 \
+    static void name(struct null_driver_config *config)                                            \
+    {                                                                                              \
+        statement;                                                                                 \
+    }
 
-static void never_defer(struct null_driver_config *config)
-{
-    config->deferred_joins = 0;
-}
-
-static void join_twice(struct null_driver_config *config)
-{
-    config->deferred_joins = 2;
-}
-
-/* Not to be used again. */
-static void lose(struct null_driver_config *config)
-{
-    (void)config;
-}
+CONFIGURE(recycle, config->recycle_handles = config->recycle_addresses = true)
+CONFIGURE(never_defer, config->deferred_joins = 0)
+CONFIGURE(join_twice, config->deferred_joins = 2)
+CONFIGURE(lose, ) /* not to be used again */
 
 /* The flags of NV builds are those that dst was created with: programs in which they come to differ
  * are played where no driver minds, and nothing is said of that. */

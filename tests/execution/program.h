@@ -213,8 +213,15 @@ struct step {
 #define RECORD(cb, ...) BEGIN(cb), __VA_ARGS__, END(cb)
 #define RECORD_BUILD(cb, dst, shape) RECORD(cb, BUILD(cb, dst, shape))
 #define RECORD_UPDATE(cb, src, dst) RECORD(cb, UPDATE(cb, src, dst))
-/* A bad build of X in one, an update from X to Y in the other. */
-#define RECORD_BAD(builds, updates) RECORD_BUILD(builds, X, BAD), RECORD_UPDATE(updates, X, Y)
+/* Builds of X, and updates from X to Y: each recorded by itself, or made by the host. */
+#define GOOD_X(cb) RECORD_BUILD(cb, X, GOOD)
+#define BAD_X(cb) RECORD_BUILD(cb, X, BAD)
+#define UPDATE_XY(cb) RECORD_UPDATE(cb, X, Y)
+#define HOST_GOOD_X HOST_BUILD(X, GOOD)
+#define HOST_BAD_X HOST_BUILD(X, BAD)
+#define HOST_UPDATE_XY HOST_UPDATE(X, Y)
+/* A bad build in one, an update in the other. */
+#define RECORD_BAD(builds, updates) BAD_X(builds), UPDATE_XY(updates)
 #define QUEUE_OF(cb) ((cb) == P || (cb) == R)
 #define RUN(cb) BATCH, WITH(cb), SUBMIT(QUEUE_OF(cb))
 #define RUN2(cb) BATCH, WITH(cb), SUBMIT2(QUEUE_OF(cb))
@@ -243,6 +250,8 @@ enum needs {
     /* A driver that does what it is told, fails when it is told to, and looks at nothing. Backend
      * cpu refuses what it can't carry out. */
     NEEDS_DRIVER = 1 << 9,
+    NEEDS_NULL_BUILDS = NEEDS_NULL_DRIVER | NEEDS_DRIVER,
+    NEEDS_NULL_QUEUES = NEEDS_NULL_DRIVER | NEEDS_TWO_QUEUES,
     NEEDS_SPARSE = 1 << 10, /* buffers, whose pages the first queue binds */
     /* A level below content, which would say that it can't look at all of it. */
     NEEDS_NO_LOOK = 1 << 11,

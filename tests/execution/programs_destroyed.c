@@ -24,14 +24,13 @@ SHAPE_BUT(no_instances, instances, primitive_count, 0)
 
 #define UNREAD_INPUT_DIES(name_, action, shape_)                                                   \
     {                                                                                              \
-        .name = name_, .steps = STEPS(RECORD_BUILD(A, X, GOOD), action, RUN(A)), .once = true,     \
-        .shape = (shape_)                                                                          \
+        .name = name_, .steps = STEPS(GOOD_X(A), action, RUN(A)), .once = true, .shape = (shape_)  \
     }
 
 /* Its address is taken over by another buffer before the submission: as good as before. */
 #define INPUT_IS_RENEWED(name_, input, shape_)                                                     \
     {                                                                                              \
-        .name = name_, .steps = STEPS(RECORD_BUILD(A, X, GOOD), RENEW_INPUT(input), RUN(A)),       \
+        .name = name_, .steps = STEPS(GOOD_X(A), RENEW_INPUT(input), RUN(A)),                      \
         .needs = NEEDS_RECYCLING, .once = true, .shape = (shape_)                                  \
     }
 
@@ -88,11 +87,11 @@ static const struct program programs[] = {
     DST_IS_RECYCLED(RULE_dst_is_a_valid_handle, ".dstAccelerationStructure"),
     BREAKS("destroyed_before_resubmission", 0, RULE_input_address_is_in_a_buffer,
            TRIANGLES_FIELD("indexData"),
-           (RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, DESTROY_INPUT(INDICES), REPORTS, RUN(A)),
-           (RECORD_BUILD(A, X, GOOD), RUN(A), IDLE, RUN(A), IDLE, DESTROY_INPUT(INDICES))),
+           (GOOD_X(A), RUN(A), IDLE, DESTROY_INPUT(INDICES), REPORTS, RUN(A)),
+           (GOOD_X(A), RUN(A), IDLE, RUN(A), IDLE, DESTROY_INPUT(INDICES))),
     INDICES_DIE_UNDER_A_SECONDARY(RULE_input_address_is_in_a_buffer, TRIANGLES_FIELD("indexData")),
     {.name = "destroyed_and_never_submitted",
-     .steps = STEPS(RECORD_BUILD(A, X, GOOD), DESTROY_INPUT(INDICES), DESTROY(X)),
+     .steps = STEPS(GOOD_X(A), DESTROY_INPUT(INDICES), DESTROY(X)),
      .once = true},
 };
 

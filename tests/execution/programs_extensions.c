@@ -39,7 +39,7 @@ SHAPE_BUT(less_data, dense, dense.size, 384)
 /* What counts is what X was built with last when the update executes. */
 #define DENSE_UPDATES(name_, rule_, path_, bad_)                                                   \
     {.name = name_,                                                                                \
-     .steps = STEPS(RECORD_UPDATE(B, X, Y), RECORD_BUILD(A, X, BAD), RUN(A), REPORTS, RUN(B)),     \
+     .steps = STEPS(UPDATE_XY(B), BAD_X(A), RUN(A), REPORTS, RUN(B)),                              \
      .once = true,                                                                                 \
      .needs = NEEDS_EXTENSIONS,                                                                    \
      RULE_IS(rule_),                                                                               \
@@ -48,9 +48,8 @@ SHAPE_BUT(less_data, dense, dense.size, 384)
      .bad = (bad_)},                                                                               \
     {                                                                                              \
         .name = name_ "_of_a_copy",                                                                \
-        .steps =                                                                                   \
-            STEPS(RECORD_BUILD(A, X, BAD), RECORD(C, CLONE(C, X, Z)), RECORD_BUILD(D, X, GOOD),    \
-                  RECORD_UPDATE(B, Z, Y), RUN(A), RUN(C), RUN(D), REPORTS, RUN(B)),                \
+        .steps = STEPS(BAD_X(A), RECORD(C, CLONE(C, X, Z)), GOOD_X(D), RECORD_UPDATE(B, Z, Y),     \
+                       RUN(A), RUN(C), RUN(D), REPORTS, RUN(B)),                                   \
         .once = true, .needs = NEEDS_EXTENSIONS, RULE_IS(rule_), .path = DENSE_FIELD(path_),       \
         .shape = dense, .bad = (bad_)                                                              \
     }
@@ -86,7 +85,7 @@ static const struct program programs[] = {
                   "maxGeometryIndex", higher_geometries),
     DENSE_UPDATES("dense_data_size", RULE_dense_data_size_matches_source, "dataSize", less_data),
     {.name = "dense_source_of_triangles",
-     .steps = STEPS(RECORD_UPDATE(B, X, Y), RECORD_BUILD(A, X, BAD), RUN(A), REPORTS, RUN(B)),
+     .steps = STEPS(UPDATE_XY(B), BAD_X(A), RUN(A), REPORTS, RUN(B)),
      .once = true,
      .needs = NEEDS_EXTENSIONS,
      RULE_IS(RULE_geometry_type_matches_source),

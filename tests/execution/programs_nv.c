@@ -31,8 +31,7 @@ static const struct program programs[] = {
 
     /* No rule asks for the memory of a source. */
     {.name = "src_memory_freed",
-     .steps = STEPS(RECORD_BUILD(A, X, GOOD), RUN(A), RECORD_UPDATE(B, X, Y), IDLE, FREE_MEMORY(X),
-                    RUN(B)),
+     .steps = STEPS(GOOD_X(A), RUN(A), UPDATE_XY(B), IDLE, FREE_MEMORY(X), RUN(B)),
      .needs = NEEDS_NULL_DRIVER,
      .once = true},
     DST_IS_RECYCLED(RULE_nv_dst_is_a_valid_handle, "dst VkAccelerationStructureNV"),

@@ -6,8 +6,8 @@
 #define SPARSE(structure) DESTROY(structure), CREATE_SPARSE(structure)
 /* X in page 0, and a build of it recorded. */
 #define BOUND SPARSE(X), BIND(X, 0), IDLE
-#define BOUND_AND_RECORDED BOUND, RECORD_BUILD(A, X, GOOD)
-#define UNBOUND_AND_RECORDED SPARSE(X), RECORD_BUILD(A, X, GOOD)
+#define BOUND_AND_RECORDED BOUND, GOOD_X(A)
+#define UNBOUND_AND_RECORDED SPARSE(X), GOOD_X(A)
 #define RECORD_PAIR(cb) RECORD(cb, BUILD_PAIR(cb, X, Y, GOOD))
 
 /* dst isn't bound when it is built; in the twin it is. */
@@ -40,11 +40,9 @@ static const struct program programs[] = {
     MISSING("unbound_after_the_first_submission", 0,
             (BOUND_AND_RECORDED, RUN(A), IDLE, UNBIND(X), IDLE, REPORTS, RUN(A)),
             (BOUND_AND_RECORDED, RUN(A), IDLE, UNBIND(X), IDLE, BIND(X, 1), IDLE, RUN(A))),
-    MISSING(
-        "unbound_under_a_secondary", 0,
-        (BOUND, RECORD_BUILD(S, X, GOOD), RECORD(A, EXECUTE(A, S)), UNBIND(X), IDLE, REPORTS,
-         RUN(A)),
-        (BOUND, RECORD_BUILD(S, X, GOOD), RECORD(A, EXECUTE(A, S)), RUN(A), IDLE, UNBIND(X), IDLE)),
+    MISSING("unbound_under_a_secondary", 0,
+            (BOUND, GOOD_X(S), RECORD(A, EXECUTE(A, S)), UNBIND(X), IDLE, REPORTS, RUN(A)),
+            (BOUND, GOOD_X(S), RECORD(A, EXECUTE(A, S)), RUN(A), IDLE, UNBIND(X), IDLE)),
     MISSING("unbound_and_the_queue_idle", 0,
             (BOUND_AND_RECORDED, UNBIND(X), WAIT_QUEUE(0), REPORTS, RUN(A)),
             (BOUND_AND_RECORDED, BIND(X, 1), WAIT_QUEUE(0), RUN(A))),
@@ -63,11 +61,9 @@ static const struct program programs[] = {
         "unbound_and_the_host_waits", 0,
         (BOUND_AND_RECORDED, BATCH, SIGNAL_TO(0, 1), UNBIND(X), HOST_WAIT(0, 1), REPORTS, RUN(A)),
         (BOUND_AND_RECORDED, BATCH, SIGNAL_TO(0, 1), BIND(X, 1), HOST_WAIT(0, 1), RUN(A))),
-    MISSING(
-        "unbound_for_another_queue", NEEDS_TWO_QUEUES,
-        (BOUND, RECORD_BUILD(P, X, GOOD), BATCH, SIGNAL(0), UNBIND(X),
-         RUN_AFTER_REPORTS(P, WAIT(0))),
-        (SPARSE(X), RECORD_BUILD(P, X, GOOD), BATCH, SIGNAL(0), BIND(X, 0), RUN_AFTER(P, WAIT(0)))),
+    MISSING("unbound_for_another_queue", NEEDS_TWO_QUEUES,
+            (BOUND, GOOD_X(P), BATCH, SIGNAL(0), UNBIND(X), RUN_AFTER_REPORTS(P, WAIT(0))),
+            (SPARSE(X), GOOD_X(P), BATCH, SIGNAL(0), BIND(X, 0), RUN_AFTER(P, WAIT(0)))),
     MISSING("unbound_through_another_queue", NEEDS_TWO_QUEUES,
             (BOUND_AND_RECORDED, BATCH, SIGNAL(0), UNBIND(X), BATCH, WAIT(0), SIGNAL(1), SUBMIT(1),
              RUN_AFTER_REPORTS(A, WAIT(1))),
@@ -77,11 +73,11 @@ static const struct program programs[] = {
             (UNBOUND_AND_RECORDED, FAILED_BIND(X, 0), REPORTS, RUN(A)),
             (BOUND_AND_RECORDED, FAILED_UNBIND(X), RUN(A))),
     /* The batch executes when the binding has. */
-    MISSING("unbound_by_what_is_waited_for", NEEDS_TWO_QUEUES,
-            (BOUND, RECORD_BUILD(P, X, GOOD), RUN_AFTER(P, WAIT_FOR(0, 1)), BATCH, SIGNAL_TO(0, 1),
-             REPORTS_LATE, UNBIND(X)),
-            (SPARSE(X), RECORD_BUILD(P, X, GOOD), RUN_AFTER(P, WAIT_FOR(0, 1)), BATCH,
-             SIGNAL_TO(0, 1), BIND(X, 1))),
+    MISSING(
+        "unbound_by_what_is_waited_for", NEEDS_TWO_QUEUES,
+        (BOUND, GOOD_X(P), RUN_AFTER(P, WAIT_FOR(0, 1)), BATCH, SIGNAL_TO(0, 1), REPORTS_LATE,
+         UNBIND(X)),
+        (SPARSE(X), GOOD_X(P), RUN_AFTER(P, WAIT_FOR(0, 1)), BATCH, SIGNAL_TO(0, 1), BIND(X, 1))),
     MISSING("unbound_when_the_host_signals", 0,
             (BOUND_AND_RECORDED, BATCH, WAIT_FOR(0, 1), SIGNAL_TO(0, 2), UNBIND(X),
              RUN_AFTER(A, WAIT_FOR(0, 2)), REPORTS_LATE, SIGNAL_FROM_HOST(0, 1)),
@@ -104,16 +100,14 @@ static const struct program programs[] = {
             (UNBOUND_AND_RECORDED, BEGIN(B), END(B), BATCH, WAIT_FOR(0, 1), BIND(X, 0),
              RUN_BEFORE(B, SIGNAL_TO(0, 1)), IDLE, RUN(A))),
 
-    MISSING_SRC(
-        "src_unbound_after_recording",
-        (BOUND_AND_RECORDED, RUN(A), RECORD_UPDATE(B, X, Y), IDLE, UNBIND(X), IDLE, REPORTS,
-         RUN(B)),
-        (BOUND_AND_RECORDED, RUN(A), RECORD_UPDATE(B, X, Y), RUN(B), IDLE, UNBIND(X), IDLE)),
+    MISSING_SRC("src_unbound_after_recording",
+                (BOUND_AND_RECORDED, RUN(A), UPDATE_XY(B), IDLE, UNBIND(X), IDLE, REPORTS, RUN(B)),
+                (BOUND_AND_RECORDED, RUN(A), UPDATE_XY(B), RUN(B), IDLE, UNBIND(X), IDLE)),
     MISSING_SRC("src_unbound_before_a_semaphore",
-                (BOUND_AND_RECORDED, RUN(A), RECORD_UPDATE(B, X, Y), IDLE, BATCH, SIGNAL(0),
-                 UNBIND(X), RUN_AFTER_REPORTS(B, WAIT(0))),
-                (BOUND_AND_RECORDED, RUN(A), RECORD_UPDATE(B, X, Y), RUN_BEFORE(B, SIGNAL(0)),
-                 BATCH, WAIT(0), UNBIND(X))),
+                (BOUND_AND_RECORDED, RUN(A), UPDATE_XY(B), IDLE, BATCH, SIGNAL(0), UNBIND(X),
+                 RUN_AFTER_REPORTS(B, WAIT(0))),
+                (BOUND_AND_RECORDED, RUN(A), UPDATE_XY(B), RUN_BEFORE(B, SIGNAL(0)), BATCH, WAIT(0),
+                 UNBIND(X))),
 
     SHARED("one_page_after_recording",
            (SPARSE(X), SPARSE(Y), BIND(X, 0), BIND(Y, 1), IDLE, RECORD_PAIR(A), BIND(Y, 0), IDLE,
@@ -135,12 +129,12 @@ static const struct program programs[] = {
          BATCH, SIGNAL(1), BIND(X, 1), BATCH, WAIT(0), WAIT(1), WITH(A), SUBMIT(0)),
     OPEN("bound_again_without_order", 0, BOUND_AND_RECORDED, BATCH, SIGNAL(0), UNBIND(X),
          BIND(X, 1), RUN_AFTER(A, WAIT(0))),
-    OPEN("unbound_for_another_queue_without_order", NEEDS_TWO_QUEUES, BOUND,
-         RECORD_BUILD(P, X, GOOD), UNBIND(X), RUN(P)),
+    OPEN("unbound_for_another_queue_without_order", NEEDS_TWO_QUEUES, BOUND, GOOD_X(P), UNBIND(X),
+         RUN(P)),
     OPEN("unbound_while_another_queue_is_idle", NEEDS_TWO_QUEUES, BOUND_AND_RECORDED, UNBIND(X),
          WAIT_QUEUE(1), RUN(A)),
-    OPEN("src_unbound_without_order", 0, BOUND_AND_RECORDED, RUN(A), RECORD_UPDATE(B, X, Y), IDLE,
-         UNBIND(X), RUN(B)),
+    OPEN("src_unbound_without_order", 0, BOUND_AND_RECORDED, RUN(A), UPDATE_XY(B), IDLE, UNBIND(X),
+         RUN(B)),
     OPEN("one_page_without_order", 0, SPARSE(X), SPARSE(Y), BIND(X, 0), BIND(Y, 1), IDLE,
          RECORD_PAIR(A), BIND(Y, 0), RUN(A)),
     OPEN("unbound_and_never_submitted", 0, BOUND_AND_RECORDED, UNBIND(X), IDLE),

@@ -4,6 +4,7 @@
 #define EXECUTION_SHAPE_H
 
 #include "scene.h"
+#include "tests/fixture/make.h"
 
 /* All geometries of a build are alike. */
 struct shape {
@@ -24,7 +25,7 @@ struct shape {
     } dense;               /* geometries of VK_AMDX_dense_geometry_format only */
 };
 
-enum { SHAPE_GEOMETRIES = 2, SHAPE_RULES = 2 };
+enum { SHAPE_GEOMETRIES = 2, SHAPE_RULES = 1 };
 
 /* A build of one triangle geometry, with everything. */
 struct shape shape_plain(void);

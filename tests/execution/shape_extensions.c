@@ -5,10 +5,8 @@
 static void fill_motion(VkAccelerationStructureGeometryMotionTrianglesDataNV *motion,
                         const struct scene *scene)
 {
-    *motion = (VkAccelerationStructureGeometryMotionTrianglesDataNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
-        .vertexData.deviceAddress = scene->boxes.address,
-    };
+    *motion = MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
+                   .vertexData.deviceAddress = scene->boxes.address);
 }
 
 /* Spheres and linear swept spheres share these members. */
@@ -22,35 +20,26 @@ static void fill_motion(VkAccelerationStructureGeometryMotionTrianglesDataNV *mo
 static void fill_spheres(VkAccelerationStructureGeometrySpheresDataNV *spheres,
                          const struct scene *scene)
 {
-    *spheres = (VkAccelerationStructureGeometrySpheresDataNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV,
-        SPHERES_OF(scene),
-    };
+    *spheres = MAKE(VkAccelerationStructureGeometrySpheresDataNV, SPHERES_OF(scene));
 }
 
 static void fill_swept(VkAccelerationStructureGeometryLinearSweptSpheresDataNV *swept,
                        const struct scene *scene)
 {
-    *swept = (VkAccelerationStructureGeometryLinearSweptSpheresDataNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV,
-        SPHERES_OF(scene),
-        .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV,
-    };
+    *swept = MAKE(VkAccelerationStructureGeometryLinearSweptSpheresDataNV, SPHERES_OF(scene),
+                  .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV);
 }
 
 static void fill_dense(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *dense,
                        const struct scene *scene, const struct shape *shape)
 {
-    *dense = (VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX,
-        .compressedData.deviceAddress = scene->boxes.address,
-        .dataSize = shape->dense.size,
-        .numTriangles = shape->dense.triangles,
-        .numVertices = shape->dense.vertices,
-        .maxPrimitiveIndex = shape->dense.max_primitive,
-        .maxGeometryIndex = shape->dense.max_geometry,
-        .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX,
-    };
+    *dense =
+        MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
+             .compressedData.deviceAddress = scene->boxes.address, .dataSize = shape->dense.size,
+             .numTriangles = shape->dense.triangles, .numVertices = shape->dense.vertices,
+             .maxPrimitiveIndex = shape->dense.max_primitive,
+             .maxGeometryIndex = shape->dense.max_geometry,
+             .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX);
 }
 
 void shape_fill_extension(struct shape_arguments *arguments, uint32_t index,

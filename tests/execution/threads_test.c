@@ -31,10 +31,9 @@ static enum build_shape shape_of(uint32_t round)
 
 static void *submit_to_first(void *unused)
 {
-    (void)unused;
     for (uint32_t i = 0; i < ROUNDS; i++) {
-        play(&machines[0], STEPS(RECORD_BUILD(A, X, shape_of(i)), RECORD_UPDATE(B, X, Y), RUN(A),
-                                 BATCH, WITH(B), SIGNAL_TO(0, i + 1), SUBMIT(0)));
+        play(&machines[0], STEPS(RECORD_BUILD(A, X, shape_of(i)), UPDATE_XY(B), RUN(A), BATCH,
+                                 WITH(B), SIGNAL_TO(0, i + 1), SUBMIT(0)));
         atomic_store(&signalled, i + 1);
         play(&machines[0], STEPS(WAIT_QUEUE(0), RESET(A), RESET(B)));
     }
@@ -43,21 +42,19 @@ static void *submit_to_first(void *unused)
 
 static void *submit_to_second(void *unused)
 {
-    (void)unused;
     for (uint32_t i = 0; i < ROUNDS; i++)
-        play(&machines[1], STEPS(RECORD_BUILD(P, X, shape_of(i)), RECORD_UPDATE(R, X, Y), RUN(P),
-                                 RUN(R), WAIT_QUEUE(1), RESET(P), RESET(R)));
+        play(&machines[1], STEPS(RECORD_BUILD(P, X, shape_of(i)), UPDATE_XY(R), RUN(P), RUN(R),
+                                 WAIT_QUEUE(1), RESET(P), RESET(R)));
     return NULL;
 }
 
 /* Some of its batches wait for what the other thread signals next. */
 static void *wait_for_first(void *unused)
 {
-    (void)unused;
     for (uint32_t i = 0; i < ROUNDS; i++) {
         const uint32_t value = atomic_load(&signalled) + i % 2;
         play(&machines[1],
-             STEPS(RECORD_BUILD(P, X, shape_of(i)), RECORD_UPDATE(R, X, Y), RUN(P), BATCH, WITH(R),
+             STEPS(RECORD_BUILD(P, X, shape_of(i)), UPDATE_XY(R), RUN(P), BATCH, WITH(R),
                    WAIT_FOR(0, value < ROUNDS ? value : ROUNDS), SUBMIT2(1)));
         while (atomic_load(&signalled) < value && atomic_load(&signalled) < ROUNDS)
             sched_yield();
@@ -72,14 +69,13 @@ static void *wait_for_first(void *unused)
 static void *build_on_host(void *unused)
 {
     struct machine *machine = &machines[2];
-    (void)unused;
     for (uint32_t i = 0; i < ROUNDS; i++) {
         play(machine, STEPS(HOST_BUILD(W, GOOD), HOST_UPDATE(W, Z), HOST_CLONE(W, Z),
                             DEFERRED_BUILD(1, X, shape_of(i))));
         do
             play(machine, STEPS(ASK(1)));
         while (machine->result == VK_NOT_READY);
-        play(machine, STEPS(HOST_UPDATE(X, Y)));
+        play(machine, STEPS(HOST_UPDATE_XY));
     }
     atomic_store(&working, false);
     return NULL;
@@ -87,7 +83,6 @@ static void *build_on_host(void *unused)
 
 static void *join(void *unused)
 {
-    (void)unused;
     while (atomic_load(&working))
         fixture.vk.DeferredOperationJoinKHR(fixture.device, machines[2].operations[1]);
     return NULL;

@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What libFuzzer calls. */
+/* What libFuzzer calls, and what comes of it. */
 #ifndef ASSAY_TESTS_FUZZ_FUZZ_H
 #define ASSAY_TESTS_FUZZ_FUZZ_H
 
 #include <stddef.h>
 #include <stdint.h>
+
+/* Of what the target has built, traced and decoded since the program began. Builds and traces are
+ * the same everywhere, so a digest of a corpus tells whether they have changed. */
+extern uint64_t fuzz_digest;
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

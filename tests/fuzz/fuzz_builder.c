@@ -9,7 +9,10 @@
 #include "fuzz.h"
 #include "fuzz_displaced.h"
 #include "src/bvh/input/displacement.h"
+#include "tests/builder/digest.h"
 #include "tests/builder/fixture.h"
+
+uint64_t fuzz_digest = DIGEST_BEGIN;
 
 /* Reads from the input until nothing is left, then zeros. */
 struct reader {
@@ -67,6 +70,7 @@ static const void *find_micromap(void *context, uint64_t reference)
 
 static enum trace_answer pass_on(void *context, struct trace_hit *candidate)
 {
+    digest_add_hit(&fuzz_digest, candidate);
     return candidate->primitive % 2 ? TRACE_ACCEPT : TRACE_IGNORE;
 }
 
@@ -80,7 +84,8 @@ static void trace_both(const void *structure, enum trace_accuracy accuracy,
     struct trace_visitor visitor = {pass_on, NULL};
     struct trace_hit hit;
     trace_candidates(&scene, ray, &visitor);
-    trace_closest(&scene, ray, &hit);
+    if (trace_closest(&scene, ray, &hit))
+        digest_add_hit(&fuzz_digest, &hit);
 }
 
 static void trace_some(const void *structure, struct reader *reader)
@@ -104,6 +109,8 @@ static void use(const void *structure, struct reader *reader)
     trace_some(structure, reader);
     if (builder_compact(structure, copy, size) != BUILDER_OK)
         abort();
+    digest_add_words(&fuzz_digest, copy, size);
+    digest_add(&fuzz_digest, &statistics.nodes, sizeof(statistics.nodes));
     struct trace_ray ray = {.direction = {1, 1, 1}, .t_max = INFINITY, .cull_mask = 255};
     trace_both(copy, TRACE_EXACT, &ray);
     free(copy);
@@ -114,10 +121,13 @@ static void ask_micromap(const void *micromap)
     uint16_t values[DISPLACEMENT_MAX_VERTICES];
     uint32_t format, level;
     for (uint32_t i = 0; i < 20; i++) {
-        micromap_opacity(micromap, i, (float)i / 19, 0.5f - (float)i / 40);
+        const uint32_t state = micromap_opacity(micromap, i, (float)i / 19, 0.5f - (float)i / 40);
+        digest_add(&fuzz_digest, &state, sizeof(state));
         const uint8_t *blocks = micromap_displacement(micromap, i, &format, &level);
-        if (blocks)
+        if (blocks) {
             displacement_decode(format, level, blocks, values);
+            digest_add(&fuzz_digest, values, displacement_vertex_count(level) * sizeof(values[0]));
+        }
     }
 }
 

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* fuzz_builder_replay [FOLDER|FILE...]: runs the fuzz target without a fuzzer on each file, or,
- * with none, on structures and geometries of its own with bytes changed at random, a number of
- * rounds. */
+/* fuzz_builder_replay [[--digest NUMBER] FOLDER|FILE...]: runs the fuzz target without a fuzzer on
+ * each file, or, with none, on structures and geometries of its own with bytes changed at random, a
+ * number of rounds. With --digest, it fails if anything else is built, traced or decoded than when
+ * that number was printed. */
 #include <inttypes.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -46,8 +48,14 @@ static size_t make_noise(uint64_t *random)
 
 int main(int count, char **arguments)
 {
-    if (count > 1)
-        return replay(count - 1, arguments + 1) > 0;
+    if (count > 1) {
+        const bool is_compared = count > 3 && strcmp(arguments[1], "--digest") == 0;
+        const int first = is_compared ? 3 : 1;
+        if (replay(count - first, arguments + first) > 0)
+            return 1;
+        printf("digest 0x%" PRIx64 "\n", fuzz_digest);
+        return is_compared && fuzz_digest != strtoull(arguments[2], NULL, 0);
+    }
     uint64_t random = random_seed(88172645463325252u);
     random += !random; /* the generator stays at 0 */
     printf("ASSAY_TEST_SEED=%" PRIu64 "\n", random);

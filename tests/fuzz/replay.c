@@ -2,7 +2,9 @@
 #include "replay.h"
 
 #include <dirent.h>
+#include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "fuzz.h"
@@ -23,17 +25,21 @@ static int run_file(const char *path)
     return 0;
 }
 
-static int run_folder(const char *path, DIR *folder, unsigned *count)
+/* In the order of the names, so that the outcome is the same everywhere. */
+static int run_folder(const char *path, struct dirent **entries, int entry_count, unsigned *count)
 {
     int failures = 0;
-    for (const struct dirent *entry; (entry = readdir(folder));) {
+    for (int i = 0; i < entry_count; i++) {
         char name[PATH_SIZE];
-        if (entry->d_name[0] == '.')
+        snprintf(name, sizeof(name), "%s/%s", path, entries[i]->d_name);
+        const bool is_file = entries[i]->d_name[0] != '.';
+        free(entries[i]);
+        if (!is_file)
             continue;
-        snprintf(name, sizeof(name), "%s/%s", path, entry->d_name);
         failures += run_file(name);
         (*count)++;
     }
+    free(entries);
     return failures;
 }
 
@@ -42,11 +48,10 @@ int replay(int count, char **paths)
     int failures = 0;
     unsigned files = 0;
     for (int i = 0; i < count; i++) {
-        DIR *folder = opendir(paths[i]);
-        failures += folder ? run_folder(paths[i], folder, &files) : run_file(paths[i]);
-        files += !folder;
-        if (folder)
-            closedir(folder);
+        struct dirent **entries;
+        const int found = scandir(paths[i], &entries, NULL, alphasort);
+        failures += found >= 0 ? run_folder(paths[i], entries, found, &files) : run_file(paths[i]);
+        files += found < 0;
     }
     printf("%u files\n", files);
     return files == 0 ? 1 : failures;

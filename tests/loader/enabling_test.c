@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The ways in which a user turns the layer on and off, against the installed loader. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "loader_test.h"
 
@@ -53,6 +54,8 @@ static const struct way ways[] = {
      {{"VK_LOADER_LAYERS_ENABLE", "*assay*"}}},
     {"test_implicit_enabled", FIND_IMPLICIT, 1, {{BY_ENABLE}}},
     {"test_implicit_not_enabled_by_another_value", FIND_IMPLICIT, 0, {{"VK_ASSAY_ENABLE", "0"}}},
+    /* The loader compares the value with the manifest's. */
+    {"test_implicit_not_enabled_by_true", FIND_IMPLICIT, 0, {{"VK_ASSAY_ENABLE", "true"}}},
     {"test_implicit_disable_wins", FIND_IMPLICIT, 0, {{BY_ENABLE}, {"VK_ASSAY_DISABLE", "1"}}},
     {"test_implicit_disabled_by_the_loader",
      FIND_IMPLICIT | NEED_LOADER_1_3_234,
@@ -62,7 +65,7 @@ static const struct way ways[] = {
     {"test_explicit_and_implicit", FIND_EXPLICIT | FIND_IMPLICIT, 1, {{BY_LAYERS}, {BY_ENABLE}}},
 };
 
-static void need_loader_1_3_234(const char *variable)
+static uint32_t loader_version(void)
 {
     const PFN_vkEnumerateInstanceVersion enumerate =
         (PFN_vkEnumerateInstanceVersion)platform.get_instance_proc_addr(
@@ -70,7 +73,12 @@ static void need_loader_1_3_234(const char *variable)
     uint32_t installed = VK_API_VERSION_1_0;
     if (enumerate != NULL)
         enumerate(&installed);
-    if (installed < VK_MAKE_API_VERSION(0, 1, 3, 234)) {
+    return installed;
+}
+
+static void need_loader_1_3_234(const char *variable)
+{
+    if (loader_version() < VK_MAKE_API_VERSION(0, 1, 3, 234)) {
         print_message("the loader is too old for %s\n", variable);
         skip();
     }
@@ -93,9 +101,51 @@ static void test_way(void **state)
     assert_int_equal(count_findings(&setup), way->findings);
 }
 
+/* ---- VK_EXT_layer_settings of the implicit layer */
+
+static bool is_listed(const char *extension)
+{
+    static VkExtensionProperties list[128];
+    uint32_t count = LENGTH(list);
+    const PFN_vkEnumerateInstanceExtensionProperties enumerate =
+        (PFN_vkEnumerateInstanceExtensionProperties)platform.get_instance_proc_addr(
+            NULL, "vkEnumerateInstanceExtensionProperties");
+    expect_success(enumerate(NULL, &count, list), "vkEnumerateInstanceExtensionProperties");
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(list[i].extensionName, extension) == 0)
+            return true;
+    return false;
+}
+
+/* What is listed can be enabled. Loaders before 1.3.272 can't enable it. */
+static void test_implicit_layer_settings(void **state)
+{
+    const char *extension = VK_EXT_LAYER_SETTINGS_EXTENSION_NAME;
+    const VkInstanceCreateInfo create_info = {
+        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+        .enabledExtensionCount = 1,
+        .ppEnabledExtensionNames = &extension,
+    };
+    const PFN_vkCreateInstance create =
+        (PFN_vkCreateInstance)platform.get_instance_proc_addr(NULL, "vkCreateInstance");
+    setenv("XDG_DATA_HOME", DATA_HOME, 1);
+    setenv("VK_IMPLICIT_LAYER_PATH", IMPLICIT_FOLDER, 1);
+    setenv("VK_ASSAY_ENABLE", "1", 1);
+    assert_int_equal(is_listed(extension), loader_version() >= VK_MAKE_API_VERSION(0, 1, 3, 272));
+    if (!is_listed(extension))
+        return;
+    VkInstance instance;
+    assert_int_equal(create(&create_info, NULL, &instance), VK_SUCCESS);
+    const PFN_vkDestroyInstance destroy =
+        (PFN_vkDestroyInstance)platform.get_instance_proc_addr(instance, "vkDestroyInstance");
+    destroy(instance, NULL);
+}
+
 int main(void)
 {
-    struct CMUnitTest tests[LENGTH(ways)];
+    struct CMUnitTest tests[LENGTH(ways) + 1];
+    tests[LENGTH(ways)] =
+        (struct CMUnitTest)cmocka_unit_test_setup(test_implicit_layer_settings, clear_environment);
     for (size_t i = 0; i < LENGTH(ways); i++)
         tests[i] =
             (struct CMUnitTest){ways[i].test, test_way, clear_environment, NULL, (void *)&ways[i]};

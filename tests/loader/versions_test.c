@@ -163,7 +163,7 @@ static bool run(const struct application *application)
 
 static bool limit_was_exceeded(void)
 {
-    return messages_count(&messages, "VUID-VkAccelerationStructureInfoNV-geometryCount-02422",
+    return messages_count(&messages, "VUID-vkCmdBuildAccelerationStructureNV-geometryCount-02241",
                           NULL) > 0;
 }
 

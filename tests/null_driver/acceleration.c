@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* KHR acceleration structures: handles, addresses, sizes. Builds and copies look at nothing. */
+/* Acceleration structures and micromaps: handles, addresses, memory and sizes. Builds and copies
+ * look at nothing. */
 #include "internal.h"
 
 static VkDeviceAddress buffer_address(uint64_t handle)
@@ -27,8 +28,7 @@ void init_CreateAccelerationStructure2KHR(struct object *as,
 VkDeviceAddress null_GetAccelerationStructureDeviceAddressKHR(
     VkDevice device, const VkAccelerationStructureDeviceAddressInfoKHR *pInfo)
 {
-    const struct object *as =
-        object_find(RAW(pInfo->accelerationStructure), VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR);
+    const struct object *as = FIND(ACCELERATION_STRUCTURE_KHR, pInfo->accelerationStructure);
     if (as == NULL)
         return 0;
     /* Asked again: the buffer may have been bound since. */
@@ -50,13 +50,6 @@ void null_GetAccelerationStructureBuildSizesKHR(
     pSizeInfo->updateScratchSize = size_for(&sizes->update_scratch, primitives);
 }
 
-void null_GetDeviceAccelerationStructureCompatibilityKHR(
-    VkDevice device, const VkAccelerationStructureVersionInfoKHR *pVersionInfo,
-    VkAccelerationStructureCompatibilityKHR *pCompatibility)
-{
-    *pCompatibility = VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR;
-}
-
 /* ---- host commands */
 
 VkResult null_WriteAccelerationStructuresPropertiesKHR(
@@ -65,5 +58,102 @@ VkResult null_WriteAccelerationStructuresPropertiesKHR(
     size_t dataSize, void *pData, size_t stride)
 {
     query_write(CONFIG(device), accelerationStructureCount, queryType, dataSize, pData, stride);
+    return VK_SUCCESS;
+}
+
+/* ---- VK_NV_ray_tracing */
+
+static uint64_t primitives_of(const VkAccelerationStructureInfoNV *info)
+{
+    uint64_t primitives = info->instanceCount;
+    for (uint32_t i = 0; info->pGeometries != NULL && i < info->geometryCount; i++) {
+        const VkGeometryNV *geometry = &info->pGeometries[i];
+        const VkGeometryTrianglesNV *triangles = &geometry->geometry.triangles;
+        if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_NV)
+            primitives += geometry->geometry.aabbs.numAABBs;
+        else if (triangles->indexType != VK_INDEX_TYPE_NONE_NV)
+            primitives += triangles->indexCount / 3;
+        else
+            primitives += triangles->vertexCount / 3;
+    }
+    return primitives;
+}
+
+void init_CreateAccelerationStructureNV(struct object *as,
+                                        const VkAccelerationStructureCreateInfoNV *pCreateInfo)
+{
+    as->as_nv.primitives = primitives_of(&pCreateInfo->info);
+    as->as_nv.compacted = pCreateInfo->compactedSize;
+}
+
+static VkDeviceSize size_of(const struct null_driver_sizes *sizes, const struct object *as,
+                            VkAccelerationStructureMemoryRequirementsTypeNV type)
+{
+    switch (type) {
+    case VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV:
+        return size_for(&sizes->build_scratch, as->as_nv.primitives);
+    case VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV:
+        return size_for(&sizes->update_scratch, as->as_nv.primitives);
+    default:
+        return as->as_nv.compacted != 0 ? as->as_nv.compacted
+                                        : size_for(&sizes->structure, as->as_nv.primitives);
+    }
+}
+
+void null_GetAccelerationStructureMemoryRequirementsNV(
+    VkDevice device, const VkAccelerationStructureMemoryRequirementsInfoNV *pInfo,
+    VkMemoryRequirements2KHR *pMemoryRequirements)
+{
+    const struct null_driver_config *config = CONFIG(device);
+    const struct object *as = FIND(ACCELERATION_STRUCTURE_NV, pInfo->accelerationStructure);
+    const VkDeviceSize size = as != NULL ? size_of(&config->sizes, as, pInfo->type) : 0;
+    pMemoryRequirements->memoryRequirements = (VkMemoryRequirements){
+        .size = align_up(size, 256),
+        .alignment = 256,
+        .memoryTypeBits = requirements_types(
+            config, 0, VK_MEMORY_PROPERTY_PROTECTED_BIT | VK_MEMORY_PROPERTY_LAZILY_ALLOCATED_BIT),
+    };
+    requirements_fill_chain(pMemoryRequirements->pNext);
+}
+
+VkResult
+null_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
+                                       const VkBindAccelerationStructureMemoryInfoNV *pBindInfos)
+{
+    for (uint32_t i = 0; i < bindInfoCount; i++) {
+        struct object *as = FIND(ACCELERATION_STRUCTURE_NV, pBindInfos[i].accelerationStructure);
+        const struct object *memory = FIND(DEVICE_MEMORY, pBindInfos[i].memory);
+        if (as != NULL && memory != NULL)
+            as->as_nv.address = memory->memory.address + pBindInfos[i].memoryOffset;
+    }
+    return VK_SUCCESS;
+}
+
+VkResult null_GetAccelerationStructureHandleNV(VkDevice device,
+                                               VkAccelerationStructureNV accelerationStructure,
+                                               size_t dataSize, void *pData)
+{
+    const struct object *as = FIND(ACCELERATION_STRUCTURE_NV, accelerationStructure);
+    const uint64_t address = as != NULL ? as->as_nv.address : 0;
+    memcpy(pData, &address, dataSize < sizeof(address) ? dataSize : sizeof(address));
+    return VK_SUCCESS;
+}
+
+/* ---- VK_EXT_opacity_micromap */
+
+void null_GetMicromapBuildSizesEXT(VkDevice device, VkAccelerationStructureBuildTypeKHR buildType,
+                                   const VkMicromapBuildInfoEXT *pBuildInfo,
+                                   VkMicromapBuildSizesInfoEXT *pSizeInfo)
+{
+    pSizeInfo->micromapSize = CONFIG(device)->sizes.micromap;
+    pSizeInfo->buildScratchSize = CONFIG(device)->sizes.micromap_scratch;
+    pSizeInfo->discardable = VK_FALSE;
+}
+
+VkResult null_WriteMicromapsPropertiesEXT(VkDevice device, uint32_t micromapCount,
+                                          const VkMicromapEXT *pMicromaps, VkQueryType queryType,
+                                          size_t dataSize, void *pData, size_t stride)
+{
+    query_write(CONFIG(device), micromapCount, queryType, dataSize, pData, stride);
     return VK_SUCCESS;
 }

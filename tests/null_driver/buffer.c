@@ -58,7 +58,7 @@ void buffer_bind(struct object *buffer, const struct binding *binding)
 
 unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *size)
 {
-    const struct object *object = object_find(RAW(buffer), VK_OBJECT_TYPE_BUFFER);
+    const struct object *object = FIND(BUFFER, buffer);
     const struct binding *binding = object != NULL ? object->buffer.bindings : NULL;
     for (; binding != NULL; binding = binding->next) {
         if (offset >= binding->offset && offset - binding->offset < binding->size)
@@ -79,8 +79,8 @@ unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *
 
 static void bind(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset)
 {
-    struct object *to = object_find(RAW(buffer), VK_OBJECT_TYPE_BUFFER);
-    const struct object *from = object_find(RAW(memory), VK_OBJECT_TYPE_DEVICE_MEMORY);
+    struct object *to = FIND(BUFFER, buffer);
+    const struct object *from = FIND(DEVICE_MEMORY, memory);
     if (to == NULL || from == NULL || to->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
         return;
     to->buffer.address = from->memory.address + offset;
@@ -110,7 +110,7 @@ VkResult null_BindBufferMemory2(VkDevice device, uint32_t bindInfoCount,
 
 static VkDeviceAddress address_of(VkBuffer buffer)
 {
-    const struct object *object = object_find(RAW(buffer), VK_OBJECT_TYPE_BUFFER);
+    const struct object *object = FIND(BUFFER, buffer);
     return object != NULL ? object->buffer.address : 0;
 }
 

@@ -36,8 +36,7 @@ VkResult null_CreateComputePipelines(VkDevice device, VkPipelineCache pipelineCa
 {
     VkResult result = VK_SUCCESS;
     for (uint32_t i = 0; i < createInfoCount; i++) {
-        const struct object *module =
-            object_find(RAW(pCreateInfos[i].stage.module), VK_OBJECT_TYPE_SHADER_MODULE);
+        const struct object *module = FIND(SHADER_MODULE, pCreateInfos[i].stage.module);
         struct object *object = object_create(OBJECT(device), VK_OBJECT_TYPE_PIPELINE, NULL);
         pPipelines[i] = object != NULL ? HANDLE(VkPipeline, object->handle) : VK_NULL_HANDLE;
         if (object == NULL)
@@ -54,7 +53,7 @@ void null_CmdBindPipeline(VkCommandBuffer commandBuffer, VkPipelineBindPoint pip
                           VkPipeline pipeline)
 {
     struct object *commands = OBJECT(commandBuffer);
-    const struct object *object = object_find(RAW(pipeline), VK_OBJECT_TYPE_PIPELINE);
+    const struct object *object = FIND(PIPELINE, pipeline);
     if (pipelineBindPoint == VK_PIPELINE_BIND_POINT_COMPUTE &&
         commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
         commands->command_buffer.compute.shader = object != NULL ? object->shader : SHADER_NONE;

@@ -6,7 +6,7 @@ static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of all operations */
 
 VkResult deferred_start(VkDevice device, VkDeferredOperationKHR operation)
 {
-    struct object *object = object_find(RAW(operation), VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR);
+    struct object *object = FIND(DEFERRED_OPERATION_KHR, operation);
     if (object == NULL)
         return VK_SUCCESS;
     const uint32_t joins = CONFIG(device)->deferred_joins;
@@ -18,8 +18,7 @@ VkResult deferred_start(VkDevice device, VkDeferredOperationKHR operation)
 
 static uint32_t joins_left(VkDeferredOperationKHR operation)
 {
-    const struct object *object =
-        object_find(RAW(operation), VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR);
+    const struct object *object = FIND(DEFERRED_OPERATION_KHR, operation);
     pthread_mutex_lock(&lock);
     const uint32_t left = object != NULL ? object->deferred.joins_left : 0;
     pthread_mutex_unlock(&lock);
@@ -39,7 +38,7 @@ VkResult null_GetDeferredOperationResultKHR(VkDevice device, VkDeferredOperation
 
 VkResult null_DeferredOperationJoinKHR(VkDevice device, VkDeferredOperationKHR operation)
 {
-    struct object *object = object_find(RAW(operation), VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR);
+    struct object *object = FIND(DEFERRED_OPERATION_KHR, operation);
     if (object == NULL)
         return VK_SUCCESS;
     pthread_mutex_lock(&lock);

@@ -74,29 +74,16 @@ PFN_vkVoidFunction null_GetDeviceProcAddr(VkDevice device, const char *pName)
     return entry_find_device(OBJECT(device), pName);
 }
 
-static VkQueue find_queue(VkDevice device, const VkDeviceQueueInfo2 *info)
-{
-    struct object *queue;
-    for (uint32_t i = 0; (queue = object_child(OBJECT(device), VK_OBJECT_TYPE_QUEUE, i)) != NULL;
-         i++) {
-        if (queue->queue.family == info->queueFamilyIndex &&
-            queue->queue.index == info->queueIndex && queue->queue.flags == info->flags)
-            return (VkQueue)queue;
-    }
-    return VK_NULL_HANDLE;
-}
-
-void null_GetDeviceQueue(VkDevice device, uint32_t queueFamilyIndex, uint32_t queueIndex,
-                         VkQueue *pQueue)
-{
-    const VkDeviceQueueInfo2 info = {.queueFamilyIndex = queueFamilyIndex,
-                                     .queueIndex = queueIndex};
-    *pQueue = find_queue(device, &info);
-}
-
 void null_GetDeviceQueue2(VkDevice device, const VkDeviceQueueInfo2 *pQueueInfo, VkQueue *pQueue)
 {
-    *pQueue = find_queue(device, pQueueInfo);
+    struct object *queue;
+    *pQueue = VK_NULL_HANDLE;
+    for (uint32_t i = 0; *pQueue == VK_NULL_HANDLE &&
+                         (queue = object_child(OBJECT(device), VK_OBJECT_TYPE_QUEUE, i)) != NULL;
+         i++)
+        if (queue->queue.family == pQueueInfo->queueFamilyIndex &&
+            queue->queue.index == pQueueInfo->queueIndex && queue->queue.flags == pQueueInfo->flags)
+            *pQueue = (VkQueue)queue;
 }
 
 void null_GetDeviceGroupPeerMemoryFeatures(VkDevice device, uint32_t heapIndex,

@@ -22,10 +22,8 @@ static VkFormatFeatureFlags2 image_features(VkFormat format)
 static VkFormatProperties3 format_properties(const struct null_driver_config *config,
                                              VkFormat format)
 {
-    VkFormatProperties3 properties = {
-        .linearTilingFeatures = image_features(format),
-        .optimalTilingFeatures = image_features(format),
-    };
+    VkFormatProperties3 properties = {.linearTilingFeatures = image_features(format),
+                                      .optimalTilingFeatures = image_features(format)};
     for (uint32_t i = 0; i < config->format_count; i++) {
         if (config->formats[i].format == format)
             properties.bufferFeatures =
@@ -35,28 +33,18 @@ static VkFormatProperties3 format_properties(const struct null_driver_config *co
 }
 
 /* The older structure holds the flags that fit it. */
-static VkFormatProperties first_32_bits(const VkFormatProperties3 *properties)
+static VkFormatFeatureFlags fitting(VkFormatFeatureFlags2 features)
 {
-    const VkFormatFeatureFlags2 mask = 0x7fffffff;
-    return (VkFormatProperties){
-        .linearTilingFeatures = (VkFormatFeatureFlags)(properties->linearTilingFeatures & mask),
-        .optimalTilingFeatures = (VkFormatFeatureFlags)(properties->optimalTilingFeatures & mask),
-        .bufferFeatures = (VkFormatFeatureFlags)(properties->bufferFeatures & mask),
-    };
-}
-
-void null_GetPhysicalDeviceFormatProperties(VkPhysicalDevice physicalDevice, VkFormat format,
-                                            VkFormatProperties *pFormatProperties)
-{
-    const VkFormatProperties3 properties = format_properties(CONFIG(physicalDevice), format);
-    *pFormatProperties = first_32_bits(&properties);
+    return (VkFormatFeatureFlags)(features & 0x7fffffff);
 }
 
 void null_GetPhysicalDeviceFormatProperties2(VkPhysicalDevice physicalDevice, VkFormat format,
                                              VkFormatProperties2 *pFormatProperties)
 {
     const VkFormatProperties3 properties = format_properties(CONFIG(physicalDevice), format);
-    pFormatProperties->formatProperties = first_32_bits(&properties);
+    pFormatProperties->formatProperties = (VkFormatProperties){
+        fitting(properties.linearTilingFeatures), fitting(properties.optimalTilingFeatures),
+        fitting(properties.bufferFeatures)};
     for (VkBaseOutStructure *out = pFormatProperties->pNext; out != NULL; out = out->pNext) {
         if (out->sType == VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3) {
             VkFormatProperties3 *to = (VkFormatProperties3 *)out;
@@ -67,12 +55,15 @@ void null_GetPhysicalDeviceFormatProperties2(VkPhysicalDevice physicalDevice, Vk
     }
 }
 
-static VkResult image_format(const struct null_driver_config *config, VkFormat format,
-                             VkImageFormatProperties *properties)
+VkResult null_GetPhysicalDeviceImageFormatProperties2(
+    VkPhysicalDevice physicalDevice, const VkPhysicalDeviceImageFormatInfo2 *pImageFormatInfo,
+    VkImageFormatProperties2 *pImageFormatProperties)
 {
+    const struct null_driver_config *config = CONFIG(physicalDevice);
+    VkImageFormatProperties *properties = &pImageFormatProperties->imageFormatProperties;
     const uint32_t side = config->properties.limits.maxImageDimension2D;
     *properties = (VkImageFormatProperties){0};
-    if (!is_format(format))
+    if (!is_format(pImageFormatInfo->format))
         return VK_ERROR_FORMAT_NOT_SUPPORTED;
     *properties = (VkImageFormatProperties){
         .maxExtent = {side, side, side},
@@ -82,21 +73,4 @@ static VkResult image_format(const struct null_driver_config *config, VkFormat f
         .maxResourceSize = (VkDeviceSize)1 << 38,
     };
     return VK_SUCCESS;
-}
-
-VkResult
-null_GetPhysicalDeviceImageFormatProperties(VkPhysicalDevice physicalDevice, VkFormat format,
-                                            VkImageType type, VkImageTiling tiling,
-                                            VkImageUsageFlags usage, VkImageCreateFlags flags,
-                                            VkImageFormatProperties *pImageFormatProperties)
-{
-    return image_format(CONFIG(physicalDevice), format, pImageFormatProperties);
-}
-
-VkResult null_GetPhysicalDeviceImageFormatProperties2(
-    VkPhysicalDevice physicalDevice, const VkPhysicalDeviceImageFormatInfo2 *pImageFormatInfo,
-    VkImageFormatProperties2 *pImageFormatProperties)
-{
-    return image_format(CONFIG(physicalDevice), pImageFormatInfo->format,
-                        &pImageFormatProperties->imageFormatProperties);
 }

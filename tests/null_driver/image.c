@@ -28,14 +28,8 @@ void init_CreateImage(struct object *image, const VkImageCreateInfo *pCreateInfo
 
 static VkMemoryRequirements requirements_of(VkImage image)
 {
-    const struct object *object = object_find(RAW(image), VK_OBJECT_TYPE_IMAGE);
+    const struct object *object = FIND(IMAGE, image);
     return object != NULL ? object->image : (VkMemoryRequirements){0};
-}
-
-void null_GetImageMemoryRequirements(VkDevice device, VkImage image,
-                                     VkMemoryRequirements *pMemoryRequirements)
-{
-    *pMemoryRequirements = requirements_of(image);
 }
 
 void null_GetImageMemoryRequirements2(VkDevice device, const VkImageMemoryRequirementsInfo2 *pInfo,

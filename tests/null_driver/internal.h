@@ -66,6 +66,13 @@ bool features_are_on(const struct null_driver_config *config, const void *pNext,
 void properties_fill(const struct null_driver_config *config, uint32_t index,
                      VkPhysicalDeviceProperties2 *properties);
 
+/* Fixed properties (generate.py). */
+extern const VkPhysicalDeviceLimits default_limits;
+extern const VkPhysicalDeviceVulkan11Properties vulkan11;
+extern const VkPhysicalDeviceVulkan12Properties vulkan12;
+extern const VkPhysicalDeviceVulkan13Properties vulkan13;
+extern const VkPhysicalDeviceVulkan14Properties vulkan14;
+
 /* ---- objects */
 
 struct private_value {
@@ -158,6 +165,7 @@ struct object *object_create(struct object *parent, VkObjectType type,
 VkResult objects_create(struct object *parent, VkObjectType type, uint32_t count, void *handles);
 /* The object behind a live non-dispatchable handle of that type, else NULL. */
 struct object *object_find(uint64_t handle, VkObjectType type);
+#define FIND(type, handle) object_find(RAW(handle), VK_OBJECT_TYPE_##type)
 /* Destroys it and what was made from it; ignores handles that are not live. */
 void object_destroy(uint64_t handle, VkObjectType type);
 void object_destroy_dispatchable(void *handle, VkObjectType type);
@@ -227,6 +235,13 @@ void dispatch_execute(const struct dispatch *dispatch);
 void transfers_execute(VkCommandBuffer commands);
 void transfers_release(struct object *commands);
 
+/* What is behind sType and pNext of a structure that has both (`is_chained`), or all of it. */
+static inline void fill_with_zeros(void *result, size_t size, bool is_chained)
+{
+    const size_t kept = is_chained ? sizeof(VkBaseOutStructure) : 0;
+    memset((char *)result + kept, 0, size - kept);
+}
+
 /* The two calls of every enumeration: copies the members named by from, of which there are
  * available, of size bytes each, to where count says there is room. */
 VkResult enumerate(uint32_t *count, void *to, const void *from, uint32_t available, size_t size);
@@ -253,9 +268,9 @@ bool device_is_lost(void);
  *
  * generate.py makes a function entry_NAME for each command that the registry has of the versions
  * and extensions offered. It counts the call, and calls null_NAME unless the call is to fail. Of
- * null_NAME it makes a weak definition: creates or destroys an object without state, enumerates
- * nothing, lets a deferred operation start, or does nothing and succeeds. A definition in a file
- * here replaces it.
+ * null_NAME it makes a weak definition: creates or destroys an object without state, asks the newer
+ * form of a query, fills its result with zeros, enumerates nothing, lets a deferred operation
+ * start, or does nothing and succeeds. A definition in a file here replaces it.
  */
 
 enum entry {

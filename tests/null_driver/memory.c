@@ -89,34 +89,23 @@ unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDevice
     return bytes != NULL ? bytes + offset : NULL;
 }
 
-static VkResult map(VkDeviceMemory handle, VkDeviceSize offset, void **ppData)
+VkResult null_MapMemory2(VkDevice device, const VkMemoryMapInfo *pMemoryMapInfo, void **ppData)
 {
-    struct object *memory = object_find(RAW(handle), VK_OBJECT_TYPE_DEVICE_MEMORY);
+    struct object *memory = FIND(DEVICE_MEMORY, pMemoryMapInfo->memory);
     if (memory == NULL || !memory->memory.host_visible)
         return VK_ERROR_MEMORY_MAP_FAILED;
     VkDeviceSize size = VK_WHOLE_SIZE;
-    unsigned char *bytes = memory_bytes(memory, offset, &size);
+    unsigned char *bytes = memory_bytes(memory, pMemoryMapInfo->offset, &size);
     if (bytes == NULL)
         return VK_ERROR_MEMORY_MAP_FAILED;
     *ppData = bytes;
     return VK_SUCCESS;
 }
 
-VkResult null_MapMemory(VkDevice device, VkDeviceMemory memory, VkDeviceSize offset,
-                        VkDeviceSize size, VkMemoryMapFlags flags, void **ppData)
-{
-    return map(memory, offset, ppData);
-}
-
-VkResult null_MapMemory2(VkDevice device, const VkMemoryMapInfo *pMemoryMapInfo, void **ppData)
-{
-    return map(pMemoryMapInfo->memory, pMemoryMapInfo->offset, ppData);
-}
-
 void null_GetDeviceMemoryCommitment(VkDevice device, VkDeviceMemory memory,
                                     VkDeviceSize *pCommittedMemoryInBytes)
 {
-    const struct object *object = object_find(RAW(memory), VK_OBJECT_TYPE_DEVICE_MEMORY);
+    const struct object *object = FIND(DEVICE_MEMORY, memory);
     *pCommittedMemoryInBytes = object != NULL ? object->memory.size : 0;
 }
 
@@ -124,13 +113,13 @@ uint64_t
 null_GetDeviceMemoryOpaqueCaptureAddress(VkDevice device,
                                          const VkDeviceMemoryOpaqueCaptureAddressInfo *pInfo)
 {
-    const struct object *memory = object_find(RAW(pInfo->memory), VK_OBJECT_TYPE_DEVICE_MEMORY);
+    const struct object *memory = FIND(DEVICE_MEMORY, pInfo->memory);
     return memory != NULL ? memory->memory.address : 0;
 }
 
 VkResult null_GetMemoryFdKHR(VkDevice device, const VkMemoryGetFdInfoKHR *pGetFdInfo, int *pFd)
 {
-    if (object_find(RAW(pGetFdInfo->memory), VK_OBJECT_TYPE_DEVICE_MEMORY) == NULL)
+    if (FIND(DEVICE_MEMORY, pGetFdInfo->memory) == NULL)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     *pFd = memfd_create("null driver", MFD_CLOEXEC);
     return *pFd >= 0 ? VK_SUCCESS : VK_ERROR_TOO_MANY_OBJECTS;

@@ -10,35 +10,11 @@ void null_GetPhysicalDeviceFeatures2(VkPhysicalDevice physicalDevice,
     features_fill(CONFIG(physicalDevice), pFeatures);
 }
 
-void null_GetPhysicalDeviceFeatures(VkPhysicalDevice physicalDevice,
-                                    VkPhysicalDeviceFeatures *pFeatures)
-{
-    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2};
-    features_fill(CONFIG(physicalDevice), &features);
-    *pFeatures = features.features;
-}
-
 void null_GetPhysicalDeviceProperties2(VkPhysicalDevice physicalDevice,
                                        VkPhysicalDeviceProperties2 *pProperties)
 {
     properties_fill(CONFIG(physicalDevice), OBJECT(physicalDevice)->physical_device.index,
                     pProperties);
-}
-
-void null_GetPhysicalDeviceProperties(VkPhysicalDevice physicalDevice,
-                                      VkPhysicalDeviceProperties *pProperties)
-{
-    VkPhysicalDeviceProperties2 properties = {.sType =
-                                                  VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
-    properties_fill(CONFIG(physicalDevice), OBJECT(physicalDevice)->physical_device.index,
-                    &properties);
-    *pProperties = properties.properties;
-}
-
-void null_GetPhysicalDeviceMemoryProperties(VkPhysicalDevice physicalDevice,
-                                            VkPhysicalDeviceMemoryProperties *pMemoryProperties)
-{
-    *pMemoryProperties = CONFIG(physicalDevice)->memory;
 }
 
 void null_GetPhysicalDeviceMemoryProperties2(VkPhysicalDevice physicalDevice,
@@ -121,23 +97,4 @@ void null_GetPhysicalDeviceExternalBufferProperties(
     pExternalBufferProperties->externalMemoryProperties = (VkExternalMemoryProperties){
         VK_EXTERNAL_MEMORY_FEATURE_EXPORTABLE_BIT | VK_EXTERNAL_MEMORY_FEATURE_IMPORTABLE_BIT,
         pExternalBufferInfo->handleType, pExternalBufferInfo->handleType};
-}
-
-void null_GetPhysicalDeviceExternalFenceProperties(
-    VkPhysicalDevice physicalDevice, const VkPhysicalDeviceExternalFenceInfo *pExternalFenceInfo,
-    VkExternalFenceProperties *pExternalFenceProperties)
-{
-    pExternalFenceProperties->exportFromImportedHandleTypes = 0;
-    pExternalFenceProperties->compatibleHandleTypes = 0;
-    pExternalFenceProperties->externalFenceFeatures = 0;
-}
-
-void null_GetPhysicalDeviceExternalSemaphoreProperties(
-    VkPhysicalDevice physicalDevice,
-    const VkPhysicalDeviceExternalSemaphoreInfo *pExternalSemaphoreInfo,
-    VkExternalSemaphoreProperties *pExternalSemaphoreProperties)
-{
-    pExternalSemaphoreProperties->exportFromImportedHandleTypes = 0;
-    pExternalSemaphoreProperties->compatibleHandleTypes = 0;
-    pExternalSemaphoreProperties->externalSemaphoreFeatures = 0;
 }

@@ -44,7 +44,7 @@ static VkResult set(struct object *slot, const struct private_value *new)
 VkResult null_SetPrivateData(VkDevice device, VkObjectType objectType, uint64_t objectHandle,
                              VkPrivateDataSlot privateDataSlot, uint64_t data)
 {
-    struct object *slot = object_find(RAW(privateDataSlot), VK_OBJECT_TYPE_PRIVATE_DATA_SLOT);
+    struct object *slot = FIND(PRIVATE_DATA_SLOT, privateDataSlot);
     if (slot == NULL)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     const struct private_value value = {objectType, objectHandle, data};
@@ -57,7 +57,7 @@ VkResult null_SetPrivateData(VkDevice device, VkObjectType objectType, uint64_t 
 void null_GetPrivateData(VkDevice device, VkObjectType objectType, uint64_t objectHandle,
                          VkPrivateDataSlot privateDataSlot, uint64_t *pData)
 {
-    const struct object *slot = object_find(RAW(privateDataSlot), VK_OBJECT_TYPE_PRIVATE_DATA_SLOT);
+    const struct object *slot = FIND(PRIVATE_DATA_SLOT, privateDataSlot);
     pthread_mutex_lock(&lock);
     const struct private_value *value = slot != NULL ? find(slot, objectType, objectHandle) : NULL;
     *pData = value != NULL ? value->value : 0;

@@ -4,75 +4,8 @@
 
 #include <string.h>
 
-#define MAX_ALLOCATION ((VkDeviceSize)1 << 38)
-#define MAX_DESCRIPTORS (1 << 20)
-
-static const VkPhysicalDeviceVulkan11Properties vulkan11 = {
-    .driverUUID = "null driver",
-    .deviceNodeMask = 1,
-    .subgroupSize = 32,
-    .subgroupSupportedStages = VK_SHADER_STAGE_ALL,
-    .subgroupSupportedOperations = VK_SUBGROUP_FEATURE_BASIC_BIT,
-    .maxMultiviewViewCount = 6,
-    .maxMultiviewInstanceIndex = (1 << 27) - 1,
-    .protectedNoFault = VK_TRUE,
-    .maxPerSetDescriptors = MAX_DESCRIPTORS,
-    .maxMemoryAllocationSize = MAX_ALLOCATION,
-};
-
-static const VkPhysicalDeviceVulkan12Properties vulkan12 = {
-    .driverName = "null driver",
-    .driverInfo = "executes nothing",
-    .conformanceVersion = {1, 3, 0, 0},
-    .maxUpdateAfterBindDescriptorsInAllPools = MAX_DESCRIPTORS,
-    .maxPerStageDescriptorUpdateAfterBindSamplers = MAX_DESCRIPTORS,
-    .maxPerStageDescriptorUpdateAfterBindUniformBuffers = MAX_DESCRIPTORS,
-    .maxPerStageDescriptorUpdateAfterBindStorageBuffers = MAX_DESCRIPTORS,
-    .maxPerStageDescriptorUpdateAfterBindSampledImages = MAX_DESCRIPTORS,
-    .maxPerStageDescriptorUpdateAfterBindStorageImages = MAX_DESCRIPTORS,
-    .maxPerStageDescriptorUpdateAfterBindInputAttachments = MAX_DESCRIPTORS,
-    .maxPerStageUpdateAfterBindResources = MAX_DESCRIPTORS,
-    .maxDescriptorSetUpdateAfterBindSamplers = MAX_DESCRIPTORS,
-    .maxDescriptorSetUpdateAfterBindUniformBuffers = MAX_DESCRIPTORS,
-    .maxDescriptorSetUpdateAfterBindUniformBuffersDynamic = 16,
-    .maxDescriptorSetUpdateAfterBindStorageBuffers = MAX_DESCRIPTORS,
-    .maxDescriptorSetUpdateAfterBindStorageBuffersDynamic = 16,
-    .maxDescriptorSetUpdateAfterBindSampledImages = MAX_DESCRIPTORS,
-    .maxDescriptorSetUpdateAfterBindStorageImages = MAX_DESCRIPTORS,
-    .maxDescriptorSetUpdateAfterBindInputAttachments = MAX_DESCRIPTORS,
-    .supportedDepthResolveModes = VK_RESOLVE_MODE_SAMPLE_ZERO_BIT,
-    .supportedStencilResolveModes = VK_RESOLVE_MODE_SAMPLE_ZERO_BIT,
-    .maxTimelineSemaphoreValueDifference = UINT64_MAX,
-    .framebufferIntegerColorSampleCounts = VK_SAMPLE_COUNT_1_BIT,
-};
-
-static const VkPhysicalDeviceVulkan13Properties vulkan13 = {
-    .minSubgroupSize = 32,
-    .maxSubgroupSize = 32,
-    .maxComputeWorkgroupSubgroups = 32,
-    .maxInlineUniformBlockSize = 256,
-    .maxPerStageDescriptorInlineUniformBlocks = 4,
-    .maxPerStageDescriptorUpdateAfterBindInlineUniformBlocks = 4,
-    .maxDescriptorSetInlineUniformBlocks = 4,
-    .maxDescriptorSetUpdateAfterBindInlineUniformBlocks = 4,
-    .maxInlineUniformTotalSize = 4096,
-    .storageTexelBufferOffsetAlignmentBytes = 16,
-    .uniformTexelBufferOffsetAlignmentBytes = 16,
-    .maxBufferSize = MAX_ALLOCATION,
-};
-
-/* Its pointers are the application's. */
-static const VkPhysicalDeviceVulkan14Properties vulkan14 = {
-    .lineSubPixelPrecisionBits = 4,
-    .maxVertexAttribDivisor = 1,
-    .maxPushDescriptors = 32,
-    .maxCombinedImageSamplerDescriptorCount = 1,
-    .identicalMemoryTypeRequirements = VK_TRUE,
-};
-
 static const VkPhysicalDeviceExternalMemoryHostPropertiesEXT external_memory_host = {
-    .minImportedHostPointerAlignment = 4096,
-};
+    .minImportedHostPointerAlignment = 4096};
 
 /* From where a structure's members are copied: one of the above, or the configuration at offset. */
 struct property_row {

@@ -45,7 +45,7 @@ VkResult null_GetQueryPoolResults(VkDevice device, VkQueryPool queryPool, uint32
                                   uint32_t queryCount, size_t dataSize, void *pData,
                                   VkDeviceSize stride, VkQueryResultFlags flags)
 {
-    const struct object *pool = object_find(RAW(queryPool), VK_OBJECT_TYPE_QUERY_POOL);
+    const struct object *pool = FIND(QUERY_POOL, queryPool);
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
     if (pool == NULL)

@@ -53,7 +53,7 @@ VkResult null_QueueSubmit2(VkQueue queue, uint32_t submitCount, const VkSubmitIn
 
 static void bind_sparse(const VkSparseBufferMemoryBindInfo *info)
 {
-    struct object *buffer = object_find(RAW(info->buffer), VK_OBJECT_TYPE_BUFFER);
+    struct object *buffer = FIND(BUFFER, info->buffer);
     for (uint32_t i = 0; buffer != NULL && i < info->bindCount; i++) {
         const VkSparseMemoryBind *bind = &info->pBinds[i];
         buffer_bind(buffer, &(struct binding){.offset = bind->resourceOffset,

@@ -41,24 +41,14 @@ static VkMemoryRequirements requirements(const struct null_driver_config *config
     };
 }
 
-static VkMemoryRequirements requirements_of(VkDevice device, VkBuffer buffer)
-{
-    const struct object *object = object_find(RAW(buffer), VK_OBJECT_TYPE_BUFFER);
-    return object != NULL ? requirements(CONFIG(device), object->buffer.size, object->buffer.flags)
-                          : (VkMemoryRequirements){0};
-}
-
-void null_GetBufferMemoryRequirements(VkDevice device, VkBuffer buffer,
-                                      VkMemoryRequirements *pMemoryRequirements)
-{
-    *pMemoryRequirements = requirements_of(device, buffer);
-}
-
 void null_GetBufferMemoryRequirements2(VkDevice device,
                                        const VkBufferMemoryRequirementsInfo2 *pInfo,
                                        VkMemoryRequirements2 *pMemoryRequirements)
 {
-    pMemoryRequirements->memoryRequirements = requirements_of(device, pInfo->buffer);
+    const struct object *object = FIND(BUFFER, pInfo->buffer);
+    pMemoryRequirements->memoryRequirements =
+        object != NULL ? requirements(CONFIG(device), object->buffer.size, object->buffer.flags)
+                       : (VkMemoryRequirements){0};
     requirements_fill_chain(pMemoryRequirements->pNext);
 }
 

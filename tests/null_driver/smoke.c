@@ -10,13 +10,11 @@ void make_instance(struct fixture *f)
 {
     PFN_vkCreateInstance create =
         (PFN_vkCreateInstance)vkGetInstanceProcAddr(NULL, "vkCreateInstance");
-    const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                                           .apiVersion = VK_API_VERSION_1_3};
+    const VkApplicationInfo application = MAKE(VkApplicationInfo, .apiVersion = VK_API_VERSION_1_3);
     static const char *const extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
-    const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-                                       .enabledExtensionCount = 1,
-                                       .ppEnabledExtensionNames = extensions,
-                                       .pApplicationInfo = &application};
+    const VkInstanceCreateInfo info =
+        MAKE(VkInstanceCreateInfo, .enabledExtensionCount = 1,
+             .ppEnabledExtensionNames = extensions, .pApplicationInfo = &application);
     uint32_t count = NULL_DRIVER_MAX_PHYSICAL_DEVICES;
     CHECK(create(&info, NULL, &f->instance));
     vkuInitInstanceDispatchTable(f->instance, &f->vki, vkGetInstanceProcAddr);
@@ -32,15 +30,11 @@ VkResult make_device(struct fixture *f, const void *pNext)
                                              VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME,
                                              VK_KHR_VIDEO_QUEUE_EXTENSION_NAME};
     const float priorities[] = {1, 1};
-    const VkDeviceQueueCreateInfo queues = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-                                            .queueCount = 2,
-                                            .pQueuePriorities = priorities};
-    const VkDeviceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-                                     .pNext = pNext,
-                                     .queueCreateInfoCount = 1,
-                                     .pQueueCreateInfos = &queues,
-                                     .enabledExtensionCount = COUNT_OF(extensions),
-                                     .ppEnabledExtensionNames = extensions};
+    const VkDeviceQueueCreateInfo queues =
+        MAKE(VkDeviceQueueCreateInfo, .queueCount = 2, .pQueuePriorities = priorities);
+    const VkDeviceCreateInfo info = MAKE(
+        VkDeviceCreateInfo, .pNext = pNext, .queueCreateInfoCount = 1, .pQueueCreateInfos = &queues,
+        .enabledExtensionCount = COUNT_OF(extensions), .ppEnabledExtensionNames = extensions);
     PFN_vkCreateDevice create =
         (PFN_vkCreateDevice)vkGetInstanceProcAddr(f->instance, "vkCreateDevice");
     PFN_vkGetDeviceProcAddr get_address =
@@ -76,15 +70,11 @@ int set_up_device(void **state)
 {
     set_up(state);
     make_instance(*state);
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR features = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .accelerationStructure = VK_TRUE,
-        .accelerationStructureHostCommands = VK_TRUE};
-    VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES,
-        .pNext = &features,
-        .bufferDeviceAddress = VK_TRUE};
-    CHECK(make_device(*state, &addresses));
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR features =
+        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .accelerationStructure = VK_TRUE,
+             .accelerationStructureHostCommands = VK_TRUE);
+    CHECK(make_device(*state, &MAKE(VkPhysicalDeviceBufferDeviceAddressFeatures, .pNext = &features,
+                                    .bufferDeviceAddress = VK_TRUE)));
     return 0;
 }
 
@@ -96,12 +86,10 @@ int tear_down(void **state)
 
 VkBuffer make_buffer(struct fixture *f, VkBufferCreateFlags flags, VkDeviceSize size)
 {
-    const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                     .flags = flags,
-                                     .size = size,
-                                     .usage =
-                                         VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
-                                         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR};
+    const VkBufferCreateInfo info =
+        MAKE(VkBufferCreateInfo, .flags = flags, .size = size,
+             .usage = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+                      VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
     VkBuffer buffer;
     CHECK(f->vk.CreateBuffer(f->device, &info, NULL, &buffer));
     return buffer;
@@ -109,9 +97,8 @@ VkBuffer make_buffer(struct fixture *f, VkBufferCreateFlags flags, VkDeviceSize 
 
 VkDeviceMemory make_memory(struct fixture *f, uint32_t type, VkDeviceSize size)
 {
-    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                       .allocationSize = size,
-                                       .memoryTypeIndex = type};
+    const VkMemoryAllocateInfo info =
+        MAKE(VkMemoryAllocateInfo, .allocationSize = size, .memoryTypeIndex = type);
     VkDeviceMemory memory;
     CHECK(f->vk.AllocateMemory(f->device, &info, NULL, &memory));
     return memory;
@@ -119,25 +106,21 @@ VkDeviceMemory make_memory(struct fixture *f, uint32_t type, VkDeviceSize size)
 
 VkDeviceAddress address_of(struct fixture *f, VkBuffer buffer)
 {
-    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
-                                            .buffer = buffer};
+    const VkBufferDeviceAddressInfo info = MAKE(VkBufferDeviceAddressInfo, .buffer = buffer);
     return f->vk.GetBufferDeviceAddress(f->device, &info);
 }
 
 VkCommandPool make_pool(struct fixture *f)
 {
-    const VkCommandPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
     VkCommandPool pool;
-    CHECK(f->vk.CreateCommandPool(f->device, &info, NULL, &pool));
+    CHECK(f->vk.CreateCommandPool(f->device, &MAKE(VkCommandPoolCreateInfo), NULL, &pool));
     return pool;
 }
 
 VkCommandBuffer make_command_buffer(struct fixture *f, VkCommandPool pool)
 {
-    const VkCommandBufferAllocateInfo info = {.sType =
-                                                  VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                              .commandPool = pool,
-                                              .commandBufferCount = 1};
+    const VkCommandBufferAllocateInfo info =
+        MAKE(VkCommandBufferAllocateInfo, .commandPool = pool, .commandBufferCount = 1);
     VkCommandBuffer commands;
     CHECK(f->vk.AllocateCommandBuffers(f->device, &info, &commands));
     return commands;

@@ -4,6 +4,7 @@
 #define SMOKE_H
 
 #include "null_driver.h"
+#include "tests/fixture/make.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

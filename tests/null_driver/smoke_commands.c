@@ -9,7 +9,7 @@ static void test_build_commands(void **state)
     struct fixture *f = *state;
     const VkCommandPool pool = make_pool(f);
     const VkCommandBuffer commands = make_command_buffer(f, pool);
-    const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    const VkCommandBufferBeginInfo begin = MAKE(VkCommandBufferBeginInfo);
     const void *bad = (const void *)(uintptr_t)0x10;
     const VkAccelerationStructureNV none = VK_NULL_HANDLE;
     CHECK(f->vk.BeginCommandBuffer(commands, &begin));
@@ -20,13 +20,11 @@ static void test_build_commands(void **state)
     CHECK(f->vk.EndCommandBuffer(commands));
     CHECK(f->vk.BuildAccelerationStructuresKHR(f->device, VK_NULL_HANDLE, UINT32_MAX, bad, bad));
 
-    const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     VkFence fence;
-    CHECK(f->vk.CreateFence(f->device, &fence_info, NULL, &fence));
+    CHECK(f->vk.CreateFence(f->device, &MAKE(VkFenceCreateInfo), NULL, &fence));
     assert_int_equal(f->vk.GetFenceStatus(f->device, fence), VK_NOT_READY);
-    const VkSubmitInfo submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                                 .commandBufferCount = 1,
-                                 .pCommandBuffers = &commands};
+    const VkSubmitInfo submit =
+        MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &commands);
     CHECK(f->vk.QueueSubmit(f->queue, 1, &submit, fence));
     CHECK(f->vk.WaitForFences(f->device, 1, &fence, VK_TRUE, UINT64_MAX));
 
@@ -52,33 +50,24 @@ static void test_scopes(void **state)
     const VkCommandPool pool = make_pool(f);
     const VkCommandBuffer commands = make_command_buffer(f, pool),
                           secondary = make_command_buffer(f, pool);
-    const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-    CHECK(t->BeginCommandBuffer(commands, &begin));
-    const VkRenderPassCreateInfo pass_info = {.sType = VK_STRUCTURE_TYPE_RENDER_PASS_CREATE_INFO};
+    CHECK(t->BeginCommandBuffer(commands, &MAKE(VkCommandBufferBeginInfo)));
     VkRenderPass pass;
-    CHECK(t->CreateRenderPass(f->device, &pass_info, NULL, &pass));
-    const VkFramebufferCreateInfo framebuffer_info = {
-        .sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO, .renderPass = pass};
+    CHECK(t->CreateRenderPass(f->device, &MAKE(VkRenderPassCreateInfo), NULL, &pass));
     VkFramebuffer framebuffer;
-    CHECK(t->CreateFramebuffer(f->device, &framebuffer_info, NULL, &framebuffer));
-    const VkRenderPassBeginInfo pass_begin = {.sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO,
-                                              .renderPass = pass,
-                                              .framebuffer = framebuffer};
+    CHECK(t->CreateFramebuffer(f->device, &MAKE(VkFramebufferCreateInfo, .renderPass = pass), NULL,
+                               &framebuffer));
+    const VkRenderPassBeginInfo pass_begin =
+        MAKE(VkRenderPassBeginInfo, .renderPass = pass, .framebuffer = framebuffer);
     t->CmdBeginRenderPass(commands, &pass_begin, VK_SUBPASS_CONTENTS_INLINE);
     t->CmdNextSubpass(commands, VK_SUBPASS_CONTENTS_INLINE);
     t->CmdEndRenderPass(commands);
-    const VkRenderingInfo rendering = {.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-                                       .flags = VK_RENDERING_SUSPENDING_BIT};
-    t->CmdBeginRendering(commands, &rendering);
+    t->CmdBeginRendering(commands, &MAKE(VkRenderingInfo, .flags = VK_RENDERING_SUSPENDING_BIT));
     t->CmdEndRendering(commands);
     t->CmdExecuteCommands(commands, 1, &secondary);
-    const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
-                                        .pLabelName = "label"};
-    const VkDebugUtilsObjectNameInfoEXT name = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = VK_OBJECT_TYPE_RENDER_PASS,
-        .objectHandle = (uint64_t)(uintptr_t)pass,
-        .pObjectName = "pass"};
+    const VkDebugUtilsLabelEXT label = MAKE(VkDebugUtilsLabelEXT, .pLabelName = "label");
+    const VkDebugUtilsObjectNameInfoEXT name =
+        MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = VK_OBJECT_TYPE_RENDER_PASS,
+             .objectHandle = (uint64_t)(uintptr_t)pass, .pObjectName = "pass");
     t->CmdBeginDebugUtilsLabelEXT(commands, &label);
     t->CmdEndDebugUtilsLabelEXT(commands);
     t->QueueBeginDebugUtilsLabelEXT(f->queue, &label);
@@ -128,7 +117,7 @@ static void test_threads(void **state)
 static void test_failures(void **state)
 {
     struct fixture *f = *state;
-    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    const VkFenceCreateInfo info = MAKE(VkFenceCreateInfo);
     VkFence fence;
     driver.fail_next("vkCreateFence", VK_ERROR_OUT_OF_HOST_MEMORY);
     assert_int_equal(f->vk.CreateFence(f->device, &info, NULL, &fence),
@@ -150,18 +139,14 @@ static void test_failures(void **state)
 static void test_timeline(void **state)
 {
     struct fixture *f = *state;
-    const VkSemaphoreTypeCreateInfo type = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
-                                            .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE,
-                                            .initialValue = 5};
-    const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
-                                        .pNext = &type};
+    const VkSemaphoreTypeCreateInfo type = MAKE(
+        VkSemaphoreTypeCreateInfo, .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE, .initialValue = 5);
+    const VkSemaphoreCreateInfo info = MAKE(VkSemaphoreCreateInfo, .pNext = &type);
     VkSemaphore semaphore;
     CHECK(f->vk.CreateSemaphore(f->device, &info, NULL, &semaphore));
-    const VkSemaphoreSubmitInfo signal = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO, .semaphore = semaphore, .value = 9};
-    const VkSubmitInfo2 submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
-                                  .signalSemaphoreInfoCount = 1,
-                                  .pSignalSemaphoreInfos = &signal};
+    const VkSubmitInfo2 submit = MAKE(
+        VkSubmitInfo2, .signalSemaphoreInfoCount = 1,
+        .pSignalSemaphoreInfos = &MAKE(VkSemaphoreSubmitInfo, .semaphore = semaphore, .value = 9));
     uint64_t value;
     CHECK(f->vk.GetSemaphoreCounterValue(f->device, semaphore, &value));
     assert_int_equal(value, 5);
@@ -169,10 +154,8 @@ static void test_timeline(void **state)
     CHECK(f->vk.GetSemaphoreCounterValue(f->device, semaphore, &value));
     assert_int_equal(value, 9);
     const uint64_t ten = 10;
-    const VkSemaphoreWaitInfo wait = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
-                                      .semaphoreCount = 1,
-                                      .pSemaphores = &semaphore,
-                                      .pValues = &ten};
+    const VkSemaphoreWaitInfo wait =
+        MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1, .pSemaphores = &semaphore, .pValues = &ten);
     assert_int_equal(f->vk.WaitSemaphores(f->device, &wait, 1000), VK_TIMEOUT);
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The null driver through the installed loader: configuration, memory, acceleration structures. */
 #include "smoke.h"
+#include "tests/fixture/make.h"
 
 #define FEATURE(config, sType, type, member, value)                                                \
     null_driver_set_feature(config, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##sType,                     \
@@ -39,22 +40,19 @@ static void test_configuration(void **state)
     assert_true(device_offers(f, "VK_TEST_extra"));
     assert_true(device_offers(f, VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME));
 
-    VkPhysicalDeviceAccelerationStructurePropertiesKHR as = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
-    VkPhysicalDeviceProperties2 properties = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &as};
+    VkPhysicalDeviceAccelerationStructurePropertiesKHR as =
+        MAKE(VkPhysicalDeviceAccelerationStructurePropertiesKHR);
+    VkPhysicalDeviceProperties2 properties = MAKE(VkPhysicalDeviceProperties2, .pNext = &as);
     f->vki.GetPhysicalDeviceProperties2(f->physical[0], &properties);
     assert_int_equal(properties.properties.apiVersion, VK_API_VERSION_1_2);
     assert_int_equal(as.maxInstanceCount, 7);
     assert_int_equal(as.minAccelerationStructureScratchOffsetAlignment, 256);
     assert_null(as.pNext);
 
-    VkPhysicalDeviceVulkan12Features features12 = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
-    VkPhysicalDeviceRayQueryFeaturesKHR query = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR, .pNext = &features12};
-    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
-                                          .pNext = &query};
+    VkPhysicalDeviceVulkan12Features features12 = MAKE(VkPhysicalDeviceVulkan12Features);
+    VkPhysicalDeviceRayQueryFeaturesKHR query =
+        MAKE(VkPhysicalDeviceRayQueryFeaturesKHR, .pNext = &features12);
+    VkPhysicalDeviceFeatures2 features = MAKE(VkPhysicalDeviceFeatures2, .pNext = &query);
     f->vki.GetPhysicalDeviceFeatures2(f->physical[0], &features);
     assert_false(query.rayQuery);
     assert_false(features12.bufferDeviceAddressCaptureReplay);
@@ -99,9 +97,8 @@ static void test_versions(void **state)
 static void test_formats(void **state)
 {
     struct fixture *f = *state;
-    VkFormatProperties3 three = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3};
-    VkFormatProperties2 properties = {.sType = VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2,
-                                      .pNext = &three};
+    VkFormatProperties3 three = MAKE(VkFormatProperties3);
+    VkFormatProperties2 properties = MAKE(VkFormatProperties2, .pNext = &three);
     f->vki.GetPhysicalDeviceFormatProperties2(f->physical[0], VK_FORMAT_R32G32B32_SFLOAT,
                                               &properties);
     assert_true(properties.formatProperties.bufferFeatures &
@@ -116,8 +113,7 @@ static void test_formats(void **state)
 static void test_device_group(void **state)
 {
     struct fixture *f = *state;
-    VkPhysicalDeviceGroupProperties group = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_GROUP_PROPERTIES};
+    VkPhysicalDeviceGroupProperties group = MAKE(VkPhysicalDeviceGroupProperties);
     uint32_t count = 1;
     CHECK(f->vki.EnumeratePhysicalDeviceGroups(f->instance, &count, &group));
     assert_int_equal(count, 1);
@@ -126,11 +122,8 @@ static void test_device_group(void **state)
     VkPhysicalDeviceMemoryProperties memory;
     f->vki.GetPhysicalDeviceMemoryProperties(f->physical[0], &memory);
     assert_true(memory.memoryHeaps[0].flags & VK_MEMORY_HEAP_MULTI_INSTANCE_BIT);
-    const VkDeviceGroupDeviceCreateInfo both = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_GROUP_DEVICE_CREATE_INFO,
-        .physicalDeviceCount = 2,
-        .pPhysicalDevices = group.physicalDevices};
-    CHECK(make_device(f, &both));
+    CHECK(make_device(f, &MAKE(VkDeviceGroupDeviceCreateInfo, .physicalDeviceCount = 2,
+                               .pPhysicalDevices = group.physicalDevices)));
 }
 
 /* ---- memory and addresses */
@@ -143,10 +136,8 @@ static void test_addresses(void **state)
     const VkDeviceMemory memory = make_memory(f, 1, 65536);
     assert_int_not_equal(address_of(f, unbound), 0);
     CHECK(f->vk.BindBufferMemory(f->device, a, memory, 256));
-    const VkBindBufferMemoryInfo bind = {.sType = VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO,
-                                         .buffer = b,
-                                         .memory = memory,
-                                         .memoryOffset = 512};
+    const VkBindBufferMemoryInfo bind =
+        MAKE(VkBindBufferMemoryInfo, .buffer = b, .memory = memory, .memoryOffset = 512);
     CHECK(f->vk.BindBufferMemory2(f->device, 1, &bind));
     assert_int_equal(address_of(f, a) % 65536, 256);
     assert_int_equal(address_of(f, b), address_of(f, a) + 256);
@@ -156,6 +147,7 @@ static void test_addresses(void **state)
     memset(data, 1, 65536 - 16);
     f->vk.UnmapMemory(f->device, memory);
     CHECK(f->vk.MapMemory(f->device, memory, 0, VK_WHOLE_SIZE, 0, (void **)&data));
+    assert_int_equal(data[15], 0);
     assert_int_equal(data[16], 1);
 
     const VkDeviceMemory local = make_memory(f, 0, 65536);
@@ -210,9 +202,8 @@ static void test_sparse(void **state)
     const VkSparseMemoryBind bind = {.size = 65536, .memory = make_memory(f, 0, 65536)};
     const VkSparseBufferMemoryBindInfo buffer_bind = {
         .buffer = buffer, .bindCount = 1, .pBinds = &bind};
-    const VkBindSparseInfo info = {.sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO,
-                                   .bufferBindCount = 1,
-                                   .pBufferBinds = &buffer_bind};
+    const VkBindSparseInfo info =
+        MAKE(VkBindSparseInfo, .bufferBindCount = 1, .pBufferBinds = &buffer_bind);
     CHECK(f->vk.QueueBindSparse(f->queue, 1, &info, VK_NULL_HANDLE));
     assert_int_equal(address_of(f, buffer), address);
 }
@@ -221,12 +212,9 @@ static void test_sparse(void **state)
 
 static VkAccelerationStructureKHR make_as(struct fixture *f, VkBuffer buffer, VkDeviceSize offset)
 {
-    const VkAccelerationStructureCreateInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-        .buffer = buffer,
-        .offset = offset,
-        .size = 4096,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR};
+    const VkAccelerationStructureCreateInfoKHR info =
+        MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = buffer, .offset = offset, .size = 4096,
+             .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     VkAccelerationStructureKHR as;
     CHECK(f->vk.CreateAccelerationStructureKHR(f->device, &info, NULL, &as));
     return as;
@@ -234,10 +222,8 @@ static VkAccelerationStructureKHR make_as(struct fixture *f, VkBuffer buffer, Vk
 
 static VkDeviceAddress as_address(struct fixture *f, VkAccelerationStructureKHR as)
 {
-    const VkAccelerationStructureDeviceAddressInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = as};
-    return f->vk.GetAccelerationStructureDeviceAddressKHR(f->device, &info);
+    return f->vk.GetAccelerationStructureDeviceAddressKHR(
+        f->device, &MAKE(VkAccelerationStructureDeviceAddressInfoKHR, .accelerationStructure = as));
 }
 
 static void test_acceleration_structure(void **state)
@@ -249,13 +235,10 @@ static void test_acceleration_structure(void **state)
     assert_int_equal(as_address(f, as), address_of(f, buffer) + 512);
 
     const uint32_t counts[] = {10, 20};
-    const VkAccelerationStructureBuildGeometryInfoKHR build = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .geometryCount = 2};
-    VkAccelerationStructureBuildSizesInfoKHR sizes = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
     f->vk.GetAccelerationStructureBuildSizesKHR(
-        f->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &build, counts, &sizes);
+        f->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
+        &MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .geometryCount = 2), counts, &sizes);
     assert_int_equal(sizes.accelerationStructureSize, 4096 + 30 * 64);
     assert_int_equal(driver.calls("vkGetAccelerationStructureBuildSizesKHR"), 1);
 
@@ -285,24 +268,21 @@ static void test_deferred(void **state)
 static void test_nv(void **state)
 {
     struct fixture *f = *state;
-    const VkAccelerationStructureCreateInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV,
-        .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
-                 .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV,
-                 .instanceCount = 10}};
+    const VkAccelerationStructureCreateInfoNV info = MAKE(
+        VkAccelerationStructureCreateInfoNV,
+        .info = MAKE(VkAccelerationStructureInfoNV,
+                     .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV, .instanceCount = 10));
     VkAccelerationStructureNV as;
     CHECK(f->vk.CreateAccelerationStructureNV(f->device, &info, NULL, &as));
-    const VkAccelerationStructureMemoryRequirementsInfoNV requirements_info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_INFO_NV,
-        .accelerationStructure = as};
-    VkMemoryRequirements2 requirements = {.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
+    const VkAccelerationStructureMemoryRequirementsInfoNV requirements_info =
+        MAKE(VkAccelerationStructureMemoryRequirementsInfoNV, .accelerationStructure = as);
+    VkMemoryRequirements2 requirements = MAKE(VkMemoryRequirements2);
     f->vk.GetAccelerationStructureMemoryRequirementsNV(f->device, &requirements_info,
                                                        &requirements);
     assert_true(requirements.memoryRequirements.size >= 4096 + 640);
-    const VkBindAccelerationStructureMemoryInfoNV bind = {
-        .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
-        .accelerationStructure = as,
-        .memory = make_memory(f, 0, 65536)};
+    const VkBindAccelerationStructureMemoryInfoNV bind =
+        MAKE(VkBindAccelerationStructureMemoryInfoNV, .accelerationStructure = as,
+             .memory = make_memory(f, 0, 65536));
     CHECK(f->vk.BindAccelerationStructureMemoryNV(f->device, 1, &bind));
     uint64_t handle = 0;
     CHECK(f->vk.GetAccelerationStructureHandleNV(f->device, as, sizeof(handle), &handle));

@@ -25,8 +25,7 @@ static VkBuffer make_bound(struct fixture *f, uint32_t type, void **mapped)
 
 static void begin(struct fixture *f, VkCommandBuffer commands)
 {
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-    CHECK(f->vk.BeginCommandBuffer(commands, &info));
+    CHECK(f->vk.BeginCommandBuffer(commands, &MAKE(VkCommandBufferBeginInfo)));
 }
 
 static struct bytes open_bytes(struct fixture *f)
@@ -42,9 +41,8 @@ static struct bytes open_bytes(struct fixture *f)
 
 static void submit(const struct bytes *bytes)
 {
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &bytes->commands};
+    const VkSubmitInfo info =
+        MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &bytes->commands);
     CHECK(bytes->f->vk.QueueSubmit(bytes->f->queue, 1, &info, VK_NULL_HANDLE));
 }
 
@@ -54,13 +52,9 @@ static void test_through_hidden_memory(void **state)
     struct bytes bytes = open_bytes(*state);
     const VkuDeviceDispatchTable *t = &bytes.f->vk;
     t->CmdCopyBuffer(bytes.commands, bytes.seen, bytes.hidden, 1, &(VkBufferCopy){0, 16, 8});
-    const VkBufferCopy2 back = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_COPY_2, .srcOffset = 16, .dstOffset = 32, .size = 8};
-    const VkCopyBufferInfo2 info = {.sType = VK_STRUCTURE_TYPE_COPY_BUFFER_INFO_2,
-                                    .srcBuffer = bytes.hidden,
-                                    .dstBuffer = bytes.seen,
-                                    .regionCount = 1,
-                                    .pRegions = &back};
+    const VkCopyBufferInfo2 info = MAKE(
+        VkCopyBufferInfo2, .srcBuffer = bytes.hidden, .dstBuffer = bytes.seen, .regionCount = 1,
+        .pRegions = &MAKE(VkBufferCopy2, .srcOffset = 16, .dstOffset = 32, .size = 8));
     t->CmdCopyBuffer2(bytes.commands, &info);
     CHECK(t->EndCommandBuffer(bytes.commands));
     memcpy(bytes.at, "abcdefgh", 8);
@@ -116,9 +110,8 @@ static void test_sparse(void **state)
     const VkDeviceMemory memory = make_memory(bytes.f, 1, SIZE);
     const VkSparseMemoryBind binds[] = {{0, 128, memory, 0, 0}, {16, 16, memory, 128, 0}};
     const VkSparseBufferMemoryBindInfo buffer_binds = {sparse, COUNT_OF(binds), binds};
-    const VkBindSparseInfo info = {.sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO,
-                                   .bufferBindCount = 1,
-                                   .pBufferBinds = &buffer_binds};
+    const VkBindSparseInfo info =
+        MAKE(VkBindSparseInfo, .bufferBindCount = 1, .pBufferBinds = &buffer_binds);
     CHECK(t->QueueBindSparse(bytes.f->queue, 1, &info, VK_NULL_HANDLE));
     unsigned char *at;
     CHECK(t->MapMemory(bytes.f->device, memory, 0, VK_WHOLE_SIZE, 0, (void **)&at));

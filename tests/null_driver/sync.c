@@ -82,7 +82,7 @@ void init_CreateFence(struct object *fence, const VkFenceCreateInfo *pCreateInfo
 
 static void set_fence(VkFence fence, bool signaled)
 {
-    struct object *object = object_find(RAW(fence), VK_OBJECT_TYPE_FENCE);
+    struct object *object = FIND(FENCE, fence);
     pthread_mutex_lock(&lock);
     if (object != NULL)
         object->fence_signaled = signaled;
@@ -112,7 +112,7 @@ static bool fences_done(const void *what)
     const struct fence_wait *wait = what;
     uint32_t signaled = 0;
     for (uint32_t i = 0; i < wait->count; i++) {
-        const struct object *fence = object_find(RAW(wait->fences[i]), VK_OBJECT_TYPE_FENCE);
+        const struct object *fence = FIND(FENCE, wait->fences[i]);
         signaled += fence == NULL || fence->fence_signaled;
     }
     return wait->all ? signaled == wait->count : signaled > 0;
@@ -143,7 +143,7 @@ void init_CreateSemaphore(struct object *semaphore, const VkSemaphoreCreateInfo 
 
 void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value)
 {
-    struct object *object = object_find(RAW(semaphore), VK_OBJECT_TYPE_SEMAPHORE);
+    struct object *object = FIND(SEMAPHORE, semaphore);
     pthread_mutex_lock(&lock);
     if (object != NULL && object->semaphore_value < value)
         object->semaphore_value = value;
@@ -159,7 +159,7 @@ VkResult null_SignalSemaphore(VkDevice device, const VkSemaphoreSignalInfo *pSig
 
 VkResult null_GetSemaphoreCounterValue(VkDevice device, VkSemaphore semaphore, uint64_t *pValue)
 {
-    const struct object *object = object_find(RAW(semaphore), VK_OBJECT_TYPE_SEMAPHORE);
+    const struct object *object = FIND(SEMAPHORE, semaphore);
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
     pthread_mutex_lock(&lock);
@@ -173,8 +173,7 @@ static bool semaphores_done(const void *what)
     const VkSemaphoreWaitInfo *wait = what;
     uint32_t reached = 0;
     for (uint32_t i = 0; i < wait->semaphoreCount; i++) {
-        const struct object *semaphore =
-            object_find(RAW(wait->pSemaphores[i]), VK_OBJECT_TYPE_SEMAPHORE);
+        const struct object *semaphore = FIND(SEMAPHORE, wait->pSemaphores[i]);
         reached += semaphore == NULL || semaphore->semaphore_value >= wait->pValues[i];
     }
     return wait->flags & VK_SEMAPHORE_WAIT_ANY_BIT ? reached > 0 : reached == wait->semaphoreCount;
@@ -190,7 +189,7 @@ VkResult null_WaitSemaphores(VkDevice device, const VkSemaphoreWaitInfo *pWaitIn
 
 static void set_event(VkEvent event, bool set)
 {
-    struct object *object = object_find(RAW(event), VK_OBJECT_TYPE_EVENT);
+    struct object *object = FIND(EVENT, event);
     if (object != NULL)
         atomic_store(&object->event_set, set);
 }
@@ -209,7 +208,7 @@ VkResult null_ResetEvent(VkDevice device, VkEvent event)
 
 VkResult null_GetEventStatus(VkDevice device, VkEvent event)
 {
-    const struct object *object = object_find(RAW(event), VK_OBJECT_TYPE_EVENT);
+    const struct object *object = FIND(EVENT, event);
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
     return object != NULL && atomic_load(&object->event_set) ? VK_EVENT_SET : VK_EVENT_RESET;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What command buffers do to the bytes of memory: recorded, and done at submission. Everything
- * else that they record does nothing. */
+/* Command buffers, and what they do to the bytes of memory: recorded, and done at submission.
+ * Everything else that they record does nothing. */
 #include "internal.h"
 
 #include <stdlib.h>
@@ -66,7 +66,7 @@ VkResult null_ResetCommandBuffer(VkCommandBuffer commandBuffer, VkCommandBufferR
 VkResult null_ResetCommandPool(VkDevice device, VkCommandPool commandPool,
                                VkCommandPoolResetFlags flags)
 {
-    const struct object *pool = object_find(RAW(commandPool), VK_OBJECT_TYPE_COMMAND_POOL);
+    const struct object *pool = FIND(COMMAND_POOL, commandPool);
     for (struct object *child = pool != NULL ? pool->children : NULL; child != NULL;
          child = child->next)
         transfers_release(child);
@@ -195,4 +195,37 @@ void transfers_execute(VkCommandBuffer commands)
 {
     if (!atomic_load(&executes_nothing))
         execute_one_level(commands, true);
+}
+
+/* ---- command buffers */
+
+static void free_command_buffers(uint32_t count, const VkCommandBuffer *buffers)
+{
+    for (uint32_t i = 0; i < count; i++)
+        object_destroy_dispatchable(buffers[i], VK_OBJECT_TYPE_COMMAND_BUFFER);
+}
+
+VkResult null_AllocateCommandBuffers(VkDevice device,
+                                     const VkCommandBufferAllocateInfo *pAllocateInfo,
+                                     VkCommandBuffer *pCommandBuffers)
+{
+    struct object *pool = FIND(COMMAND_POOL, pAllocateInfo->commandPool);
+    if (pool == NULL)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    for (uint32_t i = 0; i < pAllocateInfo->commandBufferCount; i++) {
+        pCommandBuffers[i] =
+            (VkCommandBuffer)object_create(pool, VK_OBJECT_TYPE_COMMAND_BUFFER, transfers_release);
+        if (pCommandBuffers[i] == VK_NULL_HANDLE) {
+            free_command_buffers(i, pCommandBuffers);
+            memset(pCommandBuffers, 0, pAllocateInfo->commandBufferCount * sizeof(VkCommandBuffer));
+            return VK_ERROR_OUT_OF_HOST_MEMORY;
+        }
+    }
+    return VK_SUCCESS;
+}
+
+void null_FreeCommandBuffers(VkDevice device, VkCommandPool commandPool,
+                             uint32_t commandBufferCount, const VkCommandBuffer *pCommandBuffers)
+{
+    free_command_buffers(commandBufferCount, pCommandBuffers);
 }

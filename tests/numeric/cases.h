@@ -18,31 +18,43 @@ struct numeric_case {
     const char *name;
     void (*run)(void);
 };
-extern const struct numeric_case activity_cases[], shape_cases[], ray_cases[], box_cases[],
-    instance_cases[], structure_cases[], motion_cases[], micromap_cases[], sphere_cases[],
-    dense_cases[], displaced_cases[], displaced_mesh_cases[]; /* each ends with number 0 */
+void case_register(const struct numeric_case *one); /* the program keeps the pointer */
+
+/* A case that registers itself: CASE(number, may be wrong: fast, robust, name) { ... }. */
+#define CASE(number_, fast, robust, name_)                                                         \
+    static void case_##number_(void);                                                              \
+    __attribute__((constructor)) static void register_##number_(void)                              \
+    {                                                                                              \
+        static const struct numeric_case one = {number_, {fast, robust}, name_, case_##number_};   \
+        case_register(&one);                                                                       \
+    }                                                                                              \
+    static void case_##number_(void)
 
 /* Counts, against the case that runs, and prints the first of each setting. */
 void expect(bool is_so, const char *what);
 #define EXPECT(condition) expect(condition, #condition)
 
+extern struct builder_report report; /* of the last build */
+
 /* fixture_build() with the setting's quality and threads; ends the program if the build fails. All
  * that the fixture allocates is freed after the case. */
-void *case_build(struct fixture_input *input, struct builder_report *report);
-void *case_triangles(const float *corners, uint32_t count, struct builder_report *report);
+void *case_build(struct fixture_input *input);
+void *case_triangles(const float *corners, uint32_t count);
 void *case_mesh(const struct fixture_mesh *mesh);
-void *case_instances(const VkAccelerationStructureInstanceKHR *instances, uint32_t count,
-                     struct builder_report *report);
+void *case_instances(const VkAccelerationStructureInstanceKHR *instances, uint32_t count);
+bool case_fails(struct fixture_input *input); /* the build of it */
 
 /* fixture_trace() and fixture_trace_all() with the setting's accuracy. */
 bool case_meets(const void *structure, struct trace_ray ray);
 /* The closest hit. If there is none, its t is -1, and its numbers are UINT32_MAX. */
 struct trace_hit case_closest(const void *structure, struct trace_ray ray);
 bool case_trace(const void *structure, struct trace_ray ray, struct trace_hit *hit);
-void case_trace_all(const void *structure, struct trace_ray ray, struct fixture_hits *hits);
-uint32_t case_count(const void *structure, struct trace_ray ray); /* of all candidates */
+struct fixture_hits case_hits(const void *structure, struct trace_ray ray); /* all candidates */
+uint32_t case_count(const void *structure, struct trace_ray ray);           /* of all candidates */
 
+void case_uniform(uint64_t *random, float low, float high, float to[3]);
 struct trace_ray case_ray_down(float x, float y); /* from z = 1, straight down */
+struct trace_ray case_between(struct trace_ray ray, float t_min, float t_max);
 /* From `origin` to a point of the triangle's inside. */
 struct trace_ray case_ray_into(const float corners[9], const float origin[3], uint64_t *random);
 
@@ -52,5 +64,13 @@ uint32_t case_check_ray(const void *structure, const float *corners, uint32_t co
                         struct trace_ray ray);
 /* Random rays from around the triangles into them, checked; `far` is how far around. */
 void case_check_rays(const float *corners, uint32_t count, float far, uint32_t rays);
+
+/* Spheres, swept or not, as input of a build. The vertices' arrays are the caller's. */
+struct sphere_list {
+    struct fixture_input input;
+    const float *centers, *radii;
+    uint32_t vertices;
+};
+void sphere_list_describe(struct sphere_list *list, VkGeometryTypeKHR type, uint32_t primitives);
 
 #endif

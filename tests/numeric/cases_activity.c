@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 1 to 4, 16 and 35 to 41: what is read from where, and what is active. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -28,9 +27,7 @@ static struct trace_ray ray_to(int number)
 static void check_row(const void *structure, unsigned active)
 {
     for (int i = 0; i < ROW; i++) {
-        struct trace_ray ray = ray_to(i);
-        struct fixture_hits hits;
-        case_trace_all(structure, ray, &hits);
+        const struct fixture_hits hits = case_hits(structure, ray_to(i));
         EXPECT(hits.count == (active >> i & 1));
         EXPECT(hits.count == 0 || hits.hits[0].primitive == (uint32_t)i);
     }
@@ -39,61 +36,58 @@ static void check_row(const void *structure, unsigned active)
 static void check_nan(int corner, int axis, float nan, const VkTransformMatrixKHR *transform)
 {
     float corners[9 * ROW];
-    struct builder_report report;
-    struct fixture_input input;
     make_row(corners);
     corners[9 * 2 + 3 * corner + axis] = nan;
-    fixture_input_triangles(&input, corners, ROW);
+    INPUT(triangles, input, corners, ROW);
     fixture_input_transform(&input, transform);
-    void *structure = case_build(&input, &report);
+    void *structure = case_build(&input);
     EXPECT(report.active == ROW - 1 && report.inactive == 1);
     EXPECT(report.undefined == (axis > 0));
     EXPECT(axis == 0 || report.first_undefined.primitive == 2);
     check_row(structure, 0x1b);
 }
 
-static void nan_x(void)
+CASE(1, 0, 0, "NaN in X of one vertex")
 {
     for (int corner = 0; corner < 3; corner++)
         check_nan(corner, 0, NAN, NULL);
 }
 
-static void nan_y_or_z(void)
+CASE(2, 0, 0, "NaN in Y or Z only")
 {
     for (int i = 0; i < 6; i++)
         check_nan(i / 2, 1 + i % 2, NAN, NULL);
 }
 
-static void odd_nans(void)
+CASE(3, 0, 0, "signalling and negative NaN")
 {
     const uint32_t bits[] = {0x7fa00000, 0xffc00000, 0xff800001, 0x7f800001};
     for (int i = 0; i < 4; i++) {
         float corners[9 * ROW];
-        struct builder_report report;
         make_row(corners);
         memcpy(&corners[9 * 2], &bits[i], sizeof(bits[i]));
-        void *structure = case_triangles(corners, ROW, &report);
+        void *structure = case_triangles(corners, ROW);
         EXPECT(report.inactive == 1 && report.undefined == 0);
         check_row(structure, 0x1b);
     }
 }
 
 /* The identity keeps the row where it is; the NaN of X would spread to Y and Z. */
-static void nan_with_transform(void)
+CASE(4, 0, 0, "NaN in X and a transform")
 {
     const VkTransformMatrixKHR identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
     check_nan(1, 0, NAN, &identity);
     check_nan(0, 0, -NAN, &identity);
 }
 
-static void signed_zeros(void)
+CASE(16, 0, 0, "-0 and +0")
 {
     float corners[9 * ROW], negative[9 * ROW];
     make_row(corners);
     for (int i = 0; i < 9 * ROW; i++)
         negative[i] = corners[i] == 0 ? -0.0f : corners[i];
-    void *one = case_triangles(corners, ROW, NULL);
-    void *other = case_triangles(negative, ROW, NULL);
+    void *one = case_triangles(corners, ROW);
+    void *other = case_triangles(negative, ROW);
     EXPECT(memcmp(one, other, builder_size(one)) == 0);
     check_row(other, 0x1f);
     for (int i = 0; i < ROW; i++) {
@@ -105,7 +99,7 @@ static void signed_zeros(void)
 }
 
 /* The row with every offset in use: positions scaled down by 2, moved back by the transform. */
-static void all_offsets(void)
+CASE(35, 0, 0, "all offsets at once")
 {
     enum { SKIP = 3, FIRST = 2, STRIDE = 20 };
     static uint8_t vertices[64 + STRIDE * (SKIP + FIRST + 3 * ROW)];
@@ -123,8 +117,7 @@ static void all_offsets(void)
             memcpy(vertices + (indexed ? 0 : 8) + (size_t)place * STRIDE, at, sizeof(at));
             indices[4 + i] = (uint16_t)(SKIP + i);
         }
-        struct fixture_input input;
-        fixture_input_triangles(&input, NULL, ROW);
+        INPUT(triangles, input, NULL, ROW);
         input.range.firstVertex = FIRST;
         input.range.primitiveOffset = 8;
         input.range.transformOffset = sizeof(transforms[0]);
@@ -138,20 +131,19 @@ static void all_offsets(void)
         triangles->indices_size = sizeof(indices);
         triangles->transforms = transforms;
         triangles->transforms_size = sizeof(transforms);
-        void *structure = case_build(&input, NULL);
+        void *structure = case_build(&input);
         check_row(structure, 0x1f);
     }
 }
 
 static void *build_format(VkFormat format, const void *vertices, uint64_t stride,
-                          uint32_t triangles, struct builder_report *report)
+                          uint32_t triangles)
 {
-    struct fixture_input input;
-    fixture_input_triangles(&input, vertices, triangles);
+    INPUT(triangles, input, vertices, triangles);
     input.geometry.triangles.vertex_format = format;
     input.geometry.triangles.vertex_stride = stride;
     input.geometry.triangles.vertices_size = stride * triangles * 3;
-    return case_build(&input, report);
+    return case_build(&input);
 }
 
 static void expect_bounds(const void *structure, const float lower[3], const float upper[3])
@@ -162,51 +154,47 @@ static void expect_bounds(const void *structure, const float lower[3], const flo
         EXPECT(low[i] == lower[i] && high[i] == upper[i]);
 }
 
-static void lowest_snorm(void)
+CASE(36, 0, 0, "lowest SNORM16")
 {
     const int16_t two[6] = {-32768, -32767, 32767, -32768, -32768, 32767};
-    void *structure = build_format(VK_FORMAT_R16G16_SNORM, two, 4, 1, NULL);
+    void *structure = build_format(VK_FORMAT_R16G16_SNORM, two, 4, 1);
     expect_bounds(structure, (float[3]){-1, -1, 0}, (float[3]){1, 1, 0});
     const int16_t four[12] = {-32768, -32767, 0, 7, 32767, -32768, 0, 7, -32768, 32767, -32768, 7};
-    structure = build_format(VK_FORMAT_R16G16B16A16_SNORM, four, 8, 1, NULL);
+    structure = build_format(VK_FORMAT_R16G16B16A16_SNORM, four, 8, 1);
     expect_bounds(structure, (float[3]){-1, -1, -1}, (float[3]){1, 1, 0});
 }
 
-static void halves(void)
+CASE(37, 0, 0, "half: subnormal, infinite, NaN")
 {
-    struct builder_report report;
     /* 2^-24, the least; -2^-15, subnormal; 65504, the greatest */
     const uint16_t tiny[6] = {0x0001, 0x8200, 0x7bff, 0x8200, 0x0001, 0x7bff};
-    void *structure = build_format(VK_FORMAT_R16G16_SFLOAT, tiny, 4, 1, NULL);
+    void *structure = build_format(VK_FORMAT_R16G16_SFLOAT, tiny, 4, 1);
     expect_bounds(structure, (float[3]){0x1p-24f, -0x1p-15f, 0}, (float[3]){65504, 65504, 0});
     /* an infinite corner, then NaN in X, then a plain triangle */
     const uint16_t odd[36] = {0x7c00, 0, 0, 0, 0,      0x3c00, 0, 0, 0, 0,      0x3c00, 0,
                               0xfe01, 0, 0, 0, 0x3c00, 0,      0, 0, 0, 0,      0,      0,
                               0,      0, 0, 0, 0x3c00, 0,      0, 0, 0, 0x3c00, 0,      0};
-    structure = build_format(VK_FORMAT_R16G16B16A16_SFLOAT, odd, 8, 3, &report);
+    structure = build_format(VK_FORMAT_R16G16B16A16_SFLOAT, odd, 8, 3);
     EXPECT(report.active == 2 && report.inactive == 1);
-    struct trace_ray ray = case_ray_down(0.25f, 0.25f);
-    struct fixture_hits hits;
-    case_trace_all(structure, ray, &hits);
+    const struct fixture_hits hits = case_hits(structure, case_ray_down(0.25f, 0.25f));
     EXPECT(hits.count == 1 && hits.hits[0].primitive == 2);
 }
 
-static void ignored_w(void)
+CASE(38, 0, 0, "fourth component and a translation")
 {
     const float vertices[12] = {0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, NAN};
     const VkTransformMatrixKHR moved = {{{1, 0, 0, 10}, {0, 1, 0, 20}, {0, 0, 1, 30}}};
-    struct fixture_input input;
-    fixture_input_triangles(&input, vertices, 1);
+    INPUT(triangles, input, vertices, 1);
     input.geometry.triangles.vertex_format = VK_FORMAT_R32G32B32A32_SFLOAT;
     input.geometry.triangles.vertex_stride = 16;
     input.geometry.triangles.vertices_size = sizeof(vertices);
     fixture_input_transform(&input, &moved);
-    void *structure = case_build(&input, NULL);
+    void *structure = case_build(&input);
     expect_bounds(structure, (float[3]){10, 20, 30}, (float[3]){11, 21, 30});
 }
 
 /* Vertices 3 GiB apart, in memory that is never filled: products need 64 bits. */
-static void large_stride(void)
+CASE(39, 0, 0, "large stride times index")
 {
     uint64_t stride = 0xfffffff0u, size = 3 * stride + 4096;
     uint8_t *vertices = mmap(NULL, size, PROT_READ | PROT_WRITE,
@@ -219,23 +207,20 @@ static void large_stride(void)
         memcpy(vertices + (i + 1) * stride, corners[i], sizeof(corners[i]));
     const uint32_t indices[3] = {1, 2, 3}, wrapping[3] = {0xffffffff, 0x80000000, 0x10000001};
     struct fixture_mesh mesh = {(float *)vertices, (uint32_t *)indices, 4, 1};
-    struct fixture_input input;
-    fixture_input_mesh(&input, &mesh);
+    INPUT(mesh, input, &mesh);
     input.geometry.triangles.vertex_stride = stride;
     input.geometry.triangles.vertices_size = size;
-    void *structure = case_build(&input, NULL);
-    struct trace_ray ray = case_ray_down(0.25f, 0.25f);
-    EXPECT(case_meets(structure, ray));
-    struct builder_report report;
+    void *structure = case_build(&input);
+    EXPECT(case_meets(structure, case_ray_down(0.25f, 0.25f)));
     input.geometry.triangles.indices = wrapping;
     input.geometry.triangles.max_vertex = 0xffffffff;
     input.range.firstVertex = 0xffffffff;
-    EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == 1);
+    EXPECT(case_fails(&input) && report.out_of_range == 1);
     munmap(vertices, size);
 }
 
 /* Vertices end where a page that nobody may touch begins. */
-static void index_out_of_range(void)
+CASE(40, 0, 0, "index out of range")
 {
     size_t page = (size_t)sysconf(_SC_PAGESIZE);
     uint8_t *pages =
@@ -249,21 +234,19 @@ static void index_out_of_range(void)
     const uint32_t indices[6] = {0, 1, 2, 0, 3, 2};
     struct fixture_mesh mesh = {(float *)(void *)(pages + page - sizeof(corners)),
                                 (uint32_t *)indices, 3, 2};
-    struct builder_report report;
-    struct fixture_input input;
-    fixture_input_mesh(&input, &mesh);
+    INPUT(mesh, input, &mesh);
     input.input.quality = setting.quality;
-    EXPECT(!fixture_build(&input.input, &report));
+    EXPECT(case_fails(&input));
     EXPECT(report.out_of_range == 1 && report.first_out_of_range.primitive == 1);
     /* ... and where only maxVertex says so */
     input.geometry.triangles.vertices_size = BUILDER_ANY_SIZE;
-    EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == 1);
+    EXPECT(case_fails(&input) && report.out_of_range == 1);
     input.range.primitiveCount = 1;
-    case_build(&input, NULL);
+    case_build(&input);
     munmap(pages, 2 * page);
 }
 
-static void nothing(void)
+CASE(41, 0, 0, "no primitives, no geometries")
 {
     struct fixture_input input;
     struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 1);
@@ -274,25 +257,9 @@ static void nothing(void)
         else
             fixture_input_triangles(&input, NULL, 0);
         input.input.geometry_count = i == 1 ? 0 : 1;
-        void *structure = case_build(&input, NULL);
+        void *structure = case_build(&input);
         EXPECT(!case_meets(structure, ray));
         EXPECT(!builder_bounds(structure, low, high));
         EXPECT(builder_compacted_size(structure) <= builder_size(structure));
     }
 }
-
-const struct numeric_case activity_cases[] = {
-    {1, {0, 0}, "NaN in X of one vertex", nan_x},
-    {2, {0, 0}, "NaN in Y or Z only", nan_y_or_z},
-    {3, {0, 0}, "signalling and negative NaN", odd_nans},
-    {4, {0, 0}, "NaN in X and a transform", nan_with_transform},
-    {16, {0, 0}, "-0 and +0", signed_zeros},
-    {35, {0, 0}, "all offsets at once", all_offsets},
-    {36, {0, 0}, "lowest SNORM16", lowest_snorm},
-    {37, {0, 0}, "half: subnormal, infinite, NaN", halves},
-    {38, {0, 0}, "fourth component and a translation", ignored_w},
-    {39, {0, 0}, "large stride times index", large_stride},
-    {40, {0, 0}, "index out of range", index_out_of_range},
-    {41, {0, 0}, "no primitives, no geometries", nothing},
-    {0},
-};

@@ -4,24 +4,20 @@
 
 #include "cases.h"
 
-static void *build_box(VkAabbPositionsKHR box)
+static void *build_boxes(const VkAabbPositionsKHR *boxes, uint32_t count)
 {
-    struct fixture_input input;
-    fixture_input_aabbs(&input, &box, 1);
-    return case_build(&input, NULL);
+    INPUT(aabbs, input, boxes, count);
+    return case_build(&input);
 }
 
-static void infinite_box(void)
+CASE(17, 0, 0, "infinite AABB")
 {
     const VkAabbPositionsKHR boxes[] = {
         {-INFINITY, -INFINITY, -INFINITY, INFINITY, INFINITY, INFINITY},
         {-INFINITY, 0, -1, INFINITY, 1, 1},
         {2, 2, 2, 3, 3, 3},
     };
-    struct fixture_input input;
-    fixture_input_aabbs(&input, boxes, 3);
-    void *structure = case_build(&input, NULL);
-    struct fixture_hits hits;
+    void *structure = build_boxes(boxes, 3);
     for (int i = 0; i < 9; i++) {
         struct trace_ray ray = fixture_ray(0, 0.5f, 0, 0, 0, 0);
         ray.direction[i % 3] = i % 2 ? -1 : 1;
@@ -29,50 +25,44 @@ static void infinite_box(void)
             ray.direction[(i + 1) % 3] = -0.0f;
         if (i >= 6)
             ray.direction[(i + 2) % 3] = 1e-30f;
-        case_trace_all(structure, ray, &hits);
+        const struct fixture_hits hits = case_hits(structure, ray);
         EXPECT(hits.count == 2);
         for (uint32_t j = 0; j < hits.count && j < 2; j++)
             EXPECT(hits.hits[j].primitive < 2 && hits.hits[j].t == 0);
     }
 }
 
-static void inverted_box(void)
+CASE(18, 0, 0, "minimum above maximum")
 {
     const VkAabbPositionsKHR boxes[] = {{1, 1, 1, 0, 0, 0}, {0, 0, 0, 1, 1, 1}};
-    struct fixture_input input;
-    fixture_input_aabbs(&input, boxes, 2);
-    void *structure = case_build(&input, NULL);
-    struct trace_ray ray = fixture_ray(0.5f, 0.5f, -1, 0, 0, 1);
-    struct fixture_hits hits;
-    case_trace_all(structure, ray, &hits);
+    void *structure = build_boxes(boxes, 2);
+    const struct fixture_hits hits = case_hits(structure, fixture_ray(0.5f, 0.5f, -1, 0, 0, 1));
     EXPECT(hits.count >= 1 && hits.hits[hits.count - 1].primitive < 2);
 }
 
-static void point_box(void)
+CASE(19, 0, 0, "point AABB")
 {
-    void *structure = build_box((VkAabbPositionsKHR){1, 1, 1, 1, 1, 1});
+    void *structure = build_boxes(&(VkAabbPositionsKHR){1, 1, 1, 1, 1, 1}, 1);
     EXPECT(case_count(structure, fixture_ray(0, 0, 0, 1, 1, 1)) <= 1);
     EXPECT(case_count(structure, fixture_ray(0, 0, 0, 1, 1, 2)) == 0);
 }
 
-static void origin_inside(void)
+CASE(20, 0, 0, "origin inside an AABB")
 {
-    void *structure = build_box((VkAabbPositionsKHR){0, 0, 0, 1, 1, 1});
+    void *structure = build_boxes(&(VkAabbPositionsKHR){0, 0, 0, 1, 1, 1}, 1);
     uint64_t random = 53;
     for (int i = 0; i < 20; i++) {
         struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
-        for (int j = 0; j < 3; j++) {
-            ray.origin[j] = fixture_uniform(&random, 0.1f, 0.9f);
-            ray.direction[j] = fixture_uniform(&random, -1, 1);
-        }
+        case_uniform(&random, 0.1f, 0.9f, ray.origin);
+        case_uniform(&random, -1, 1, ray.direction);
         ray.t_max = 0x1p-20f;
         EXPECT(case_count(structure, ray) == 1);
     }
 }
 
-static void in_face_plane(void)
+CASE(21, 0, 0, "ray in a face's plane")
 {
-    void *structure = build_box((VkAabbPositionsKHR){0, 0, 0, 1, 1, 1});
+    void *structure = build_boxes(&(VkAabbPositionsKHR){0, 0, 0, 1, 1, 1}, 1);
     for (int face = 0; face < 6; face++)
         for (int way = 0; way < 4; way++) {
             int axis = face / 2, along = (axis + 1 + way % 2) % 3;
@@ -85,27 +75,12 @@ static void in_face_plane(void)
         }
 }
 
-static void ends_in_box(void)
+CASE(28, 0, 0, "AABB at t equal to tmin or tmax")
 {
-    void *structure = build_box((VkAabbPositionsKHR){1, -1, -1, 2, 1, 1});
-    struct trace_ray ray = fixture_ray(0, 0, 0, 1, 0, 0);
-    ray.t_max = 1;
-    EXPECT(case_count(structure, ray) == 1);
-    ray.t_max = 0.5f;
-    EXPECT(case_count(structure, ray) != 1);
-    ray.t_max = INFINITY;
-    ray.t_min = 2;
-    EXPECT(case_count(structure, ray) == 1);
-    ray.t_min = 2.5f;
-    EXPECT(case_count(structure, ray) != 1);
+    void *structure = build_boxes(&(VkAabbPositionsKHR){1, -1, -1, 2, 1, 1}, 1);
+    const struct trace_ray ray = fixture_ray(0, 0, 0, 1, 0, 0);
+    EXPECT(case_count(structure, case_between(ray, 0, 1)) == 1);
+    EXPECT(case_count(structure, case_between(ray, 0, 0.5f)) != 1);
+    EXPECT(case_count(structure, case_between(ray, 2, INFINITY)) == 1);
+    EXPECT(case_count(structure, case_between(ray, 2.5f, INFINITY)) != 1);
 }
-
-const struct numeric_case box_cases[] = {
-    {17, {0, 0}, "infinite AABB", infinite_box},
-    {18, {0, 0}, "minimum above maximum", inverted_box},
-    {19, {0, 0}, "point AABB", point_box},
-    {20, {0, 0}, "origin inside an AABB", origin_inside},
-    {21, {0, 0}, "ray in a face's plane", in_face_plane},
-    {28, {0, 0}, "AABB at t equal to tmin or tmax", ends_in_box},
-    {0},
-};

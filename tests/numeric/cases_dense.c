@@ -2,7 +2,6 @@
 /* Cases 65 to 67: dense geometry (VK_AMDX_dense_geometry_format), from blocks that are written here
  * by the words of the specification. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cases.h"
@@ -199,9 +198,8 @@ static void expect_triangles(const void *structure, const struct content *conten
             ray.direction[j] = (float)(-normal[j] / size);
             ray.origin[j] = (float)(target[j] - ray.direction[j]);
         }
-        struct fixture_hits hits;
         bool is_found = false;
-        case_trace_all(structure, ray, &hits);
+        const struct fixture_hits hits = case_hits(structure, ray);
         for (uint32_t j = 0; j < hits.count && j < 64; j++) {
             const struct trace_hit *hit = &hits.hits[j];
             is_found |= hit->primitive == content->base + i &&
@@ -213,12 +211,11 @@ static void expect_triangles(const void *structure, const struct content *conten
     }
 }
 
-static void dense_blocks(void)
+CASE(65, 0, 0, "blocks of dense geometry")
 {
     enum { COUNT = 24 };
     static uint8_t blocks[COUNT][BLOCK];
     static struct content contents[COUNT];
-    struct builder_report report;
     struct fixture_input input;
     uint64_t random = 109;
     for (uint32_t i = 0; i < COUNT; i++) {
@@ -226,17 +223,16 @@ static void dense_blocks(void)
         write_block(blocks[i], &contents[i]);
     }
     describe(&input, blocks[0], COUNT);
-    void *structure = case_build(&input, &report);
+    void *structure = case_build(&input);
     EXPECT(report.active == COUNT * TRIANGLES);
     for (uint32_t i = 0; i < COUNT; i++)
         expect_triangles(structure, &contents[i]);
 }
 
 /* What no block may say: nothing is read outside, and the build says where. */
-static void malformed_blocks(void)
+CASE(66, 0, 0, "blocks that aren't sound")
 {
     uint8_t good[BLOCK], bad[BLOCK];
-    struct builder_report report;
     struct fixture_input input;
     uint64_t random = 113;
     struct content content = make_content(&random, 7);
@@ -270,15 +266,15 @@ static void malformed_blocks(void)
     }
     describe(&input, good, 1);
     input.geometry.dense.size = BLOCK - 1;
-    EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == TRIANGLES);
+    EXPECT(case_fails(&input) && report.out_of_range == TRIANGLES);
     describe(&input, good, 1);
     input.geometry.dense.max_primitive = 7 + 3;
-    case_build(&input, &report);
+    case_build(&input);
     EXPECT(report.undefined == TRIANGLES - 4);
 }
 
 /* Positions may change, and opacities go by the numbers in the blocks. */
-static void dense_updates(void)
+CASE(67, 0, 0, "updates and opacities of dense geometry")
 {
     uint8_t block[BLOCK];
     struct fixture_input input;
@@ -292,14 +288,14 @@ static void dense_updates(void)
     }
     write_block(block, &content);
     describe(&input, block, 1);
-    void *structure = case_build(&input, NULL);
+    void *structure = case_build(&input);
     struct builder_sizes sizes;
     EXPECT(builder_get_sizes(&input.input, NULL, &sizes) == BUILDER_OK);
     content.anchor[0] += 40;
     write_block(block, &content);
     EXPECT(fixture_refit(&input.input, structure, structure, NULL) == BUILDER_OK);
     expect_triangles(structure, &content);
-    void *fresh = case_build(&input, NULL);
+    void *fresh = case_build(&input);
     float bounds[2][6];
     EXPECT(builder_bounds(structure, bounds[0], bounds[0] + 3) &&
            builder_bounds(fresh, bounds[1], bounds[1] + 3));
@@ -314,17 +310,10 @@ static void dense_updates(void)
                                       .stride = 1};
     input.geometry.dense.opacity = &opacity;
     input.geometry.dense.max_primitive = TRIANGLES + 1;
-    structure = case_build(&input, NULL);
+    structure = case_build(&input);
     for (uint32_t i = 1; i < content.triangles; i++)
         content.opaque[i] = false;
     expect_triangles(structure, &content);
     input.geometry.dense.max_primitive++;
-    EXPECT(!fixture_build(&input.input, NULL));
+    EXPECT(case_fails(&input));
 }
-
-const struct numeric_case dense_cases[] = {
-    {65, {0, 0}, "blocks of dense geometry", dense_blocks},
-    {66, {0, 0}, "blocks that aren't sound", malformed_blocks},
-    {67, {0, 0}, "updates and opacities of dense geometry", dense_updates},
-    {0},
-};

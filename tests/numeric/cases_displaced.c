@@ -35,10 +35,11 @@ static double height_at(const struct encoder_values *values, uint32_t level, dou
            above * (1 - x);
 }
 
-static void input_flat(struct fixture_input *input, struct displaced *displaced)
+/* Displaced by a micromap of random values. */
+static void input_flat(struct fixture_input *input, struct displaced *displaced, uint32_t format,
+                       uint32_t count, const uint8_t *levels, uint64_t *random)
 {
-    displaced->displacement.vectors = up;
-    displaced->displacement.vectors_size = sizeof(up);
+    open_displaced(displaced, format, count, levels, random_value, random, up, sizeof(up));
     displaced->displacement.biases_and_scales = biases;
     displaced->displacement.biases_and_scales_size = sizeof(biases);
     fixture_input_triangles(input, flat, 1);
@@ -69,7 +70,7 @@ static void check_from_above(const void *structure, const struct encoder_values 
     }
 }
 
-static void every_format(void)
+CASE(68, 0, 0, "displaced triangles of every format and level")
 {
     uint64_t random = 103;
     for (uint32_t i = 0; i < 18; i++) {
@@ -77,10 +78,8 @@ static void every_format(void)
         uint8_t level = i % 6;
         struct displaced displaced;
         struct fixture_input input;
-        struct builder_report report;
-        open_displaced(&displaced, format, 1, &level, random_value, &random);
-        input_flat(&input, &displaced);
-        void *structure = case_build(&input, &report);
+        input_flat(&input, &displaced, format, 1, &level, &random);
+        void *structure = case_build(&input);
         EXPECT(report.active == 1u << 2 * level && report.inactive == 0);
         check_from_above(structure, displaced.coded, level, 0, 0);
     }
@@ -88,78 +87,72 @@ static void every_format(void)
 
 /* ---- indices, and what isn't displaced or can't be */
 
-static void indices(void)
+CASE(71, 0, 0, "displaced triangles by index, and not")
 {
     uint64_t random = 113;
     const uint8_t levels[3] = {1, 2, 3}, bytes[8] = {9, 1, 9, 0xff};
     struct displaced displaced;
     struct fixture_input input;
-    struct builder_report report;
-    open_displaced(&displaced, 1, 3, levels, random_value, &random);
-    input_flat(&input, &displaced);
+    input_flat(&input, &displaced, 1, 3, levels, &random);
     struct builder_displacement *displacement = &displaced.displacement;
     displacement->index_type = VK_INDEX_TYPE_UINT8_KHR;
     displacement->indices = bytes + 1;
     displacement->indices_size = 1;
     displacement->base_triangle = 1;
-    void *structure = case_build(&input, &report);
+    void *structure = case_build(&input);
     EXPECT(report.active == 64);
     check_from_above(structure, &displaced.coded[2], 3, 0, 0);
     displacement->indices = bytes + 3; /* special: it stays flat */
-    structure = case_build(&input, &report);
+    structure = case_build(&input);
     struct trace_ray ray = fixture_ray(1, 1, 5, 0, 0, -1);
     struct trace_hit hit;
     EXPECT(report.active == 1 && case_trace(structure, ray, &hit) && hit.t == 5);
     displacement->micromap = 0; /* nothing is asked of indices then */
     displacement->indices_size = 0;
-    structure = case_build(&input, &report);
+    structure = case_build(&input);
     EXPECT(report.active == 1 && case_trace(structure, ray, &hit) && hit.t == 5);
 }
 
-static void not_active(void)
+CASE(72, 0, 0, "displaced triangles without values")
 {
     uint64_t random = 127;
     const uint8_t levels[2] = {2, 2};
     float corners[18], vectors[18];
     struct displaced displaced;
-    struct fixture_input input;
-    struct builder_report report;
     for (int i = 0; i < 18; i++) {
         corners[i] = flat[i % 9];
         vectors[i] = up[i % 9];
     }
-    open_displaced(&displaced, 1, 2, levels, random_value, &random);
+    open_displaced(&displaced, 1, 2, levels, random_value, &random, vectors, sizeof(vectors));
     struct builder_displacement *displacement = &displaced.displacement;
-    displacement->vectors = vectors;
-    displacement->vectors_size = sizeof(vectors);
-    fixture_input_triangles(&input, corners, 2);
+    INPUT(triangles, input, corners, 2);
     input.geometry.triangles.displacement = displacement;
     corners[3] = NAN;
-    case_build(&input, &report);
+    case_build(&input);
     EXPECT(report.active == 16 && report.inactive == 1 && report.undefined == 0);
     corners[3] = 4;
     vectors[11] = NAN;
-    case_build(&input, &report);
+    case_build(&input);
     EXPECT(report.active == 16 && report.undefined == 1 && report.first_undefined.primitive == 1);
     vectors[11] = 0;
     displacement->vectors_size--;
-    EXPECT(!fixture_build(&input.input, &report) && report.first_out_of_range.primitive == 1);
+    EXPECT(case_fails(&input) && report.first_out_of_range.primitive == 1);
     displacement->vectors_size++;
     displacement->base_triangle = 1;
-    EXPECT(!fixture_build(&input.input, &report) && report.first_out_of_range.primitive == 1);
+    EXPECT(case_fails(&input) && report.first_out_of_range.primitive == 1);
     displacement->base_triangle = 0;
     displaced.usages[2].count = 1; /* one of level 2 and another triangle */
-    EXPECT(!fixture_build(&input.input, &report) && report.first_out_of_range.primitive == 1);
+    EXPECT(case_fails(&input) && report.first_out_of_range.primitive == 1);
     displaced.usages[2].count = 2;
     input.input.micromaps.find = NULL;
-    EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == 2);
+    EXPECT(case_fails(&input) && report.out_of_range == 2);
     displaced.usages[0].subdivisionLevel = 6;
-    EXPECT(!fixture_build(&input.input, &report));
+    EXPECT(case_fails(&input));
 }
 
 /* ---- beside other effects */
 
-static void moving(void)
+CASE(73, 0, 0, "displaced triangles that move or are transformed")
 {
     uint64_t random = 131;
     uint8_t level = 3;
@@ -168,10 +161,9 @@ static void moving(void)
     struct fixture_input input;
     for (int i = 0; i < 9; i++)
         then[i] = flat[i] + (i % 3 == 2 ? 8 : 0);
-    open_displaced(&displaced, 3, 1, &level, random_value, &random);
-    input_flat(&input, &displaced);
+    input_flat(&input, &displaced, 3, 1, &level, &random);
     fixture_input_motion(&input, then);
-    void *structure = case_build(&input, NULL);
+    void *structure = case_build(&input);
     check_from_above(structure, displaced.coded, level, 0, 0);
     check_from_above(structure, displaced.coded, level, 0.75f, 6);
     EXPECT(fixture_refit(&input.input, structure, structure, NULL) == BUILDER_OK);
@@ -180,12 +172,12 @@ static void moving(void)
     const VkTransformMatrixKHR raised = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 2.5f}}};
     input.input.flags = 0;
     fixture_input_transform(&input, &raised);
-    structure = case_build(&input, NULL);
+    structure = case_build(&input);
     check_from_above(structure, displaced.coded, level, 0, 2.5f);
 }
 
 /* Opacities are found by the barycentrics of the base triangle. */
-static void with_opacity(void)
+CASE(74, 0, 0, "displaced triangles with opacities")
 {
     uint64_t random = 137;
     uint8_t level = 3, opaque = 5; /* of its quarters those at vertices 0 and 1 */
@@ -200,10 +192,9 @@ static void with_opacity(void)
                           micromap, sizeof(micromap)) == BUILDER_OK);
     struct builder_opacity opacity = {.index_type = VK_INDEX_TYPE_NONE_KHR,
                                       .micromap = (uintptr_t)micromap};
-    open_displaced(&displaced, 1, 1, &level, random_value, &random);
-    input_flat(&input, &displaced);
+    input_flat(&input, &displaced, 1, 1, &level, &random);
     input.geometry.triangles.opacity = &opacity;
-    void *structure = case_build(&input, NULL);
+    void *structure = case_build(&input);
     for (int i = 0; i < 30; i++) {
         float u = fixture_uniform(&random, 0.01f, 0.9f),
               v = fixture_uniform(&random, 0.01f, 0.99f - u);
@@ -212,12 +203,3 @@ static void with_opacity(void)
         EXPECT(case_trace(structure, ray, &hit) == (micromap_curve_index(u, v, 1) % 2 == 0));
     }
 }
-
-const struct numeric_case displaced_cases[] = {
-    {68, {0, 0}, "displaced triangles of every format and level", every_format},
-    {71, {0, 0}, "displaced triangles by index, and not", indices},
-    {72, {0, 0}, "displaced triangles without values", not_active},
-    {73, {0, 0}, "displaced triangles that move or are transformed", moving},
-    {74, {0, 0}, "displaced triangles with opacities", with_opacity},
-    {0},
-};

@@ -74,7 +74,7 @@ static void check_instance(const void *blas)
     uint64_t random = 139;
     for (int axis = 0; axis < 3; axis++)
         instance.transform.matrix[axis][3] = 10 * (float)axis;
-    void *tlas = case_instances(&instance, 1, NULL);
+    void *tlas = case_instances(&instance, 1);
     for (int i = 0; i < 100; i++) {
         struct trace_ray ray = fixture_ray(0, 10, 20, 0, 0, 0);
         struct trace_hit hit = {0};
@@ -84,25 +84,23 @@ static void check_instance(const void *blas)
     }
 }
 
-static void closed_mesh(void)
+CASE(69, 550, 450, "edges and vertices of a displaced closed mesh of two levels")
 {
     struct fixture_mesh mesh = fixture_sphere(2, 1, (float[3]){0, 0, 0});
     struct displaced displaced;
-    struct fixture_input input;
     uint8_t levels[48], edges[48];
     for (uint32_t i = 0; i < 48; i++)
         levels[i] = 2 + i * 7 % 3 % 2;
     for (uint32_t i = 0; i < 48; i++)
         edges[i] = decimated_edges(&mesh, levels, i);
-    open_displaced(&displaced, 1, 48, levels, value_of_place, &mesh);
-    displaced.displacement.vectors = mesh.positions;
-    displaced.displacement.vectors_size = (uint64_t)mesh.vertex_count * 12;
+    open_displaced(&displaced, 1, 48, levels, value_of_place, &mesh, mesh.positions,
+                   (uint64_t)mesh.vertex_count * 12);
     displaced.displacement.flags = edges;
     displaced.displacement.flags_size = 48;
     displaced.displacement.flags_stride = 1;
-    fixture_input_mesh(&input, &mesh);
+    INPUT(mesh, input, &mesh);
     input.geometry.triangles.displacement = &displaced.displacement;
-    void *structure = case_build(&input, NULL);
+    void *structure = case_build(&input);
     check_closed(structure);
     check_instance(structure);
 }
@@ -149,7 +147,7 @@ static void check_copies(const void *structure)
 }
 
 /* Other values, then other levels. */
-static void updates(void)
+CASE(70, 0, 0, "updates and copies of displaced triangles")
 {
     uint64_t random = 109;
     const uint8_t before[2] = {3, 2}, after[2] = {2, 3};
@@ -159,12 +157,11 @@ static void updates(void)
     struct fixture_input inputs[3];
     void *structures[3];
     for (int i = 0; i < 3; i++) {
-        open_displaced(&displaced[i], 2, 2, i < 2 ? before : after, random_value, &random);
-        displaced[i].displacement.vectors = vectors;
-        displaced[i].displacement.vectors_size = sizeof(vectors);
+        open_displaced(&displaced[i], 2, 2, i < 2 ? before : after, random_value, &random, vectors,
+                       sizeof(vectors));
         fixture_input_triangles(&inputs[i], pair, 2);
         inputs[i].geometry.triangles.displacement = &displaced[i].displacement;
-        structures[i] = case_build(&inputs[i], NULL);
+        structures[i] = case_build(&inputs[i]);
     }
     check_copies(structures[0]);
     void *updated = fixture_allocate(builder_size(structures[0]));
@@ -178,7 +175,7 @@ static void updates(void)
 
 /* ---- beside triangles that aren't displaced, and enough for several threads */
 
-static void beside_others(void)
+CASE(75, 0, 0, "displaced triangles beside others")
 {
     static const float wall[9] = {9, -9, -9, 9, 9, -9, 9, 0, 9};
     struct fixture_mesh mesh = fixture_sphere(1, 1, (float[3]){0, 0, 0});
@@ -187,9 +184,8 @@ static void beside_others(void)
     uint8_t levels[12];
     uint64_t random = 149;
     memset(levels, 5, sizeof(levels));
-    open_displaced(&displaced, 1, 12, levels, value_of_place, &mesh);
-    displaced.displacement.vectors = mesh.positions;
-    displaced.displacement.vectors_size = (uint64_t)mesh.vertex_count * 12;
+    open_displaced(&displaced, 1, 12, levels, value_of_place, &mesh, mesh.positions,
+                   (uint64_t)mesh.vertex_count * 12);
     fixture_input_triangles(&parts[0], wall, 1);
     fixture_input_mesh(&parts[1], &mesh);
     parts[1].geometry.triangles.displacement = &displaced.displacement;
@@ -201,28 +197,19 @@ static void beside_others(void)
     input.input.geometry_count = 3;
     input.input.geometries = geometries;
     input.input.ranges = ranges;
-    struct builder_report report;
-    void *structure = case_build(&input, &report);
+    void *structure = case_build(&input);
     EXPECT(report.active == 12 * 1024 + 2);
     input.input.threads = 1;
     void *alone = fixture_build(&input.input, NULL);
     EXPECT(memcmp(structure, alone, builder_size(alone)) == 0);
     for (int i = 0; i < 50; i++) {
         struct trace_ray ray = fixture_ray(0, 0, 0, 1, 0, 0);
-        struct fixture_hits hits;
         uint32_t of_geometry[3] = {0};
         ray.direction[1] = fixture_uniform(&random, -0.3f, 0.3f);
         ray.direction[2] = fixture_uniform(&random, -0.3f, 0.3f);
-        case_trace_all(structure, ray, &hits);
+        const struct fixture_hits hits = case_hits(structure, ray);
         for (uint32_t j = 0; j < hits.count && j < 64; j++)
             of_geometry[hits.hits[j].geometry]++;
         EXPECT(of_geometry[0] == 1 && of_geometry[1] == 1 && of_geometry[2] == 1);
     }
 }
-
-const struct numeric_case displaced_mesh_cases[] = {
-    {69, {550, 450}, "edges and vertices of a displaced closed mesh of two levels", closed_mesh},
-    {75, {0, 0}, "displaced triangles beside others", beside_others},
-    {70, {0, 0}, "updates and copies of displaced triangles", updates},
-    {0},
-};

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 32 to 34, 42 and 43: instances and their matrices. */
 #include <math.h>
-#include <string.h>
 
 #include "cases.h"
 #include "exact.h"
@@ -11,7 +10,7 @@ static VkTransformMatrixKHR scaling(float x, float y, float z)
     return (VkTransformMatrixKHR){{{x, 0, 0, 0}, {0, y, 0, 0}, {0, 0, z, 0}}};
 }
 
-static void singular(void)
+CASE(32, 0, 0, "singular matrix")
 {
     uint64_t random = 59;
     EXPECT(builder_determinant_sign(&(VkTransformMatrixKHR){0}) == 0);
@@ -30,29 +29,27 @@ static void singular(void)
         EXPECT(builder_determinant_sign(&m) == exact_determinant_sign(&m));
         EXPECT(i % 2 == 0 || builder_determinant_sign(&m) != 0);
     }
-    void *blas = case_triangles(fixture_triangle, 1, NULL);
+    void *blas = case_triangles(fixture_triangle, 1);
     VkAccelerationStructureInstanceKHR instances[2] = {fixture_instance(blas),
                                                        fixture_instance(blas)};
-    struct builder_report report;
     instances[0].transform = scaling(1, 1, 0);
     instances[1].transform = scaling(1e-12f, 1e-12f, 1e-12f);
-    void *tlas = case_instances(instances, 2, &report);
+    void *tlas = case_instances(instances, 2);
     EXPECT(report.singular == 1 && report.first_singular.primitive == 0 && report.active == 2);
-    struct trace_ray ray = fixture_ray(0.25e-12f, 0.25e-12f, 1, 0, 0, -1);
-    struct fixture_hits hits;
-    case_trace_all(tlas, ray, &hits);
+    const struct fixture_hits hits =
+        case_hits(tlas, fixture_ray(0.25e-12f, 0.25e-12f, 1, 0, 0, -1));
     EXPECT(hits.count == 1 && hits.hits[0].instance == 1 && hits.hits[0].t == 1);
 }
 
-static void extreme_scales(void)
+CASE(33, 0, 0, "scales of 1e-20 and 1e15")
 {
-    void *blas = case_triangles(fixture_triangle, 1, NULL);
+    void *blas = case_triangles(fixture_triangle, 1);
     uint64_t random = 61;
     for (int i = 0; i < 4; i++) {
         float scale = (float[]){1e-20f, 1e15f, 1e-30f, 0x1p60f}[i];
         VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
         instance.transform = scaling(scale, scale, scale);
-        void *tlas = case_instances(&instance, 1, NULL);
+        void *tlas = case_instances(&instance, 1);
         for (int j = 0; j < 20; j++) {
             float corners[9], origin[3];
             for (int k = 0; k < 9; k++)
@@ -83,15 +80,14 @@ static bool sees_front(const void *structure, uint32_t flags)
 }
 
 /* Counterclockwise in right-handed coordinates, seen from +Z: the front. */
-static void mirrored(void)
+CASE(34, 0, 0, "mirrored instance, mirrored geometry")
 {
     const VkTransformMatrixKHR mirror = scaling(-1, 1, 1);
-    void *blas = case_triangles(fixture_triangle, 1, NULL);
+    void *blas = case_triangles(fixture_triangle, 1);
     EXPECT(sees_front(blas, 0));
-    struct fixture_input input;
-    fixture_input_triangles(&input, fixture_triangle, 1);
+    INPUT(triangles, input, fixture_triangle, 1);
     fixture_input_transform(&input, &mirror);
-    void *mirrored_blas = case_build(&input, NULL);
+    void *mirrored_blas = case_build(&input);
     EXPECT(!sees_front(mirrored_blas, 0));
     EXPECT(!sees_front(mirrored_blas, TRACE_CULL_BACK_FACING));
     VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
@@ -99,26 +95,25 @@ static void mirrored(void)
         bool is_flipped = i % 2;
         instance.transform = i < 2 ? mirror : scaling(1, 1, 1);
         instance.flags = is_flipped ? VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR : 0;
-        void *tlas = case_instances(&instance, 1, NULL);
+        void *tlas = case_instances(&instance, 1);
         EXPECT(sees_front(tlas, 0) == !is_flipped);
         EXPECT(sees_front(tlas, TRACE_CULL_BACK_FACING) == !is_flipped);
         EXPECT(!sees_front(tlas, TRACE_CULL_FRONT_FACING));
     }
 }
 
-static void empty_instances(void)
+CASE(42, 0, 0, "empty BLAS and null instance")
 {
-    void *blas = case_triangles(fixture_triangle, 1, NULL);
-    void *empty = case_triangles(NULL, 0, NULL);
+    void *blas = case_triangles(fixture_triangle, 1);
+    void *empty = case_triangles(NULL, 0);
     VkAccelerationStructureInstanceKHR instances[4] = {
         fixture_instance(NULL), fixture_instance(empty), fixture_instance(blas),
         fixture_instance(empty)};
-    struct builder_report report;
     float lower[3], upper[3];
     instances[1].transform.matrix[0][3] = 100;
     instances[2].instanceCustomIndex = 0xabcdef;
     instances[2].instanceShaderBindingTableRecordOffset = 0x123456;
-    void *tlas = case_instances(instances, 4, &report);
+    void *tlas = case_instances(instances, 4);
     EXPECT(report.active == 3 && report.inactive == 1);
     EXPECT(builder_bounds(tlas, lower, upper) && upper[0] >= 100 && upper[0] < 100.01f);
     const struct trace_hit hit = case_closest(tlas, case_ray_down(0.25f, 0.25f));
@@ -126,37 +121,26 @@ static void empty_instances(void)
     EXPECT(hit.custom_index == 0xabcdef && hit.sbt_offset == 0x123456);
 }
 
-static void masks(void)
+CASE(43, 0, 0, "mask 0")
 {
-    void *blas = case_triangles(fixture_triangle, 1, NULL);
+    void *blas = case_triangles(fixture_triangle, 1);
     VkAccelerationStructureInstanceKHR instances[2] = {fixture_instance(blas),
                                                        fixture_instance(blas)};
     const VkAccelerationStructureInstanceKHR *pointers[2] = {&instances[1], &instances[0]};
     instances[0].mask = 0;
     instances[1].mask = 0x80;
-    void *tlas = case_instances(instances, 2, NULL);
-    struct fixture_input input;
-    fixture_input_instances(&input, (const void *)pointers, 2);
+    void *tlas = case_instances(instances, 2);
+    INPUT(instances, input, (const void *)pointers, 2);
     input.geometry.instances.array_of_pointers = true;
     input.geometry.instances.size = sizeof(pointers);
-    void *by_pointers = case_build(&input, NULL);
+    void *by_pointers = case_build(&input);
     struct trace_ray ray = case_ray_down(0.25f, 0.25f);
-    struct fixture_hits hits;
-    case_trace_all(tlas, ray, &hits);
+    struct fixture_hits hits = case_hits(tlas, ray);
     EXPECT(hits.count == 1 && hits.hits[0].instance == 1);
-    case_trace_all(by_pointers, ray, &hits);
+    hits = case_hits(by_pointers, ray);
     EXPECT(hits.count == 1 && hits.hits[0].instance == 0);
     for (uint32_t i = 0; i < 3; i++) {
         ray.cull_mask = (uint32_t[]){0, 0x7f, 0xffffff00}[i];
         EXPECT(case_count(tlas, ray) == 0);
     }
 }
-
-const struct numeric_case instance_cases[] = {
-    {32, {0, 0}, "singular matrix", singular},
-    {33, {0, 0}, "scales of 1e-20 and 1e15", extreme_scales},
-    {34, {0, 0}, "mirrored instance, mirrored geometry", mirrored},
-    {42, {0, 0}, "empty BLAS and null instance", empty_instances},
-    {43, {0, 0}, "mask 0", masks},
-    {0},
-};

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 54 to 58: opacity micromaps (VK_EXT_opacity_micromap, VK_KHR_opacity_micromap). */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cases.h"
@@ -13,7 +12,7 @@ static const uint8_t curve[16][4] = {
     {2, 0, 0, 8},  {2, 0, 1, 9}, {2, 1, 0, 11}, {3, 0, 0, 10},
 };
 
-static void curve_order(void)
+CASE(54, 0, 0, "order of microtriangles")
 {
     for (int i = 0; i < 16; i++) {
         float offset = curve[i][2] ? 2.0f / 3 : 1.0f / 3;
@@ -76,11 +75,10 @@ static const float corners[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0, 3, 0, 0, 2
 
 static void *build_with(const struct builder_opacity *opacity, VkGeometryFlagsKHR flags)
 {
-    struct fixture_input input;
-    fixture_input_triangles(&input, corners, 2);
+    INPUT(triangles, input, corners, 2);
     input.geometry.flags = flags;
     input.geometry.triangles.opacity = opacity;
-    return case_build(&input, NULL);
+    return case_build(&input);
 }
 
 /* 1: hit and opaque, 0: hit and not, -1: none. Into the triangle at (u, v). */
@@ -97,11 +95,11 @@ static int answer_in(const void *blas, VkGeometryInstanceFlagsKHR flags, float u
 {
     VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
     instance.flags = flags & 0xff;
-    return answer(case_instances(&instance, 1, NULL), u, v, ray_flags);
+    return answer(case_instances(&instance, 1), u, v, ray_flags);
 }
 
 /* Each microtriangle has a state of its own. */
-static void every_microtriangle(void)
+CASE(55, 0, 0, "state of every microtriangle")
 {
     enum { LEVEL = 3, COUNT = 8 };
     uint8_t data[32];
@@ -137,7 +135,7 @@ static void every_microtriangle(void)
 }
 
 /* What the instance and the ray say comes after what the micromap says; but ignored is ignored. */
-static void overridden(void)
+CASE(56, 0, 0, "special indices, overridden")
 {
     const int16_t indices[2] = {0, 0};
     const int special[4] = {-1, 1, 0, 0}; /* answers to indices -1 to -4 */
@@ -165,7 +163,7 @@ static void overridden(void)
 }
 
 /* Types, strides and bases of indices; triangles that no micromap knows. */
-static void opacity_indices(void)
+CASE(57, 0, 0, "indices into micromaps")
 {
     const uint8_t data[4] = {0, 1, 0, 1}; /* level 0, 2 states */
     void *micromap = build_micromap(VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT, 0, 4, data, 4);
@@ -203,17 +201,15 @@ static void opacity_indices(void)
     struct builder_opacity opacity = {.index_type = VK_INDEX_TYPE_NONE_KHR};
     void *blas = build_with(&opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
     EXPECT(answer(blas, 0.25f, 0.25f, 0) == 1);
-    struct fixture_input input;
-    struct builder_report report;
     opacity = (struct builder_opacity){
         .index_type = VK_INDEX_TYPE_UINT32, .indices = data, .indices_size = 4, .stride = 4};
-    fixture_input_triangles(&input, corners, 2);
+    INPUT(triangles, input, corners, 2);
     input.geometry.triangles.opacity = &opacity;
-    EXPECT(!fixture_build(&input.input, &report) && report.out_of_range == 1);
+    EXPECT(case_fails(&input) && report.out_of_range == 1);
 }
 
 /* Sizes, wrong inputs, copies; and a structure's references in its copies. */
-static void micromap_objects(void)
+CASE(58, 0, 0, "micromaps and their copies")
 {
     const uint8_t data[16] = {0x1b};
     VkMicromapTriangleEXT triangles[2] = {{0, 1, 2}, {8, 2, 1}};
@@ -270,12 +266,3 @@ static void micromap_objects(void)
     EXPECT(answer(compacted, 0.25f, 0.25f, 0) == -1);
     EXPECT(answer(compacted, 2.25f, 0.25f, 0) == 1);
 }
-
-const struct numeric_case micromap_cases[] = {
-    {54, {0, 0}, "order of microtriangles", curve_order},
-    {55, {0, 0}, "state of every microtriangle", every_microtriangle},
-    {56, {0, 0}, "special indices, overridden", overridden},
-    {57, {0, 0}, "indices into micromaps", opacity_indices},
-    {58, {0, 0}, "micromaps and their copies", micromap_objects},
-    {0},
-};

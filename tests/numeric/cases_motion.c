@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 48 to 53: triangles and instances that move (VK_NV_ray_tracing_motion_blur). */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cases.h"
@@ -20,14 +19,13 @@ static float at_time(float from, float to, float time)
 
 static void *build_moving(const float *from, const float *to, uint32_t triangles)
 {
-    struct fixture_input input;
-    fixture_input_triangles(&input, from, triangles);
+    INPUT(triangles, input, from, triangles);
     fixture_input_motion(&input, to);
-    return case_build(&input, NULL);
+    return case_build(&input);
 }
 
 /* Each triangle goes its own way; brute force takes those of the ray's time. */
-static void moving_triangles(void)
+CASE(48, 10, 0, "triangles that move")
 {
     enum { COUNT = 60 };
     float from[9 * COUNT], to[9 * COUNT], now[9 * COUNT];
@@ -57,20 +55,19 @@ static void moving_triangles(void)
 
 /* A closed mesh that swells, turns and goes away: at any time each ray from its inside meets one
  * triangle, at edges and vertices too. */
-static void moving_closed(void)
+CASE(49, 600, 450, "closed mesh that moves")
 {
     struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0.1f, 0.2f, 0.3f});
     struct fixture_mesh then = fixture_sphere(3, 2.5f, (float[3]){40, -3, 0.7f});
-    struct fixture_input input;
     uint64_t random = 79;
     for (uint32_t i = 0; i < then.vertex_count; i++) {
         float *at = then.positions + 3 * (size_t)i, x = at[0] - 40;
         at[0] = 40 + 0.8f * x - 0.6f * (at[1] + 3);
         at[1] = -3 + 0.6f * x + 0.8f * (at[1] + 3);
     }
-    fixture_input_mesh(&input, &mesh);
+    INPUT(mesh, input, &mesh);
     fixture_input_motion(&input, then.positions);
-    void *structure = case_build(&input, NULL);
+    void *structure = case_build(&input);
     for (uint32_t i = 0; i < 3 * mesh.triangle_count; i++) {
         uint32_t vertices[2] = {mesh.indices[i], mesh.indices[i - i % 3 + (i + 1) % 3]};
         float time = times[i % TIMES], ends[2][3];
@@ -91,37 +88,34 @@ static void moving_closed(void)
 }
 
 /* Vertices of time 1 count for activity and for what may be read. */
-static void moving_inactive(void)
+CASE(50, 0, 0, "inactive at one time")
 {
     const float from[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 0, 0, 6, 0, 0, 5, 1, 0};
     float to[18];
-    struct builder_report report;
-    struct fixture_input input;
     memcpy(to, from, sizeof(to));
     to[3] = NAN;
-    fixture_input_triangles(&input, from, 2);
+    INPUT(triangles, input, from, 2);
     fixture_input_motion(&input, to);
-    void *structure = case_build(&input, &report);
+    void *structure = case_build(&input);
     EXPECT(report.active == 1 && report.inactive == 1);
     struct trace_ray ray = case_ray_down(5.25f, 0.25f);
     EXPECT(case_closest(structure, ray).primitive == 1);
     input.geometry.triangles.motion_vertices_size = sizeof(to) - 4;
-    EXPECT(!fixture_build(&input.input, &report) && report.out_of_range > 0);
+    EXPECT(case_fails(&input) && report.out_of_range > 0);
     /* what isn't built for motion doesn't look at times */
     input.input.flags = 0;
-    structure = case_build(&input, NULL);
+    structure = case_build(&input);
     ray.time = 0.75f;
     EXPECT(case_closest(structure, ray).t == 1);
 }
 
 static void *build_instances(const void *instances, uint32_t count, bool has_pointers)
 {
-    struct fixture_input input;
-    fixture_input_instances(&input, instances, count);
+    INPUT(instances, input, instances, count);
     input.input.flags = MOTION;
     input.geometry.instances.size = count * (has_pointers ? sizeof(uint64_t) : STRIDE);
     input.geometry.instances.array_of_pointers = has_pointers;
-    return case_build(&input, NULL);
+    return case_build(&input);
 }
 
 /* Rays into the triangle where `matrix` puts it meet it in `moving` as in a TLAS with that
@@ -131,7 +125,7 @@ static void expect_same_hits(const void *blas, const void *moving,
 {
     VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
     instance.transform = *matrix;
-    void *still = case_instances(&instance, 1, NULL);
+    void *still = case_instances(&instance, 1);
     uint64_t random = 83;
     for (int i = 0; i < 6; i++) {
         float corners[9], origin[3];
@@ -153,9 +147,9 @@ static void expect_same_hits(const void *blas, const void *moving,
     }
 }
 
-static void matrix_motion(void)
+CASE(51, 0, 0, "instances between two matrices")
 {
-    void *blas = case_triangles(fixture_triangle, 1, NULL);
+    void *blas = case_triangles(fixture_triangle, 1);
     uint8_t bytes[2][STRIDE] = {{0}};
     VkAccelerationStructureMatrixMotionInstanceNV moving = {
         .transformT0 = {{{1, 0, 0, 5}, {0, 1, 0, -2}, {0, 0, 1, 0}}},
@@ -235,9 +229,9 @@ static VkSRTDataNV random_srt(uint64_t *random)
 }
 
 /* Bounds hold every point at every time, and the triangle is met where it is. */
-static void srt_motion(void)
+CASE(52, 0, 0, "instances between two SRT transforms")
 {
-    void *blas = case_triangles(fixture_triangle, 1, NULL);
+    void *blas = case_triangles(fixture_triangle, 1);
     uint64_t random = 89;
     for (int i = 0; i < 12; i++) {
         uint8_t bytes[STRIDE] = {0};
@@ -274,15 +268,14 @@ static void srt_motion(void)
 }
 
 /* Refits, copies and serialized forms of what moves. */
-static void moving_copies(void)
+CASE(53, 0, 0, "refits and copies of what moves")
 {
     const float to[9] = {8, 0, 0, 9, 0, 0, 8, 1, 0};
     float later[9] = {0, 8, 0, 1, 8, 0, 0, 9, 0};
-    struct fixture_input input;
     struct builder_uuids uuids = {{1}, {2}};
-    fixture_input_triangles(&input, fixture_triangle, 1);
+    INPUT(triangles, input, fixture_triangle, 1);
     fixture_input_motion(&input, to);
-    void *structure = case_build(&input, NULL);
+    void *structure = case_build(&input);
     uint64_t size = builder_size(structure), bytes_size = builder_serialized_size(structure);
     void *bytes = fixture_allocate(bytes_size), *again = fixture_allocate(size);
     EXPECT(builder_serialize(structure, &uuids, bytes, bytes_size) == BUILDER_OK);
@@ -296,18 +289,8 @@ static void moving_copies(void)
     ray.origin[0] = 0.25f;
     ray.origin[1] = 4.25f;
     EXPECT(case_closest(again, ray).t == 1);
-    void *fresh = case_build(&input, NULL);
+    void *fresh = case_build(&input);
     EXPECT(memcmp(fresh, again, size) == 0);
     input.input.flags = 0; /* another kind of structure */
     EXPECT(fixture_refit(&input.input, again, again, NULL) == BUILDER_INCOMPATIBLE);
 }
-
-const struct numeric_case motion_cases[] = {
-    {48, {10, 0}, "triangles that move", moving_triangles},
-    {49, {600, 450}, "closed mesh that moves", moving_closed},
-    {50, {0, 0}, "inactive at one time", moving_inactive},
-    {51, {0, 0}, "instances between two matrices", matrix_motion},
-    {52, {0, 0}, "instances between two SRT transforms", srt_motion},
-    {53, {0, 0}, "refits and copies of what moves", moving_copies},
-    {0},
-};

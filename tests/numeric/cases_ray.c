@@ -1,37 +1,41 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 22 to 27 and 29 to 31: directions with zeros, edges and vertices, the ends of rays. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cases.h"
 
-/* Triangles of a mesh as three corners each. */
-static float *unroll(const struct fixture_mesh *mesh)
+/* A sphere at the origin, as three corners a triangle. */
+struct sphere {
+    float *corners;
+    uint32_t count;
+    void *structure;
+};
+
+static struct sphere build_sphere(uint32_t side)
 {
-    float *corners = fixture_allocate((uint64_t)mesh->triangle_count * 36);
-    for (uint32_t i = 0; i < 3 * mesh->triangle_count; i++)
-        memcpy(corners + 3 * (size_t)i, mesh->positions + 3 * (size_t)mesh->indices[i], 12);
-    return corners;
+    struct fixture_mesh mesh = fixture_sphere(side, 1, (float[3]){0, 0, 0});
+    float *corners = fixture_allocate((uint64_t)mesh.triangle_count * 36);
+    for (uint32_t i = 0; i < 3 * mesh.triangle_count; i++)
+        memcpy(corners + 3 * (size_t)i, mesh.positions + 3 * (size_t)mesh.indices[i], 12);
+    return (struct sphere){corners, mesh.triangle_count,
+                           case_triangles(corners, mesh.triangle_count)};
 }
 
-static void zero_components(void)
+CASE(22, 0, 0, "zeros in the direction")
 {
-    struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0, 0, 0});
-    float *corners = unroll(&mesh);
-    void *structure = case_triangles(corners, mesh.triangle_count, NULL);
+    const struct sphere sphere = build_sphere(3);
     uint64_t random = 37;
     for (int i = 0; i < 24; i++) {
         int axis = i % 3;
         struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
-        for (int j = 0; j < 3; j++) {
-            ray.origin[j] = fixture_uniform(&random, -0.4f, 0.4f);
+        case_uniform(&random, -0.4f, 0.4f, ray.origin);
+        for (int j = 0; j < 3; j++)
             ray.direction[j] = i % 2 ? -0.0f : 0.0f;
-        }
         ray.direction[axis] = i % 4 < 2 ? 1 : -1;
         if (i >= 12)
             ray.direction[(axis + 1) % 3] = 0.5f;
-        case_check_ray(structure, corners, mesh.triangle_count, ray);
+        case_check_ray(sphere.structure, sphere.corners, sphere.count, ray);
     }
 }
 
@@ -54,12 +58,12 @@ static void shoot_closed(bool at_vertex)
     }
 }
 
-static void shared_edge(void)
+CASE(23, 550, 380, "shared edge")
 {
     shoot_closed(false);
 }
 
-static void closed_ring(void)
+CASE(24, 820, 950, "vertex of a closed fan")
 {
     shoot_closed(true);
     /* Eight triangles around the origin, on a grid where every tie is exact. */
@@ -70,112 +74,84 @@ static void closed_ring(void)
         float one[9] = {0, 0, 0, ring[i][0], ring[i][1], 0, ring[i + 1][0], ring[i + 1][1], 0};
         memcpy(corners + (size_t)9 * i, one, sizeof(one));
     }
-    void *structure = case_triangles(corners, 8, NULL);
+    void *structure = case_triangles(corners, 8);
     for (int i = 0; i < 25; i++) {
         int column = i % 5 - 2, row = i / 5 - 2;
         float x = (float)column / 4, y = (float)row / 4;
-        struct trace_ray straight = case_ray_down(x, y);
-        struct trace_ray oblique = fixture_ray(x + 0.5f, y - 0.25f, -1, -0.5f, 0.25f, 1);
-        EXPECT(case_count(structure, straight) == 1);
-        EXPECT(case_count(structure, oblique) == 1);
+        EXPECT(case_count(structure, case_ray_down(x, y)) == 1);
+        EXPECT(case_count(structure, fixture_ray(x + 0.5f, y - 0.25f, -1, -0.5f, 0.25f, 1)) == 1);
     }
 }
 
-static void open_boundary(void)
+CASE(25, 0, 0, "open boundary")
 {
-    void *structure = case_triangles(fixture_triangle, 1, NULL);
-    struct fixture_hits hits;
+    void *structure = case_triangles(fixture_triangle, 1);
     for (int i = 0; i <= 8; i++) {
-        struct trace_ray ray = fixture_ray((float)i / 8, 0, 1, 0, 0, -1);
-        case_trace_all(structure, ray, &hits);
+        const struct fixture_hits hits =
+            case_hits(structure, fixture_ray((float)i / 8, 0, 1, 0, 0, -1));
         EXPECT(hits.count <= 1 && (hits.count == 0 || hits.hits[0].t == 1));
     }
 }
 
-static void origin_on_surface(void)
+CASE(26, 0, 0, "origin on the surface")
 {
-    void *structure = case_triangles(fixture_triangle, 1, NULL);
-    struct trace_ray ray = fixture_ray(0.25f, 0.25f, 0, 0, 0, -1);
-    EXPECT(!case_meets(structure, ray));
-    ray = fixture_ray(0.25f, 0.25f, 0, 1, 0.5f, 0.25f);
-    EXPECT(!case_meets(structure, ray));
+    void *structure = case_triangles(fixture_triangle, 1);
+    EXPECT(!case_meets(structure, fixture_ray(0.25f, 0.25f, 0, 0, 0, -1)));
+    EXPECT(!case_meets(structure, fixture_ray(0.25f, 0.25f, 0, 1, 0.5f, 0.25f)));
 }
 
-static void ends_of_ray(void)
+CASE(27, 0, 0, "t equal to tmin or tmax")
 {
-    void *structure = case_triangles(fixture_triangle, 1, NULL);
+    void *structure = case_triangles(fixture_triangle, 1);
     for (int i = 0; i < 5; i++) {
         float t = (float[]){1, 2, 0.5f, 1024, 0x1p-20f}[i];
-        struct trace_ray ray = fixture_ray(0.25f, 0.25f, t, 0, 0, -1);
-        ray.t_min = t;
-        EXPECT(!case_meets(structure, ray));
-        ray.t_min = nextafterf(t, 0);
-        EXPECT(case_closest(structure, ray).t == t);
-        ray.t_min = 0;
-        ray.t_max = t;
-        EXPECT(!case_meets(structure, ray));
-        ray.t_max = nextafterf(t, INFINITY);
-        EXPECT(case_closest(structure, ray).t == t);
+        const struct trace_ray ray = fixture_ray(0.25f, 0.25f, t, 0, 0, -1);
+        EXPECT(!case_meets(structure, case_between(ray, t, INFINITY)));
+        EXPECT(case_closest(structure, case_between(ray, nextafterf(t, 0), INFINITY)).t == t);
+        EXPECT(!case_meets(structure, case_between(ray, 0, t)));
+        EXPECT(case_closest(structure, case_between(ray, 0, nextafterf(t, INFINITY))).t == t);
     }
 }
 
-static void infinite_end(void)
+CASE(29, 1000, 0, "tmax infinite")
 {
     float far[9] = {-1e30f, -1e30f, 1e30f, 3e30f, -1e30f, 1e30f, -1e30f, 3e30f, 1e30f};
-    void *structure = case_triangles(far, 1, NULL);
+    void *structure = case_triangles(far, 1);
     struct trace_ray ray = fixture_ray(1, 2, 3, 0.25f, 0.125f, 1);
     EXPECT(case_check_ray(structure, far, 1, ray) == 1);
 }
 
-static void scaled_direction(void)
+CASE(30, 0, 0, "direction scaled by 1e20 and 1e-20")
 {
-    struct fixture_mesh mesh = fixture_sphere(3, 1, (float[3]){0, 0, 0});
-    float *corners = unroll(&mesh);
-    void *structure = case_triangles(corners, mesh.triangle_count, NULL);
+    const struct sphere sphere = build_sphere(3);
     uint64_t random = 43;
     for (int i = 0; i < 20; i++) {
         struct trace_ray ray = fixture_ray(0.1f, 0.2f, 0.1f, 0, 0, 0), scaled;
-        for (int j = 0; j < 3; j++)
-            ray.direction[j] = fixture_uniform(&random, -1, 1);
+        case_uniform(&random, -1, 1, ray.direction);
         for (int j = 0; j < 4; j++) {
             float scale = (float[]){1e20f, 1e-20f, 0x1p60f, 0x1p-60f}[j];
             struct trace_hit hit, other;
             scaled = ray;
             for (int k = 0; k < 3; k++)
                 scaled.direction[k] *= scale;
-            case_check_ray(structure, corners, mesh.triangle_count, scaled);
-            bool is_hit = case_trace(structure, ray, &hit);
-            EXPECT(is_hit == case_trace(structure, scaled, &other));
+            case_check_ray(sphere.structure, sphere.corners, sphere.count, scaled);
+            bool is_hit = case_trace(sphere.structure, ray, &hit);
+            EXPECT(is_hit == case_trace(sphere.structure, scaled, &other));
             EXPECT(fabsf(other.t * scale - hit.t) <= (j < 2 ? 1e-5f : 0) * hit.t);
         }
     }
 }
 
-static void far_origin(void)
+CASE(31, 90, 80, "origin far away")
 {
-    struct fixture_mesh mesh = fixture_sphere(2, 1, (float[3]){0, 0, 0});
-    float *corners = unroll(&mesh);
-    void *structure = case_triangles(corners, mesh.triangle_count, NULL);
+    const struct sphere sphere = build_sphere(2);
     uint64_t random = 47;
     for (int i = 0; i < 40; i++) {
         float far = i % 2 ? 1e7f : 1e8f;
         float origin[3] = {far, fixture_uniform(&random, -far, far),
                            fixture_uniform(&random, -far, far)};
-        uint64_t triangle = fixture_random(&random) % mesh.triangle_count;
-        struct trace_ray ray = case_ray_into(corners + 9 * triangle, origin, &random);
-        case_check_ray(structure, corners, mesh.triangle_count, ray);
+        uint64_t triangle = fixture_random(&random) % sphere.count;
+        struct trace_ray ray = case_ray_into(sphere.corners + 9 * triangle, origin, &random);
+        case_check_ray(sphere.structure, sphere.corners, sphere.count, ray);
     }
 }
-
-const struct numeric_case ray_cases[] = {
-    {22, {0, 0}, "zeros in the direction", zero_components},
-    {23, {550, 380}, "shared edge", shared_edge},
-    {24, {820, 950}, "vertex of a closed fan", closed_ring},
-    {25, {0, 0}, "open boundary", open_boundary},
-    {26, {0, 0}, "origin on the surface", origin_on_surface},
-    {27, {0, 0}, "t equal to tmin or tmax", ends_of_ray},
-    {29, {1000, 0}, "tmax infinite", infinite_end},
-    {30, {0, 0}, "direction scaled by 1e20 and 1e-20", scaled_direction},
-    {31, {90, 80}, "origin far away", far_origin},
-    {0},
-};

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 5 to 15: degenerate, coincident, tiny and huge triangles. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cases.h"
@@ -20,6 +19,15 @@ static void scatter(float *corners, uint32_t count, float spread, float size, ui
         }
 }
 
+/* The same triangle, again and again. */
+static void *build_copies(uint32_t count)
+{
+    float *corners = fixture_allocate(count * sizeof(fixture_triangle));
+    for (size_t i = 0; i < count; i++)
+        memcpy(corners + 9 * i, fixture_triangle, sizeof(fixture_triangle));
+    return case_triangles(corners, count);
+}
+
 /* A degenerate triangle beside one that is none: only the second is hit, by its own number. */
 static void check_degenerate(const float corners[9])
 {
@@ -27,75 +35,64 @@ static void check_degenerate(const float corners[9])
     uint64_t random = 5;
     memcpy(both, corners, 9 * sizeof(float));
     memcpy(both + 9, fixture_triangle, sizeof(fixture_triangle));
-    void *structure = case_triangles(both, 2, NULL);
+    void *structure = case_triangles(both, 2);
     for (int i = 0; i < 30; i++) {
         float origin[3] = {fixture_uniform(&random, -1, 2), fixture_uniform(&random, -1, 2), 3};
         struct trace_ray ray = case_ray_into(i % 2 ? both : both + 9, origin, &random);
-        struct fixture_hits hits;
-        case_trace_all(structure, ray, &hits);
+        const struct fixture_hits hits = case_hits(structure, ray);
         for (uint32_t j = 0; j < hits.count; j++)
             EXPECT(hits.hits[j].primitive == 1);
         EXPECT(i % 2 == 1 || hits.count == 1);
     }
 }
 
-static void repeated_index(void)
+CASE(5, 0, 0, "repeated index")
 {
     const uint32_t indices[9] = {0, 1, 1, 0, 1, 2, 2, 2, 2};
     struct fixture_mesh mesh = {(float *)fixture_triangle, (uint32_t *)indices, 3, 3};
     void *structure = case_mesh(&mesh);
-    struct trace_ray ray = case_ray_down(0.3f, 0.3f);
-    struct fixture_hits hits;
-    case_trace_all(structure, ray, &hits);
+    const struct fixture_hits hits = case_hits(structure, case_ray_down(0.3f, 0.3f));
     EXPECT(hits.count == 1 && hits.hits[0].primitive == 1);
 }
 
-static void repeated_position(void)
+CASE(6, 0, 0, "repeated positions")
 {
     check_degenerate((float[9]){0, 0, 1, 1, 1, 1, 1, 1, 1});
     check_degenerate((float[9]){0.2f, 0.2f, 1, 0.2f, 0.2f, 1, 0.2f, 0.2f, 1});
 }
 
-static void collinear(void)
+CASE(7, 0, 40, "oblique collinear vertices")
 {
     check_degenerate((float[9]){0.125f, 0.25f, 1, 0.375f, 0.75f, 1.5f, 0.25f, 0.5f, 1.25f});
     check_degenerate((float[9]){0, 0, 1, 0.25f, 0.5f, 1.75f, 0.125f, 0.25f, 1.375f});
 }
 
-static void sliver(void)
+CASE(8, 180, 150, "sliver")
 {
-    float corners[9] = {0, 0, 0, 1e6f, 1e6f, 3e5f, 5e5f, 5e5f + 1e-2f, 1.5e5f};
-    corners[7] = nextafterf(5e5f, INFINITY);
+    float corners[9] = {0, 0, 0, 1e6f, 1e6f, 3e5f, 5e5f, nextafterf(5e5f, INFINITY), 1.5e5f};
     case_check_rays(corners, 1, 10, 40);
     float thin[9] = {0, 0, 0, 1, 0, 0, 0.5f, 1e-12f, 0};
     case_check_rays(thin, 1, 1, 40);
 }
 
-static void coincident(void)
+CASE(9, 0, 0, "100,000 coincident centroids")
 {
     enum { COUNT = 100000 };
-    static float corners[9 * COUNT];
-    for (int i = 0; i < COUNT; i++)
-        memcpy(corners + (size_t)9 * i, fixture_triangle, sizeof(fixture_triangle));
-    void *structure = case_triangles(corners, COUNT, NULL);
+    void *structure = build_copies(COUNT);
     struct builder_statistics statistics;
     builder_measure(structure, &statistics);
     EXPECT(statistics.depth <= 20);
     EXPECT(case_count(structure, case_ray_down(0.3f, 0.3f)) == COUNT);
 }
 
-static void duplicates(void)
+CASE(10, 0, 0, "exact duplicates")
 {
-    float corners[27];
-    for (int i = 0; i < 3; i++)
-        memcpy(corners + (size_t)9 * i, fixture_triangle, sizeof(fixture_triangle));
-    void *structure = case_triangles(corners, 3, NULL);
-    struct trace_ray ray = fixture_ray(0.25f, 0.25f, 2, 0, 0, -1);
-    struct trace_hit hit;
-    EXPECT(case_trace(structure, ray, &hit) && hit.t == 2 && hit.primitive < 3);
+    void *structure = build_copies(3);
+    const struct trace_hit hit = case_closest(structure, fixture_ray(0.25f, 0.25f, 2, 0, 0, -1));
+    EXPECT(hit.t == 2 && hit.primitive < 3);
 }
 
-static void flat_axis(void)
+CASE(11, 0, 0, "axis without extent")
 {
     for (int flat = 0; flat < 3; flat++) {
         float corners[9 * SCATTERED];
@@ -106,14 +103,14 @@ static void flat_axis(void)
     }
 }
 
-static void outlier(void)
+CASE(12, 0, 0, "outlier at 1e30")
 {
     float corners[9 * SCATTERED];
     scatter(corners, SCATTERED, 2, 0.5f, 11);
     for (int i = 0; i < 9; i++)
         corners[i] = 1e30f * (i == 4 || i == 8 ? 1.5f : 1);
     case_check_rays(corners + 9, SCATTERED - 1, 3, 10);
-    void *structure = case_triangles(corners, SCATTERED, NULL);
+    void *structure = case_triangles(corners, SCATTERED);
     uint64_t random = 3;
     for (int i = 0; i < 30; i++) {
         const float origin[3] = {5, 4, 3};
@@ -122,7 +119,7 @@ static void outlier(void)
     }
 }
 
-static void subnormal(void)
+CASE(13, 60, 30, "subnormal coordinates")
 {
     float corners[9 * SCATTERED];
     scatter(corners, SCATTERED, 1e-39f, 1e-39f, 13);
@@ -131,40 +128,24 @@ static void subnormal(void)
     case_check_rays(corners, SCATTERED, 0x10p-149f, 30);
 }
 
-static void huge(void)
+CASE(14, 60, 0, "coordinates of 1e30")
 {
     float corners[9 * SCATTERED];
     scatter(corners, SCATTERED, 1e30f, 5e29f, 19);
     case_check_rays(corners, SCATTERED, 2e30f, 30);
 }
 
-static void mixed_sizes(void)
+CASE(15, 0, 0, "1e-6 beside 1e6")
 {
     float corners[9 * SCATTERED];
     scatter(corners, SCATTERED / 2, 1e6f, 1e5f, 23);
     scatter(corners + 9 * SCATTERED / 2, SCATTERED / 2, 1e-6f, 1e-6f, 29);
-    void *structure = case_triangles(corners, SCATTERED, NULL);
+    void *structure = case_triangles(corners, SCATTERED);
     uint64_t random = 31;
     for (int i = 0; i < 30; i++) {
-        float origin[3] = {fixture_uniform(&random, -1e-5f, 1e-5f),
-                           fixture_uniform(&random, -1e-5f, 1e-5f),
-                           fixture_uniform(&random, -1e-5f, 1e-5f)};
+        float origin[3];
+        case_uniform(&random, -1e-5f, 1e-5f, origin);
         struct trace_ray ray = case_ray_into(corners + 9 * (10 + i), origin, &random);
         case_check_ray(structure, corners, SCATTERED, ray);
     }
 }
-
-const struct numeric_case shape_cases[] = {
-    {5, {0, 0}, "repeated index", repeated_index},
-    {6, {0, 0}, "repeated positions", repeated_position},
-    {7, {0, 40}, "oblique collinear vertices", collinear},
-    {8, {180, 150}, "sliver", sliver},
-    {9, {0, 0}, "100,000 coincident centroids", coincident},
-    {10, {0, 0}, "exact duplicates", duplicates},
-    {11, {0, 0}, "axis without extent", flat_axis},
-    {12, {0, 0}, "outlier at 1e30", outlier},
-    {13, {60, 30}, "subnormal coordinates", subnormal},
-    {14, {60, 0}, "coordinates of 1e30", huge},
-    {15, {0, 0}, "1e-6 beside 1e6", mixed_sizes},
-    {0},
-};

@@ -2,8 +2,8 @@
 /* Cases 59 to 61: spheres (VK_NV_ray_tracing_linear_swept_spheres). */
 #include <math.h>
 
+#include "cases.h"
 #include "exact.h"
-#include "sphere_list.h"
 
 void sphere_list_describe(struct sphere_list *list, VkGeometryTypeKHR type, uint32_t primitives)
 {
@@ -27,11 +27,11 @@ static void *build_spheres(const float *centers, const float *radii, uint32_t co
 {
     struct sphere_list list = {.centers = centers, .radii = radii, .vertices = count};
     sphere_list_describe(&list, VK_GEOMETRY_TYPE_SPHERES_NV, count);
-    return case_build(&list.input, NULL);
+    return case_build(&list.input);
 }
 
 /* Many of all sizes; rays into them, beside them and along their silhouettes. */
-static void spheres(void)
+CASE(59, 0, 0, "spheres")
 {
     enum { COUNT = 40 };
     float centers[3 * COUNT], radii[COUNT];
@@ -53,8 +53,7 @@ static void spheres(void)
         /* across the direction by about the radius, or less */
         int across = (int)(fixture_random(&random) % 3);
         ray.direction[across] += radii[target] * (i % 2 ? fixture_uniform(&random, -1, 1) : 1.01f);
-        struct fixture_hits hits;
-        case_trace_all(structure, ray, &hits);
+        const struct fixture_hits hits = case_hits(structure, ray);
         uint32_t expected = 0;
         for (uint32_t j = 0; j < COUNT; j++) {
             struct exact_hit truth = exact_sphere(&ray, centers + 3 * j, radii[j]);
@@ -72,7 +71,7 @@ static void spheres(void)
 }
 
 /* One step of a float decides. */
-static void silhouettes(void)
+CASE(60, 0, 0, "silhouettes of spheres")
 {
     const float center[3] = {0, 0, 0};
     for (int i = 0; i < 12; i++) {
@@ -96,34 +95,26 @@ static void silhouettes(void)
     }
 }
 
-static void sphere_rules(void)
+CASE(61, 0, 0, "what counts for spheres")
 {
     const float centers[15] = {0, 0, 0, 5, 0, 0, 10, NAN, 0, 15, 0, 0, 20, 0, 0};
     const float radii[5] = {1, NAN, 1, -1, 0};
     struct sphere_list list = {.centers = centers, .radii = radii, .vertices = 5};
-    struct builder_report report;
     sphere_list_describe(&list, VK_GEOMETRY_TYPE_SPHERES_NV, 5);
     list.input.geometry.flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
-    void *structure = case_build(&list.input, &report);
+    void *structure = case_build(&list.input);
     EXPECT(report.active == 2 && report.inactive == 3 && report.undefined == 1);
     struct trace_ray ray = fixture_ray(-3, 0, 0, 2, 0, 0);
     struct trace_hit hit;
-    struct fixture_hits hits;
-    case_trace_all(structure, ray, &hits);
+    const struct fixture_hits hits = case_hits(structure, ray);
     EXPECT(hits.count >= 1 && hits.count <= 2); /* radius 0: either */
     EXPECT(case_trace(structure, ray, &hit) && hit.t == 1 && hit.opaque && hit.primitive == 0 &&
            hit.u == 0 && !hit.is_swept);
-    ray.t_max = 1; /* both ends count */
-    EXPECT(case_meets(structure, ray));
-    ray.t_max = nextafterf(1, 0);
-    EXPECT(!case_meets(structure, ray));
-    ray.t_max = 1.9f;
-    ray.t_min = nextafterf(1, 2); /* where it leaves isn't met */
-    EXPECT(!case_meets(structure, ray));
-    ray = fixture_ray(0.5f, 0.5f, 0, 1, 0.1f, 0); /* from within */
-    ray.t_max = 3;
-    EXPECT(!case_meets(structure, ray));
-    ray = fixture_ray(-3, 0, 0, 2, 0, 0);
+    EXPECT(case_meets(structure, case_between(ray, 0, 1))); /* both ends count */
+    EXPECT(!case_meets(structure, case_between(ray, 0, nextafterf(1, 0))));
+    /* where it leaves isn't met, also from within */
+    EXPECT(!case_meets(structure, case_between(ray, nextafterf(1, 2), 1.9f)));
+    EXPECT(!case_meets(structure, case_between(fixture_ray(0.5f, 0.5f, 0, 1, 0.1f, 0), 0, 3)));
     ray.flags = TRACE_SKIP_TRIANGLES;
     EXPECT(!case_meets(structure, ray));
     ray.flags = TRACE_SKIP_AABBS | TRACE_CULL_BACK_FACING | TRACE_CULL_FRONT_FACING;
@@ -133,17 +124,7 @@ static void sphere_rules(void)
     /* seen through an instance, where it is an ellipsoid */
     VkAccelerationStructureInstanceKHR instance = fixture_instance(structure);
     instance.transform.matrix[0][0] = 2;
-    void *tlas = case_instances(&instance, 1, NULL);
+    void *tlas = case_instances(&instance, 1);
     ray = fixture_ray(-3, 0, 0, 1, 0, 0);
     EXPECT(case_trace(tlas, ray, &hit) && hit.t == 1 && hit.is_sphere);
 }
-
-const struct numeric_case sphere_cases[] = {
-    {59, {0, 0}, "spheres", spheres},
-    {60, {0, 0}, "silhouettes of spheres", silhouettes},
-    {61, {0, 0}, "what counts for spheres", sphere_rules},
-    {62, {0, 0}, "swept spheres", swept_spheres},
-    {63, {0, 0}, "seams of swept spheres", swept_seams},
-    {64, {0, 0}, "indices and caps of swept spheres", swept_indices},
-    {0},
-};

@@ -2,7 +2,6 @@
 /* Cases 44 to 47: refits, deep trees, threads, copies. */
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cases.h"
@@ -16,17 +15,16 @@ static void wobble(struct fixture_mesh *mesh, const float *rest, int step)
 }
 
 /* Many small steps, then the same positions in one: the same bytes. */
-static void refits(void)
+CASE(44, 0, 0, "10,000 refits")
 {
     if (setting.threads > 1 || setting.accuracy != TRACE_EXACT) /* nothing to do with refits */
         return;
     struct fixture_mesh mesh = fixture_sphere(4, 1, (float[3]){0, 0, 0});
-    struct fixture_input input;
     struct builder_statistics before, after;
     float *rest = fixture_allocate((uint64_t)mesh.vertex_count * 12);
     memcpy(rest, mesh.positions, (size_t)mesh.vertex_count * 12);
-    fixture_input_mesh(&input, &mesh);
-    void *structure = case_build(&input, NULL);
+    INPUT(mesh, input, &mesh);
+    void *structure = case_build(&input);
     uint64_t size = builder_size(structure);
     void *fresh = fixture_allocate(size);
     builder_clone(structure, fresh, size);
@@ -41,10 +39,10 @@ static void refits(void)
     printf("        SAH cost at quality %d: %.2f built, %.2f after %d refits\n", setting.quality,
            before.sah, after.sah, REFITS);
     /* In place and from elsewhere; and back to where it began: what the build wrote. */
-    void *again = case_build(&input, NULL);
+    void *again = case_build(&input);
     memcpy(mesh.positions, rest, (size_t)mesh.vertex_count * 12);
     EXPECT(fixture_refit(&input.input, structure, again, NULL) == BUILDER_OK);
-    void *first = case_build(&input, NULL);
+    void *first = case_build(&input);
     EXPECT(memcmp(first, again, size) == 0);
     input.range.primitiveCount--;
     EXPECT(fixture_refit(&input.input, structure, again, NULL) == BUILDER_INCOMPATIBLE);
@@ -52,7 +50,7 @@ static void refits(void)
 
 /* Each triangle is twice as far and twice as large as the one before: splits by cost peel off one
  * at a time. */
-static void skewed(void)
+CASE(45, 600, 0, "deep skewed tree")
 {
     enum { COUNT = 200 };
     float corners[9 * COUNT];
@@ -61,7 +59,7 @@ static void skewed(void)
         float one[9] = {at, 0, 0, at * 1.5f, 0, 0, at, at * 0.5f, 0};
         memcpy(corners + (size_t)9 * i, one, sizeof(one));
     }
-    void *structure = case_triangles(corners, COUNT, NULL);
+    void *structure = case_triangles(corners, COUNT);
     struct builder_statistics statistics;
     builder_measure(structure, &statistics);
     EXPECT(statistics.depth <= 80);
@@ -72,14 +70,13 @@ static void skewed(void)
     }
 }
 
-static void threads(void)
+CASE(46, 0, 0, "one and two threads")
 {
     struct fixture_mesh mesh = fixture_soup(20000, 67);
-    struct fixture_input input;
     mesh.positions[3 * 100] = NAN;
     mesh.positions[3 * 50000] = NAN;
-    fixture_input_mesh(&input, &mesh);
-    void *other = case_build(&input, NULL);
+    INPUT(mesh, input, &mesh);
+    void *other = case_build(&input);
     input.input.threads = 1;
     void *one = fixture_build(&input.input, NULL);
     EXPECT(memcmp(one, other, builder_size(one)) == 0);
@@ -124,7 +121,7 @@ static bool hits_are_same(const struct trace_hit *a, const struct trace_hit *b)
            a->front_face == b->front_face && a->opaque == b->opaque;
 }
 
-static void copies(void)
+CASE(47, 0, 0, "serialize, relocate, deserialize")
 {
     struct fixture_mesh mesh = fixture_sphere(4, 1, (float[3]){0, 0, 0});
     struct builder_uuids uuids = {{1, 2, 3}, {4, 5, 6}}, others = {{1, 2, 3}, {4, 5, 7}};
@@ -143,7 +140,7 @@ static void copies(void)
            BUILDER_INCOMPATIBLE);
 
     VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
-    void *tlas = case_instances(&instance, 1, NULL);
+    void *tlas = case_instances(&instance, 1);
     bytes = serialize(tlas, &uuids, &size);
     EXPECT(builder_reference_count(tlas) == 1);
     uint64_t reference = 0x1234;
@@ -164,11 +161,3 @@ static void copies(void)
         EXPECT(hits_are_same(&hits[0], &hits[1]));
     }
 }
-
-const struct numeric_case structure_cases[] = {
-    {44, {0, 0}, "10,000 refits", refits},
-    {45, {600, 0}, "deep skewed tree", skewed},
-    {46, {0, 0}, "one and two threads", threads},
-    {47, {0, 0}, "serialize, relocate, deserialize", copies},
-    {0},
-};

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cases 23 and 24 in bulk: rays from inside a closed sphere of 159,000 triangles, aimed at points
  * of its edges and at its vertices. Each has to leave through exactly one triangle. */
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -102,11 +101,10 @@ static bool check_rays(const char *what, const void *structure, const struct sph
 static bool check_sphere(float offset, uint32_t rays)
 {
     struct sphere sphere = {.center = {offset, offset, offset}, .rays = rays};
-    struct fixture_input input;
     char what[32];
     bool is_good = true;
     sphere.mesh = fixture_sphere(SIDE, 1, sphere.center);
-    fixture_input_mesh(&input, &sphere.mesh);
+    INPUT(mesh, input, &sphere.mesh);
     for (int quality = BUILDER_FAST; quality <= BUILDER_HIGH; quality++) {
         input.input.quality = quality;
         input.input.threads = 1 + quality % 2;
@@ -127,10 +125,9 @@ static const VkTransformMatrixKHR turned = {
 static bool check_instance(uint32_t rays)
 {
     struct sphere sphere = {.rays = rays};
-    struct fixture_input input;
     bool is_good = true;
     sphere.mesh = fixture_sphere(SIDE, 1, sphere.center);
-    fixture_input_mesh(&input, &sphere.mesh);
+    INPUT(mesh, input, &sphere.mesh);
     void *blas = fixture_build(&input.input, NULL);
     VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
     instance.transform = turned;

@@ -14,9 +14,10 @@ struct displaced {
     void *micromap;
 };
 
-/* Without vectors yet. */
+/* `vectors`: of bytes `vectors_size`. */
 void open_displaced(struct displaced *displaced, uint32_t format, uint32_t count,
-                    const uint8_t *levels, encoder_value *value, void *context);
+                    const uint8_t *levels, encoder_value *value, void *context,
+                    const float *vectors, uint64_t vectors_size);
 
 encoder_value random_value; /* its context: a state of fixture_random() */
 

@@ -1,114 +1,105 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Brute force in rational arithmetic. */
+/* Brute force in rational arithmetic. Functions keep the numbers that they compute with: one thread
+ * calls them, again and again. */
 #include "exact.h"
 
 #include <gmp.h>
 #include <math.h>
 
-static void init_all(mpq_t *numbers, int count)
+static void set_up(mpq_t *numbers, int count)
 {
     for (int i = 0; i < count; i++)
         mpq_init(numbers[i]);
 }
 
-static void clear_all(mpq_t *numbers, int count)
+/* Declares `count` numbers, which are set up once. */
+#define NUMBERS(name, count)                                                                       \
+    static mpq_t name[count];                                                                      \
+    static bool is_set_up_##name;                                                                  \
+    if (!is_set_up_##name)                                                                         \
+        set_up(name, count);                                                                       \
+    is_set_up_##name = true
+
+/* to = a . b */
+static void dot_product(mpq_t to, const mpq_t a[3], const mpq_t b[3])
 {
-    for (int i = 0; i < count; i++)
-        mpq_clear(numbers[i]);
+    NUMBERS(term, 1);
+    mpq_set_ui(to, 0, 1);
+    for (int i = 0; i < 3; i++) {
+        mpq_mul(term[0], a[i], b[i]);
+        mpq_add(to, to, term[0]);
+    }
 }
 
 /* to = a . (b x c) */
 static void triple_product(mpq_t to, const mpq_t a[3], const mpq_t b[3], const mpq_t c[3])
 {
-    mpq_t left, right;
-    mpq_inits(left, right, NULL);
-    mpq_set_ui(to, 0, 1);
+    NUMBERS(cross, 3);
+    NUMBERS(term, 1);
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
-        mpq_mul(left, b[j], c[k]);
-        mpq_mul(right, b[k], c[j]);
-        mpq_sub(left, left, right);
-        mpq_mul(left, left, a[i]);
-        mpq_add(to, to, left);
+        mpq_mul(cross[i], b[j], c[k]);
+        mpq_mul(term[0], b[k], c[j]);
+        mpq_sub(cross[i], cross[i], term[0]);
     }
-    mpq_clears(left, right, NULL);
+    dot_product(to, a, cross);
 }
 
-/* Corners relative to the origin, and the direction. */
-static void set_up(const struct trace_ray *ray, const float corners[9], mpq_t p[3][3], mpq_t d[3])
+static void set_vector(mpq_t to[3], const float from[3])
 {
-    mpq_t origin;
-    mpq_init(origin);
-    init_all(d, 3);
     for (int i = 0; i < 3; i++)
-        mpq_set_d(d[i], ray->direction[i]);
-    for (int corner = 0; corner < 3; corner++) {
-        init_all(p[corner], 3);
-        for (int i = 0; i < 3; i++) {
-            mpq_set_d(origin, ray->origin[i]);
-            mpq_set_d(p[corner][i], corners[3 * corner + i]);
-            mpq_sub(p[corner][i], p[corner][i], origin);
-        }
-    }
-    mpq_clear(origin);
+        mpq_set_d(to[i], from[i]);
+}
+
+/* to = from - the ray's origin */
+static void set_relative(mpq_t to[3], const float from[3], const struct trace_ray *ray)
+{
+    NUMBERS(origin, 3);
+    set_vector(origin, ray->origin);
+    set_vector(to, from);
+    for (int i = 0; i < 3; i++)
+        mpq_sub(to[i], to[i], origin[i]);
 }
 
 static bool is_between(const struct trace_ray *ray, const mpq_t t)
 {
-    mpq_t limit;
-    mpq_init(limit);
-    mpq_set_d(limit, ray->t_min);
-    bool is_inside = mpq_cmp(t, limit) > 0;
-    if (is_inside && !isinf(ray->t_max)) {
-        mpq_set_d(limit, ray->t_max);
-        is_inside = mpq_cmp(t, limit) < 0;
-    }
-    mpq_clear(limit);
-    return is_inside;
+    NUMBERS(limit, 1);
+    mpq_set_d(limit[0], ray->t_min);
+    if (mpq_cmp(t, limit[0]) <= 0 || isinf(ray->t_max))
+        return mpq_cmp(t, limit[0]) > 0;
+    mpq_set_d(limit[0], ray->t_max);
+    return mpq_cmp(t, limit[0]) < 0;
 }
 
 struct exact_hit exact_triangle(const struct trace_ray *ray, const float corners[9])
 {
     struct exact_hit hit = {EXACT_OUTSIDE, 0, false};
-    mpq_t p[3][3], d[3], edge[3], sum, t;
-    set_up(ray, corners, p, d);
-    init_all(edge, 3);
-    mpq_inits(sum, t, NULL);
+    NUMBERS(corner, 9);
+    NUMBERS(d, 3);
+    NUMBERS(number, 3);
+    mpq_t *p[3] = {corner, corner + 3, corner + 6}, *edge = &number[0], *sum = &number[1],
+          *t = &number[2];
     int negative = 0, positive = 0;
-    for (int i = 0; i < 3; i++) {
-        triple_product(edge[i], d, p[(i + 1) % 3], p[(i + 2) % 3]);
-        mpq_add(sum, sum, edge[i]);
-        negative += mpq_sgn(edge[i]) < 0;
-        positive += mpq_sgn(edge[i]) > 0;
-    }
-    if ((negative == 0 || positive == 0) && mpq_sgn(sum) != 0) {
-        triple_product(t, p[0], p[1], p[2]);
-        mpq_div(t, t, sum);
-        if (is_between(ray, t)) {
-            hit.class = negative + positive == 3 ? EXACT_INSIDE : EXACT_BOUNDARY;
-            hit.t = mpq_get_d(t);
-            hit.front_face = mpq_sgn(sum) < 0;
-        }
-    }
-    mpq_clears(sum, t, NULL);
-    clear_all(edge, 3);
+    set_vector(d, ray->direction);
     for (int i = 0; i < 3; i++)
-        clear_all(p[i], 3);
-    clear_all(d, 3);
-    return hit;
-}
-
-/* to = a . b */
-static void dot_product(mpq_t to, const mpq_t a[3], const mpq_t b[3])
-{
-    mpq_t term;
-    mpq_init(term);
-    mpq_set_ui(to, 0, 1);
+        set_relative(p[i], corners + 3 * (size_t)i, ray);
+    mpq_set_ui(*sum, 0, 1);
     for (int i = 0; i < 3; i++) {
-        mpq_mul(term, a[i], b[i]);
-        mpq_add(to, to, term);
+        triple_product(*edge, d, p[(i + 1) % 3], p[(i + 2) % 3]);
+        mpq_add(*sum, *sum, *edge);
+        negative += mpq_sgn(*edge) < 0;
+        positive += mpq_sgn(*edge) > 0;
     }
-    mpq_clear(term);
+    if ((negative > 0 && positive > 0) || mpq_sgn(*sum) == 0)
+        return hit;
+    triple_product(*t, p[0], p[1], p[2]);
+    mpq_div(*t, *t, *sum);
+    if (is_between(ray, *t)) {
+        hit.class = negative + positive == 3 ? EXACT_INSIDE : EXACT_BOUNDARY;
+        hit.t = mpq_get_d(*t);
+        hit.front_face = mpq_sgn(*sum) < 0;
+    }
+    return hit;
 }
 
 /* outside / (along + sqrt(discriminant)), far more precisely than a double is. */
@@ -133,50 +124,36 @@ static double entry(const mpq_t outside, const mpq_t along, const mpq_t discrimi
 struct exact_hit exact_sphere(const struct trace_ray *ray, const float center[3], float radius)
 {
     struct exact_hit hit = {EXACT_OUTSIDE, 0, false};
-    mpq_t f[3], d[3], length, along, outside, discriminant;
-    init_all(f, 3);
-    init_all(d, 3);
-    mpq_inits(length, along, outside, discriminant, NULL);
-    for (int i = 0; i < 3; i++) {
-        mpq_set_d(d[i], ray->origin[i]);
-        mpq_set_d(f[i], center[i]);
-        mpq_sub(f[i], f[i], d[i]);
-        mpq_set_d(d[i], ray->direction[i]);
-    }
-    dot_product(length, d, d);
-    dot_product(along, f, d);
-    dot_product(outside, f, f);
-    mpq_set_d(discriminant, radius);
-    mpq_mul(discriminant, discriminant, discriminant);
-    mpq_sub(outside, outside, discriminant);
-    mpq_mul(length, length, outside);
-    mpq_mul(discriminant, along, along);
-    mpq_sub(discriminant, discriminant, length);
-    if (mpq_sgn(discriminant) >= 0 && mpq_sgn(along) > 0 && mpq_sgn(outside) >= 0) {
-        hit.t = entry(outside, along, discriminant);
-        bool is_between = hit.t >= ray->t_min && hit.t <= ray->t_max;
-        if (is_between)
-            hit.class = mpq_sgn(discriminant) > 0 ? EXACT_INSIDE : EXACT_BOUNDARY;
-    }
-    mpq_clears(length, along, outside, discriminant, NULL);
-    clear_all(f, 3);
-    clear_all(d, 3);
+    NUMBERS(f, 3);
+    NUMBERS(d, 3);
+    NUMBERS(number, 4);
+    mpq_t *length = &number[0], *along = &number[1], *outside = &number[2],
+          *discriminant = &number[3];
+    set_relative(f, center, ray);
+    set_vector(d, ray->direction);
+    dot_product(*length, d, d);
+    dot_product(*along, f, d);
+    dot_product(*outside, f, f);
+    mpq_set_d(*discriminant, radius);
+    mpq_mul(*discriminant, *discriminant, *discriminant);
+    mpq_sub(*outside, *outside, *discriminant);
+    mpq_mul(*length, *length, *outside);
+    mpq_mul(*discriminant, *along, *along);
+    mpq_sub(*discriminant, *discriminant, *length);
+    if (mpq_sgn(*discriminant) < 0 || mpq_sgn(*along) <= 0 || mpq_sgn(*outside) < 0)
+        return hit;
+    hit.t = entry(*outside, *along, *discriminant);
+    if (hit.t >= ray->t_min && hit.t <= ray->t_max)
+        hit.class = mpq_sgn(*discriminant) > 0 ? EXACT_INSIDE : EXACT_BOUNDARY;
     return hit;
 }
 
 int exact_determinant_sign(const VkTransformMatrixKHR *transform)
 {
-    mpq_t rows[3][3], value;
-    mpq_init(value);
-    for (int row = 0; row < 3; row++) {
-        init_all(rows[row], 3);
-        for (int i = 0; i < 3; i++)
-            mpq_set_d(rows[row][i], transform->matrix[row][i]);
-    }
-    triple_product(value, rows[0], rows[1], rows[2]);
-    int sign = mpq_sgn(value);
-    mpq_clear(value);
+    NUMBERS(rows, 9);
+    NUMBERS(value, 1);
     for (int row = 0; row < 3; row++)
-        clear_all(rows[row], 3);
-    return sign;
+        set_vector(rows + 3 * (size_t)row, transform->matrix[row]);
+    triple_product(value[0], rows, rows + 3, rows + 6);
+    return mpq_sgn(value[0]);
 }

@@ -3,19 +3,27 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "cases.h"
 #include "exact.h"
 
-#define CASES 75 /* by number, from 1 on */
+enum { CASES = 75 }; /* by number, from 1 on */
 
 static const char *const quality_names[] = {"fast", "balanced", "high"};
 static const char *const accuracy_names[] = {"fast", "robust", "exact"};
 
 struct setting setting;
+struct builder_report report;
+static const struct numeric_case *cases[CASES + 1];
 static const struct numeric_case *current;
 static uint32_t wrong, checked;
+
+void case_register(const struct numeric_case *one)
+{
+    if (one->number > CASES || cases[one->number])
+        abort();
+    cases[one->number] = one;
+}
 
 static uint32_t allowance(const struct numeric_case *one, enum trace_accuracy accuracy)
 {
@@ -33,11 +41,11 @@ void expect(bool is_so, const char *what)
                setting.threads, what);
 }
 
-void *case_build(struct fixture_input *input, struct builder_report *report)
+void *case_build(struct fixture_input *input)
 {
     input->input.quality = setting.quality;
     input->input.threads = setting.threads;
-    void *structure = fixture_build(&input->input, report);
+    void *structure = fixture_build(&input->input, &report);
     if (!structure) {
         printf("case %d (%s): no build\n", current->number, current->name);
         exit(1);
@@ -45,26 +53,27 @@ void *case_build(struct fixture_input *input, struct builder_report *report)
     return structure;
 }
 
-void *case_triangles(const float *corners, uint32_t count, struct builder_report *report)
+bool case_fails(struct fixture_input *input)
 {
-    struct fixture_input input;
-    fixture_input_triangles(&input, corners, count);
-    return case_build(&input, report);
+    return !fixture_build(&input->input, &report);
+}
+
+void *case_triangles(const float *corners, uint32_t count)
+{
+    INPUT(triangles, input, corners, count);
+    return case_build(&input);
 }
 
 void *case_mesh(const struct fixture_mesh *mesh)
 {
-    struct fixture_input input;
-    fixture_input_mesh(&input, mesh);
-    return case_build(&input, NULL);
+    INPUT(mesh, input, mesh);
+    return case_build(&input);
 }
 
-void *case_instances(const VkAccelerationStructureInstanceKHR *instances, uint32_t count,
-                     struct builder_report *report)
+void *case_instances(const VkAccelerationStructureInstanceKHR *instances, uint32_t count)
 {
-    struct fixture_input input;
-    fixture_input_instances(&input, instances, count);
-    return case_build(&input, report);
+    INPUT(instances, input, instances, count);
+    return case_build(&input);
 }
 
 bool case_trace(const void *structure, struct trace_ray ray, struct trace_hit *hit)
@@ -87,21 +96,34 @@ struct trace_hit case_closest(const void *structure, struct trace_ray ray)
         .t = -1, .geometry = UINT32_MAX, .primitive = UINT32_MAX, .instance = UINT32_MAX};
 }
 
-void case_trace_all(const void *structure, struct trace_ray ray, struct fixture_hits *hits)
+struct fixture_hits case_hits(const void *structure, struct trace_ray ray)
 {
-    fixture_trace_all(structure, setting.accuracy, &ray, hits);
+    struct fixture_hits hits;
+    fixture_trace_all(structure, setting.accuracy, &ray, &hits);
+    return hits;
 }
 
 uint32_t case_count(const void *structure, struct trace_ray ray)
 {
-    struct fixture_hits hits;
-    case_trace_all(structure, ray, &hits);
-    return hits.count;
+    return case_hits(structure, ray).count;
+}
+
+void case_uniform(uint64_t *random, float low, float high, float to[3])
+{
+    for (int i = 0; i < 3; i++)
+        to[i] = fixture_uniform(random, low, high);
 }
 
 struct trace_ray case_ray_down(float x, float y)
 {
     return fixture_ray(x, y, 1, 0, 0, -1);
+}
+
+struct trace_ray case_between(struct trace_ray ray, float t_min, float t_max)
+{
+    ray.t_min = t_min;
+    ray.t_max = t_max;
+    return ray;
 }
 
 struct trace_ray case_ray_into(const float corners[9], const float origin[3], uint64_t *random)
@@ -137,10 +159,9 @@ static const struct trace_hit *find_hit(const struct fixture_hits *hits, uint32_
 uint32_t case_check_ray(const void *structure, const float *corners, uint32_t count,
                         struct trace_ray ray)
 {
-    struct fixture_hits hits;
+    const struct fixture_hits hits = case_hits(structure, ray);
     struct trace_hit nearest;
     double least_inside = INFINITY;
-    case_trace_all(structure, ray, &hits);
     for (uint32_t i = 0; i < count; i++) {
         struct exact_hit truth = exact_triangle(&ray, corners + 9 * (size_t)i);
         const struct trace_hit *hit = find_hit(&hits, i);
@@ -163,13 +184,14 @@ uint32_t case_check_ray(const void *structure, const float *corners, uint32_t co
 
 void case_check_rays(const float *corners, uint32_t count, float far, uint32_t rays)
 {
-    void *structure = case_triangles(corners, count, NULL);
+    void *structure = case_triangles(corners, count);
     uint64_t random = 88172645463325252u;
     for (uint32_t i = 0; i < rays; i++) {
         const float *target = corners + 9 * (fixture_random(&random) % count);
         float origin[3];
+        case_uniform(&random, -far, far, origin);
         for (int axis = 0; axis < 3; axis++)
-            origin[axis] = target[axis] + fixture_uniform(&random, -far, far);
+            origin[axis] += target[axis];
         struct trace_ray ray = case_ray_into(target, origin, &random);
         case_check_ray(structure, corners, count, ray);
     }
@@ -204,23 +226,15 @@ static bool run_case(const struct numeric_case *one)
 
 int main(int count, char **arguments)
 {
-    const struct numeric_case *const tables[] = {
-        activity_cases, shape_cases,     ray_cases,       box_cases,
-        instance_cases, structure_cases, motion_cases,    micromap_cases,
-        sphere_cases,   dense_cases,     displaced_cases, displaced_mesh_cases};
     int only = count > 1 ? atoi(arguments[1]) : 0, right = 0, all = 0;
-    bool seen[CASES + 1] = {false};
-    for (size_t i = 0; i < sizeof(tables) / sizeof(tables[0]); i++)
-        for (const struct numeric_case *one = tables[i]; one->number != 0; one++) {
-            if (only != 0 && only != one->number)
-                continue;
-            seen[one->number] = true;
-            right += run_case(one);
-            all++;
-        }
     bool is_complete = true;
-    for (int i = 1; i <= CASES && only == 0; i++)
-        is_complete &= seen[i];
+    for (int i = 1; i <= CASES; i++) {
+        is_complete &= cases[i] != NULL;
+        if (!cases[i] || (only != 0 && only != i))
+            continue;
+        right += run_case(cases[i]);
+        all++;
+    }
     printf("numeric: %d of %d cases right%s\n", right, all, is_complete ? "" : ", some missing");
     return right == all && is_complete ? 0 : 1;
 }

@@ -13,14 +13,10 @@ uint64_t counter;
 const char *reached;
 
 /* Devices here are of backend driver. */
-void snapshots_deliver_complete(struct layer_device *of_device)
-{
-    (void)of_device;
-}
+void snapshots_deliver_complete(struct layer_device *of_device) {}
 
 struct layer_device *layer_find_device(const void *dispatchable)
 {
-    (void)dispatchable;
     return &device;
 }
 
@@ -98,11 +94,15 @@ FAKE_DESTROY(DestroyFence, VkDevice handle, VkFence fence, const VkAllocationCal
 void fake_device_start(struct program *program)
 {
     static struct events *events; /* one for all devices */
+    static struct queue_labels *queue_labels;
     program_start(program);
     memset(&device, 0, sizeof(device));
     if (events == NULL)
         assert_int_equal(events_create(&events), VK_SUCCESS);
+    if (queue_labels == NULL)
+        assert_int_equal(queue_labels_create(&queue_labels), VK_SUCCESS);
     device.events = events;
+    device.queue_labels = queue_labels;
     device.physical_device_count = 1;
     device.order = program->order;
     device.vk = fake_commands;
@@ -121,11 +121,9 @@ struct program *fake_device_open(void)
 
 void create_semaphore(uint32_t handle, VkSemaphoreType type, const void *chain)
 {
-    const VkSemaphoreTypeCreateInfo types = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
-                                             .pNext = chain,
-                                             .semaphoreType = type};
-    const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
-                                        .pNext = &types};
+    const VkSemaphoreTypeCreateInfo types =
+        MAKE(VkSemaphoreTypeCreateInfo, .pNext = chain, .semaphoreType = type);
+    const VkSemaphoreCreateInfo info = MAKE(VkSemaphoreCreateInfo, .pNext = &types);
     VkSemaphore created;
     counter = handle;
     assert_int_equal(assay_CreateSemaphore(NULL, &info, NULL, &created), VK_SUCCESS);
@@ -133,7 +131,7 @@ void create_semaphore(uint32_t handle, VkSemaphoreType type, const void *chain)
 
 void create_fence(uint32_t handle, const void *chain)
 {
-    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, .pNext = chain};
+    const VkFenceCreateInfo info = MAKE(VkFenceCreateInfo, .pNext = chain);
     VkFence created;
     counter = handle;
     assert_int_equal(assay_CreateFence(NULL, &info, NULL, &created), VK_SUCCESS);
@@ -145,45 +143,33 @@ VkResult submit_plain(const struct plain *plain)
     VkSemaphore wait = SEMAPHORE(plain->wait), signal = SEMAPHORE(plain->signal);
     VkPipelineStageFlags stages =
         plain->stages ? plain->stages : VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
-    const VkTimelineSemaphoreSubmitInfo values = {
-        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
-        .pNext = plain->group,
-        .waitSemaphoreValueCount = plain->wait_value ? 1 : 0,
-        .pWaitSemaphoreValues = plain->wait_value ? &plain->wait_value : NULL,
-        .signalSemaphoreValueCount = 1,
-        .pSignalSemaphoreValues = &plain->signal_value};
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .pNext = &values,
-                               .waitSemaphoreCount = plain->wait ? 1 : 0,
-                               .pWaitSemaphores = &wait,
-                               .pWaitDstStageMask = &stages,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &command_buffer,
-                               .signalSemaphoreCount = plain->signal ? 1 : 0,
-                               .pSignalSemaphores = &signal};
+    const VkTimelineSemaphoreSubmitInfo values =
+        MAKE(VkTimelineSemaphoreSubmitInfo, .pNext = plain->group,
+             .waitSemaphoreValueCount = plain->wait_value ? 1 : 0,
+             .pWaitSemaphoreValues = plain->wait_value ? &plain->wait_value : NULL,
+             .signalSemaphoreValueCount = 1, .pSignalSemaphoreValues = &plain->signal_value);
+    const VkSubmitInfo info =
+        MAKE(VkSubmitInfo, .pNext = &values, .waitSemaphoreCount = plain->wait ? 1 : 0,
+             .pWaitSemaphores = &wait, .pWaitDstStageMask = &stages, .commandBufferCount = 1,
+             .pCommandBuffers = &command_buffer, .signalSemaphoreCount = plain->signal ? 1 : 0,
+             .pSignalSemaphores = &signal);
     return assay_QueueSubmit(QUEUE(plain->queue), 1, &info, FENCE(plain->fence));
 }
 
 VkResult submit_second(const struct second *second, PFN_vkQueueSubmit2 call)
 {
-    const VkCommandBufferSubmitInfo commands = {.sType =
-                                                    VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
-                                                .commandBuffer = COMMAND_BUFFER(second->name),
-                                                .deviceMask = second->device_mask};
-    const VkSemaphoreSubmitInfo wait = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
-                                        .semaphore = SEMAPHORE(second->wait),
-                                        .value = second->wait_value,
-                                        .stageMask = second->wait_stages};
-    const VkSemaphoreSubmitInfo signal = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
-                                          .semaphore = SEMAPHORE(second->signal),
-                                          .value = second->signal_value,
-                                          .stageMask = second->signal_stages};
-    const VkSubmitInfo2 info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
-                                .waitSemaphoreInfoCount = second->wait ? 1 : 0,
-                                .pWaitSemaphoreInfos = &wait,
-                                .commandBufferInfoCount = 1,
-                                .pCommandBufferInfos = &commands,
-                                .signalSemaphoreInfoCount = second->signal ? 1 : 0,
-                                .pSignalSemaphoreInfos = &signal};
+    const VkCommandBufferSubmitInfo commands =
+        MAKE(VkCommandBufferSubmitInfo, .commandBuffer = COMMAND_BUFFER(second->name),
+             .deviceMask = second->device_mask);
+    const VkSemaphoreSubmitInfo wait =
+        MAKE(VkSemaphoreSubmitInfo, .semaphore = SEMAPHORE(second->wait),
+             .value = second->wait_value, .stageMask = second->wait_stages);
+    const VkSemaphoreSubmitInfo signal =
+        MAKE(VkSemaphoreSubmitInfo, .semaphore = SEMAPHORE(second->signal),
+             .value = second->signal_value, .stageMask = second->signal_stages);
+    const VkSubmitInfo2 info = MAKE(
+        VkSubmitInfo2, .waitSemaphoreInfoCount = second->wait ? 1 : 0, .pWaitSemaphoreInfos = &wait,
+        .commandBufferInfoCount = 1, .pCommandBufferInfos = &commands,
+        .signalSemaphoreInfoCount = second->signal ? 1 : 0, .pSignalSemaphoreInfos = &signal);
     return call(QUEUE(second->queue), 1, &info, FENCE(second->fence));
 }

@@ -6,6 +6,7 @@
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "program.h"
+#include "tests/fixture/make.h"
 
 extern struct layer_device device;
 extern VkResult next_result; /* of the next call that reaches it */

@@ -3,37 +3,25 @@
  * others' signals and of what the host sees. */
 #include "fake_device.h"
 
-enum { S = 1, T = 2, F = 4 };
+/* A function that makes one call of the application, and returns its result. */
+#define CALL(name, call)                                                                           \
+    static VkResult name(void)                                                                     \
+    {                                                                                              \
+        return call;                                                                               \
+    }
 
-static void present(void)
-{
-    VkSemaphore wait = SEMAPHORE(S);
-    const VkPresentInfoKHR info = {.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR,
-                                   .waitSemaphoreCount = 1,
-                                   .pWaitSemaphores = &wait};
-    assay_QueuePresentKHR(QUEUE(1), &info);
-}
+CALL(present,
+     assay_QueuePresentKHR(QUEUE(1), &MAKE(VkPresentInfoKHR, .waitSemaphoreCount = 1,
+                                           .pWaitSemaphores = &(VkSemaphore){SEMAPHORE(S)})))
+CALL(acquire,
+     assay_AcquireNextImageKHR(NULL, VK_NULL_HANDLE, 0, SEMAPHORE(S), VK_NULL_HANDLE, NULL))
+CALL(acquire_2,
+     assay_AcquireNextImage2KHR(NULL, &MAKE(VkAcquireNextImageInfoKHR, .semaphore = SEMAPHORE(S)),
+                                NULL))
+CALL(import_semaphore,
+     assay_ImportSemaphoreFdKHR(NULL, &MAKE(VkImportSemaphoreFdInfoKHR, .semaphore = SEMAPHORE(S))))
 
-static void acquire(void)
-{
-    assay_AcquireNextImageKHR(NULL, VK_NULL_HANDLE, 0, SEMAPHORE(S), VK_NULL_HANDLE, NULL);
-}
-
-static void acquire_2(void)
-{
-    const VkAcquireNextImageInfoKHR info = {.sType = VK_STRUCTURE_TYPE_ACQUIRE_NEXT_IMAGE_INFO_KHR,
-                                            .semaphore = SEMAPHORE(S)};
-    assay_AcquireNextImage2KHR(NULL, &info, NULL);
-}
-
-static void import_semaphore(void)
-{
-    const VkImportSemaphoreFdInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_IMPORT_SEMAPHORE_FD_INFO_KHR, .semaphore = SEMAPHORE(S)};
-    assay_ImportSemaphoreFdKHR(NULL, &info);
-}
-
-static void (*const others_signal[])(void) = {present, acquire, acquire_2, import_semaphore};
+static VkResult (*const others_signal[])(void) = {present, acquire, acquire_2, import_semaphore};
 
 TEST(what_others_signal_brings_no_order)
 {
@@ -51,14 +39,12 @@ TEST(what_others_signal_brings_no_order)
 
 DEVICE_TEST(shared_semaphores_and_fences_bring_no_order)
 {
-    const VkExportSemaphoreCreateInfo semaphore = {
-        .sType = VK_STRUCTURE_TYPE_EXPORT_SEMAPHORE_CREATE_INFO,
-        .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT};
-    const VkExportFenceCreateInfo fence = {.sType = VK_STRUCTURE_TYPE_EXPORT_FENCE_CREATE_INFO,
-                                           .handleTypes =
-                                               VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT};
-    const VkImportFenceFdInfoKHR import = {.sType = VK_STRUCTURE_TYPE_IMPORT_FENCE_FD_INFO_KHR,
-                                           .fence = FENCE(F + 1)};
+    const VkExportSemaphoreCreateInfo semaphore =
+        MAKE(VkExportSemaphoreCreateInfo,
+             .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const VkExportFenceCreateInfo fence =
+        MAKE(VkExportFenceCreateInfo, .handleTypes = VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const VkImportFenceFdInfoKHR import = MAKE(VkImportFenceFdInfoKHR, .fence = FENCE(F + 1));
     create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, &semaphore);
     create_fence(F, &fence);
     create_fence(F + 1, NULL);
@@ -76,91 +62,46 @@ DEVICE_TEST(shared_semaphores_and_fences_bring_no_order)
 
 /* ---- what the host sees */
 
-static VkResult wait_fence(void)
-{
-    VkFence fence = FENCE(F);
-    return assay_WaitForFences(NULL, 1, &fence, VK_FALSE, 0);
-}
+#define FENCES(...)                                                                                \
+    sizeof((VkFence[]){__VA_ARGS__}) / sizeof(VkFence), (VkFence[])                                \
+    {                                                                                              \
+        __VA_ARGS__                                                                                \
+    }
+CALL(wait_fence, assay_WaitForFences(NULL, FENCES(FENCE(F)), VK_FALSE, 0))
+CALL(wait_fences, assay_WaitForFences(NULL, FENCES(FENCE(F), FENCE(F)), VK_TRUE, 0))
+CALL(wait_any_fence, assay_WaitForFences(NULL, FENCES(FENCE(F), FENCE(F + 1)), VK_FALSE, 0))
+CALL(fence_status, assay_GetFenceStatus(NULL, FENCE(F)))
 
-static VkResult wait_fences(void)
+/* Waits for values of the timeline T. */
+static VkResult wait_values(uint32_t count, const uint64_t *values, VkSemaphoreWaitFlags flags,
+                            PFN_vkWaitSemaphores wait)
 {
-    VkFence fences[] = {FENCE(F), FENCE(F)};
-    return assay_WaitForFences(NULL, 2, fences, VK_TRUE, 0);
-}
-
-static VkResult wait_any_fence(void)
-{
-    VkFence fences[] = {FENCE(F), FENCE(F + 1)};
-    return assay_WaitForFences(NULL, 2, fences, VK_FALSE, 0);
-}
-
-static VkResult fence_status(void)
-{
-    return assay_GetFenceStatus(NULL, FENCE(F));
-}
-
-static VkResult wait_semaphore(void)
-{
-    const uint64_t value = 5;
-    VkSemaphore semaphore = SEMAPHORE(T);
-    const VkSemaphoreWaitInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
-                                      .flags = VK_SEMAPHORE_WAIT_ANY_BIT,
-                                      .semaphoreCount = 1,
-                                      .pSemaphores = &semaphore,
-                                      .pValues = &value};
-    return assay_WaitSemaphores(NULL, &info, 0);
-}
-
-static VkResult wait_semaphores(VkSemaphoreWaitFlags flags, PFN_vkWaitSemaphores wait)
-{
-    const uint64_t values[] = {0, 5};
     VkSemaphore semaphores[] = {SEMAPHORE(T), SEMAPHORE(T)};
-    const VkSemaphoreWaitInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
-                                      .flags = flags,
-                                      .semaphoreCount = 2,
-                                      .pSemaphores = semaphores,
-                                      .pValues = values};
+    const VkSemaphoreWaitInfo info =
+        MAKE(VkSemaphoreWaitInfo, .flags = flags, .semaphoreCount = count,
+             .pSemaphores = semaphores, .pValues = values);
     return wait(NULL, &info, 0);
 }
 
-static VkResult wait_all_semaphores(void)
-{
-    return wait_semaphores(0, assay_WaitSemaphoresKHR);
-}
+static const uint64_t zero_and_five[] = {0, 5};
+CALL(wait_semaphore,
+     wait_values(1, zero_and_five + 1, VK_SEMAPHORE_WAIT_ANY_BIT, assay_WaitSemaphores))
+CALL(wait_all_semaphores, wait_values(2, zero_and_five, 0, assay_WaitSemaphoresKHR))
+CALL(wait_any_semaphore,
+     wait_values(2, zero_and_five, VK_SEMAPHORE_WAIT_ANY_BIT, assay_WaitSemaphores))
 
-static VkResult wait_any_semaphore(void)
-{
-    return wait_semaphores(VK_SEMAPHORE_WAIT_ANY_BIT, assay_WaitSemaphores);
-}
-
-static VkResult semaphore_counter(void)
+static VkResult read_counter(PFN_vkGetSemaphoreCounterValue read)
 {
     uint64_t value;
     counter = 5;
-    return assay_GetSemaphoreCounterValue(NULL, SEMAPHORE(T), &value);
+    return read(NULL, SEMAPHORE(T), &value);
 }
 
-static VkResult semaphore_counter_khr(void)
-{
-    uint64_t value;
-    counter = 5;
-    return assay_GetSemaphoreCounterValueKHR(NULL, SEMAPHORE(T), &value);
-}
-
-static VkResult queue_idle(void)
-{
-    return assay_QueueWaitIdle(QUEUE(1));
-}
-
-static VkResult other_queue_idle(void)
-{
-    return assay_QueueWaitIdle(QUEUE(2));
-}
-
-static VkResult device_idle(void)
-{
-    return assay_DeviceWaitIdle(NULL);
-}
+CALL(semaphore_counter, read_counter(assay_GetSemaphoreCounterValue))
+CALL(semaphore_counter_khr, read_counter(assay_GetSemaphoreCounterValueKHR))
+CALL(queue_idle, assay_QueueWaitIdle(QUEUE(1)))
+CALL(other_queue_idle, assay_QueueWaitIdle(QUEUE(2)))
+CALL(device_idle, assay_DeviceWaitIdle(NULL))
 
 static const struct {
     VkResult (*look)(void);
@@ -219,8 +160,8 @@ DEVICE_TEST(fences_are_reset)
 
 TEST(the_host_signals)
 {
-    const VkSemaphoreSignalInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, .semaphore = SEMAPHORE(S), .value = 1};
+    const VkSemaphoreSignalInfo info =
+        MAKE(VkSemaphoreSignalInfo, .semaphore = SEMAPHORE(S), .value = 1);
     const PFN_vkSignalSemaphore signals[] = {assay_SignalSemaphore, assay_SignalSemaphoreKHR};
     for (uint32_t i = 0; i < 2; i++) {
         struct program p;

@@ -8,8 +8,6 @@
 #include "src/state/order/records.h"
 #include "tests/state/steps.h"
 
-enum { S = 1, T = 2, F = 4 };
-
 /* A frame as applications make them: a batch, its fence waited for and reset. */
 static void frame(struct program *program)
 {
@@ -21,9 +19,7 @@ static void frame(struct program *program)
 
 PROGRAM_TEST(a_warm_order_allocates_nothing)
 {
-    execution_order_add_fence(p->order, FENCE(F), false);
-    create_timeline(p, S, 0);
-    create_binary(p, T);
+    play(p, "fence F; timeline S; binary T;");
     uint64_t value = 0;
     for (int i = 0; i < 200; i++) {
         if (i == 100)
@@ -47,16 +43,14 @@ static uint32_t signals_kept(const struct program *program, uint32_t semaphore)
 /* The host sees every frame's fence, but never asks for the semaphore. */
 PROGRAM_TEST(signals_that_the_host_saw_are_dropped)
 {
-    execution_order_add_fence(p->order, FENCE(F), false);
-    create_timeline(p, S, 0);
+    play(p, "fence F; timeline S;");
     for (uint64_t value = 1; value < 1000; value++) {
         SUBMIT(p, .queue = 1, .name = 10, .signal = {{S, value}});
         SUBMIT(p, .queue = 2, .name = 20, .wait = {{S, value}});
         frame(p);
         assert_true(signals_kept(p, S) <= 2);
     }
-    SUBMIT(p, .queue = 3, .name = 30, .wait = {{S, 1}});
-    assert_true(find_run(p, 30)->predecessors_known);
+    play(p, "30 waits S=1; 30 known;");
 }
 
 PROGRAM_TEST(unobserved_signals_are_bounded)
@@ -67,9 +61,7 @@ PROGRAM_TEST(unobserved_signals_are_bounded)
         p->run_count = 0;
         assert_true(signals_kept(p, S) <= SEMAPHORE_SIGNALS);
     }
-    SUBMIT(p, .queue = 2, .name = 20, .wait = {{S, 10000}});
-    SUBMIT(p, .queue = 3, .name = 30, .wait = {{S, 1}});
-    SUBMIT(p, .queue = 1, .name = 11);
+    play(p, "20 waits S=10000; 30 waits S=1; 11;");
     const struct timestamp last = {find_run(p, 11)->timestamp.queue, 10000};
     assert_true(execution_clock_has(&find_run(p, 20)->clock, last));
     assert_false(execution_clock_has(&find_run(p, 30)->clock, (struct timestamp){last.queue, 1}));
@@ -79,7 +71,7 @@ PROGRAM_TEST(binary_semaphores_without_waits_are_bounded)
 {
     create_binary(p, S);
     for (int i = 0; i < 1000; i++) {
-        SUBMIT(p, .queue = 1, .name = 10, .signal = {{S}});
+        play(p, "10 signals S;");
         p->run_count = 0;
     }
     assert_true(signals_kept(p, S) <= SEMAPHORE_SIGNALS);
@@ -89,9 +81,9 @@ PROGRAM_TEST(held_batches_are_bounded)
 {
     create_timeline(p, S, 0);
     for (int i = 0; i < EXECUTION_HELD_BATCHES; i++)
-        SUBMIT(p, .queue = 1, .name = 10, .wait = {{S, 1}});
+        play(p, "10 waits S=1;");
     assert_int_equal(p->losses, 0);
-    SUBMIT(p, .queue = 1, .name = 10, .wait = {{S, 1}});
+    play(p, "10 waits S=1;");
     assert_int_equal(p->losses, 1);
     assert_int_equal(p->unknown_reason, ORDER_UNKNOWN_TOO_MANY_WAITS);
     assert_int_equal(p->captured, 0);
@@ -99,29 +91,23 @@ PROGRAM_TEST(held_batches_are_bounded)
 
 /* ---- without memory */
 
-static void play(struct program *program)
+static void play_all(struct program *program)
 {
-    execution_order_add_fence(program->order, FENCE(F), false);
-    create_timeline(program, S, 0);
-    create_binary(program, T);
-    SUBMIT(program, .queue = 2, .name = 20, .wait = {{S, 5}}, .signal = {{T}}, .fence = F);
-    SUBMIT(program, .queue = 3, .name = 30, .wait = {{T}});
-    for (uint64_t value = 1; value <= 5; value++)
-        SUBMIT(program, .queue = 1, .name = 10, .signal = {{S, value}});
+    play(program,
+         "fence F; timeline S; binary T; 20 waits S=5 signals T fence F; 30 waits T;"
+         "10 signals S=1; 10 signals S=2; 10 signals S=3; 10 signals S=4; 10 signals S=5;");
     struct submission *call = submission_begin(program->order, SUBMIT_COMMANDS, QUEUE(1));
     for (uint32_t name = 40; name < 50; name++)
         call_add_batch(call, &(struct call){.name = name, .wait = {{S, 1}, {S, 2}}});
     finish_batches(call, 0, VK_SUCCESS);
-    execution_order_observe_fence(program->order, FENCE(F));
-    signal_on_host(program, S, 6);
-    SUBMIT(program, .queue = 4, .name = 60);
+    play(program, "sees F; host signals S=6; 60 on 4;");
 }
 
 TEST(without_memory_the_order_is_lost)
 {
     struct program complete, p;
     program_start(&complete);
-    play(&complete);
+    play_all(&complete);
     assert_int_equal(complete.run_count, 18);
     program_stop(&complete);
 
@@ -129,7 +115,7 @@ TEST(without_memory_the_order_is_lost)
     for (int count = 0; failed; count++) {
         program_start(&p);
         memory_fail_after(count);
-        play(&p);
+        play_all(&p);
         failed = memory_fail_no_more();
         assert_int_equal(p.losses, failed);
         assert_true(!failed || p.unknown_reason == ORDER_UNKNOWN_OUT_OF_MEMORY);
@@ -164,7 +150,6 @@ static uint64_t steps_of_calls(struct program *program, void (*call)(struct prog
 
 static void one_batch(struct program *program, uint64_t value)
 {
-    (void)value;
     SUBMIT(program, .queue = 1, .name = 10, .fence = F);
 }
 
@@ -176,7 +161,6 @@ static void with_semaphores(struct program *program, uint64_t value)
 
 static void many_batches(struct program *program, uint64_t value)
 {
-    (void)value;
     struct submission *call = submission_begin(program->order, SUBMIT_COMMANDS, QUEUE(1));
     for (uint32_t i = 0; i < 100; i++)
         call_add_batch(call, &(struct call){.name = 10});
@@ -198,9 +182,7 @@ static void assert_cost(struct program *program, const char *name,
 
 PROGRAM_TEST(a_batch_costs_few_steps)
 {
-    execution_order_add_fence(p->order, FENCE(F), false);
-    create_timeline(p, S, 0);
-    create_binary(p, T);
+    play(p, "fence F; timeline S; binary T;");
     assert_cost(p, "alone", one_batch, 1, 600);
     assert_cost(p, "with semaphores", with_semaphores, 2, 1300);
     assert_cost(p, "in calls of 100", many_batches, 100, 300);

@@ -2,99 +2,64 @@
 /* Calls that overlap, as those of several threads do, step by step. */
 #include "program.h"
 
-enum { S = 1, T = 2, F = 4, G = 5 }; /* semaphores and fences */
-
 PROGRAM_TEST(a_call_under_way_blocks_later_ones)
 {
     struct submission *first = PREPARE(p, .queue = 1, .name = 10);
-    SUBMIT(p, .queue = 2, .name = 20);
-    assert_int_equal(p->run_count, 0);
+    play(p, "20; ran;");
     submission_finish(first, VK_SUCCESS);
-    EXPECT_RUNS(p, 10, 20);
-    assert_true(p->runs[0].checked);
-    assert_false(p->runs[1].checked); /* what came before it had not run */
+    play(p, "ran 10 20; 10 checked; 20 unchecked;"); /* what came before 20 had not run */
 }
 
 PROGRAM_TEST(a_call_that_fails_blocks_no_more)
 {
     struct submission *first = PREPARE(p, .queue = 1, .name = 10);
     struct submission *second = PREPARE(p, .queue = 2, .name = 20);
-    SUBMIT(p, .queue = 3, .name = 30);
+    play(p, "30;");
     submission_finish(second, VK_ERROR_OUT_OF_HOST_MEMORY);
     assert_int_equal(p->drops, 0); /* it was not checked */
     submission_finish(first, VK_ERROR_OUT_OF_HOST_MEMORY);
     assert_int_equal(p->drops, 1);
-    EXPECT_RUNS(p, 30);
-    SUBMIT(p, .queue = 1, .name = 11);
+    play(p, "ran 30; 11;");
     assert_int_equal(find_run(p, 11)->timestamp.count, 1);
 }
 
 /* The device may be quicker than the return of the call. */
 PROGRAM_TEST(the_host_may_see_a_signal_of_a_call_under_way)
 {
-    create_timeline(p, S, 0);
+    play(p, "timeline S;");
     struct submission *first = PREPARE(p, .queue = 1, .name = 10, .signal = {{S, 3}});
-    execution_order_observe_semaphore(p->order, SEMAPHORE(S), 2, false);
-    SUBMIT(p, .queue = 2, .name = 20);
-    assert_int_equal(p->run_count, 0);
+    play(p, "sees S>2; 20; ran;");
     submission_finish(first, VK_SUCCESS);
-    SUBMIT(p, .queue = 3, .name = 30);
-    EXPECT_RUNS(p, 10, 20, 30);
-    assert_true(follows(p, 30, 10));
+    play(p, "30; ran 10 20 30; 30 after 10;");
     assert_int_equal(p->losses, 0);
 }
 
 PROGRAM_TEST(a_wait_ends_when_the_call_has_returned)
 {
-    create_timeline(p, S, 0);
+    play(p, "timeline S;");
     struct submission *first = PREPARE(p, .queue = 1, .name = 10, .signal = {{S, 1}});
-    SUBMIT(p, .queue = 2, .name = 20, .wait = {{S, 1}});
+    play(p, "20 waits S=1;");
     submission_finish(first, VK_ERROR_OUT_OF_HOST_MEMORY);
-    assert_int_equal(p->run_count, 0);
-    SUBMIT(p, .queue = 1, .name = 11, .signal = {{S, 1}});
-    EXPECT_RUNS(p, 11, 20);
-    assert_true(follows(p, 20, 11));
+    play(p, "ran; 11 signals S=1; ran 11 20; 20 after 11;");
 }
 
 /* 5 is signalled by a call under way, so 10, which is known, is not what ends a wait for 3. */
 PROGRAM_TEST(an_unpublished_signal_hides_later_ones)
 {
-    create_timeline(p, S, 0);
+    play(p, "timeline S;");
     struct submission *first = PREPARE(p, .queue = 1, .name = 10, .signal = {{S, 5}});
-    execution_order_observe_semaphore(p->order, SEMAPHORE(S), 5, true);
-    SUBMIT(p, .queue = 2, .name = 20, .signal = {{S, 10}});
-    SUBMIT(p, .queue = 3, .name = 30, .wait = {{S, 3}});
+    play(p, "sees S=5; 20 signals S=10; 30 waits S=3;");
     submission_finish(first, VK_SUCCESS);
-    EXPECT_RUNS(p, 10, 20, 30);
-    assert_true(follows(p, 30, 10));
-    assert_false(follows(p, 30, 20));
+    play(p, "ran 10 20 30; 30 after 10; 30 not after 20;");
 }
 
-static void see_fence(struct program *program)
-{
-    execution_order_observe_fence(program->order, FENCE(F));
-}
-
-static void see_idle(struct program *program)
-{
-    wait_idle(program, 2);
-}
-
-static void see_signal(struct program *program)
-{
-    execution_order_observe_semaphore(program->order, SEMAPHORE(T), 1, true);
-}
-
-static void (*const seeings[])(struct program *) = {see_fence, see_idle, see_signal};
+static const char *const seeings[] = {"sees F;", "idle 2;", "sees T=1;"};
 
 /* 20, with the fence F and a signal of T, until S is signalled. */
 static void start_with_a_held_batch(struct program *program)
 {
     program_start(program);
-    execution_order_add_fence(program->order, FENCE(F), false);
-    create_timeline(program, S, 0);
-    create_timeline(program, T, 0);
-    SUBMIT(program, .queue = 2, .name = 20, .wait = {{S, 1}}, .signal = {{T, 1}}, .fence = F);
+    play(program, "fence F; timeline S T; 20 waits S=1 signals T=1 fence F;");
 }
 
 /* 20 is held, but a call under way releases it. */
@@ -104,14 +69,12 @@ TEST(the_host_may_see_a_batch_before_it_is_released)
     for (uint32_t i = 0; i < sizeof(seeings) / sizeof(seeings[0]); i++) {
         start_with_a_held_batch(&p);
         struct submission *first = PREPARE(&p, .queue = 1, .name = 10, .signal = {{S, 1}});
-        seeings[i](&p);
-        SUBMIT(&p, .queue = 3, .name = 30);
+        play(&p, seeings[i]);
+        play(&p, "30;");
         submission_finish(first, VK_SUCCESS);
-        SUBMIT(&p, .queue = 3, .name = 31);
+        play(&p, "31;");
         assert_int_equal(p.losses, 0);
-        assert_false(find_run(&p, 30)->predecessors_known); /* it truly follows 20 */
-        assert_true(find_run(&p, 31)->predecessors_known);
-        assert_true(follows(&p, 31, 20) && follows(&p, 31, 10));
+        play(&p, "30 unknown; 31 known; 31 after 20 10;"); /* 30 truly follows 20 */
         program_stop(&p);
     }
 }
@@ -122,12 +85,12 @@ TEST(what_the_host_sees_may_contradict_the_order)
     for (uint32_t i = 0; i < sizeof(seeings) / sizeof(seeings[0]); i++) {
         start_with_a_held_batch(&p);
         assert_int_equal(p.captured, 1);
-        seeings[i](&p);
+        play(&p, seeings[i]);
         assert_int_equal(p.losses, 1);
         assert_int_equal(p.unknown_reason, ORDER_UNKNOWN_UNTRACKED_SIGNAL);
         assert_int_equal(p.captured, 0);
-        SUBMIT(&p, .queue = 3, .name = 30);
-        seeings[i](&p);
+        play(&p, "30;");
+        play(&p, seeings[i]);
         execution_order_set_unknown(p.order, ORDER_UNKNOWN_DEVICE_LOST);
         assert_int_equal(p.run_count, 0);
         assert_int_equal(p.losses, 1);
@@ -148,19 +111,16 @@ TEST(one_thread_runs_for_the_others)
 {
     struct program p;
     program_start(&p);
-    SUBMIT(&p, .queue = 1, .name = 10);
+    play(&p, "10;");
     p.meanwhile = submit_20; /* inside the check of 11 */
-    SUBMIT(&p, .queue = 1, .name = 11);
-    EXPECT_RUNS(&p, 10, 11, 20);
-    assert_false(p.runs[2].checked);
+    play(&p, "11; ran 10 11 20; 20 unchecked;");
     program_stop(&p);
 
     program_start(&p);
     struct submission *call = PREPARE(&p, .queue = 1, .name = 10);
     p.meanwhile = submit_20; /* inside the run of 10 */
     submission_finish(call, VK_SUCCESS);
-    EXPECT_RUNS(&p, 10, 20);
-    assert_false(p.runs[1].checked);
+    play(&p, "ran 10 20; 20 unchecked;");
     program_stop(&p);
 }
 
@@ -173,24 +133,10 @@ static void lose_it(struct program *program)
 PROGRAM_TEST(the_order_may_be_lost_during_a_check)
 {
     p->meanwhile = lose_it;
-    SUBMIT(p, .queue = 1, .name = 10);
+    play(p, "10;");
     assert_int_equal(p->losses, 1);
-    assert_int_equal(p->run_count, 0);
+    play(p, "ran;");
     assert_int_equal(p->captured, 0);
-}
-
-PROGRAM_TEST(host_work_under_way_blocks_nothing)
-{
-    struct submission *work = submission_begin(p->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
-    call_add_batch(work, &(struct call){.name = 90});
-    assert_false(submission_prepare(work));
-    SUBMIT(p, .queue = 1, .name = 10);
-    submission_finish(work, VK_SUCCESS);
-    SUBMIT(p, .queue = 1, .name = 11);
-    EXPECT_RUNS(p, 10, 90, 11);
-    assert_true(p->runs[0].checked && p->runs[1].checked);
-    assert_false(follows(p, 10, 90) || follows(p, 90, 10));
-    assert_true(follows(p, 11, 90));
 }
 
 static struct submission *begin_work(struct program *program, uint32_t name)
@@ -201,26 +147,32 @@ static struct submission *begin_work(struct program *program, uint32_t name)
     return work;
 }
 
+PROGRAM_TEST(host_work_under_way_blocks_nothing)
+{
+    struct submission *work = begin_work(p, 90);
+    play(p, "10;");
+    submission_finish(work, VK_SUCCESS);
+    play(p,
+         "11; ran 10 90 11; 10 checked; 90 checked;"
+         "10 not after 90; 90 not after 10; 11 after 90;");
+}
+
 /* 91 ends first, though 90 began before it; 92 fails. */
 PROGRAM_TEST(host_work_may_overlap)
 {
     struct submission *first = begin_work(p, 90), *second = begin_work(p, 91);
     submission_finish(second, VK_SUCCESS);
-    SUBMIT(p, .queue = 1, .name = 10);
+    play(p, "10;");
     struct submission *third = begin_work(p, 92);
     submission_finish(first, VK_SUCCESS);
-    SUBMIT(p, .queue = 1, .name = 11);
+    play(p, "11;");
     submission_finish(third, VK_ERROR_OUT_OF_HOST_MEMORY);
     struct submission *fourth = begin_work(p, 93);
     submission_finish(fourth, VK_SUCCESS);
-    SUBMIT(p, .queue = 1, .name = 12);
-    EXPECT_RUNS(p, 91, 10, 90, 11, 93, 12);
-    assert_false(follows(p, 91, 90) || follows(p, 90, 91));
-    assert_false(follows(p, 10, 90));
-    assert_true(follows(p, 10, 91));
-    assert_true(follows(p, 11, 90) && follows(p, 11, 91));
-    assert_true(follows(p, 93, 90) && follows(p, 12, 93));
-    assert_true(p->runs[0].checked && p->runs[2].checked && p->runs[4].checked);
+    play(p,
+         "12; ran 91 10 90 11 93 12; 91 not after 90; 90 not after 91; 10 not after 90;"
+         "10 after 91; 11 after 90 91; 93 after 90; 12 after 93;"
+         "91 checked; 90 checked; 93 checked;");
 }
 
 /* What host work follows may still be waiting for its turn: then it is checked when it runs. */
@@ -232,10 +184,9 @@ PROGRAM_TEST(host_work_is_not_checked_before_others_have_run)
     assert_int_equal(p->run_count + p->begins, 0);
     submission_finish_silently(call, VK_ERROR_OUT_OF_HOST_MEMORY);
     assert_int_equal(p->drops, 1);
-    assert_int_equal(p->run_count, 0);
+    play(p, "ran;");
     execution_order_run(p->order);
-    EXPECT_RUNS(p, 90);
-    assert_false(p->runs[0].checked);
+    play(p, "ran 90; 90 unchecked;");
 }
 
 /* Elsewhere something may be about to tell what came before the host's command. */
@@ -248,8 +199,7 @@ static void expect_no_turn(struct program *program)
 PROGRAM_TEST(the_host_has_its_turn_when_nothing_is_left_to_be_told)
 {
     struct execution_clock clock;
-    SUBMIT(p, .queue = 1, .name = 10);
-    wait_idle(p, 1);
+    play(p, "10; idle 1;");
     assert_true(execution_order_host_is_current(p->order, &clock));
     assert_true(execution_clock_has(&clock, find_run(p, 10)->timestamp));
     struct submission *call = PREPARE(p, .queue = 1, .name = 11);
@@ -269,10 +219,9 @@ PROGRAM_TEST(host_work_that_fails_drops_nothing)
     submission_finish(work, VK_ERROR_OUT_OF_HOST_MEMORY);
     assert_int_equal(p->drops, 0);
     submission_finish(call, VK_SUCCESS);
-    EXPECT_RUNS(p, 10);
+    play(p, "ran 10; 10 checked;");
     assert_int_equal(p->begins, 1);
     assert_int_equal(p->failures, 1);
-    assert_true(p->runs[0].checked);
     p->skip_name = 91;
     work = submission_begin(p->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
     call_add_batch(work, &(struct call){.name = 91});
@@ -284,5 +233,5 @@ PROGRAM_TEST(host_work_that_fails_drops_nothing)
     assert_int_equal(p->checks, 4);
     assert_int_equal(p->drops, 0);
     assert_int_equal(p->begins, 1);
-    EXPECT_RUNS(p, 10);
+    play(p, "ran 10;");
 }

@@ -8,6 +8,7 @@
 #include "tests/state/unit_test.h"
 
 enum { PROGRAM_RUNS = 512, CALL_OPERATIONS = 4 };
+enum { S = 1, T = 2, U = 3, F = 4, G = 5 }; /* semaphores and fences */
 
 #define QUEUE(number) ((VkQueue)(uintptr_t)(number))
 #define COMMAND_BUFFER(number) ((VkCommandBuffer)(uintptr_t)(number))
@@ -80,11 +81,36 @@ void create_timeline(struct program *program, uint32_t semaphore, uint64_t initi
 void signal_on_host(struct program *program, uint32_t semaphore, uint64_t value);
 void wait_idle(struct program *program, uint32_t queue); /* 0: the device */
 
+/* Plays a script: statements that end in a semicolon. Semaphores and fences have the names S, T, U,
+ * F and G, which are their handles 1 to 5. The number of a batch names its queue by its first
+ * digit, unless it is said to be on another queue; it has no command buffer if the number is 0.
+ *
+ * binary S T;                      creates binary semaphores; or timelines, which may have a value,
+ * timeline S T=3;                  shared timelines, or fences
+ * shared S;
+ * fence F;
+ * 10 waits S T=1 signals U;        submits a batch
+ * 20 on 1 signals S/builds fence F;   also S/nothing: how far the operation reaches
+ * bind 10 waits S;                 submits bindings
+ * 10 fails;                        is submitted, and the call fails
+ * sees F; sees S=2; sees S>2;      the host sees a fence, or a value of a timeline, or at least
+ * that idle 1; idle;                    waits for a queue, or for the device host signals S=1;
+ * resets F; destroys S;
+ *
+ * 20 after 10 11; 20 not after 10;    expects that a batch certainly follows each of the others, or
+ *                                  none of them
+ * 20 known; 20 unknown;            whether its predecessors are known
+ * 20 checked; 20 unchecked;
+ * ran 10 20; ran;                  what has run, in this order */
+void play(struct program *program, const char *script);
+#define SCRIPT_TEST(name, script)                                                                  \
+    PROGRAM_TEST(name)                                                                             \
+    {                                                                                              \
+        play(p, script);                                                                           \
+    }
+
 /* What has run, in this order. */
 void expect_runs(const struct program *program, uint32_t count, const uint32_t *names);
-#define EXPECT_RUNS(program, ...)                                                                  \
-    expect_runs(program, sizeof((const uint32_t[]){__VA_ARGS__}) / sizeof(uint32_t),               \
-                (const uint32_t[]){__VA_ARGS__})
 
 /* The run of that name, or NULL. */
 const struct heard *find_run(const struct program *program, uint32_t name);

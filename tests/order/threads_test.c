@@ -40,7 +40,6 @@ static void *capture(void *user, VkCommandBuffer command_buffer)
 
 static void release(void *user, void *captured)
 {
-    (void)captured;
     atomic_fetch_sub(&((struct machine *)user)->captured, 1);
 }
 
@@ -86,7 +85,6 @@ static void drop(void *user)
 
 static void order_unknown(void *user, enum order_unknown_reason why)
 {
-    (void)why;
     atomic_fetch_add(&((struct machine *)user)->losses, 1);
 }
 

@@ -135,6 +135,7 @@ void surrounding_clear(const char *settings_text)
         "LOG_FILENAME",
         "DUPLICATE_MESSAGE_LIMIT",
         "ENABLE_MESSAGE_LIMIT",
+        "SPEC_TEXT",
         "MESSAGE_ID_FILTER",
     };
     for (size_t i = 0; i < LENGTH(keys); i++) {

@@ -17,7 +17,9 @@ static void test_stderr_without_messenger(void **state)
     assert_non_null(strstr(log,
                            "\nvkCmdBuildAccelerationStructuresKHR(): pInfos[1].scratchData."
                            "deviceAddress 0x1010 is not a multiple of "
-                           "minAccelerationStructureScratchOffsetAlignment (256).\n"
+                           "minAccelerationStructureScratchOffsetAlignment (256). Round the "
+                           "address up to that alignment, and create the scratch VkBuffer with as "
+                           "many bytes more.\n"
                            "The Vulkan spec states: "));
     reporter_destroy(reporter);
 
@@ -68,6 +70,41 @@ static void test_log_file(void **state)
     remove("assay.log");
 }
 
+static void read_log(char *log, size_t size)
+{
+    FILE *file = fopen("assay.log", "r");
+    assert_non_null(file);
+    log[fread(log, 1, size - 1, file)] = '\0';
+    fclose(file);
+}
+
+/* A file that stays empty because a messenger gets all messages looks as if there were none. */
+static void test_log_file_beside_a_messenger(void **state)
+{
+    static char log[16384];
+    struct hearing hearing = {0};
+    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "assay.log", 1);
+    capture_begin(STDERR_FILENO);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    send_one(reporter);
+    reporter_warn(reporter, "Something is odd.");
+    assert_string_equal(capture_end(), "");
+    assert_int_equal(hearing.count, 2);
+    read_log(log, sizeof(log));
+    assert_int_equal(occurrences(log, "Validation Error: [ " SENT_ID " ]"), 1);
+    assert_int_equal(occurrences(log, "\nSomething is odd.\n"), 1);
+    reporter_destroy(reporter);
+    remove("assay.log");
+
+    /* Only callbacks are wanted: no empty file appears. */
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback", 1);
+    reporter = reporter_heard_by(&hearing);
+    send_one(reporter);
+    assert_int_equal(hearing.count, 3);
+    assert_int_equal(access("assay.log", F_OK), -1);
+    reporter_destroy(reporter);
+}
+
 static void test_log_to_stdout(void **state)
 {
     setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "stdout", 1);
@@ -100,6 +137,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_stderr_without_messenger, surrounding_set_up),
         cmocka_unit_test_setup(test_log_file, surrounding_set_up),
+        cmocka_unit_test_setup(test_log_file_beside_a_messenger, surrounding_set_up),
         cmocka_unit_test_setup(test_log_to_stdout, surrounding_set_up),
         cmocka_unit_test_setup(test_log_file_that_cannot_be_opened, surrounding_set_up),
     };

@@ -42,6 +42,7 @@ void assert_default_settings(const struct settings *settings)
     assert_int_equal(settings->level, LEVEL_EXECUTION);
     assert_int_equal(settings->backend, BACKEND_DRIVER);
     assert_int_equal(settings->vuid_names, VUID_NAMES_CURRENT);
+    assert_int_equal(settings->spec_text, SPEC_TEXT_FULL);
     assert_int_equal(settings->report_flags, REPORT_ERROR | REPORT_WARNING);
     assert_int_equal(settings->debug_action, DEBUG_ACTION_DEFAULT);
     assert_int_equal(settings->duplicate_message_limit, 10);

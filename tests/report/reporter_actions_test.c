@@ -63,6 +63,50 @@ static void test_break(void **state)
     reporter_destroy(reporter);
 }
 
+static void test_fail(void **state)
+{
+    struct hearing hearing = {0};
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "VK_DBG_LAYER_ACTION_FAIL", 1);
+    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "1", 1);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    const struct call_origin origin = {.device = (VkDevice)(uintptr_t)1};
+    struct finding finding;
+    assert_true(send_one(reporter));
+    assert_int_equal(hearing.count, 1);
+    assert_true(send_one(reporter)); /* though the message is held back */
+    assert_int_equal(hearing.count, 1);
+    /* A warning is about a call that may be valid. */
+    violated_plainly(&finding, "instanceData", "is odd");
+    assert_false(reporter_send(reporter, RULE_nv_instance_references_are_of_live_structures,
+                               &(struct location){.command = COMMAND_NV}, &origin, &finding));
+    assert_int_equal(hearing.count, 2);
+    assert_int_equal(hearing.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT);
+    reporter_destroy(reporter);
+
+    /* What is not reported does not fail a call. */
+    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn", 1);
+    reporter = reporter_heard_by(&hearing);
+    assert_false(send_one(reporter));
+    reporter_destroy(reporter);
+    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error", 1);
+    setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", "03710", 1);
+    reporter = reporter_heard_by(&hearing);
+    assert_false(send_one(reporter));
+    reporter_destroy(reporter);
+    assert_int_equal(hearing.count, 2);
+}
+
+/* The log gets the message if no messenger does. */
+static void test_fail_without_messenger(void **state)
+{
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "fail", 1);
+    struct reporter *reporter = reporter_of(NULL);
+    capture_begin(STDERR_FILENO);
+    assert_true(send_one(reporter));
+    assert_non_null(strstr(capture_end(), SENT_ID));
+    reporter_destroy(reporter);
+}
+
 static void test_report_flags(void **state)
 {
     struct hearing hearing = {0};
@@ -145,46 +189,20 @@ static void test_a_command_without_the_statement_is_not_told(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_duplicates(void **state)
-{
-    struct hearing hearing = {0};
-    struct reporter *reporter = reporter_heard_by(&hearing);
-    for (unsigned i = 1; i <= 12; i++) {
-        assert_int_equal(reporter_wants(reporter, SENT_VUID), i <= 10);
-        send_one(reporter);
-        assert_int_equal(hearing.count, i <= 10 ? i : 10);
-        assert_int_equal(strstr(hearing.text, "reported 10 times") != NULL, i >= 10);
-    }
-    assert_true(reporter_wants(reporter, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258));
-    for (unsigned i = 1; i <= 12; i++)
-        reporter_warn(reporter, "odd");
-    assert_int_equal(hearing.count, 20);
-    reporter_destroy(reporter);
-
-    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "0", 1);
-    hearing.count = 0;
-    reporter = reporter_heard_by(&hearing);
-    for (unsigned i = 1; i <= 100; i++)
-        send_one(reporter);
-    assert_int_equal(hearing.count, 100);
-    assert_null(strstr(hearing.text, "reported again"));
-    assert_true(reporter_wants(reporter, SENT_VUID));
-    reporter_destroy(reporter);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_ignore, surrounding_set_up),
         cmocka_unit_test_setup(test_callback_only, surrounding_set_up),
         cmocka_unit_test_setup(test_break, surrounding_set_up),
+        cmocka_unit_test_setup(test_fail, surrounding_set_up),
+        cmocka_unit_test_setup(test_fail_without_messenger, surrounding_set_up),
         cmocka_unit_test_setup(test_report_flags, surrounding_set_up),
         cmocka_unit_test_setup(test_refusals, surrounding_set_up),
         cmocka_unit_test_setup(test_muted_ids, surrounding_set_up),
         cmocka_unit_test_setup(test_retired_ids_in_place_of_current_ones, surrounding_set_up),
         cmocka_unit_test_setup(test_a_command_without_the_statement_is_not_told,
                                surrounding_set_up),
-        cmocka_unit_test_setup(test_duplicates, surrounding_set_up),
     };
     return cmocka_run_group_tests_name("reporter_actions", tests, NULL, surrounding_remove);
 }

@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "reading.h"
-#include "src/report/settings_source.h"
+#include "src/report/settings/source.h"
 
 static bool is_elevated;
 

@@ -18,8 +18,9 @@ static void test_values_that_are_not_understood(void **state)
         {"content_budget_mib", "-1", "a number", "256"},
         {"content_when_full", "drop", "wait or skip", "wait"},
         {"vuid_names", "retired", "current or listed", "current"},
+        {"spec_text", "brief", "full, short or none", "full"},
         {"report_flags", "error,warnings", "error, warn, info", "error,warn"},
-        {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break",
+        {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break, fail",
          "default"},
         {"duplicate_message_limit", "ten", "a number", "10"},
         {"duplicate_message_limit", "-1", "a number", "10"},
@@ -60,6 +61,39 @@ static void test_debug_actions(void **state)
         struct settings settings = settings_read(NULL);
         assert_int_equal(settings.debug_action, cases[i].action);
         assert_int_equal(warned.count, 0);
+    }
+}
+
+/* The action sends messages to a debugger on Windows. */
+static void test_debug_output_has_no_effect(void **state)
+{
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION",
+           "VK_DBG_LAYER_ACTION_LOG_MSG,VK_DBG_LAYER_ACTION_DEBUG_OUTPUT", 1);
+    struct settings settings = settings_read(NULL);
+    assert_int_equal(settings.debug_action, DEBUG_ACTION_LOG);
+    ASSERT_WARNED("assay_validation.debug_action", "VK_DBG_LAYER_ACTION_DEBUG_OUTPUT", "Windows");
+    /* Alone, it must not silence the layer. */
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "VK_DBG_LAYER_ACTION_DEBUG_OUTPUT", 1);
+    settings = settings_read(NULL);
+    assert_int_equal(settings.debug_action, DEBUG_ACTION_DEFAULT);
+    assert_int_equal(warned.count, 1);
+}
+
+/* A log file that nothing writes looks as if there were no findings. */
+static void test_a_log_file_that_no_action_writes(void **state)
+{
+    static const struct {
+        const char *action;
+        unsigned warnings;
+    } cases[] = {{"callback", 1}, {"callback,fail", 1}, {"ignore", 1}, {"default", 0},
+                 {"log", 0},      {"break", 0},         {"fail", 0}};
+    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "assay.log", 1);
+    for (size_t i = 0; i < LENGTH(cases); i++) {
+        setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", cases[i].action, 1);
+        settings_read(NULL);
+        assert_int_equal(warned.count, cases[i].warnings);
+        if (cases[i].warnings)
+            ASSERT_WARNED("assay_validation.log_filename", "\"assay.log\"", "debug_action");
     }
 }
 
@@ -104,17 +138,17 @@ static void test_unknown_keys(void **state)
     setenv("VK_ASSAY_VALIDATION_LEVLE", "content", 1);
     struct settings settings = settings_read(NULL);
     assert_default_settings(&settings);
-    ASSERT_WARNED("VK_ASSAY_VALIDATION_LEVLE is not a setting", "level", "message_id_filter");
+    ASSERT_WARNED("VK_ASSAY_VALIDATION_LEVLE\" is not a setting", "level", "message_id_filter");
 
     surrounding_clear("assay_validation.report_flag = error\n");
     settings = settings_read(NULL);
     assert_default_settings(&settings);
-    ASSERT_WARNED("assay_validation.report_flag is not a setting", "report_flags");
+    ASSERT_WARNED("assay_validation.report_flag\"", " is not a setting", "report_flags");
 
     surrounding_clear("Assay_Validation.level = content\n");
     settings = settings_read(NULL);
     assert_default_settings(&settings);
-    ASSERT_WARNED("Assay_Validation.level is not a setting");
+    ASSERT_WARNED("Assay_Validation.level\"", " is not a setting");
 
     surrounding_clear(NULL);
     VkBool32 on = VK_TRUE;
@@ -124,7 +158,7 @@ static void test_unknown_keys(void **state)
                                                NULL, 1, &entry};
     settings = settings_read(&info);
     assert_default_settings(&settings);
-    ASSERT_WARNED("assay_validation.validate_sync is not a setting");
+    ASSERT_WARNED("assay_validation.validate_sync\" is not a setting");
 }
 
 /* The library and the search for unknown keys have to find the same file. */
@@ -136,7 +170,7 @@ static void assert_file_is_read(const char *path)
     fclose(file);
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.level, LEVEL_STATE);
-    ASSERT_WARNED("assay_validation.levle is not a setting");
+    assert_non_null(strstr(warned.lines[warned.count - 1], "\"assay_validation.levle\" in "));
     remove(path);
 }
 
@@ -167,6 +201,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_values_that_are_not_understood, surrounding_set_up),
         cmocka_unit_test_setup(test_debug_actions, surrounding_set_up),
+        cmocka_unit_test_setup(test_debug_output_has_no_effect, surrounding_set_up),
+        cmocka_unit_test_setup(test_a_log_file_that_no_action_writes, surrounding_set_up),
         cmocka_unit_test_setup(test_flags_of_the_khronos_layer_are_accepted, surrounding_set_up),
         cmocka_unit_test_setup(test_filter_lists, surrounding_set_up),
         cmocka_unit_test_setup(test_filter_that_names_nothing, surrounding_set_up),

@@ -14,7 +14,6 @@ enum edit_kind {
     EDIT_COPY,         /* another member, of the same type */
     EDIT_POINT,        /* at another member */
     EDIT_MAKE_ADDRESS, /* what a function returns */
-    EDIT_MAKE_STRUCTURE,
     EDIT_MAKE_STRUCTURE_WITH,
     EDIT_UNREADABLE, /* the pointer leads to an unreadable page */
     EDIT_DESTROY,    /* the object behind the handle */
@@ -23,16 +22,18 @@ enum edit_kind {
     EDIT_CALL_WITH_SIZE,
     EDIT_CALL_FOR,
     EDIT_RECORD, /* by a function that takes the command buffer, too */
+    EDIT_WRITE,  /* a number to what a buffer holds */
+    EDIT_WRITE_FLOAT,
 };
 
 struct edit {
     enum edit_kind kind;
     size_t offset, size; /* of the member */
     uint64_t value;      /* or the offset of the other member, or the argument */
-    uint32_t build;
+    uint32_t build;      /* or the offset in a buffer */
     union {
+        float number;
         VkDeviceAddress (*make_address)(struct scene *scene);
-        VkAccelerationStructureKHR (*make_structure)(struct scene *scene);
         VkAccelerationStructureKHR (*make_structure_with)(struct scene *scene, uint32_t argument);
         void (*call)(struct scene *scene);
         void (*call_with)(struct scene *scene, uint32_t argument);
@@ -61,7 +62,8 @@ struct edit {
         .size = sizeof(((struct scene *)0)->member), .member_ = (function)                         \
     }
 #define MAKE_ADDRESS(member, function) MAKE(EDIT_MAKE_ADDRESS, make_address, member, function)
-#define MAKE_STRUCTURE(member, function) MAKE(EDIT_MAKE_STRUCTURE, make_structure, member, function)
+/* The same of another handle. */
+#define MAKE_HANDLE(member, function) MAKE_ADDRESS(member, function)
 #define MAKE_STRUCTURE_WITH(member_, function, argument)                                           \
     {                                                                                              \
         .kind = EDIT_MAKE_STRUCTURE_WITH, .offset = offsetof(struct scene, member_),               \
@@ -90,15 +92,59 @@ struct edit {
     {                                                                                              \
         .kind = EDIT_RECORD, .record = (function)                                                  \
     }
-#define EDITS(...) ((const struct edit[]){__VA_ARGS__, {.kind = EDIT_END}})
+/* Writes a number of a type, or a float, at an offset of what a buffer of the scene holds. */
+#define WRITE(buffer, type, at, value_)                                                            \
+    {                                                                                              \
+        .kind = EDIT_WRITE, .offset = offsetof(struct scene, buffer), .size = sizeof(type),        \
+        .value = (uint64_t)(value_), .build = (at)                                                 \
+    }
+#define WRITE_FLOAT(buffer, at, number_)                                                           \
+    {                                                                                              \
+        .kind = EDIT_WRITE_FLOAT, .offset = offsetof(struct scene, buffer), .build = (at),         \
+        .number = (number_)                                                                        \
+    }
+/* The same to an instance in a buffer of them. */
+#define WRITE_REFERENCE(buffer, index, value) WRITE(buffer, uint64_t, 64 * (index) + 56, value)
+#define WRITE_FLAGS(buffer, index, value) WRITE(buffer, uint8_t, 64 * (index) + 55, value)
+#define WRITE_MATRIX(buffer, index, row, column, value)                                            \
+    WRITE_FLOAT(buffer, 64 * (index) + 16 * (row) + 4 * (column), value)
+
+/* Makes the pointer lead to a copy of so many bytes that ends where an unreadable page begins. */
+#define PUT_AT_EDGE(member, size) CALL_FOR(put_at_edge, offsetof(struct scene, member), size)
+
+#define EDIT_LIST(...) ((const struct edit[]){__VA_ARGS__, {.kind = EDIT_END}})
+#define PREPARE_EDITS(...) .prepare_edits = EDIT_LIST(__VA_ARGS__)
+#define EDITS(...) .edits = EDIT_LIST(__VA_ARGS__)
+#define TWIN_EDITS(...) .twin_edits = EDIT_LIST(__VA_ARGS__)
+/* One edit of the mutation, and the same of the twin with the last argument in place of the one
+ * before it. */
+#define EITHER_SET(member, mistake, valid)                                                         \
+    EDITS(SET(member, mistake)), TWIN_EDITS(SET(member, valid))
+#define EITHER_ADD(member, mistake, valid)                                                         \
+    EDITS(ADD(member, mistake)), TWIN_EDITS(ADD(member, valid))
+#define EITHER_ADDRESS(member, mistake, valid)                                                     \
+    EDITS(MAKE_ADDRESS(member, mistake)), TWIN_EDITS(MAKE_ADDRESS(member, valid))
+#define EITHER_CALL(function, mistake, valid)                                                      \
+    EDITS(CALL_WITH(function, mistake)), TWIN_EDITS(CALL_WITH(function, valid))
+#define EITHER_CALL_SIZE(function, mistake, valid)                                                 \
+    EDITS(CALL_WITH_SIZE(function, mistake)), TWIN_EDITS(CALL_WITH_SIZE(function, valid))
+#define EITHER_CALL_FOR(function, build, mistake, valid)                                           \
+    EDITS(CALL_FOR(function, build, mistake)), TWIN_EDITS(CALL_FOR(function, build, valid))
 
 #define TRIANGLES(build, index) geometries[build][index].geometry.triangles
 #define BOXES(build, index) geometries[build][index].geometry.aabbs
 #define INSTANCES(build, index) geometries[build][index].geometry.instances
 
+#define RULE(name_) RULES(RULE_##name_)
 #define RULES(...)                                                                                 \
     .rules = (const enum rule[]){__VA_ARGS__},                                                     \
     .rule_count = sizeof((const enum rule[]){__VA_ARGS__}) / sizeof(enum rule)
+
+/* Rules that the mistake violates, too: the message of the case's first rule names their ids. The
+ * case is played again with that rule muted, and then each has a message. */
+#define NAMES(...)                                                                                 \
+    .names = (const enum rule[]){__VA_ARGS__},                                                     \
+    .name_count = sizeof((const enum rule[]){__VA_ARGS__}) / sizeof(enum rule)
 
 /* Commands that a case is made for; 0: all that have the ids of its rules; NV's only for rules of
  * its own subjects and of the call as a whole: it does not take the structures of the others. */
@@ -124,6 +170,8 @@ struct test_case {
                          A case that has a member itself does not inherit it. */
     const enum rule *rules;
     uint32_t rule_count;
+    const enum rule *names;
+    uint32_t name_count;
     bool silent; /* the mutation is valid: it shows that the rules stay silent */
 
     /* Makes the call one that the case is about, and valid: before the mutation and the twin. */
@@ -167,6 +215,16 @@ struct test_case {
     uint32_t count;   /* messages of the first rule; 0: any number */
 };
 
+#define SETUP(...)                                                                                 \
+    .setup = &(const struct setup)                                                                 \
+    {                                                                                              \
+        __VA_ARGS__                                                                                \
+    }
+#define TWIN_SETUP(...)                                                                            \
+    .twin_setup = &(const struct setup)                                                            \
+    {                                                                                              \
+        __VA_ARGS__                                                                                \
+    }
 #define CASE(name_, ...)                                                                           \
     {                                                                                              \
         .name = (name_), __VA_ARGS__                                                               \
@@ -186,23 +244,23 @@ struct case_list {
 #define CASE_LIST(name_, cases_)                                                                   \
     const struct case_list name_ = {#name_, (cases_), sizeof(cases_) / sizeof((cases_)[0])}
 
+/* To configure the null driver: it has vertex formats that no driver has to have, of packed, 64-bit
+ * and 8-bit components. */
+void offer_packed_format(struct null_driver_config *config);
+
 /* Reads a row of a list, with what it inherits. False if it holds what others share. */
 bool case_read(const struct case_list *list, size_t row, struct test_case *test_case);
 
-/* One a file. */
-extern const struct case_list cases_host, cases_host_memory, cases_limits, cases_disabling,
-    cases_call, cases_recording, cases_pointers, cases_build, cases_build_state, cases_scratch,
-    cases_empty, cases_geometry, cases_chain, cases_address, cases_alignment, cases_range,
-    cases_indirect, cases_indirect_contents, cases_instance_addresses, cases_overlap, cases_memory,
-    cases_pairs, cases_silent, cases_sparse, cases_two_mistakes, cases_update, cases_content,
-    cases_content_update, cases_micromap_contents, cases_instances, cases_dense, cases_motion,
-    cases_motion_instances, cases_spheres, cases_radii, cases_micromap, cases_micromap_data,
-    cases_micromap_use, cases_micromap_state, cases_micromap_update, cases_displacement, cases_nv,
-    cases_nv_contents, cases_nv_info, cases_nv_geometry, cases_nv_update;
+/* Each file defines one. */
+#define LIST(name_) extern const struct case_list cases_##name_;
+#include "lists_of_rules_test.def"
+#define LIST(name_) extern const struct case_list cases_##name_;
+#include "lists_of_content_test.def"
 
 /* A page that cannot be read. */
 void *unreadable_page(void);
 /* `size` bytes that end where an unreadable page begins, zeroed; kept to the end of the program. */
 void *bytes_before_unreadable_page(size_t size);
+void put_at_edge(struct scene *scene, uint32_t offset_of_pointer, VkDeviceSize size);
 
 #endif

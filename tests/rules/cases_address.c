@@ -4,20 +4,6 @@
 
 /* ---- places that an address can lead to ---- */
 
-static VkDeviceAddress of_freed_memory(struct scene *scene)
-{
-    const struct test_buffer buffer = scene_buffer(scene, 4096, INPUT_USAGE);
-    scene_destroy(scene, (uint64_t)buffer.memory);
-    return buffer.address;
-}
-
-static VkDeviceAddress of_destroyed_buffer(struct scene *scene)
-{
-    const struct test_buffer buffer = scene_buffer(scene, 4096, INPUT_USAGE);
-    scene_destroy(scene, (uint64_t)buffer.handle);
-    return buffer.address;
-}
-
 /* In the middle of an allocation of which only the first bytes are a buffer's. */
 static struct test_buffer buffer_with_nothing_behind(struct scene *scene)
 {
@@ -35,11 +21,6 @@ static VkDeviceAddress past_the_end(struct scene *scene)
 static VkDeviceAddress of_the_last_bytes(struct scene *scene)
 {
     return buffer_with_nothing_behind(scene).address + 4096 - 16;
-}
-
-static VkDeviceAddress without_input_usage(struct scene *scene)
-{
-    return scene_buffer(scene, 4096, SCRATCH_USAGE).address;
 }
 
 static VkDeviceAddress with_all_usages(struct scene *scene)
@@ -106,85 +87,70 @@ static VkDeviceAddress of_flags2_with_input(struct scene *scene)
     return of_flags2(scene, VK_BUFFER_USAGE_2_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
 }
 
-static const struct setup with_sparse = {.enable = ENABLE_SPARSE};
-static const struct setup with_maintenance5 = {.enable = ENABLE_MAINTENANCE5};
-static const struct setup with_khr_addresses = {.route = ROUTE_KHR};
-static const struct setup with_ext_addresses = {.route = ROUTE_EXT};
-
 static const struct test_case cases[] = {
     /* in a buffer of its own, and not aligned there */
-    CASE("transform_address_misaligned_without_indices", RULES(RULE_transform_address_is_aligned),
-         .prepare_edits = EDITS(MAKE_ADDRESS(UNINDEXED_TRANSFORM, with_all_usages)),
-         .edits = EDITS(ADD(UNINDEXED_TRANSFORM, 8)),
-         .twin_edits = EDITS(ADD(UNINDEXED_TRANSFORM, 16)),
+    CASE("transform_address_misaligned_without_indices", RULE(transform_address_is_aligned),
+         PREPARE_EDITS(MAKE_ADDRESS(UNINDEXED_TRANSFORM, with_all_usages)),
+         EITHER_ADD(UNINDEXED_TRANSFORM, 8, 16),
          .path = "pInfos[1].pGeometries[0].geometry.triangles.transformData.deviceAddress"),
 
-    SHARED(.commands = ON_COMMAND_BUFFERS, RULES(RULE_input_address_is_in_a_buffer)),
+    SHARED(RULE(input_address_is_in_a_buffer), .commands = ON_COMMAND_BUFFERS),
     /* in a buffer */
-    CASE("vertex_address_nowhere", .edits = EDITS(SET(VERTEX, WILD)), .path = VERTEX_PATH),
+    CASE("vertex_address_nowhere", EDITS(SET(VERTEX, WILD)), .path = VERTEX_PATH),
     CASE("vertex_address_in_destroyed_buffer",
-         .edits = EDITS(MAKE_ADDRESS(VERTEX, of_destroyed_buffer)),
-         .twin_edits = EDITS(MAKE_ADDRESS(VERTEX, recycled))),
-    CASE("vertex_address_past_the_end", .edits = EDITS(MAKE_ADDRESS(VERTEX, past_the_end)),
-         .twin_edits = EDITS(MAKE_ADDRESS(VERTEX, of_the_last_bytes)), .path = VERTEX_PATH),
-    CASE("vertex_address_past_the_end_khr", .setup = &with_khr_addresses,
-         .edits = EDITS(MAKE_ADDRESS(VERTEX, past_the_end)),
-         .twin_edits = EDITS(MAKE_ADDRESS(VERTEX, of_the_last_bytes))),
-    CASE("vertex_address_past_the_end_ext", .setup = &with_ext_addresses,
-         .edits = EDITS(MAKE_ADDRESS(VERTEX, past_the_end)),
-         .twin_edits = EDITS(MAKE_ADDRESS(VERTEX, of_the_last_bytes))),
-    CASE("index_address_nowhere", .edits = EDITS(SET(INDEX, WILD)), .path = INDEX_PATH),
-    CASE("index_address_past_the_end", .edits = EDITS(MAKE_ADDRESS(INDEX, past_the_end)),
-         .twin_edits = EDITS(MAKE_ADDRESS(INDEX, of_the_last_bytes))),
-
-    SHARED(RULES(RULE_transform_address_is_valid)),
-    CASE("transform_address_nowhere", .edits = EDITS(SET(TRANSFORM, WILD)), .path = TRANSFORM_PATH),
-    CASE("transform_address_nowhere_without_indices",
-         .edits = EDITS(SET(UNINDEXED_TRANSFORM, WILD))),
-    CASE("transform_address_past_the_end", .edits = EDITS(MAKE_ADDRESS(TRANSFORM, past_the_end))),
-    CASE("transform_buffer_destroyed",
-         .edits = EDITS(MAKE_ADDRESS(TRANSFORM, of_destroyed_buffer))),
-
-    SHARED(.commands = ON_COMMAND_BUFFERS, RULES(RULE_input_address_is_in_a_buffer)),
-    CASE("box_address_nowhere", .edits = EDITS(SET(BOX, WILD)), .path = BOX_PATH),
-    CASE("box_address_past_the_end", .edits = EDITS(MAKE_ADDRESS(BOX, past_the_end))),
-    CASE("instance_address_nowhere", .edits = EDITS(SET(INSTANCE, WILD)), .path = INSTANCE_PATH),
-    CASE("instance_buffer_destroyed", .edits = EDITS(MAKE_ADDRESS(INSTANCE, of_destroyed_buffer))),
-
-    SHARED(.commands = ON_COMMAND_BUFFERS, RULES(RULE_input_buffer_is_bound)),
-    /* bound */
-    CASE("vertex_memory_freed", .edits = EDITS(MAKE_ADDRESS(VERTEX, of_freed_memory)),
+         EITHER_ADDRESS(VERTEX, scene_destroyed_address, recycled)),
+    CASE("vertex_address_past_the_end", EITHER_ADDRESS(VERTEX, past_the_end, of_the_last_bytes),
          .path = VERTEX_PATH),
-    CASE("index_memory_freed", .edits = EDITS(MAKE_ADDRESS(INDEX, of_freed_memory)),
-         .path = INDEX_PATH),
-    CASE("transform_memory_freed", .edits = EDITS(MAKE_ADDRESS(TRANSFORM, of_freed_memory)),
-         .path = TRANSFORM_PATH),
-    CASE("box_memory_freed", .edits = EDITS(MAKE_ADDRESS(BOX, of_freed_memory)), .path = BOX_PATH),
-    CASE("instance_memory_freed", .edits = EDITS(MAKE_ADDRESS(INSTANCE, of_freed_memory)),
-         .path = INSTANCE_PATH),
-    CASE("vertex_buffer_sparse", .silent = true, .setup = &with_sparse,
-         .edits = EDITS(MAKE_ADDRESS(VERTEX, of_sparse_buffer))),
+    CASE("vertex_address_past_the_end_khr", SETUP(.route = ROUTE_KHR),
+         EITHER_ADDRESS(VERTEX, past_the_end, of_the_last_bytes)),
+    CASE("vertex_address_past_the_end_ext", SETUP(.route = ROUTE_EXT),
+         EITHER_ADDRESS(VERTEX, past_the_end, of_the_last_bytes)),
+    CASE("index_address_nowhere", EDITS(SET(INDEX, WILD)), .path = INDEX_PATH),
+    CASE("index_address_past_the_end", EITHER_ADDRESS(INDEX, past_the_end, of_the_last_bytes)),
 
-    SHARED(RULES(RULE_input_buffer_has_build_input_usage)),
+    SHARED(RULE(transform_address_is_valid)),
+    CASE("transform_address_nowhere", EDITS(SET(TRANSFORM, WILD)), .path = TRANSFORM_PATH),
+    CASE("transform_address_nowhere_without_indices", EDITS(SET(UNINDEXED_TRANSFORM, WILD))),
+    CASE("transform_address_past_the_end", EDITS(MAKE_ADDRESS(TRANSFORM, past_the_end))),
+    CASE("transform_buffer_destroyed", EDITS(MAKE_ADDRESS(TRANSFORM, scene_destroyed_address))),
+
+    SHARED(RULE(input_address_is_in_a_buffer), .commands = ON_COMMAND_BUFFERS),
+    CASE("box_address_nowhere", EDITS(SET(BOX, WILD)), .path = BOX_PATH),
+    CASE("box_address_past_the_end", EDITS(MAKE_ADDRESS(BOX, past_the_end))),
+    CASE("instance_address_nowhere", EDITS(SET(INSTANCE, WILD)), .path = INSTANCE_PATH),
+    CASE("instance_buffer_destroyed", EDITS(MAKE_ADDRESS(INSTANCE, scene_destroyed_address))),
+
+    SHARED(RULE(input_buffer_is_bound), .commands = ON_COMMAND_BUFFERS),
+    /* bound */
+    CASE("vertex_memory_freed", EDITS(MAKE_ADDRESS(VERTEX, scene_freed_address)),
+         .path = VERTEX_PATH),
+    CASE("index_memory_freed", EDITS(MAKE_ADDRESS(INDEX, scene_freed_address)), .path = INDEX_PATH),
+    CASE("transform_memory_freed", EDITS(MAKE_ADDRESS(TRANSFORM, scene_freed_address)),
+         .path = TRANSFORM_PATH),
+    CASE("box_memory_freed", EDITS(MAKE_ADDRESS(BOX, scene_freed_address)), .path = BOX_PATH),
+    CASE("instance_memory_freed", EDITS(MAKE_ADDRESS(INSTANCE, scene_freed_address)),
+         .path = INSTANCE_PATH),
+    CASE("vertex_buffer_sparse", .silent = true, SETUP(.enable = ENABLE_SPARSE),
+         EDITS(MAKE_ADDRESS(VERTEX, of_sparse_buffer))),
+
+    SHARED(RULE(input_buffer_has_build_input_usage)),
     /* usage */
-    CASE("vertex_buffer_without_usage", .edits = EDITS(MAKE_ADDRESS(VERTEX, without_input_usage)),
-         .twin_edits = EDITS(MAKE_ADDRESS(VERTEX, with_all_usages)), .path = VERTEX_PATH),
+    CASE("vertex_buffer_without_usage",
+         EITHER_ADDRESS(VERTEX, scene_address_without_usage, with_all_usages), .path = VERTEX_PATH),
     CASE("vertex_buffer_with_usage_by_an_alias", .silent = true,
-         .edits = EDITS(MAKE_ADDRESS(VERTEX, of_aliasing_buffers))),
-    CASE("vertex_buffer_without_usage_in_flags2", .setup = &with_maintenance5,
-         .edits = EDITS(MAKE_ADDRESS(VERTEX, of_flags2_without_input)),
-         .twin_edits = EDITS(MAKE_ADDRESS(VERTEX, of_flags2_with_input))),
-    CASE("index_buffer_without_usage", .edits = EDITS(MAKE_ADDRESS(INDEX, without_input_usage)),
+         EDITS(MAKE_ADDRESS(VERTEX, of_aliasing_buffers))),
+    CASE("vertex_buffer_without_usage_in_flags2", SETUP(.enable = ENABLE_MAINTENANCE5),
+         EITHER_ADDRESS(VERTEX, of_flags2_without_input, of_flags2_with_input)),
+    CASE("index_buffer_without_usage", EDITS(MAKE_ADDRESS(INDEX, scene_address_without_usage)),
          .path = INDEX_PATH),
     CASE("transform_buffer_without_usage",
-         .edits = EDITS(MAKE_ADDRESS(TRANSFORM, without_input_usage)), .path = TRANSFORM_PATH),
+         EDITS(MAKE_ADDRESS(TRANSFORM, scene_address_without_usage)), .path = TRANSFORM_PATH),
     CASE("transform_buffer_without_usage_nor_indices",
-         .edits = EDITS(MAKE_ADDRESS(UNINDEXED_TRANSFORM, without_input_usage)),
-         .twin_edits = EDITS(MAKE_ADDRESS(UNINDEXED_TRANSFORM, with_all_usages))),
-    CASE("box_buffer_without_usage", .edits = EDITS(MAKE_ADDRESS(BOX, without_input_usage)),
+         EITHER_ADDRESS(UNINDEXED_TRANSFORM, scene_address_without_usage, with_all_usages)),
+    CASE("box_buffer_without_usage", EDITS(MAKE_ADDRESS(BOX, scene_address_without_usage)),
          .path = BOX_PATH),
     CASE("instance_buffer_without_usage",
-         .edits = EDITS(MAKE_ADDRESS(INSTANCE, without_input_usage)), .path = INSTANCE_PATH),
+         EDITS(MAKE_ADDRESS(INSTANCE, scene_address_without_usage)), .path = INSTANCE_PATH),
 };
 
 CASE_LIST(cases_address, cases);

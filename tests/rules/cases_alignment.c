@@ -2,66 +2,49 @@
 /* Addresses of input data: given, and aligned. */
 #include "addresses.h"
 
-static void offer_packed_format(struct null_driver_config *config)
-{
-    config->formats[config->format_count++] = (struct null_driver_format){
-        VK_FORMAT_A2B10G10R10_SNORM_PACK32,
-        VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
-}
-
-static const struct setup with_packed_format = {.configure = offer_packed_format};
-
 #define PACKED_VERTICES SET(TRIANGLES(INDEXED, 0).vertexFormat, VK_FORMAT_A2B10G10R10_SNORM_PACK32)
 #define SHORT_VERTICES SET(TRIANGLES(INDEXED, 0).vertexFormat, VK_FORMAT_R16G16B16A16_SNORM)
 
 static const struct test_case cases[] = {
     /* given */
-    CASE("vertex_address_null", RULES(RULE_vertex_address_is_given), .edits = EDITS(SET(VERTEX, 0)),
+    CASE("vertex_address_null", RULE(vertex_address_is_given), EDITS(SET(VERTEX, 0)),
          .path = VERTEX_PATH),
-    CASE("index_address_null", RULES(RULE_index_address_is_given), .edits = EDITS(SET(INDEX, 0)),
-         .twin_edits =
-             EDITS(SET(INDEX, 0), SET(TRIANGLES(INDEXED, 0).indexType, VK_INDEX_TYPE_NONE_KHR)),
+    CASE("index_address_null", RULE(index_address_is_given), PREPARE_EDITS(SET(INDEX, 0)),
+         TWIN_EDITS(SET(TRIANGLES(INDEXED, 0).indexType, VK_INDEX_TYPE_NONE_KHR)),
          .path = INDEX_PATH),
-    CASE("transform_address_null", RULES(RULE_transform_address_is_valid), .silent = true,
-         .commands = ON_COMMAND_BUFFERS, .edits = EDITS(SET(TRANSFORM, 0))),
-    CASE("box_address_null", RULES(RULE_aabb_address_is_given), .edits = EDITS(SET(BOX, 0)),
-         .path = BOX_PATH),
-    CASE("instance_address_null", RULES(RULE_instance_address_is_given),
-         .edits = EDITS(SET(INSTANCE, 0)), .path = INSTANCE_PATH),
-    CASE("instance_address_null_in_array_of_pointers", RULES(RULE_instance_address_is_given),
-         .edits = EDITS(SET(INSTANCE, 0), SET(INSTANCES(TLAS, 0).arrayOfPointers, VK_TRUE))),
-
+    CASE("transform_address_null", RULE(transform_address_is_valid), .silent = true,
+         .commands = ON_COMMAND_BUFFERS, EDITS(SET(TRANSFORM, 0))),
+    CASE("box_address_null", RULE(aabb_address_is_given), EDITS(SET(BOX, 0)), .path = BOX_PATH),
+    CASE("instance_address_null", RULE(instance_address_is_given), EDITS(SET(INSTANCE, 0)),
+         .path = INSTANCE_PATH),
+    CASE("instance_address_null_in_array_of_pointers", RULE(instance_address_is_given),
+         EDITS(SET(INSTANCE, 0), SET(INSTANCES(TLAS, 0).arrayOfPointers, VK_TRUE))),
     /* aligned */
-    CASE("vertex_address_misaligned", RULES(RULE_vertex_address_is_aligned),
-         .edits = EDITS(ADD(VERTEX, 2)), .twin_edits = EDITS(ADD(VERTEX, 4)), .path = VERTEX_PATH),
-    CASE("vertex_address_misaligned_to_16_bits", RULES(RULE_vertex_address_is_aligned),
-         .prepare_edits = EDITS(SHORT_VERTICES), .edits = EDITS(ADD(VERTEX, 1)),
-         .twin_edits = EDITS(ADD(VERTEX, 2))),
-    CASE("vertex_address_misaligned_to_pack", RULES(RULE_vertex_address_is_aligned),
-         .setup = &with_packed_format, .prepare_edits = EDITS(PACKED_VERTICES),
-         .edits = EDITS(ADD(VERTEX, 2)), .twin_edits = EDITS(ADD(VERTEX, 4))),
-    CASE("index_address_misaligned", RULES(RULE_index_address_is_aligned),
-         .edits = EDITS(ADD(INDEX, 2)), .twin_edits = EDITS(ADD(INDEX, 4)), .path = INDEX_PATH),
-    CASE("index_address_misaligned_to_16_bits", RULES(RULE_index_address_is_aligned),
-         .edits = EDITS(ADD(SHORT_INDEX, 1)), .twin_edits = EDITS(ADD(SHORT_INDEX, 2)),
+    CASE("vertex_address_misaligned", RULE(vertex_address_is_aligned), EITHER_ADD(VERTEX, 2, 4),
+         .path = VERTEX_PATH),
+    CASE("vertex_address_misaligned_to_16_bits", RULE(vertex_address_is_aligned),
+         PREPARE_EDITS(SHORT_VERTICES), EITHER_ADD(VERTEX, 1, 2)),
+    CASE("vertex_address_misaligned_to_pack", RULE(vertex_address_is_aligned),
+         SETUP(.configure = offer_packed_format), PREPARE_EDITS(PACKED_VERTICES),
+         EITHER_ADD(VERTEX, 2, 4)),
+    CASE("index_address_misaligned", RULE(index_address_is_aligned), EITHER_ADD(INDEX, 2, 4),
+         .path = INDEX_PATH),
+    CASE("index_address_misaligned_to_16_bits", RULE(index_address_is_aligned),
+         EITHER_ADD(SHORT_INDEX, 1, 2),
          .path = "pInfos[1].pGeometries[1].geometry.triangles.indexData.deviceAddress"),
     CASE("index_address_ignored",
          RULES(RULE_index_address_is_aligned, RULE_input_address_is_in_a_buffer), .silent = true,
          .commands = ON_COMMAND_BUFFERS,
-         .edits = EDITS(SET(INDEX, WILD + 1),
-                        SET(TRIANGLES(INDEXED, 0).indexType, VK_INDEX_TYPE_NONE_KHR))),
-    CASE("transform_address_misaligned", RULES(RULE_transform_address_is_aligned),
-         .edits = EDITS(ADD(TRANSFORM, 8)), .twin_edits = EDITS(ADD(TRANSFORM, 16)),
-         .path = TRANSFORM_PATH),
-    CASE("box_address_misaligned", RULES(RULE_aabb_address_is_aligned), .edits = EDITS(ADD(BOX, 4)),
-         .twin_edits = EDITS(ADD(BOX, 8)), .path = BOX_PATH),
-    CASE("instance_address_misaligned", RULES(RULE_instance_array_is_aligned),
-         .edits = EDITS(ADD(INSTANCE, 8)), .twin_edits = EDITS(ADD(INSTANCE, 16)),
-         .path = INSTANCE_PATH),
-    CASE("instance_pointers_misaligned", RULES(RULE_instance_pointers_are_aligned),
-         .prepare_edits = EDITS(SET(INSTANCES(TLAS, 0).arrayOfPointers, VK_TRUE)),
-         .edits = EDITS(ADD(INSTANCE, 4)), .twin_edits = EDITS(ADD(INSTANCE, 8)),
-         .path = INSTANCE_PATH),
+         EDITS(SET(INDEX, WILD + 1), SET(TRIANGLES(INDEXED, 0).indexType, VK_INDEX_TYPE_NONE_KHR))),
+    CASE("transform_address_misaligned", RULE(transform_address_is_aligned),
+         EITHER_ADD(TRANSFORM, 8, 16), .path = TRANSFORM_PATH),
+    CASE("box_address_misaligned", RULE(aabb_address_is_aligned), EITHER_ADD(BOX, 4, 8),
+         .path = BOX_PATH),
+    CASE("instance_address_misaligned", RULE(instance_array_is_aligned),
+         EITHER_ADD(INSTANCE, 8, 16), .path = INSTANCE_PATH),
+    CASE("instance_pointers_misaligned", RULE(instance_pointers_are_aligned),
+         PREPARE_EDITS(SET(INSTANCES(TLAS, 0).arrayOfPointers, VK_TRUE)),
+         EITHER_ADD(INSTANCE, 4, 8), .path = INSTANCE_PATH),
 };
 
 CASE_LIST(cases_alignment, cases);

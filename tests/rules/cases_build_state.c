@@ -5,19 +5,6 @@
 
 /* ---- handles ---- */
 
-static void use_destroyed_src(struct scene *scene)
-{
-    const VkAccelerationStructureKHR src = scene_accel_for(scene, INDEXED);
-    scene_destroy(scene, (uint64_t)src);
-    scene->infos[INDEXED].srcAccelerationStructure = src;
-}
-
-static void use_buffer_as_dst(struct scene *scene)
-{
-    scene->infos[INDEXED].dstAccelerationStructure =
-        (VkAccelerationStructureKHR)(uint64_t)scene->vertices.handle;
-}
-
 static void destroy_another(struct scene *scene)
 {
     scene_destroy(scene, (uint64_t)scene_accel_for(scene, INDEXED));
@@ -30,32 +17,12 @@ static void make_one_on_other_device(struct scene *scene)
 
 /* ---- types ---- */
 
-static void change_dst_type(struct scene *scene, uint32_t build,
-                            VkAccelerationStructureTypeKHR type)
+static void change_dst_type(struct scene *scene, uint32_t build, VkDeviceSize type)
 {
     const VkDeviceSize size = scene_sizes(scene, build).accelerationStructureSize;
     const struct test_buffer buffer = scene_buffer(scene, size, ACCEL_USAGE);
-    scene->infos[build].dstAccelerationStructure = scene_accel_in(scene, &buffer, 0, size, type);
-}
-
-static void build_tlas_into_blas(struct scene *scene)
-{
-    change_dst_type(scene, TLAS, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-}
-
-static void build_tlas_into_generic(struct scene *scene)
-{
-    change_dst_type(scene, TLAS, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
-}
-
-static void build_blas_into_tlas(struct scene *scene)
-{
-    change_dst_type(scene, UNINDEXED, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
-}
-
-static void build_blas_into_generic(struct scene *scene)
-{
-    change_dst_type(scene, UNINDEXED, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
+    scene->infos[build].dstAccelerationStructure =
+        scene_accel_in(scene, &buffer, 0, size, (VkAccelerationStructureTypeKHR)type);
 }
 
 /* ---- memory ---- */
@@ -148,72 +115,95 @@ static void grow_build(struct scene *scene)
     scene->infos[AABBS].scratchData.deviceAddress = scene_address(scene, &scratch, 0);
 }
 
+static void destroy_refit(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->infos[REFIT].dstAccelerationStructure);
+}
+
+static void free_refit(struct scene *scene)
+{
+    scene_destroy(scene, (uint64_t)scene->dst_buffers[REFIT].memory);
+}
+
 static const struct test_case cases[] = {
-    SHARED(RULES(RULE_dst_is_a_valid_handle)),
-    CASE("dst_null", .edits = EDITS(SET(infos[INDEXED].dstAccelerationStructure, 0)),
+    CASE("dst_null", RULE(dst_is_a_valid_handle),
+         EDITS(SET(infos[INDEXED].dstAccelerationStructure, 0)),
          .path = "pInfos[0].dstAccelerationStructure is VK_NULL_HANDLE."),
-    CASE("dst_garbage", .edits = EDITS(SET(infos[AABBS].dstAccelerationStructure, 0xdeadbeef))),
-    CASE("dst_destroyed", .edits = EDITS(DESTROY(infos[AABBS].dstAccelerationStructure)),
-         .mutate_twin = destroy_another, .path = "pInfos[2].dstAccelerationStructure"),
-    CASE("dst_is_a_buffer", .mutate = use_buffer_as_dst, .needs_null_driver = true),
-
-    SHARED(RULES(RULE_src_is_a_valid_handle)),
-    CASE("src_garbage", .edits = EDITS(SET(infos[UPDATE].srcAccelerationStructure, 0xdeadbeef)),
+    CASE("dst_garbage", RULE(dst_is_a_valid_handle),
+         EDITS(SET(infos[AABBS].dstAccelerationStructure, 0xdeadbeef))),
+    CASE("dst_destroyed", RULE(dst_is_a_valid_handle),
+         EDITS(DESTROY(infos[AABBS].dstAccelerationStructure)), .mutate_twin = destroy_another,
+         .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("dst_is_a_buffer", RULE(dst_is_a_valid_handle),
+         EDITS(COPY(infos[INDEXED].dstAccelerationStructure, vertices.handle)),
+         .needs_null_driver = true),
+    CASE("src_garbage", RULE(src_is_a_valid_handle),
+         EDITS(SET(infos[UPDATE].srcAccelerationStructure, 0xdeadbeef)),
          .path = "pInfos[4].srcAccelerationStructure"),
-    CASE("src_garbage_though_not_an_update",
-         .edits = EDITS(SET(infos[TLAS].srcAccelerationStructure, 0xdeadbeef))),
-    CASE("src_destroyed", .edits = EDITS(DESTROY(infos[UPDATE].srcAccelerationStructure)),
-         .mutate_twin = destroy_another),
-    CASE("src_destroyed_though_not_an_update", .mutate = use_destroyed_src,
-         .twin_edits = EDITS(MAKE_STRUCTURE_WITH(infos[INDEXED].srcAccelerationStructure,
-                                                 scene_accel_for, INDEXED))),
-
-    SHARED(),
-    CASE("dst_of_other_device", RULES(RULE_dst_and_src_share_the_device),
-         .edits = EDITS(MAKE_STRUCTURE_WITH(infos[AABBS].dstAccelerationStructure,
-                                            scene_accel_of_other_device, AABBS)),
+    CASE("src_garbage_though_not_an_update", RULE(src_is_a_valid_handle),
+         EDITS(SET(infos[TLAS].srcAccelerationStructure, 0xdeadbeef))),
+    CASE("src_destroyed", RULE(src_is_a_valid_handle),
+         EDITS(DESTROY(infos[UPDATE].srcAccelerationStructure)), .mutate_twin = destroy_another),
+    CASE("src_destroyed_though_not_an_update", RULE(src_is_a_valid_handle),
+         EDITS(
+             MAKE_STRUCTURE_WITH(infos[INDEXED].srcAccelerationStructure, scene_accel_for, INDEXED),
+             DESTROY(infos[INDEXED].srcAccelerationStructure)),
+         TWIN_EDITS(MAKE_STRUCTURE_WITH(infos[INDEXED].srcAccelerationStructure, scene_accel_for,
+                                        INDEXED))),
+    CASE("dst_of_other_device", RULE(dst_and_src_share_the_device),
+         EDITS(MAKE_STRUCTURE_WITH(infos[AABBS].dstAccelerationStructure,
+                                   scene_accel_of_other_device, AABBS)),
          .mutate_twin = make_one_on_other_device, .path = "pInfos[2]"),
-    CASE("src_of_other_device", RULES(RULE_dst_and_src_share_the_device),
-         .edits = EDITS(MAKE_STRUCTURE_WITH(infos[UPDATE].srcAccelerationStructure,
-                                            scene_accel_of_other_device, UPDATE)),
+    CASE("src_of_other_device", RULE(dst_and_src_share_the_device),
+         EDITS(MAKE_STRUCTURE_WITH(infos[UPDATE].srcAccelerationStructure,
+                                   scene_accel_of_other_device, UPDATE)),
          .path = "pInfos[4]"),
-    CASE("dst_and_src_of_other_device", RULES(RULE_dst_and_src_share_the_device),
-         .edits = EDITS(MAKE_STRUCTURE_WITH(infos[UPDATE].srcAccelerationStructure,
-                                            scene_accel_of_other_device, UPDATE),
-                        MAKE_STRUCTURE_WITH(infos[UPDATE].dstAccelerationStructure,
-                                            scene_accel_of_other_device, UPDATE)),
+    CASE("dst_and_src_of_other_device", RULE(dst_and_src_share_the_device),
+         EDITS(MAKE_STRUCTURE_WITH(infos[UPDATE].srcAccelerationStructure,
+                                   scene_accel_of_other_device, UPDATE),
+               MAKE_STRUCTURE_WITH(infos[UPDATE].dstAccelerationStructure,
+                                   scene_accel_of_other_device, UPDATE)),
          .count = 1, .path = " and srcAccelerationStructure VkAccelerationStructureKHR 0x"),
-    CASE("src_of_other_device_though_not_an_update", RULES(RULE_dst_and_src_share_the_device),
-         .edits = EDITS(MAKE_STRUCTURE_WITH(infos[INDEXED].srcAccelerationStructure,
-                                            scene_accel_of_other_device, INDEXED))),
-    CASE("tlas_into_blas", RULES(RULE_tlas_dst_is_top_level_or_generic),
-         .mutate = build_tlas_into_blas, .mutate_twin = build_tlas_into_generic,
+    CASE("src_of_other_device_though_not_an_update", RULE(dst_and_src_share_the_device),
+         EDITS(MAKE_STRUCTURE_WITH(infos[INDEXED].srcAccelerationStructure,
+                                   scene_accel_of_other_device, INDEXED))),
+    CASE("tlas_into_blas", RULE(tlas_dst_is_top_level_or_generic),
+         EITHER_CALL_FOR(change_dst_type, TLAS, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                         VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR),
          .path = "pInfos[3]"),
-    CASE("blas_into_tlas", RULES(RULE_blas_dst_is_bottom_level_or_generic),
-         .mutate = build_blas_into_tlas, .mutate_twin = build_blas_into_generic,
+    CASE("blas_into_tlas", RULE(blas_dst_is_bottom_level_or_generic),
+         EITHER_CALL_FOR(change_dst_type, UNINDEXED, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+                         VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR),
          .path = "pInfos[1]"),
-    CASE("dst_unbound", RULES(RULE_dst_is_backed_by_memory), .mutate = leave_dst_unbound,
-         .mutate_twin = bind_dst_late, .path = "pInfos[2].dstAccelerationStructure"),
-    CASE("dst_memory_freed", RULES(RULE_dst_is_backed_by_memory),
-         .edits = EDITS(DESTROY(dst_buffers[AABBS].memory))),
-    CASE("dst_buffer_destroyed", RULES(RULE_dst_is_backed_by_memory),
-         .edits = EDITS(DESTROY(dst_buffers[AABBS].handle))),
-    CASE("update_src_unbound", RULES(RULE_update_src_is_backed_by_memory),
+
+    SHARED(RULE(dst_is_backed_by_memory)),
+    CASE("dst_unbound", .mutate = leave_dst_unbound, .mutate_twin = bind_dst_late,
+         .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("dst_memory_freed", EDITS(DESTROY(dst_buffers[AABBS].memory))),
+    CASE("dst_buffer_destroyed", EDITS(DESTROY(dst_buffers[AABBS].handle))),
+    CASE("update_src_unbound", RULE(update_src_is_backed_by_memory),
          .mutate = leave_update_src_unbound, .mutate_twin = leave_ignored_src_unbound,
          .path = "pInfos[4].srcAccelerationStructure"),
-    CASE("refit_memory_freed",
-         RULES(RULE_dst_is_backed_by_memory, RULE_update_src_is_backed_by_memory),
-         .edits = EDITS(DESTROY(dst_buffers[REFIT].memory)), .path = "pInfos[5]"),
-    CASE("dst_a_byte_too_small", RULES(RULE_dst_is_large_enough),
-         .edits = EDITS(CALL_FOR(resize_dst, UNINDEXED, 1)),
-         .twin_edits = EDITS(CALL_FOR(resize_dst, UNINDEXED, 0)),
+    CASE("refit_destroyed_before_submission", RULE(dst_is_a_valid_handle),
+         NAMES(RULE_src_is_a_valid_handle), SETUP(.level = "execution"), .commands = ON_DEVICE,
+         .then = destroy_refit, .submits = true, .path = "pInfos[5]"),
+    CASE("refit_freed_before_submission", RULE(dst_is_backed_by_memory),
+         NAMES(RULE_update_src_is_backed_by_memory), SETUP(.level = "execution"),
+         .commands = ON_DEVICE, .then = free_refit, .submits = true, .path = "pInfos[5]"),
+    CASE("refit_destroyed", RULE(dst_is_a_valid_handle), NAMES(RULE_src_is_a_valid_handle),
+         EDITS(DESTROY(infos[REFIT].dstAccelerationStructure)), .path = "pInfos[5]"),
+    CASE("refit_memory_freed", RULE(dst_is_backed_by_memory),
+         NAMES(RULE_update_src_is_backed_by_memory), EDITS(DESTROY(dst_buffers[REFIT].memory)),
+         .path = "pInfos[5]"),
+
+    SHARED(RULE(dst_is_large_enough)),
+    CASE("dst_a_byte_too_small", EITHER_CALL_FOR(resize_dst, UNINDEXED, 1, 0),
          .path = "pInfos[1].dstAccelerationStructure"),
-    CASE("tlas_a_byte_too_small", RULES(RULE_dst_is_large_enough),
-         .edits = EDITS(CALL_FOR(resize_dst, TLAS, 1))),
-    CASE("dst_made_for_fewer_geometries", RULES(RULE_dst_is_large_enough),
-         .mutate = give_many_geometries, .mutate_twin = give_many_geometries_and_room),
-    CASE("dst_made_for_fewer_primitives", RULES(RULE_dst_is_large_enough), .prepare = grow_build,
-         .twin_edits = EDITS(
+    CASE("tlas_a_byte_too_small", EDITS(CALL_FOR(resize_dst, TLAS, 1))),
+    CASE("dst_made_for_fewer_geometries", .mutate = give_many_geometries,
+         .mutate_twin = give_many_geometries_and_room),
+    CASE("dst_made_for_fewer_primitives", .prepare = grow_build,
+         TWIN_EDITS(
              MAKE_STRUCTURE_WITH(infos[AABBS].dstAccelerationStructure, scene_accel_for, AABBS))),
 };
 

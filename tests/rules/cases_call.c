@@ -6,13 +6,6 @@
 
 /* ---- features ---- */
 
-static const struct setup without_acceleration_structure = {.disable =
-                                                                DISABLE_ACCELERATION_STRUCTURE};
-static const struct setup without_acceleration_structure_2 = {
-    .disable = DISABLE_ACCELERATION_STRUCTURE, .route = ROUTE_FEATURES2};
-static const struct setup without_indirect = {.disable = DISABLE_INDIRECT_BUILD};
-static const struct setup without_host = {.disable = DISABLE_HOST_COMMANDS};
-static const struct setup with_features2 = {.route = ROUTE_FEATURES2};
 static const struct setup with_defaults = {0};
 
 /* ---- command buffer handles ---- */
@@ -37,11 +30,6 @@ static void record_on_a_forgery(struct scene *scene)
     scene->command_buffer = (VkCommandBuffer)(void *)forged;
 }
 
-static void record_on_another_command_buffer(struct scene *scene)
-{
-    scene_record_in_family(scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0), 0);
-}
-
 static void record_on_a_secondary(struct scene *scene)
 {
     const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
@@ -52,19 +40,10 @@ static void record_on_a_secondary(struct scene *scene)
 
 /* ---- queue families ---- */
 
-static void record_without_compute(struct scene *scene)
+static void record_in_family(struct scene *scene, VkQueueFlags with, VkDeviceSize without)
 {
-    scene_record_in_family(
-        scene,
-        fixture_find_family(scene->fixture, VK_QUEUE_TRANSFER_BIT,
-                            VK_QUEUE_COMPUTE_BIT | VK_QUEUE_VIDEO_DECODE_BIT_KHR),
-        0);
-}
-
-static void record_with_compute_only(struct scene *scene)
-{
-    scene_record_in_family(
-        scene, fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, VK_QUEUE_GRAPHICS_BIT), 0);
+    scene_record_in_family(scene, fixture_find_family(scene->fixture, with, (VkQueueFlags)without),
+                           0);
 }
 
 static void make_first_family_graphics_only(struct null_driver_config *config)
@@ -72,31 +51,12 @@ static void make_first_family_graphics_only(struct null_driver_config *config)
     config->queue_families[2].queueFlags = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_TRANSFER_BIT;
 }
 
-static void record_with_graphics_only(struct scene *scene)
-{
-    scene_record_in_family(
-        scene, fixture_find_family(scene->fixture, VK_QUEUE_GRAPHICS_BIT, VK_QUEUE_COMPUTE_BIT), 0);
-}
-
-static const struct setup graphics_only_family = {.configure = make_first_family_graphics_only};
-
 /* ---- protected ---- */
 
-static const struct setup with_protected = {.enable = ENABLE_PROTECTED};
-
-static void record_protected(struct scene *scene)
+static void record_in_protected_family(struct scene *scene, VkCommandPoolCreateFlags flags)
 {
-    scene_record_in_family(
-        scene,
-        fixture_find_family(scene->fixture, VK_QUEUE_PROTECTED_BIT | VK_QUEUE_COMPUTE_BIT, 0),
-        VK_COMMAND_POOL_CREATE_PROTECTED_BIT);
-}
-
-static void record_unprotected_in_protected_family(struct scene *scene)
-{
-    scene_record_in_family(
-        scene,
-        fixture_find_family(scene->fixture, VK_QUEUE_PROTECTED_BIT | VK_QUEUE_COMPUTE_BIT, 0), 0);
+    const VkQueueFlags with = VK_QUEUE_PROTECTED_BIT | VK_QUEUE_COMPUTE_BIT;
+    scene_record_in_family(scene, fixture_find_family(scene->fixture, with, 0), flags);
 }
 
 /* ---- video ---- */
@@ -108,9 +68,7 @@ static void add_compute_to_video(struct null_driver_config *config)
             config->queue_families[i].queueFlags |= VK_QUEUE_COMPUTE_BIT;
 }
 
-static const struct setup with_video = {.configure = add_compute_to_video, .enable = ENABLE_VIDEO};
-
-SCENE_DESTROYS(destroy_video_session, DestroyVideoSessionKHR, VkVideoSessionKHR)
+SCENE_CREATES(create_video_session, VideoSessionKHR, VkVideoSessionKHR, VkVideoSessionCreateInfoKHR)
 
 static VkVideoSessionKHR make_video_session(struct scene *scene, uint32_t family)
 {
@@ -141,13 +99,7 @@ static VkVideoSessionKHR make_video_session(struct scene *scene, uint32_t family
         .maxActiveReferencePictures = 1,
         .pStdHeaderVersion = &header,
     };
-    const VkDevice device = scene->fixture->device;
-    VkVideoSessionKHR session;
-
-    expect_success(scene->vk->CreateVideoSessionKHR(device, &create_info, NULL, &session),
-                   "vkCreateVideoSessionKHR");
-    scene_defer(scene, device, (uint64_t)session, destroy_video_session);
-    return session;
+    return create_video_session(scene, &create_info);
 }
 
 static void begin_video_coding(struct scene *scene)
@@ -179,47 +131,51 @@ static void begin_again_in_video_coding(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    CASE("feature_acceleration_structure_off",
-         RULES(RULE_acceleration_structure_feature_is_enabled),
-         .setup = &without_acceleration_structure, .twin_setup = &with_defaults),
+    CASE("feature_acceleration_structure_off", RULE(acceleration_structure_feature_is_enabled),
+         SETUP(.disable = DISABLE_ACCELERATION_STRUCTURE), .twin_setup = &with_defaults),
     CASE("feature_acceleration_structure_off_in_features2",
-         RULES(RULE_acceleration_structure_feature_is_enabled),
-         .setup = &without_acceleration_structure_2, .twin_setup = &with_features2),
-    CASE("feature_indirect_build_off", RULES(RULE_indirect_build_feature_is_enabled),
-         .setup = &without_indirect, .twin_setup = &with_defaults),
+         RULE(acceleration_structure_feature_is_enabled),
+         SETUP(.disable = DISABLE_ACCELERATION_STRUCTURE, .route = ROUTE_FEATURES2),
+         TWIN_SETUP(.route = ROUTE_FEATURES2)),
+    CASE("feature_indirect_build_off", RULE(indirect_build_feature_is_enabled),
+         SETUP(.disable = DISABLE_INDIRECT_BUILD), .twin_setup = &with_defaults),
     /* Without the build whose source can't be built either. */
-    CASE("feature_host_commands_off", RULES(RULE_host_commands_feature_is_enabled),
-         .setup = &without_host, .twin_setup = &with_defaults,
-         .edits = EDITS(SET(info_count, UPDATE))),
+    CASE("feature_host_commands_off", RULE(host_commands_feature_is_enabled),
+         SETUP(.disable = DISABLE_HOST_COMMANDS), .twin_setup = &with_defaults,
+         EDITS(SET(info_count, UPDATE))),
     CASE("feature_host_commands_off_is_no_matter_to_devices",
-         RULES(RULE_host_commands_feature_is_enabled), .silent = true,
-         .commands = ON_COMMAND_BUFFERS, .setup = &without_host),
+         RULE(host_commands_feature_is_enabled), .silent = true, .commands = ON_COMMAND_BUFFERS,
+         SETUP(.disable = DISABLE_HOST_COMMANDS)),
     CASE("feature_indirect_build_off_is_no_matter_to_direct_builds",
-         RULES(RULE_indirect_build_feature_is_enabled), .silent = true, .commands = ON_WITH_RANGES,
-         .setup = &without_indirect),
-    CASE("command_buffer_is_a_queue", RULES(RULE_command_buffer_is_valid),
-         .mutate = record_on_a_queue, .mutate_twin = record_on_another_command_buffer),
-    CASE("command_buffer_is_the_device", RULES(RULE_command_buffer_is_valid),
+         RULE(indirect_build_feature_is_enabled), .silent = true, .commands = ON_WITH_RANGES,
+         SETUP(.disable = DISABLE_INDIRECT_BUILD)),
+    CASE("command_buffer_is_a_queue", RULE(command_buffer_is_valid), .mutate = record_on_a_queue,
+         TWIN_EDITS(CALL_FOR(record_in_family, VK_QUEUE_COMPUTE_BIT, 0))),
+    CASE("command_buffer_is_the_device", RULE(command_buffer_is_valid),
          .mutate = record_on_the_device, .mutate_twin = record_on_a_secondary),
-    CASE("command_buffer_is_a_forgery", RULES(RULE_command_buffer_is_valid),
+    CASE("command_buffer_is_a_forgery", RULE(command_buffer_is_valid),
          .mutate = record_on_a_forgery),
-    CASE("pool_without_compute", RULES(RULE_command_pool_supports_compute),
-         .mutate = record_without_compute, .mutate_twin = record_with_compute_only,
+    CASE("pool_without_compute", RULE(command_pool_supports_compute),
+         EDITS(CALL_FOR(record_in_family, VK_QUEUE_TRANSFER_BIT,
+                        VK_QUEUE_COMPUTE_BIT | VK_QUEUE_VIDEO_DECODE_BIT_KHR)),
+         TWIN_EDITS(CALL_FOR(record_in_family, VK_QUEUE_COMPUTE_BIT, VK_QUEUE_GRAPHICS_BIT)),
          .needs_null_driver = true, .forwards = true),
-    CASE("pool_with_graphics_but_no_compute", RULES(RULE_command_pool_supports_compute),
-         .setup = &graphics_only_family, .mutate = record_with_graphics_only),
-    CASE("protected_command_buffer", RULES(RULE_command_buffer_is_not_protected),
-         .setup = &with_protected, .mutate = record_protected,
-         .mutate_twin = record_unprotected_in_protected_family),
-    CASE("inside_video_coding", RULES(RULE_build_is_outside_video_coding), .setup = &with_video,
+    CASE("pool_with_graphics_but_no_compute", RULE(command_pool_supports_compute),
+         SETUP(.configure = make_first_family_graphics_only),
+         EDITS(CALL_FOR(record_in_family, VK_QUEUE_GRAPHICS_BIT, VK_QUEUE_COMPUTE_BIT))),
+    CASE("protected_command_buffer", RULE(command_buffer_is_not_protected),
+         SETUP(.enable = ENABLE_PROTECTED),
+         EITHER_CALL(record_in_protected_family, VK_COMMAND_POOL_CREATE_PROTECTED_BIT, 0)),
+    CASE("inside_video_coding", RULE(build_is_outside_video_coding),
+         SETUP(.configure = add_compute_to_video, .enable = ENABLE_VIDEO),
          .mutate = begin_video_coding, .mutate_twin = end_video_coding),
-    CASE("video_coding_ends_with_the_recording", RULES(RULE_build_is_outside_video_coding),
-         .silent = true, .setup = &with_video, .mutate = begin_again_in_video_coding),
-    CASE("info_count_0", RULES(RULE_info_count_is_positive), .edits = EDITS(SET(info_count, 0)),
-         .twin_edits = EDITS(SET(info_count, 1))),
-    CASE("info_count_0_excuses_all_pointers", RULES(RULE_info_count_is_positive),
-         .edits = EDITS(SET(info_count, 0), SET(infos_argument, 0), SET(ranges_argument, 0),
-                        SET(counts_argument, 0))),
+    CASE("video_coding_ends_with_the_recording", RULE(build_is_outside_video_coding),
+         .silent = true, SETUP(.configure = add_compute_to_video, .enable = ENABLE_VIDEO),
+         .mutate = begin_again_in_video_coding),
+    CASE("info_count_0", RULE(info_count_is_positive), EITHER_SET(info_count, 0, 1)),
+    CASE("info_count_0_excuses_all_pointers", RULE(info_count_is_positive),
+         EDITS(SET(info_count, 0), SET(infos_argument, 0), SET(ranges_argument, 0),
+               SET(counts_argument, 0))),
 };
 
 CASE_LIST(cases_call, cases);

@@ -33,28 +33,6 @@ static const VkAccelerationStructureGeometryMotionTrianglesDataNV motion_loop = 
     .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
     .pNext = &motion_loop};
 
-#define ADDS_CHAIN(name, member, structure)                                                        \
-    static void name(struct scene *scene)                                                          \
-    {                                                                                              \
-        scene->member.pNext = &(structure);                                                        \
-    }
-
-ADDS_CHAIN(geometry_stray, geometries[INDEXED][0], stray)
-ADDS_CHAIN(geometry_unknown, geometries[AABBS][1], unknown)
-ADDS_CHAIN(geometry_motion, geometries[INDEXED][0], motion)
-ADDS_CHAIN(geometry_spheres, geometries[INDEXED][0], spheres)
-ADDS_CHAIN(geometry_spheres_twice, geometries[INDEXED][0], spheres_twice)
-ADDS_CHAIN(triangles_stray, TRIANGLES(INDEXED, 0), stray)
-ADDS_CHAIN(triangles_unknown, TRIANGLES(UNINDEXED, 1), unknown)
-ADDS_CHAIN(triangles_motion, TRIANGLES(INDEXED, 0), motion)
-ADDS_CHAIN(triangles_motion_twice, TRIANGLES(INDEXED, 0), motion_twice)
-ADDS_CHAIN(triangles_motion_loop, TRIANGLES(INDEXED, 0), motion_loop)
-ADDS_CHAIN(triangles_micromap_and_stray, TRIANGLES(INDEXED, 0), micromap_and_stray)
-ADDS_CHAIN(triangles_spheres, TRIANGLES(INDEXED, 0), spheres)
-ADDS_CHAIN(aabbs_stray, BOXES(AABBS, 0), stray)
-ADDS_CHAIN(aabbs_motion, BOXES(AABBS, 1), motion)
-ADDS_CHAIN(instances_stray, INSTANCES(TLAS, 0), stray)
-
 /* The motion data points to real vertices, where the address has to be good. */
 static void triangles_motion_filled(struct scene *scene)
 {
@@ -65,79 +43,73 @@ static void triangles_motion_filled(struct scene *scene)
 }
 
 static const struct setup with_motion = {.enable = ENABLE_MOTION};
-static const struct setup with_micromap = {.enable = ENABLE_OPACITY_MICROMAP_EXT};
-static const struct setup with_micromap_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
-static const struct setup with_displacement = {.enable = ENABLE_DISPLACEMENT_MICROMAP};
-static const struct setup with_spheres = {.enable = ENABLE_SPHERES};
-static const struct setup with_future = {.enable = ENABLE_FUTURE};
 static const struct setup with_all = {.enable = ENABLE_MOTION | ENABLE_SPHERES |
                                                 ENABLE_OPACITY_MICROMAP_EXT |
                                                 ENABLE_DISPLACEMENT_MICROMAP};
 
 static const struct test_case cases[] = {
-    CASE("geometry_chain_stray", RULES(RULE_geometry_chain_is_known), .mutate = geometry_stray,
+    SHARED(RULE(geometry_chain_is_known)),
+    CASE("geometry_chain_stray", EDITS(SET(geometries[INDEXED][0].pNext, &stray)),
          .path = "pInfos[0].pGeometries[0].pNext"),
-    CASE("geometry_chain_unknown", RULES(RULE_geometry_chain_is_known), .mutate = geometry_unknown,
+    CASE("geometry_chain_unknown", EDITS(SET(geometries[AABBS][1].pNext, &unknown)),
          .path = "pInfos[2].pGeometries[1].pNext"),
-    CASE("geometry_chain_unreadable", RULES(RULE_geometry_chain_is_known),
-         .edits = EDITS(UNREADABLE(geometries[INDEXED][0].pNext))),
-    CASE("geometry_chain_of_unknown_extension", RULES(RULE_geometry_chain_is_known), .silent = true,
-         .setup = &with_future, .mutate = geometry_unknown),
-    CASE("geometry_chain_of_the_triangles", RULES(RULE_geometry_chain_is_known), .setup = &with_all,
-         .mutate = geometry_motion, .mutate_twin = geometry_spheres),
-    CASE("geometry_chain_spheres_not_enabled", RULES(RULE_geometry_chain_is_known),
-         .mutate = geometry_spheres),
-    CASE("geometry_chain_spheres_twice", RULES(RULE_geometry_chain_has_no_duplicates),
-         .setup = &with_spheres, .mutate = geometry_spheres_twice, .mutate_twin = geometry_spheres,
-         .path = "pInfos[0].pGeometries[0].pNext"),
+    CASE("geometry_chain_unreadable", EDITS(UNREADABLE(geometries[INDEXED][0].pNext))),
+    CASE("geometry_chain_of_unknown_extension", .silent = true, SETUP(.enable = ENABLE_FUTURE),
+         EDITS(SET(geometries[AABBS][1].pNext, &unknown))),
+    CASE("geometry_chain_of_the_triangles", .setup = &with_all,
+         EITHER_SET(geometries[INDEXED][0].pNext, &motion, &spheres)),
+    CASE("geometry_chain_spheres_not_enabled", EDITS(SET(geometries[INDEXED][0].pNext, &spheres))),
 
-    CASE("triangles_chain_stray", RULES(RULE_triangles_chain_is_known), .mutate = triangles_stray,
+    SHARED(RULE(triangles_chain_is_known)),
+    CASE("geometry_chain_spheres_twice", RULE(geometry_chain_has_no_duplicates),
+         SETUP(.enable = ENABLE_SPHERES),
+         EITHER_SET(geometries[INDEXED][0].pNext, &spheres_twice, &spheres),
+         .path = "pInfos[0].pGeometries[0].pNext"),
+    CASE("triangles_chain_stray", EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &stray)),
          .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"),
-    CASE("triangles_chain_unknown", RULES(RULE_triangles_chain_is_known),
-         .mutate = triangles_unknown, .path = "pInfos[1].pGeometries[1].geometry.triangles.pNext"),
-    CASE("triangles_chain_unreadable", RULES(RULE_triangles_chain_is_known),
-         .edits = EDITS(UNREADABLE(geometries[INDEXED][0].geometry.triangles.pNext))),
-    CASE("triangles_chain_of_unknown_extension", RULES(RULE_triangles_chain_is_known),
-         .silent = true, .setup = &with_future, .mutate = triangles_unknown),
-    CASE("triangles_chain_of_the_geometry", RULES(RULE_triangles_chain_is_known),
-         .setup = &with_all, .mutate = triangles_spheres, .mutate_twin = triangles_motion_filled),
-    CASE("triangles_chain_motion_not_enabled", RULES(RULE_triangles_chain_is_known),
-         .mutate = triangles_motion),
-    CASE("triangles_chain_motion", RULES(RULE_triangles_chain_is_known), .silent = true,
-         .setup = &with_motion, .mutate = triangles_motion_filled),
+    CASE("triangles_chain_unknown", EDITS(SET(TRIANGLES(UNINDEXED, 1).pNext, &unknown)),
+         .path = "pInfos[1].pGeometries[1].geometry.triangles.pNext"),
+    CASE("triangles_chain_unreadable",
+         EDITS(UNREADABLE(geometries[INDEXED][0].geometry.triangles.pNext))),
+    CASE("triangles_chain_of_unknown_extension", .silent = true, SETUP(.enable = ENABLE_FUTURE),
+         EDITS(SET(TRIANGLES(UNINDEXED, 1).pNext, &unknown))),
+    CASE("triangles_chain_of_the_geometry", .setup = &with_all,
+         EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &spheres)), .mutate_twin = triangles_motion_filled),
+    CASE("triangles_chain_motion_not_enabled", EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &motion))),
+
+    SHARED(RULE(triangles_chain_is_known), .silent = true),
+    CASE("triangles_chain_motion", .setup = &with_motion, .mutate = triangles_motion_filled),
     /* With it, the build may take more. */
-    CASE("triangles_chain_micromap", RULES(RULE_triangles_chain_is_known), .silent = true,
-         .setup = &with_micromap,
-         .edits = EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &micromap), CALL_WITH(scene_fit, INDEXED)),
+    CASE("triangles_chain_micromap", SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT),
+         EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &micromap), CALL_WITH(scene_fit, INDEXED)),
          .may_fail_on_cpu = true),
-    CASE("triangles_chain_micromap_khr", RULES(RULE_triangles_chain_is_known), .silent = true,
-         .setup = &with_micromap_khr, .mutate = scene_use_micromap, .may_fail_on_cpu = true),
-    CASE("triangles_chain_displacement", RULES(RULE_triangles_chain_is_known), .silent = true,
-         .setup = &with_displacement,
-         .edits =
-             EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &displacement), CALL_WITH(scene_fit, INDEXED))),
-    CASE("triangles_chain_stray_behind_micromap", RULES(RULE_triangles_chain_is_known),
-         .setup = &with_micromap, .mutate = triangles_micromap_and_stray,
-         .twin_edits =
-             EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &micromap), CALL_WITH(scene_fit, INDEXED)),
+    CASE("triangles_chain_micromap_khr", SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR),
+         .mutate = scene_use_micromap, .may_fail_on_cpu = true),
+    CASE("triangles_chain_displacement", SETUP(.enable = ENABLE_DISPLACEMENT_MICROMAP),
+         EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &displacement), CALL_WITH(scene_fit, INDEXED))),
+
+    SHARED(RULE(triangles_chain_has_no_duplicates), .setup = &with_motion),
+    CASE("triangles_chain_stray_behind_micromap", RULE(triangles_chain_is_known),
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT),
+         EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &micromap_and_stray)),
+         TWIN_EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &micromap), CALL_WITH(scene_fit, INDEXED)),
          .may_fail_on_cpu = true),
-    CASE("triangles_chain_motion_twice", RULES(RULE_triangles_chain_has_no_duplicates),
-         .setup = &with_motion, .mutate = triangles_motion_twice,
+    CASE("triangles_chain_motion_twice", EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &motion_twice)),
          .mutate_twin = triangles_motion_filled,
          .path = "pInfos[0].pGeometries[0].geometry.triangles.pNext"),
-    CASE("triangles_chain_loop", RULES(RULE_triangles_chain_has_no_duplicates),
-         .setup = &with_motion, .mutate = triangles_motion_loop),
+    CASE("triangles_chain_loop", EDITS(SET(TRIANGLES(INDEXED, 0).pNext, &motion_loop))),
 
-    CASE("aabbs_chain", RULES(RULE_aabbs_have_no_chain), .mutate = aabbs_stray,
+    SHARED(RULE(aabbs_have_no_chain)),
+    CASE("aabbs_chain", EDITS(SET(BOXES(AABBS, 0).pNext, &stray)),
          .path = "pInfos[2].pGeometries[0].geometry.aabbs.pNext"),
-    CASE("aabbs_chain_of_triangles", RULES(RULE_aabbs_have_no_chain), .setup = &with_motion,
-         .mutate = aabbs_motion),
-    CASE("aabbs_chain_unreadable", RULES(RULE_aabbs_have_no_chain),
-         .edits = EDITS(SET(BOXES(AABBS, 0).pNext, 0x10))),
-    CASE("instances_chain", RULES(RULE_instances_have_no_chain), .mutate = instances_stray,
+    CASE("aabbs_chain_of_triangles", .setup = &with_motion,
+         EDITS(SET(BOXES(AABBS, 1).pNext, &motion))),
+    CASE("aabbs_chain_unreadable", EDITS(SET(BOXES(AABBS, 0).pNext, 0x10))),
+
+    SHARED(RULE(instances_have_no_chain)),
+    CASE("instances_chain", EDITS(SET(INSTANCES(TLAS, 0).pNext, &stray)),
          .path = "pInfos[3].pGeometries[0].geometry.instances.pNext"),
-    CASE("instances_chain_unreadable", RULES(RULE_instances_have_no_chain),
-         .edits = EDITS(SET(INSTANCES(TLAS, 0).pNext, 0x10))),
+    CASE("instances_chain_unreadable", EDITS(SET(INSTANCES(TLAS, 0).pNext, 0x10))),
 };
 
 CASE_LIST(cases_chain, cases);

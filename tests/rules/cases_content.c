@@ -17,23 +17,6 @@ static float *box_at(struct scene *scene, size_t offset)
 
 enum { MIN_X, MIN_Y, MIN_Z, MAX_X, MAX_Y, MAX_Z };
 
-/* Sets a number of a box. */
-#define BOX(name, offset, member, value)                                                           \
-    static void name(struct scene *scene)                                                          \
-    {                                                                                              \
-        box_at(scene, offset)[member] = (value);                                                   \
-    }
-
-BOX(box_beyond_max_x, 48, MIN_X, 1.5f)
-BOX(box_up_to_max_x, 48, MIN_X, 1.0f)
-BOX(box_beyond_max_y, 24, MIN_Y, 2.0f)
-BOX(box_beyond_max_z, 1024 + 32, MAX_Z, -0.5f)
-BOX(box_without_max_x, 0, MAX_X, NAN)
-BOX(box_without_min_y, 0, MIN_Y, NAN)
-BOX(box_without_max_z, 0, MAX_Z, NAN)
-BOX(box_behind_the_last, 72, MIN_X, 9.0f)
-BOX(box_between_the_strides, 1024 + 24, MIN_X, 9.0f)
-
 /* Without minX nothing else counts. */
 static void inactive_box_upside_down(struct scene *scene)
 {
@@ -56,12 +39,6 @@ static void two_boxes_upside_down(struct scene *scene)
     box_at(scene, 24)[MIN_X] = box_at(scene, 48)[MIN_X] = 2.0f;
 }
 
-static void boxes_of_both_upside_down(struct scene *scene)
-{
-    two_boxes_upside_down(scene);
-    box_at(scene, 1024)[MIN_X] = 2.0f;
-}
-
 /* ---- indices: of UNINDEXED, 1, from 2048 on ---- */
 
 enum { SHORTS = SCENE_BUFFER_SIZE / 2 };
@@ -69,27 +46,6 @@ enum { SHORTS = SCENE_BUFFER_SIZE / 2 };
 static uint16_t *short_indices(struct scene *scene)
 {
     return (uint16_t *)(void *)(scene->indices.host + SHORTS);
-}
-
-static void short_index_beyond(struct scene *scene)
-{
-    short_indices(scene)[4] = 6;
-}
-
-static void short_index_at_the_end(struct scene *scene)
-{
-    short_indices(scene)[4] = 5;
-}
-
-static void short_index_behind_the_last(struct scene *scene)
-{
-    short_indices(scene)[6] = 600;
-}
-
-/* Where a restart index would be. */
-static void largest_short_index(struct scene *scene)
-{
-    short_indices(scene)[0] = 0xffff;
 }
 
 static void wide_indices(struct scene *scene, uint32_t last)
@@ -152,96 +108,93 @@ static void zero_transform_elsewhere(struct scene *scene)
     "pInfos[0].pGeometries[0].geometry.triangles.transformData.hostAddress leads to a matrix"
 
 static const struct test_case cases[] = {
-    CASE("box_min_x_beyond_max_x", RULES(RULE_aabb_min_x_is_at_most_max_x), .commands = ON_HOST,
-         .setup = &with_content, .mutate = box_beyond_max_x, .mutate_twin = box_up_to_max_x,
-         .path = BOXES_LEAD_TO(0) "2, whose minX 1.5 is not at most its maxX (1)"),
-    CASE("box_min_y_beyond_max_y", RULES(RULE_aabb_min_y_is_at_most_max_y), .commands = ON_HOST,
-         .setup = &with_content, .mutate = box_beyond_max_y, .mutate_twin = infinite_boxes,
+    SHARED(RULE(aabb_min_x_is_at_most_max_x), .commands = ON_HOST, .setup = &with_content),
+    CASE("box_min_x_beyond_max_x", EDITS(WRITE_FLOAT(boxes, 48 + 4 * MIN_X, 1.5f)),
+         TWIN_EDITS(WRITE_FLOAT(boxes, 48 + 4 * MIN_X, 1.0f)),
+         .path = BOXES_LEAD_TO(0) "2, whose minX 1.5 is not less than or equal to maxX (1)"),
+    CASE("box_min_y_beyond_max_y", RULE(aabb_min_y_is_at_most_max_y),
+         EDITS(WRITE_FLOAT(boxes, 24 + 4 * MIN_Y, 2.0f)), .mutate_twin = infinite_boxes,
          .path = BOXES_LEAD_TO(0) "1, whose minY 2 "),
+    CASE("box_min_z_beyond_max_z_at_a_stride", RULE(aabb_min_z_is_at_most_max_z),
+         EDITS(WRITE_FLOAT(boxes, 1024 + 32 + 4 * MAX_Z, -0.5f)),
+         TWIN_EDITS(WRITE_FLOAT(boxes, 1024 + 24 + 4 * MIN_X, 9.0f)),
+         .path = BOXES_LEAD_TO(1) "1, whose minZ 0 is not less than or equal to maxZ (-0.5)"),
+    CASE("box_max_x_nan", EDITS(WRITE_FLOAT(boxes, 0 + 4 * MAX_X, NAN)),
+         .mutate_twin = inactive_box_upside_down, .path = BOXES_LEAD_TO(0) "0"),
+    CASE("box_min_y_nan", RULE(aabb_min_y_is_at_most_max_y),
+         EDITS(WRITE_FLOAT(boxes, 0 + 4 * MIN_Y, NAN)), .mutate_twin = inactive_box_upside_down),
+    CASE("box_max_z_nan", RULE(aabb_min_z_is_at_most_max_z),
+         EDITS(WRITE_FLOAT(boxes, 0 + 4 * MAX_Z, NAN)), .mutate_twin = inactive_box_upside_down),
+    CASE("box_upside_down_behind_the_last",
+         EDITS(WRITE_FLOAT(boxes, 72 + 4 * MIN_X, 9.0f), SET(ranges[AABBS][0].primitiveOffset, 24)),
+         TWIN_EDITS(WRITE_FLOAT(boxes, 72 + 4 * MIN_X, 9.0f)), .path = BOXES_LEAD_TO(0) "2"),
+    CASE("boxes_upside_down_but_none_built", .silent = true, .mutate = two_boxes_upside_down,
+         EDITS(SET(ranges[AABBS][0].primitiveCount, 0))),
+    CASE("two_boxes_upside_down_are_told_once", .mutate = two_boxes_upside_down, .count = 1,
+         .path = BOXES_LEAD_TO(0) "1"),
+    CASE("boxes_of_two_geometries_upside_down", .mutate = two_boxes_upside_down,
+         EDITS(WRITE_FLOAT(boxes, 1024 + 4 * MIN_X, 2.0f)), .count = 2,
+         .path = BOXES_LEAD_TO(1) "0"),
 
-    SHARED(.commands = ON_HOST, .setup = &with_content, .mutate_twin = inactive_box_upside_down),
-    CASE("box_min_z_beyond_max_z_at_a_stride", RULES(RULE_aabb_min_z_is_at_most_max_z),
-         .mutate = box_beyond_max_z, .mutate_twin = box_between_the_strides,
-         .path = BOXES_LEAD_TO(1) "1, whose minZ 0 is not at most its maxZ (-0.5)"),
-    CASE("box_max_x_nan", RULES(RULE_aabb_min_x_is_at_most_max_x), .mutate = box_without_max_x,
-         .path = BOXES_LEAD_TO(0) "0"),
-    CASE("box_min_y_nan", RULES(RULE_aabb_min_y_is_at_most_max_y), .mutate = box_without_min_y),
-    CASE("box_max_z_nan", RULES(RULE_aabb_min_z_is_at_most_max_z), .mutate = box_without_max_z),
-    CASE("box_upside_down_behind_the_last", RULES(RULE_aabb_min_x_is_at_most_max_x),
-         .mutate = box_behind_the_last, .edits = EDITS(SET(ranges[AABBS][0].primitiveOffset, 24)),
-         .mutate_twin = box_behind_the_last, .path = BOXES_LEAD_TO(0) "2"),
+    SHARED(RULE(aabb_min_x_is_at_most_max_x), .silent = true, .mutate = two_boxes_upside_down,
+           .may_fail_on_cpu = true),
+    CASE("boxes_upside_down_in_device_memory", .commands = ON_COMMAND_BUFFERS,
+         .setup = &with_content, .is_for_the_call = true),
+    CASE("boxes_upside_down_below_level_content", .commands = ON_HOST),
 
-    SHARED(.commands = ON_HOST, RULES(RULE_aabb_min_x_is_at_most_max_x)),
-    CASE("boxes_upside_down_but_none_built", .silent = true, .setup = &with_content,
-         .mutate = two_boxes_upside_down, .edits = EDITS(SET(ranges[AABBS][0].primitiveCount, 0))),
-    CASE("two_boxes_upside_down_are_told_once", .setup = &with_content,
-         .mutate = two_boxes_upside_down, .path = BOXES_LEAD_TO(0) "1", .count = 1),
-    CASE("boxes_of_two_geometries_upside_down", .setup = &with_content,
-         .mutate = boxes_of_both_upside_down, .path = BOXES_LEAD_TO(1) "0", .count = 2),
-    CASE("boxes_upside_down_in_device_memory", .silent = true, .commands = ON_COMMAND_BUFFERS,
-         .setup = &with_content, .mutate = two_boxes_upside_down, .is_for_the_call = true,
-         .may_fail_on_cpu = true),
-    CASE("boxes_upside_down_below_level_content", .silent = true, .mutate = two_boxes_upside_down,
-         .may_fail_on_cpu = true),
-
-    SHARED(.commands = ON_HOST, .setup = &with_content, RULES(RULE_indices_are_within_max_vertex)),
-    CASE("short_index_beyond_max_vertex", .mutate = short_index_beyond,
-         .mutate_twin = short_index_at_the_end,
-         .path =
-             "ppBuildRangeInfos[1][1].firstVertex 0 with index 6 of primitive 1 names vertex 6"),
+    SHARED(RULE(indices_are_within_max_vertex), .commands = ON_HOST, .setup = &with_content),
+    CASE("short_index_beyond_max_vertex", EDITS(WRITE(indices, uint16_t, SHORTS + 8, 6)),
+         TWIN_EDITS(WRITE(indices, uint16_t, SHORTS + 8, 5)),
+         .path = "ppBuildRangeInfos[1][1].firstVertex 0 plus index 6 of primitive 1 is vertex 6"),
     CASE("short_index_beyond_max_vertex_by_first_vertex",
-         .edits = EDITS(SET(ranges[UNINDEXED][1].firstVertex, 3)),
-         .twin_edits = EDITS(SET(ranges[UNINDEXED][1].firstVertex, 2)),
-         .path =
-             "ppBuildRangeInfos[1][1].firstVertex 3 with index 3 of primitive 1 names vertex 6"),
-    CASE("first_vertex_beyond_max_vertex",
-         .edits = EDITS(SET(ranges[UNINDEXED][1].firstVertex, UINT32_MAX)), .is_wild = true,
-         .path = "ppBuildRangeInfos[1][1].firstVertex 4294967295 with index 0 of primitive 0"),
-    CASE("short_index_beyond_max_vertex_by_offset", .mutate = short_index_behind_the_last,
-         .edits = EDITS(SET(ranges[UNINDEXED][1].primitiveOffset, 2)),
-         .mutate_twin = short_index_behind_the_last, .is_wild = true,
+         EITHER_SET(ranges[UNINDEXED][1].firstVertex, 3, 2),
+         .path = "ppBuildRangeInfos[1][1].firstVertex 3 plus index 3 of primitive 1 is vertex 6"),
+    CASE("first_vertex_beyond_max_vertex", EDITS(SET(ranges[UNINDEXED][1].firstVertex, UINT32_MAX)),
+         .is_wild = true,
+         .path = "ppBuildRangeInfos[1][1].firstVertex 4294967295 plus index 0 of primitive 0"),
+    CASE("short_index_beyond_max_vertex_by_offset",
+         EDITS(WRITE(indices, uint16_t, SHORTS + 12, 600),
+               SET(ranges[UNINDEXED][1].primitiveOffset, 2)),
+         TWIN_EDITS(WRITE(indices, uint16_t, SHORTS + 12, 600)), .is_wild = true,
          .path = "index 600 of primitive 1"),
-    CASE("largest_short_index_restarts_nothing", .mutate = largest_short_index, .is_wild = true,
+    CASE("largest_short_index_restarts_nothing",
+         EDITS(WRITE(indices, uint16_t, SHORTS + 0, 0xffff)), .is_wild = true,
          .path = "index 65535 of primitive 0"),
-    CASE("largest_short_index_but_none_built", .silent = true, .mutate = largest_short_index,
-         .edits = EDITS(SET(ranges[UNINDEXED][1].primitiveCount, 0))),
-    CASE("wide_index_beyond_max_vertex", .edits = EDITS(CALL_WITH(wide_indices, UINT32_MAX)),
-         .twin_edits = EDITS(CALL_WITH(wide_indices, 5)), .is_wild = true,
+    CASE("largest_short_index_but_none_built", .silent = true,
+         EDITS(WRITE(indices, uint16_t, SHORTS + 0, 0xffff),
+               SET(ranges[UNINDEXED][1].primitiveCount, 0))),
+    CASE("wide_index_beyond_max_vertex", EITHER_CALL(wide_indices, UINT32_MAX, 5), .is_wild = true,
          .path = "index 4294967295 of primitive 1"),
-
-    SHARED(.commands = ON_HOST, .setup = &with_content),
     CASE("byte_index_beyond_max_vertex",
          RULES(RULE_indices_are_within_max_vertex, RULE_index_type_is_16_or_32_bits_or_none),
          .setup = &with_small_indices, .mutate = byte_index_beyond, .is_for_the_call = true),
-    CASE("more_vertices_indexed_than_there_are",
-         RULES(RULE_consumed_vertices_are_within_max_vertex, RULE_indices_are_within_max_vertex),
-         .edits = EDITS(SET(TRIANGLES(UNINDEXED, 1).maxVertex, 2)),
-         .twin_edits = EDITS(SET(TRIANGLES(UNINDEXED, 1).maxVertex, 3)),
-         .path = "ppBuildRangeInfos[1][1]."),
-    CASE("few_vertices_far_apart", RULES(RULE_indices_are_within_max_vertex),
-         .mutate = few_vertices_far_apart,
-         .edits = EDITS(SET(TRIANGLES(UNINDEXED, 1).maxVertex, 2)), .is_wild = true),
+    CASE("more_vertices_indexed_than_there_are", RULES(RULE_indices_are_within_max_vertex),
+         NAMES(RULE_consumed_vertices_are_within_max_vertex),
+         EITHER_SET(TRIANGLES(UNINDEXED, 1).maxVertex, 2, 3), .path = "ppBuildRangeInfos[1][1]."),
+    CASE("few_vertices_far_apart", .mutate = few_vertices_far_apart,
+         EDITS(SET(TRIANGLES(UNINDEXED, 1).maxVertex, 2)), .is_wild = true),
     CASE("more_vertices_consumed_than_there_are",
-         RULES(RULE_consumed_vertices_are_within_max_vertex,
-               RULE_unindexed_vertices_are_within_max_vertex),
-         .edits = EDITS(SET(TRIANGLES(UNINDEXED, 0).maxVertex, 4)), .is_for_the_call = true,
-         .path = "ppBuildRangeInfos[1][0].primitiveCount 2"),
-    CASE("as_many_vertices_consumed_as_there_are",
          RULES(RULE_unindexed_vertices_are_within_max_vertex),
-         .edits = EDITS(SET(ranges[UNINDEXED][0].firstVertex, 1)), .is_for_the_call = true),
+         NAMES(RULE_consumed_vertices_are_within_max_vertex),
+         EDITS(SET(TRIANGLES(UNINDEXED, 0).maxVertex, 4)), .is_for_the_call = true,
+         .path = "ppBuildRangeInfos[1][0].primitiveCount 2"),
 
-    SHARED(.commands = ON_HOST, .setup = &with_content, RULES(RULE_transform_matrix_is_invertible)),
+    SHARED(RULE(transform_matrix_is_invertible), .commands = ON_HOST, .setup = &with_content),
+    CASE("as_many_vertices_consumed_as_there_are", RULE(unindexed_vertices_are_within_max_vertex),
+         EDITS(SET(ranges[UNINDEXED][0].firstVertex, 1)), .is_for_the_call = true),
     CASE("transform_of_zeros", .mutate = zero_transform, .mutate_twin = zero_transform_elsewhere,
-         .path = TRANSFORM_LEADS " whose first three columns have determinant 0"),
+         .path =
+             TRANSFORM_LEADS " that is not invertible: its first three columns have determinant 0"),
     CASE("transform_to_a_plane", .mutate = flat_transform, .mutate_twin = almost_flat_transform,
          .path = TRANSFORM_LEADS),
     CASE("transform_with_nan", .mutate = undefined_transform, .mutate_twin = small_transform,
-         .path = TRANSFORM_LEADS " whose first three columns have an element that is not finite"),
+         .path = TRANSFORM_LEADS
+         " that is not invertible: its first three columns have an element that is not finite"),
     CASE("transform_with_infinity", .mutate = infinite_transform, .mutate_twin = infinite_move),
     CASE("transform_to_next_to_nothing", .silent = true, .mutate = tiny_transform),
     CASE("transform_to_far_away", .silent = true, .mutate = huge_transform),
     CASE("transform_of_zeros_of_nothing", .silent = true, .mutate = zero_transform,
-         .edits = EDITS(SET(ranges[INDEXED][0].primitiveCount, 0))),
+         EDITS(SET(ranges[INDEXED][0].primitiveCount, 0))),
 };
 
 CASE_LIST(cases_content, cases);

@@ -78,136 +78,109 @@ static void complete_the_operation(struct scene *scene)
 
 /* ---- structures ---- */
 
-static VkAccelerationStructureKHR accel_in(struct scene *scene, const struct test_buffer *buffer,
+static VkAccelerationStructureKHR accel_in(struct scene *scene, struct test_buffer buffer,
                                            uint32_t build)
 {
-    return scene_accel_in(scene, buffer, 0, place_size(scene, build), scene->infos[build].type);
+    return scene_accel_in(scene, &buffer, 0, place_size(scene, build), scene->infos[build].type);
+}
+
+static VkAccelerationStructureKHR in_a_buffer(struct scene *scene, uint32_t build)
+{
+    return accel_in(scene, place_buffer(scene), build);
+}
+
+static VkAccelerationStructureKHR in_device_memory(struct scene *scene, uint32_t build)
+{
+    return accel_in(scene, place_device_local_buffer(scene), build);
+}
+
+static VkAccelerationStructureKHR in_visible_memory(struct scene *scene, uint32_t build)
+{
+    return accel_in(scene, place_buffer_of_instances(scene, 1), build);
+}
+
+static VkAccelerationStructureKHR of_two_instances(struct scene *scene, uint32_t build)
+{
+    return accel_in(scene, place_buffer_of_instances(scene, 3), build);
 }
 
 /* What the host could not have built itself is deserialized on the device. */
-static void update_from(struct scene *scene, VkAccelerationStructureKHR src)
+static void deserialize_src(struct scene *scene)
 {
     const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
     const VkCopyMemoryToAccelerationStructureInfoKHR info = {
         .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
         .src.deviceAddress = scene->boxes.address,
-        .dst = src,
+        .dst = scene->infos[UPDATE].srcAccelerationStructure,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
     };
     scene_begin(scene, command_buffer, 0);
     scene->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
     scene_end(scene, command_buffer);
     scene_submit(scene, family, command_buffer);
-    scene->infos[UPDATE].srcAccelerationStructure = src;
 }
 
-static void dst_by_address(struct scene *scene)
-{
-    scene->infos[AABBS].dstAccelerationStructure = place_accel_by_address(scene, AABBS);
-}
-
-static void src_by_address(struct scene *scene)
-{
-    update_from(scene, place_accel_by_address(scene, UPDATE));
-}
-
-static void ignored_src_by_address(struct scene *scene)
-{
-    scene->infos[AABBS].srcAccelerationStructure = place_accel_by_address(scene, AABBS);
-}
-
-static void src_in_a_buffer(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer(scene);
-    update_from(scene, accel_in(scene, &buffer, UPDATE));
-}
-
-static void dst_in_device_memory(struct scene *scene)
-{
-    const struct test_buffer buffer = place_device_local_buffer(scene);
-    scene->infos[AABBS].dstAccelerationStructure = accel_in(scene, &buffer, AABBS);
-}
-
-static void dst_in_visible_memory(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer_of_instances(scene, 1);
-    scene->infos[AABBS].dstAccelerationStructure = accel_in(scene, &buffer, AABBS);
-}
-
-static void src_in_device_memory(struct scene *scene)
-{
-    const struct test_buffer buffer = place_device_local_buffer(scene);
-    update_from(scene, accel_in(scene, &buffer, UPDATE));
-}
-
-static void ignored_src_in_device_memory(struct scene *scene)
-{
-    const struct test_buffer buffer = place_device_local_buffer(scene);
-    scene->infos[AABBS].srcAccelerationStructure = accel_in(scene, &buffer, AABBS);
-}
-
-static void dst_of_two_instances(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer_of_instances(scene, 3);
-    scene->infos[AABBS].dstAccelerationStructure = accel_in(scene, &buffer, AABBS);
-}
-
-static void src_of_two_instances(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer_of_instances(scene, 3);
-    update_from(scene, accel_in(scene, &buffer, UPDATE));
-}
-
-static void ignored_src_of_two_instances(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer_of_instances(scene, 3);
-    scene->infos[AABBS].srcAccelerationStructure = accel_in(scene, &buffer, AABBS);
-}
-
-static const struct setup with_group = {.enable = ENABLE_GROUP};
-static const struct setup with_addresses = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
+#define DST(function) MAKE_STRUCTURE_WITH(infos[AABBS].dstAccelerationStructure, function, AABBS)
+#define SRC(function)                                                                              \
+    MAKE_STRUCTURE_WITH(infos[UPDATE].srcAccelerationStructure, function, UPDATE),                 \
+        CALL(deserialize_src)
+/* An update in place. */
+#define SRC_AND_DST(function)                                                                      \
+    SRC(function),                                                                                 \
+        COPY(infos[UPDATE].dstAccelerationStructure, infos[UPDATE].srcAccelerationStructure)
+#define IGNORED_SRC(function)                                                                      \
+    MAKE_STRUCTURE_WITH(infos[AABBS].srcAccelerationStructure, function, AABBS)
 
 static const struct test_case cases[] = {
-    SHARED(.commands = ON_HOST, RULES(RULE_device_is_valid)),
+    SHARED(RULE(device_is_valid), .commands = ON_HOST),
     CASE("device_is_a_queue", .mutate = call_on_a_queue, .path = "(): device 0x"),
-    CASE("device_is_null", .edits = EDITS(SET(device, 0)), .path = "(): device is VK_NULL_HANDLE."),
-    CASE("device_is_unreadable", .edits = EDITS(UNREADABLE(device))),
+    CASE("device_is_null", EDITS(SET(device, 0)), .path = "(): device is VK_NULL_HANDLE."),
+    CASE("device_is_unreadable", EDITS(UNREADABLE(device))),
     CASE("device_is_zeros", .mutate = call_on_zeros),
 
-    SHARED(),
-    CASE("deferred_operation_forged", RULES(RULE_deferred_operation_is_valid),
-         .edits = EDITS(SET(deferred_operation, 0xdeadbeef)), .mutate_twin = defer,
+    SHARED(RULE(deferred_operation_is_valid), .mutate_twin = defer),
+    CASE("deferred_operation_forged", EDITS(SET(deferred_operation, 0xdeadbeef)),
          .path = "(): deferredOperation VkDeferredOperationKHR 0xdeadbeef is not"),
-    CASE("deferred_operation_destroyed", RULES(RULE_deferred_operation_is_valid),
-         .mutate = defer_to_a_destroyed_operation, .mutate_twin = defer),
-    CASE("deferred_operation_of_another_device", RULES(RULE_deferred_operation_is_of_the_device),
-         .mutate = defer_to_another_device, .mutate_twin = defer,
-         .path = "(): deferredOperation VkDeferredOperationKHR"),
-    CASE("deferred_operation_in_use", RULES(RULE_previous_deferred_operation_is_complete),
-         .prepare = defer_twice, .mutate_twin = complete_the_operation,
-         .path = "(): deferredOperation VkDeferredOperationKHR", .spares_drivers = true),
+    CASE("deferred_operation_destroyed", .mutate = defer_to_a_destroyed_operation),
 
-    CASE("dst_by_address", RULES(RULE_host_build_dst_was_created_with_a_buffer),
-         .setup = &with_addresses, .mutate = dst_by_address, .mutate_twin = dst_in_visible_memory,
-         .path = "pInfos[2].dstAccelerationStructure"),
-    CASE("src_by_address", RULES(RULE_host_build_src_was_created_with_a_buffer),
-         .setup = &with_addresses, .mutate = src_by_address, .mutate_twin = src_in_a_buffer,
-         .may_fail_on_cpu = true, .path = "pInfos[4].srcAccelerationStructure"),
-    CASE("ignored_src_by_address", RULES(RULE_host_build_src_was_created_with_a_buffer),
-         .silent = true, .setup = &with_addresses, .mutate = ignored_src_by_address),
-    CASE("dst_in_device_memory", RULES(RULE_host_build_dst_is_host_visible),
-         .mutate = dst_in_device_memory, .mutate_twin = dst_in_visible_memory,
-         .path = "pInfos[2].dstAccelerationStructure"),
-    CASE("src_in_device_memory", RULES(RULE_host_build_src_is_host_visible),
-         .mutate = src_in_device_memory, .mutate_twin = ignored_src_in_device_memory,
+    SHARED(.path = "(): deferredOperation VkDeferredOperationKHR"),
+    CASE("deferred_operation_of_another_device", RULE(deferred_operation_is_of_the_device),
+         .mutate = defer_to_another_device, .mutate_twin = defer),
+    CASE("deferred_operation_in_use", RULE(previous_deferred_operation_is_complete),
+         .prepare = defer_twice, .mutate_twin = complete_the_operation, .spares_drivers = true),
+    CASE("dst_by_address", RULE(host_build_dst_was_created_with_a_buffer),
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR), EDITS(DST(place_accel_by_address)),
+         TWIN_EDITS(DST(in_visible_memory)), .path = "pInfos[2].dstAccelerationStructure"),
+
+    SHARED(RULE(host_build_src_was_created_with_a_buffer)),
+    CASE("src_by_address", SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR),
+         EDITS(SRC(place_accel_by_address)), TWIN_EDITS(SRC(in_a_buffer)), .may_fail_on_cpu = true,
          .path = "pInfos[4].srcAccelerationStructure"),
-    CASE("dst_of_two_instances", RULES(RULE_host_build_dst_has_one_memory_instance),
-         .setup = &with_group, .mutate = dst_of_two_instances, .mutate_twin = dst_in_visible_memory,
-         .path = "pInfos[2].dstAccelerationStructure"),
-    CASE("src_of_two_instances", RULES(RULE_host_build_src_has_one_memory_instance),
-         .setup = &with_group, .mutate = src_of_two_instances,
-         .mutate_twin = ignored_src_of_two_instances, .path = "pInfos[4].srcAccelerationStructure"),
+    CASE("ignored_src_by_address", .silent = true, SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR),
+         EDITS(IGNORED_SRC(place_accel_by_address))),
+    CASE("dst_in_device_memory", RULE(host_build_dst_is_host_visible), EDITS(DST(in_device_memory)),
+         TWIN_EDITS(DST(in_visible_memory)), .path = "pInfos[2].dstAccelerationStructure"),
+
+    SHARED(.path = "pInfos[4].srcAccelerationStructure"),
+    CASE("src_in_device_memory", RULE(host_build_src_is_host_visible), EDITS(SRC(in_device_memory)),
+         TWIN_EDITS(IGNORED_SRC(in_device_memory))),
+    CASE("dst_of_two_instances", RULE(host_build_dst_has_one_memory_instance),
+         SETUP(.enable = ENABLE_GROUP), EDITS(DST(of_two_instances)),
+         TWIN_EDITS(DST(in_visible_memory)), .path = "pInfos[2].dstAccelerationStructure"),
+    CASE("refit_by_address", RULE(host_build_dst_was_created_with_a_buffer),
+         NAMES(RULE_host_build_src_was_created_with_a_buffer),
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR), EDITS(SRC_AND_DST(place_accel_by_address)),
+         .path = "pInfos[4]."),
+    CASE("refit_in_device_memory", RULE(host_build_dst_is_host_visible),
+         NAMES(RULE_host_build_src_is_host_visible), EDITS(SRC_AND_DST(in_device_memory)),
+         .path = "pInfos[4]."),
+    CASE("refit_of_two_instances", RULE(host_build_dst_has_one_memory_instance),
+         NAMES(RULE_host_build_src_has_one_memory_instance), SETUP(.enable = ENABLE_GROUP),
+         EDITS(SRC_AND_DST(of_two_instances)), .path = "pInfos[4]."),
+    CASE("src_of_two_instances", RULE(host_build_src_has_one_memory_instance),
+         SETUP(.enable = ENABLE_GROUP), EDITS(SRC(of_two_instances)),
+         TWIN_EDITS(IGNORED_SRC(of_two_instances))),
 };
 
 CASE_LIST(cases_host, cases);

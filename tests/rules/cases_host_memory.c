@@ -10,29 +10,8 @@
 
 /* ---- input data ---- */
 
-/* A copy of `size` bytes at the edge of what can be read, less the last `missing` of them. */
-static void *at_edge(const void *data, size_t size, size_t missing)
-{
-    char *copy = bytes_before_unreadable_page(size - missing);
-    return memcpy(copy, data, size - missing);
-}
-
-#define PUT_AT_EDGE(name, place, buffer, size)                                                     \
-    static void put_##name##_at_edge(struct scene *scene)                                          \
-    {                                                                                              \
-        scene->place.hostAddress = at_edge(scene->buffer.host, size, 0);                           \
-    }                                                                                              \
-    static void put_##name##_over_edge(struct scene *scene)                                        \
-    {                                                                                              \
-        scene->place.hostAddress = at_edge(scene->buffer.host, size, 1);                           \
-    }
-
-PUT_AT_EDGE(vertices, U_TRIANGLES.vertexData, vertices, 6 * 12)
-PUT_AT_EDGE(indices, I_TRIANGLES.indexData, indices, 6 * 4)
-PUT_AT_EDGE(short_indices, TRIANGLES(UNINDEXED, 1).indexData, indices, 6 * 2)
-PUT_AT_EDGE(transform, I_TRIANGLES.transformData, transforms, 48)
-PUT_AT_EDGE(boxes, BOXES(AABBS, 0).data, boxes, 3 * 24)
-PUT_AT_EDGE(instances, INSTANCES(TLAS, 0).data, instances, 3 * 64)
+#define EDGE(member, size, missing) PUT_AT_EDGE(member.hostAddress, (size) - (missing))
+#define NO_PRIMITIVES(build, index) SET(ranges[build][index].primitiveCount, 0)
 
 static void point_to_instances(struct scene *scene, size_t missing)
 {
@@ -40,26 +19,8 @@ static void point_to_instances(struct scene *scene, size_t missing)
     for (size_t i = 0; i < 3; i++)
         pointers[i] = scene->instances.host + i * 64;
     scene->INSTANCES(TLAS, 0).arrayOfPointers = VK_TRUE;
-    scene->INSTANCES(TLAS, 0).data.hostAddress = at_edge(pointers, sizeof(pointers), missing);
-}
-
-static void put_all_nowhere_without_primitives(struct scene *scene)
-{
-    scene->U_TRIANGLES.vertexData.hostAddress = unreadable_page();
-    scene->BOXES(AABBS, 0).data.hostAddress = unreadable_page();
-    scene->INSTANCES(TLAS, 0).data.hostAddress = unreadable_page();
-    scene->TRIANGLES(UNINDEXED, 1).indexData.hostAddress = unreadable_page();
-    scene->TRIANGLES(UNINDEXED, 1).transformData.hostAddress = unreadable_page();
-    scene->ranges[UNINDEXED][0].primitiveCount = scene->ranges[UNINDEXED][1].primitiveCount = 0;
-    scene->ranges[AABBS][0].primitiveCount = scene->ranges[TLAS][0].primitiveCount = 0;
-}
-
-/* The fourth component of the last vertex is not read. */
-static void put_wide_vertices_at_edge(struct scene *scene)
-{
-    scene->U_TRIANGLES.vertexFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
-    scene->U_TRIANGLES.vertexStride = 8;
-    scene->U_TRIANGLES.vertexData.hostAddress = at_edge(scene->vertices.host, 6 * 8, 2);
+    char *copy = bytes_before_unreadable_page(sizeof(pointers) - missing);
+    scene->INSTANCES(TLAS, 0).data.hostAddress = memcpy(copy, pointers, sizeof(pointers) - missing);
 }
 
 /* ---- scratch ---- */
@@ -90,86 +51,86 @@ static void unmap_shared_scratch(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    SHARED(RULES(RULE_vertex_host_address_is_readable)),
-    CASE("vertices_null", .edits = EDITS(SET(U_TRIANGLES.vertexData, 0)),
+    SHARED(RULE(vertex_host_address_is_readable)),
+    CASE("vertices_null", EDITS(SET(U_TRIANGLES.vertexData, 0)),
          .path = "pInfos[1].pGeometries[0].geometry.triangles.vertexData.hostAddress is NULL"),
-    CASE("vertices_nowhere", .edits = EDITS(SET(U_TRIANGLES.vertexData, 0x10)),
+    CASE("vertices_nowhere", EDITS(SET(U_TRIANGLES.vertexData, 0x10)),
          .path = "pInfos[1].pGeometries[0].geometry.triangles.vertexData.hostAddress 0x10"),
-    CASE("indexed_vertices_nowhere", .edits = EDITS(SET(I_TRIANGLES.vertexData, 0x10)),
+    CASE("indexed_vertices_nowhere", EDITS(SET(I_TRIANGLES.vertexData, 0x10)),
          .path = "pInfos[0].pGeometries[0].geometry.triangles.vertexData.hostAddress"),
-    CASE("vertices_over_edge", .mutate = put_vertices_over_edge,
-         .mutate_twin = put_vertices_at_edge),
+    CASE("vertices_over_edge", EDITS(EDGE(U_TRIANGLES.vertexData, 6 * 12, 1)),
+         TWIN_EDITS(EDGE(U_TRIANGLES.vertexData, 6 * 12, 0))),
     /* Which is inside: one triangle behind the first. */
-    CASE("vertices_over_edge_by_offset", .prepare = put_vertices_at_edge,
-         .edits = EDITS(SET(ranges[UNINDEXED][0].firstVertex, 3), SET(U_TRIANGLES.maxVertex, 8)),
-         .twin_edits =
-             EDITS(SET(ranges[UNINDEXED][0].firstVertex, 3), SET(U_TRIANGLES.maxVertex, 8),
-                   SET(ranges[UNINDEXED][0].primitiveCount, 1))),
-    CASE("vertices_with_a_fourth_component", .silent = true, .mutate = put_wide_vertices_at_edge),
+    CASE("vertices_over_edge_by_offset",
+         PREPARE_EDITS(EDGE(U_TRIANGLES.vertexData, 6 * 12, 0),
+                       SET(ranges[UNINDEXED][0].firstVertex, 3), SET(U_TRIANGLES.maxVertex, 8)),
+         TWIN_EDITS(SET(ranges[UNINDEXED][0].primitiveCount, 1))),
+    /* The fourth component of the last vertex is not read. */
+    CASE("vertices_with_a_fourth_component", .silent = true,
+         EDITS(SET(U_TRIANGLES.vertexFormat, VK_FORMAT_R16G16B16A16_SFLOAT),
+               SET(U_TRIANGLES.vertexStride, 8), EDGE(U_TRIANGLES.vertexData, 6 * 8, 2))),
 
-    SHARED(),
-    CASE("indices_null", RULES(RULE_index_host_address_is_readable),
-         .edits = EDITS(SET(I_TRIANGLES.indexData, 0)),
-         .twin_edits = EDITS(SET(U_TRIANGLES.indexData, 0)),
+    SHARED(RULE(index_host_address_is_readable)),
+    CASE("indices_null", EDITS(SET(I_TRIANGLES.indexData, 0)),
+         TWIN_EDITS(SET(U_TRIANGLES.indexData, 0)),
          .path = "pInfos[0].pGeometries[0].geometry.triangles.indexData.hostAddress is NULL"),
-    CASE("indices_over_edge", RULES(RULE_index_host_address_is_readable),
-         .mutate = put_indices_over_edge, .mutate_twin = put_indices_at_edge,
+    CASE("indices_over_edge", EDITS(EDGE(I_TRIANGLES.indexData, 6 * 4, 1)),
+         TWIN_EDITS(EDGE(I_TRIANGLES.indexData, 6 * 4, 0)),
          .path = "pInfos[0].pGeometries[0].geometry.triangles.indexData.hostAddress"),
-    CASE("short_indices_over_edge", RULES(RULE_index_host_address_is_readable),
-         .mutate = put_short_indices_over_edge, .mutate_twin = put_short_indices_at_edge),
-    CASE("indices_that_are_not_used", RULES(RULE_index_host_address_is_readable), .silent = true,
-         .edits = EDITS(SET(U_TRIANGLES.indexData, 0x10))),
-    CASE("transform_over_edge", RULES(RULE_transform_host_address_is_null_or_readable),
-         .mutate = put_transform_over_edge, .mutate_twin = put_transform_at_edge,
+    CASE("short_indices_over_edge", EDITS(EDGE(TRIANGLES(UNINDEXED, 1).indexData, 6 * 2, 1)),
+         TWIN_EDITS(EDGE(TRIANGLES(UNINDEXED, 1).indexData, 6 * 2, 0))),
+    CASE("indices_that_are_not_used", .silent = true, EDITS(SET(U_TRIANGLES.indexData, 0x10))),
+
+    SHARED(RULE(transform_host_address_is_null_or_readable)),
+    CASE("transform_over_edge", EDITS(EDGE(I_TRIANGLES.transformData, 48, 1)),
+         TWIN_EDITS(EDGE(I_TRIANGLES.transformData, 48, 0)),
          .path = "pInfos[0].pGeometries[0].geometry.triangles.transformData.hostAddress"),
-    CASE("transform_nowhere", RULES(RULE_transform_host_address_is_null_or_readable),
-         .edits = EDITS(SET(TRIANGLES(UNINDEXED, 1).transformData, 0x10)),
-         .twin_edits = EDITS(SET(TRIANGLES(UNINDEXED, 1).transformData, 0))),
-    CASE("boxes_null", RULES(RULE_aabb_host_address_is_readable),
-         .edits = EDITS(SET(BOXES(AABBS, 0).data, 0)),
+    CASE("transform_nowhere", EITHER_SET(TRIANGLES(UNINDEXED, 1).transformData, 0x10, 0)),
+
+    SHARED(RULE(aabb_host_address_is_readable)),
+    CASE("boxes_null", EDITS(SET(BOXES(AABBS, 0).data, 0)),
          .path = "pInfos[2].pGeometries[0].geometry.aabbs.data.hostAddress is NULL"),
-    CASE("boxes_over_edge", RULES(RULE_aabb_host_address_is_readable),
-         .mutate = put_boxes_over_edge, .mutate_twin = put_boxes_at_edge,
+    CASE("boxes_over_edge", EDITS(EDGE(BOXES(AABBS, 0).data, 3 * 24, 1)),
+         TWIN_EDITS(EDGE(BOXES(AABBS, 0).data, 3 * 24, 0)),
          .path = "pInfos[2].pGeometries[0].geometry.aabbs.data.hostAddress"),
     /* The offsets lead over the edge. */
-    CASE("boxes_over_edge_by_offset", RULES(RULE_aabb_host_address_is_readable),
-         .prepare = put_boxes_at_edge, .edits = EDITS(SET(ranges[AABBS][0].primitiveOffset, 24)),
-         .twin_edits = EDITS(SET(ranges[AABBS][0].primitiveOffset, 24),
-                             SET(ranges[AABBS][0].primitiveCount, 2))),
-    CASE("instances_null", RULES(RULE_instance_host_address_is_readable),
-         .edits = EDITS(SET(INSTANCES(TLAS, 0).data, 0)),
+    CASE("boxes_over_edge_by_offset",
+         PREPARE_EDITS(EDGE(BOXES(AABBS, 0).data, 3 * 24, 0),
+                       SET(ranges[AABBS][0].primitiveOffset, 24)),
+         TWIN_EDITS(SET(ranges[AABBS][0].primitiveCount, 2))),
+
+    SHARED(RULE(instance_host_address_is_readable)),
+    CASE("instances_null", EDITS(SET(INSTANCES(TLAS, 0).data, 0)),
          .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress is NULL"),
-    CASE("instances_over_edge", RULES(RULE_instance_host_address_is_readable),
-         .mutate = put_instances_over_edge, .mutate_twin = put_instances_at_edge,
+    CASE("instances_over_edge", EDITS(EDGE(INSTANCES(TLAS, 0).data, 3 * 64, 1)),
+         TWIN_EDITS(EDGE(INSTANCES(TLAS, 0).data, 3 * 64, 0)),
          .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress"),
-    CASE("pointers_over_edge", RULES(RULE_instance_host_address_is_readable),
-         .edits = EDITS(CALL_WITH_SIZE(point_to_instances, 1)),
-         .twin_edits = EDITS(CALL_WITH_SIZE(point_to_instances, 0))),
+    CASE("pointers_over_edge", EITHER_CALL_SIZE(point_to_instances, 1, 0)),
+
+    SHARED(),
     CASE("nowhere_without_primitives",
          RULES(RULE_vertex_host_address_is_readable, RULE_index_host_address_is_readable,
                RULE_transform_host_address_is_null_or_readable, RULE_aabb_host_address_is_readable,
                RULE_instance_host_address_is_readable),
-         .silent = true, .mutate = put_all_nowhere_without_primitives),
-
-    CASE("scratch_null", RULES(RULE_build_scratch_is_host_memory),
-         .edits = EDITS(SET(infos[AABBS].scratchData, 0)),
-         .path = "pInfos[2].scratchData.hostAddress 0x0"),
-    CASE("scratch_over_edge", RULES(RULE_build_scratch_is_host_memory),
-         .edits = EDITS(CALL_FOR(put_scratch_at_edge_of, AABBS, 1)),
-         .twin_edits = EDITS(CALL_FOR(put_scratch_at_edge_of, AABBS, 0)),
+         .silent = true,
+         EDITS(UNREADABLE(U_TRIANGLES.vertexData), UNREADABLE(BOXES(AABBS, 0).data),
+               UNREADABLE(INSTANCES(TLAS, 0).data), UNREADABLE(TRIANGLES(UNINDEXED, 1).indexData),
+               UNREADABLE(TRIANGLES(UNINDEXED, 1).transformData), NO_PRIMITIVES(UNINDEXED, 0),
+               NO_PRIMITIVES(UNINDEXED, 1), NO_PRIMITIVES(AABBS, 0), NO_PRIMITIVES(TLAS, 0))),
+    CASE("scratch_null", RULE(build_scratch_is_host_memory),
+         EDITS(SET(infos[AABBS].scratchData, 0)), .path = "pInfos[2].scratchData.hostAddress 0x0"),
+    CASE("scratch_over_edge", RULE(build_scratch_is_host_memory),
+         EITHER_CALL_FOR(put_scratch_at_edge_of, AABBS, 1, 0),
          .path = "pInfos[2].scratchData.hostAddress"),
-    CASE("scratch_of_update_null", RULES(RULE_update_scratch_is_host_memory),
-         .edits = EDITS(SET(infos[REFIT].scratchData, 0)),
-         .path = "pInfos[5].scratchData.hostAddress 0x0"),
-    CASE("scratch_of_update_over_edge", RULES(RULE_update_scratch_is_host_memory),
-         .edits = EDITS(CALL_FOR(put_scratch_at_edge_of, REFIT, 1)),
-         .twin_edits = EDITS(CALL_FOR(put_scratch_at_edge_of, REFIT, 0)),
+    CASE("scratch_of_update_null", RULE(update_scratch_is_host_memory),
+         EDITS(SET(infos[REFIT].scratchData, 0)), .path = "pInfos[5].scratchData.hostAddress 0x0"),
+    CASE("scratch_of_update_over_edge", RULE(update_scratch_is_host_memory),
+         EITHER_CALL_FOR(put_scratch_at_edge_of, REFIT, 1, 0),
          .path = "pInfos[5].scratchData.hostAddress"),
-    CASE("scratch_shared_in_own_memory", RULES(RULE_scratch_and_scratch_are_apart),
-         .commands = ON_HOST, .edits = EDITS(CALL_WITH(put_scratch_in_own_memory, 1)),
-         .twin_edits = EDITS(CALL_WITH(put_scratch_in_own_memory, 0)),
+    CASE("scratch_shared_in_own_memory", RULE(scratch_and_scratch_are_apart), .commands = ON_HOST,
+         EITHER_CALL(put_scratch_in_own_memory, 1, 0),
          .path = "pInfos[0].scratchData shares host memory [0x"),
-    CASE("scratch_in_memory_unmapped", RULES(RULE_dst_and_scratch_are_apart), .silent = true,
+    CASE("scratch_in_memory_unmapped", RULE(dst_and_scratch_are_apart), .silent = true,
          .commands = ON_HOST, .mutate = unmap_shared_scratch, .needs_null_driver = true),
 };
 

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Where the indirect command reads its build ranges, and what their maxima need. */
-#include <string.h>
-
 #include "case.h"
 #include "placing.h"
 
@@ -10,44 +8,15 @@
 
 enum { STEP = sizeof(VkAccelerationStructureBuildRangeInfoKHR) };
 
-/* ---- arrays ---- */
-
-static void put_addresses_at_edge(struct scene *scene)
-{
-    const size_t size = scene->info_count * sizeof(scene->indirect_addresses[0]);
-    scene->indirect_addresses_argument =
-        memcpy(bytes_before_unreadable_page(size), scene->indirect_addresses, size);
-}
-
-static void put_strides_at_edge(struct scene *scene)
-{
-    const size_t size = scene->info_count * sizeof(scene->indirect_strides[0]);
-    scene->indirect_strides_argument =
-        memcpy(bytes_before_unreadable_page(size), scene->indirect_strides, size);
-}
+#define ADDRESSES_AT_EDGE                                                                          \
+    PUT_AT_EDGE(indirect_addresses_argument, SCENE_BASE_BUILDS * sizeof(VkDeviceAddress))
+#define STRIDES_AT_EDGE PUT_AT_EDGE(indirect_strides_argument, SCENE_BASE_BUILDS * sizeof(uint32_t))
 
 /* ---- buffers ---- */
 
-static VkDeviceAddress end_of(const struct test_buffer *buffer)
+static void read_from_the_end(struct scene *scene, uint32_t build, VkDeviceSize less)
 {
-    return buffer->address + buffer->size;
-}
-
-/* UNINDEXED has two geometries. */
-static void read_to_the_end(struct scene *scene)
-{
-    scene->ADDRESS(UNINDEXED) = end_of(&scene->indirect) - 2 * STEP;
-}
-
-static void read_beyond_the_end(struct scene *scene)
-{
-    scene->ADDRESS(UNINDEXED) = end_of(&scene->indirect) - 2 * STEP + 4;
-}
-
-static void read_nothing_beyond_the_end(struct scene *scene)
-{
-    scene->ADDRESS(AABBS) = end_of(&scene->indirect) + 64;
-    scene->infos[AABBS].geometryCount = 0;
+    scene->ADDRESS(build) = scene->indirect.address + scene->indirect.size - less;
 }
 
 static void forget_memory(struct scene *scene)
@@ -65,84 +34,56 @@ static void read_from(struct scene *scene, VkBufferUsageFlags usage)
 
 /* ---- sizes ---- */
 
-static void set_dst_size(struct scene *scene, uint32_t build, VkDeviceSize size)
+static void set_dst_size(struct scene *scene, uint32_t build, VkDeviceSize less)
 {
     const struct test_buffer buffer = place_buffer(scene);
-    scene->infos[build].dstAccelerationStructure =
-        scene_accel_in(scene, &buffer, 0, size, scene->infos[build].type);
-}
-
-static void shrink_dst(struct scene *scene)
-{
-    set_dst_size(scene, AABBS, place_size(scene, AABBS) - 1);
-}
-
-static void fit_dst(struct scene *scene)
-{
-    set_dst_size(scene, AABBS, place_size(scene, AABBS));
-}
-
-static void shrink_dst_of_update(struct scene *scene)
-{
-    set_dst_size(scene, UPDATE, place_size(scene, UPDATE) - 1);
-}
-
-static void fit_dst_of_update(struct scene *scene)
-{
-    set_dst_size(scene, UPDATE, place_size(scene, UPDATE));
+    scene->infos[build].dstAccelerationStructure = scene_accel_in(
+        scene, &buffer, 0, place_size(scene, build) - less, scene->infos[build].type);
 }
 
 static const struct test_case cases[] = {
-    CASE("indirect_addresses_unreadable", RULES(RULE_indirect_addresses_are_readable),
-         .edits = EDITS(UNREADABLE(indirect_addresses_argument)),
-         .mutate_twin = put_addresses_at_edge, .path = "pIndirectDeviceAddresses"),
-    CASE("indirect_addresses_null", RULES(RULE_indirect_addresses_are_readable),
-         .edits = EDITS(SET(indirect_addresses_argument, 0))),
-    CASE("indirect_addresses_one_short", RULES(RULE_indirect_addresses_are_readable),
-         .prepare = put_addresses_at_edge, .edits = EDITS(ADD(indirect_addresses_argument, 1))),
-    CASE("indirect_strides_unreadable", RULES(RULE_indirect_strides_are_readable),
-         .edits = EDITS(UNREADABLE(indirect_strides_argument)), .mutate_twin = put_strides_at_edge,
-         .path = "pIndirectStrides"),
-    CASE("indirect_strides_null", RULES(RULE_indirect_strides_are_readable),
-         .edits = EDITS(SET(indirect_strides_argument, 0))),
-    CASE("indirect_strides_one_short", RULES(RULE_indirect_strides_are_readable),
-         .prepare = put_strides_at_edge, .edits = EDITS(ADD(indirect_strides_argument, 1))),
+    SHARED(RULE(indirect_addresses_are_readable)),
+    CASE("indirect_addresses_unreadable", EDITS(UNREADABLE(indirect_addresses_argument)),
+         TWIN_EDITS(ADDRESSES_AT_EDGE), .path = "pIndirectDeviceAddresses"),
+    CASE("indirect_addresses_null", EDITS(SET(indirect_addresses_argument, 0))),
+    CASE("indirect_addresses_one_short", PREPARE_EDITS(ADDRESSES_AT_EDGE),
+         EDITS(ADD(indirect_addresses_argument, 1))),
 
-    CASE("indirect_address_not_aligned", RULES(RULE_indirect_address_is_aligned),
-         .edits = EDITS(ADD(ADDRESS(UNINDEXED), 2)),
-         .twin_edits = EDITS(ADD(ADDRESS(UNINDEXED), 4)), .path = "pIndirectDeviceAddresses[1]"),
-    CASE("indirect_stride_not_aligned", RULES(RULE_indirect_stride_is_aligned),
-         .edits = EDITS(SET(STRIDE(TLAS), STEP + 2)),
-         .twin_edits = EDITS(SET(STRIDE(TLAS), STEP + 4)), .path = "pIndirectStrides[3]"),
+    SHARED(RULE(indirect_strides_are_readable)),
+    CASE("indirect_strides_unreadable", EDITS(UNREADABLE(indirect_strides_argument)),
+         TWIN_EDITS(STRIDES_AT_EDGE), .path = "pIndirectStrides"),
+    CASE("indirect_strides_null", EDITS(SET(indirect_strides_argument, 0))),
+    CASE("indirect_strides_one_short", PREPARE_EDITS(STRIDES_AT_EDGE),
+         EDITS(ADD(indirect_strides_argument, 1))),
 
-    CASE("indirect_ranges_beyond_the_end", RULES(RULE_indirect_ranges_are_in_one_buffer),
-         .mutate = read_beyond_the_end, .mutate_twin = read_to_the_end,
-         .path = "pIndirectDeviceAddresses[1]"),
-    CASE("indirect_stride_beyond_the_end", RULES(RULE_indirect_ranges_are_in_one_buffer),
-         .edits = EDITS(SET(STRIDE(UNINDEXED), 0x80000000)),
-         .twin_edits = EDITS(SET(STRIDE(UNINDEXED), 0)), .path = "pIndirectDeviceAddresses[1]"),
-    CASE("indirect_address_null", RULES(RULE_indirect_ranges_are_in_one_buffer),
-         .edits = EDITS(SET(ADDRESS(INDEXED), 0)), .path = "pIndirectDeviceAddresses[0]"),
-    CASE("indirect_address_nowhere", RULES(RULE_indirect_ranges_are_in_one_buffer),
-         .edits = EDITS(SET(ADDRESS(INDEXED), 0x40)), .path = "pIndirectDeviceAddresses[0]"),
-    CASE("indirect_address_of_nothing", RULES(RULE_indirect_ranges_are_in_one_buffer),
-         .silent = true, .mutate = read_nothing_beyond_the_end),
-    CASE("indirect_buffer_without_memory", RULES(RULE_input_buffer_is_bound),
-         .commands = ON_INDIRECT, .prepare = forget_memory,
-         .twin_edits = EDITS(SET(infos[UNINDEXED].geometryCount, 0)), .count = 1,
-         .path = "pIndirectDeviceAddresses[1]"),
-    CASE("indirect_buffer_of_scratch", RULES(RULE_indirect_buffer_has_indirect_usage),
-         .edits = EDITS(CALL_WITH(read_from, SCRATCH_USAGE)),
-         .twin_edits =
-             EDITS(CALL_WITH(read_from, SCRATCH_USAGE | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT)),
+    SHARED(RULE(indirect_ranges_are_in_one_buffer), .path = "pIndirectDeviceAddresses[1]"),
+    CASE("indirect_address_not_aligned", RULE(indirect_address_is_aligned),
+         EITHER_ADD(ADDRESS(UNINDEXED), 2, 4)),
+    CASE("indirect_stride_not_aligned", RULE(indirect_stride_is_aligned),
+         EITHER_SET(STRIDE(TLAS), STEP + 2, STEP + 4), .path = "pIndirectStrides[3]"),
+    CASE("indirect_ranges_beyond_the_end",
+         EITHER_CALL_FOR(read_from_the_end, UNINDEXED, 2 * STEP - 4, 2 * STEP)),
+    CASE("indirect_stride_beyond_the_end", EITHER_SET(STRIDE(UNINDEXED), 0x80000000, 0)),
+    CASE("indirect_address_null", EDITS(SET(ADDRESS(INDEXED), 0)),
+         .path = "pIndirectDeviceAddresses[0]"),
+
+    SHARED(RULE(indirect_ranges_are_in_one_buffer)),
+    CASE("indirect_address_nowhere", EDITS(SET(ADDRESS(INDEXED), 0x40)),
+         .path = "pIndirectDeviceAddresses[0]"),
+    CASE("indirect_address_of_nothing", .silent = true,
+         EDITS(CALL_FOR(read_from_the_end, AABBS, -64), SET(infos[AABBS].geometryCount, 0))),
+    CASE("indirect_buffer_without_memory", RULE(input_buffer_is_bound), .commands = ON_INDIRECT,
+         .prepare = forget_memory, TWIN_EDITS(SET(infos[UNINDEXED].geometryCount, 0)), .count = 1,
          .path = "pIndirectDeviceAddresses[1]"),
 
-    CASE("dst_too_small_for_maxima", RULES(RULE_dst_is_large_enough_for_max_primitive_counts),
-         .mutate = shrink_dst, .mutate_twin = fit_dst,
+    SHARED(RULE(dst_is_large_enough_for_max_primitive_counts)),
+    CASE("indirect_buffer_of_scratch", RULE(indirect_buffer_has_indirect_usage),
+         EITHER_CALL(read_from, SCRATCH_USAGE, SCRATCH_USAGE | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT),
+         .path = "pIndirectDeviceAddresses[1]"),
+    CASE("dst_too_small_for_maxima", EITHER_CALL_FOR(set_dst_size, AABBS, 1, 0),
          .path = "pInfos[2].dstAccelerationStructure"),
-    CASE("dst_of_update_too_small_for_maxima",
-         RULES(RULE_dst_is_large_enough_for_max_primitive_counts), .mutate = shrink_dst_of_update,
-         .mutate_twin = fit_dst_of_update, .path = "pInfos[4].dstAccelerationStructure"),
+    CASE("dst_of_update_too_small_for_maxima", EITHER_CALL_FOR(set_dst_size, UPDATE, 1, 0),
+         .path = "pInfos[4].dstAccelerationStructure"),
 };
 
 CASE_LIST(cases_indirect, cases);

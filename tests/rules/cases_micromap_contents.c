@@ -36,66 +36,17 @@ static void build_lossy_micromap(struct scene *scene)
         scene->micromaps.triangles[i].format = VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR;
 }
 
-static void build_micromap_of_wide_stride(struct scene *scene)
-{
-    build_micromap(scene);
-    scene->micromaps.data.triangleArrayStride = 2 * sizeof(VkMicromapTriangleKHR);
-}
-
-/* Sets a triangle. */
-#define TRIANGLE(name, index, offset, level, format_)                                              \
-    static void name(struct scene *scene)                                                          \
-    {                                                                                              \
-        scene->micromaps.triangles[index] = (VkMicromapTriangleKHR){                               \
-            .dataOffset = (offset), .subdivisionLevel = (level), .format = (format_)};             \
-    }
+#define TRIANGLE(index, offset, level, format)                                                     \
+    WRITE(micromaps.triangle_buffer, uint64_t, sizeof(VkMicromapTriangleKHR) * (index),            \
+          (uint64_t)(offset) | (uint64_t)(level) << 32 | (uint64_t)(format) << 48)
 
 #define END SCENE_MICROMAP_INPUT_SIZE /* of the data's buffer */
 #define STATES_2 VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR
 #define STATES_4 VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR
 
-TRIANGLE(byte_at_the_end, 2, END, 0, STATES_2)
-TRIANGLE(last_byte, 2, END - 1, 0, STATES_2)
-TRIANGLE(data_2_past_the_end, 3, END - 7, 3, STATES_2)
-TRIANGLE(data_2_up_to_the_end, 3, END - 8, 3, STATES_2)
-TRIANGLE(data_4_past_the_end, 0, END - 15, 3, STATES_4)
-TRIANGLE(data_4_up_to_the_end, 0, END - 16, 3, STATES_4)
-TRIANGLE(data_far_beyond, 1, UINT32_MAX, 0, STATES_2)
-TRIANGLE(triangle_behind_the_last, TRIANGLES_BUILT, UINT32_MAX, 99, 99)
-TRIANGLE(triangle_between_the_strides, 1, UINT32_MAX, 99, 99)
-TRIANGLE(triangle_at_the_stride, 2, END, 0, STATES_2)
-TRIANGLE(undefined_format, 1, 0, 0, 3)
-TRIANGLE(format_zero, 0, 0, 0, 0)
-TRIANGLE(format_zero_of_large_level, 0, 0, UINT16_MAX, 0)
-TRIANGLE(level_2_beyond, 1, 0, 7, STATES_2)
-TRIANGLE(level_2_at_the_limit, 1, 0, 6, STATES_2)
-TRIANGLE(level_4_beyond, 3, 0, 6, STATES_4)
-TRIANGLE(level_4_at_the_limit, 3, 0, 5, STATES_4)
-TRIANGLE(level_lossy_at_the_limit, 3, 0, 4, STATES_4)
-TRIANGLE(format_2_state, 2, 0, 4, STATES_2)
-/* No device has such levels, backend cpu included. */
-TRIANGLE(level_2_beyond_any, 1, 0, LEVEL_OF_NONE, STATES_2)
-TRIANGLE(level_4_beyond_any, 3, 0, LEVEL_OF_NONE, STATES_4)
-
-/* ---- the same in host builds, which read it by its device address */
-
-#define BUILT_BY_HOST(build, change)                                                               \
-    static void change##_in_##build(struct scene *scene)                                           \
-    {                                                                                              \
-        build(scene);                                                                              \
-        change(scene);                                                                             \
-    }
-
-BUILT_BY_HOST(build_micromap, level_4_beyond_any)
-BUILT_BY_HOST(build_micromap, level_4_at_the_limit)
-BUILT_BY_HOST(build_lossy_micromap, level_4_beyond_any)
-BUILT_BY_HOST(build_lossy_micromap, level_lossy_at_the_limit)
-BUILT_BY_HOST(build_lossy_micromap, format_2_state)
-
-static void unmap_what_is_wrong(struct scene *scene)
+static void unmap_triangles(struct scene *scene)
 {
-    level_4_beyond_any_in_build_micromap(scene);
-    scene->vk->UnmapMemory(scene->fixture->device, scene->micromaps.triangle_memory);
+    scene->vk->UnmapMemory(scene->fixture->device, scene->micromaps.triangle_buffer.memory);
 }
 
 /* ---- INDEXED, whose 2 triangles use a micromap of 4 by indices from this offset on ---- */
@@ -121,12 +72,6 @@ static void use_micromap_by_short_indices(struct scene *scene)
     use_micromap_of(scene, VK_INDEX_TYPE_UINT16, 6);
 }
 
-static void use_micromap_from_the_third_on(struct scene *scene)
-{
-    use_micromap(scene);
-    scene->micromaps.opacity.baseTriangle = 2;
-}
-
 static void use_micromap_without_indices(struct scene *scene)
 {
     use_micromap(scene);
@@ -137,16 +82,11 @@ static void use_micromap_without_indices(struct scene *scene)
 static void use_clone_of_micromap(struct scene *scene)
 {
     use_micromap(scene);
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene->micromaps.opacity.micromap,
-        .dst = scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
-    const VkCommandBuffer command_buffer = scene_begin_before(scene);
-    scene->vk->CmdCopyAccelerationStructureKHR(command_buffer, &info);
-    scene_end_before(scene, command_buffer);
-    scene->micromaps.opacity.micromap = info.dst;
+    const VkAccelerationStructureKHR clone =
+        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    scene_copy(scene, scene->micromaps.opacity.micromap, clone,
+               VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    scene->micromaps.opacity.micromap = clone;
 }
 
 static void use_deserialized_micromap(struct scene *scene)
@@ -168,35 +108,7 @@ static void use_no_micromap(struct scene *scene)
     scene_inputs_remember(scene);
 }
 
-static void use_no_micromap_by_bytes(struct scene *scene)
-{
-    use_no_micromap(scene);
-    scene->micromaps.opacity.indexType = VK_INDEX_TYPE_UINT8_KHR;
-    scene->micromaps.opacity.indexStride = 1;
-}
-
-/* Sets an index, at an offset. */
-#define INDEX(name, offset, type, value)                                                           \
-    static void name(struct scene *scene)                                                          \
-    {                                                                                              \
-        const type index = (type)(value);                                                          \
-        memcpy(scene->indices.host + OPACITY_INDICES + (offset), &index, sizeof(index));           \
-    }
-
-INDEX(index_past_the_end, 4, uint32_t, 5)
-INDEX(index_at_the_end, 4, uint32_t, 4)
-INDEX(index_beyond_of_no_triangle, 8, uint32_t, 5)
-INDEX(index_largest, 0, uint32_t, INT32_MAX)
-INDEX(index_transparent, 0, uint32_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_TRANSPARENT_KHR)
-INDEX(index_special, 4, uint32_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_UNKNOWN_OPAQUE_KHR)
-INDEX(index_negative, 4, uint32_t, -6)
-INDEX(index_zero, 4, uint32_t, 0)
-INDEX(index_3, 4, uint32_t, 3)
-INDEX(index_2, 4, uint32_t, 2)
-INDEX(short_index_past_the_end, 6, uint16_t, 5)
-INDEX(short_index_special, 6, uint16_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_UNKNOWN_OPAQUE_KHR)
-INDEX(byte_index_1, 1, uint8_t, 1)
-INDEX(byte_index_special, 1, uint8_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_OPAQUE_KHR)
+#define INDEX(offset, type, value) WRITE(indices, type, OPACITY_INDICES + (offset), value)
 
 #define LEADS_TO(index)                                                                            \
     "pInfos[2].pGeometries[0].pNext<VkAccelerationStructureGeometryMicromapDataKHR>."              \
@@ -205,133 +117,131 @@ INDEX(byte_index_special, 1, uint8_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_OP
     "pInfos[0].pGeometries[0].geometry.triangles.pNext"                                            \
     "<VkAccelerationStructureTrianglesOpacityMicromapKHR>.indexBuffer has index "
 
-/* Of a rule, what precedes the mutation, that, and the twin. */
-#define DATA_CASE(...) DATA_CASE_WITH(with_content, __VA_ARGS__)
-#define DATA_CASE_WITH(setup_, name_, rule_, prepare_, mutate_, mutate_twin_, path_)               \
-    {                                                                                              \
-        .name = (name_), RULES(RULE_##rule_), .setup = &(setup_), .prepare = (prepare_),           \
-        .is_for_contents = (prepare_) != NULL, .mutate = (mutate_), .mutate_twin = (mutate_twin_), \
-        .commands = ON_DEVICE, .path = (path_)                                                     \
-    }
-/* The same of a rule that the indirect command has, too: of it, and of a build that it refuses. */
-#define STRUCTURE_CASE(setup_, name_, rule_, prepare_, mutate_, mutate_twin_, path_)               \
-    {                                                                                              \
-        .name = (name_), RULES(RULE_##rule_), .setup = &(setup_), .prepare = (prepare_),           \
-        .is_for_contents = (prepare_) != NULL, .mutate = (mutate_), .mutate_twin = (mutate_twin_), \
-        .commands = ON_DEVICE, .refusal = &indirect_takes_no_micromap, .path = (path_)             \
-    }
-#define HOST_CASE(name_, rule_, mutate_, mutate_twin_, path_)                                      \
-    {                                                                                              \
-        .name = (name_), RULES(RULE_##rule_), .setup = &with_content, .mutate = (mutate_),         \
-        .mutate_twin = (mutate_twin_), .commands = ON_HOST, .is_for_the_call = true,               \
-        .may_fail_on_cpu = true, .path = (path_)                                                   \
-    }
-#define SILENT_CASE(name_, rule_, prepare_, mutate_)                                               \
-    {                                                                                              \
-        .name = (name_), RULES(RULE_##rule_), .silent = true, .setup = &with_content,              \
-        .prepare = (prepare_), .is_for_contents = (prepare_) != NULL, .mutate = (mutate_),         \
-        .commands = ON_DEVICE                                                                      \
-    }
-
 static const struct test_case cases[] = {
-    DATA_CASE("micromap_byte_past_the_end", micromap_triangle_data_is_in_its_buffer, build_micromap,
-              byte_at_the_end, last_byte,
-              LEADS_TO(2) "whose 1 bytes at dataOffset 65536 end beyond the 65536 bytes"),
-    DATA_CASE("micromap_data_past_the_end", micromap_triangle_data_is_in_its_buffer, build_micromap,
-              data_2_past_the_end, data_2_up_to_the_end, LEADS_TO(3) "whose 8 bytes"),
-    DATA_CASE("micromap_data_of_4_states_past_the_end", micromap_triangle_data_is_in_its_buffer,
-              build_micromap, data_4_past_the_end, data_4_up_to_the_end,
-              LEADS_TO(0) "whose 16 bytes"),
-    DATA_CASE("micromap_data_far_beyond", micromap_triangle_data_is_in_its_buffer, build_micromap,
-              data_far_beyond, triangle_behind_the_last, LEADS_TO(1)),
-    DATA_CASE("micromap_data_past_the_end_at_a_stride", micromap_triangle_data_is_in_its_buffer,
-              build_micromap_of_wide_stride, triangle_at_the_stride, triangle_between_the_strides,
-              LEADS_TO(1)),
-    DATA_CASE("micromap_format_undefined", micromap_triangle_format_is_valid, build_micromap,
-              undefined_format, level_4_at_the_limit, LEADS_TO(1) "whose format 3 is not"),
-    DATA_CASE("micromap_format_zero", micromap_triangle_format_is_valid, build_micromap,
-              format_zero, triangle_behind_the_last, LEADS_TO(0)),
-    DATA_CASE("micromap_format_zero_of_large_level", micromap_triangle_format_is_valid,
-              build_micromap, format_zero_of_large_level, NULL, LEADS_TO(0)),
-    DATA_CASE_WITH(with_limits, "micromap_level_of_2_states",
-                   triangle_2_state_level_is_within_limit, build_micromap, level_2_beyond,
-                   level_2_at_the_limit,
-                   LEADS_TO(1) "which has subdivisionLevel 7 at format 1, beyond "
-                               "maxOpacity2StateSubdivisionLevel (6)"),
-    STRUCTURE_CASE(with_limits, "micromap_level_of_4_states",
-                   triangle_4_state_level_is_within_limit, build_micromap, level_4_beyond,
-                   level_4_at_the_limit, LEADS_TO(3) "which has subdivisionLevel 6 at format 2"),
-    STRUCTURE_CASE(with_limits, "lossy_micromap_level", lossy_triangle_level_is_within_limit,
-                   build_lossy_micromap, level_4_at_the_limit, level_lossy_at_the_limit,
-                   LEADS_TO(3) "which has subdivisionLevel 5"),
-    DATA_CASE("micromap_level_of_2_states_beyond_any", triangle_2_state_level_is_within_limit,
-              build_micromap, level_2_beyond_any, level_2_at_the_limit,
-              LEADS_TO(1) "which has subdivisionLevel 16 at format 1"),
-    STRUCTURE_CASE(with_content, "micromap_level_of_4_states_beyond_any",
-                   triangle_4_state_level_is_within_limit, build_micromap, level_4_beyond_any,
-                   level_4_at_the_limit, LEADS_TO(3) "which has subdivisionLevel 16 at format 2"),
-    STRUCTURE_CASE(with_content, "lossy_micromap_level_beyond_any",
-                   lossy_triangle_level_is_within_limit, build_lossy_micromap, level_4_beyond_any,
-                   level_lossy_at_the_limit, LEADS_TO(3) "which has subdivisionLevel 16"),
-    STRUCTURE_CASE(with_content, "lossy_micromap_of_2_states", lossy_triangle_is_4_state,
-                   build_lossy_micromap, format_2_state, level_lossy_at_the_limit,
-                   LEADS_TO(2) "whose format 1 is not"),
-    HOST_CASE("host_micromap_level_of_4_states", triangle_4_state_level_is_within_limit,
-              level_4_beyond_any_in_build_micromap, level_4_at_the_limit_in_build_micromap,
-              LEADS_TO(3) "which has subdivisionLevel 16 at format 2"),
-    HOST_CASE("lossy_host_micromap_level", lossy_triangle_level_is_within_limit,
-              level_4_beyond_any_in_build_lossy_micromap,
-              level_lossy_at_the_limit_in_build_lossy_micromap,
-              LEADS_TO(3) "which has subdivisionLevel 16"),
-    HOST_CASE("lossy_host_micromap_of_2_states", lossy_triangle_is_4_state,
-              format_2_state_in_build_lossy_micromap,
-              level_lossy_at_the_limit_in_build_lossy_micromap,
-              LEADS_TO(2) "whose format 1 is not"),
-    CASE("host_micromap_not_mapped", RULES(RULE_triangle_4_state_level_is_within_limit),
-         .silent = true, .commands = ON_HOST, .setup = &with_content, .mutate = unmap_what_is_wrong,
-         .is_for_the_call = true, .may_fail_on_cpu = true),
-    SILENT_CASE("lossless_micromap_of_2_states", lossy_triangle_is_4_state, build_micromap,
-                format_2_state),
+    SHARED(RULE(micromap_triangle_data_is_in_its_buffer), .commands = ON_DEVICE,
+           .setup = &with_content, .prepare = build_micromap, .is_for_contents = true),
+    CASE("micromap_byte_past_the_end", EDITS(TRIANGLE(2, END, 0, STATES_2)),
+         TWIN_EDITS(TRIANGLE(2, END - 1, 0, STATES_2)),
+         .path = LEADS_TO(2) "which needs 1 byte at dataOffset 65536, but the buffer has 65536 "
+                             "bytes from data on"),
+    CASE("micromap_data_past_the_end", EDITS(TRIANGLE(3, END - 7, 3, STATES_2)),
+         TWIN_EDITS(TRIANGLE(3, END - 8, 3, STATES_2)), .path = LEADS_TO(3) "which needs 8 bytes"),
+    CASE("micromap_data_of_4_states_past_the_end", EDITS(TRIANGLE(0, END - 15, 3, STATES_4)),
+         TWIN_EDITS(TRIANGLE(0, END - 16, 3, STATES_4)),
+         .path = LEADS_TO(0) "which needs 16 bytes"),
+    CASE("micromap_data_far_beyond", EDITS(TRIANGLE(1, UINT32_MAX, 0, STATES_2)),
+         TWIN_EDITS(TRIANGLE(TRIANGLES_BUILT, UINT32_MAX, 99, 99)), .path = LEADS_TO(1)),
+    CASE("micromap_data_past_the_end_at_a_stride",
+         PREPARE_EDITS(SET(micromaps.data.triangleArrayStride, 2 * sizeof(VkMicromapTriangleKHR))),
+         EDITS(TRIANGLE(2, END, 0, STATES_2)), TWIN_EDITS(TRIANGLE(1, UINT32_MAX, 99, 99)),
+         .path = LEADS_TO(1)),
+    CASE("micromap_format_undefined", RULE(micromap_triangle_format_is_valid),
+         EDITS(TRIANGLE(1, 0, 0, 3)), TWIN_EDITS(TRIANGLE(3, 0, 5, STATES_4)),
+         .path = LEADS_TO(1) "whose format 3 is not"),
+    CASE("micromap_format_zero", RULE(micromap_triangle_format_is_valid),
+         EDITS(TRIANGLE(0, 0, 0, 0)), TWIN_EDITS(TRIANGLE(TRIANGLES_BUILT, UINT32_MAX, 99, 99)),
+         .path = LEADS_TO(0)),
+    CASE("micromap_format_zero_of_large_level", RULE(micromap_triangle_format_is_valid),
+         EDITS(TRIANGLE(0, 0, UINT16_MAX, 0)), .path = LEADS_TO(0)),
 
+    SHARED(.commands = ON_DEVICE, .setup = &with_limits, .prepare = build_micromap,
+           .is_for_contents = true),
+    CASE("micromap_level_of_2_states", RULE(triangle_2_state_level_is_within_limit),
+         EDITS(TRIANGLE(1, 0, 7, STATES_2)), TWIN_EDITS(TRIANGLE(1, 0, 6, STATES_2)),
+         .path = LEADS_TO(1) "whose subdivisionLevel 7 with format 1 exceeds "
+                             "maxOpacity2StateSubdivisionLevel (6)"),
+    CASE("micromap_level_of_4_states", RULE(triangle_4_state_level_is_within_limit),
+         .refusal = &indirect_takes_no_micromap, EDITS(TRIANGLE(3, 0, 6, STATES_4)),
+         TWIN_EDITS(TRIANGLE(3, 0, 5, STATES_4)),
+         .path = LEADS_TO(3) "whose subdivisionLevel 6 with format 2"),
+    CASE("lossy_micromap_level", RULE(lossy_triangle_level_is_within_limit),
+         .refusal = &indirect_takes_no_micromap, .prepare = build_lossy_micromap,
+         EDITS(TRIANGLE(3, 0, 5, STATES_4)), TWIN_EDITS(TRIANGLE(3, 0, 4, STATES_4)),
+         .path = LEADS_TO(3) "whose subdivisionLevel 5"),
+    CASE("micromap_level_of_2_states_beyond_any", RULE(triangle_2_state_level_is_within_limit),
+         .setup = &with_content, EDITS(TRIANGLE(1, 0, LEVEL_OF_NONE, STATES_2)),
+         TWIN_EDITS(TRIANGLE(1, 0, 6, STATES_2)),
+         .path = LEADS_TO(1) "whose subdivisionLevel 16 with format 1"),
+
+    SHARED(.commands = ON_DEVICE, .refusal = &indirect_takes_no_micromap, .setup = &with_content,
+           .prepare = build_lossy_micromap, .is_for_contents = true),
+    CASE("micromap_level_of_4_states_beyond_any", RULE(triangle_4_state_level_is_within_limit),
+         .prepare = build_micromap, EDITS(TRIANGLE(3, 0, LEVEL_OF_NONE, STATES_4)),
+         TWIN_EDITS(TRIANGLE(3, 0, 5, STATES_4)),
+         .path = LEADS_TO(3) "whose subdivisionLevel 16 with format 2"),
+    CASE("lossy_micromap_level_beyond_any", RULE(lossy_triangle_level_is_within_limit),
+         EDITS(TRIANGLE(3, 0, LEVEL_OF_NONE, STATES_4)), TWIN_EDITS(TRIANGLE(3, 0, 4, STATES_4)),
+         .path = LEADS_TO(3) "whose subdivisionLevel 16"),
+    CASE("lossy_micromap_of_2_states", RULE(lossy_triangle_is_4_state),
+         EDITS(TRIANGLE(2, 0, 4, STATES_2)), TWIN_EDITS(TRIANGLE(3, 0, 4, STATES_4)),
+         .path = LEADS_TO(2) "whose format 1 is not"),
+
+    SHARED(.commands = ON_HOST, .setup = &with_content, .may_fail_on_cpu = true,
+           .is_for_the_call = true),
+    CASE("host_micromap_level_of_4_states", RULE(triangle_4_state_level_is_within_limit),
+         .mutate = build_micromap, EDITS(TRIANGLE(3, 0, LEVEL_OF_NONE, STATES_4)),
+         .mutate_twin = build_micromap, TWIN_EDITS(TRIANGLE(3, 0, 5, STATES_4)),
+         .path = LEADS_TO(3) "whose subdivisionLevel 16 with format 2"),
+    CASE("lossy_host_micromap_level", RULE(lossy_triangle_level_is_within_limit),
+         .mutate = build_lossy_micromap, EDITS(TRIANGLE(3, 0, LEVEL_OF_NONE, STATES_4)),
+         .mutate_twin = build_lossy_micromap, TWIN_EDITS(TRIANGLE(3, 0, 4, STATES_4)),
+         .path = LEADS_TO(3) "whose subdivisionLevel 16"),
+    CASE("lossy_host_micromap_of_2_states", RULE(lossy_triangle_is_4_state),
+         .mutate = build_lossy_micromap, EDITS(TRIANGLE(2, 0, 4, STATES_2)),
+         .mutate_twin = build_lossy_micromap, TWIN_EDITS(TRIANGLE(3, 0, 4, STATES_4)),
+         .path = LEADS_TO(2) "whose format 1 is not"),
+    CASE("host_micromap_not_mapped", RULE(triangle_4_state_level_is_within_limit), .silent = true,
+         .mutate = build_micromap,
+         EDITS(TRIANGLE(3, 0, LEVEL_OF_NONE, STATES_4), CALL(unmap_triangles))),
+
+    SHARED(RULE(opacity_triangles_are_within_micromap), .commands = ON_INDIRECT,
+           .setup = &with_content, .prepare = use_micromap_without_indices,
+           .is_for_contents = true),
+    CASE("lossless_micromap_of_2_states", RULE(lossy_triangle_is_4_state), .silent = true,
+         .commands = ON_DEVICE, .prepare = build_micromap, EDITS(TRIANGLE(2, 0, 4, STATES_2))),
     /* The device's command is judged before: it says how many triangles it has. */
-    CASE("opacity_without_indices_past_the_end", RULES(RULE_opacity_triangles_are_within_micromap),
-         .commands = ON_INDIRECT, .setup = &with_content, .prepare = use_micromap_without_indices,
-         .edits = EDITS(SET(micromaps.opacity.baseTriangle, 4)),
-         .twin_edits = EDITS(SET(micromaps.opacity.baseTriangle, 3)), .is_for_contents = true,
-         .path = "baseTriangle 4 makes 2 triangles use those of the micromap up to 5"),
-    CASE("opacity_without_indices_of_no_triangle",
-         RULES(RULE_opacity_triangles_are_within_micromap), .silent = true, .commands = ON_INDIRECT,
-         .setup = &with_content, .prepare = use_micromap_without_indices,
-         .edits = EDITS(SET(micromaps.opacity.baseTriangle, 4),
-                        SET(ranges[INDEXED][0].primitiveCount, 0)),
-         .is_for_contents = true),
+    CASE("opacity_without_indices_past_the_end", EITHER_SET(micromaps.opacity.baseTriangle, 4, 3),
+         .path = "baseTriangle 4 and 2 triangles in the build range reach triangle 5"),
+    CASE("opacity_without_indices_of_no_triangle", .silent = true,
+         EDITS(SET(micromaps.opacity.baseTriangle, 4), SET(ranges[INDEXED][0].primitiveCount, 0))),
 
-    DATA_CASE("opacity_index_past_the_end", opacity_index_is_within_micromap, use_micromap,
-              index_past_the_end, index_at_the_end, HAS_INDEX "5 for primitive 1"),
-    DATA_CASE("opacity_index_largest", opacity_index_is_within_micromap, use_micromap,
-              index_largest, index_transparent, HAS_INDEX "2147483647 for primitive 0"),
-    DATA_CASE("opacity_index_past_the_end_by_base", opacity_index_is_within_micromap,
-              use_micromap_from_the_third_on, index_3, index_2,
-              HAS_INDEX "3 for primitive 1, which with baseTriangle 2 is beyond the 4"),
-    DATA_CASE("opacity_short_index_past_the_end", opacity_index_is_within_micromap,
-              use_micromap_by_short_indices, short_index_past_the_end, short_index_special,
-              HAS_INDEX "5 for primitive 1"),
-    DATA_CASE("opacity_index_past_the_end_of_clone", opacity_index_is_within_micromap,
-              use_clone_of_micromap, index_past_the_end, index_at_the_end, HAS_INDEX "5"),
-    SILENT_CASE("opacity_index_of_no_triangle", opacity_index_is_within_micromap, use_micromap,
-                index_beyond_of_no_triangle),
-    SILENT_CASE("opacity_index_into_deserialized_micromap", opacity_index_is_within_micromap,
-                use_deserialized_micromap, index_past_the_end),
-    DATA_CASE("opacity_index_without_micromap", opacity_index_without_micromap_is_special,
-              use_no_micromap, index_zero, index_special, HAS_INDEX "0 for primitive 1"),
-    DATA_CASE("opacity_index_negative_without_micromap", opacity_index_without_micromap_is_special,
-              use_no_micromap, index_negative, index_special, HAS_INDEX "4294967290"),
-    DATA_CASE("opacity_byte_index_without_micromap", opacity_index_without_micromap_is_special,
-              use_no_micromap_by_bytes, byte_index_1, byte_index_special,
-              HAS_INDEX "1 for primitive 1"),
-    SILENT_CASE("opacity_index_beyond_of_no_triangle_and_micromap",
-                opacity_index_without_micromap_is_special, use_no_micromap,
-                index_beyond_of_no_triangle),
+    SHARED(RULE(opacity_index_is_within_micromap), .commands = ON_DEVICE, .setup = &with_content,
+           .prepare = use_micromap, .is_for_contents = true),
+    CASE("opacity_index_past_the_end", EDITS(INDEX(4, uint32_t, 5)),
+         TWIN_EDITS(INDEX(4, uint32_t, 4)), .path = HAS_INDEX "5 for primitive 1"),
+    CASE("opacity_index_largest", EDITS(INDEX(0, uint32_t, INT32_MAX)),
+         TWIN_EDITS(INDEX(0, uint32_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_TRANSPARENT_KHR)),
+         .path = HAS_INDEX "2147483647 for primitive 0"),
+    CASE("opacity_index_past_the_end_by_base",
+         PREPARE_EDITS(SET(micromaps.opacity.baseTriangle, 2)), EDITS(INDEX(4, uint32_t, 3)),
+         TWIN_EDITS(INDEX(4, uint32_t, 2)),
+         .path = HAS_INDEX "3 for primitive 1, which plus baseTriangle 2 is beyond the 4"),
+    CASE("opacity_short_index_past_the_end", .prepare = use_micromap_by_short_indices,
+         EDITS(INDEX(6, uint16_t, 5)),
+         TWIN_EDITS(INDEX(6, uint16_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_UNKNOWN_OPAQUE_KHR)),
+         .path = HAS_INDEX "5 for primitive 1"),
+    CASE("opacity_index_past_the_end_of_clone", .prepare = use_clone_of_micromap,
+         EDITS(INDEX(4, uint32_t, 5)), TWIN_EDITS(INDEX(4, uint32_t, 4)), .path = HAS_INDEX "5"),
+    CASE("opacity_index_of_no_triangle", .silent = true, EDITS(INDEX(8, uint32_t, 5))),
+
+    SHARED(RULE(opacity_index_without_micromap_is_special), .commands = ON_DEVICE,
+           .setup = &with_content, .prepare = use_no_micromap, .is_for_contents = true),
+    CASE("opacity_index_into_deserialized_micromap", RULE(opacity_index_is_within_micromap),
+         .silent = true, .prepare = use_deserialized_micromap, EDITS(INDEX(4, uint32_t, 5))),
+    CASE("opacity_index_without_micromap", EDITS(INDEX(4, uint32_t, 0)),
+         TWIN_EDITS(INDEX(4, uint32_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_UNKNOWN_OPAQUE_KHR)),
+         .path = HAS_INDEX "0 for primitive 1"),
+    CASE("opacity_index_negative_without_micromap", EDITS(INDEX(4, uint32_t, -6)),
+         TWIN_EDITS(INDEX(4, uint32_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_UNKNOWN_OPAQUE_KHR)),
+         .path = HAS_INDEX "4294967290"),
+    CASE("opacity_byte_index_without_micromap",
+         PREPARE_EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_UINT8_KHR),
+                       SET(micromaps.opacity.indexStride, 1)),
+         EDITS(INDEX(1, uint8_t, 1)),
+         TWIN_EDITS(INDEX(1, uint8_t, VK_OPACITY_MICROMAP_SPECIAL_INDEX_FULLY_OPAQUE_KHR)),
+         .path = HAS_INDEX "1 for primitive 1"),
+    CASE("opacity_index_beyond_of_no_triangle_and_micromap", .silent = true,
+         EDITS(INDEX(8, uint32_t, 5))),
 };
 
 CASE_LIST(cases_micromap_contents, cases);

@@ -7,7 +7,6 @@
 
 enum {
     LOSSY = VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR,
-    STATES_2 = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR,
     STATES_4 = VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR,
     /* As the null driver has them. */
     LIMIT_2_STATE = 6,
@@ -26,8 +25,6 @@ static void offer_limits(struct null_driver_config *config)
 }
 
 static const struct setup with_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
-static const struct setup with_limits = {.enable = ENABLE_OPACITY_MICROMAP_KHR,
-                                         .configure = offer_limits};
 
 /* ---- usages ---- */
 
@@ -36,13 +33,6 @@ static void build_4_state_micromap(struct scene *scene)
     scene_build_micromap(scene);
     for (uint32_t i = 0; i < SCENE_USAGES; i++)
         scene->micromaps.triangles[i].format = STATES_4;
-}
-
-static void use_usage_pointers(struct scene *scene)
-{
-    scene_build_micromap(scene);
-    scene->micromaps.data.pUsageCounts = NULL;
-    scene->micromaps.data.ppUsageCounts = scene->micromaps.usage_pointers;
 }
 
 /* Two of them are there. */
@@ -62,192 +52,145 @@ static void lose_the_structure(struct scene *scene)
     scene->geometries[AABBS][0].pNext = header;
 }
 
-/* ---- addresses ---- */
-
-static void use_inputs_without_usage(struct scene *scene)
-{
-    const struct test_buffer buffer = scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, SCRATCH_USAGE);
-    scene_build_micromap(scene);
-    scene->micromaps.data.data = buffer.address;
-}
-
-static void use_triangles_without_usage(struct scene *scene)
-{
-    const struct test_buffer buffer = scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, SCRATCH_USAGE);
-    scene_build_micromap(scene);
-    scene->micromaps.data.triangleArray = buffer.address;
-}
-
+#define USAGE_POINTERS                                                                             \
+    SET(micromaps.data.pUsageCounts, 0),                                                           \
+        POINT(micromaps.data.ppUsageCounts, micromaps.usage_pointers)
 /* The last 128 bytes of the buffer, for 16 triangles of 8 bytes. */
-static void use_end_of_buffer(struct scene *scene)
-{
-    scene_build_micromap(scene);
-    scene->micromaps.data.triangleArray += SCENE_MICROMAP_INPUT_SIZE - 128;
-    scene->micromaps.data.usageCountsCount = 2;
-    scene->micromaps.usages[0].count = 8;
-    scene->micromaps.usages[1].count = 8;
-}
-
-#define USAGE_CASE(name_, rule, edits_, twin_edits_)                                               \
-    USAGE_CASE_WITH(with_khr, name_, rule, edits_, twin_edits_)
-#define USAGE_CASE_WITH(setup_, name_, rule, edits_, twin_edits_)                                  \
-    USAGE_CASE_OF(scene_build_micromap, setup_, name_, rule, edits_, twin_edits_)
-#define LOSSY_CASE(setup_, name_, rule, edits_, twin_edits_)                                       \
-    USAGE_CASE_OF(build_4_state_micromap, setup_, name_, rule, edits_, twin_edits_)
-#define USAGE_CASE_OF(build, setup_, name_, rule, edits_, twin_edits_)                             \
-    {                                                                                              \
-        .name = name_, RULES(rule), .commands = ON_WITH_RANGES,                                    \
-        .refusal = &indirect_takes_no_micromap, .may_fail_on_cpu = true, .setup = &setup_,         \
-        .mutate = (build), .edits = edits_, .mutate_twin = (build), .twin_edits = twin_edits_,     \
-        .path = DATA_PATH("pUsageCounts")                                                          \
-    }
+#define END_OF_BUFFER                                                                              \
+    ADD(micromaps.data.triangleArray, SCENE_MICROMAP_INPUT_SIZE - 128), TWO_USAGES,                \
+        SET(micromaps.usages[0].count, 8), SET(micromaps.usages[1].count, 8)
 #define TWO_USAGES SET(micromaps.data.usageCountsCount, 2)
 
 static const struct test_case cases[] = {
-    SHARED(.commands = ON_WITH_RANGES, .refusal = &indirect_takes_no_micromap, .setup = &with_khr,
-           .may_fail_on_cpu = true),
-    CASE("usages_both", RULES(RULE_micromap_data_has_one_usage_array),
-         .prepare = use_usage_pointers,
-         .edits = EDITS(POINT(micromaps.data.pUsageCounts, micromaps.usages)),
+    SHARED(RULE(micromap_data_usages_are_readable), .commands = ON_WITH_RANGES,
+           .refusal = &indirect_takes_no_micromap, .setup = &with_khr, .may_fail_on_cpu = true),
+    CASE("usages_both", RULE(micromap_data_has_one_usage_array), .prepare = scene_build_micromap,
+         PREPARE_EDITS(USAGE_POINTERS), EDITS(POINT(micromaps.data.pUsageCounts, micromaps.usages)),
          .path = DATA_PATH("pUsageCounts")),
-    CASE("usages_unreadable", RULES(RULE_micromap_data_usages_are_readable),
-         .prepare = scene_build_micromap, .edits = EDITS(UNREADABLE(micromaps.data.pUsageCounts)),
-         .twin_edits = EDITS(UNREADABLE(micromaps.data.pUsageCounts),
-                             SET(micromaps.data.usageCountsCount, 0)),
-         .path = DATA_PATH("pUsageCounts")),
-    CASE("usages_end_too_early", RULES(RULE_micromap_data_usages_are_readable),
-         .prepare = cut_usages, .edits = EDITS(SET(micromaps.data.usageCountsCount, 3)),
-         .twin_edits = EDITS(TWO_USAGES)),
-    CASE("usages_too_many", RULES(RULE_micromap_data_usages_are_readable), .mutate = cut_usages,
-         .edits = EDITS(SET(micromaps.data.usageCountsCount, UINT32_MAX))),
-    CASE("usage_pointers_unreadable", RULES(RULE_micromap_data_usage_pointers_are_readable),
-         .prepare = use_usage_pointers, .edits = EDITS(UNREADABLE(micromaps.data.ppUsageCounts)),
-         .path = DATA_PATH("ppUsageCounts")),
-    CASE("usage_behind_pointer_unreadable", RULES(RULE_micromap_data_usage_pointers_are_readable),
-         .prepare = use_usage_pointers,
-         .prepare_edits = EDITS(UNREADABLE(micromaps.usage_pointers[1])),
-         .edits = EDITS(TWO_USAGES)),
-    CASE("micromap_data_ends_too_early", RULES(RULE_geometry_chain_is_known),
+    CASE("usages_unreadable", .prepare = scene_build_micromap,
+         PREPARE_EDITS(UNREADABLE(micromaps.data.pUsageCounts)),
+         TWIN_EDITS(SET(micromaps.data.usageCountsCount, 0)), .path = DATA_PATH("pUsageCounts")),
+    CASE("usages_end_too_early", .prepare = cut_usages,
+         EDITS(SET(micromaps.data.usageCountsCount, 3)), TWIN_EDITS(TWO_USAGES)),
+    CASE("usages_too_many", .mutate = cut_usages,
+         EDITS(SET(micromaps.data.usageCountsCount, UINT32_MAX))),
+    CASE("usage_pointers_unreadable", RULE(micromap_data_usage_pointers_are_readable),
+         .prepare = scene_build_micromap, PREPARE_EDITS(USAGE_POINTERS),
+         EDITS(UNREADABLE(micromaps.data.ppUsageCounts)), .path = DATA_PATH("ppUsageCounts")),
+
+    SHARED(RULE(micromap_data_usage_format_is_valid), .commands = ON_WITH_RANGES,
+           .refusal = &indirect_takes_no_micromap, .setup = &with_khr, .may_fail_on_cpu = true),
+    CASE("usage_behind_pointer_unreadable", RULE(micromap_data_usage_pointers_are_readable),
+         .prepare = scene_build_micromap,
+         PREPARE_EDITS(USAGE_POINTERS, UNREADABLE(micromaps.usage_pointers[1])), EDITS(TWO_USAGES)),
+    CASE("micromap_data_ends_too_early", RULE(geometry_chain_is_known),
          .mutate = lose_the_structure, .mutate_twin = scene_build_micromap,
          .path = "pInfos[2].pGeometries[0].pNext"),
-
-    SHARED(),
-    USAGE_CASE("usage_format_0", RULE_micromap_data_usage_format_is_valid,
-               EDITS(TWO_USAGES, SET(micromaps.usages[1].format, 0)),
-               EDITS(SET(micromaps.usages[1].format, 0))),
-    USAGE_CASE("usage_format_3", RULE_micromap_data_usage_format_is_valid,
-               EDITS(SET(micromaps.usages[0].format, 3)),
-               EDITS(SET(micromaps.usages[0].format, STATES_4))),
-    CASE("usage_format_behind_pointer", RULES(RULE_micromap_data_usage_format_is_valid),
-         .commands = ON_WITH_RANGES, .refusal = &indirect_takes_no_micromap, .setup = &with_khr,
-         .prepare = use_usage_pointers,
-         .edits = EDITS(TWO_USAGES, SET(micromaps.usages[1].format, 7)), .may_fail_on_cpu = true,
+    CASE("usage_format_0", .prepare = scene_build_micromap,
+         EDITS(TWO_USAGES, SET(micromaps.usages[1].format, 0)),
+         TWIN_EDITS(SET(micromaps.usages[1].format, 0)), .path = DATA_PATH("pUsageCounts")),
+    CASE("usage_format_3", .prepare = scene_build_micromap,
+         EITHER_SET(micromaps.usages[0].format, 3, STATES_4), .path = DATA_PATH("pUsageCounts")),
+    CASE("usage_format_behind_pointer", .prepare = scene_build_micromap,
+         PREPARE_EDITS(USAGE_POINTERS), EDITS(TWO_USAGES, SET(micromaps.usages[1].format, 7)),
          .path = DATA_PATH("ppUsageCounts")),
-    LOSSY_CASE(with_khr, "lossy_usage_of_2_states", RULE_lossy_usage_is_4_state,
-               EDITS(TWO_USAGES, SET(infos[AABBS].flags, LOSSY),
-                     SET(micromaps.usages[0].format, STATES_4)),
-               EDITS(TWO_USAGES, SET(infos[AABBS].flags, LOSSY),
-                     SET(micromaps.usages[0].format, STATES_4),
-                     SET(micromaps.usages[1].format, STATES_4))),
-    USAGE_CASE_WITH(with_limits, "usage_of_2_states_too_fine",
-                    RULE_usage_2_state_level_is_within_limit,
-                    EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_2_STATE + 1)),
-                    EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_2_STATE))),
-    USAGE_CASE_WITH(with_limits, "usage_of_4_states_too_fine",
-                    RULE_usage_4_state_level_is_within_limit,
-                    EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE + 1),
-                          SET(micromaps.usages[0].format, STATES_4)),
-                    EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE),
-                          SET(micromaps.usages[0].format, STATES_4))),
-    LOSSY_CASE(with_limits, "lossy_usage_too_fine", RULE_lossy_usage_level_is_within_limit,
-               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY + 1),
-                     SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY)),
-               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY),
-                     SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY))),
-    USAGE_CASE_WITH(with_limits, "too_many_triangles", RULE_micromap_triangle_count_is_within_limit,
-                    EDITS(TWO_USAGES, SET(micromaps.usages[1].count, LIMIT_TRIANGLES)),
-                    EDITS(TWO_USAGES, SET(micromaps.usages[1].count, LIMIT_TRIANGLES - 1))),
+
+    SHARED(.commands = ON_WITH_RANGES, .refusal = &indirect_takes_no_micromap,
+           SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR, .configure = offer_limits),
+           .prepare = scene_build_micromap, .may_fail_on_cpu = true,
+           .path = DATA_PATH("pUsageCounts")),
+    CASE("lossy_usage_of_2_states", RULE(lossy_usage_is_4_state), .setup = &with_khr,
+         .prepare = build_4_state_micromap,
+         PREPARE_EDITS(TWO_USAGES, SET(infos[AABBS].flags, LOSSY),
+                       SET(micromaps.usages[0].format, STATES_4)),
+         TWIN_EDITS(SET(micromaps.usages[1].format, STATES_4))),
+    CASE("usage_of_2_states_too_fine", RULE(usage_2_state_level_is_within_limit),
+         EITHER_SET(micromaps.usages[0].subdivisionLevel, LIMIT_2_STATE + 1, LIMIT_2_STATE)),
+    CASE("usage_of_4_states_too_fine", RULE(usage_4_state_level_is_within_limit),
+         EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE + 1),
+               SET(micromaps.usages[0].format, STATES_4)),
+         TWIN_EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE),
+                    SET(micromaps.usages[0].format, STATES_4))),
+    CASE("lossy_usage_too_fine", RULE(lossy_usage_level_is_within_limit),
+         .prepare = build_4_state_micromap,
+         EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY + 1),
+               SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY)),
+         TWIN_EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY),
+                    SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY))),
+    CASE("too_many_triangles", RULE(micromap_triangle_count_is_within_limit),
+         EDITS(TWO_USAGES, SET(micromaps.usages[1].count, LIMIT_TRIANGLES)),
+         TWIN_EDITS(TWO_USAGES, SET(micromaps.usages[1].count, LIMIT_TRIANGLES - 1))),
+
+    SHARED(.setup = &with_khr, .prepare = scene_build_micromap,
+           EDITS(SET(micromaps.usages[0].count, UINT32_MAX))),
     /* No device has as many, backend cpu included. */
     CASE("more_triangles_than_any_takes",
          RULES(RULE_micromap_triangle_count_is_within_limit,
                RULE_micromap_triangles_are_in_one_buffer),
-         .commands = ON_DEVICE, .setup = &with_khr, .prepare = scene_build_micromap,
-         .edits = EDITS(SET(micromaps.usages[0].count, UINT32_MAX))),
-    CASE("more_triangles_than_any_takes", RULES(RULE_micromap_triangle_count_is_within_limit),
-         .commands = ON_HOST, .refusal = &indirect_takes_no_micromap, .setup = &with_khr,
-         .prepare = scene_build_micromap,
-         .edits = EDITS(SET(micromaps.usages[0].count, UINT32_MAX)), .may_fail_on_cpu = true),
-    USAGE_CASE("usage_of_2_states_finer_than_any", RULE_usage_2_state_level_is_within_limit,
-               EDITS(SET(micromaps.usages[0].subdivisionLevel, LEVEL_OF_NONE)),
-               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_2_STATE))),
-    USAGE_CASE("usage_of_4_states_finer_than_any", RULE_usage_4_state_level_is_within_limit,
-               EDITS(SET(micromaps.usages[0].subdivisionLevel, LEVEL_OF_NONE),
-                     SET(micromaps.usages[0].format, STATES_4)),
-               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE),
-                     SET(micromaps.usages[0].format, STATES_4))),
-    LOSSY_CASE(with_khr, "lossy_usage_finer_than_any", RULE_lossy_usage_level_is_within_limit,
-               EDITS(SET(micromaps.usages[0].subdivisionLevel, LEVEL_OF_NONE),
-                     SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY)),
-               EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY),
-                     SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY))),
+         .commands = ON_DEVICE),
+    CASE("more_triangles_than_any_takes", RULE(micromap_triangle_count_is_within_limit),
+         .commands = ON_HOST, .refusal = &indirect_takes_no_micromap, .may_fail_on_cpu = true),
+
+    SHARED(.commands = ON_WITH_RANGES, .refusal = &indirect_takes_no_micromap, .setup = &with_khr,
+           .prepare = scene_build_micromap, .may_fail_on_cpu = true,
+           .path = DATA_PATH("pUsageCounts")),
+    CASE("usage_of_2_states_finer_than_any", RULE(usage_2_state_level_is_within_limit),
+         EITHER_SET(micromaps.usages[0].subdivisionLevel, LEVEL_OF_NONE, LIMIT_2_STATE)),
+    CASE("usage_of_4_states_finer_than_any", RULE(usage_4_state_level_is_within_limit),
+         EDITS(SET(micromaps.usages[0].subdivisionLevel, LEVEL_OF_NONE),
+               SET(micromaps.usages[0].format, STATES_4)),
+         TWIN_EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_4_STATE),
+                    SET(micromaps.usages[0].format, STATES_4))),
+    CASE("lossy_usage_finer_than_any", RULE(lossy_usage_level_is_within_limit),
+         .prepare = build_4_state_micromap,
+         EDITS(SET(micromaps.usages[0].subdivisionLevel, LEVEL_OF_NONE),
+               SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY)),
+         TWIN_EDITS(SET(micromaps.usages[0].subdivisionLevel, LIMIT_LOSSY),
+                    SET(micromaps.usages[0].format, STATES_4), SET(infos[AABBS].flags, LOSSY))),
+    CASE("triangle_stride_4", RULE(micromap_triangle_stride_holds_a_triangle),
+         EITHER_SET(micromaps.data.triangleArrayStride, 4, 8),
+         .path = DATA_PATH("triangleArrayStride")),
+    CASE("triangle_stride_10", RULE(micromap_triangle_stride_is_aligned),
+         EITHER_SET(micromaps.data.triangleArrayStride, 10, 12),
+         .path = DATA_PATH("triangleArrayStride")),
 
     SHARED(.setup = &with_khr, .prepare = scene_build_micromap),
-    CASE("triangle_stride_4", RULES(RULE_micromap_triangle_stride_holds_a_triangle),
-         .commands = ON_WITH_RANGES, .refusal = &indirect_takes_no_micromap,
-         .edits = EDITS(SET(micromaps.data.triangleArrayStride, 4)),
-         .twin_edits = EDITS(SET(micromaps.data.triangleArrayStride, 8)), .may_fail_on_cpu = true,
-         .path = DATA_PATH("triangleArrayStride")),
-    CASE("triangle_stride_10", RULES(RULE_micromap_triangle_stride_is_aligned),
-         .commands = ON_WITH_RANGES, .refusal = &indirect_takes_no_micromap,
-         .edits = EDITS(SET(micromaps.data.triangleArrayStride, 10)),
-         .twin_edits = EDITS(SET(micromaps.data.triangleArrayStride, 12)), .may_fail_on_cpu = true,
-         .path = DATA_PATH("triangleArrayStride")),
-    CASE("triangles_at_0", RULES(RULE_micromap_addresses_are_given),
-         .edits = EDITS(SET(micromaps.data.triangleArray, 0)), .path = DATA_PATH("triangleArray")),
-    CASE("micromap_data_at_0", RULES(RULE_micromap_addresses_are_given),
-         .edits = EDITS(SET(micromaps.data.data, 0)), .path = DATA_PATH("data")),
-    CASE("triangles_at_0_with_usages", RULES(RULE_micromap_addresses_are_given),
-         .edits = EDITS(SET(micromaps.data.triangleArray, 0), SET(micromaps.data.data, 0)),
-         .twin_edits = EDITS(SET(micromaps.data.triangleArray, 0), SET(micromaps.data.data, 0),
-                             SET(micromaps.usages[0].count, 0)),
+    CASE("triangles_at_0", RULE(micromap_addresses_are_given),
+         EDITS(SET(micromaps.data.triangleArray, 0)), .path = DATA_PATH("triangleArray")),
+    CASE("micromap_data_at_0", RULE(micromap_addresses_are_given),
+         EDITS(SET(micromaps.data.data, 0)), .path = DATA_PATH("data")),
+    CASE("triangles_at_0_with_usages", RULE(micromap_addresses_are_given),
+         PREPARE_EDITS(SET(micromaps.data.triangleArray, 0), SET(micromaps.data.data, 0)),
+         TWIN_EDITS(SET(micromaps.usages[0].count, 0)),
          .path = DATA_PATH("data and triangleArray are 0.")),
-    CASE("triangles_nowhere_with_usages", RULES(RULE_input_address_is_in_a_buffer),
-         .commands = ON_DEVICE, .edits = EDITS(SET(micromaps.data.triangleArray, 0x1000)),
-         .twin_edits =
-             EDITS(SET(micromaps.data.triangleArray, 0x1000),
-                   SET(micromaps.data.usageCountsCount, 0), SET(micromaps.data.pUsageCounts, 0))),
-    CASE("triangles_without_usage_flag_with_usages",
-         RULES(RULE_micromap_buffers_have_build_input_usage),
-         .prepare = use_triangles_without_usage,
-         .twin_edits = EDITS(SET(micromaps.usages[0].count, 0))),
-    CASE("triangles_unaligned", RULES(RULE_micromap_addresses_are_aligned),
-         .edits = EDITS(ADD(micromaps.data.triangleArray, 64)),
-         .twin_edits = EDITS(ADD(micromaps.data.triangleArray, 128)),
-         .path = DATA_PATH("triangleArray")),
-    CASE("micromap_data_unaligned", RULES(RULE_micromap_addresses_are_aligned),
-         .edits = EDITS(ADD(micromaps.data.data, 4)),
-         .twin_edits = EDITS(ADD(micromaps.data.data, 128)), .path = DATA_PATH("data")),
-    CASE("triangles_and_data_unaligned", RULES(RULE_micromap_addresses_are_aligned),
-         .edits = EDITS(ADD(micromaps.data.data, 4), ADD(micromaps.data.triangleArray, 64)),
-         .twin_edits = EDITS(ADD(micromaps.data.data, 128), ADD(micromaps.data.triangleArray, 128)),
+    CASE("triangles_nowhere_with_usages", RULE(input_address_is_in_a_buffer), .commands = ON_DEVICE,
+         PREPARE_EDITS(SET(micromaps.data.triangleArray, 0x1000)),
+         TWIN_EDITS(SET(micromaps.data.usageCountsCount, 0), SET(micromaps.data.pUsageCounts, 0))),
+    CASE("triangles_without_usage_flag_with_usages", RULE(micromap_buffers_have_build_input_usage),
+         PREPARE_EDITS(MAKE_ADDRESS(micromaps.data.triangleArray, scene_address_without_usage)),
+         TWIN_EDITS(SET(micromaps.usages[0].count, 0))),
+    CASE("triangles_unaligned", RULE(micromap_addresses_are_aligned),
+         EITHER_ADD(micromaps.data.triangleArray, 64, 128), .path = DATA_PATH("triangleArray")),
+    CASE("micromap_data_unaligned", RULE(micromap_addresses_are_aligned),
+         EITHER_ADD(micromaps.data.data, 4, 128), .path = DATA_PATH("data")),
+    CASE("triangles_and_data_unaligned", RULE(micromap_addresses_are_aligned),
+         EDITS(ADD(micromaps.data.data, 4), ADD(micromaps.data.triangleArray, 64)),
+         TWIN_EDITS(ADD(micromaps.data.data, 128), ADD(micromaps.data.triangleArray, 128)),
          .path = " and triangleArray 0x"),
-    CASE("triangles_nowhere", RULES(RULE_input_address_is_in_a_buffer), .commands = ON_DEVICE,
-         .edits = EDITS(SET(micromaps.data.triangleArray, 0x1000)),
-         .path = DATA_PATH("triangleArray")),
-
-    SHARED(.setup = &with_khr),
-    CASE("micromap_data_without_usage", RULES(RULE_micromap_buffers_have_build_input_usage),
-         .mutate = use_inputs_without_usage, .mutate_twin = scene_build_micromap,
+    CASE("triangles_nowhere", RULE(input_address_is_in_a_buffer), .commands = ON_DEVICE,
+         EDITS(SET(micromaps.data.triangleArray, 0x1000)), .path = DATA_PATH("triangleArray")),
+    CASE("micromap_data_without_usage", RULE(micromap_buffers_have_build_input_usage),
+         EDITS(MAKE_ADDRESS(micromaps.data.data, scene_address_without_usage)),
          .path = DATA_PATH("data")),
-    CASE("triangles_without_usage", RULES(RULE_micromap_buffers_have_build_input_usage),
-         .mutate = use_triangles_without_usage, .mutate_twin = scene_build_micromap,
+    CASE("triangles_without_usage", RULE(micromap_buffers_have_build_input_usage),
+         EDITS(MAKE_ADDRESS(micromaps.data.triangleArray, scene_address_without_usage)),
          .path = DATA_PATH("triangleArray")),
-    CASE("triangles_beyond_the_buffer", RULES(RULE_micromap_triangles_are_in_one_buffer),
-         .prepare = use_end_of_buffer, .edits = EDITS(ADD(micromaps.usages[1].count, 1)),
+    CASE("triangles_beyond_the_buffer", RULE(micromap_triangles_are_in_one_buffer),
+         PREPARE_EDITS(END_OF_BUFFER), EDITS(ADD(micromaps.usages[1].count, 1)),
          .path = DATA_PATH("triangleArray")),
-    CASE("triangles_far_beyond_the_buffer", RULES(RULE_micromap_triangles_are_in_one_buffer),
-         .prepare = use_end_of_buffer,
-         .edits = EDITS(SET(micromaps.data.triangleArrayStride, UINT64_MAX / 16 * 4 + 4))),
+    CASE("triangles_far_beyond_the_buffer", RULE(micromap_triangles_are_in_one_buffer),
+         PREPARE_EDITS(END_OF_BUFFER),
+         EDITS(SET(micromaps.data.triangleArrayStride, UINT64_MAX / 16 * 4 + 4))),
 };
 
 CASE_LIST(cases_micromap_data, cases);

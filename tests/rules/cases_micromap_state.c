@@ -6,13 +6,8 @@
 #define OPACITY "VkAccelerationStructureTrianglesOpacityMicromap"
 #define TRIANGLES_PATH(build) "pInfos[" #build "].pGeometries[0].geometry.triangles.pNext"
 
-static const struct setup with_ext = {.enable = ENABLE_OPACITY_MICROMAP_EXT};
 static const struct setup with_khr = {.enable = ENABLE_OPACITY_MICROMAP_KHR};
 /* Rules of level state that take more to decide here. */
-static const struct setup at_level_execution = {.enable = ENABLE_OPACITY_MICROMAP_KHR,
-                                                .level = "execution"};
-static const struct setup at_level_execution_ext = {.enable = ENABLE_OPACITY_MICROMAP_EXT,
-                                                    .level = "execution"};
 
 static void submit(struct scene *scene)
 {
@@ -32,14 +27,11 @@ static void use_built(struct scene *scene)
 static void use_copy(struct scene *scene)
 {
     use_built(scene);
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene->micromaps.opacity.micromap,
-        .dst = scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
-    scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
-    scene->micromaps.opacity.micromap = info.dst;
+    const VkAccelerationStructureKHR clone =
+        scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    scene_copy(scene, scene->micromaps.opacity.micromap, clone,
+               VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    scene->micromaps.opacity.micromap = clone;
 }
 
 static void use_deserialized(struct scene *scene)
@@ -59,13 +51,6 @@ static void use_blas_as_micromap(struct scene *scene)
     scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &info,
                                                  &scene->range_pointers[UNINDEXED]);
     scene->micromaps.opacity.micromap = accel;
-}
-
-static void use_built_without_indices(struct scene *scene)
-{
-    use_built(scene);
-    scene->micromaps.opacity.indexType = VK_INDEX_TYPE_NONE_KHR;
-    scene->micromaps.opacity.indexBuffer = 0;
 }
 
 static void destroy_and_submit(struct scene *scene)
@@ -170,70 +155,66 @@ static void place_micromap_in_own_dst(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    SHARED(.setup = &with_khr),
-    CASE("micromap_never_built", RULES(RULE_opacity_micromap_was_constructed_before),
-         .mutate = scene_use_micromap, .mutate_twin = use_built, .then = submit,
-         .twin_then = submit, .forwards = true,
+    SHARED(RULE(opacity_micromap_was_constructed_before), .setup = &with_khr),
+    CASE("micromap_never_built", .mutate = scene_use_micromap, .mutate_twin = use_built,
+         .then = submit, .twin_then = submit, .forwards = true,
          .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"),
-    CASE("micromap_copied", RULES(RULE_opacity_micromap_was_constructed_before), .silent = true,
-         .mutate = use_copy, .then = submit),
-    CASE("micromap_deserialized", RULES(RULE_opacity_micromap_was_constructed_before),
-         .silent = true, .mutate = use_deserialized, .then = submit),
-    CASE("micromap_built_as_blas", RULES(RULE_opacity_micromap_was_built_as_micromap),
+    CASE("micromap_copied", .silent = true, .mutate = use_copy, .then = submit),
+    CASE("micromap_deserialized", .silent = true, .mutate = use_deserialized, .then = submit),
+    CASE("micromap_built_as_blas", RULE(opacity_micromap_was_built_as_micromap),
          .mutate = use_blas_as_micromap, .mutate_twin = use_built,
          .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"),
     CASE("micromap_built_as_blas_in_another_command_buffer",
-         RULES(RULE_opacity_micromap_was_built_as_micromap),
-         .edits = EDITS(CALL_WITH(submit_before, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR)),
-         .twin_edits =
-             EDITS(CALL_WITH(submit_before, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR)),
+         RULE(opacity_micromap_was_built_as_micromap),
+         EITHER_CALL(submit_before, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                     VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
          .then = submit, .twin_then = submit, .forwards = true,
          .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"),
-    CASE("micromap_with_too_few_triangles", RULES(RULE_opacity_triangles_are_within_micromap),
-         .commands = ON_DEVICE, .prepare = use_built_without_indices,
-         .edits = EDITS(SET(micromaps.opacity.baseTriangle, 4)),
-         .twin_edits = EDITS(SET(micromaps.opacity.baseTriangle, 3)),
-         .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.baseTriangle"),
-    CASE("micromap_beyond_32_bits_of_triangles", RULES(RULE_opacity_triangles_are_within_micromap),
-         .commands = ON_DEVICE, .prepare = use_built_without_indices,
-         .edits = EDITS(SET(micromaps.opacity.baseTriangle, UINT32_MAX)),
-         .twin_edits = EDITS(SET(micromaps.opacity.baseTriangle, UINT32_MAX),
-                             SET(ranges[INDEXED][0].primitiveCount, 0))),
-    CASE("micromap_with_indices_has_them_elsewhere",
-         RULES(RULE_opacity_triangles_are_within_micromap), .silent = true,
-         .commands = ON_COMMAND_BUFFERS, .mutate = use_built,
-         .edits = EDITS(SET(micromaps.opacity.baseTriangle, 100))),
-    CASE("micromap_destroyed_before_submission", RULES(RULE_opacity_micromap_is_valid),
-         .commands = ON_COMMAND_BUFFERS, .setup = &at_level_execution, .mutate = scene_use_micromap,
-         .mutate_twin = use_built, .then = destroy_and_submit, .twin_then = submit_and_destroy,
-         .forwards = true, .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"),
 
-    SHARED(.setup = &with_ext, .then = submit,
-           RULES(RULE_ext_opacity_micromap_was_constructed_before)),
+    SHARED(RULE(opacity_triangles_are_within_micromap), .setup = &with_khr),
+    CASE("micromap_with_too_few_triangles", .commands = ON_DEVICE, .prepare = use_built,
+         PREPARE_EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_NONE_KHR),
+                       SET(micromaps.opacity.indexBuffer, 0)),
+         EITHER_SET(micromaps.opacity.baseTriangle, 4, 3),
+         .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.baseTriangle"),
+    CASE("micromap_beyond_32_bits_of_triangles", .commands = ON_DEVICE, .prepare = use_built,
+         PREPARE_EDITS(SET(micromaps.opacity.indexType, VK_INDEX_TYPE_NONE_KHR),
+                       SET(micromaps.opacity.indexBuffer, 0),
+                       SET(micromaps.opacity.baseTriangle, UINT32_MAX)),
+         TWIN_EDITS(SET(ranges[INDEXED][0].primitiveCount, 0))),
+    CASE("micromap_with_indices_has_them_elsewhere", .silent = true, .commands = ON_COMMAND_BUFFERS,
+         .mutate = use_built, EDITS(SET(micromaps.opacity.baseTriangle, 100))),
+    CASE("micromap_destroyed_before_submission", RULE(opacity_micromap_is_valid),
+         .commands = ON_COMMAND_BUFFERS,
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR, .level = "execution"),
+         .mutate = scene_use_micromap, .mutate_twin = use_built, .then = destroy_and_submit,
+         .twin_then = submit_and_destroy, .forwards = true,
+         .path = TRIANGLES_PATH(0) "<" OPACITY "KHR>.micromap"),
+
+    SHARED(RULE(ext_opacity_micromap_was_constructed_before),
+           SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT), .then = submit),
     CASE("ext_micromap_never_built", .mutate = scene_use_micromap_ext, .mutate_twin = use_built_ext,
          .twin_then = submit, .forwards = true,
          .path = TRIANGLES_PATH(0) "<" OPACITY "EXT>.micromap"),
     CASE("ext_micromap_null_is_never_built", .silent = true, .mutate = scene_use_micromap_ext,
-         .edits = EDITS(SET(micromaps.opacity_ext.micromap, 0))),
+         EDITS(SET(micromaps.opacity_ext.micromap, 0))),
     CASE("ext_micromap_copied", .silent = true, .mutate = use_copy_ext),
     CASE("ext_micromap_deserialized", .silent = true, .mutate = use_deserialized_ext),
     CASE("ext_micromap_built_by_host", .silent = true, .mutate = use_built_by_host_ext),
+    CASE("ext_micromap_destroyed_before_submission", RULE(ext_opacity_micromap_is_valid),
+         .commands = ON_COMMAND_BUFFERS,
+         SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT, .level = "execution"),
+         .prepare = use_built_ext, .then = destroy_ext_and_submit, .twin_then = submit,
+         .forwards = true),
 
-    SHARED(.setup = &with_khr),
-    CASE("ext_micromap_destroyed_before_submission", RULES(RULE_ext_opacity_micromap_is_valid),
-         .commands = ON_COMMAND_BUFFERS, .setup = &at_level_execution_ext, .prepare = use_built_ext,
-         .then = destroy_ext_and_submit, .twin_then = submit, .forwards = true),
-
-    CASE("dst_is_a_micromap_in_use", RULES(RULE_no_dst_is_a_micromap_of_another_build),
-         .prepare = scene_use_micromap, .prepare_edits = EDITS(CALL(scene_build_micromap)),
-         .edits = EDITS(COPY(infos[AABBS].dstAccelerationStructure, micromaps.opacity.micromap)),
+    SHARED(RULE(dst_and_micromaps_of_other_builds_are_apart), .setup = &with_khr),
+    CASE("dst_is_a_micromap_in_use", RULE(no_dst_is_a_micromap_of_another_build),
+         .prepare = scene_use_micromap, PREPARE_EDITS(CALL(scene_build_micromap)),
+         EDITS(COPY(infos[AABBS].dstAccelerationStructure, micromaps.opacity.micromap)),
          .path = "pInfos[2].dstAccelerationStructure"),
-    CASE("dst_over_a_micromap_in_use", RULES(RULE_dst_and_micromaps_of_other_builds_are_apart),
-         .edits = EDITS(CALL_WITH(place_micromap, WITHIN)),
-         .twin_edits = EDITS(CALL_WITH(place_micromap, BEHIND)),
+    CASE("dst_over_a_micromap_in_use", EITHER_CALL(place_micromap, WITHIN, BEHIND),
          .path = "pInfos[1].dstAccelerationStructure"),
-    CASE("dst_over_its_own_micromap", RULES(RULE_dst_and_micromaps_of_other_builds_are_apart),
-         .silent = true, .mutate = place_micromap_in_own_dst),
+    CASE("dst_over_its_own_micromap", .silent = true, .mutate = place_micromap_in_own_dst),
 };
 
 CASE_LIST(cases_micromap_state, cases);

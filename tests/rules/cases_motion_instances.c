@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "case.h"
-#include "scene_motion.h"
+#include "scene_extensions.h"
 
 #define MOTION VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV
 
@@ -38,38 +38,30 @@ static void moving_instances(struct scene *scene)
             (VkSRTDataNV){.sx = 1, .sy = 1, .sz = 1, .qw = 1};
 }
 
-/* Sets something of an instance. */
-#define MOVING_INSTANCES(name, index, assignment)                                                  \
-    static void name(struct scene *scene)                                                          \
-    {                                                                                              \
-        moving_instances(scene);                                                                   \
-        instance_at(scene, index)->assignment;                                                     \
-    }
+#define MOTION_INSTANCE(type, index, member, value)                                                \
+    WRITE(instances, type,                                                                         \
+          160 * (index) + offsetof(VkAccelerationStructureMotionInstanceNV, member), value)
+#define MOTION_TYPE(index, value) MOTION_INSTANCE(uint32_t, index, type, value)
+#define MOTION_FLAGS(index, value) MOTION_INSTANCE(uint32_t, index, flags, value)
+/* Flags are in the byte before a reference. */
+#define FLAGS_OF(index, member, value)                                                             \
+    WRITE(instances, uint8_t,                                                                      \
+          160 * (index)-1 + offsetof(VkAccelerationStructureMotionInstanceNV,                      \
+                                     data.member.accelerationStructureReference),                  \
+          value)
+#define STILL_FLAGS(value) FLAGS_OF(STILL, staticInstance, value)
+#define MATRIX_FLAGS(value) FLAGS_OF(MATRIX, matrixMotionInstance, value)
+#define SRT_FLAGS(value) FLAGS_OF(SRT, srtMotionInstance, value)
+#define MATRIX_REFERENCE(value)                                                                    \
+    MOTION_INSTANCE(uint64_t, MATRIX, data.matrixMotionInstance.accelerationStructureReference,    \
+                    value)
+#define FLATTEN_MATRIX                                                                             \
+    MOTION_INSTANCE(uint32_t, MATRIX, data.matrixMotionInstance.transformT1.matrix[0][0], 0)
 
-MOVING_INSTANCES(instances_of_undefined_type, MATRIX,
-                 type = (VkAccelerationStructureMotionInstanceTypeNV)3)
-MOVING_INSTANCES(instances_with_flags, SRT, flags = 1)
-MOVING_INSTANCES(still_instance_with_flags, STILL, data.staticInstance.flags = 0x40)
-MOVING_INSTANCES(still_instance_with_flags_of_micromaps, STILL, data.staticInstance.flags = 0x10)
-MOVING_INSTANCES(matrix_instance_with_flags, MATRIX, data.matrixMotionInstance.flags = 0x10)
-MOVING_INSTANCES(srt_instance_with_flags, SRT, data.srtMotionInstance.flags = 0x80)
-MOVING_INSTANCES(instances_force_opaque, SRT,
-                 data.srtMotionInstance.flags = VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR)
-MOVING_INSTANCES(instances_of_no_structure, MATRIX,
-                 data.matrixMotionInstance.accelerationStructureReference = 0x123456)
-MOVING_INSTANCES(instances_of_nothing, MATRIX,
-                 data.matrixMotionInstance.accelerationStructureReference = 0)
-MOVING_INSTANCES(instances_of_a_structure, MATRIX,
-                 data.matrixMotionInstance.accelerationStructureReference =
-                     scene_reference(scene, scene_accel_for(scene, INDEXED)))
-/* Of no structure, and of one. */
-MOVING_INSTANCES(flat_instance_of_nothing, MATRIX,
-                 data.matrixMotionInstance.transformT1.matrix[0][0] = 0)
-
-static void flat_instance(struct scene *scene)
+static void refer_to_a_structure(struct scene *scene)
 {
-    instances_of_a_structure(scene);
-    instance_at(scene, MATRIX)->data.matrixMotionInstance.transformT1.matrix[0][0] = 0;
+    instance_at(scene, MATRIX)->data.matrixMotionInstance.accelerationStructureReference =
+        scene_reference(scene, scene_accel_for(scene, INDEXED));
 }
 
 static void instance_without_memory(struct scene *scene)
@@ -79,16 +71,6 @@ static void instance_without_memory(struct scene *scene)
     instance_at(scene, SRT)->data.srtMotionInstance.accelerationStructureReference =
         scene_reference(scene, scene_accel_in(scene, &buffer, 0, 65536,
                                               VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR));
-}
-
-/* Behind the last that is built. */
-MOVING_INSTANCES(more_instances_than_built, INSTANCES_MADE,
-                 type = (VkAccelerationStructureMotionInstanceTypeNV)3)
-
-static void instances_behind_pointers(struct scene *scene)
-{
-    instances_of_undefined_type(scene);
-    scene->geometries[TLAS][0].geometry.instances.arrayOfPointers = VK_TRUE;
 }
 
 /* Their data alone, by pointers that have the types. */
@@ -105,83 +87,73 @@ static void pack(struct scene *scene)
     scene->ranges[TLAS][0].primitiveOffset = SCENE_BUFFER_SIZE / 2;
 }
 
-static void flat_packed_instance_of_nothing(struct scene *scene)
-{
-    flat_instance_of_nothing(scene);
-    pack(scene);
-}
-
-static void packed_instance_with_flags(struct scene *scene)
-{
-    srt_instance_with_flags(scene);
-    pack(scene);
-}
-
 /* The last of them ends where nothing can be read. */
-static void instances_off_the_page(struct scene *scene)
+static void leave_100_bytes(struct scene *scene)
 {
-    instances_of_undefined_type(scene);
-    scene->geometries[TLAS][0].geometry.instances.data.hostAddress =
-        bytes_before_unreadable_page(100);
+    scene->INSTANCES(TLAS, 0).data.hostAddress = bytes_before_unreadable_page(100);
 }
 
 static const struct test_case cases[] = {
-    SHARED(.commands = ON_HOST, .setup = &with_content, .mutate_twin = moving_instances,
+    SHARED(.commands = ON_HOST, .setup = &with_content, .mutate = moving_instances,
+           .mutate_twin = moving_instances,
            .path =
                "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"),
-    CASE("motion_instance_of_undefined_type", RULES(RULE_motion_instance_type_is_valid),
-         .mutate = instances_of_undefined_type, .mutate_twin = more_instances_than_built),
-    CASE("motion_instance_with_flags", RULES(RULE_motion_instance_flags_are_zero),
-         .mutate = instances_with_flags),
-    CASE("still_motion_instance_with_undefined_flags", RULES(RULE_static_member_is_filled),
-         .mutate = still_instance_with_flags),
+    CASE("motion_instance_of_undefined_type", RULE(motion_instance_type_is_valid),
+         EDITS(MOTION_TYPE(MATRIX, 3)), TWIN_EDITS(MOTION_TYPE(INSTANCES_MADE, 3))),
+    CASE("motion_instance_with_flags", RULE(motion_instance_flags_are_zero),
+         EDITS(MOTION_FLAGS(SRT, 1))),
+    CASE("still_motion_instance_with_undefined_flags", RULE(static_member_is_filled),
+         EDITS(STILL_FLAGS(0x40))),
     CASE("static_motion_instance_with_flags_of_micromaps",
-         RULES(RULE_instance_micromap_flags_have_their_feature),
-         .mutate = still_instance_with_flags_of_micromaps, .count = 1),
+         RULE(instance_micromap_flags_have_their_feature), EDITS(STILL_FLAGS(0x10)), .count = 1),
     CASE("matrix_motion_instance_with_flags_of_micromaps",
-         RULES(RULE_matrix_motion_instance_flags_are_valid, RULE_matrix_motion_member_is_filled),
-         .mutate = matrix_instance_with_flags),
+         RULE(matrix_motion_instance_flags_are_valid), NAMES(RULE_matrix_motion_member_is_filled),
+         EDITS(MATRIX_FLAGS(0x10))),
 
-    SHARED(.commands = ON_HOST, .setup = &with_content),
+    SHARED(.commands = ON_HOST, .setup = &with_content, .mutate = moving_instances),
     CASE("matrix_motion_instance_with_flags_of_micromaps_enabled",
-         RULES(RULE_matrix_motion_instance_flags_are_valid), .silent = true,
-         .setup = &with_content_and_micromaps, .mutate = matrix_instance_with_flags),
-    CASE("srt_motion_instance_with_undefined_flags",
-         RULES(RULE_srt_motion_instance_flags_are_valid, RULE_srt_motion_member_is_filled),
-         .mutate = srt_instance_with_flags, .mutate_twin = instances_force_opaque,
+         RULE(matrix_motion_instance_flags_are_valid), .silent = true,
+         .setup = &with_content_and_micromaps, EDITS(MATRIX_FLAGS(0x10))),
+    CASE("srt_motion_instance_with_undefined_flags", RULE(srt_motion_instance_flags_are_valid),
+         NAMES(RULE_srt_motion_member_is_filled), EDITS(SRT_FLAGS(0x80)),
+         .mutate_twin = moving_instances,
+         TWIN_EDITS(SRT_FLAGS(VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR)),
          .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"),
-    CASE("motion_instance_of_no_structure",
-         RULES(RULE_motion_instance_references_are_valid_handles),
-         .mutate = instances_of_no_structure, .mutate_twin = instances_of_a_structure,
+    CASE("motion_instance_of_no_structure", RULE(motion_instance_references_are_valid_handles),
+         EDITS(MATRIX_REFERENCE(0x123456)), .mutate_twin = moving_instances,
+         TWIN_EDITS(CALL(refer_to_a_structure)),
          .path = "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance"),
     CASE("motion_instance_of_no_structure_or_nothing",
-         RULES(RULE_motion_instance_references_are_valid_handles),
-         .mutate = instances_of_no_structure, .mutate_twin = instances_of_nothing),
-    CASE("flat_motion_instance", RULES(RULE_transform_matrix_is_invertible),
-         .mutate = flat_instance, .mutate_twin = flat_instance_of_nothing,
+         RULE(motion_instance_references_are_valid_handles), EDITS(MATRIX_REFERENCE(0x123456)),
+         .mutate_twin = moving_instances, TWIN_EDITS(MATRIX_REFERENCE(0))),
+    CASE("flat_motion_instance", RULE(transform_matrix_is_invertible),
+         EDITS(CALL(refer_to_a_structure), FLATTEN_MATRIX), .mutate_twin = moving_instances,
+         TWIN_EDITS(FLATTEN_MATRIX),
          .path =
              "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance 1"),
-    CASE("flat_packed_motion_instance", RULES(RULE_transform_matrix_is_invertible),
-         .commands = ON_DEVICE, .edits = EDITS(CALL(flat_instance), CALL(pack)),
-         .mutate_twin = flat_packed_instance_of_nothing, .has_pointers = true,
-         .path = "deviceAddress leads to instance 1"),
-    CASE("packed_motion_instance_with_flags", RULES(RULE_srt_motion_instance_flags_are_valid),
-         .commands = ON_DEVICE, .mutate = packed_instance_with_flags,
-         .mutate_twin = flat_packed_instance_of_nothing, .has_pointers = true,
+    CASE("flat_packed_motion_instance", RULE(transform_matrix_is_invertible), .commands = ON_DEVICE,
+         EDITS(CALL(refer_to_a_structure), FLATTEN_MATRIX, CALL(pack)),
+         .mutate_twin = moving_instances, TWIN_EDITS(FLATTEN_MATRIX, CALL(pack)),
+         .has_pointers = true, .path = "deviceAddress leads to instance 1"),
+    CASE("packed_motion_instance_with_flags", RULE(srt_motion_instance_flags_are_valid),
+         .commands = ON_DEVICE, EDITS(SRT_FLAGS(0x80), CALL(pack)), .mutate_twin = moving_instances,
+         TWIN_EDITS(FLATTEN_MATRIX, CALL(pack)), .has_pointers = true,
          .path = "deviceAddress leads to instance 2"),
-    CASE("motion_instance_without_memory", RULES(RULE_instances_are_backed_by_memory),
-         .mutate = instance_without_memory, .mutate_twin = instances_of_a_structure,
+    CASE("motion_instance_without_memory", RULE(instances_are_backed_by_memory),
+         .mutate = instance_without_memory, .mutate_twin = moving_instances,
+         TWIN_EDITS(CALL(refer_to_a_structure)),
          .path =
              "pInfos[3].pGeometries[0].geometry.instances.data.hostAddress leads to instance 2"),
 
-    SHARED(.silent = true, .commands = ON_HOST, .setup = &with_content, .is_for_the_call = true,
-           RULES(RULE_motion_instance_type_is_valid)),
-    CASE("motion_instances_behind_pointers", .mutate = instances_behind_pointers,
+    SHARED(RULE(motion_instance_type_is_valid), .silent = true, .commands = ON_HOST,
+           .setup = &with_content, .mutate = moving_instances, .is_for_the_call = true),
+    CASE("motion_instances_behind_pointers",
+         EDITS(MOTION_TYPE(MATRIX, 3), SET(INSTANCES(TLAS, 0).arrayOfPointers, VK_TRUE)),
          .may_fail_on_cpu = true),
-    CASE("motion_instances_off_the_page", .mutate = instances_off_the_page,
+    CASE("motion_instances_off_the_page", EDITS(MOTION_TYPE(MATRIX, 3), CALL(leave_100_bytes)),
          .may_fail_on_cpu = true),
     CASE("motion_instances_in_device_memory", .commands = ON_COMMAND_BUFFERS,
-         .mutate = instances_of_undefined_type),
+         EDITS(MOTION_TYPE(MATRIX, 3))),
 };
 
 CASE_LIST(cases_motion_instances, cases);

@@ -4,48 +4,17 @@
 
 /* ---- handles ---- */
 
-static void use_a_khr_structure_as_dst(struct scene *scene)
-{
-    scene->nv.dst =
-        (VkAccelerationStructureNV)(void *)scene->infos[INDEXED].dstAccelerationStructure;
-}
-
 static void use_an_own_src_that_is_not_read(struct scene *scene)
 {
     scene->nv.src = scene_nv_accel(scene);
 }
 
-static void use_foreign_dst(struct scene *scene)
+static uint64_t foreign_accel(struct scene *scene)
 {
     scene_enter_other_device(scene);
-    scene->nv.dst = scene_nv_accel(scene);
+    const VkAccelerationStructureNV accel = scene_nv_accel(scene);
     scene_leave_other_device(scene);
-}
-
-static void use_foreign_src(struct scene *scene)
-{
-    scene_enter_other_device(scene);
-    scene->nv.src = scene_nv_accel(scene);
-    scene_leave_other_device(scene);
-    scene->nv.update = VK_TRUE;
-}
-
-static VkBuffer foreign_buffer(struct scene *scene, VkDeviceSize size)
-{
-    scene_enter_other_device(scene);
-    const struct test_buffer buffer = scene_buffer(scene, size, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
-    scene_leave_other_device(scene);
-    return buffer.handle;
-}
-
-static void use_foreign_scratch(struct scene *scene)
-{
-    scene->nv.scratch = foreign_buffer(scene, scene->nv.scratch_buffer.size);
-}
-
-static void use_foreign_instances(struct scene *scene)
-{
-    scene->nv.instance_data = foreign_buffer(scene, SCENE_BUFFER_SIZE);
+    return (uint64_t)accel;
 }
 
 /* ---- memory ---- */
@@ -110,11 +79,6 @@ static void update_in_another_object_of_the_same_memory(struct scene *scene)
 
 /* ---- scratch ---- */
 
-static void use_scratch_of(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage)
-{
-    scene->nv.scratch = scene_buffer(scene, size, usage).handle;
-}
-
 static VkDeviceSize scratch_size(const struct scene *scene)
 {
     const VkDeviceSize size =
@@ -126,15 +90,9 @@ static VkDeviceSize scratch_size(const struct scene *scene)
     return size != 0 ? size : 1;
 }
 
-static void use_scratch_of_another_usage(struct scene *scene)
+static void use_scratch(struct scene *scene, VkBufferUsageFlags usage, VkDeviceSize less)
 {
-    use_scratch_of(scene, scratch_size(scene), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-}
-
-static void use_scratch_of_many_usages(struct scene *scene)
-{
-    use_scratch_of(scene, scratch_size(scene),
-                   VK_BUFFER_USAGE_RAY_TRACING_BIT_NV | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    scene->nv.scratch = scene_buffer(scene, scratch_size(scene) - less, usage).handle;
 }
 
 static void use_instances_of_another_usage(struct scene *scene)
@@ -143,111 +101,87 @@ static void use_instances_of_another_usage(struct scene *scene)
         scene_buffer(scene, SCENE_BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT).handle;
 }
 
-static void use_scratch_that_fits(struct scene *scene)
-{
-    use_scratch_of(scene, scratch_size(scene), VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
-}
-
-static void use_scratch_that_is_short(struct scene *scene)
-{
-    use_scratch_of(scene, scratch_size(scene) - 1, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
-}
-
 static void use_scratch_behind(struct scene *scene, VkDeviceSize less)
 {
-    const VkDeviceSize size = scratch_size(scene);
-    use_scratch_of(scene, 4096 + size, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
+    const VkDeviceSize size = 4096 + scratch_size(scene);
+    scene->nv.scratch = scene_buffer(scene, size, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV).handle;
     scene->nv.scratch_offset = 4096 + less;
 }
 
-/* ---- cases ---- */
+#define RAY_TRACING VK_BUFFER_USAGE_RAY_TRACING_BIT_NV
 
 static const struct test_case cases[] = {
-    CASE("info_null", RULES(RULE_nv_info_is_readable), .edits = EDITS(SET(nv.info_argument, 0))),
-    CASE("info_low_address", RULES(RULE_nv_info_is_readable),
-         .edits = EDITS(SET(nv.info_argument, 16))),
-
-    CASE("update_without_source", RULES(RULE_nv_update_has_a_source),
-         .edits = EDITS(SET(nv.update, VK_TRUE)), .mutate_twin = scene_nv_use_update),
-
+    CASE("info_null", RULE(nv_info_is_readable), EDITS(SET(nv.info_argument, 0))),
+    CASE("info_low_address", RULE(nv_info_is_readable), EDITS(SET(nv.info_argument, 16))),
+    CASE("update_without_source", RULE(nv_update_has_a_source), EDITS(SET(nv.update, VK_TRUE)),
+         .mutate_twin = scene_nv_use_update),
     CASE("dst_and_scratch_null",
          RULES(RULE_nv_dst_is_a_valid_handle, RULE_nv_scratch_is_a_valid_buffer),
-         .edits = EDITS(SET(nv.dst, 0), SET(nv.scratch, 0)), .path = " is VK_NULL_HANDLE. "),
-    CASE("dst_destroyed", RULES(RULE_nv_dst_is_a_valid_handle), .edits = EDITS(DESTROY(nv.dst)),
+         EDITS(SET(nv.dst, 0), SET(nv.scratch, 0)), .path = " is VK_NULL_HANDLE. "),
+    CASE("dst_destroyed", RULE(nv_dst_is_a_valid_handle), EDITS(DESTROY(nv.dst)),
          .path = "): dst VkAccelerationStructureNV 0x"),
-    CASE("dst_never_created", RULES(RULE_nv_dst_is_a_valid_handle),
-         .edits = EDITS(SET(nv.dst, 0x1234567))),
-    CASE("dst_of_the_other_extension", RULES(RULE_nv_dst_is_a_valid_handle),
-         .mutate = use_a_khr_structure_as_dst),
-    CASE("src_destroyed", RULES(RULE_nv_src_is_a_valid_handle), .prepare = scene_nv_use_update,
-         .edits = EDITS(DESTROY(nv.src))),
-    CASE("src_destroyed_and_not_read", RULES(RULE_nv_src_is_a_valid_handle),
-         .mutate = scene_nv_use_update, .edits = EDITS(DESTROY(nv.src), SET(nv.update, VK_FALSE)),
+    CASE("dst_never_created", RULE(nv_dst_is_a_valid_handle), EDITS(SET(nv.dst, 0x1234567))),
+    CASE("dst_of_the_other_extension", RULE(nv_dst_is_a_valid_handle),
+         EDITS(COPY(nv.dst, infos[INDEXED].dstAccelerationStructure))),
+    CASE("refit_destroyed", RULE(nv_dst_is_a_valid_handle), NAMES(RULE_nv_src_is_a_valid_handle),
+         .prepare = scene_nv_use_update, EDITS(COPY(nv.src, nv.dst), DESTROY(nv.dst))),
+    CASE("src_destroyed", RULE(nv_src_is_a_valid_handle), .prepare = scene_nv_use_update,
+         EDITS(DESTROY(nv.src))),
+    CASE("src_destroyed_and_not_read", RULE(nv_src_is_a_valid_handle),
+         .mutate = scene_nv_use_update, EDITS(DESTROY(nv.src), SET(nv.update, VK_FALSE)),
          .mutate_twin = use_an_own_src_that_is_not_read),
-    CASE("scratch_destroyed", RULES(RULE_nv_scratch_is_a_valid_buffer),
-         .edits = EDITS(DESTROY(nv.scratch))),
-    CASE("scratch_never_created", RULES(RULE_nv_scratch_is_a_valid_buffer),
-         .edits = EDITS(SET(nv.scratch, 0x1234567))),
-    CASE("instances_destroyed", RULES(RULE_nv_instance_data_is_a_valid_buffer),
-         .prepare = scene_nv_use_instances, .edits = EDITS(DESTROY(nv.instance_data))),
-    CASE("instances_never_created_of_a_blas", RULES(RULE_nv_instance_data_is_a_valid_buffer),
-         .edits = EDITS(SET(nv.instance_data, 0x1234567))),
+    CASE("scratch_destroyed", RULE(nv_scratch_is_a_valid_buffer), EDITS(DESTROY(nv.scratch))),
+    CASE("scratch_never_created", RULE(nv_scratch_is_a_valid_buffer),
+         EDITS(SET(nv.scratch, 0x1234567))),
+    CASE("instances_destroyed", RULE(nv_instance_data_is_a_valid_buffer),
+         .prepare = scene_nv_use_instances, EDITS(DESTROY(nv.instance_data))),
+    CASE("instances_never_created_of_a_blas", RULE(nv_instance_data_is_a_valid_buffer),
+         EDITS(SET(nv.instance_data, 0x1234567))),
 
-    CASE("dst_of_another_device", RULES(RULE_nv_objects_share_the_device),
-         .mutate = use_foreign_dst),
-    CASE("src_of_another_device", RULES(RULE_nv_objects_share_the_device),
-         .prepare = use_foreign_src, .twin_edits = EDITS(SET(nv.update, VK_FALSE))),
-    CASE("scratch_of_another_device", RULES(RULE_nv_objects_share_the_device),
-         .mutate = use_foreign_scratch),
-    CASE("instances_of_another_device", RULES(RULE_nv_objects_share_the_device),
-         .prepare = scene_nv_use_instances, .mutate = use_foreign_instances),
+    SHARED(RULE(nv_objects_share_the_device)),
+    CASE("dst_of_another_device", EDITS(MAKE_HANDLE(nv.dst, foreign_accel))),
+    CASE("src_of_another_device",
+         PREPARE_EDITS(MAKE_HANDLE(nv.src, foreign_accel), SET(nv.update, VK_TRUE)),
+         TWIN_EDITS(SET(nv.update, VK_FALSE))),
+    CASE("scratch_of_another_device", EDITS(MAKE_HANDLE(nv.scratch, scene_nv_foreign_buffer))),
+    CASE("instances_of_another_device", .prepare = scene_nv_use_instances,
+         EDITS(MAKE_HANDLE(nv.instance_data, scene_nv_foreign_buffer))),
+    CASE("dst_unbound", RULE(nv_dst_is_bound_to_memory), .mutate = use_an_unbound_dst),
+    CASE("dst_of_freed_memory", RULE(nv_dst_is_bound_to_memory), .mutate = free_the_memory_of_dst),
 
-    CASE("dst_unbound", RULES(RULE_nv_dst_is_bound_to_memory), .mutate = use_an_unbound_dst),
-    CASE("dst_of_freed_memory", RULES(RULE_nv_dst_is_bound_to_memory),
-         .mutate = free_the_memory_of_dst),
-    CASE("dst_bound_beyond_the_end", RULES(RULE_nv_dst_is_bound_to_memory),
-         .edits = EDITS(CALL_WITH_SIZE(bind_dst_beyond, 1)),
-         .twin_edits = EDITS(CALL_WITH_SIZE(bind_dst_beyond, 0)), .spares_drivers = true),
-    CASE("dst_bound_behind_the_end", RULES(RULE_nv_dst_is_bound_to_memory),
-         .edits = EDITS(CALL_WITH_SIZE(bind_dst_beyond, 1 << 20)), .spares_drivers = true),
+    SHARED(RULE(nv_dst_is_bound_to_memory), .spares_drivers = true),
+    CASE("dst_bound_beyond_the_end", EITHER_CALL_SIZE(bind_dst_beyond, 1, 0)),
+    CASE("dst_bound_behind_the_end", EDITS(CALL_WITH_SIZE(bind_dst_beyond, 1 << 20))),
 
-    CASE("dst_over_the_end_of_src", RULES(RULE_nv_update_src_and_dst_do_not_alias),
-         .edits = EDITS(CALL_WITH_SIZE(update_behind, 1)),
-         .twin_edits = EDITS(CALL_WITH_SIZE(update_behind, 0))),
-    CASE("dst_in_the_place_of_src", RULES(RULE_nv_update_src_and_dst_do_not_alias),
-         .mutate = update_in_another_object_of_the_same_memory, .mutate_twin = scene_nv_use_update,
-         .twin_edits = EDITS(COPY(nv.dst, nv.src))),
-    CASE("dst_over_what_is_not_read", RULES(RULE_nv_update_src_and_dst_do_not_alias),
-         .silent = true,
-         .edits = EDITS(CALL_WITH_SIZE(update_behind, 1), SET(nv.update, VK_FALSE))),
+    SHARED(RULE(nv_update_src_and_dst_do_not_alias)),
+    CASE("dst_over_the_end_of_src", EITHER_CALL_SIZE(update_behind, 1, 0)),
+    CASE("dst_in_the_place_of_src", .mutate = update_in_another_object_of_the_same_memory,
+         .mutate_twin = scene_nv_use_update, TWIN_EDITS(COPY(nv.dst, nv.src))),
+    CASE("dst_over_what_is_not_read", .silent = true,
+         EDITS(CALL_WITH_SIZE(update_behind, 1), SET(nv.update, VK_FALSE))),
 
-    CASE("scratch_usage",
-         RULES(RULE_nv_scratch_has_ray_tracing_usage, RULE_nv_info_scratch_has_ray_tracing_usage),
-         .mutate = use_scratch_of_another_usage, .mutate_twin = use_scratch_of_many_usages),
-    CASE("instance_usage",
-         RULES(RULE_nv_instance_data_has_ray_tracing_usage,
-               RULE_nv_info_instance_data_has_ray_tracing_usage),
-         .prepare = scene_nv_use_instances, .mutate = use_instances_of_another_usage),
-    CASE("build_scratch_short", RULES(RULE_nv_build_scratch_is_large_enough),
-         .mutate = use_scratch_that_is_short, .mutate_twin = use_scratch_that_fits,
-         .path = "scratchOffset 0 in VkBuffer 0x"),
+    SHARED(RULE(nv_build_scratch_is_large_enough)),
+    CASE("scratch_usage", RULES(RULE_nv_scratch_has_ray_tracing_usage),
+         NAMES(RULE_nv_info_scratch_has_ray_tracing_usage),
+         EDITS(CALL_FOR(use_scratch, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, 0)),
+         TWIN_EDITS(CALL_FOR(use_scratch, RAY_TRACING | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, 0))),
+    CASE("instance_usage", RULES(RULE_nv_instance_data_has_ray_tracing_usage),
+         NAMES(RULE_nv_info_instance_data_has_ray_tracing_usage), .prepare = scene_nv_use_instances,
+         .mutate = use_instances_of_another_usage),
+    CASE("build_scratch_short", EITHER_CALL_FOR(use_scratch, RAY_TRACING, 1, 0),
+         .path = "scratchOffset 0 leaves less of VkBuffer 0x"),
     /* Building needs more. */
-    CASE("build_scratch_of_an_update", RULES(RULE_nv_build_scratch_is_large_enough),
-         .edits =
-             EDITS(SET(nv.update, VK_TRUE), CALL(use_scratch_that_fits), SET(nv.update, VK_FALSE)),
+    CASE("build_scratch_of_an_update",
+         EDITS(SET(nv.update, VK_TRUE), CALL_FOR(use_scratch, RAY_TRACING, 0),
+               SET(nv.update, VK_FALSE)),
          .spares_drivers = true),
-    CASE("build_scratch_over_its_end", RULES(RULE_nv_build_scratch_is_large_enough),
-         .edits = EDITS(CALL_WITH_SIZE(use_scratch_behind, 1)),
-         .twin_edits = EDITS(CALL_WITH_SIZE(use_scratch_behind, 0))),
-    CASE("build_scratch_offset_behind_the_end", RULES(RULE_nv_build_scratch_is_large_enough),
-         .edits = EDITS(SET(nv.scratch_offset, 1ull << 40))),
-    CASE("build_scratch_offset_that_wraps", RULES(RULE_nv_build_scratch_is_large_enough),
-         .edits = EDITS(SET(nv.scratch_offset, UINT64_MAX - 255))),
-    CASE("update_scratch_short", RULES(RULE_nv_update_scratch_is_large_enough),
-         .prepare = scene_nv_use_update, .edits = EDITS(CALL(use_scratch_that_is_short)),
-         .twin_edits = EDITS(CALL(use_scratch_that_fits))),
-    CASE("update_scratch_offset_behind_the_end", RULES(RULE_nv_update_scratch_is_large_enough),
-         .prepare = scene_nv_use_update, .edits = EDITS(SET(nv.scratch_offset, 1ull << 40))),
+    CASE("build_scratch_over_its_end", EITHER_CALL_SIZE(use_scratch_behind, 1, 0)),
+    CASE("build_scratch_offset_behind_the_end", EDITS(SET(nv.scratch_offset, 1ull << 40))),
+    CASE("build_scratch_offset_that_wraps", EDITS(SET(nv.scratch_offset, UINT64_MAX - 255))),
+
+    SHARED(RULE(nv_update_scratch_is_large_enough), .prepare = scene_nv_use_update),
+    CASE("update_scratch_short", EITHER_CALL_FOR(use_scratch, RAY_TRACING, 1, 0)),
+    CASE("update_scratch_offset_behind_the_end", EDITS(SET(nv.scratch_offset, 1ull << 40))),
 };
 
 CASE_LIST(cases_nv, cases);

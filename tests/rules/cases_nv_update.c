@@ -22,44 +22,21 @@ static void update_from(struct scene *scene, VkAccelerationStructureNV source)
     scene->nv.update = VK_TRUE;
 }
 
-static void update_what_does_not_allow_it(struct scene *scene)
+static void update_built(struct scene *scene, VkBuildAccelerationStructureFlagsNV flags)
 {
-    update_from(scene, built_with(scene, 0));
+    update_from(scene, built_with(scene, flags));
 }
 
-static void update_what_allows_it(struct scene *scene)
+static void update_clone(struct scene *scene, VkBuildAccelerationStructureFlagsNV flags)
 {
-    update_from(scene, built_with(scene, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV));
+    const VkAccelerationStructureNV source = built_with(scene, flags);
+    const VkAccelerationStructureNV clone = scene_nv_accel(scene);
+    scene->vk->CmdCopyAccelerationStructureNV(scene->command_buffer, clone, source,
+                                              VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    update_from(scene, clone);
 }
 
-/* Flags need not be equal, as those of the other extension's updates. */
-static void update_what_allows_more(struct scene *scene)
-{
-    update_from(scene, built_with(scene, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV |
-                                             VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_NV));
-}
-
-static VkAccelerationStructureNV copy_of(struct scene *scene, VkAccelerationStructureNV source,
-                                         VkCopyAccelerationStructureModeKHR mode)
-{
-    const VkAccelerationStructureNV copy = scene_nv_accel(scene);
-    scene->vk->CmdCopyAccelerationStructureNV(scene->command_buffer, copy, source, mode);
-    return copy;
-}
-
-static void update_a_clone_that_does_not_allow_it(struct scene *scene)
-{
-    update_from(
-        scene, copy_of(scene, built_with(scene, 0), VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
-}
-
-static void update_a_clone(struct scene *scene)
-{
-    update_from(scene,
-                copy_of(scene,
-                        built_with(scene, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV),
-                        VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
-}
+#define ALLOW_UPDATE VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV
 
 /* The original build counts, not the update after it. */
 static void update_an_update(struct scene *scene)
@@ -78,15 +55,16 @@ static void build_a_khr_structure_between(struct scene *scene)
 }
 
 static const struct test_case cases[] = {
-    SHARED(.commands = ON_NV, RULES(RULE_update_source_was_built_with_allow_update)),
-    CASE("not_allowed", .mutate = update_what_does_not_allow_it,
-         .mutate_twin = update_what_allows_it, .path = "): src VkAccelerationStructureNV 0x"),
-    CASE("allowed_with_other_flags", .silent = true, .mutate = update_what_allows_more),
-    CASE("clone_of_what_is_not_allowed", .mutate = update_a_clone_that_does_not_allow_it,
-         .mutate_twin = update_a_clone),
+    SHARED(RULE(update_source_was_built_with_allow_update), .commands = ON_NV),
+    CASE("not_allowed", EITHER_CALL(update_built, 0, ALLOW_UPDATE),
+         .path = "): src VkAccelerationStructureNV 0x"),
+    /* Flags need not be equal, as those of the other extension's updates. */
+    CASE("allowed_with_other_flags", .silent = true,
+         EDITS(CALL_WITH(update_built,
+                         ALLOW_UPDATE | VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_NV))),
+    CASE("clone_of_what_is_not_allowed", EITHER_CALL(update_clone, 0, ALLOW_UPDATE)),
     CASE("update_of_an_update", .silent = true, .mutate = update_an_update),
-    CASE("in_place", .silent = true, .mutate = scene_nv_use_update,
-         .edits = EDITS(COPY(nv.dst, nv.src))),
+    CASE("in_place", .silent = true, .mutate = scene_nv_use_update, EDITS(COPY(nv.dst, nv.src))),
     CASE("beside_the_other_extension", .silent = true, .mutate = build_a_khr_structure_between),
 };
 

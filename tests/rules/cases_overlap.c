@@ -7,27 +7,11 @@
 
 /* ---- the same structure ---- */
 
-static void share_dst(struct scene *scene)
-{
-    const uint32_t build = scene_add_build(scene, INDEXED);
-    scene->infos[build].dstAccelerationStructure = scene->infos[INDEXED].dstAccelerationStructure;
-}
+enum { ADDED = SCENE_BASE_BUILDS };
 
-static void add_another(struct scene *scene)
+static void add_build(struct scene *scene, uint32_t model)
 {
-    scene_add_build(scene, INDEXED);
-}
-
-static void share_dst_of_updates(struct scene *scene)
-{
-    const uint32_t build = scene_add_build(scene, UPDATE);
-    scene->infos[build].dstAccelerationStructure = scene->infos[UPDATE].dstAccelerationStructure;
-}
-
-static void update_two_from_one(struct scene *scene)
-{
-    const uint32_t build = scene_add_build(scene, UPDATE);
-    scene->infos[build].srcAccelerationStructure = scene->infos[UPDATE].srcAccelerationStructure;
+    scene_add_build(scene, model);
 }
 
 /* ---- structures ---- */
@@ -134,82 +118,75 @@ static void leave_alone(struct scene *scene, uint32_t build)
 }
 
 static const struct test_case cases[] = {
-    CASE("dst_built_twice", RULES(RULE_no_dst_is_built_twice), .mutate = share_dst,
-         .mutate_twin = add_another, .path = "pInfos[6]"),
-    CASE("dst_updated_twice", RULES(RULE_no_dst_is_built_twice), .mutate = share_dst_of_updates,
-         .mutate_twin = update_two_from_one),
-    CASE("src_is_dst_of_another", RULES(RULE_no_src_is_the_dst_of_another_build),
-         .edits = EDITS(
-             COPY(infos[UPDATE].srcAccelerationStructure, infos[INDEXED].dstAccelerationStructure),
-             CALL_WITH(scene_build_source, UPDATE)),
-         .mutate_twin = update_two_from_one, .path = "pInfos[4]"),
-    CASE("src_is_dst_of_another_though_not_an_update",
-         RULES(RULE_no_src_is_the_dst_of_another_build),
-         .edits = EDITS(
-             COPY(infos[AABBS].srcAccelerationStructure, infos[INDEXED].dstAccelerationStructure)),
-         .twin_edits = EDITS(
-             COPY(infos[AABBS].srcAccelerationStructure, infos[AABBS].dstAccelerationStructure)),
-         .path = "pInfos[2]"),
-    CASE("update_overlaps_itself", RULES(RULE_update_src_and_dst_do_not_alias),
-         .edits = EDITS(CALL_WITH(put_update, WITHIN)),
-         .twin_edits = EDITS(CALL_WITH(put_update, BEHIND)),
-         .path = "pInfos[4].srcAccelerationStructure"),
-    CASE("update_aliases_itself", RULES(RULE_update_src_and_dst_do_not_alias),
-         .edits = EDITS(CALL_WITH(put_update, AT_BEGINNING)),
-         .twin_edits = EDITS(CALL_WITH(put_update, BEHIND))),
-    CASE("dst_overlaps_src_of_another", RULES(RULE_dst_and_update_src_are_apart),
-         .edits = EDITS(CALL_WITH(put_src_and_dst_of_another, WITHIN)),
-         .twin_edits = EDITS(CALL_WITH(put_src_and_dst_of_another, BEHIND)),
+    CASE("dst_built_twice", RULE(no_dst_is_built_twice),
+         EDITS(CALL_WITH(add_build, INDEXED), COPY(infos[ADDED].dstAccelerationStructure,
+                                                   infos[INDEXED].dstAccelerationStructure)),
+         TWIN_EDITS(CALL_WITH(add_build, INDEXED)), .path = "pInfos[6]"),
+    CASE(
+        "refitted_twice", RULE(no_dst_is_built_twice),
+        NAMES(RULE_no_src_is_the_dst_of_another_build),
+        EDITS(COPY(infos[UPDATE].dstAccelerationStructure, infos[REFIT].dstAccelerationStructure),
+              COPY(infos[UPDATE].srcAccelerationStructure, infos[REFIT].srcAccelerationStructure))),
+    CASE("dst_updated_twice", RULE(no_dst_is_built_twice),
+         EDITS(CALL_WITH(add_build, UPDATE),
+               COPY(infos[ADDED].dstAccelerationStructure, infos[UPDATE].dstAccelerationStructure)),
+         TWIN_EDITS(CALL_WITH(add_build, UPDATE), COPY(infos[ADDED].srcAccelerationStructure,
+                                                       infos[UPDATE].srcAccelerationStructure))),
+    CASE(
+        "src_is_dst_of_another", RULE(no_src_is_the_dst_of_another_build),
+        EDITS(COPY(infos[UPDATE].srcAccelerationStructure, infos[INDEXED].dstAccelerationStructure),
+              CALL_WITH(scene_build_source, UPDATE)),
+        TWIN_EDITS(CALL_WITH(add_build, UPDATE), COPY(infos[ADDED].srcAccelerationStructure,
+                                                      infos[UPDATE].srcAccelerationStructure)),
+        .path = "pInfos[4]"),
+    CASE(
+        "src_is_dst_of_another_though_not_an_update", RULE(no_src_is_the_dst_of_another_build),
+        EDITS(COPY(infos[AABBS].srcAccelerationStructure, infos[INDEXED].dstAccelerationStructure)),
+        TWIN_EDITS(
+            COPY(infos[AABBS].srcAccelerationStructure, infos[AABBS].dstAccelerationStructure)),
+        .path = "pInfos[2]"),
+    CASE("update_overlaps_itself", RULE(update_src_and_dst_do_not_alias),
+         EITHER_CALL(put_update, WITHIN, BEHIND), .path = "pInfos[4].srcAccelerationStructure"),
+    CASE("update_aliases_itself", RULE(update_src_and_dst_do_not_alias),
+         EITHER_CALL(put_update, AT_BEGINNING, BEHIND)),
+    CASE("dst_overlaps_src_of_another", RULE(dst_and_update_src_are_apart),
+         EITHER_CALL(put_src_and_dst_of_another, WITHIN, BEHIND),
          .path = "pInfos[3].dstAccelerationStructure"),
-    CASE("dst_overlaps_ignored_src_of_another", RULES(RULE_dst_and_update_src_are_apart),
-         .silent = true, .mutate = overlap_ignored_src_with_dst_of_another),
-    CASE("src_overlaps_src", RULES(RULE_dst_and_update_src_are_apart), .silent = true,
+    CASE("dst_overlaps_ignored_src_of_another", RULE(dst_and_update_src_are_apart), .silent = true,
+         .mutate = overlap_ignored_src_with_dst_of_another),
+    CASE("src_overlaps_src", RULE(dst_and_update_src_are_apart), .silent = true,
          .mutate = overlap_two_srcs),
-    CASE("dst_overlaps_dst", RULES(RULE_dst_and_dst_are_apart),
-         .edits = EDITS(CALL_WITH(put_two_dsts, WITHIN)),
-         .twin_edits = EDITS(CALL_WITH(put_two_dsts, BEHIND)),
-         .path = "with pInfos[2].dstAccelerationStructure", .count = 1),
-    CASE("dst_overlaps_dst_far_inside", RULES(RULE_dst_and_dst_are_apart),
-         .edits = EDITS(CALL_WITH(put_two_dsts_far_inside, WITHIN)),
-         .twin_edits = EDITS(CALL_WITH(put_two_dsts_far_inside, BEHIND)), .path = "pInfos[0]"),
-    CASE("dst_overlaps_own_scratch", RULES(RULE_dst_and_scratch_are_apart),
-         .edits = EDITS(CALL_FOR(put_dst_and_scratch, AABBS, WITHIN)),
-         .twin_edits = EDITS(CALL_FOR(put_dst_and_scratch, AABBS, BEHIND)),
+    CASE("dst_overlaps_dst", RULE(dst_and_dst_are_apart), EITHER_CALL(put_two_dsts, WITHIN, BEHIND),
+         .count = 1, .path = "with pInfos[2].dstAccelerationStructure"),
+    CASE("dst_overlaps_dst_far_inside", RULE(dst_and_dst_are_apart),
+         EITHER_CALL(put_two_dsts_far_inside, WITHIN, BEHIND), .path = "pInfos[0]"),
+    CASE("dst_overlaps_own_scratch", RULE(dst_and_scratch_are_apart),
+         EITHER_CALL_FOR(put_dst_and_scratch, AABBS, WITHIN, BEHIND),
          .path = "with pInfos[2].scratchData"),
-    CASE("dst_overlaps_scratch_of_another", RULES(RULE_dst_and_scratch_are_apart),
-         .edits = EDITS(CALL_FOR(put_dst_and_scratch, REFIT, WITHIN)),
-         .twin_edits = EDITS(CALL_FOR(put_dst_and_scratch, REFIT, BEHIND)),
+    CASE("dst_overlaps_scratch_of_another", RULE(dst_and_scratch_are_apart),
+         EITHER_CALL_FOR(put_dst_and_scratch, REFIT, WITHIN, BEHIND),
          .path = "with pInfos[5].scratchData"),
-    CASE("scratch_overlaps_scratch", RULES(RULE_scratch_and_scratch_are_apart),
-         .edits = EDITS(CALL_WITH(put_two_scratches, WITHIN)),
-         .twin_edits = EDITS(CALL_WITH(put_two_scratches, BEHIND)),
-         .path = "pInfos[0].scratchData"),
-    CASE("scratch_overlaps_own_src", RULES(RULE_scratch_and_update_src_are_apart),
-         .edits = EDITS(CALL_FOR(put_src_and_scratch, UPDATE, WITHIN)),
-         .twin_edits = EDITS(CALL_FOR(put_src_and_scratch, UPDATE, BEHIND)),
+    CASE("scratch_overlaps_scratch", RULE(scratch_and_scratch_are_apart),
+         EITHER_CALL(put_two_scratches, WITHIN, BEHIND), .path = "pInfos[0].scratchData"),
+    CASE("scratch_overlaps_own_src", RULE(scratch_and_update_src_are_apart),
+         EITHER_CALL_FOR(put_src_and_scratch, UPDATE, WITHIN, BEHIND),
          .path = "pInfos[4].scratchData"),
-    CASE("scratch_overlaps_src_of_another", RULES(RULE_scratch_and_update_src_are_apart),
-         .edits = EDITS(CALL_FOR(put_src_and_scratch, AABBS, WITHIN)),
-         .twin_edits = EDITS(CALL_FOR(put_src_and_scratch, AABBS, BEHIND)),
+    CASE("scratch_overlaps_src_of_another", RULE(scratch_and_update_src_are_apart),
+         EITHER_CALL_FOR(put_src_and_scratch, AABBS, WITHIN, BEHIND),
          .path = "pInfos[2].scratchData"),
-    CASE("scratch_overlaps_refit",
-         RULES(RULE_dst_and_scratch_are_apart, RULE_scratch_and_update_src_are_apart),
-         .mutate = overlap_refit_with_scratch),
-    CASE("dst_overlaps_scratch_alone", RULES(RULE_dst_and_scratch_are_apart),
-         .edits =
-             EDITS(CALL_FOR(put_dst_and_scratch, AABBS, WITHIN), CALL_WITH(leave_alone, AABBS)),
-         .twin_edits =
-             EDITS(CALL_FOR(put_dst_and_scratch, AABBS, BEHIND), CALL_WITH(leave_alone, AABBS)),
+    CASE("scratch_overlaps_refit", RULES(RULE_dst_and_scratch_are_apart),
+         NAMES(RULE_scratch_and_update_src_are_apart), .mutate = overlap_refit_with_scratch),
+    CASE("dst_overlaps_scratch_alone", RULE(dst_and_scratch_are_apart),
+         EDITS(CALL_FOR(put_dst_and_scratch, AABBS, WITHIN), CALL_WITH(leave_alone, AABBS)),
+         TWIN_EDITS(CALL_FOR(put_dst_and_scratch, AABBS, BEHIND), CALL_WITH(leave_alone, AABBS)),
          .path = "with pInfos[0].scratchData"),
-    CASE("update_overlaps_itself_alone", RULES(RULE_update_src_and_dst_do_not_alias),
-         .edits = EDITS(CALL_WITH(put_update, WITHIN), CALL_WITH(leave_alone, UPDATE)),
-         .twin_edits = EDITS(CALL_WITH(put_update, BEHIND), CALL_WITH(leave_alone, UPDATE)),
+    CASE("update_overlaps_itself_alone", RULE(update_src_and_dst_do_not_alias),
+         EDITS(CALL_WITH(put_update, WITHIN), CALL_WITH(leave_alone, UPDATE)),
+         TWIN_EDITS(CALL_WITH(put_update, BEHIND), CALL_WITH(leave_alone, UPDATE)),
          .path = "pInfos[0].srcAccelerationStructure"),
-    CASE("scratch_overlaps_src_alone", RULES(RULE_scratch_and_update_src_are_apart),
-         .edits =
-             EDITS(CALL_FOR(put_src_and_scratch, UPDATE, WITHIN), CALL_WITH(leave_alone, UPDATE)),
-         .twin_edits =
-             EDITS(CALL_FOR(put_src_and_scratch, UPDATE, BEHIND), CALL_WITH(leave_alone, UPDATE)),
+    CASE("scratch_overlaps_src_alone", RULE(scratch_and_update_src_are_apart),
+         EDITS(CALL_FOR(put_src_and_scratch, UPDATE, WITHIN), CALL_WITH(leave_alone, UPDATE)),
+         TWIN_EDITS(CALL_FOR(put_src_and_scratch, UPDATE, BEHIND), CALL_WITH(leave_alone, UPDATE)),
          .path = "pInfos[0].scratchData"),
 };
 

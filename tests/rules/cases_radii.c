@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "case.h"
-#include "scene_spheres.h"
+#include "scene_extensions.h"
 
 static const struct setup with_spheres = {.enable = ENABLE_SPHERES};
 static const struct setup with_content = {.enable = ENABLE_SPHERES, .level = "content"};
@@ -34,44 +34,17 @@ static void add_spheres_with_radii(struct scene *scene)
     scene->spheres.radiusData.deviceAddress = scene_address(scene, &scene->boxes, RADII);
 }
 
-#define RADIUS(name, index, radius) RADIUS_OF(add_spheres_with_radii, name, index, radius)
-#define SWEPT_RADIUS(name, index, radius)                                                          \
-    RADIUS_OF(add_swept_spheres_with_radii, name, index, radius)
-#define RADIUS_OF(add, name, index, radius)                                                        \
-    static void name(struct scene *scene)                                                          \
-    {                                                                                              \
-        add(scene);                                                                                \
-        set_radius(scene, index, radius);                                                          \
-    }
+#define RADIUS(index, radius) WRITE_FLOAT(boxes, RADII + 4 * (index), radius)
 
-RADIUS(radius_0_negative, 0, -1.0f)
-RADIUS(radius_1_negative, 1, -1e-30f)
-RADIUS(radius_5_negative, 5, -0.5f)
-RADIUS(radius_5_minus_zero, 5, -0.0f)
-RADIUS(radius_5_nan, 5, -NAN)
-RADIUS(radius_6_negative, 6, -1.0f)
-RADIUS(radius_7_infinite, 7, -INFINITY)
-RADIUS(radius_8_negative, 8, -1.0f)
-
-static void all_radii_negative(struct scene *scene)
+static void make_all_radii_negative(struct scene *scene)
 {
-    add_spheres_with_radii(scene);
     for (uint32_t i = 0; i < 16; i++)
         set_radius(scene, i, -1.0f);
 }
 
-/* It is inactive. */
-static void radius_5_of_no_center(struct scene *scene)
-{
-    const float nan = NAN;
-    radius_5_negative(scene);
-    memcpy(scene->vertices.host + 5 * 12 + 4, &nan, sizeof(nan));
-}
-
-static void short_indices_to_radii(struct scene *scene)
+static void use_short_indices(struct scene *scene)
 {
     static const uint16_t indices[4] = {1, 3, 6, 7};
-    radius_6_negative(scene);
     memcpy(scene->indices.host + RADIUS_INDICES, indices, sizeof(indices));
 }
 
@@ -98,117 +71,106 @@ static void add_swept_spheres_with_radii(struct scene *scene)
     scene->ranges[SPHERES][0].primitiveCount = 2;
 }
 
-SWEPT_RADIUS(swept_radius_5_negative, 5, -0.5f)
-SWEPT_RADIUS(swept_radius_5_nan, 5, -NAN)
-SWEPT_RADIUS(swept_radius_6_negative, 6, -1.0f)
-SWEPT_RADIUS(swept_radius_7_infinite, 7, -INFINITY)
-SWEPT_RADIUS(swept_radius_8_negative, 8, -1.0f)
-
-static void swept_radii_all_negative(struct scene *scene)
-{
-    add_swept_spheres_with_radii(scene);
-    for (uint32_t i = 0; i < 16; i++)
-        set_radius(scene, i, -1.0f);
-}
-
-/* It is inactive. */
-static void swept_radius_beside_nan(struct scene *scene)
-{
-    swept_radius_7_infinite(scene);
-    set_radius(scene, 5, NAN);
-}
-
 #define SPHERES_RADII SPHERES_PATH "radiusData.hostAddress leads to "
 #define SWEPT_RADII SWEPT_PATH "radiusData.hostAddress leads to "
 
 static const struct test_case cases[] = {
-    SHARED(.commands = ON_HOST, .setup = &with_content, RULES(RULE_spheres_radii_are_not_negative)),
-    CASE("spheres_radius_negative", .mutate = radius_5_negative, .mutate_twin = radius_5_minus_zero,
-         .path = SPHERES_RADII "primitive 2, which has radius -0.5"),
-    CASE("spheres_radius_negative_of_no_primitive", .silent = true, .mutate = radius_6_negative),
-    CASE("spheres_radius_infinitely_negative", .mutate = radius_7_infinite,
-         .mutate_twin = radius_5_nan, .path = SPHERES_RADII "primitive 3, which has radius -inf"),
-    CASE("spheres_radius_negative_without_center", .silent = true, .mutate = radius_5_of_no_center),
-    CASE("spheres_radius_negative_by_first_vertex", .mutate = radius_8_negative,
-         .edits = EDITS(SET(ranges[SPHERES][0].firstVertex, 1)), .mutate_twin = radius_8_negative,
-         .twin_edits = EDITS(SET(ranges[SPHERES][0].firstVertex, 2)),
+    SHARED(RULE(spheres_radii_are_not_negative), .commands = ON_HOST, .setup = &with_content,
+           .mutate = add_spheres_with_radii),
+    CASE("spheres_radius_negative", EDITS(RADIUS(5, -0.5f)), .mutate_twin = add_spheres_with_radii,
+         TWIN_EDITS(RADIUS(5, -0.0f)), .path = SPHERES_RADII "primitive 2, whose radius -0.5"),
+    CASE("spheres_radius_negative_of_no_primitive", .silent = true, EDITS(RADIUS(6, -1.0f))),
+    CASE("spheres_radius_infinitely_negative", EDITS(RADIUS(7, -INFINITY)),
+         .mutate_twin = add_spheres_with_radii, TWIN_EDITS(RADIUS(5, -NAN)),
+         .path = SPHERES_RADII "primitive 3, whose radius -inf"),
+    /* It is inactive. */
+    CASE("spheres_radius_negative_without_center", .silent = true,
+         EDITS(RADIUS(5, -0.5f), WRITE_FLOAT(vertices, 5 * 12 + 4, NAN))),
+
+    SHARED(RULE(spheres_radii_are_not_negative), .commands = ON_HOST, .setup = &with_content,
+           .mutate = add_spheres_with_radii, .mutate_twin = add_spheres_with_radii),
+    CASE("spheres_radius_negative_by_first_vertex",
+         EDITS(RADIUS(8, -1.0f), SET(ranges[SPHERES][0].firstVertex, 1)),
+         TWIN_EDITS(RADIUS(8, -1.0f), SET(ranges[SPHERES][0].firstVertex, 2)),
          .path = SPHERES_RADII "primitive 3"),
-    CASE("spheres_radius_negative_at_index_stride", .mutate = radius_1_negative,
-         .edits = EDITS(SET(spheres.indexStride, 0)), .mutate_twin = radius_5_negative,
-         .twin_edits = EDITS(SET(spheres.indexStride, 0)),
-         .path = SPHERES_RADII "primitive 0, which has radius -1e-30"),
-    CASE("spheres_radius_negative_by_short_index", .mutate = short_indices_to_radii,
-         .edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_UINT16), SET(spheres.indexStride, 2)),
-         .mutate_twin = short_indices_to_radii,
-         .twin_edits =
-             EDITS(SET(spheres.indexType, VK_INDEX_TYPE_UINT16), SET(spheres.indexStride, 2),
-                   SET(ranges[SPHERES][0].primitiveCount, 2)),
+    CASE("spheres_radius_negative_at_index_stride",
+         EDITS(RADIUS(1, -1e-30f), SET(spheres.indexStride, 0)),
+         TWIN_EDITS(RADIUS(5, -0.5f), SET(spheres.indexStride, 0)),
+         .path = SPHERES_RADII "primitive 0, whose radius -1e-30"),
+    CASE("spheres_radius_negative_by_short_index",
+         EDITS(RADIUS(6, -1.0f), CALL(use_short_indices),
+               SET(spheres.indexType, VK_INDEX_TYPE_UINT16), SET(spheres.indexStride, 2)),
+         TWIN_EDITS(RADIUS(6, -1.0f), CALL(use_short_indices),
+                    SET(spheres.indexType, VK_INDEX_TYPE_UINT16), SET(spheres.indexStride, 2),
+                    SET(ranges[SPHERES][0].primitiveCount, 2)),
          .path = SPHERES_RADII "primitive 2"),
-    CASE("spheres_radius_negative_by_offset_of_indices", .mutate = radius_0_negative,
-         .edits = EDITS(SET(ranges[SPHERES][0].primitiveOffset, 4)),
-         .mutate_twin = radius_0_negative, .path = SPHERES_RADII "primitive 3"),
+    CASE("spheres_radius_negative_by_offset_of_indices",
+         EDITS(RADIUS(0, -1.0f), SET(ranges[SPHERES][0].primitiveOffset, 4)),
+         TWIN_EDITS(RADIUS(0, -1.0f)), .path = SPHERES_RADII "primitive 3"),
     /* The offset is applied to vertices and radii. */
-    CASE("spheres_radius_negative_by_offset", .mutate = radius_6_negative,
-         .edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
-                        SET(spheres.indexData.deviceAddress, 0),
-                        SET(ranges[SPHERES][0].primitiveOffset, 12)),
-         .mutate_twin = radius_6_negative,
-         .twin_edits = EDITS(SET(spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
-                             SET(spheres.indexData.deviceAddress, 0)),
+    CASE("spheres_radius_negative_by_offset",
+         EDITS(RADIUS(6, -1.0f), SET(spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+               SET(spheres.indexData.deviceAddress, 0),
+               SET(ranges[SPHERES][0].primitiveOffset, 12)),
+         TWIN_EDITS(RADIUS(6, -1.0f), SET(spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                    SET(spheres.indexData.deviceAddress, 0)),
          .path = SPHERES_RADII "primitive 3"),
-    CASE("spheres_radii_of_stride_0", .mutate = radius_0_negative,
-         .edits = EDITS(SET(spheres.radiusStride, 0)), .mutate_twin = radius_5_negative,
-         .twin_edits = EDITS(SET(spheres.radiusStride, 0)), .path = SPHERES_RADII "primitive 0"),
-    CASE("spheres_half_radius_negative", .edits = EDITS(CALL_WITH(half_radius, 0x8001)),
-         .twin_edits = EDITS(CALL_WITH(half_radius, 0x8000)), .path = SPHERES_RADII "primitive 1"),
-    CASE("spheres_half_radius_nan", .silent = true, .edits = EDITS(CALL_WITH(half_radius, 0xfe00))),
-    CASE("spheres_radii_negative_are_told_once", .mutate = all_radii_negative,
-         .mutate_twin = all_radii_negative,
-         .twin_edits = EDITS(SET(ranges[SPHERES][0].primitiveCount, 0)),
-         .path = SPHERES_RADII "primitive 0", .count = 1),
+    CASE("spheres_radii_of_stride_0", EDITS(RADIUS(0, -1.0f), SET(spheres.radiusStride, 0)),
+         TWIN_EDITS(RADIUS(5, -0.5f), SET(spheres.radiusStride, 0)),
+         .path = SPHERES_RADII "primitive 0"),
 
-    SHARED(.commands = ON_HOST, .setup = &with_content),
-    CASE("spheres_radii_unreadable", RULES(RULE_spheres_radius_data_is_valid),
-         .mutate = all_radii_negative, .edits = EDITS(SET(spheres.radiusData.deviceAddress, 0x10)),
+    SHARED(RULE(spheres_radii_are_not_negative), .commands = ON_HOST, .setup = &with_content),
+    CASE("spheres_half_radius_negative", EITHER_CALL(half_radius, 0x8001, 0x8000),
+         .path = SPHERES_RADII "primitive 1"),
+    CASE("spheres_half_radius_nan", .silent = true, EDITS(CALL_WITH(half_radius, 0xfe00))),
+    CASE("spheres_radii_negative_are_told_once", .mutate = add_spheres_with_radii,
+         EDITS(CALL(make_all_radii_negative)), .mutate_twin = add_spheres_with_radii,
+         TWIN_EDITS(CALL(make_all_radii_negative), SET(ranges[SPHERES][0].primitiveCount, 0)),
+         .count = 1, .path = SPHERES_RADII "primitive 0"),
+    CASE("spheres_radii_unreadable", RULE(spheres_radius_data_is_valid),
+         .mutate = add_spheres_with_radii,
+         EDITS(CALL(make_all_radii_negative), SET(spheres.radiusData.deviceAddress, 0x10)),
          .mutate_twin = add_spheres_with_radii, .is_for_the_call = true),
-    CASE("spheres_radii_negative_in_device_memory", RULES(RULE_spheres_radii_are_not_negative),
-         .silent = true, .commands = ON_COMMAND_BUFFERS, .mutate = all_radii_negative,
+    CASE("spheres_radii_negative_in_device_memory", .silent = true, .commands = ON_COMMAND_BUFFERS,
+         .mutate = add_spheres_with_radii, EDITS(CALL(make_all_radii_negative)),
          .is_for_the_call = true),
-    CASE("spheres_radii_negative_below_level_content", RULES(RULE_spheres_radii_are_not_negative),
-         .silent = true, .setup = &with_spheres, .mutate = all_radii_negative),
+    CASE("spheres_radii_negative_below_level_content", .silent = true, .setup = &with_spheres,
+         .mutate = add_spheres_with_radii, EDITS(CALL(make_all_radii_negative))),
 
-    SHARED(.commands = ON_HOST, .setup = &with_content,
-           RULES(RULE_swept_spheres_radii_are_not_negative)),
-    CASE("swept_spheres_first_radius_negative", .mutate = swept_radius_5_negative,
-         .mutate_twin = swept_radius_6_negative,
-         .path = SWEPT_RADII "primitive 1, which has radius -0.5"),
-    CASE("swept_spheres_last_radius_negative", .mutate = swept_radius_7_infinite,
-         .mutate_twin = swept_radius_8_negative,
-         .path = SWEPT_RADII "primitive 1, which has radius -inf"),
-    CASE("swept_spheres_radius_nan", .silent = true, .mutate = swept_radius_5_nan),
-    CASE("swept_spheres_radius_beside_nan", .silent = true, .mutate = swept_radius_beside_nan),
+    SHARED(RULE(swept_spheres_radii_are_not_negative), .commands = ON_HOST, .setup = &with_content,
+           .mutate = add_swept_spheres_with_radii),
+    CASE("swept_spheres_first_radius_negative", EDITS(RADIUS(5, -0.5f)),
+         .mutate_twin = add_swept_spheres_with_radii, TWIN_EDITS(RADIUS(6, -1.0f)),
+         .path = SWEPT_RADII "primitive 1, whose radius -0.5"),
+    CASE("swept_spheres_last_radius_negative", EDITS(RADIUS(7, -INFINITY)),
+         .mutate_twin = add_swept_spheres_with_radii, TWIN_EDITS(RADIUS(8, -1.0f)),
+         .path = SWEPT_RADII "primitive 1, whose radius -inf"),
+    CASE("swept_spheres_radius_nan", .silent = true, EDITS(RADIUS(5, -NAN))),
+    /* It is inactive. */
+    CASE("swept_spheres_radius_beside_nan", .silent = true,
+         EDITS(RADIUS(7, -INFINITY), RADIUS(5, NAN))),
     /* From each index to the one behind it. */
-    CASE("swept_spheres_radius_negative_of_successor", .mutate = swept_radius_6_negative,
-         .edits =
-             EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
-                   SET(ranges[SPHERES][0].primitiveCount, 3)),
-         .mutate_twin = swept_radius_7_infinite,
-         .twin_edits =
-             EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
-                   SET(ranges[SPHERES][0].primitiveCount, 3)),
+    CASE("swept_spheres_radius_negative_of_successor",
+         EDITS(RADIUS(6, -1.0f),
+               SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
+               SET(ranges[SPHERES][0].primitiveCount, 3)),
+         .mutate_twin = add_swept_spheres_with_radii,
+         TWIN_EDITS(RADIUS(7, -INFINITY),
+                    SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
+                    SET(ranges[SPHERES][0].primitiveCount, 3)),
          .path = SWEPT_RADII "primitive 2"),
-    CASE("swept_spheres_radius_negative_without_indices", .mutate = swept_radius_5_negative,
-         .edits = EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
-                        SET(swept_spheres.indexData.deviceAddress, 0),
-                        SET(ranges[SPHERES][0].primitiveCount, 3)),
-         .mutate_twin = swept_radius_5_negative,
-         .twin_edits = EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
-                             SET(swept_spheres.indexData.deviceAddress, 0)),
+    CASE("swept_spheres_radius_negative_without_indices",
+         EDITS(RADIUS(5, -0.5f), SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+               SET(swept_spheres.indexData.deviceAddress, 0),
+               SET(ranges[SPHERES][0].primitiveCount, 3)),
+         .mutate_twin = add_swept_spheres_with_radii,
+         TWIN_EDITS(RADIUS(5, -0.5f), SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                    SET(swept_spheres.indexData.deviceAddress, 0)),
          .path = SWEPT_RADII "primitive 2"),
-    CASE("swept_spheres_radii_negative_are_told_once", .mutate = swept_radii_all_negative,
-         .mutate_twin = swept_radii_all_negative,
-         .twin_edits = EDITS(SET(ranges[SPHERES][0].primitiveCount, 0)),
-         .path = SWEPT_RADII "primitive 0", .count = 1),
+    CASE("swept_spheres_radii_negative_are_told_once", EDITS(CALL(make_all_radii_negative)),
+         .mutate_twin = add_swept_spheres_with_radii,
+         TWIN_EDITS(CALL(make_all_radii_negative), SET(ranges[SPHERES][0].primitiveCount, 0)),
+         .count = 1, .path = SWEPT_RADII "primitive 0"),
 };
 
 CASE_LIST(cases_radii, cases);

@@ -14,21 +14,9 @@ static void never_begin(struct scene *scene)
     scene->command_buffer = scene_command_buffer(scene, compute_family(scene));
 }
 
-static void begin_again(struct scene *scene)
-{
-    scene_end(scene, scene->command_buffer);
-    scene_begin(scene, scene->command_buffer, 0);
-}
-
 static void reset(struct scene *scene)
 {
     scene->vk->ResetCommandBuffer(scene->command_buffer, 0);
-}
-
-static void reset_and_begin(struct scene *scene)
-{
-    reset(scene);
-    scene_begin(scene, scene->command_buffer, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
 }
 
 static VkCommandPool record_in_new_pool(struct scene *scene)
@@ -47,9 +35,9 @@ static void reset_pool(struct scene *scene)
                    "vkResetCommandPool");
 }
 
-static void begin(struct scene *scene)
+static void begin(struct scene *scene, VkCommandBufferUsageFlags flags)
 {
-    scene_begin(scene, scene->command_buffer, 0);
+    scene_begin(scene, scene->command_buffer, flags);
 }
 
 static void submit_once(struct scene *scene)
@@ -88,34 +76,24 @@ static void reset_secondary_before_execution(struct scene *scene)
 
 /* ---- render pass instances ---- */
 
-static void begin_render_pass(struct scene *scene)
-{
-    scene_begin_render_pass(scene, scene->command_buffer);
-}
-
 static void end_render_pass(struct scene *scene)
 {
     scene->vk->CmdEndRenderPass(scene->command_buffer);
 }
 
-static void begin_render_pass2(struct scene *scene)
-{
-    scene_begin_render_pass2(scene, scene->command_buffer);
-}
-
 static void end_render_pass2(struct scene *scene)
 {
     const VkSubpassEndInfo end_info = {.sType = VK_STRUCTURE_TYPE_SUBPASS_END_INFO};
-    begin_render_pass2(scene);
+    scene_begin_render_pass2(scene, scene->command_buffer);
     if (scene->fixture->setup.route == ROUTE_KHR)
         scene->vk->CmdEndRenderPass2KHR(scene->command_buffer, &end_info);
     else
         scene->vk->CmdEndRenderPass2(scene->command_buffer, &end_info);
 }
 
-static void begin_rendering(struct scene *scene)
+static void begin_rendering(struct scene *scene, VkRenderingFlags flags)
 {
-    scene_begin_rendering(scene, scene->command_buffer, 0);
+    scene_begin_rendering(scene, scene->command_buffer, flags);
 }
 
 static void continue_render_pass(struct scene *scene)
@@ -140,103 +118,72 @@ static void begin_secondary(struct scene *scene)
     scene->command_buffer = record_secondary(scene);
 }
 
-/* A primary command buffer ignores that flag. */
-static void begin_primary_with_continue_flag(struct scene *scene)
-{
-    scene_end(scene, scene->command_buffer);
-    scene_begin(scene, scene->command_buffer, VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT);
-}
-
 /* ---- suspension ---- */
 
-static void suspend(struct scene *scene)
+static void render(struct scene *scene, VkRenderingFlags flags)
 {
-    scene_begin_rendering(scene, scene->command_buffer, VK_RENDERING_SUSPENDING_BIT);
+    scene_begin_rendering(scene, scene->command_buffer, flags);
     scene_end_rendering(scene, scene->command_buffer);
 }
 
-static void resume(struct scene *scene)
-{
-    scene_begin_rendering(scene, scene->command_buffer, VK_RENDERING_RESUMING_BIT);
-    scene_end_rendering(scene, scene->command_buffer);
-}
-
-static void resume_and_suspend(struct scene *scene)
-{
-    scene_begin_rendering(scene, scene->command_buffer,
-                          VK_RENDERING_RESUMING_BIT | VK_RENDERING_SUSPENDING_BIT);
-    scene_end_rendering(scene, scene->command_buffer);
-}
-
-static void begin_suspending(struct scene *scene)
-{
-    scene_begin_rendering(scene, scene->command_buffer, VK_RENDERING_SUSPENDING_BIT);
-}
-
-static void resume_without_ending(struct scene *scene)
-{
-    suspend(scene);
-    scene_begin_rendering(scene, scene->command_buffer, VK_RENDERING_RESUMING_BIT);
-}
-
-static void execute_suspending_secondary(struct scene *scene)
+static void render_in_secondary(struct scene *scene, VkRenderingFlags flags)
 {
     const VkCommandBuffer secondary = record_secondary(scene);
-    scene_begin_rendering(scene, secondary, VK_RENDERING_SUSPENDING_BIT);
+    scene_begin_rendering(scene, secondary, flags);
     scene_end_rendering(scene, secondary);
     scene_end(scene, secondary);
     scene->vk->CmdExecuteCommands(scene->command_buffer, 1, &secondary);
 }
 
-static void execute_resuming_secondary(struct scene *scene)
-{
-    const VkCommandBuffer secondary = record_secondary(scene);
-    scene_begin_rendering(scene, secondary, VK_RENDERING_RESUMING_BIT);
-    scene_end_rendering(scene, secondary);
-    scene_end(scene, secondary);
-    suspend(scene);
-    scene->vk->CmdExecuteCommands(scene->command_buffer, 1, &secondary);
-}
+#define SUSPENDING VK_RENDERING_SUSPENDING_BIT
+#define RESUMING VK_RENDERING_RESUMING_BIT
+#define RESET_AND_BEGIN CALL(reset), CALL_WITH(begin, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT)
 
 static const struct setup by_extensions = {.route = ROUTE_KHR};
 
 static const struct test_case cases[] = {
-    SHARED(RULES(RULE_command_buffer_is_recording)),
+    SHARED(RULE(command_buffer_is_recording)),
     CASE("state_initial", .mutate = never_begin),
-    CASE("state_executable", .edits = EDITS(RECORD(scene_end)), .mutate_twin = begin_again),
-    CASE("state_executable_is_forwarded_if_the_callback_wants", .edits = EDITS(RECORD(scene_end)),
-         .forwards = true, .needs_null_driver = true),
-    CASE("state_reset", .mutate = reset, .mutate_twin = reset_and_begin),
-    CASE("state_pool_reset", .prepare = reset_pool, .mutate_twin = begin),
-    CASE("state_submitted_once", .prepare = submit_once, .mutate_twin = begin),
+    CASE("state_executable", PREPARE_EDITS(RECORD(scene_end)), TWIN_EDITS(CALL_WITH(begin, 0))),
+    CASE("state_executable_is_forwarded_if_the_callback_wants", EDITS(RECORD(scene_end)),
+         .needs_null_driver = true, .forwards = true),
+    CASE("state_reset", .mutate = reset, TWIN_EDITS(RESET_AND_BEGIN)),
+    CASE("state_pool_reset", .prepare = reset_pool, TWIN_EDITS(CALL_WITH(begin, 0))),
+    CASE("state_submitted_once", .prepare = submit_once, TWIN_EDITS(CALL_WITH(begin, 0))),
     CASE("state_invalid_by_reset_secondary", .mutate = reset_executed_secondary,
          .mutate_twin = reset_secondary_before_execution),
 
-    SHARED(RULES(RULE_build_is_outside_render_pass)),
-    CASE("render_pass", .prepare = begin_render_pass, .mutate_twin = end_render_pass),
-    CASE("render_pass_2", .mutate = begin_render_pass2, .mutate_twin = end_render_pass2),
-    CASE("render_pass_2_khr", .setup = &by_extensions, .mutate = begin_render_pass2,
+    SHARED(RULE(build_is_outside_render_pass)),
+    CASE("render_pass", PREPARE_EDITS(RECORD(scene_begin_render_pass)),
+         .mutate_twin = end_render_pass),
+    CASE("render_pass_2", EDITS(RECORD(scene_begin_render_pass2)), .mutate_twin = end_render_pass2),
+    CASE("render_pass_2_khr", .setup = &by_extensions, EDITS(RECORD(scene_begin_render_pass2)),
          .mutate_twin = end_render_pass2),
-    CASE("dynamic_rendering", .prepare = begin_rendering,
-         .twin_edits = EDITS(RECORD(scene_end_rendering))),
-    CASE("dynamic_rendering_khr", .setup = &by_extensions, .prepare = begin_rendering,
-         .twin_edits = EDITS(RECORD(scene_end_rendering))),
+    CASE("dynamic_rendering", PREPARE_EDITS(CALL_WITH(begin_rendering, 0)),
+         TWIN_EDITS(RECORD(scene_end_rendering))),
+    CASE("dynamic_rendering_khr", .setup = &by_extensions,
+         PREPARE_EDITS(CALL_WITH(begin_rendering, 0)), TWIN_EDITS(RECORD(scene_end_rendering))),
     CASE("render_pass_continued_by_secondary", .mutate = continue_render_pass,
          .mutate_twin = begin_secondary),
-    CASE("render_pass_forgotten_by_reset", .silent = true, .mutate = begin_render_pass,
-         .edits = EDITS(CALL(reset_and_begin))),
+    CASE("render_pass_forgotten_by_reset", .silent = true,
+         EDITS(RECORD(scene_begin_render_pass), RESET_AND_BEGIN)),
+    /* A primary command buffer ignores that flag. */
     CASE("render_pass_continue_flag_of_a_primary", .silent = true,
-         .mutate = begin_primary_with_continue_flag),
-    CASE("render_pass_begun_to_be_suspended", .mutate = begin_suspending),
-    CASE("render_pass_resumed", .mutate = resume_without_ending),
+         EDITS(RECORD(scene_end),
+               CALL_WITH(begin, VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT))),
+    CASE("render_pass_begun_to_be_suspended", EDITS(CALL_WITH(begin_rendering, SUSPENDING))),
+    CASE("render_pass_resumed",
+         EDITS(CALL_WITH(render, SUSPENDING), CALL_WITH(begin_rendering, RESUMING))),
 
-    SHARED(RULES(RULE_build_is_not_between_suspended_render_passes)),
-    CASE("suspended", .prepare = suspend, .mutate_twin = resume),
-    CASE("suspended_twice", .prepare = suspend, .mutate = resume_and_suspend,
-         .twin_edits = EDITS(CALL(reset_and_begin))),
-    CASE("suspended_khr", .setup = &by_extensions, .prepare = suspend, .mutate_twin = resume),
-    CASE("suspended_by_secondary", .mutate = execute_suspending_secondary,
-         .mutate_twin = execute_resuming_secondary),
+    SHARED(RULE(build_is_not_between_suspended_render_passes)),
+    CASE("suspended", PREPARE_EDITS(CALL_WITH(render, SUSPENDING)),
+         TWIN_EDITS(CALL_WITH(render, RESUMING))),
+    CASE("suspended_twice", PREPARE_EDITS(CALL_WITH(render, SUSPENDING)),
+         EDITS(CALL_WITH(render, RESUMING | SUSPENDING)), TWIN_EDITS(RESET_AND_BEGIN)),
+    CASE("suspended_khr", .setup = &by_extensions, PREPARE_EDITS(CALL_WITH(render, SUSPENDING)),
+         TWIN_EDITS(CALL_WITH(render, RESUMING))),
+    CASE("suspended_by_secondary", EDITS(CALL_WITH(render_in_secondary, SUSPENDING)),
+         TWIN_EDITS(CALL_WITH(render, SUSPENDING), CALL_WITH(render_in_secondary, RESUMING))),
 };
 
 CASE_LIST(cases_recording, cases);

@@ -7,34 +7,17 @@ static uint64_t alignment_of(const struct scene *scene)
     return scene->fixture->limits.minAccelerationStructureScratchOffsetAlignment;
 }
 
-/* Scratch of a build in a buffer with room before and behind it. */
-static struct test_buffer give_room(struct scene *scene, uint32_t build, VkDeviceSize room,
-                                    VkBufferUsageFlags usage)
+/* Scratch of a build in a buffer with room behind it, whose address may be moved. */
+static void give_room(struct scene *scene, uint32_t build, VkDeviceSize usage)
 {
     const VkDeviceSize size = scene_scratch_size(scene, build);
-    const struct test_buffer buffer = scene_buffer(scene, size + room, usage);
+    const struct test_buffer buffer = scene_buffer(scene, size + 1024, (VkBufferUsageFlags)usage);
     scene->infos[build].scratchData.deviceAddress = scene_address(scene, &buffer, 0);
-    return buffer;
 }
 
-/* ---- alignment ---- */
-
-static void misalign(struct scene *scene)
+static void move_by_half_alignments(struct scene *scene, uint32_t build, VkDeviceSize count)
 {
-    give_room(scene, AABBS, 1024, SCRATCH_USAGE);
-    scene->infos[AABBS].scratchData.deviceAddress += alignment_of(scene) / 2;
-}
-
-static void misalign_by_one(struct scene *scene)
-{
-    give_room(scene, REFIT, 1024, SCRATCH_USAGE);
-    scene->infos[REFIT].scratchData.deviceAddress += alignment_of(scene) + 1;
-}
-
-static void move_by_alignment(struct scene *scene)
-{
-    give_room(scene, AABBS, 1024, SCRATCH_USAGE);
-    scene->infos[AABBS].scratchData.deviceAddress += alignment_of(scene);
+    scene->infos[build].scratchData.deviceAddress += count * (alignment_of(scene) / 2);
 }
 
 /* ---- extent ---- */
@@ -48,13 +31,6 @@ static void give_exact_size(struct scene *scene, uint32_t build, VkDeviceSize le
     }
     const struct test_buffer buffer = scene_buffer(scene, size - less, SCRATCH_USAGE);
     scene->infos[build].scratchData.deviceAddress = scene_address(scene, &buffer, 0);
-}
-
-/* The buffer is long enough, but not from the address on. */
-static void begin_too_late(struct scene *scene)
-{
-    give_exact_size(scene, AABBS, 0);
-    scene->infos[AABBS].scratchData.deviceAddress += alignment_of(scene);
 }
 
 /* Two buffers side by side in one memory: together they would do. */
@@ -95,29 +71,8 @@ static void skip_without_update_scratch(struct scene *scene)
 
 /* ---- usage ---- */
 
-static void use_input_buffer_as_build_scratch(struct scene *scene)
-{
-    give_room(scene, TLAS, 0, INPUT_USAGE);
-}
-
-static void use_input_buffer_as_update_scratch(struct scene *scene)
-{
-    skip_without_update_scratch(scene);
-    give_room(scene, REFIT, 0, INPUT_USAGE);
-}
-
-static void use_input_buffer_as_ignored_scratch(struct scene *scene)
-{
-    give_room(scene, REFIT, 1024, INPUT_USAGE);
-}
-
-static void use_more_usages(struct scene *scene)
-{
-    const VkBufferUsageFlags usage =
-        ACCEL_USAGE | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
-    give_room(scene, TLAS, 0, usage);
-    give_room(scene, REFIT, 0, usage);
-}
+#define MORE_USAGES                                                                                \
+    (ACCEL_USAGE | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT)
 
 /* One of two buffers with the same address has the usage. */
 static void alias_with_storage_usage(struct scene *scene)
@@ -132,7 +87,7 @@ static void alias_with_storage_usage(struct scene *scene)
     scene->infos[TLAS].scratchData.deviceAddress = storage.address;
 }
 
-/* VkBufferUsageFlags2CreateInfo replaces VkBufferCreateInfo::usage. */
+/* VkBufferUsageFlags2CreateInfo replaces VkBufferCreateInfo::usage, and has the same bits. */
 static void give_flags2(struct scene *scene, VkBufferUsageFlags usage, VkBufferUsageFlags2 usage2)
 {
     const VkBufferUsageFlags2CreateInfo flags2 = {
@@ -149,19 +104,6 @@ static void give_flags2(struct scene *scene, VkBufferUsageFlags usage, VkBufferU
     scene->infos[TLAS].scratchData.deviceAddress = scene_address(scene, &buffer, 0);
 }
 
-static void lose_storage_in_flags2(struct scene *scene)
-{
-    give_flags2(scene, SCRATCH_USAGE, VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT);
-}
-
-static void get_storage_from_flags2(struct scene *scene)
-{
-    give_flags2(scene, 0,
-                VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_2_STORAGE_BUFFER_BIT);
-}
-
-static const struct setup with_maintenance5 = {.enable = ENABLE_MAINTENANCE5};
-
 /* ---- builds that need no scratch ---- */
 
 static void want_no_update_scratch(struct null_driver_config *config)
@@ -174,67 +116,73 @@ static const struct setup without_update_scratch = {.configure = want_no_update_
 #define WILD 0x7000000000ull
 
 static const struct test_case cases[] = {
-    CASE("scratch_misaligned", RULES(RULE_scratch_address_is_aligned), .mutate = misalign,
-         .mutate_twin = move_by_alignment, .path = "pInfos[2].scratchData.deviceAddress"),
-    CASE("scratch_of_update_misaligned", RULES(RULE_scratch_address_is_aligned),
-         .mutate = misalign_by_one, .path = "pInfos[5].scratchData.deviceAddress"),
-    CASE("scratch_misaligned_though_not_needed", RULES(RULE_scratch_address_is_aligned),
-         .setup = &without_update_scratch,
-         .edits = EDITS(SET(infos[UPDATE].scratchData.deviceAddress, WILD + 1))),
+    SHARED(RULE(scratch_address_is_aligned)),
+    CASE("scratch_misaligned",
+         EDITS(CALL_FOR(give_room, AABBS, SCRATCH_USAGE),
+               CALL_FOR(move_by_half_alignments, AABBS, 1)),
+         TWIN_EDITS(CALL_FOR(give_room, AABBS, SCRATCH_USAGE),
+                    CALL_FOR(move_by_half_alignments, AABBS, 2)),
+         .path = "pInfos[2].scratchData.deviceAddress"),
+    CASE("scratch_of_update_misaligned",
+         EDITS(CALL_FOR(give_room, REFIT, SCRATCH_USAGE),
+               CALL_FOR(move_by_half_alignments, REFIT, 2),
+               ADD(infos[REFIT].scratchData.deviceAddress, 1)),
+         .path = "pInfos[5].scratchData.deviceAddress"),
+    CASE("scratch_misaligned_though_not_needed", .setup = &without_update_scratch,
+         EDITS(SET(infos[UPDATE].scratchData.deviceAddress, WILD + 1))),
+
+    SHARED(RULE(build_scratch_is_in_one_buffer)),
     CASE("scratch_nowhere_but_not_needed",
          RULES(RULE_update_scratch_is_in_one_buffer, RULE_update_scratch_has_storage_usage),
          .silent = true, .setup = &without_update_scratch,
-         .edits = EDITS(SET(infos[UPDATE].scratchData.deviceAddress, WILD),
-                        SET(infos[REFIT].scratchData.deviceAddress, 0))),
-    CASE("scratch_without_storage_usage_but_not_needed",
-         RULES(RULE_update_scratch_has_storage_usage), .silent = true,
-         .commands = ON_COMMAND_BUFFERS, .setup = &without_update_scratch,
-         .mutate = use_input_buffer_as_ignored_scratch),
-    CASE("scratch_null", RULES(RULE_build_scratch_is_in_one_buffer),
-         .edits = EDITS(SET(infos[INDEXED].scratchData.deviceAddress, 0)),
+         EDITS(SET(infos[UPDATE].scratchData.deviceAddress, WILD),
+               SET(infos[REFIT].scratchData.deviceAddress, 0))),
+    CASE("scratch_without_storage_usage_but_not_needed", RULE(update_scratch_has_storage_usage),
+         .silent = true, .commands = ON_COMMAND_BUFFERS, .setup = &without_update_scratch,
+         EDITS(CALL_FOR(give_room, REFIT, INPUT_USAGE))),
+    CASE("scratch_null", EDITS(SET(infos[INDEXED].scratchData.deviceAddress, 0)),
          .path = "pInfos[0].scratchData.deviceAddress"),
-    CASE("scratch_nowhere", RULES(RULE_build_scratch_is_in_one_buffer),
-         .edits = EDITS(SET(infos[AABBS].scratchData.deviceAddress, WILD))),
-    CASE("scratch_a_byte_short", RULES(RULE_build_scratch_is_in_one_buffer),
-         .edits = EDITS(CALL_FOR(give_exact_size, TLAS, 1)),
-         .twin_edits = EDITS(CALL_FOR(give_exact_size, TLAS, 0)),
+    CASE("scratch_nowhere", EDITS(SET(infos[AABBS].scratchData.deviceAddress, WILD))),
+    CASE("scratch_a_byte_short", EITHER_CALL_FOR(give_exact_size, TLAS, 1, 0),
          .path = "pInfos[3].scratchData.deviceAddress"),
-    CASE("scratch_begins_too_late", RULES(RULE_build_scratch_is_in_one_buffer),
-         .mutate = begin_too_late),
-    CASE("scratch_in_two_buffers", RULES(RULE_build_scratch_is_in_one_buffer),
-         .mutate = cross_into_next_buffer, .mutate_twin = cross_within_aliasing_buffer),
-    CASE("scratch_memory_freed", RULES(RULE_input_buffer_is_bound), .commands = ON_COMMAND_BUFFERS,
-         .edits = EDITS(DESTROY(scratch_buffers[AABBS].memory)), .count = 1,
+    /* The buffer is long enough, but not from the address on. */
+    CASE("scratch_begins_too_late",
+         EDITS(CALL_FOR(give_exact_size, AABBS, 0), CALL_FOR(move_by_half_alignments, AABBS, 2))),
+    CASE("scratch_in_two_buffers", .mutate = cross_into_next_buffer,
+         .mutate_twin = cross_within_aliasing_buffer),
+    CASE("scratch_memory_freed", RULE(input_buffer_is_bound), .commands = ON_COMMAND_BUFFERS,
+         EDITS(DESTROY(scratch_buffers[AABBS].memory)), .count = 1,
          .path = "].scratchData.deviceAddress"),
-    CASE("scratch_buffer_destroyed", RULES(RULE_build_scratch_is_in_one_buffer),
-         .edits = EDITS(DESTROY(scratch_buffers[TLAS].handle))),
-    CASE("update_scratch_null", RULES(RULE_update_scratch_is_in_one_buffer),
-         .mutate = skip_without_update_scratch,
-         .edits = EDITS(SET(infos[UPDATE].scratchData.deviceAddress, 0)),
+    CASE("scratch_buffer_destroyed", EDITS(DESTROY(scratch_buffers[TLAS].handle))),
+
+    SHARED(RULE(update_scratch_is_in_one_buffer)),
+    CASE("update_scratch_null", .mutate = skip_without_update_scratch,
+         EDITS(SET(infos[UPDATE].scratchData.deviceAddress, 0)),
          .path = "pInfos[4].scratchData.deviceAddress"),
-    CASE("update_scratch_nowhere", RULES(RULE_update_scratch_is_in_one_buffer),
-         .mutate = skip_without_update_scratch,
-         .edits = EDITS(SET(infos[REFIT].scratchData.deviceAddress, WILD))),
-    CASE("update_scratch_a_byte_short", RULES(RULE_update_scratch_is_in_one_buffer),
-         .edits = EDITS(CALL_FOR(give_exact_size, UPDATE, 1)),
-         .twin_edits = EDITS(CALL_FOR(give_exact_size, UPDATE, 0))),
-    CASE("update_scratch_memory_freed", RULES(RULE_input_buffer_is_bound),
-         .commands = ON_COMMAND_BUFFERS, .edits = EDITS(DESTROY(scratch_buffers[REFIT].memory)),
-         .count = 1, .path = "].scratchData.deviceAddress"),
-    CASE("scratch_memory_freed_but_not_needed", RULES(RULE_input_buffer_is_bound), .silent = true,
-         .commands = ON_COMMAND_BUFFERS, .setup = &without_update_scratch,
-         .edits = EDITS(DESTROY(scratch_buffers[REFIT].memory))),
-    CASE("scratch_without_storage_usage", RULES(RULE_build_scratch_has_storage_usage),
-         .mutate = use_input_buffer_as_build_scratch, .mutate_twin = use_more_usages,
-         .path = "pInfos[3].scratchData.deviceAddress"),
-    CASE("scratch_with_storage_usage_by_an_alias", RULES(RULE_build_scratch_has_storage_usage),
-         .silent = true, .mutate = alias_with_storage_usage),
-    CASE("scratch_without_storage_usage_in_flags2", RULES(RULE_build_scratch_has_storage_usage),
-         .setup = &with_maintenance5, .mutate = lose_storage_in_flags2,
-         .mutate_twin = get_storage_from_flags2),
-    CASE("update_scratch_without_storage_usage", RULES(RULE_update_scratch_has_storage_usage),
-         .mutate = use_input_buffer_as_update_scratch, .mutate_twin = use_more_usages,
-         .path = "pInfos[5].scratchData.deviceAddress"),
+    CASE("update_scratch_nowhere", .mutate = skip_without_update_scratch,
+         EDITS(SET(infos[REFIT].scratchData.deviceAddress, WILD))),
+    CASE("update_scratch_a_byte_short", EITHER_CALL_FOR(give_exact_size, UPDATE, 1, 0)),
+
+    SHARED(RULE(input_buffer_is_bound), .commands = ON_COMMAND_BUFFERS,
+           EDITS(DESTROY(scratch_buffers[REFIT].memory))),
+    CASE("update_scratch_memory_freed", .count = 1, .path = "].scratchData.deviceAddress"),
+    CASE("scratch_memory_freed_but_not_needed", .silent = true, .setup = &without_update_scratch),
+
+    SHARED(RULE(build_scratch_has_storage_usage)),
+    CASE(
+        "scratch_without_storage_usage", EDITS(CALL_FOR(give_room, TLAS, INPUT_USAGE)),
+        TWIN_EDITS(CALL_FOR(give_room, TLAS, MORE_USAGES), CALL_FOR(give_room, REFIT, MORE_USAGES)),
+        .path = "pInfos[3].scratchData.deviceAddress"),
+    CASE("scratch_with_storage_usage_by_an_alias", .silent = true,
+         .mutate = alias_with_storage_usage),
+    CASE("scratch_without_storage_usage_in_flags2", SETUP(.enable = ENABLE_MAINTENANCE5),
+         EDITS(CALL_FOR(give_flags2, SCRATCH_USAGE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT)),
+         TWIN_EDITS(CALL_FOR(give_flags2, 0, SCRATCH_USAGE))),
+    CASE(
+        "update_scratch_without_storage_usage", RULE(update_scratch_has_storage_usage),
+        .mutate = skip_without_update_scratch, EDITS(CALL_FOR(give_room, REFIT, INPUT_USAGE)),
+        TWIN_EDITS(CALL_FOR(give_room, TLAS, MORE_USAGES), CALL_FOR(give_room, REFIT, MORE_USAGES)),
+        .path = "pInfos[5].scratchData.deviceAddress"),
 };
 
 CASE_LIST(cases_scratch, cases);

@@ -25,15 +25,19 @@ static void recycle_handle(struct scene *scene)
     place_dst(scene, AABBS, &buffer, PLACE_FAR);
 }
 
+static void read_vertices_of_a_new_buffer(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
+    scene->TRIANGLES(INDEXED, 0).vertexData.deviceAddress = scene_address(scene, &buffer, 0);
+}
+
 /* New memory, of a new buffer with other usage, gets the address of a freed one. */
 static void recycle_address(struct scene *scene)
 {
     const struct test_buffer first = scene_buffer(scene, SCENE_BUFFER_SIZE, SCRATCH_USAGE);
     scene_destroy(scene, (uint64_t)first.handle);
     scene_destroy(scene, (uint64_t)first.memory);
-    const struct test_buffer second = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
-    scene->geometries[INDEXED][0].geometry.triangles.vertexData.deviceAddress =
-        scene_address(scene, &second, 0);
+    read_vertices_of_a_new_buffer(scene);
 }
 
 /* The old buffer lives on without memory while a new one has its address. */
@@ -41,9 +45,7 @@ static void recycle_address_of_orphan(struct scene *scene)
 {
     const struct test_buffer first = scene_buffer(scene, SCENE_BUFFER_SIZE, SCRATCH_USAGE);
     scene_destroy(scene, (uint64_t)first.memory);
-    const struct test_buffer second = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
-    scene->geometries[INDEXED][0].geometry.triangles.vertexData.deviceAddress =
-        scene_address(scene, &second, 0);
+    read_vertices_of_a_new_buffer(scene);
 }
 
 static void destroy_one_of_two(struct scene *scene)
@@ -66,25 +68,21 @@ static void destroy_others_before_update(struct scene *scene)
 static void update_deserialized(struct scene *scene)
 {
     const VkAccelerationStructureKHR accel = scene_accel_for(scene, REFIT);
-    if (scene->command == COMMAND_HOST) {
-        static uint8_t bytes[4096];
-        const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-            .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-            .src.hostAddress = bytes,
-            .dst = accel,
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-        };
+    const bool is_host = scene->command == COMMAND_HOST;
+    static const uint8_t bytes[4096];
+    VkCopyMemoryToAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src.hostAddress = bytes,
+        .dst = accel,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
+    };
+    if (!is_host)
+        info.src.deviceAddress = scene_buffer(scene, sizeof(bytes), INPUT_USAGE).address;
+    if (is_host)
         scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
                                                         &info);
-    } else {
-        const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-            .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-            .src.deviceAddress = scene_buffer(scene, 4096, INPUT_USAGE).address,
-            .dst = accel,
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-        };
+    else
         scene->vk->CmdCopyMemoryToAccelerationStructureKHR(scene->command_buffer, &info);
-    }
     scene->infos[REFIT].srcAccelerationStructure = accel;
     scene->infos[REFIT].dstAccelerationStructure = accel;
 }
@@ -94,19 +92,12 @@ static void update_compacted(struct scene *scene)
 {
     const VkDeviceSize size = place_size(scene, REFIT);
     const struct test_buffer buffer = place_buffer(scene);
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene->infos[REFIT].dstAccelerationStructure,
-        .dst = scene_accel_in(scene, &buffer, 0, size / 2,
-                              VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR),
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
-    };
-    if (scene->command == COMMAND_HOST)
-        scene->vk->CopyAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE, &info);
-    else
-        scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
-    scene->infos[REFIT].srcAccelerationStructure = info.dst;
-    scene->infos[REFIT].dstAccelerationStructure = info.dst;
+    const VkAccelerationStructureKHR copy = scene_accel_in(
+        scene, &buffer, 0, size / 2, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    scene_copy(scene, scene->infos[REFIT].dstAccelerationStructure, copy,
+               VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    scene->infos[REFIT].srcAccelerationStructure = copy;
+    scene->infos[REFIT].dstAccelerationStructure = copy;
 }
 
 static void use_generic_types(struct scene *scene)
@@ -146,22 +137,9 @@ static void call_twice(struct scene *scene)
 
 /* ---- input data ---- */
 
-static void scale(struct scene *scene, float factor)
-{
-    float *matrix = (float *)(void *)scene->transforms.host;
-    for (int i = 0; i < 3; i++)
-        matrix[i * 4 + i] = factor;
-}
-
-static void scale_by_thousandth(struct scene *scene)
-{
-    scale(scene, 1e-3f);
-}
-
-static void scale_by_hardly_anything(struct scene *scene)
-{
-    scale(scene, 1e-12f);
-}
+#define SCALE(factor)                                                                              \
+    WRITE_FLOAT(transforms, 0, factor), WRITE_FLOAT(transforms, 20, factor),                       \
+        WRITE_FLOAT(transforms, 40, factor)
 
 /* The first instance is not read: the range starts behind it. */
 static void skip_bad_instance(struct scene *scene)
@@ -220,15 +198,6 @@ static void build_nothing(struct scene *scene)
     scene->infos[AABBS].geometryCount = 0;
 }
 
-static void garbage_in_ignored_members(struct scene *scene)
-{
-    scene->ranges[AABBS][0].firstVertex = 0xffffffff;
-    scene->ranges[TLAS][0].firstVertex = 0xffffffff;
-    scene->ranges[TLAS][0].transformOffset = 7;
-    scene->geometries[UNINDEXED][2].sType = VK_STRUCTURE_TYPE_MAX_ENUM;
-    scene->infos[INDEXED].srcAccelerationStructure = VK_NULL_HANDLE;
-}
-
 /* An address that a buffer was created to have again need not be retrieved again. The buffer goes
  * with the device. */
 static void read_from_replayed_address(struct scene *scene)
@@ -249,13 +218,6 @@ static void read_from_replayed_address(struct scene *scene)
         scene->TRIANGLES(INDEXED, 0).vertexData.deviceAddress = replayed.opaqueCaptureAddress;
 }
 
-static const struct setup of_level_parameters = {.level = "parameters"};
-static const struct setup of_level_state = {.level = "state"};
-static const struct setup of_level_content = {.level = "content"};
-static const struct setup by_features2 = {.route = ROUTE_FEATURES2};
-static const struct setup by_khr = {.route = ROUTE_KHR};
-static const struct setup by_ext = {.route = ROUTE_EXT};
-static const struct setup on_1_4 = {.api_version = VK_API_VERSION_1_4};
 static const struct setup with_everything = {
     .enable = ENABLE_UINT8_KHR | ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP |
               ENABLE_MOTION | ENABLE_SPHERES | ENABLE_VIDEO | ENABLE_PROTECTED | ENABLE_SPARSE |
@@ -264,24 +226,23 @@ static const struct setup with_everything = {
 static const struct test_case cases[] = {
     SHARED(.silent = true),
     CASE("plain"),
-    CASE("plain_at_level_parameters", .setup = &of_level_parameters),
-    CASE("plain_at_level_state", .setup = &of_level_state),
-    CASE("plain_at_level_content", .setup = &of_level_content),
-    CASE("plain_with_features2", .setup = &by_features2),
-    CASE("plain_with_khr_extensions", .setup = &by_khr),
-    CASE("plain_with_ext_addresses", .setup = &by_ext),
-    CASE("plain_on_1_4", .setup = &on_1_4),
+    CASE("plain_at_level_parameters", SETUP(.level = "parameters")),
+    CASE("plain_at_level_state", SETUP(.level = "state")),
+    CASE("plain_at_level_content", SETUP(.level = "content")),
+    CASE("plain_with_features2", SETUP(.route = ROUTE_FEATURES2)),
+    CASE("plain_with_khr_extensions", SETUP(.route = ROUTE_KHR)),
+    CASE("plain_with_ext_addresses", SETUP(.route = ROUTE_EXT)),
+    CASE("plain_on_1_4", SETUP(.api_version = VK_API_VERSION_1_4)),
     CASE("plain_with_everything_enabled", .setup = &with_everything),
-    CASE("replayed_address", RULES(RULE_input_address_is_in_a_buffer),
-         .commands = ON_COMMAND_BUFFERS, .mutate = read_from_replayed_address,
-         .needs_null_driver = true),
+    CASE("replayed_address", RULE(input_address_is_in_a_buffer), .commands = ON_COMMAND_BUFFERS,
+         .mutate = read_from_replayed_address, .needs_null_driver = true),
     CASE("recycled_handle",
          RULES(RULE_dst_is_a_valid_handle, RULE_blas_dst_is_bottom_level_or_generic,
                RULE_dst_is_large_enough),
          .commands = ON_WITH_RANGES, .setup = &with_recycling, .mutate = recycle_handle),
-    CASE("recycled_address", RULES(RULE_input_buffer_has_build_input_usage),
-         .setup = &with_recycling, .mutate = recycle_address),
-    CASE("recycled_address_on_any_driver", RULES(RULE_input_buffer_has_build_input_usage),
+    CASE("recycled_address", RULE(input_buffer_has_build_input_usage), .setup = &with_recycling,
+         .mutate = recycle_address),
+    CASE("recycled_address_on_any_driver", RULE(input_buffer_has_build_input_usage),
          .mutate = recycle_address),
     CASE("recycled_address_of_orphan",
          RULES(RULE_input_buffer_has_build_input_usage, RULE_input_buffer_is_bound),
@@ -291,28 +252,33 @@ static const struct test_case cases[] = {
          .mutate = destroy_one_of_two),
     CASE("destroyed_others", RULES(RULE_dst_is_a_valid_handle, RULE_src_is_a_valid_handle),
          .mutate = destroy_others_before_update),
-    CASE("update_of_deserialized", RULES(RULE_src_is_a_valid_handle), .mutate = update_deserialized,
+    CASE("update_of_deserialized", RULE(src_is_a_valid_handle), .mutate = update_deserialized,
          .may_fail_on_cpu = true),
-    CASE("update_of_compacted", RULES(RULE_dst_is_large_enough), .mutate = update_compacted,
+    CASE("update_of_compacted", RULE(dst_is_large_enough), .mutate = update_compacted,
          .may_fail_on_cpu = true),
     CASE("generic_types",
          RULES(RULE_tlas_dst_is_top_level_or_generic, RULE_blas_dst_is_bottom_level_or_generic),
          .mutate = use_generic_types),
-    CASE("update_submitted_twice", RULES(RULE_command_buffer_is_recording), .commands = ON_DEVICE,
+    CASE("update_submitted_twice", RULE(command_buffer_is_recording), .commands = ON_DEVICE,
          .mutate = submit_update_twice),
     CASE("call_recorded_twice",
          RULES(RULE_no_dst_is_built_twice, RULE_scratch_and_scratch_are_apart),
          .commands = ON_COMMAND_BUFFERS, .mutate = call_twice),
-    CASE("transform_of_scale_1e_3", .mutate = scale_by_thousandth),
-    CASE("transform_of_scale_1e_12", .mutate = scale_by_hardly_anything),
+    CASE("transform_of_scale_1e_3", EDITS(SCALE(1e-3f))),
+    CASE("transform_of_scale_1e_12", EDITS(SCALE(1e-12f))),
     CASE("instances_behind_an_offset", .mutate = skip_bad_instance),
     CASE("one_buffer_for_all",
          RULES(RULE_build_scratch_is_in_one_buffer, RULE_scratch_and_scratch_are_apart),
          .commands = ON_COMMAND_BUFFERS, .mutate = share_one_buffer),
     CASE("many_builds_of_the_same_input", .mutate = build_many),
-    CASE("dedicated_memory", RULES(RULE_dst_is_backed_by_memory), .mutate = use_dedicated_memory),
+    CASE("dedicated_memory", RULE(dst_is_backed_by_memory), .mutate = use_dedicated_memory),
     CASE("nothing_to_build", .mutate = build_nothing),
-    CASE("garbage_in_ignored_members", .mutate = garbage_in_ignored_members),
+    CASE("garbage_in_ignored_members",
+         EDITS(SET(ranges[AABBS][0].firstVertex, UINT32_MAX),
+               SET(ranges[TLAS][0].firstVertex, UINT32_MAX),
+               SET(ranges[TLAS][0].transformOffset, 7),
+               SET(geometries[UNINDEXED][2].sType, VK_STRUCTURE_TYPE_MAX_ENUM),
+               SET(infos[INDEXED].srcAccelerationStructure, 0))),
 };
 
 CASE_LIST(cases_silent, cases);

@@ -2,16 +2,9 @@
 /* VK_NV_ray_tracing_linear_swept_spheres: both of its geometries. */
 #include "case.h"
 #include "placing.h"
-#include "scene_spheres.h"
+#include "scene_extensions.h"
 
 #define WILD 0x7000000000ull
-
-static void offer_packed_format(struct null_driver_config *config)
-{
-    config->formats[config->format_count++] = (struct null_driver_format){
-        VK_FORMAT_A2B10G10R10_SNORM_PACK32,
-        VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
-}
 
 static const struct setup with_spheres = {.enable = ENABLE_SPHERES};
 static const struct setup with_spheres_and_future = {.enable = ENABLE_SPHERES | ENABLE_FUTURE};
@@ -28,32 +21,12 @@ static void shrink_dst(struct scene *scene)
                        VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
-static void spheres_with_data_of_swept_spheres(struct scene *scene)
-{
-    scene_add_swept_spheres(scene);
-    scene->geometries[SPHERES][0].geometryType = VK_GEOMETRY_TYPE_SPHERES_NV;
-}
-
-static void swept_spheres_with_data_of_spheres(struct scene *scene)
-{
-    scene_add_spheres(scene);
-    scene->geometries[SPHERES][0].geometryType = VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
-}
-
 /* The structure begins where it can be read and ends where it can't. */
 static void spheres_off_the_page(struct scene *scene)
 {
     VkBaseOutStructure *cut = bytes_before_unreadable_page(sizeof(*cut));
     cut->sType = scene->spheres.sType;
     scene->geometries[SPHERES][0].pNext = cut;
-}
-
-static void spheres_in_freed_memory(struct scene *scene)
-{
-    const struct test_buffer buffer = scene_buffer(scene, 4096, INPUT_USAGE);
-    scene_add_spheres(scene);
-    scene->spheres.radiusData.deviceAddress = buffer.address;
-    scene_destroy(scene, (uint64_t)buffer.memory);
 }
 
 static void spheres_without_usage(struct scene *scene)
@@ -79,64 +52,57 @@ static const struct test_case cases[] = {
 #define WITHOUT without_swept_spheres
 #include "cases_of_spheres.def"
     SHARED(.setup = &with_spheres),
-    CASE("spheres_with_data_of_swept_spheres", RULES(RULE_spheres_have_their_stype),
-         .mutate = spheres_with_data_of_swept_spheres, .mutate_twin = scene_add_spheres,
-         .path = SPHERES_PATH "sType"),
-    CASE("swept_spheres_with_data_of_spheres", RULES(RULE_swept_spheres_have_their_stype),
-         .mutate = swept_spheres_with_data_of_spheres, .mutate_twin = scene_add_swept_spheres,
-         .path = SWEPT_PATH "sType"),
-    CASE("spheres_data_off_the_page", RULES(RULE_geometry_chain_is_known),
-         .prepare = scene_add_spheres, .mutate = spheres_off_the_page),
-    CASE("spheres_in_freed_memory", RULES(RULE_input_buffer_is_bound),
-         .commands = ON_COMMAND_BUFFERS, .mutate = spheres_in_freed_memory,
+    CASE("spheres_with_data_of_swept_spheres", RULE(spheres_have_their_stype),
+         .mutate = scene_add_swept_spheres,
+         EDITS(SET(geometries[SPHERES][0].geometryType, VK_GEOMETRY_TYPE_SPHERES_NV)),
+         .mutate_twin = scene_add_spheres, .path = SPHERES_PATH "sType"),
+    CASE("swept_spheres_with_data_of_spheres", RULE(swept_spheres_have_their_stype),
+         .mutate = scene_add_spheres,
+         EDITS(SET(geometries[SPHERES][0].geometryType, VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV)),
+         .mutate_twin = scene_add_swept_spheres, .path = SWEPT_PATH "sType"),
+    CASE("spheres_data_off_the_page", RULE(geometry_chain_is_known), .prepare = scene_add_spheres,
+         .mutate = spheres_off_the_page),
+    CASE("spheres_in_freed_memory", RULE(input_buffer_is_bound), .commands = ON_COMMAND_BUFFERS,
+         .mutate = scene_add_spheres,
+         EDITS(MAKE_ADDRESS(spheres.radiusData.deviceAddress, scene_freed_address)),
          .mutate_twin = scene_add_spheres, .path = SPHERES_PATH "radiusData.deviceAddress"),
     /* 03673 lists members, and this is none of them. */
-    CASE("spheres_buffer_without_usage", RULES(RULE_input_buffer_has_build_input_usage),
-         .silent = true, .mutate = spheres_without_usage),
-
+    CASE("spheres_buffer_without_usage", RULE(input_buffer_has_build_input_usage), .silent = true,
+         .mutate = spheres_without_usage),
     /* What builds need is asked of the driver for these, too. */
-    CASE("spheres_dst_too_small", RULES(RULE_dst_is_large_enough), .prepare = scene_add_spheres,
-         .edits = EDITS(CALL(shrink_dst)), .path = "pInfos[6].dstAccelerationStructure"),
-    CASE("swept_spheres_dst_too_small", RULES(RULE_dst_is_large_enough),
-         .prepare = scene_add_swept_spheres, .edits = EDITS(CALL(shrink_dst)),
+    CASE("spheres_dst_too_small", RULE(dst_is_large_enough), .prepare = scene_add_spheres,
+         EDITS(CALL(shrink_dst)), .path = "pInfos[6].dstAccelerationStructure"),
+    CASE("swept_spheres_dst_too_small", RULE(dst_is_large_enough),
+         .prepare = scene_add_swept_spheres, EDITS(CALL(shrink_dst)),
          .path = "pInfos[6].dstAccelerationStructure"),
-
-    CASE("swept_spheres_indexing_mode_undefined", RULES(RULE_swept_spheres_indexing_mode_is_valid),
-         .prepare = scene_add_swept_spheres, .edits = EDITS(SET(swept_spheres.indexingMode, 2)),
-         .twin_edits =
-             EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV)),
+    CASE("swept_spheres_indexing_mode_undefined", RULE(swept_spheres_indexing_mode_is_valid),
+         .prepare = scene_add_swept_spheres,
+         EITHER_SET(swept_spheres.indexingMode, 2, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
          .path = SWEPT_PATH "indexingMode"),
-    CASE("swept_spheres_end_caps_mode_undefined", RULES(RULE_swept_spheres_end_caps_mode_is_valid),
-         .prepare = scene_add_swept_spheres, .edits = EDITS(SET(swept_spheres.endCapsMode, 2)),
-         .twin_edits = EDITS(
-             SET(swept_spheres.endCapsMode, VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_NONE_NV)),
+    CASE("swept_spheres_end_caps_mode_undefined", RULE(swept_spheres_end_caps_mode_is_valid),
+         .prepare = scene_add_swept_spheres,
+         EITHER_SET(swept_spheres.endCapsMode, 2,
+                    VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_NONE_NV),
          .path = SWEPT_PATH "endCapsMode"),
     CASE(
         "swept_spheres_modes_of_the_future",
         RULES(RULE_swept_spheres_indexing_mode_is_valid, RULE_swept_spheres_end_caps_mode_is_valid),
         .silent = true, .setup = &with_spheres_and_future, .mutate = scene_add_swept_spheres,
-        .edits = EDITS(SET(swept_spheres.indexingMode, 2), SET(swept_spheres.endCapsMode, 2))),
-    CASE("successive_swept_spheres_without_indices",
-         RULES(RULE_successive_swept_spheres_have_index_data), .prepare = scene_add_swept_spheres,
-         .edits =
-             EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
-                   SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
-                   SET(swept_spheres.indexData.deviceAddress, 0)),
-         .twin_edits = EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
-                             SET(swept_spheres.indexData.deviceAddress, 0)),
-         .path = SWEPT_PATH "indexData"),
-    CASE("successive_swept_spheres_with_null_indices",
-         RULES(RULE_swept_spheres_index_address_is_given,
-               RULE_successive_swept_spheres_have_index_data),
+        EDITS(SET(swept_spheres.indexingMode, 2), SET(swept_spheres.endCapsMode, 2))),
+    CASE("successive_swept_spheres_without_indices", RULE(successive_swept_spheres_have_index_data),
          .prepare = scene_add_swept_spheres,
-         .edits =
-             EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
-                   SET(swept_spheres.indexData.deviceAddress, 0)),
-         .twin_edits =
-             EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
-                   SET(swept_spheres.indexData.deviceAddress, 0),
-                   SET(ranges[SPHERES][0].primitiveCount, 0)),
+         EDITS(SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
+               SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+               SET(swept_spheres.indexData.deviceAddress, 0)),
+         TWIN_EDITS(SET(swept_spheres.indexType, VK_INDEX_TYPE_NONE_KHR),
+                    SET(swept_spheres.indexData.deviceAddress, 0)),
          .path = SWEPT_PATH "indexData"),
+    CASE("successive_swept_spheres_with_null_indices", RULE(swept_spheres_index_address_is_given),
+         NAMES(RULE_successive_swept_spheres_have_index_data), .prepare = scene_add_swept_spheres,
+         PREPARE_EDITS(
+             SET(swept_spheres.indexingMode, VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV),
+             SET(swept_spheres.indexData.deviceAddress, 0)),
+         TWIN_EDITS(SET(ranges[SPHERES][0].primitiveCount, 0)), .path = SWEPT_PATH "indexData"),
 };
 
 CASE_LIST(cases_spheres, cases);

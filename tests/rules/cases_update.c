@@ -4,13 +4,13 @@
 #include "case.h"
 #include "placing.h"
 
+#define ALLOW_UPDATE VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR
 #define T_UPDATE TRIANGLES(UPDATE, 0)
 
 /* A build like INDEXED that is not part of the call; to be changed, then built before it. */
 static uint32_t begin_source(struct scene *scene)
 {
-    const uint32_t build = scene_add_build(scene, INDEXED);
-    scene->info_count--;
+    const uint32_t build = scene_reserve_build(scene, INDEXED);
     return build;
 }
 
@@ -22,15 +22,10 @@ static void build_source(struct scene *scene, uint32_t build, uint32_t update)
     scene->infos[update].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
 }
 
-static void build_source_like_the_update(struct scene *scene)
-{
-    build_source(scene, begin_source(scene), UPDATE);
-}
-
-static void build_source_without_allow_update(struct scene *scene)
+static void build_source_with(struct scene *scene, VkBuildAccelerationStructureFlagsKHR flags)
 {
     const uint32_t build = begin_source(scene);
-    scene->infos[build].flags = 0;
+    scene->infos[build].flags = flags;
     build_source(scene, build, UPDATE);
 }
 
@@ -52,12 +47,6 @@ static void build_source_twice(struct scene *scene)
         scene_build_before(scene, build, 1);
     }
     scene->infos[UPDATE].srcAccelerationStructure = source;
-}
-
-static void update_with_other_flags(struct scene *scene)
-{
-    scene->infos[UPDATE].flags |= VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
-    scene_give_objects(scene, UPDATE);
 }
 
 static void build_source_of_two_geometries(struct scene *scene)
@@ -106,76 +95,66 @@ static void update_tlas_from_blas(struct scene *scene)
 /* A compacting copy carries what it copied. */
 static void update_compacted_copy(struct scene *scene)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene->infos[UPDATE].srcAccelerationStructure,
-        .dst = scene_accel_for(scene, UPDATE),
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
-    };
-    if (scene->command == COMMAND_HOST)
-        expect_success(
-            scene->vk->CopyAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE, &info),
-            "vkCopyAccelerationStructureKHR");
-    else
-        scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &info);
-    scene->infos[UPDATE].srcAccelerationStructure = info.dst;
+    const VkAccelerationStructureKHR copy = scene_accel_for(scene, UPDATE);
+    expect_success(scene_copy(scene, scene->infos[UPDATE].srcAccelerationStructure, copy,
+                              VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR),
+                   "vkCopyAccelerationStructureKHR");
+    scene->infos[UPDATE].srcAccelerationStructure = copy;
 }
 
 /* A rule of level state that takes more to decide here. */
-static const struct setup at_level_execution = {.level = "execution"};
 
 static const struct test_case cases[] = {
-    CASE("source_without_allow_update", RULES(RULE_update_source_was_built_with_allow_update),
-         .mutate = build_source_without_allow_update, .mutate_twin = build_source_like_the_update,
+    CASE("source_without_allow_update", RULE(update_source_was_built_with_allow_update),
+         EITHER_CALL(build_source_with, 0, ALLOW_UPDATE),
          .path = "pInfos[4].srcAccelerationStructure"),
     CASE("source_built_again",
          RULES(RULE_update_source_was_built_with_allow_update, RULE_max_vertex_matches_source),
          .silent = true, .mutate = build_source_twice),
-    CASE("source_of_two_geometries", RULES(RULE_geometry_count_matches_source),
+    CASE("source_of_two_geometries", RULE(geometry_count_matches_source),
          .mutate = build_source_of_two_geometries, .path = "pInfos[4].geometryCount"),
-    CASE("flags_of_update", RULES(RULE_build_flags_match_source), .mutate = update_with_other_flags,
+    CASE("flags_of_update", RULE(build_flags_match_source),
+         EDITS(ADD(infos[UPDATE].flags, VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR),
+               CALL_WITH(scene_give_objects, UPDATE)),
          .path = "pInfos[4].flags"),
-    CASE("type_of_update", RULES(RULE_build_type_matches_source, RULE_geometry_type_matches_source),
-         .mutate = update_tlas_from_blas, .path = "pInfos[3]"),
-    CASE("geometry_type_of_update", RULES(RULE_geometry_type_matches_source),
-         .edits = EDITS(COPY(geometries[UPDATE][0], geometries[AABBS][0]),
-                        SET(geometries[UPDATE][0].flags, 0), CALL_WITH(scene_give_objects, UPDATE),
-                        SET(ranges[UPDATE][0].primitiveCount, 2)),
-         .path = "pInfos[4].pGeometries[0].geometryType", .keep_arrays = true),
-    CASE("geometry_flags_of_update", RULES(RULE_geometry_flags_match_source),
-         .edits = EDITS(SET(geometries[UPDATE][0].flags, VK_GEOMETRY_OPAQUE_BIT_KHR)),
+    CASE("type_of_update", RULES(RULE_build_type_matches_source),
+         NAMES(RULE_geometry_type_matches_source), .mutate = update_tlas_from_blas,
+         .path = "pInfos[3]"),
+    CASE("geometry_type_of_update", RULE(geometry_type_matches_source),
+         EDITS(COPY(geometries[UPDATE][0], geometries[AABBS][0]),
+               SET(geometries[UPDATE][0].flags, 0), CALL_WITH(scene_give_objects, UPDATE),
+               SET(ranges[UPDATE][0].primitiveCount, 2)),
+         .keep_arrays = true, .path = "pInfos[4].pGeometries[0].geometryType"),
+    CASE("geometry_flags_of_update", RULE(geometry_flags_match_source),
+         EDITS(SET(geometries[UPDATE][0].flags, VK_GEOMETRY_OPAQUE_BIT_KHR)),
          .path = "pInfos[4].pGeometries[0].flags"),
-    CASE("vertex_format_of_update", RULES(RULE_vertex_format_matches_source),
-         .edits = EDITS(SET(T_UPDATE.vertexFormat, VK_FORMAT_R16G16B16A16_SFLOAT)),
-         .twin_edits =
-             EDITS(ADD(T_UPDATE.vertexData.deviceAddress, 4), SET(T_UPDATE.vertexStride, 16)),
+    CASE("vertex_format_of_update", RULE(vertex_format_matches_source),
+         EDITS(SET(T_UPDATE.vertexFormat, VK_FORMAT_R16G16B16A16_SFLOAT)),
+         TWIN_EDITS(ADD(T_UPDATE.vertexData.deviceAddress, 4), SET(T_UPDATE.vertexStride, 16)),
          .path = "pInfos[4].pGeometries[0].geometry.triangles.vertexFormat"),
-    CASE("max_vertex_of_update", RULES(RULE_max_vertex_matches_source),
-         .edits = EDITS(SET(T_UPDATE.maxVertex, 6)),
-         .twin_edits = EDITS(SET(ranges[UPDATE][0].firstVertex, 1)),
+    CASE("max_vertex_of_update", RULE(max_vertex_matches_source), EDITS(SET(T_UPDATE.maxVertex, 6)),
+         TWIN_EDITS(SET(ranges[UPDATE][0].firstVertex, 1)),
          .path = "pInfos[4].pGeometries[0].geometry.triangles.maxVertex"),
-    CASE("max_vertex_of_update_of_compacted_copy", RULES(RULE_max_vertex_matches_source),
-         .prepare = update_compacted_copy, .edits = EDITS(SET(T_UPDATE.maxVertex, 6))),
-    CASE("dst_too_small_for_an_update_of_an_uncompacted_source", RULES(RULE_dst_is_large_enough),
-         .setup = &at_level_execution, .edits = EDITS(CALL_WITH_SIZE(update_into, 2)),
-         .twin_edits = EDITS(CALL_WITH_SIZE(update_into, 1)),
+    CASE("max_vertex_of_update_of_compacted_copy", RULE(max_vertex_matches_source),
+         .prepare = update_compacted_copy, EDITS(SET(T_UPDATE.maxVertex, 6))),
+    CASE("dst_too_small_for_an_update_of_an_uncompacted_source", RULE(dst_is_large_enough),
+         SETUP(.level = "execution"), EITHER_CALL_SIZE(update_into, 2, 1),
          .path = "pInfos[4].dstAccelerationStructure"),
-    CASE("index_type_of_update", RULES(RULE_index_type_matches_source),
-         .edits = EDITS(SET(T_UPDATE.indexType, VK_INDEX_TYPE_UINT16)),
-         .twin_edits = EDITS(ADD(T_UPDATE.indexData.deviceAddress, 4)),
-         .path = "pInfos[4].pGeometries[0].geometry.triangles.indexType", .below_content = true),
-    CASE("transform_of_update_of_source_without",
-         RULES(RULE_transform_is_absent_where_source_had_none),
+    CASE("index_type_of_update", RULE(index_type_matches_source),
+         EDITS(SET(T_UPDATE.indexType, VK_INDEX_TYPE_UINT16)),
+         TWIN_EDITS(ADD(T_UPDATE.indexData.deviceAddress, 4)), .below_content = true,
+         .path = "pInfos[4].pGeometries[0].geometry.triangles.indexType"),
+    CASE("transform_of_update_of_source_without", RULE(transform_is_absent_where_source_had_none),
          .prepare = build_source_without_transform,
-         .twin_edits = EDITS(SET(T_UPDATE.transformData.deviceAddress, 0)),
+         TWIN_EDITS(SET(T_UPDATE.transformData.deviceAddress, 0)),
          .path = "pInfos[4].pGeometries[0].geometry.triangles.transformData"),
-    CASE("transform_of_update_missing", RULES(RULE_transform_is_given_where_source_had_one),
-         .edits = EDITS(SET(T_UPDATE.transformData.deviceAddress, 0)),
-         .twin_edits = EDITS(ADD(T_UPDATE.transformData.deviceAddress, SCENE_TRANSFORM_OFFSET)),
+    CASE("transform_of_update_missing", RULE(transform_is_given_where_source_had_one),
+         EDITS(SET(T_UPDATE.transformData.deviceAddress, 0)),
+         TWIN_EDITS(ADD(T_UPDATE.transformData.deviceAddress, SCENE_TRANSFORM_OFFSET)),
          .path = "pInfos[4].pGeometries[0].geometry.triangles.transformData"),
-    CASE("primitive_count_of_update", RULES(RULE_primitive_count_matches_source),
-         .edits = EDITS(SET(ranges[UPDATE][0].primitiveCount, 1)),
-         .twin_edits = EDITS(SET(ranges[UPDATE][0].primitiveOffset, 12)), .keep_arrays = true,
+    CASE("primitive_count_of_update", RULE(primitive_count_matches_source),
+         EDITS(SET(ranges[UPDATE][0].primitiveCount, 1)),
+         TWIN_EDITS(SET(ranges[UPDATE][0].primitiveOffset, 12)), .keep_arrays = true,
          .below_content = true),
 };
 

@@ -117,53 +117,47 @@ static void chain_core(struct features *features, const struct setup *setup, con
     }
 }
 
+/* Features of extensions: of which bits of a setup, where in struct features, and unless what. */
+#define FEATURE(enable_, structure, feature, type_, disable_)                                      \
+    {                                                                                              \
+        .enable = (enable_), .disable = (disable_), .at = offsetof(struct features, structure),    \
+        .feature_at = offsetof(struct features, structure.feature),                                \
+        .type = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##type_,                                         \
+    }
+static const struct {
+    uint32_t enable, disable;
+    size_t at, feature_at;
+    VkStructureType type;
+} features_of_setup[] = {
+    FEATURE(ENABLE_UINT8_KHR | ENABLE_UINT8_EXT, uint8, indexTypeUint8, INDEX_TYPE_UINT8_FEATURES,
+            0),
+    FEATURE(ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP, micromap_ext, micromap,
+            OPACITY_MICROMAP_FEATURES_EXT, DISABLE_MICROMAP_EXT),
+    FEATURE(ENABLE_OPACITY_MICROMAP_KHR, micromap_khr, micromap, OPACITY_MICROMAP_FEATURES_KHR,
+            DISABLE_MICROMAP_KHR),
+    FEATURE(ENABLE_DISPLACEMENT_MICROMAP, displacement, displacementMicromap,
+            DISPLACEMENT_MICROMAP_FEATURES_NV, 0),
+    FEATURE(ENABLE_MOTION, motion, rayTracingMotionBlur, RAY_TRACING_MOTION_BLUR_FEATURES_NV, 0),
+    FEATURE(ENABLE_SPHERES, spheres, spheres, RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV,
+            DISABLE_SPHERES),
+    FEATURE(ENABLE_DENSE, dense, denseGeometryFormat, DENSE_GEOMETRY_FORMAT_FEATURES_AMDX,
+            DISABLE_DENSE),
+    FEATURE(ENABLE_MAINTENANCE5 | ENABLE_DENSE, maintenance5, maintenance5, MAINTENANCE_5_FEATURES,
+            0),
+    FEATURE(ENABLE_PROTECTED, protected_memory, protectedMemory, PROTECTED_MEMORY_FEATURES, 0),
+};
+
 static void chain_of_setup(struct features *features, const struct setup *setup, const void **head)
 {
-    if ((setup->enable & (ENABLE_UINT8_KHR | ENABLE_UINT8_EXT)) != 0) {
-        chain(head, &features->uint8, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_INDEX_TYPE_UINT8_FEATURES);
-        features->uint8.indexTypeUint8 = VK_TRUE;
+    unsigned char *bytes = (unsigned char *)features;
+    for (size_t i = 0; i < sizeof(features_of_setup) / sizeof(*features_of_setup); i++) {
+        if ((setup->enable & features_of_setup[i].enable) == 0)
+            continue;
+        chain(head, bytes + features_of_setup[i].at, features_of_setup[i].type);
+        *(VkBool32 *)(void *)(bytes + features_of_setup[i].feature_at) =
+            (setup->disable & features_of_setup[i].disable) == 0;
     }
-    if ((setup->enable & (ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP)) != 0) {
-        chain(head, &features->micromap_ext,
-              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT);
-        features->micromap_ext.micromap = (setup->disable & DISABLE_MICROMAP_EXT) == 0;
-    }
-    if ((setup->enable & ENABLE_OPACITY_MICROMAP_KHR) != 0) {
-        chain(head, &features->micromap_khr,
-              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR);
-        features->micromap_khr.micromap = (setup->disable & DISABLE_MICROMAP_KHR) == 0;
-    }
-    if ((setup->enable & ENABLE_DISPLACEMENT_MICROMAP) != 0) {
-        chain(head, &features->displacement,
-              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV);
-        features->displacement.displacementMicromap = VK_TRUE;
-    }
-    if ((setup->enable & ENABLE_MOTION) != 0) {
-        chain(head, &features->motion,
-              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV);
-        features->motion.rayTracingMotionBlur = VK_TRUE;
-    }
-    if ((setup->enable & ENABLE_SPHERES) != 0) {
-        chain(head, &features->spheres,
-              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV);
-        features->spheres.spheres = (setup->disable & DISABLE_SPHERES) == 0;
-        features->spheres.linearSweptSpheres = (setup->disable & DISABLE_LINEAR_SWEPT_SPHERES) == 0;
-    }
-    if ((setup->enable & ENABLE_DENSE) != 0) {
-        chain(head, &features->dense,
-              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX);
-        features->dense.denseGeometryFormat = (setup->disable & DISABLE_DENSE) == 0;
-    }
-    if ((setup->enable & (ENABLE_MAINTENANCE5 | ENABLE_DENSE)) != 0) {
-        chain(head, &features->maintenance5,
-              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_5_FEATURES);
-        features->maintenance5.maintenance5 = VK_TRUE;
-    }
-    if ((setup->enable & ENABLE_PROTECTED) != 0) {
-        chain(head, &features->protected_memory,
-              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROTECTED_MEMORY_FEATURES);
-        features->protected_memory.protectedMemory = VK_TRUE;
-    }
+    features->spheres.linearSweptSpheres = (setup->disable & DISABLE_LINEAR_SWEPT_SPHERES) == 0;
 }
 
 void features_fill(struct features *features, const struct fixture *fixture,

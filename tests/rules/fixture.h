@@ -84,6 +84,7 @@ struct fixture {
     /* Of the scenes to be opened. */
     enum input_route inputs;
     bool uses_two_queues;   /* of families 0 and 1: what comes before the call is for the other */
+    bool fails;             /* debug_action is fail: calls that break rules are skipped */
     bool misaligns;         /* calls lead to misaligned copies, see misaligned.h */
     bool records_secondary; /* the command buffer of the call is a secondary one */
 };

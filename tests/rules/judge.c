@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "levels.h"
+#include "wording.h"
 
 static const struct setup default_setup;
 
@@ -39,12 +40,16 @@ void judge_say(struct report *report, const char *format, ...)
 
 /* ---- fixtures ---- */
 
+static bool is_same_text(const char *a, const char *b)
+{
+    return a == b || (a != NULL && b != NULL && strcmp(a, b) == 0);
+}
+
 static bool is_same_setup(const struct setup *a, const struct setup *b)
 {
-    const bool same_level = a->level == b->level || (a->level != NULL && b->level != NULL &&
-                                                     strcmp(a->level, b->level) == 0);
-    return same_level && a->configure == b->configure && a->enable == b->enable &&
-           a->disable == b->disable && a->route == b->route && a->api_version == b->api_version &&
+    return is_same_text(a->level, b->level) && is_same_text(a->muted, b->muted) &&
+           a->configure == b->configure && a->enable == b->enable && a->disable == b->disable &&
+           a->route == b->route && a->api_version == b->api_version &&
            a->by_environment == b->by_environment;
 }
 
@@ -86,6 +91,15 @@ static uint64_t read_member(const struct scene *scene, const struct edit *edit)
     return value;
 }
 
+static void write_to_buffer(struct scene *scene, const struct edit *edit)
+{
+    const struct test_buffer *buffer = (const void *)((const unsigned char *)scene + edit->offset);
+    if (edit->kind == EDIT_WRITE)
+        memcpy(buffer->host + edit->build, &edit->value, edit->size);
+    else
+        memcpy(buffer->host + edit->build, &edit->number, sizeof(edit->number));
+}
+
 /* False if the edit is an assignment. */
 static bool call_function(struct scene *scene, const struct edit *edit)
 {
@@ -108,6 +122,10 @@ static bool call_function(struct scene *scene, const struct edit *edit)
     case EDIT_RECORD:
         edit->record(scene, scene->command_buffer);
         return true;
+    case EDIT_WRITE:
+    case EDIT_WRITE_FLOAT:
+        write_to_buffer(scene, edit);
+        return true;
     default:
         return false;
     }
@@ -124,8 +142,6 @@ static uint64_t value_of(struct scene *scene, const struct edit *edit)
         return (uintptr_t)unreadable_page();
     case EDIT_MAKE_ADDRESS:
         return edit->make_address(scene);
-    case EDIT_MAKE_STRUCTURE:
-        return (uint64_t)edit->make_structure(scene);
     case EDIT_MAKE_STRUCTURE_WITH:
         return (uint64_t)edit->make_structure_with(scene, (uint32_t)edit->value);
     default:
@@ -254,6 +270,7 @@ bool judge_messages(const struct play *play, const struct fixture *fixture, stru
                   fixture->messages.count - expected);
         good = false;
     }
+    good = wording_is_good(play, fixture, report) && good;
     if (!good)
         judge_say_messages(fixture, report);
     return good;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* rules_test PLATFORM [--filter NAME] [--list] [--verbose] [--results FILE] [--level NAME]
- *            [--misaligned]
+/* rules_test PLATFORM [--filter [!]NAME] [--list] [--verbose] [--results FILE] [--level NAME]
+ *            [--misaligned] [--fail]
  *
  * Plays every case on every command that it fits, and writes what fired and what stayed silent as
  * lines of tab-separated values: platform, case, command, id, fired|silent|failed; at a level that
@@ -13,50 +13,12 @@
 
 #include "levels.h"
 #include "play.h"
+#include "wording.h"
 
-static const struct case_list *const lists[] = {&cases_call,
-                                                &cases_recording,
-                                                &cases_pointers,
-                                                &cases_build,
-                                                &cases_build_state,
-                                                &cases_limits,
-                                                &cases_scratch,
-                                                &cases_two_mistakes,
-                                                &cases_geometry,
-                                                &cases_chain,
-                                                &cases_address,
-                                                &cases_alignment,
-                                                &cases_empty,
-                                                &cases_range,
-                                                &cases_indirect,
-                                                &cases_overlap,
-                                                &cases_pairs,
-                                                &cases_memory,
-                                                &cases_sparse,
-                                                &cases_silent,
-                                                &cases_update,
-                                                &cases_content,
-                                                &cases_dense,
-                                                &cases_motion,
-                                                &cases_motion_instances,
-                                                &cases_spheres,
-                                                &cases_radii,
-                                                &cases_micromap,
-                                                &cases_micromap_data,
-                                                &cases_micromap_use,
-                                                &cases_micromap_state,
-                                                &cases_micromap_update,
-                                                &cases_displacement,
-                                                &cases_nv,
-                                                &cases_nv_info,
-                                                &cases_nv_geometry,
-                                                &cases_nv_update,
-                                                &cases_host,
-                                                &cases_host_memory,
-                                                &cases_instances,
-                                                &cases_content_update,
-                                                &cases_disabling,
-                                                &cases_micromap_contents};
+#define LIST(name) &cases_##name,
+static const struct case_list *const lists[] = {
+#include "lists_of_rules_test.def"
+};
 enum { LIST_COUNT = sizeof(lists) / sizeof(lists[0]) };
 
 struct run {
@@ -68,8 +30,6 @@ struct run {
 };
 
 static char current_name[256];
-
-static const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
 
 /* ---- output ---- */
 
@@ -104,9 +64,10 @@ static void tell(struct run *run)
 static void write_result(struct run *run, const struct play *play, const char *id, bool good,
                          const char *word)
 {
-    fprintf(run->tally.results, "%s\t%s%s\t%s\t%s\t%s\n", run->platform.name, play->test_case->name,
-            play->geometry_pointers ? "+ppGeometries" : "", command_words[play->command], id,
-            good ? word : "failed");
+    char name[256];
+    snprintf(name, sizeof(name), "%s%s", play->test_case->name,
+             play->geometry_pointers ? "+ppGeometries" : "");
+    tally_write(&run->tally, &run->platform, name, play->command, id, good ? word : "failed");
 }
 
 static void write_results(struct run *run, const struct play *play)
@@ -198,17 +159,21 @@ static void play_one(struct run *run, const struct case_list *list, const struct
              play->test_case->name, command_words[play->command],
              play->geometry_pointers ? "+ppGeometries" : "", play->level != NULL ? "@" : "",
              play->level != NULL ? play->level : "");
-    if (run->tally.filter != NULL && strstr(current_name, run->tally.filter) == NULL)
+    if (!tally_starts(&run->tally, current_name))
         return;
-    if (run->tally.list) {
-        puts(current_name);
-        return;
-    }
-    if (run->tally.verbose)
-        printf("[ RUN      ] %s\n", current_name);
     play_case(play, &run->fixture, &run->report);
     write_results(run, play);
     tell(run);
+}
+
+/* Plays a case, and once more with its first rule muted if the message of that rule names others.
+ */
+static void play_twice(struct run *run, const struct case_list *list, const struct play *play)
+{
+    struct muted_play muted;
+    play_one(run, list, play);
+    if (wording_mute(play, &muted))
+        play_one(run, list, &muted.play);
 }
 
 static void play_all_forms(struct run *run, const struct case_list *list,
@@ -221,10 +186,10 @@ static void play_all_forms(struct run *run, const struct case_list *list,
                             .level = run->tally.level};
         if (!fits_command(test_case, command) || !fits_level(test_case, run->tally.level))
             continue;
-        play_one(run, list, &play);
+        play_twice(run, list, &play);
         if (wants_pointers(test_case) && command == COMMAND_DEVICE) {
             play.geometry_pointers = true;
-            play_one(run, list, &play);
+            play_twice(run, list, &play);
         }
     }
 }
@@ -241,7 +206,7 @@ static void play_at_level(struct run *run, const struct case_list *list,
                               .is_mutation_alone = true};
     if (fits_command(test_case, play.command) &&
         (test_case->setup == NULL || test_case->setup->level == NULL))
-        play_one(run, list, &play);
+        play_twice(run, list, &play);
 }
 
 static void play_at_lower_levels(struct run *run, const struct case_list *list,
@@ -270,6 +235,9 @@ static bool fires(const struct test_case *test_case, enum rule rule)
     for (uint32_t i = 0; i < test_case->rule_count; i++)
         if (test_case->rules[i] == rule && !test_case->silent)
             return true;
+    for (uint32_t i = 0; i < test_case->name_count; i++)
+        if (test_case->names[i] == rule && !test_case->silent)
+            return true;
     return false;
 }
 
@@ -294,7 +262,7 @@ static bool is_for_content_test(const struct rule_info *info, enum build_command
 static void check_every_rule_has_a_case(struct run *run)
 {
     struct report *report = &run->report;
-    const bool is_complete = run->platform.is_null && !run->platform.is_cpu;
+    const bool is_complete = run->platform.is_null && !run->platform.is_cpu && !run->tally.fails;
 
     *report = (struct report){.outcome = OUTCOME_PASSED};
     snprintf(current_name, sizeof(current_name), "every_rule_has_a_case");
@@ -324,29 +292,21 @@ static void check_every_rule_has_a_case(struct run *run)
 
 /* ---- the program ---- */
 
-static int usage(void)
-{
-    fputs("usage: rules_test " PLATFORM_NAMES
-          " [--filter NAME] [--list] [--verbose] "
-          "[--results FILE] [--level NAME] [--misaligned]\n",
-          stderr);
-    return 2;
-}
-
 int main(int argc, char **argv)
 {
     static struct run run;
 
-    if (argc < 2 || !tally_read_arguments(&run.tally, argc, argv))
-        return usage();
-    setvbuf(stdout, NULL, _IOLBF, 0);
-    const char *missing = platform_open(&run.platform, argv[1]);
-    if (missing != NULL) {
-        printf("[  SKIPPED ] %s: %s\n", argv[1], missing);
-        return 77;
-    }
+    const int status = tally_open(&run.tally, &run.platform, argc, argv,
+                                  "usage: rules_test " PLATFORM_NAMES
+                                  " [--filter NAME] [--list] [--verbose] "
+                                  "[--results FILE] [--level NAME] [--misaligned] [--fail]\n");
+    if (status != 0)
+        return status;
     catch_crashes();
     run.fixture.misaligns = run.tally.misaligns;
+    run.fixture.fails = run.tally.fails;
+    if (run.tally.fails)
+        setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "fail", 1);
     for_all_cases(&run, play_all_forms);
     if (run.platform.is_null && run.tally.level == NULL)
         for_all_cases(&run, play_at_lower_levels);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Memory for bad pointers. */
 #include <stdlib.h>
+#include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -26,4 +27,14 @@ void *bytes_before_unreadable_page(size_t size)
     if (pages == MAP_FAILED || mprotect(pages + readable, page, PROT_NONE) != 0)
         abort();
     return pages + readable - size;
+}
+
+void put_at_edge(struct scene *scene, uint32_t offset_of_pointer, VkDeviceSize size)
+{
+    unsigned char *pointer = (unsigned char *)scene + offset_of_pointer;
+    void *copy = bytes_before_unreadable_page(size);
+    const void *from;
+    memcpy(&from, pointer, sizeof(from));
+    memcpy(copy, from, size);
+    memcpy(pointer, &copy, sizeof(copy));
 }

@@ -59,7 +59,7 @@ static bool submit(struct fixture *fixture, struct scene *scene, const struct ca
         judge_say(report, "%s: messages before the submission\n", call->what);
         return false;
     }
-    fixture->messages.answer = call->breaks ? VK_TRUE : VK_FALSE;
+    fixture->messages.answer = call->breaks && !fixture->fails ? VK_TRUE : VK_FALSE;
     const VkResult result = scene_submit_call(scene);
     if (result == (call->breaks ? VK_ERROR_VALIDATION_FAILED_EXT : VK_SUCCESS))
         return true;
@@ -92,7 +92,7 @@ static bool make_call(const struct play *play, struct fixture *fixture, const st
     } else if (fixture->messages.count != 0) {
         judge_say(report, "%s: messages before the call\n", call->what);
     } else {
-        fixture->messages.answer = is_skipped(play, call) ? VK_TRUE : VK_FALSE;
+        fixture->messages.answer = is_skipped(play, call) && !fixture->fails ? VK_TRUE : VK_FALSE;
         const bool reaches_driver = play->platform->is_null && !play->platform->is_cpu;
         const uint64_t before = reaches_driver ? driver->calls(name) : 0;
         /* A call on a device that nobody knows can go nowhere, told or not. */
@@ -176,6 +176,8 @@ void play_case(const struct play *play, struct fixture *fixture, struct report *
     *report = (struct report){.outcome = OUTCOME_FAILED};
     if (missing == NULL)
         missing = judge_cannot_play(play, fixture);
+    if (missing == NULL && test_case->forwards && fixture->fails)
+        missing = "debug_action = fail lets no such call pass";
     if (missing == NULL && !play->is_mutation_alone) {
         play_twin(play, fixture, report);
         if (report->outcome == OUTCOME_SKIPPED)

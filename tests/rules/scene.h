@@ -46,15 +46,6 @@ struct test_memory {
     uint8_t *host; /* NULL: not mapped */
 };
 
-struct test_buffer {
-    VkBuffer handle;
-    VkDeviceSize size;
-    VkBufferUsageFlags usage;
-    VkDeviceMemory memory;   /* null: unbound */
-    VkDeviceAddress address; /* 0 until bound, or without the usage for it */
-    uint8_t *host;
-};
-
 struct scene;
 
 struct scene_cleanup {
@@ -164,6 +155,14 @@ void scene_build_before(struct scene *scene, uint32_t first, uint32_t count);
  * have to be built before. */
 void scene_build_source(struct scene *scene, uint32_t update);
 
+/* Copies a structure before the call, by the command of the same kind: on the host, or recorded.
+ * VK_SUCCESS if it is recorded: backend cpu may refuse copies on the host. */
+VkResult scene_copy(struct scene *scene, VkAccelerationStructureKHR src,
+                    VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode);
+
+/* A build like `model` that is not part of the call; returns its index. */
+uint32_t scene_reserve_build(struct scene *scene, uint32_t model);
+
 /* A structure of the size and type that the build needs. */
 VkAccelerationStructureKHR scene_accel_for(struct scene *scene, uint32_t build);
 
@@ -184,11 +183,23 @@ uint64_t scene_address(const struct scene *scene, const struct test_buffer *buff
 
 void scene_defer(struct scene *scene, VkDevice device, uint64_t handle,
                  void (*destroy)(struct scene *scene, VkDevice device, uint64_t handle));
-/* Defines what scene_defer wants for objects that a command of the device destroys. */
+/* Defines what scene_defer wants for objects that a command of the device destroys; and a function
+ * that creates such an object of the scene's device by vkCreate`what`. */
 #define SCENE_DESTROYS(name, command, type)                                                        \
     static void name(struct scene *scene, VkDevice device, uint64_t handle)                        \
     {                                                                                              \
         scene_table_of(scene, device)->command(device, (type)handle, NULL);                        \
+    }
+#define SCENE_CREATES(name, what, type, info_type)                                                 \
+    SCENE_DESTROYS(name##_destroy, Destroy##what, type)                                            \
+    static type name(struct scene *scene, const info_type *create_info)                            \
+    {                                                                                              \
+        const VkDevice device = scene->fixture->device;                                            \
+        type object;                                                                               \
+        expect_success(scene->vk->Create##what(device, create_info, NULL, &object),                \
+                       "vkCreate" #what);                                                          \
+        scene_defer(scene, device, (uint64_t)object, name##_destroy);                              \
+        return object;                                                                             \
     }
 /* Destroys one thing before its time. */
 void scene_destroy(struct scene *scene, uint64_t handle);
@@ -211,6 +222,12 @@ VkDeviceSize scene_buffer_memory_size(struct scene *scene, const struct test_buf
 /* Of the first memory type that the bits allow. */
 struct test_memory scene_allocate_of_type(struct scene *scene, VkDeviceSize size,
                                           uint32_t memory_type_bits);
+
+/* Addresses of buffers that builds can't read: of freed memory, of a destroyed buffer, and without
+ * the usage for it. */
+VkDeviceAddress scene_freed_address(struct scene *scene);
+VkDeviceAddress scene_destroyed_address(struct scene *scene);
+VkDeviceAddress scene_address_without_usage(struct scene *scene);
 
 /* A bound buffer with memory of its own. */
 struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage);
@@ -270,6 +287,9 @@ struct test_memory scene_nv_allocate(struct scene *scene, VkAccelerationStructur
 void scene_nv_bind(struct scene *scene, VkAccelerationStructureNV accel, VkDeviceMemory memory,
                    VkDeviceSize offset);
 VkAccelerationStructureNV scene_nv_accel(struct scene *scene);
+
+/* A buffer of another VkDevice, for what a build reads; its handle. */
+uint64_t scene_nv_foreign_buffer(struct scene *scene);
 
 /* Records a build of `dst`, from nothing, with the info as it stands. */
 void scene_nv_build(struct scene *scene, VkAccelerationStructureNV dst);

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Command buffers of a scene, and what they record beside builds. */
-#include <stdlib.h>
 
 #include "scene.h"
 
-SCENE_DESTROYS(destroy_pool, DestroyCommandPool, VkCommandPool)
-SCENE_DESTROYS(destroy_render_pass, DestroyRenderPass, VkRenderPass)
-SCENE_DESTROYS(destroy_framebuffer, DestroyFramebuffer, VkFramebuffer)
+SCENE_CREATES(create_pool, CommandPool, VkCommandPool, VkCommandPoolCreateInfo)
+SCENE_CREATES(create_render_pass, RenderPass, VkRenderPass, VkRenderPassCreateInfo)
+SCENE_CREATES(create_framebuffer, Framebuffer, VkFramebuffer, VkFramebufferCreateInfo)
 
 VkCommandPool scene_pool(struct scene *scene, uint32_t family, VkCommandPoolCreateFlags flags)
 {
@@ -15,13 +14,7 @@ VkCommandPool scene_pool(struct scene *scene, uint32_t family, VkCommandPoolCrea
         .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT | flags,
         .queueFamilyIndex = family,
     };
-    const VkDevice device = scene->fixture->device;
-    VkCommandPool pool;
-
-    expect_success(scene->vk->CreateCommandPool(device, &create_info, NULL, &pool),
-                   "vkCreateCommandPool");
-    scene_defer(scene, device, (uint64_t)pool, destroy_pool);
-    return pool;
+    return create_pool(scene, &create_info);
 }
 
 VkCommandBuffer scene_allocate_command_buffer(struct scene *scene, VkCommandPool pool,
@@ -110,13 +103,7 @@ VkRenderPass scene_render_pass(struct scene *scene)
         .subpassCount = 1,
         .pSubpasses = &subpass,
     };
-    const VkDevice device = scene->fixture->device;
-    VkRenderPass render_pass;
-
-    expect_success(scene->vk->CreateRenderPass(device, &create_info, NULL, &render_pass),
-                   "vkCreateRenderPass");
-    scene_defer(scene, device, (uint64_t)render_pass, destroy_render_pass);
-    return render_pass;
+    return create_render_pass(scene, &create_info);
 }
 
 static VkRenderPassBeginInfo begin_info_of(struct scene *scene)
@@ -131,12 +118,7 @@ static VkRenderPassBeginInfo begin_info_of(struct scene *scene)
         .height = 4,
         .layers = 1,
     };
-    const VkDevice device = scene->fixture->device;
-
-    expect_success(
-        scene->vk->CreateFramebuffer(device, &create_info, NULL, &begin_info.framebuffer),
-        "vkCreateFramebuffer");
-    scene_defer(scene, device, (uint64_t)begin_info.framebuffer, destroy_framebuffer);
+    begin_info.framebuffer = create_framebuffer(scene, &create_info);
     return begin_info;
 }
 
@@ -178,4 +160,66 @@ void scene_end_rendering(struct scene *scene, VkCommandBuffer command_buffer)
         scene->vk->CmdEndRenderingKHR(command_buffer);
     else
         scene->vk->CmdEndRendering(command_buffer);
+}
+
+/* ---- before the call ---- */
+
+void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
+{
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+    };
+    if (scene->command == COMMAND_HOST) {
+        expect_success(scene->vk->BuildAccelerationStructuresKHR(
+                           scene->fixture->device, VK_NULL_HANDLE, count, &scene->infos[first],
+                           &scene->range_pointers[first]),
+                       "vkBuildAccelerationStructuresKHR");
+        return;
+    }
+    const VkCommandBuffer command_buffer = scene_begin_before(scene);
+    scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, count, &scene->infos[first],
+                                                 &scene->range_pointers[first]);
+    scene->vk->CmdPipelineBarrier(
+        command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+        VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
+    scene_end_before(scene, command_buffer);
+}
+
+void scene_build_source(struct scene *scene, uint32_t update)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR info = scene->infos[update];
+    if (scene->command != COMMAND_HOST)
+        return;
+    scene->infos[update].mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+    scene->infos[update].dstAccelerationStructure = info.srcAccelerationStructure;
+    scene_build_before(scene, update, 1);
+    scene->infos[update] = info;
+}
+
+VkResult scene_copy(struct scene *scene, VkAccelerationStructureKHR src,
+                    VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode)
+{
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = src,
+        .dst = dst,
+        .mode = mode,
+    };
+    if (scene->command == COMMAND_HOST)
+        return scene->vk->CopyAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
+                                                       &info);
+    const VkCommandBuffer command_buffer = scene_begin_before(scene);
+    scene->vk->CmdCopyAccelerationStructureKHR(command_buffer, &info);
+    scene_end_before(scene, command_buffer);
+    return VK_SUCCESS;
+}
+
+uint32_t scene_reserve_build(struct scene *scene, uint32_t model)
+{
+    const uint32_t build = scene_add_build(scene, model);
+    scene->info_count--;
+    return build;
 }

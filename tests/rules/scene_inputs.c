@@ -130,22 +130,15 @@ void scene_inputs_stage(struct scene *scene, VkCommandBuffer command_buffer)
 
 /* ---- submissions before the call ---- */
 
-SCENE_DESTROYS(destroy_semaphore, DestroySemaphore, VkSemaphore)
+SCENE_CREATES(create, Semaphore, VkSemaphore, VkSemaphoreCreateInfo)
 
 static VkSemaphore create_semaphore(struct scene *scene)
 {
     const VkSemaphoreCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO};
-    const VkDevice device = scene->fixture->device;
     struct scene_inputs *inputs = &scene->inputs;
-    VkSemaphore semaphore;
-
-    expect_success(scene->vk->CreateSemaphore(device, &create_info, NULL, &semaphore),
-                   "vkCreateSemaphore");
-    scene_defer(scene, device, (uint64_t)semaphore, destroy_semaphore);
     if (inputs->semaphore_count == SCENE_SEMAPHORES_MAX)
         abort();
-    inputs->semaphores[inputs->semaphore_count++] = semaphore;
-    return semaphore;
+    return inputs->semaphores[inputs->semaphore_count++] = create(scene, &create_info);
 }
 
 static uint32_t family_of_builds(const struct scene *scene)

@@ -20,7 +20,15 @@ enum input_route {
 enum { SCENE_STAGED_MAX = 24, SCENE_SEMAPHORES_MAX = 32 };
 
 struct scene;
-struct test_buffer;
+
+struct test_buffer {
+    VkBuffer handle;
+    VkDeviceSize size;
+    VkBufferUsageFlags usage;
+    VkDeviceMemory memory;   /* null: unbound */
+    VkDeviceAddress address; /* 0 until bound, or without the usage for it */
+    uint8_t *host;
+};
 
 /* A buffer that the cases write by its `host`. */
 struct staged_input {

@@ -28,7 +28,7 @@ void scene_build_micromap(struct scene *scene)
         scene_input(scene, SCENE_MICROMAP_INPUT_SIZE, INPUT_USAGE, true);
 
     micromaps->triangles = (VkMicromapTriangleKHR *)(void *)triangles.host;
-    micromaps->triangle_memory = triangles.memory;
+    micromaps->triangle_buffer = triangles;
     fill_triangles(micromaps->triangles);
     for (uint32_t i = 0; i < SCENE_USAGES; i++) {
         micromaps->usages[i] =
@@ -54,7 +54,8 @@ void scene_build_micromap(struct scene *scene)
             .pNext = &micromaps->data,
             .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR,
         };
-    scene->range_pointers[AABBS] = NULL;
+    if (scene->command != COMMAND_HOST) /* which requires a pointer */
+        scene->range_pointers[AABBS] = NULL;
 }
 
 VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count)
@@ -123,7 +124,7 @@ void scene_use_micromap(struct scene *scene)
 
 /* ---- VK_EXT_opacity_micromap and VK_NV_displacement_micromap */
 
-SCENE_DESTROYS(destroy_micromap, DestroyMicromapEXT, VkMicromapEXT)
+SCENE_CREATES(create, MicromapEXT, VkMicromapEXT, VkMicromapCreateInfoEXT)
 
 VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type)
 {
@@ -136,13 +137,7 @@ VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type)
         .size = buffer.size,
         .type = type,
     };
-    const VkDevice device = scene->fixture->device;
-    VkMicromapEXT micromap;
-
-    expect_success(scene->vk->CreateMicromapEXT(device, &create_info, NULL, &micromap),
-                   "vkCreateMicromapEXT");
-    scene_defer(scene, device, (uint64_t)micromap, destroy_micromap);
-    return micromap;
+    return create(scene, &create_info);
 }
 
 static void set_usages_ext(struct scene_micromaps *micromaps)

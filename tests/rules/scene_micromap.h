@@ -3,7 +3,7 @@
 #ifndef RULES_SCENE_MICROMAP_H
 #define RULES_SCENE_MICROMAP_H
 
-#include <vulkan/vulkan.h>
+#include "scene_inputs.h"
 
 enum { SCENE_USAGES = 4, SCENE_MICROMAP_INPUT_SIZE = 1 << 16 };
 
@@ -13,7 +13,7 @@ struct scene_micromaps {
     /* Of scene_build_micromap. */
     VkAccelerationStructureGeometryMicromapDataKHR data;
     VkMicromapTriangleKHR *triangles; /* what it leads to, as the host writes it */
-    VkDeviceMemory triangle_memory;
+    struct test_buffer triangle_buffer;
     VkMicromapUsageKHR usages[SCENE_USAGES];
     const VkMicromapUsageKHR *usage_pointers[SCENE_USAGES];
     /* Of the others. */

@@ -6,7 +6,8 @@
 
 /* ---- objects ---- */
 
-SCENE_DESTROYS(destroy_accel_nv, DestroyAccelerationStructureNV, VkAccelerationStructureNV)
+SCENE_CREATES(create, AccelerationStructureNV, VkAccelerationStructureNV,
+              VkAccelerationStructureCreateInfoNV)
 
 VkMemoryRequirements scene_nv_requirements(const struct scene *scene,
                                            VkAccelerationStructureNV accel,
@@ -27,13 +28,7 @@ VkAccelerationStructureNV scene_nv_create(struct scene *scene)
 {
     const VkAccelerationStructureCreateInfoNV create_info = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = scene->nv.info};
-    const VkDevice device = scene->fixture->device;
-    VkAccelerationStructureNV accel;
-
-    expect_success(scene->vk->CreateAccelerationStructureNV(device, &create_info, NULL, &accel),
-                   "vkCreateAccelerationStructureNV");
-    scene_defer(scene, device, (uint64_t)accel, destroy_accel_nv);
-    return accel;
+    return create(scene, &create_info);
 }
 
 struct test_memory scene_nv_allocate(struct scene *scene, VkAccelerationStructureNV accel,
@@ -94,6 +89,15 @@ void scene_nv_give_large_scratch(struct scene *scene)
 {
     scene->nv.scratch_buffer = scene_buffer(scene, 1 << 16, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
     scene->nv.scratch = scene->nv.scratch_buffer.handle;
+}
+
+uint64_t scene_nv_foreign_buffer(struct scene *scene)
+{
+    scene_enter_other_device(scene);
+    const struct test_buffer buffer =
+        scene_buffer(scene, SCENE_BUFFER_SIZE, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
+    scene_leave_other_device(scene);
+    return (uint64_t)buffer.handle;
 }
 
 /* ---- geometries ---- */

@@ -37,8 +37,9 @@ const VkuDeviceDispatchTable *scene_table_of(const struct scene *scene, VkDevice
 }
 
 SCENE_DESTROYS(free_memory, FreeMemory, VkDeviceMemory)
-SCENE_DESTROYS(destroy_buffer, DestroyBuffer, VkBuffer)
-SCENE_DESTROYS(destroy_accel, DestroyAccelerationStructureKHR, VkAccelerationStructureKHR)
+SCENE_CREATES(create_buffer, Buffer, VkBuffer, VkBufferCreateInfo)
+SCENE_CREATES(create_accel, AccelerationStructureKHR, VkAccelerationStructureKHR,
+              VkAccelerationStructureCreateInfoKHR)
 
 static void destroy_other_device(struct scene *scene, VkDevice device, uint64_t handle)
 {
@@ -116,13 +117,9 @@ struct test_memory scene_allocate(struct scene *scene, VkDeviceSize size)
 struct test_buffer scene_create_buffer_with(struct scene *scene,
                                             const VkBufferCreateInfo *create_info)
 {
-    struct test_buffer buffer = {.size = create_info->size, .usage = create_info->usage};
-    const VkDevice device = scene->fixture->device;
-
-    expect_success(scene->vk->CreateBuffer(device, create_info, NULL, &buffer.handle),
-                   "vkCreateBuffer");
-    scene_defer(scene, device, (uint64_t)buffer.handle, destroy_buffer);
-    return buffer;
+    return (struct test_buffer){.handle = create_buffer(scene, create_info),
+                                .size = create_info->size,
+                                .usage = create_info->usage};
 }
 
 struct test_buffer scene_create_buffer(struct scene *scene, VkDeviceSize size,
@@ -187,6 +184,25 @@ struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBuffer
     return buffer;
 }
 
+VkDeviceAddress scene_freed_address(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
+    scene_destroy(scene, (uint64_t)buffer.memory);
+    return buffer.address;
+}
+
+VkDeviceAddress scene_destroyed_address(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, SCENE_BUFFER_SIZE, INPUT_USAGE);
+    scene_destroy(scene, (uint64_t)buffer.handle);
+    return buffer.address;
+}
+
+VkDeviceAddress scene_address_without_usage(struct scene *scene)
+{
+    return scene_buffer(scene, SCENE_MICROMAP_INPUT_SIZE, SCRATCH_USAGE).address;
+}
+
 struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage)
 {
     const VkBufferUsageFlags2CreateInfo flags2 = {
@@ -208,13 +224,7 @@ struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 u
 VkAccelerationStructureKHR
 scene_create_accel(struct scene *scene, const VkAccelerationStructureCreateInfoKHR *create_info)
 {
-    const VkDevice device = scene->fixture->device;
-    VkAccelerationStructureKHR accel;
-
-    expect_success(scene->vk->CreateAccelerationStructureKHR(device, create_info, NULL, &accel),
-                   "vkCreateAccelerationStructureKHR");
-    scene_defer(scene, device, (uint64_t)accel, destroy_accel);
-    return accel;
+    return create_accel(scene, create_info);
 }
 
 VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test_buffer *buffer,

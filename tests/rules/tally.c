@@ -13,6 +13,8 @@ bool tally_read_arguments(struct tally *tally, int argc, char **argv)
             tally->list = true;
         } else if (strcmp(argv[i], "--misaligned") == 0) {
             tally->misaligns = true;
+        } else if (strcmp(argv[i], "--fail") == 0) {
+            tally->fails = true;
         } else if (strcmp(argv[i], "--verbose") == 0) {
             tally->verbose = true;
         } else if (strcmp(argv[i], "--filter") == 0 && i + 1 < argc) {
@@ -31,6 +33,51 @@ bool tally_read_arguments(struct tally *tally, int argc, char **argv)
         }
     }
     return true;
+}
+
+int tally_open(struct tally *tally, struct platform *platform, int argc, char **argv,
+               const char *usage)
+{
+    if (argc < 2 || !tally_read_arguments(tally, argc, argv)) {
+        fputs(usage, stderr);
+        return 2;
+    }
+    setvbuf(stdout, NULL, _IOLBF, 0);
+    const char *missing = platform_open(platform, argv[1]);
+    if (missing == NULL)
+        return 0;
+    printf("[  SKIPPED ] %s: %s\n", argv[1], missing);
+    return 77;
+}
+
+/* A filter with ! leaves out what others would choose. */
+static bool is_wanted(const struct tally *tally, const char *name)
+{
+    const char *filter = tally->filter;
+    if (filter == NULL)
+        return true;
+    const bool leaves_out = filter[0] == '!';
+    return (strstr(name, filter + leaves_out) == NULL) == leaves_out;
+}
+
+bool tally_starts(const struct tally *tally, const char *name)
+{
+    if (!is_wanted(tally, name))
+        return false;
+    if (tally->list)
+        puts(name);
+    else if (tally->verbose)
+        printf("[ RUN      ] %s\n", name);
+    return !tally->list;
+}
+
+const char *const command_words[COMMAND_COUNT] = {"device", "indirect", "host", "nv"};
+
+void tally_write(const struct tally *tally, const struct platform *platform, const char *name,
+                 enum build_command command, const char *id, const char *word)
+{
+    fprintf(tally->results, "%s\t%s\t%s\t%s\t%s\n", platform->name, name, command_words[command],
+            id, word);
 }
 
 static void count_reason(struct tally *tally, const char *text)

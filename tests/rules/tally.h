@@ -7,14 +7,18 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "platform.h"
+#include "vuid-tables/rules.h"
+
 enum outcome { OUTCOME_PASSED, OUTCOME_FAILED, OUTCOME_SKIPPED };
 
 enum { TALLY_REASONS_MAX = 64 };
 
 struct tally {
-    const char *filter; /* part of the names to be played; NULL: all */
+    const char *filter; /* part of the names to be played, or after "!" not played; NULL: all */
     bool list, verbose;
     bool misaligns;    /* --misaligned */
+    bool fails;        /* --fail: debug_action = fail skips calls, and callbacks don't */
     const char *level; /* that all is played at; NULL: at its own */
     FILE *results;     /* NULL: none wanted */
     uint32_t passed, failed, skipped;
@@ -24,9 +28,22 @@ struct tally {
     } reasons[TALLY_REASONS_MAX]; /* for skipping */
 };
 
-/* Reads [--filter NAME] [--list] [--verbose] [--results FILE] [--level NAME] from argument 2 on;
+/* Reads [--filter [!]NAME] [--list] [--verbose] [--results FILE] [--level NAME] from argument 2 on;
  * false if it can't, or if the file can't be written. */
 bool tally_read_arguments(struct tally *tally, int argc, char **argv);
+
+/* The same for a program of this usage, whose platform it opens, too. Returns 0, or the exit status
+ * of the program, which it has told why. */
+int tally_open(struct tally *tally, struct platform *platform, int argc, char **argv,
+               const char *usage);
+
+/* Whether a test of this name is to be run now; those that are listed are not. */
+bool tally_starts(const struct tally *tally, const char *name);
+
+/* Writes a line of results: that a rule's id was `word`, or failed. */
+void tally_write(const struct tally *tally, const struct platform *platform, const char *name,
+                 enum build_command command, const char *id, const char *word);
+extern const char *const command_words[COMMAND_COUNT];
 
 /* `text` tells why it failed or was skipped. */
 void tally_count(struct tally *tally, enum outcome outcome, const char *name, const char *text);

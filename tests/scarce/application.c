@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The instance and the device of the application, its ears, and its objects. */
 #include "application_parts.h"
+#include "tests/fixture/make.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -81,21 +82,13 @@ static void create_instance(struct application *app)
         {layers[0], "message_id_filter", VK_LAYER_SETTING_TYPE_STRING_EXT, 2, filter},
     };
     VkDebugUtilsMessengerCreateInfoEXT messenger = app->messenger_info;
-    const VkLayerSettingsCreateInfoEXT settings_info = {
-        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-        .pNext = &messenger,
-        .settingCount = 2,
-        .pSettings = settings,
-    };
-    const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                                           .apiVersion = VK_API_VERSION_1_3};
-    const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-                                       .pNext = &settings_info,
-                                       .pApplicationInfo = &application,
-                                       .enabledLayerCount = 1,
-                                       .ppEnabledLayerNames = layers,
-                                       .enabledExtensionCount = 2,
-                                       .ppEnabledExtensionNames = extensions};
+    const VkApplicationInfo application = MAKE(VkApplicationInfo, .apiVersion = VK_API_VERSION_1_3);
+    const VkInstanceCreateInfo info = MAKE(
+        VkInstanceCreateInfo,
+        .pNext = &MAKE(VkLayerSettingsCreateInfoEXT, .pNext = &messenger, .settingCount = 2,
+                       .pSettings = settings),
+        .pApplicationInfo = &application, .enabledLayerCount = 1, .ppEnabledLayerNames = layers,
+        .enabledExtensionCount = 2, .ppEnabledExtensionNames = extensions);
     PFN_vkCreateInstance create =
         (PFN_vkCreateInstance)vkGetInstanceProcAddr(VK_NULL_HANDLE, "vkCreateInstance");
     app->outcome->is_creating_instance = true;
@@ -118,42 +111,28 @@ static void create_device(struct application *app)
                                              VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
                                              VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME,
                                              VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME};
-    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV,
-        .displacementMicromap = VK_TRUE};
-    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromaps_ext = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT,
-        .pNext = &displacement,
-        .micromap = VK_TRUE};
-    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromaps = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
-        .pNext = &micromaps_ext,
-        .micromap = VK_TRUE};
-    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
-        .pNext = &micromaps,
-        .rayTracingMotionBlur = VK_TRUE};
-    VkPhysicalDeviceBufferDeviceAddressFeatures addresses = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES,
-        .pNext = &motion,
-        .bufferDeviceAddress = VK_TRUE};
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .pNext = &addresses,
-        .accelerationStructure = VK_TRUE,
-        .accelerationStructureHostCommands = VK_TRUE};
+    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement =
+        MAKE(VkPhysicalDeviceDisplacementMicromapFeaturesNV, .displacementMicromap = VK_TRUE);
+    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromaps_ext = MAKE(
+        VkPhysicalDeviceOpacityMicromapFeaturesEXT, .pNext = &displacement, .micromap = VK_TRUE);
+    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromaps = MAKE(
+        VkPhysicalDeviceOpacityMicromapFeaturesKHR, .pNext = &micromaps_ext, .micromap = VK_TRUE);
+    VkPhysicalDeviceBufferDeviceAddressFeatures addresses =
+        MAKE(VkPhysicalDeviceBufferDeviceAddressFeatures,
+             .pNext = &MAKE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, .pNext = &micromaps,
+                            .rayTracingMotionBlur = VK_TRUE),
+             .bufferDeviceAddress = VK_TRUE);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
+        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .pNext = &addresses,
+             .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
     const VkPhysicalDeviceFeatures core = {.sparseBinding = VK_TRUE};
     static const float priority = 1;
-    const VkDeviceQueueCreateInfo queue = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-                                           .queueCount = 1,
-                                           .pQueuePriorities = &priority};
-    const VkDeviceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-                                     .pNext = &structures,
-                                     .queueCreateInfoCount = 1,
-                                     .pQueueCreateInfos = &queue,
-                                     .enabledExtensionCount = 8,
-                                     .ppEnabledExtensionNames = extensions,
-                                     .pEnabledFeatures = &core};
+    const VkDeviceQueueCreateInfo queue =
+        MAKE(VkDeviceQueueCreateInfo, .queueCount = 1, .pQueuePriorities = &priority);
+    const VkDeviceCreateInfo info =
+        MAKE(VkDeviceCreateInfo, .pNext = &structures, .queueCreateInfoCount = 1,
+             .pQueueCreateInfos = &queue, .enabledExtensionCount = 8,
+             .ppEnabledExtensionNames = extensions, .pEnabledFeatures = &core);
     VkPhysicalDevice physical = VK_NULL_HANDLE;
     uint32_t count = 1;
     app->instance_vk.EnumeratePhysicalDevices(app->instance, &count, &physical);
@@ -168,11 +147,9 @@ static void create_device(struct application *app)
 
 static void create_ears(struct application *app)
 {
-    const VkDebugReportCallbackCreateInfoEXT callback = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_REPORT_CALLBACK_CREATE_INFO_EXT,
-        .flags = VK_DEBUG_REPORT_ERROR_BIT_EXT,
-        .pfnCallback = hear_callback,
-        .pUserData = app};
+    const VkDebugReportCallbackCreateInfoEXT callback =
+        MAKE(VkDebugReportCallbackCreateInfoEXT, .flags = VK_DEBUG_REPORT_ERROR_BIT_EXT,
+             .pfnCallback = hear_callback, .pUserData = app);
     GET(app, "vkCreateDebugUtilsMessengerEXT",
         app->instance_vk.CreateDebugUtilsMessengerEXT(app->instance, &app->messenger_info, NULL,
                                                       &app->messenger));
@@ -194,22 +171,18 @@ void name_object(struct application *app, VkObjectType type, uint64_t handle, co
 {
     char text[64];
     snprintf(text, sizeof(text), "%s %u", name, n);
-    const VkDebugUtilsObjectNameInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = type,
-        .objectHandle = handle,
-        .pObjectName = text};
-    app->vk.SetDebugUtilsObjectNameEXT(app->device, &info);
+    app->vk.SetDebugUtilsObjectNameEXT(app->device,
+                                       &MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = type,
+                                             .objectHandle = handle, .pObjectName = text));
 }
 
 VkBuffer create_buffer(struct application *app, VkDeviceSize size, VkBufferUsageFlags usage,
                        VkBufferCreateFlags flags)
 {
     VkBuffer buffer = VK_NULL_HANDLE;
-    const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                     .flags = flags,
-                                     .size = size,
-                                     .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT};
+    const VkBufferCreateInfo info =
+        MAKE(VkBufferCreateInfo, .flags = flags, .size = size,
+             .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     CALL(app, CreateBuffer, app->device, &info, NULL, &buffer);
     return buffer;
 }
@@ -217,12 +190,10 @@ VkBuffer create_buffer(struct application *app, VkDeviceSize size, VkBufferUsage
 VkDeviceMemory allocate(struct application *app, VkDeviceSize size, enum memory_type type)
 {
     VkDeviceMemory memory = VK_NULL_HANDLE;
-    const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-                                             .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
-    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                       .pNext = &flags,
-                                       .allocationSize = size,
-                                       .memoryTypeIndex = type};
+    const VkMemoryAllocateFlagsInfo flags =
+        MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
+    const VkMemoryAllocateInfo info = MAKE(VkMemoryAllocateInfo, .pNext = &flags,
+                                           .allocationSize = size, .memoryTypeIndex = type);
     CALL(app, AllocateMemory, app->device, &info, NULL, &memory);
     return memory;
 }
@@ -235,8 +206,7 @@ void bind_buffer(struct application *app, VkBuffer buffer, VkDeviceMemory memory
 
 VkDeviceAddress address_of(struct application *app, VkBuffer buffer)
 {
-    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
-                                            .buffer = buffer};
+    const VkBufferDeviceAddressInfo info = MAKE(VkBufferDeviceAddressInfo, .buffer = buffer);
     return app->vk.GetBufferDeviceAddress(app->device, &info);
 }
 
@@ -245,12 +215,9 @@ VkAccelerationStructureKHR create_accel(struct application *app, VkBuffer buffer
                                         VkAccelerationStructureTypeKHR type)
 {
     VkAccelerationStructureKHR accel = VK_NULL_HANDLE;
-    const VkAccelerationStructureCreateInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-        .buffer = buffer,
-        .offset = offset,
-        .size = size,
-        .type = type};
+    const VkAccelerationStructureCreateInfoKHR info =
+        MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = buffer, .offset = offset, .size = size,
+             .type = type);
     CALL(app, CreateAccelerationStructureKHR, app->device, &info, NULL, &accel);
     return accel;
 }
@@ -259,11 +226,8 @@ VkMicromapEXT create_micromap(struct application *app, VkBuffer buffer, VkDevice
                               VkDeviceSize size, VkMicromapTypeEXT type)
 {
     VkMicromapEXT micromap = VK_NULL_HANDLE;
-    const VkMicromapCreateInfoEXT info = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
-                                          .buffer = buffer,
-                                          .offset = offset,
-                                          .size = size,
-                                          .type = type};
+    const VkMicromapCreateInfoEXT info = MAKE(VkMicromapCreateInfoEXT, .buffer = buffer,
+                                              .offset = offset, .size = size, .type = type);
     CALL(app, CreateMicromapEXT, app->device, &info, NULL, &micromap);
     return micromap;
 }
@@ -271,10 +235,8 @@ VkMicromapEXT create_micromap(struct application *app, VkBuffer buffer, VkDevice
 VkQueryPool create_queries(struct application *app, VkQueryType type)
 {
     VkQueryPool queries = VK_NULL_HANDLE;
-    const VkQueryPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                                        .queryType = type,
-                                        .queryCount = QUERIES};
-    CALL(app, CreateQueryPool, app->device, &info, NULL, &queries);
+    CALL(app, CreateQueryPool, app->device,
+         &MAKE(VkQueryPoolCreateInfo, .queryType = type, .queryCount = QUERIES), NULL, &queries);
     return queries;
 }
 
@@ -283,14 +245,12 @@ VkQueryPool create_queries(struct application *app, VkQueryType type)
 void create_commands(struct application *app, VkCommandPool *pool, VkCommandBuffer *primary,
                      VkCommandBuffer *secondary)
 {
-    const VkCommandPoolCreateInfo pool_info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                               .flags =
-                                                   VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT};
+    const VkCommandPoolCreateInfo pool_info =
+        MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT);
     CALL(app, CreateCommandPool, app->device, &pool_info, NULL, pool);
-    VkCommandBufferAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                        .commandPool = *pool,
-                                        .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-                                        .commandBufferCount = 1};
+    VkCommandBufferAllocateInfo info =
+        MAKE(VkCommandBufferAllocateInfo, .commandPool = *pool,
+             .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1);
     CALL(app, AllocateCommandBuffers, app->device, &info, primary);
     info.level = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
     CALL(app, AllocateCommandBuffers, app->device, &info, secondary);
@@ -298,27 +258,19 @@ void create_commands(struct application *app, VkCommandPool *pool, VkCommandBuff
 
 VkResult begin_commands(const struct application *app, VkCommandBuffer commands)
 {
-    const VkCommandBufferInheritanceInfo inheritance = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                           .pInheritanceInfo = &inheritance};
+    const VkCommandBufferBeginInfo info =
+        MAKE(VkCommandBufferBeginInfo, .pInheritanceInfo = &MAKE(VkCommandBufferInheritanceInfo));
     return app->vk.BeginCommandBuffer(commands, &info);
 }
 
 VkAccelerationStructureGeometryKHR describe_triangles(VkDeviceOrHostAddressConstKHR vertices,
                                                       const void *next)
 {
-    return (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-            .pNext = next,
-            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-            .vertexData = vertices,
-            .vertexStride = 12,
-            .maxVertex = 2,
-            .indexType = VK_INDEX_TYPE_NONE_KHR}};
+    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                .geometry.triangles =
+                    MAKE(VkAccelerationStructureGeometryTrianglesDataKHR, .pNext = next,
+                         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData = vertices,
+                         .vertexStride = 12, .maxVertex = 2, .indexType = VK_INDEX_TYPE_NONE_KHR));
 }
 
 /* ---- life */
@@ -331,13 +283,11 @@ static bool is_well(const struct application *app)
 void application_live(struct outcome *outcome)
 {
     struct application app = {.outcome = outcome};
-    app.messenger_info = (VkDebugUtilsMessengerCreateInfoEXT){
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT |
-                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-        .pfnUserCallback = hear_messenger,
-        .pUserData = &app};
+    app.messenger_info = MAKE(VkDebugUtilsMessengerCreateInfoEXT,
+                              .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT |
+                                                 VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+                              .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+                              .pfnUserCallback = hear_messenger, .pUserData = &app);
     create_instance(&app);
     if (is_well(&app))
         create_device(&app);

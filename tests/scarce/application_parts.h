@@ -7,6 +7,7 @@
 #include <vulkan/vulkan.h>
 
 #include "application.h"
+#include "tests/fixture/make.h"
 
 enum {
     /* Of each object, so that tables grow beyond their first size, and arrays beyond what is kept

@@ -44,17 +44,13 @@ static void build(struct application *app, struct host *host, VkDeferredOperatio
 {
     const VkAccelerationStructureGeometryKHR geometry =
         describe_triangles((VkDeviceOrHostAddressConstKHR){.hostAddress = host->vertices}, NULL);
-    const VkAccelerationStructureBuildGeometryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags = flags,
-        .mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
-                    : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-        .srcAccelerationStructure = src,
-        .dstAccelerationStructure = dst,
-        .geometryCount = 1,
-        .pGeometries = &geometry,
-        .scratchData.hostAddress = host->scratch};
+    const VkAccelerationStructureBuildGeometryInfoKHR info =
+        MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+             .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, .flags = flags,
+             .mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                         : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+             .srcAccelerationStructure = src, .dstAccelerationStructure = dst, .geometryCount = 1,
+             .pGeometries = &geometry, .scratchData.hostAddress = host->scratch);
     const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 1};
     const VkAccelerationStructureBuildRangeInfoKHR *ranges = &range;
     VkResult result =

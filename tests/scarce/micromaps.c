@@ -46,9 +46,8 @@ static void build_micromaps(struct application *app, VkCommandBuffer command_buf
 {
     VkMicromapBuildInfoEXT infos[MICROMAPS];
     for (unsigned i = 1; i < MICROMAPS; i++)
-        infos[i] = (VkMicromapBuildInfoEXT){.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
-                                            .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
-                                            .dstMicromap = app->micromaps[i]};
+        infos[i] = MAKE(VkMicromapBuildInfoEXT, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+                        .dstMicromap = app->micromaps[i]);
     app->vk.CmdBuildMicromapsEXT(command_buffer, MICROMAPS - 1, infos + 1);
 }
 
@@ -56,24 +55,17 @@ static void build_micromap_khr(struct application *app, VkCommandBuffer command_
 {
     const VkDeviceAddress address = address_of(app, app->micromap_buffer);
     const VkMicromapUsageKHR usage = {.count = 4, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
-    const VkAccelerationStructureGeometryMicromapDataKHR data = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
-        .usageCountsCount = 1,
-        .pUsageCounts = &usage,
-        .data = address + INPUT_AT,
-        .triangleArray = address + INPUT_AT,
-        .triangleArrayStride = sizeof(VkMicromapTriangleKHR)};
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .pNext = &data,
-        .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR};
-    const VkAccelerationStructureBuildGeometryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
-        .dstAccelerationStructure = app->micromap,
-        .geometryCount = 1,
-        .pGeometries = &geometry,
-        .scratchData.deviceAddress = address + SCRATCH_AT};
+    const VkAccelerationStructureGeometryMicromapDataKHR data = MAKE(
+        VkAccelerationStructureGeometryMicromapDataKHR, .usageCountsCount = 1,
+        .pUsageCounts = &usage, .data = address + INPUT_AT, .triangleArray = address + INPUT_AT,
+        .triangleArrayStride = sizeof(VkMicromapTriangleKHR));
+    const VkAccelerationStructureBuildGeometryInfoKHR info =
+        MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+             .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
+             .dstAccelerationStructure = app->micromap, .geometryCount = 1,
+             .pGeometries = &MAKE(VkAccelerationStructureGeometryKHR, .pNext = &data,
+                                  .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR),
+             .scratchData.deviceAddress = address + SCRATCH_AT);
     const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
     app->vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &no_range);
 }
@@ -87,27 +79,20 @@ static void build_with_micromaps(struct application *app, VkCommandBuffer comman
     VkAccelerationStructureBuildRangeInfoKHR ranges[GEOMETRIES];
     const VkAccelerationStructureBuildRangeInfoKHR *const range_array = ranges;
     for (unsigned i = 0; i < GEOMETRIES; i++) {
-        khr[i] = (VkAccelerationStructureTrianglesOpacityMicromapKHR){
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
-            .indexType = VK_INDEX_TYPE_NONE_KHR,
-            .micromap = app->micromap};
-        ext[i] = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
-            .pNext = &khr[i],
-            .indexType = VK_INDEX_TYPE_NONE_KHR,
-            .micromap = app->micromaps[i + 1]};
+        khr[i] = MAKE(VkAccelerationStructureTrianglesOpacityMicromapKHR,
+                      .indexType = VK_INDEX_TYPE_NONE_KHR, .micromap = app->micromap);
+        ext[i] = MAKE(VkAccelerationStructureTrianglesOpacityMicromapEXT, .pNext = &khr[i],
+                      .indexType = VK_INDEX_TYPE_NONE_KHR, .micromap = app->micromaps[i + 1]);
         geometries[i] = describe_triangles(
             (VkDeviceOrHostAddressConstKHR){.deviceAddress = app->input_address}, &ext[i]);
         ranges[i] = (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = 1};
     }
-    VkAccelerationStructureBuildGeometryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-        .dstAccelerationStructure = app->with_micromaps,
-        .geometryCount = GEOMETRIES,
-        .pGeometries = geometries,
-        .scratchData.deviceAddress = app->scratch_address};
+    VkAccelerationStructureBuildGeometryInfoKHR info =
+        MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+             .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+             .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+             .dstAccelerationStructure = app->with_micromaps, .geometryCount = GEOMETRIES,
+             .pGeometries = geometries, .scratchData.deviceAddress = app->scratch_address);
     app->vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &range_array);
     info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     info.srcAccelerationStructure = info.dstAccelerationStructure;

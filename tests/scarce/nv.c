@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The application's use of VK_NV_ray_tracing: builds, an update, a copy, and one mistake. */
 #include "application_parts.h"
+#include "tests/fixture/make.h"
 
 enum { SCRATCH = 1 << 16, OBJECT = 1 << 16, GEOMETRIES_NV = 6 };
 
@@ -12,22 +13,17 @@ struct nv_call {
 static void start_call(const struct application *app, struct nv_call *call)
 {
     for (unsigned i = 0; i < GEOMETRIES_NV; i++)
-        call->geometries[i] = (VkGeometryNV){
-            .sType = VK_STRUCTURE_TYPE_GEOMETRY_NV,
-            .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
-            .geometry = {.triangles = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV,
-                                       .vertexData = app->nv_scratch,
-                                       .vertexCount = 3,
-                                       .vertexStride = 12,
-                                       .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                                       .indexType = VK_INDEX_TYPE_NONE_NV},
-                         .aabbs = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV}}};
-    call->info = (VkAccelerationStructureInfoNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV,
-        .geometryCount = GEOMETRIES_NV,
-        .pGeometries = call->geometries};
+        call->geometries[i] = MAKE(
+            VkGeometryNV, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
+            .geometry = {.triangles = MAKE(VkGeometryTrianglesNV, .vertexData = app->nv_scratch,
+                                           .vertexCount = 3, .vertexStride = 12,
+                                           .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                                           .indexType = VK_INDEX_TYPE_NONE_NV),
+                         .aabbs = MAKE(VkGeometryAABBNV)});
+    call->info =
+        MAKE(VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+             .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV,
+             .geometryCount = GEOMETRIES_NV, .pGeometries = call->geometries);
 }
 
 void create_nv(struct application *app)
@@ -37,16 +33,13 @@ void create_nv(struct application *app)
     app->nv_scratch = create_buffer(app, SCRATCH, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV, 0);
     bind_buffer(app, app->nv_scratch, app->nv_memory, NV_STRUCTURES * OBJECT);
     start_call(app, &call);
-    const VkAccelerationStructureCreateInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = call.info};
+    const VkAccelerationStructureCreateInfoNV info =
+        MAKE(VkAccelerationStructureCreateInfoNV, .info = call.info);
     for (unsigned i = 0; i < NV_STRUCTURES; i++) {
         CALL(app, CreateAccelerationStructureNV, app->device, &info, NULL, &app->nv[i]);
-        const VkBindAccelerationStructureMemoryInfoNV bind = {
-            .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
-            .accelerationStructure = app->nv[i],
-            .memory = app->nv_memory,
-            .memoryOffset = i * OBJECT};
-        CALL(app, BindAccelerationStructureMemoryNV, app->device, 1, &bind);
+        CALL(app, BindAccelerationStructureMemoryNV, app->device, 1,
+             &MAKE(VkBindAccelerationStructureMemoryInfoNV, .accelerationStructure = app->nv[i],
+                   .memory = app->nv_memory, .memoryOffset = i * OBJECT));
         name_object(app, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, (uint64_t)app->nv[i], "nv", i);
     }
 }

@@ -12,11 +12,9 @@ static void create_set(struct application *app, struct set *set, unsigned n)
     if (n % 2) /* before its buffer is bound */
         set->accel = create_accel(app, set->buffer, 0, ACCEL_SIZE,
                                   VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-    const VkBindBufferMemoryInfo bind = {.sType = VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO,
-                                         .buffer = set->buffer,
-                                         .memory = set->memory};
     if (n % 3)
-        CALL(app, BindBufferMemory2, app->device, 1, &bind);
+        CALL(app, BindBufferMemory2, app->device, 1,
+             &MAKE(VkBindBufferMemoryInfo, .buffer = set->buffer, .memory = set->memory));
     else
         bind_buffer(app, set->buffer, set->memory, 0);
     if (!set->accel)
@@ -90,9 +88,8 @@ static void create_sparse(struct application *app)
             .memoryOffset = (VkDeviceSize)(SPARSE_PAGES - 1 - i % SPARSE_PAGES) * SPARSE_PAGE};
     const VkSparseBufferMemoryBindInfo buffer = {
         .buffer = app->sparse, .bindCount = SPARSE_PAGES + 2, .pBinds = binds};
-    const VkBindSparseInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO, .bufferBindCount = 1, .pBufferBinds = &buffer};
-    CALL(app, QueueBindSparse, app->queue, 1, &info, VK_NULL_HANDLE);
+    CALL(app, QueueBindSparse, app->queue, 1,
+         &MAKE(VkBindSparseInfo, .bufferBindCount = 1, .pBufferBinds = &buffer), VK_NULL_HANDLE);
     app->in_pages = create_accel(app, app->sparse, SPARSE_PAGE - ACCEL_SIZE / 2, 2 * SPARSE_PAGE,
                                  VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
@@ -125,8 +122,7 @@ static void destroy_tails(struct application *app)
 
 void create_objects(struct application *app)
 {
-    const VkSemaphoreCreateInfo semaphore = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO};
-    CALL(app, CreateSemaphore, app->device, &semaphore, NULL, &app->semaphore);
+    CALL(app, CreateSemaphore, app->device, &MAKE(VkSemaphoreCreateInfo), NULL, &app->semaphore);
     for (unsigned n = 0; n < SETS; n++) {
         create_set(app, &app->sets[n], n);
         name_set(app, &app->sets[n], n);

@@ -31,17 +31,14 @@ static VkAccelerationStructureBuildGeometryInfoKHR *add_build(const struct appli
                                                               VkAccelerationStructureKHR src)
 {
     VkAccelerationStructureBuildGeometryInfoKHR *info = &call->infos[call->count];
-    *info = (VkAccelerationStructureBuildGeometryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-        .mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
-                    : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-        .srcAccelerationStructure = src,
-        .dstAccelerationStructure = dst,
-        .geometryCount = 1,
-        .pGeometries = call->geometries,
-        .scratchData.deviceAddress = app->scratch_address + call->count * SCRATCH_SIZE};
+    *info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+                 .mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                             : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+                 .srcAccelerationStructure = src, .dstAccelerationStructure = dst,
+                 .geometryCount = 1, .pGeometries = call->geometries,
+                 .scratchData.deviceAddress = app->scratch_address + call->count * SCRATCH_SIZE);
     call->range_arrays[call->count++] = call->ranges;
     return info;
 }
@@ -67,14 +64,10 @@ static void submit(struct application *app, VkCommandBuffer command_buffer, bool
                    bool signals)
 {
     static const VkPipelineStageFlags stage = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .waitSemaphoreCount = waits,
-                               .pWaitSemaphores = &app->semaphore,
-                               .pWaitDstStageMask = &stage,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &command_buffer,
-                               .signalSemaphoreCount = signals,
-                               .pSignalSemaphores = &app->semaphore};
+    const VkSubmitInfo info = MAKE(
+        VkSubmitInfo, .waitSemaphoreCount = waits, .pWaitSemaphores = &app->semaphore,
+        .pWaitDstStageMask = &stage, .commandBufferCount = 1, .pCommandBuffers = &command_buffer,
+        .signalSemaphoreCount = signals, .pSignalSemaphores = &app->semaphore);
     CALL(app, QueueSubmit, app->queue, 1, &info, VK_NULL_HANDLE);
 }
 
@@ -82,8 +75,7 @@ static void open_labels(const struct application *app, VkCommandBuffer command_b
 {
     static const char *const names[] = {"frame", "scene", "", "trees", "a rather long label", "x"};
     for (int i = 0; i < count; i++) {
-        const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
-                                            .pLabelName = names[i % 6]};
+        const VkDebugUtilsLabelEXT label = MAKE(VkDebugUtilsLabelEXT, .pLabelName = names[i % 6]);
         app->vk.CmdBeginDebugUtilsLabelEXT(command_buffer, &label);
         app->vk.CmdInsertDebugUtilsLabelEXT(command_buffer, &label);
     }

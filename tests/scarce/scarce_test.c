@@ -134,9 +134,7 @@ static int prepare(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_life_with_memory),
-        cmocka_unit_test(test_a_life_without_each_allocation),
-    };
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_a_life_with_memory),
+                                       cmocka_unit_test(test_a_life_without_each_allocation)};
     return cmocka_run_group_tests_name("scarce memory", tests, prepare, NULL);
 }

@@ -4,7 +4,6 @@
  * address, or takes it later. The layer must read what the build reads. */
 #include "tests/snapshots/scene.h"
 
-#include <stdio.h>
 #include <string.h>
 
 enum {
@@ -28,79 +27,96 @@ struct placed {
     VkDeviceAddress address;
 };
 
+static struct memory memory;
+static struct placed first, second; /* in `memory` */
+
 /* Buffers that a driver may put where a destroyed one was: who still uses the destroyed buffer's
  * handle reads their memory. */
-struct lures {
-    struct memory memory;
-    struct placed buffers[LURES];
-};
+static struct memory lure_memory;
+static struct placed lures[LURES];
+
+static struct device_buffer vertices;
 
 static struct memory memory_allocate(void)
 {
-    struct memory memory = {
+    struct memory allocated = {
         memory_create(&fixture.vk, fixture.device, fixture.memory_type, MEMORY_SIZE), NULL};
-    GET(fixture.vk.MapMemory(fixture.device, memory.handle, 0, VK_WHOLE_SIZE, 0,
-                             (void **)&memory.bytes));
-    memset(memory.bytes, 0, MEMORY_SIZE);
-    return memory;
+    GET(fixture.vk.MapMemory(fixture.device, allocated.handle, 0, VK_WHOLE_SIZE, 0,
+                             (void **)&allocated.bytes));
+    memset(allocated.bytes, 0, MEMORY_SIZE);
+    return allocated;
 }
 
-static void memory_free(const struct memory *memory)
+static void memory_free(struct memory *freed)
 {
-    fixture.vk.FreeMemory(fixture.device, memory->handle, NULL);
+    fixture.vk.FreeMemory(fixture.device, freed->handle, NULL);
+    freed->handle = VK_NULL_HANDLE;
 }
 
-static struct placed memory_place(const struct memory *memory, VkDeviceSize size)
+static struct placed memory_place(const struct memory *in, VkDeviceSize size)
 {
     struct placed placed;
-    const VkBufferCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .size = size,
-        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
-    };
+    const VkBufferCreateInfo info =
+        MAKE(VkBufferCreateInfo, .size = size,
+             .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                      VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     VkMemoryRequirements requirements;
     GET(fixture.vk.CreateBuffer(fixture.device, &info, NULL, &placed.handle));
     fixture.vk.GetBufferMemoryRequirements(fixture.device, placed.handle, &requirements);
-    GET(fixture.vk.BindBufferMemory(fixture.device, placed.handle, memory->handle, 0));
+    GET(fixture.vk.BindBufferMemory(fixture.device, placed.handle, in->handle, 0));
     placed.address = buffer_address(&fixture.vk, fixture.device, placed.handle);
     return placed;
 }
 
-static void memory_destroy(const struct placed *placed)
+static void memory_destroy(struct placed *placed)
 {
     fixture.vk.DestroyBuffer(fixture.device, placed->handle, NULL);
+    placed->handle = VK_NULL_HANDLE;
 }
 
-static void lures_lay(struct lures *lures)
+static void lures_lay(void)
 {
     for (int i = 0; i < LURES; i++)
-        lures->buffers[i] = memory_place(&lures->memory, MEMORY_SIZE);
+        lures[i] = memory_place(&lure_memory, MEMORY_SIZE);
 }
 
-static void lures_free(const struct lures *lures)
+/* The second buffer takes the place of the first. */
+static void replace_first(VkDeviceSize size)
 {
-    for (int i = 0; i < LURES; i++)
-        memory_destroy(&lures->buffers[i]);
-    memory_free(&lures->memory);
+    memory_destroy(&first);
+    lures_lay();
+    second = memory_place(&memory, size);
 }
 
-/* ---- the scene */
+/* ---- the scene, with the first buffer */
 
-static struct device_buffer vertices;
-
-static void open_scene(const char *level)
+static void open_scene_at(const char *level)
 {
     scene_open(&(struct scene_setup){
         .settings.level = level, .boxes_size = MEMORY_SIZE, .structure_size = MEMORY_SIZE});
     vertices = scene_input(MEMORY_SIZE);
+    lure_memory = memory_allocate();
+    memory = memory_allocate();
+    first = memory_place(&memory, MEMORY_SIZE);
+}
+
+static void open_scene(void)
+{
+    open_scene_at("content");
 }
 
 static void close_scene(void)
 {
-    fixture_destroy_buffer(&fixture, &vertices);
+    memory_destroy(&first);
+    memory_destroy(&second);
+    for (int i = 0; i < LURES; i++)
+        memory_destroy(&lures[i]);
+    memory_free(&memory);
+    memory_free(&lure_memory);
     scene_close();
 }
+
+#define ALIAS_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, true)
 
 static bool judges_inputs(const char *level)
 {
@@ -109,17 +125,17 @@ static bool judges_inputs(const char *level)
 
 /* ---- what the lures have is the contrary of what the build reads */
 
-static void write_boxes(const struct memory *memory, bool is_valid)
+static void write_boxes(const struct memory *to, bool is_valid)
 {
     VkAabbPositionsKHR box = {.minX = is_valid ? -1 : 1};
     for (int i = 0; i < BOXES; i++)
-        memcpy(memory->bytes + i * sizeof(box), &box, sizeof(box));
+        memcpy(to->bytes + i * sizeof(box), &box, sizeof(box));
 }
 
-static void write_indices(const struct memory *memory, bool is_as_before)
+static void write_indices(const struct memory *to, bool is_as_before)
 {
     const uint32_t indices[CORNERS] = {0, 1, is_as_before ? 2 : 0};
-    memcpy(memory->bytes, indices, sizeof(indices));
+    memcpy(to->bytes, indices, sizeof(indices));
 }
 
 /* ---- builds */
@@ -135,15 +151,12 @@ static void build_triangle(VkCommandBuffer commands, VkDeviceAddress indices, bo
 {
     const struct fixture_build build = {
         .geometry = {.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-                     .geometry.triangles =
-                         {.sType =
-                              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-                          .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                          .vertexData.deviceAddress = vertices.address,
-                          .vertexStride = 3 * sizeof(float),
-                          .maxVertex = CORNERS - 1,
-                          .indexType = VK_INDEX_TYPE_UINT32,
-                          .indexData.deviceAddress = indices}},
+                     .geometry.triangles = MAKE(
+                         VkAccelerationStructureGeometryTrianglesDataKHR,
+                         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                         .vertexData.deviceAddress = vertices.address,
+                         .vertexStride = 3 * sizeof(float), .maxVertex = CORNERS - 1,
+                         .indexType = VK_INDEX_TYPE_UINT32, .indexData.deviceAddress = indices)},
         .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                  .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
                  .mode = is_update ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
@@ -183,7 +196,7 @@ enum change {
 
 /* What a build reads at an address: boxes, or the indices of an update. */
 static const struct input {
-    void (*write)(const struct memory *memory, bool is_valid);
+    void (*write)(const struct memory *to, bool is_valid);
     void (*build)(VkCommandBuffer commands, VkDeviceAddress address);
     const char *message; /* if it is not valid */
     bool is_update;
@@ -193,10 +206,7 @@ static const struct input {
 static void test_change(const struct input *input, const char *level, enum change change,
                         bool is_valid)
 {
-    open_scene(level);
-    struct lures lures = {.memory = memory_allocate()};
-    struct memory memory = memory_allocate();
-    struct placed first = memory_place(&memory, MEMORY_SIZE), second;
+    open_scene_at(level);
     if (change != FIRST_IS_REPLACED)
         second = memory_place(&memory, MEMORY_SIZE);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
@@ -205,23 +215,22 @@ static void test_change(const struct input *input, const char *level, enum chang
         build_triangle(commands, first.address, false);
     fixture_finish(&fixture, commands);
     input->write(&memory, is_valid);
-    input->write(&lures.memory, !is_valid);
+    input->write(&lure_memory, !is_valid);
     commands = fixture_begin(&fixture, 0);
     input->build(commands, first.address);
-    memory_destroy(change == SECOND_IS_DESTROYED ? &second : &first);
-    lures_lay(&lures);
-    if (change == FIRST_IS_REPLACED)
-        second = memory_place(&memory, MEMORY_SIZE);
+    if (change == FIRST_IS_REPLACED) {
+        replace_first(MEMORY_SIZE);
+    } else {
+        memory_destroy(change == SECOND_IS_DESTROYED ? &second : &first);
+        lures_lay();
+    }
     assert_int_equal(first.address, change == SECOND_IS_DESTROYED ? first.address : second.address);
     fixture_finish(&fixture, commands);
     expect_told(is_valid || !judges_inputs(level) ? NULL : input->message);
-    memory_destroy(change == SECOND_IS_DESTROYED ? &first : &second);
-    memory_free(&memory);
-    lures_free(&lures);
     close_scene();
 }
 
-static void test_changes(void **state)
+TEST(test_changes)
 {
     static const char *const levels[] = {"execution", "content"};
     for (int i = 0; i < 2; i++)
@@ -232,147 +241,92 @@ static void test_changes(void **state)
             }
 }
 
-/* Each submission reads from what has the address then. */
-static void test_submits_again(void **state)
+/* Boxes at the first buffer's address. */
+static VkCommandBuffer record_boxes(void)
 {
-    open_scene("content");
-    struct lures lures = {.memory = memory_allocate()};
-    struct memory memory = memory_allocate();
-    struct placed first = memory_place(&memory, MEMORY_SIZE);
-    write_boxes(&memory, true);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(commands, first.address);
+    return commands;
+}
+
+/* Each submission reads from what has the address then. */
+ALIAS_TEST(test_submits_again)
+{
+    write_boxes(&memory, true);
+    VkCommandBuffer commands = record_boxes();
     scene_submit(commands);
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
     fixture_expect_silence(&fixture);
-    memory_destroy(&first);
-    lures_lay(&lures);
-    struct placed second = memory_place(&memory, MEMORY_SIZE);
+    replace_first(MEMORY_SIZE);
     write_boxes(&memory, false);
     GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
     expect_told("minX");
-    memory_destroy(&second);
-    memory_free(&memory);
-    lures_free(&lures);
-    close_scene();
 }
 
-static void test_in_secondary(void **state)
+ALIAS_TEST(test_in_secondary)
 {
-    open_scene("content");
-    struct lures lures = {.memory = memory_allocate()};
-    struct memory memory = memory_allocate();
-    struct placed first = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, false);
-    write_boxes(&lures.memory, true);
+    write_boxes(&lure_memory, true);
     VkCommandBuffer secondary = fixture_begin_secondary(&fixture, 0);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_boxes(secondary, first.address);
     GET(fixture.vk.EndCommandBuffer(secondary));
     fixture.vk.CmdExecuteCommands(commands, 1, &secondary);
-    memory_destroy(&first);
-    lures_lay(&lures);
-    struct placed second = memory_place(&memory, MEMORY_SIZE);
+    replace_first(MEMORY_SIZE);
     fixture_finish(&fixture, commands);
     expect_told("minX");
     fixture.vk.FreeCommandBuffers(fixture.device, fixture.pool, 1, &secondary);
-    memory_destroy(&second);
-    memory_free(&memory);
-    lures_free(&lures);
-    close_scene();
 }
 
 /* ---- the application's mistakes: where the driver doesn't build, and so reads nothing */
 
+#define MISTAKE_TEST(name)                                                                         \
+    TEST_BETWEEN_IF(name, open_scene, close_scene, platform.is_null || platform.is_cpu)
+
 /* The build reads more than the buffer has: what it reads beyond the end isn't known. */
-static void test_replaced_by_smaller(void **state)
+MISTAKE_TEST(test_replaced_by_smaller)
 {
-    open_scene("content");
-    struct memory memory = memory_allocate();
-    struct placed first = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, false);
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    build_boxes(commands, first.address);
+    VkCommandBuffer commands = record_boxes();
     memory_destroy(&first);
-    struct placed second = memory_place(&memory, sizeof(VkAabbPositionsKHR));
+    second = memory_place(&memory, sizeof(VkAabbPositionsKHR));
     fixture_finish(&fixture, commands);
     fixture_expect_silence(&fixture);
-    memory_destroy(&second);
-    memory_free(&memory);
-    close_scene();
 }
 
 /* The memory is freed, and may be unmapped. */
-static void test_nothing_is_there(void **state)
+MISTAKE_TEST(test_nothing_is_there)
 {
-    open_scene("content");
-    struct lures lures = {.memory = memory_allocate()};
-    struct memory memory = memory_allocate();
-    struct placed first = memory_place(&memory, MEMORY_SIZE);
     write_boxes(&memory, false);
-    write_boxes(&lures.memory, false);
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    build_boxes(commands, first.address);
+    write_boxes(&lure_memory, false);
+    VkCommandBuffer commands = record_boxes();
     memory_destroy(&first);
     memory_free(&memory);
-    lures_lay(&lures);
+    lures_lay();
     fixture_finish(&fixture, commands);
     expect_told("11364"); /* the address leads nowhere; nothing of what it led to */
-    lures_free(&lures);
-    close_scene();
 }
 
 /* On the null driver, which can give the address to other memory. */
-static void test_on_other_memory(void **state)
+TEST_IF(test_on_other_memory, platform.is_null)
 {
     struct null_driver_config config = platform.null_driver.default_config();
     config.recycle_addresses = true;
     platform.null_driver.configure(&config);
     for (int is_valid = 0; is_valid < 2; is_valid++) {
-        open_scene("content");
-        struct memory memory = memory_allocate();
-        struct placed first = memory_place(&memory, MEMORY_SIZE);
+        open_scene();
         write_boxes(&memory, !is_valid);
-        VkCommandBuffer commands = fixture_begin(&fixture, 0);
-        build_boxes(commands, first.address);
+        VkCommandBuffer commands = record_boxes();
         memory_destroy(&first);
         memory_free(&memory);
         memory = memory_allocate();
-        struct placed second = memory_place(&memory, MEMORY_SIZE);
+        second = memory_place(&memory, MEMORY_SIZE);
         assert_int_equal(first.address, second.address);
         write_boxes(&memory, is_valid);
         fixture_finish(&fixture, commands);
         expect_told(is_valid ? NULL : "minX");
-        memory_destroy(&second);
-        memory_free(&memory);
         close_scene();
     }
     platform.null_driver.configure(NULL);
-}
-
-int main(int argc, char **argv)
-{
-    const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "lavapipe");
-    if (reason) {
-        puts(reason);
-        return 77;
-    }
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_changes),
-        cmocka_unit_test(test_submits_again),
-        cmocka_unit_test(test_in_secondary),
-    };
-    const struct CMUnitTest mistakes[] = {
-        cmocka_unit_test(test_replaced_by_smaller),
-        cmocka_unit_test(test_nothing_is_there),
-    };
-    const struct CMUnitTest of_the_null_driver[] = {
-        cmocka_unit_test(test_on_other_memory),
-    };
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    if (platform.is_null || platform.is_cpu)
-        failed += cmocka_run_group_tests(mistakes, NULL, NULL);
-    return platform.is_null ? failed + cmocka_run_group_tests(of_the_null_driver, NULL, NULL)
-                            : failed;
 }

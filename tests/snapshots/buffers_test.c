@@ -9,32 +9,20 @@ enum { BUFFER_SIZE = 1 << 16 };
 
 static struct device_buffer data; /* whose memory the buffers are bound to */
 
-static int open_scene(void **state)
+static void open_scene(void)
 {
     const VkAabbPositionsKHR box = {.minX = 1};
     scene_open(&(struct scene_setup){.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
     data = fixture_buffer(&fixture, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     memcpy(data.bytes, &box, sizeof(box));
-    return 0;
-}
-
-static int close_scene(void **state)
-{
-    fixture_destroy_buffer(&fixture, &data);
-    scene_close();
-    return 0;
 }
 
 static VkBuffer create(VkBufferCreateFlags flags, const void *next)
 {
-    const VkBufferCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .pNext = next,
-        .flags = flags,
-        .size = BUFFER_SIZE,
-        .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
-    };
+    const VkBufferCreateInfo info =
+        MAKE(VkBufferCreateInfo, .pNext = next, .flags = flags, .size = BUFFER_SIZE,
+             .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                      VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     VkBuffer buffer;
     GET(fixture.vk.CreateBuffer(fixture.device, &info, NULL, &buffer));
     return buffer;
@@ -44,8 +32,8 @@ static void bind_sparse(VkBuffer buffer, VkDeviceSize size)
 {
     const VkSparseMemoryBind bind = {.size = size, .memory = data.memory};
     const VkSparseBufferMemoryBindInfo binds = {buffer, 1, &bind};
-    const VkBindSparseInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO, .bufferBindCount = 1, .pBufferBinds = &binds};
+    const VkBindSparseInfo info =
+        MAKE(VkBindSparseInfo, .bufferBindCount = 1, .pBufferBinds = &binds);
     GET(fixture.vk.QueueBindSparse(fixture.queue, 1, &info, VK_NULL_HANDLE));
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
 }
@@ -74,27 +62,26 @@ static void build_on_memory(VkBuffer buffer, const char *text)
 
 /* ---- tests */
 
-static void test_imported(void **state)
+SCENE_TEST(test_imported)
 {
-    const VkExternalMemoryBufferCreateInfo external = {
-        .sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO,
-        .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT,
-    };
+    const VkExternalMemoryBufferCreateInfo external =
+        MAKE(VkExternalMemoryBufferCreateInfo,
+             .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT);
     build_on_memory(create(0, &external), "minX");
 }
 
-static void test_replayed(void **state)
+SCENE_TEST(test_replayed)
 {
     build_on_memory(create(VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT, NULL), "minX");
 }
 
-static void test_protected(void **state)
+SCENE_TEST(test_protected)
 {
     build_on_memory(create(VK_BUFFER_CREATE_PROTECTED_BIT, NULL), "a buffer that can't be read");
 }
 
 /* It has the address by the time of the submission. */
-static void test_replaced_by_protected(void **state)
+SCENE_TEST(test_replaced_by_protected)
 {
     VkBuffer buffer = create(0, NULL);
     GET(fixture.vk.BindBufferMemory(fixture.device, buffer, data.memory, 0));
@@ -110,7 +97,7 @@ static void test_replaced_by_protected(void **state)
 }
 
 /* All that is copied has to be bound. */
-static void test_sparse(void **state)
+SCENE_TEST(test_sparse)
 {
     VkBuffer buffer =
         create(VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT, NULL);
@@ -120,7 +107,7 @@ static void test_sparse(void **state)
     fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
 }
 
-static void test_sparse_with_hole(void **state)
+SCENE_TEST(test_sparse_with_hole)
 {
     VkBuffer buffer =
         create(VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT, NULL);
@@ -130,17 +117,4 @@ static void test_sparse_with_hole(void **state)
     for (uint32_t i = 0; i < messages_kept(&fixture.instance.messages); i++)
         assert_null(strstr(fixture.instance.messages.items[i].text, "minX"));
     fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_imported, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_replayed, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_protected, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_replaced_by_protected, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_sparse, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_sparse_with_hole, open_scene, close_scene),
-    };
-    return tests_run(0, NULL, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

@@ -4,15 +4,11 @@
  * test links them without the rest of the layer. */
 #include "layer/snapshots/consumers.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/snapshots.h"
+#include "tests/state/unit_test.h"
 
 enum { CALLS_MAX = 16 };
 
@@ -50,26 +46,27 @@ void warn_unordered(const struct layer_device *of_device)
 
 /* ---- the fixture */
 
-static void run(void *user, const struct submitted_execution *submitted)
+static void note(struct call call)
 {
     assert_true(call_count < CALLS_MAX);
-    calls[call_count++] =
-        (struct call){user, 'r', *submitted, atomic_load(&submitted->execution->is_reached),
-                      submitted->execution->has_no_snapshots};
+    calls[call_count++] = call;
+}
+
+static void run(void *user, const struct submitted_execution *submitted)
+{
+    note((struct call){user, 'r', *submitted, atomic_load(&submitted->execution->is_reached),
+                       submitted->execution->has_no_snapshots});
 }
 
 static void deliver(void *user)
 {
-    assert_true(call_count < CALLS_MAX);
-    calls[call_count++] = (struct call){.observer = user, .kind = 'd'};
+    note((struct call){.observer = user, .kind = 'd'});
 }
 
 static bool wait_for_one(void *user)
 {
-    const struct observer *observer = user;
-    assert_true(call_count < CALLS_MAX);
-    calls[call_count++] = (struct call){.observer = user, .kind = 'w'};
-    return observer->waits;
+    note((struct call){.observer = user, .kind = 'w'});
+    return ((const struct observer *)user)->waits;
 }
 
 static VkResult wait_for_ticket(struct ticket *of_ticket, uint64_t nanoseconds)
@@ -83,7 +80,7 @@ static void add(struct observer *observer)
     snapshots_add_consumer(&snapshots, &observer->consumer);
 }
 
-static int set_up(void **state)
+static void set_up(void)
 {
     static const struct recording_memory memory;
     snapshots = (struct snapshots){.device = &device, .submitted_last = &snapshots.submitted};
@@ -99,17 +96,15 @@ static int set_up(void **state)
     }
     add(&first);
     add(&second);
-    return 0;
 }
 
-static int tear_down(void **state)
+static void tear_down(void)
 {
     assert_null(snapshots.submitted);
     assert_int_equal(atomic_load(&ticket.references), 1);
     for (int i = 0; i < 2; i++)
         recording_release(recordings[i]);
     pthread_mutex_destroy(&snapshots.submitted_lock);
-    return 0;
 }
 
 static struct execution *expect(int recording)
@@ -142,7 +137,7 @@ static void assert_calls(const char *kinds)
 
 /* ---- tests */
 
-static void test_batch_runs_each_consumer_in_order(void **state)
+TEST_BETWEEN(test_batch_runs_each_consumer_in_order, set_up, tear_down)
 {
     const struct execution *of_last = expect(1), *of_first = expect(0);
     snapshots_run(&snapshots, &batch);
@@ -156,7 +151,7 @@ static void test_batch_runs_each_consumer_in_order(void **state)
 }
 
 /* A command buffer that was submitted twice executes twice: each batch takes the older one. */
-static void test_batch_takes_one_execution_a_command(void **state)
+TEST_BETWEEN(test_batch_takes_one_execution_a_command, set_up, tear_down)
 {
     const struct execution *older = expect(0), *newer = expect(0);
     snapshots_run(&snapshots, &batch);
@@ -167,7 +162,7 @@ static void test_batch_takes_one_execution_a_command(void **state)
     assert_run(2, &first, newer, 0);
 }
 
-static void test_spoiled_recording_has_lost_executions(void **state)
+TEST_BETWEEN(test_spoiled_recording_has_lost_executions, set_up, tear_down)
 {
     expect(0);
     atomic_store(&recordings[0]->is_invalidated, true);
@@ -176,7 +171,7 @@ static void test_spoiled_recording_has_lost_executions(void **state)
     assert_true(calls[0].has_no_snapshots);
 }
 
-static void test_unknown_order_runs_all_that_is_expected(void **state)
+TEST_BETWEEN(test_unknown_order_runs_all_that_is_expected, set_up, tear_down)
 {
     const struct execution *older = expect(1), *newer = expect(0);
     snapshots_set_order_unknown(&snapshots, ORDER_UNKNOWN_TOO_MANY_QUEUES);
@@ -193,7 +188,7 @@ static void test_unknown_order_runs_all_that_is_expected(void **state)
     assert_int_equal(unordered_reports, 1);
 }
 
-static void test_each_consumer_delivers(void **state)
+TEST_BETWEEN(test_each_consumer_delivers, set_up, tear_down)
 {
     snapshots_deliver(&device);
     assert_calls("dd");
@@ -201,7 +196,7 @@ static void test_each_consumer_delivers(void **state)
     assert_ptr_equal(calls[1].observer, &second);
 }
 
-static void test_waiting_ends_with_the_first_that_succeeds(void **state)
+TEST_BETWEEN(test_waiting_ends_with_the_first_that_succeeds, set_up, tear_down)
 {
     assert_false(snapshots_wait(&snapshots));
     assert_calls("ww");
@@ -211,7 +206,7 @@ static void test_waiting_ends_with_the_first_that_succeeds(void **state)
     assert_ptr_equal(calls[2].observer, &first);
 }
 
-static void test_functions_are_optional(void **state)
+TEST_BETWEEN(test_functions_are_optional, set_up, tear_down)
 {
     second.consumer.run = NULL;
     second.consumer.deliver = NULL;
@@ -223,7 +218,7 @@ static void test_functions_are_optional(void **state)
     assert_calls("rdw");
 }
 
-static void test_snapshots_need_no_consumer(void **state)
+TEST_BETWEEN(test_snapshots_need_no_consumer, set_up, tear_down)
 {
     snapshots.consumers = NULL;
     expect(0);
@@ -232,23 +227,4 @@ static void test_snapshots_need_no_consumer(void **state)
     snapshots_deliver(&device);
     assert_false(snapshots_wait(&snapshots));
     assert_calls("");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_batch_runs_each_consumer_in_order, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(test_batch_takes_one_execution_a_command, set_up,
-                                        tear_down),
-        cmocka_unit_test_setup_teardown(test_spoiled_recording_has_lost_executions, set_up,
-                                        tear_down),
-        cmocka_unit_test_setup_teardown(test_unknown_order_runs_all_that_is_expected, set_up,
-                                        tear_down),
-        cmocka_unit_test_setup_teardown(test_each_consumer_delivers, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(test_waiting_ends_with_the_first_that_succeeds, set_up,
-                                        tear_down),
-        cmocka_unit_test_setup_teardown(test_functions_are_optional, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(test_snapshots_need_no_consumer, set_up, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

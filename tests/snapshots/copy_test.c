@@ -24,7 +24,7 @@ static VkPipelineLayout layout;
 static VkPipeline pipeline;
 static struct device_buffer source, target, list, gate;
 
-static int open_scene(void **state)
+static void open_scene(void)
 {
     fixture_open(&fixture, &platform, &(struct instance_settings){.without_layer = true});
     layout = constants_layout_create(&fixture.vk, fixture.device, 0, 2 * sizeof(uint64_t));
@@ -35,20 +35,16 @@ static int open_scene(void **state)
     gate = fixture_buffer(&fixture, sizeof(uint32_t), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     list = fixture_buffer(&fixture, ORDERS * sizeof(struct copy_order),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-    return 0;
 }
 
-static int close_scene(void **state)
+static void close_scene(void)
 {
-    fixture_destroy_buffer(&fixture, &source);
-    fixture_destroy_buffer(&fixture, &target);
-    fixture_destroy_buffer(&fixture, &gate);
-    fixture_destroy_buffer(&fixture, &list);
     fixture.vk.DestroyPipeline(fixture.device, pipeline, NULL);
     fixture.vk.DestroyPipelineLayout(fixture.device, layout, NULL);
     fixture_close(&fixture);
-    return 0;
 }
+
+#define COPY_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, true)
 
 static struct copy_order draw(struct random *random, uint32_t i)
 {
@@ -80,7 +76,7 @@ static void run(bool is_open)
     fixture_finish(&fixture, commands);
 }
 
-static void test_copies(void **state)
+COPY_TEST(test_copies)
 {
     struct random random = random_of("copy_test");
     struct copy_order *orders = (struct copy_order *)list.bytes;
@@ -100,7 +96,7 @@ static void test_copies(void **state)
     }
 }
 
-static void test_closed_gate(void **state)
+COPY_TEST(test_closed_gate)
 {
     struct copy_order *orders = (struct copy_order *)list.bytes;
     memset(target.bytes, UNTOUCHED, target.size);
@@ -113,12 +109,4 @@ static void test_closed_gate(void **state)
     for (uint32_t i = 0; i < ORDERS; i++)
         assert_int_equal(orders[i].is_done, 0);
     assert_int_equal(target.bytes[0], UNTOUCHED);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_copies, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_closed_gate, open_scene, close_scene)};
-    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

@@ -11,10 +11,8 @@ void fixture_open(struct fixture *fixture, const struct platform *platform,
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
-    const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .accelerationStructure = VK_TRUE,
-    };
+    const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
+        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .accelerationStructure = VK_TRUE);
     memset(fixture, 0, sizeof(*fixture));
     instance_fixture_create(&fixture->instance, platform, settings);
     GET(instance_fixture_create_device(&fixture->instance, &structures, extensions, 2,
@@ -26,6 +24,10 @@ void fixture_open(struct fixture *fixture, const struct platform *platform,
 
 void fixture_close(struct fixture *fixture)
 {
+    for (uint32_t i = 0; i < fixture->structure_count; i++)
+        fixture->vk.DestroyAccelerationStructureKHR(fixture->device, fixture->structures[i], NULL);
+    for (uint32_t i = 0; i < fixture->buffer_count; i++)
+        buffer_destroy(&fixture->vk, fixture->device, &fixture->buffers[i]);
     fixture->vk.DestroyCommandPool(fixture->device, fixture->pool, NULL);
     fixture->vk.DestroyDevice(fixture->device, NULL);
     instance_fixture_close(&fixture->instance);
@@ -36,16 +38,20 @@ void fixture_close(struct fixture *fixture)
 struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
                                     VkBufferUsageFlags usage)
 {
-    const VkBufferCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .size = size,
-        .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
-    };
-    return buffer_create(&fixture->vk, fixture->device, fixture->memory_type, &info);
+    const VkBufferCreateInfo info =
+        MAKE(VkBufferCreateInfo, .size = size,
+             .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    assert_true(fixture->buffer_count < FIXTURE_OBJECTS);
+    return fixture->buffers[fixture->buffer_count++] =
+               buffer_create(&fixture->vk, fixture->device, fixture->memory_type, &info);
 }
 
 void fixture_destroy_buffer(struct fixture *fixture, struct device_buffer *buffer)
 {
+    uint32_t i = 0;
+    while (fixture->buffers[i].handle != buffer->handle)
+        assert_true(++i < fixture->buffer_count);
+    fixture->buffers[i] = fixture->buffers[--fixture->buffer_count];
     buffer_destroy(&fixture->vk, fixture->device, buffer);
 }
 
@@ -54,26 +60,13 @@ VkAccelerationStructureKHR fixture_structure(struct fixture *fixture,
                                              VkDeviceSize offset, VkDeviceSize size,
                                              VkAccelerationStructureTypeKHR type)
 {
-    const VkAccelerationStructureCreateInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-        .buffer = buffer->handle,
-        .offset = offset,
-        .size = size,
-        .type = type,
-    };
+    const VkAccelerationStructureCreateInfoKHR info =
+        MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = buffer->handle, .offset = offset,
+             .size = size, .type = type);
     VkAccelerationStructureKHR structure;
     GET(fixture->vk.CreateAccelerationStructureKHR(fixture->device, &info, NULL, &structure));
-    return structure;
-}
-
-VkFence fixture_fence(struct fixture *fixture)
-{
-    return fence_create(&fixture->vk, fixture->device);
-}
-
-VkSemaphore fixture_timeline(struct fixture *fixture)
-{
-    return timeline_create(&fixture->vk, fixture->device);
+    assert_true(fixture->structure_count < FIXTURE_OBJECTS);
+    return fixture->structures[fixture->structure_count++] = structure;
 }
 
 /* ---- command buffers */
@@ -107,20 +100,12 @@ void fixture_submit_waiting(struct fixture *fixture, VkCommandBuffer commands, V
 {
     static const VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
     const uint64_t value = 1;
-    const VkTimelineSemaphoreSubmitInfo values = {
-        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
-        .waitSemaphoreValueCount = 1,
-        .pWaitSemaphoreValues = &value,
-    };
-    const VkSubmitInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-        .pNext = &values,
-        .waitSemaphoreCount = 1,
-        .pWaitSemaphores = &timeline,
-        .pWaitDstStageMask = &stages,
-        .commandBufferCount = 1,
-        .pCommandBuffers = &commands,
-    };
+    const VkTimelineSemaphoreSubmitInfo values =
+        MAKE(VkTimelineSemaphoreSubmitInfo, .waitSemaphoreValueCount = 1,
+             .pWaitSemaphoreValues = &value);
+    const VkSubmitInfo info =
+        MAKE(VkSubmitInfo, .pNext = &values, .waitSemaphoreCount = 1, .pWaitSemaphores = &timeline,
+             .pWaitDstStageMask = &stages, .commandBufferCount = 1, .pCommandBuffers = &commands);
     GET(fixture->vk.QueueSubmit(fixture->queue, 1, &info, fence));
 }
 
@@ -149,9 +134,8 @@ void fixture_build_boxes(struct fixture *fixture, VkCommandBuffer commands,
     const struct fixture_build build = {
         .geometry = {.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
                      .geometry.aabbs =
-                         {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-                          .data.deviceAddress = boxes,
-                          .stride = sizeof(VkAabbPositionsKHR)}},
+                         MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
+                              .data.deviceAddress = boxes, .stride = sizeof(VkAabbPositionsKHR))},
         .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                  .dstAccelerationStructure = dst,
                  .scratchData.deviceAddress = scratch},

@@ -5,6 +5,9 @@
 #define ASSAY_TESTS_SNAPSHOTS_FIXTURE_H
 
 #include "tests/fixture/instance.h"
+#include "tests/fixture/make.h"
+
+enum { FIXTURE_OBJECTS = 32 };
 
 struct fixture {
     struct instance_fixture instance;
@@ -13,13 +16,17 @@ struct fixture {
     VkQueue queue;
     VkCommandPool pool;
     uint32_t memory_type; /* mapped and coherent */
+    /* What fixture_close() destroys. */
+    struct device_buffer buffers[FIXTURE_OBJECTS];
+    VkAccelerationStructureKHR structures[FIXTURE_OBJECTS];
+    uint32_t buffer_count, structure_count;
 };
 
 void fixture_open(struct fixture *fixture, const struct platform *platform,
                   const struct instance_settings *settings);
 void fixture_close(struct fixture *fixture);
 
-/* Has a device address beside its other usage. */
+/* Has a device address beside its other usage; may be destroyed before the fixture is closed. */
 struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
                                     VkBufferUsageFlags usage);
 void fixture_destroy_buffer(struct fixture *fixture, struct device_buffer *buffer);
@@ -34,9 +41,7 @@ VkCommandBuffer fixture_begin_secondary(struct fixture *fixture, VkCommandBuffer
 /* Ends and submits it, and waits. */
 void fixture_finish(struct fixture *fixture, VkCommandBuffer commands);
 VkResult fixture_submit(struct fixture *fixture, VkCommandBuffer commands, VkFence fence);
-VkFence fixture_fence(struct fixture *fixture);
-/* A timeline semaphore, and a submission that waits for its value 1; `fence` may be null. */
-VkSemaphore fixture_timeline(struct fixture *fixture);
+/* A submission that waits for value 1 of a timeline semaphore; `fence` may be null. */
 void fixture_submit_waiting(struct fixture *fixture, VkCommandBuffer commands, VkSemaphore timeline,
                             VkFence fence);
 

@@ -4,7 +4,6 @@
  * by others meanwhile. All of it is a mistake of the application, which the layer survives. */
 #include "tests/snapshots/scene.h"
 
-#include <stdio.h>
 #include <string.h>
 
 enum {
@@ -13,19 +12,19 @@ enum {
     STRUCTURE_SIZE = 16 << 20,
 };
 
-static int open_scene(void **state)
+static void open_scene(void)
 {
     scene_open(&(struct scene_setup){.boxes_size = BOXES * sizeof(VkAabbPositionsKHR),
                                      .structure_size = STRUCTURE_SIZE});
-    return 0;
 }
 
-static int close_scene(void **state)
+static void close_scene(void)
 {
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
     scene_close();
-    return 0;
 }
+
+#define LIFETIME_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, true)
 
 static void submit(VkCommandBuffer commands)
 {
@@ -56,7 +55,7 @@ static void wait_and_read_structure(void)
 /* ---- tests */
 
 /* Its memory for copies went to the next command buffer when it was complete. */
-static void test_one_time_submitted_twice(void **state)
+LIFETIME_TEST(test_one_time_submitted_twice)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_invalidate_box(BOXES - 1);
@@ -67,10 +66,11 @@ static void test_one_time_submitted_twice(void **state)
     read_structure();
     for (int i = 0; i < 2; i++) {
         submit(commands);
-        expect_messages(1,
-                        "assay_validation.level = content: builds are not looked at, of executions "
-                        "of command buffers: 1 of command buffers that were begun with "
-                        "VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT and are submitted again.");
+        expect_messages(
+            1,
+            "assay_validation.level = content: builds are unchecked in these executions "
+            "of command buffers: 1 of command buffers that were begun with "
+            "VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT and are submitted again.");
         wait_and_read_structure();
         fixture_expect_silence(&fixture);
     }
@@ -78,7 +78,7 @@ static void test_one_time_submitted_twice(void **state)
 
 /* When the first command buffer is submitted again, the memory of its copies belongs to the second.
  * It must not write there any more. */
-static void test_one_time_memory_of_another(void **state)
+LIFETIME_TEST(test_one_time_memory_of_another)
 {
     struct device_buffer others = scene_input(scene.boxes.size);
     VkCommandBuffer commands[2];
@@ -93,9 +93,8 @@ static void test_one_time_memory_of_another(void **state)
                         scene.scratch_address);
     fixture_barrier(&fixture, commands[0]);
     GET(fixture.vk.EndCommandBuffer(commands[0]));
-    const VkSubmitInfo both = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 2,
-                               .pCommandBuffers = commands};
+    const VkSubmitInfo both =
+        MAKE(VkSubmitInfo, .commandBufferCount = 2, .pCommandBuffers = commands);
     GET(fixture.vk.QueueSubmit(fixture.queue, 1, &both, VK_NULL_HANDLE));
     wait_and_read_structure();
     expect_messages(1, "submitted again");
@@ -104,7 +103,7 @@ static void test_one_time_memory_of_another(void **state)
 
 /* The second execution is looked at if the layer still has the copies: on backend cpu they belong
  * to the structure. */
-static void test_one_time_submitted_twice_at_once(void **state)
+LIFETIME_TEST(test_one_time_submitted_twice_at_once)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_invalidate_box(0);
@@ -116,7 +115,7 @@ static void test_one_time_submitted_twice_at_once(void **state)
     read_structure();
 }
 
-static void test_secondary_one_time_submitted_twice(void **state)
+LIFETIME_TEST(test_secondary_one_time_submitted_twice)
 {
     VkCommandBuffer primary = fixture_begin(&fixture, 0);
     VkCommandBuffer secondary =
@@ -136,7 +135,7 @@ static void test_secondary_one_time_submitted_twice(void **state)
 }
 
 /* What is recorded further finds the old copies gone, and does not take their place. */
-static void test_one_time_recorded_further(void **state)
+LIFETIME_TEST(test_one_time_recorded_further)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_build_boxes(commands, BOXES);
@@ -146,14 +145,14 @@ static void test_one_time_recorded_further(void **state)
     scene_build_boxes(commands, BOXES);
     messages_clear(&fixture.instance.messages); /* it isn't in the recording state */
     submit(commands);
-    expect_messages(platform.is_cpu ? 1 : 2, "looked at");
+    expect_messages(platform.is_cpu ? 1 : 2, "unchecked");
     wait_and_read_structure();
     fixture_expect_silence(&fixture);
 }
 
 /* The execution has the copies of the first build alone; those of the others take chunks of their
  * own. */
-static void test_recorded_further_after_submission(void **state)
+LIFETIME_TEST(test_recorded_further_after_submission)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     scene_invalidate_box(0);
@@ -170,7 +169,7 @@ static void test_recorded_further_after_submission(void **state)
 }
 
 /* The first execution is copied to make room for the second, while the recording has more. */
-static void test_recorded_further_and_submitted_again(void **state)
+LIFETIME_TEST(test_recorded_further_and_submitted_again)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     scene_build_boxes(commands, BOXES);
@@ -183,7 +182,7 @@ static void test_recorded_further_and_submitted_again(void **state)
 }
 
 /* More secondaries than the execution has children. */
-static void test_secondaries_executed_after_submission(void **state)
+LIFETIME_TEST(test_secondaries_executed_after_submission)
 {
     VkCommandBuffer primary = fixture_begin(&fixture, 0), secondaries[BUILDS];
     scene_invalidate_box(0);
@@ -204,7 +203,7 @@ static void test_secondaries_executed_after_submission(void **state)
 
 /* A secondary is recorded further after the primary that executes it was recorded, and again after
  * that was submitted. */
-static void test_secondary_recorded_further(void **state)
+LIFETIME_TEST(test_secondary_recorded_further)
 {
     VkCommandBuffer primary = fixture_begin(&fixture, 0);
     VkCommandBuffer secondary =
@@ -224,10 +223,13 @@ static void test_secondary_recorded_further(void **state)
     fixture_expect_silence(&fixture);
 }
 
+/* What other drivers need not bear. */
+#define NULL_DRIVER_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, platform.is_null)
+
 /* What was copied is still looked at. */
-static void test_reset_before_the_wait(void **state)
+NULL_DRIVER_TEST(test_reset_before_the_wait)
 {
-    const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    const VkCommandBufferBeginInfo begin = MAKE(VkCommandBufferBeginInfo);
     VkCommandBuffer primary = fixture_begin(&fixture, 0);
     VkCommandBuffer secondary =
         fixture_begin_secondary(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
@@ -250,7 +252,7 @@ static void test_reset_before_the_wait(void **state)
 }
 
 /* Command buffers that execute themselves, or each other, have no end. */
-static void test_executed_in_circles(void **state)
+NULL_DRIVER_TEST(test_executed_in_circles)
 {
     VkCommandBuffer primary = fixture_begin(&fixture, 0), secondaries[2];
     for (int i = 0; i < 2; i++) {
@@ -266,38 +268,4 @@ static void test_executed_in_circles(void **state)
     fixture.vk.CmdExecuteCommands(primary, 1, &primary);
     submit(primary);
     wait_and_read_structure();
-}
-
-int main(int argc, char **argv)
-{
-    const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "null");
-    if (reason) {
-        puts(reason);
-        return 77;
-    }
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_one_time_submitted_twice, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_one_time_memory_of_another, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_one_time_submitted_twice_at_once, open_scene,
-                                        close_scene),
-        cmocka_unit_test_setup_teardown(test_secondary_one_time_submitted_twice, open_scene,
-                                        close_scene),
-        cmocka_unit_test_setup_teardown(test_one_time_recorded_further, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_recorded_further_after_submission, open_scene,
-                                        close_scene),
-        cmocka_unit_test_setup_teardown(test_recorded_further_and_submitted_again, open_scene,
-                                        close_scene),
-        cmocka_unit_test_setup_teardown(test_secondaries_executed_after_submission, open_scene,
-                                        close_scene),
-        cmocka_unit_test_setup_teardown(test_secondary_recorded_further, open_scene, close_scene),
-    };
-    /* What other drivers need not bear. */
-    const struct CMUnitTest null_driver_tests[] = {
-        cmocka_unit_test_setup_teardown(test_reset_before_the_wait, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_executed_in_circles, open_scene, close_scene),
-    };
-    int failures = cmocka_run_group_tests(tests, NULL, NULL);
-    if (platform.is_null)
-        failures += cmocka_run_group_tests(null_driver_tests, NULL, NULL);
-    return failures;
 }

@@ -14,11 +14,16 @@ enum {
     STRUCTURE_SIZE = 16 << 20,
 };
 
-static void open_scene(struct instance_settings settings)
+static void open_scene_with(struct instance_settings settings)
 {
     scene_open(&(struct scene_setup){.settings = settings,
                                      .boxes_size = BOXES * sizeof(VkAabbPositionsKHR),
                                      .structure_size = STRUCTURE_SIZE});
+}
+
+static void open_scene(void)
+{
+    open_scene_with((struct instance_settings){0});
 }
 
 static uint64_t bytes_copied(void)
@@ -33,9 +38,8 @@ static uint64_t bytes_copied(void)
 
 /* ---- tests */
 
-static void test_only_builds_cost(void **state)
+SCENE_TEST(test_only_builds_cost)
 {
-    open_scene((struct instance_settings){0});
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     fixture_barrier(&fixture, commands);
     fixture_finish(&fixture, commands);
@@ -46,13 +50,12 @@ static void test_only_builds_cost(void **state)
     fixture_finish(&fixture, commands);
     assert_int_equal(bytes_copied(), 3 * sizeof(VkAabbPositionsKHR));
     fixture_expect_silence(&fixture);
-    scene_close();
 }
 
 /* Beyond the budget builds are left out, by position; those before are looked at. */
-static void test_skipped_beyond_budget(void **state)
+TEST(test_skipped_beyond_budget)
 {
-    open_scene((struct instance_settings){.budget_mib = "2", .when_full = "skip"});
+    open_scene_with((struct instance_settings){.budget_mib = "2", .when_full = "skip"});
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     for (int i = 0; i < BUILDS; i++)
         scene_build_boxes(commands, BOXES);
@@ -68,9 +71,9 @@ static void test_skipped_beyond_budget(void **state)
 }
 
 /* What executes once gives its memory back once it is complete, without the application's help. */
-static void test_waits_for_budget(void **state)
+TEST(test_waits_for_budget)
 {
-    open_scene((struct instance_settings){.budget_mib = "2", .when_full = "wait"});
+    open_scene_with((struct instance_settings){.budget_mib = "2", .when_full = "wait"});
     VkCommandBuffer commands[BUILDS];
     for (int i = 0; i < BUILDS; i++) {
         commands[i] = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
@@ -85,10 +88,9 @@ static void test_waits_for_budget(void **state)
 
 /* A command buffer that may be pending twice, and waits for the host: to wait for its first
  * execution would be for ever. */
-static void test_submits_again_while_pending(void **state)
+SCENE_TEST(test_submits_again_while_pending)
 {
-    open_scene((struct instance_settings){0});
-    VkSemaphore semaphore = fixture_timeline(&fixture);
+    VkSemaphore semaphore = timeline_create(&fixture.vk, fixture.device);
     VkCommandBuffer commands =
         fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
     scene_invalidate_box(0);
@@ -98,41 +100,36 @@ static void test_submits_again_while_pending(void **state)
     fixture_expect_silence(&fixture);
     fixture_submit_waiting(&fixture, commands, semaphore, VK_NULL_HANDLE);
     expect_messages(1, "1 of command buffers that are submitted again before they are complete");
-    const VkSemaphoreSignalInfo signal = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, .semaphore = semaphore, .value = 1};
+    const VkSemaphoreSignalInfo signal =
+        MAKE(VkSemaphoreSignalInfo, .semaphore = semaphore, .value = 1);
     GET(fixture.vk.SignalSemaphore(fixture.device, &signal));
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
     expect_messages(1, "minX");
     fixture.vk.DestroySemaphore(fixture.device, semaphore, NULL);
-    scene_close();
 }
 
-static void test_twice_in_a_submission(void **state)
+SCENE_TEST(test_twice_in_a_submission)
 {
-    open_scene((struct instance_settings){0});
     VkCommandBuffer commands =
         fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
     scene_invalidate_box(0);
     scene_build_boxes(commands, 1);
     GET(fixture.vk.EndCommandBuffer(commands));
     const VkCommandBuffer twice[] = {commands, commands};
-    const VkSubmitInfo info = {
-        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 2, .pCommandBuffers = twice};
+    const VkSubmitInfo info = MAKE(VkSubmitInfo, .commandBufferCount = 2, .pCommandBuffers = twice);
     GET(fixture.vk.QueueSubmit(fixture.queue, 1, &info, VK_NULL_HANDLE));
     expect_messages(1, "1 followed by another of the same command buffer in the submission");
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
     expect_messages(1, "minX");
-    scene_close();
 }
 
 /* Resubmitted when it is complete, each execution is looked at by itself. */
-static void test_submits_again(void **state)
+SCENE_TEST(test_submits_again)
 {
-    open_scene((struct instance_settings){0});
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     scene_build_boxes(commands, 2);
     GET(fixture.vk.EndCommandBuffer(commands));
-    VkFence fence = fixture_fence(&fixture);
+    VkFence fence = fence_create(&fixture.vk, fixture.device);
     for (uint32_t i = 0; i < 2; i++) {
         scene_invalidate_box(i);
         GET(fixture_submit(&fixture, commands, fence));
@@ -145,16 +142,15 @@ static void test_submits_again(void **state)
     GET(fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, UINT64_MAX));
     fixture_expect_silence(&fixture);
     fixture.vk.DestroyFence(fixture.device, fence, NULL);
-    scene_close();
 }
 
 /* The layer doesn't see that the application knows the end of its work, as it doesn't see events.
  * The device's destruction brings what is left. */
-static void test_tells_at_destruction(void **state)
+TEST(test_tells_at_destruction)
 {
-    const VkEventCreateInfo info = {.sType = VK_STRUCTURE_TYPE_EVENT_CREATE_INFO};
+    const VkEventCreateInfo info = MAKE(VkEventCreateInfo);
     VkEvent event;
-    open_scene((struct instance_settings){0});
+    open_scene_with((struct instance_settings){0});
     GET(fixture.vk.CreateEvent(fixture.device, &info, NULL, &event));
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     scene_invalidate_box(0);
@@ -170,24 +166,9 @@ static void test_tells_at_destruction(void **state)
     expect_messages(1, "minX");
 }
 
-static void test_not_without_its_level(void **state)
+TEST(test_not_without_its_level)
 {
-    open_scene((struct instance_settings){.without_layer = true});
+    open_scene_with((struct instance_settings){.without_layer = true});
     assert_null(fixture.instance.get_device_proc_addr(fixture.device, "vkGetCountersASSAY"));
     scene_close();
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_only_builds_cost),
-        cmocka_unit_test(test_skipped_beyond_budget),
-        cmocka_unit_test(test_waits_for_budget),
-        cmocka_unit_test(test_submits_again_while_pending),
-        cmocka_unit_test(test_twice_in_a_submission),
-        cmocka_unit_test(test_submits_again),
-        cmocka_unit_test(test_tells_at_destruction),
-        cmocka_unit_test(test_not_without_its_level),
-    };
-    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

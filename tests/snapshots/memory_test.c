@@ -2,7 +2,7 @@
 /* Random programs of uploads, copies, dispatches and builds, played by two devices, with the layer
  * at level content and without it: the application's memory is the same after each submission, and
  * what is valid stays without a message. */
-#include "tests/snapshots/memory_fixture.h"
+#include "tests/snapshots/player.h"
 #include "tests/snapshots/scene.h"
 
 #include <stdlib.h>
@@ -12,9 +12,9 @@
 
 enum { PROGRAMS = 12, SUBMISSIONS = 8, STEPS = 24 };
 
-static struct memory_fixture memory_fixtures[2]; /* with the layer, and without it */
+static struct player players[2]; /* with the layer, and without it */
 
-/* ---- steps: what each does is drawn once, and recorded in both memory_fixtures */
+/* ---- steps: what each does is drawn once, and recorded in both players */
 
 static float random_coordinate(struct random *random)
 {
@@ -37,41 +37,31 @@ static void write_inputs(struct random *random, unsigned char *bytes)
 }
 
 /* As a build needs it, of what came before; and of what comes next, as if nobody else read. */
-static void barrier(const struct memory_fixture *memory_fixture, bool is_before_build)
+static void barrier(const struct player *player, bool is_before_build)
 {
-    const VkMemoryBarrier memory = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+    const VkMemoryBarrier memory = MAKE(
+        VkMemoryBarrier,
         .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT |
                          VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
         .dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
-                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-    };
+                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     const VkPipelineStageFlags others =
         VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
     const VkPipelineStageFlags build = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
-    memory_fixture->fixture.vk.CmdPipelineBarrier(
-        memory_fixture->commands, is_before_build ? others | build : build,
+    player->fixture.vk.CmdPipelineBarrier(
+        player->commands, is_before_build ? others | build : build,
         is_before_build ? build : others | build, 0, 1, &memory, 0, NULL, 0, NULL);
 }
 
-static void build(const struct memory_fixture *memory_fixture, VkAccelerationStructureKHR dst,
-                  VkAccelerationStructureTypeKHR type,
-                  const VkAccelerationStructureGeometryKHR *geometry,
-                  const VkAccelerationStructureBuildRangeInfoKHR *range)
+static void build(struct player *player, VkAccelerationStructureKHR dst,
+                  VkAccelerationStructureTypeKHR type, struct fixture_build *of)
 {
-    const VkAccelerationStructureBuildGeometryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = type,
-        .dstAccelerationStructure = dst,
-        .geometryCount = 1,
-        .pGeometries = geometry,
-        .scratchData.deviceAddress =
-            (memory_fixture->scratch.address + 255) & ~(VkDeviceAddress)255,
-    };
-    barrier(memory_fixture, true);
-    memory_fixture->fixture.vk.CmdBuildAccelerationStructuresKHR(memory_fixture->commands, 1, &info,
-                                                                 &range);
-    barrier(memory_fixture, false);
+    of->info.type = type;
+    of->info.dstAccelerationStructure = dst;
+    of->info.scratchData.deviceAddress = (player->scratch.address + 255) & ~(VkDeviceAddress)255;
+    barrier(player, true);
+    fixture_build(&player->fixture, player->commands, of);
+    barrier(player, false);
 }
 
 struct step {
@@ -80,151 +70,132 @@ struct step {
     float values[8];
 };
 
-static void build_triangles(const struct memory_fixture *memory_fixture, const struct step *step)
+static void build_triangles(struct player *player, const struct step *step)
 {
-    const VkDeviceAddress address = memory_fixture->inputs[step->buffer].address;
+    const VkDeviceAddress address = player->inputs[step->buffer].address;
     const bool has_indices = step->first % 2;
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-            .vertexStride = 12,
-            .vertexData.deviceAddress = address,
-            .maxVertex = VERTICES - 1,
-            .indexType = has_indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
-            .indexData.deviceAddress = has_indices ? address + INDICES_AT : 0,
-        }};
-    const VkAccelerationStructureBuildRangeInfoKHR range = {
-        .primitiveCount = 1 + step->count % 8,
-        .primitiveOffset = 12 * (step->first % 8),
-    };
-    build(memory_fixture, memory_fixture->blases[step->blas],
-          VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, &geometry, &range);
+    struct fixture_build triangles = {
+        .geometry = {.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                     .geometry.triangles = MAKE(
+                         VkAccelerationStructureGeometryTrianglesDataKHR,
+                         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 12,
+                         .vertexData.deviceAddress = address, .maxVertex = VERTICES - 1,
+                         .indexType = has_indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
+                         .indexData.deviceAddress = has_indices ? address + INDICES_AT : 0)},
+        .range = {.primitiveCount = 1 + step->count % 8,
+                  .primitiveOffset = 12 * (step->first % 8)}};
+    build(player, player->blases[step->blas], VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+          &triangles);
 }
 
-static void build_boxes(const struct memory_fixture *memory_fixture, const struct step *step)
+static void build_boxes(struct player *player, const struct step *step)
 {
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-        .geometry.aabbs = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-            .data.deviceAddress = memory_fixture->inputs[step->buffer].address + BOXES_AT,
-            .stride = sizeof(VkAabbPositionsKHR),
-        }};
-    const VkAccelerationStructureBuildRangeInfoKHR range = {
-        .primitiveCount = 1 + step->count % 8, .primitiveOffset = 24 * (step->first % 8)};
-    build(memory_fixture, memory_fixture->blases[step->blas],
-          VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, &geometry, &range);
+    struct fixture_build boxes = {
+        .geometry = {.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+                     .geometry.aabbs =
+                         MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
+                              .data.deviceAddress = player->inputs[step->buffer].address + BOXES_AT,
+                              .stride = sizeof(VkAabbPositionsKHR))},
+        .range = {.primitiveCount = 1 + step->count % 8,
+                  .primitiveOffset = 24 * (step->first % 8)}};
+    build(player, player->blases[step->blas], VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+          &boxes);
 }
 
-static void build_instances(const struct memory_fixture *memory_fixture, const struct step *step)
+static void build_instances(struct player *player, const struct step *step)
 {
     const bool by_pointers = step->first % 2;
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-        .geometry.instances = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-            .arrayOfPointers = by_pointers,
-            .data.deviceAddress =
-                memory_fixture->instances.address + (by_pointers ? POINTERS_AT : 0),
-        }};
-    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount =
-                                                                1 + step->count % INSTANCES};
-    build(memory_fixture, memory_fixture->tlas, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
-          &geometry, &range);
+    struct fixture_build instances = {
+        .geometry = {.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+                     .geometry.instances =
+                         MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                              .arrayOfPointers = by_pointers,
+                              .data.deviceAddress =
+                                  player->instances.address + (by_pointers ? POINTERS_AT : 0))},
+        .range.primitiveCount = 1 + step->count % INSTANCES};
+    build(player, player->tlas, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, &instances);
 }
 
 /* The pipeline was bound, and the other constants were pushed, when the command buffer began: with
  * a layout that may be another, but is compatible. */
-static void dispatch(const struct memory_fixture *memory_fixture, const struct step *step)
+static void dispatch(const struct player *player, const struct step *step)
 {
-    memory_fixture->fixture.vk.CmdPushConstants(
-        memory_fixture->commands, memory_fixture->layouts[step->count % 2],
-        VK_SHADER_STAGE_COMPUTE_BIT, offsetof(struct constants, value), 4, step->values);
-    memory_fixture->fixture.vk.CmdDispatch(memory_fixture->commands, 1, 1, 1);
+    player->fixture.vk.CmdPushConstants(player->commands, player->layouts[step->count % 2],
+                                        VK_SHADER_STAGE_COMPUTE_BIT,
+                                        offsetof(struct constants, value), 4, step->values);
+    player->fixture.vk.CmdDispatch(player->commands, 1, 1, 1);
 }
 
 /* Writes come after writes of the same bytes, too. */
-static void wait_for_writes(const struct memory_fixture *memory_fixture)
+static void wait_for_writes(const struct player *player)
 {
     const VkPipelineStageFlags stages =
         VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
-    const VkMemoryBarrier memory = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
-        .dstAccessMask =
-            VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
-    };
-    memory_fixture->fixture.vk.CmdPipelineBarrier(memory_fixture->commands, stages, stages, 0, 1,
-                                                  &memory, 0, NULL, 0, NULL);
+    const VkMemoryBarrier memory = MAKE(
+        VkMemoryBarrier, .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
+        .dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
+                         VK_ACCESS_SHADER_WRITE_BIT);
+    player->fixture.vk.CmdPipelineBarrier(player->commands, stages, stages, 0, 1, &memory, 0, NULL,
+                                          0, NULL);
 }
 
 /* Of the commands here dispatches depend on it. */
-static void end_condition(struct memory_fixture *memory_fixture)
+static void end_condition(struct player *player)
 {
-    if (memory_fixture->is_conditional)
-        memory_fixture->fixture.vk.CmdEndConditionalRenderingEXT(memory_fixture->commands);
-    memory_fixture->is_conditional = false;
+    if (player->is_conditional)
+        player->fixture.vk.CmdEndConditionalRenderingEXT(player->commands);
+    player->is_conditional = false;
 }
 
-static void begin_or_end_condition(struct memory_fixture *memory_fixture, const struct step *step)
+static void begin_or_end_condition(struct player *player, const struct step *step)
 {
-    const VkConditionalRenderingBeginInfoEXT begin = {
-        .sType = VK_STRUCTURE_TYPE_CONDITIONAL_RENDERING_BEGIN_INFO_EXT,
-        .buffer = memory_fixture->conditions.handle,
-        .offset = step->count % 2 * sizeof(uint32_t),
-        .flags = step->first % 2 ? VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT : 0,
-    };
-    if (memory_fixture->is_conditional ||
-        !instance_fixture_has_conditions(&memory_fixture->fixture.instance)) {
-        end_condition(memory_fixture);
+    const VkConditionalRenderingBeginInfoEXT begin =
+        MAKE(VkConditionalRenderingBeginInfoEXT, .buffer = player->conditions.handle,
+             .offset = step->count % 2 * sizeof(uint32_t),
+             .flags = step->first % 2 ? VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT : 0);
+    if (player->is_conditional || !instance_fixture_has_conditions(&player->fixture.instance)) {
+        end_condition(player);
         return;
     }
-    memory_fixture->fixture.vk.CmdBeginConditionalRenderingEXT(memory_fixture->commands, &begin);
-    memory_fixture->is_conditional = true;
+    player->fixture.vk.CmdBeginConditionalRenderingEXT(player->commands, &begin);
+    player->is_conditional = true;
 }
 
-static void record(struct memory_fixture *memory_fixture, const struct step *step)
+static void record(struct player *player, const struct step *step)
 {
-    const VkuDeviceDispatchTable *vk = &memory_fixture->fixture.vk;
+    const VkuDeviceDispatchTable *vk = &player->fixture.vk;
     const VkDeviceSize at = step->first % (VERTICES - 8) * 12;
     const VkBufferCopy region = {at, at, step->count % 8 * 12 + 12};
+    if (step->kind <= 3) /* it writes, too */
+        wait_for_writes(player);
     switch (step->kind) {
     case 0:
-        wait_for_writes(memory_fixture);
-        vk->CmdUpdateBuffer(memory_fixture->commands, memory_fixture->inputs[step->buffer].handle,
-                            at, sizeof(step->values), step->values);
+        vk->CmdUpdateBuffer(player->commands, player->inputs[step->buffer].handle, at,
+                            sizeof(step->values), step->values);
         break;
     case 1:
-        wait_for_writes(memory_fixture);
-        vk->CmdFillBuffer(memory_fixture->commands, memory_fixture->inputs[step->buffer].handle,
+        vk->CmdFillBuffer(player->commands, player->inputs[step->buffer].handle,
                           INDICES_AT + step->first % (INDICES / 2) * 4, step->count % 8 * 4 + 4,
                           step->count % VERTICES);
         break;
     case 2:
-        wait_for_writes(memory_fixture);
-        vk->CmdCopyBuffer(memory_fixture->commands, memory_fixture->inputs[0].handle,
-                          memory_fixture->inputs[step->other].handle, 1, &region);
+        vk->CmdCopyBuffer(player->commands, player->inputs[0].handle,
+                          player->inputs[step->other].handle, 1, &region);
         break;
     case 3:
-        wait_for_writes(memory_fixture);
-        dispatch(memory_fixture, step);
+        dispatch(player, step);
         break;
     case 4:
-        build_boxes(memory_fixture, step);
+        build_boxes(player, step);
         break;
     case 5:
-        build_instances(memory_fixture, step);
+        build_instances(player, step);
         break;
     case 8:
-        begin_or_end_condition(memory_fixture, step);
+        begin_or_end_condition(player, step);
         break;
     default:
-        build_triangles(memory_fixture, step);
+        build_triangles(player, step);
         break;
     }
 }
@@ -246,28 +217,26 @@ static struct step draw(struct random *random)
 
 /* ---- programs */
 
-static void begin(struct memory_fixture *memory_fixture, uint32_t word)
+static void begin(struct player *player, uint32_t word)
 {
     const struct constants constants = {.other = {1, 2, 3, 4},
-                                        .target = memory_fixture->inputs[1].address + word * 4};
-    memory_fixture->commands = fixture_begin(&memory_fixture->fixture, 0);
-    memory_fixture->fixture.vk.CmdBindPipeline(
-        memory_fixture->commands, VK_PIPELINE_BIND_POINT_COMPUTE, memory_fixture->fill);
-    memory_fixture->fixture.vk.CmdPushConstants(
-        memory_fixture->commands, memory_fixture->layouts[0], VK_SHADER_STAGE_COMPUTE_BIT, 0,
-        sizeof(constants), &constants);
+                                        .target = player->inputs[1].address + word * 4};
+    player->commands = fixture_begin(&player->fixture, 0);
+    player->fixture.vk.CmdBindPipeline(player->commands, VK_PIPELINE_BIND_POINT_COMPUTE,
+                                       player->fill);
+    player->fixture.vk.CmdPushConstants(player->commands, player->layouts[0],
+                                        VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(constants),
+                                        &constants);
 }
 
 static void expect_same_memory(void)
 {
     for (int i = 0; i < BUFFERS; i++)
-        assert_memory_equal(memory_fixtures[0].inputs[i].bytes, memory_fixtures[1].inputs[i].bytes,
-                            SIZE);
+        assert_memory_equal(players[0].inputs[i].bytes, players[1].inputs[i].bytes, SIZE);
     for (int w = 0; w < 2; w++)
-        assert_memory_equal(memory_fixtures[w].instances.bytes,
-                            memory_fixtures[w].instances_written,
-                            sizeof(memory_fixtures[w].instances_written));
-    fixture_expect_silence(&memory_fixtures[0].fixture);
+        assert_memory_equal(players[w].instances.bytes, players[w].instances_written,
+                            sizeof(players[w].instances_written));
+    fixture_expect_silence(&players[0].fixture);
 }
 
 static void play(struct random *random, uint32_t steps, bool builds_all)
@@ -280,35 +249,29 @@ static void play(struct random *random, uint32_t steps, bool builds_all)
             drawn[i] = (struct step){.kind = 7, .blas = i};
     }
     for (int w = 0; w < 2; w++) {
-        begin(&memory_fixtures[w], word);
+        begin(&players[w], word);
         for (uint32_t i = 0; i < steps; i++)
-            record(&memory_fixtures[w], &drawn[i]);
-        end_condition(&memory_fixtures[w]);
-        fixture_finish(&memory_fixtures[w].fixture, memory_fixtures[w].commands);
+            record(&players[w], &drawn[i]);
+        end_condition(&players[w]);
+        fixture_finish(&players[w].fixture, players[w].commands);
     }
     expect_same_memory();
 }
 
-static void test_memory_is_the_same(void **state)
+TEST(test_memory_is_the_same)
 {
     struct random random = random_of("memory_test");
     for (int program = 0; program < PROGRAMS; program++) {
-        memory_fixture_open(&memory_fixtures[0], &platform, true);
-        memory_fixture_open(&memory_fixtures[1], &platform, false);
+        player_open(&players[0], &platform, true);
+        player_open(&players[1], &platform, false);
         for (int i = 0; i < BUFFERS; i++) {
-            write_inputs(&random, memory_fixtures[0].inputs[i].bytes);
-            memcpy(memory_fixtures[1].inputs[i].bytes, memory_fixtures[0].inputs[i].bytes, SIZE);
+            write_inputs(&random, players[0].inputs[i].bytes);
+            memcpy(players[1].inputs[i].bytes, players[0].inputs[i].bytes, SIZE);
         }
         play(&random, BLASES, true);
         for (int i = 0; i < SUBMISSIONS; i++)
             play(&random, STEPS, false);
-        memory_fixture_close(&memory_fixtures[0]);
-        memory_fixture_close(&memory_fixtures[1]);
+        player_close(&players[0]);
+        player_close(&players[1]);
     }
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_memory_is_the_same)};
-    return tests_run(argc, argv, "lavapipe", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

@@ -21,12 +21,6 @@ static void open_scene(const char *level, bool is_valid)
     scene_write_instance(&instances, is_valid);
 }
 
-static void close_scene(void)
-{
-    fixture_destroy_buffer(&fixture, &instances);
-    scene_close();
-}
-
 static VkCommandBuffer record(void)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
@@ -45,7 +39,7 @@ static void run(VkCommandBuffer commands)
 /* ---- tests */
 
 /* Memory that nobody has written would be an instance whose transform has no inverse. */
-static void test_warns_once(void **state)
+TEST(test_warns_once)
 {
     platform.null_driver.set_executes_nothing(true);
     open_scene("content", true);
@@ -55,11 +49,11 @@ static void test_warns_once(void **state)
     run(commands);
     run(others);
     fixture_expect_silence(&fixture);
-    close_scene();
+    scene_close();
 }
 
 /* What the device wrote for one execution says nothing of the next one. */
-static void test_marks_are_of_one_execution(void **state)
+TEST(test_marks_are_of_one_execution)
 {
     platform.null_driver.set_executes_nothing(false);
     open_scene("content", false);
@@ -72,11 +66,11 @@ static void test_marks_are_of_one_execution(void **state)
     platform.null_driver.set_executes_nothing(false);
     run(commands);
     expect_messages(1, "transform");
-    close_scene();
+    scene_close();
 }
 
 /* Where no rule looks at the data, the backend says so when a structure is asked for. */
-static void test_backend_warns(void **state)
+TEST(test_backend_warns)
 {
     if (!platform.is_cpu)
         skip();
@@ -93,15 +87,5 @@ static void test_backend_warns(void **state)
     assert_non_null(trace);
     assert_int_not_equal(trace(fixture.device, &info), VK_SUCCESS);
     expect_messages(1, "backend = cpu can't build");
-    close_scene();
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_warns_once),
-        cmocka_unit_test(test_marks_are_of_one_execution),
-        cmocka_unit_test(test_backend_warns),
-    };
-    return tests_run(argc, argv, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
+    scene_close();
 }

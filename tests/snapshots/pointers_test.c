@@ -3,7 +3,6 @@
  * counted or could be left out, and from memory as it is when the command buffer is submitted. */
 #include "tests/snapshots/scene.h"
 
-#include <stdio.h>
 #include <string.h>
 
 enum {
@@ -24,7 +23,7 @@ static void build_top(VkCommandBuffer commands)
     scene_build_instance(commands, pointers.address, true);
 }
 
-static int open_scene(void **state)
+static void open_scene(void)
 {
     scene_open(&(struct scene_setup){.boxes_size = sizeof(VkAabbPositionsKHR),
                                      .structure_size = STRUCTURE_SIZE,
@@ -35,20 +34,11 @@ static int open_scene(void **state)
     scene_build_boxes(commands, 1);
     fixture_finish(&fixture, commands);
     fixture_expect_silence(&fixture);
-    return 0;
-}
-
-static int close_scene(void **state)
-{
-    fixture_destroy_buffer(&fixture, &pointers);
-    fixture_destroy_buffer(&fixture, &instance);
-    scene_close();
-    return 0;
 }
 
 /* ---- tests */
 
-static void test_gathers(void **state)
+SCENE_TEST(test_gathers)
 {
     write_instance(&instance, false);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
@@ -77,25 +67,24 @@ static uint64_t build_within_query(const VkQueryPoolCreateInfo *info)
     return value;
 }
 
+/* What the null driver, which counts nothing and has no conditions, can't show. */
+#define DEVICE_TEST(name) TEST_BETWEEN_IF(name, open_scene, scene_close, !platform.is_null)
+
 /* The layer's dispatch would count. */
-static void test_counts_nothing(void **state)
+DEVICE_TEST(test_counts_nothing)
 {
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS,
-        .queryCount = 1,
-        .pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT,
-    };
+    const VkQueryPoolCreateInfo info =
+        MAKE(VkQueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS, .queryCount = 1,
+             .pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT);
     assert_int_equal(build_within_query(&info), 0);
     expect_messages(1, "build 0 (no place for copies)");
 }
 
 /* Queries that count other work than that of compute shaders. */
-static void test_counts_no_dispatch(void **state)
+DEVICE_TEST(test_counts_no_dispatch)
 {
-    VkQueryPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                                  .queryType = VK_QUERY_TYPE_OCCLUSION,
-                                  .queryCount = 1};
+    VkQueryPoolCreateInfo info =
+        MAKE(VkQueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_OCCLUSION, .queryCount = 1);
     assert_int_equal(build_within_query(&info), 0);
     expect_messages(1, "transform");
     info.queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS;
@@ -106,16 +95,14 @@ static void test_counts_no_dispatch(void **state)
 
 /* A condition would leave the dispatch out, so the layer ends it before, and begins it again
  * after. snapshots_memory records dispatches of the application there. */
-static void test_follows_no_condition(void **state)
+DEVICE_TEST(test_follows_no_condition)
 {
     if (!instance_fixture_has_conditions(&fixture.instance))
         skip();
     struct device_buffer condition =
         fixture_buffer(&fixture, 4, VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT);
-    const VkConditionalRenderingBeginInfoEXT begin = {
-        .sType = VK_STRUCTURE_TYPE_CONDITIONAL_RENDERING_BEGIN_INFO_EXT,
-        .buffer = condition.handle,
-    };
+    const VkConditionalRenderingBeginInfoEXT begin =
+        MAKE(VkConditionalRenderingBeginInfoEXT, .buffer = condition.handle);
     write_instance(&instance, false);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     fixture.vk.CmdBeginConditionalRenderingEXT(commands, &begin);
@@ -147,15 +134,12 @@ static void build_in_secondary(const VkCommandBufferInheritanceInfo *inheritance
 }
 
 /* What is inherited only the null driver is told of, which takes anything. */
-static void test_inherits_nothing(void **state)
+SCENE_TEST(test_inherits_nothing)
 {
-    VkCommandBufferInheritanceConditionalRenderingInfoEXT condition = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_CONDITIONAL_RENDERING_INFO_EXT,
-    };
-    VkCommandBufferInheritanceInfo inheritance = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO,
-        .pNext = &condition,
-    };
+    VkCommandBufferInheritanceConditionalRenderingInfoEXT condition =
+        MAKE(VkCommandBufferInheritanceConditionalRenderingInfoEXT);
+    VkCommandBufferInheritanceInfo inheritance =
+        MAKE(VkCommandBufferInheritanceInfo, .pNext = &condition);
     write_instance(&instance, false);
     build_in_secondary(&inheritance);
     expect_messages(1, "transform");
@@ -174,7 +158,7 @@ static void test_inherits_nothing(void **state)
 }
 
 /* Memory that wasn't there when the command buffer was recorded. */
-static void test_later_memory(void **state)
+SCENE_TEST(test_later_memory)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     build_top(commands);
@@ -188,28 +172,4 @@ static void test_later_memory(void **state)
     fixture_destroy_buffer(&fixture, &later);
     fixture_finish(&fixture, commands);
     fixture_expect_silence(&fixture);
-}
-
-int main(int argc, char **argv)
-{
-    const char *reason = platform_open(&platform, argc > 1 ? argv[1] : "lavapipe");
-    if (reason) {
-        puts(reason);
-        return 77;
-    }
-    const struct CMUnitTest of_the_null_driver[] = {
-        cmocka_unit_test_setup_teardown(test_gathers, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_inherits_nothing, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_later_memory, open_scene, close_scene),
-    };
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_gathers, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_counts_nothing, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_counts_no_dispatch, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_follows_no_condition, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_inherits_nothing, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_later_memory, open_scene, close_scene),
-    };
-    return platform.is_null ? cmocka_run_group_tests(of_the_null_driver, NULL, NULL)
-                            : cmocka_run_group_tests(tests, NULL, NULL);
 }

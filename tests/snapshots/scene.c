@@ -34,12 +34,6 @@ void scene_open(const struct scene_setup *setup)
 
 void scene_close(void)
 {
-    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, scene.blas, NULL);
-    if (scene.tlas)
-        fixture.vk.DestroyAccelerationStructureKHR(fixture.device, scene.tlas, NULL);
-    fixture_destroy_buffer(&fixture, &scene.boxes);
-    fixture_destroy_buffer(&fixture, &scene.structures);
-    fixture_destroy_buffer(&fixture, &scene.scratch);
     fixture_close(&fixture);
 }
 
@@ -79,10 +73,8 @@ void scene_build_instance(VkCommandBuffer commands, VkDeviceAddress data, bool i
     const struct fixture_build build = {
         .geometry = {.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
                      .geometry.instances =
-                         {.sType =
-                              VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-                          .arrayOfPointers = is_pointer,
-                          .data.deviceAddress = data}},
+                         MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                              .arrayOfPointers = is_pointer, .data.deviceAddress = data)},
         .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
                  .dstAccelerationStructure = scene.tlas,
                  .scratchData.deviceAddress = scene.scratch_address},
@@ -106,7 +98,7 @@ void expect_messages(uint32_t count, const char *text)
     messages_clear(messages);
 }
 
-const char *scene_open_platform(const char *name)
+const char *unit_test_open(const char *name)
 {
-    return platform_open(&platform, name);
+    return platform_open(&platform, name ? name : "null");
 }

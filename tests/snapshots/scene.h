@@ -4,6 +4,7 @@
 #define ASSAY_TESTS_SNAPSHOTS_SCENE_H
 
 #include "tests/snapshots/fixture.h"
+#include "tests/state/unit_test.h"
 
 extern struct platform platform;
 extern struct fixture fixture;
@@ -45,7 +46,8 @@ void scene_invalidate_box(uint32_t i);
 /* There are `count` messages, and each contains the text; forgets them. */
 void expect_messages(uint32_t count, const char *text);
 
-/* Opens the platform: for tests_run(). */
-const char *scene_open_platform(const char *name);
+/* A test between open_scene(), which its file defines, and scene_close(). unit_test_open() opens
+ * the platform, by default the null driver. */
+#define SCENE_TEST(name) TEST_BETWEEN_IF(name, open_scene, scene_close, true)
 
 #endif

@@ -28,7 +28,7 @@ struct worker {
 
 static void open_worker(struct worker *worker)
 {
-    *worker = (struct worker){.fence = fixture_fence(&fixture)};
+    *worker = (struct worker){.fence = fence_create(&fixture.vk, fixture.device)};
     worker->own.device = fixture.device;
     worker->own.vk = fixture.vk;
     worker->own.queue = fixture.queue;
@@ -45,10 +45,6 @@ static void close_worker(struct worker *worker)
 {
     fixture.vk.DestroyCommandPool(fixture.device, worker->own.pool, NULL);
     fixture.vk.DestroyFence(fixture.device, worker->fence, NULL);
-    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, worker->blas, NULL);
-    fixture_destroy_buffer(&fixture, &worker->boxes);
-    fixture_destroy_buffer(&fixture, &worker->structures);
-    fixture_destroy_buffer(&fixture, &worker->scratch);
 }
 
 static VkResult submit(struct worker *worker, VkCommandBuffer commands)
@@ -92,7 +88,7 @@ static void run_threads(struct worker *workers, void (*meanwhile)(void))
         pthread_join(threads[i], NULL);
 }
 
-static void test_threads(void **state)
+TEST(test_threads)
 {
     struct worker workers[THREADS];
     fixture_open(&fixture, &platform, &(struct instance_settings){.level = "content"});
@@ -111,7 +107,7 @@ static void lose_device(void)
 }
 
 /* Of what may not have executed nothing is said but that, and nobody waits for it. */
-static void test_lost_device(void **state)
+TEST(test_lost_device)
 {
     if (!platform.is_null)
         skip();
@@ -127,13 +123,4 @@ static void test_lost_device(void **state)
             fail_msg("%s", fixture.instance.messages.items[i].text);
     fixture_close(&fixture);
     platform.null_driver.set_device_lost(false);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_lost_device),
-    };
-    return tests_run(argc, argv, "null", scene_open_platform, NULL, tests, ARRAY_COUNT(tests));
 }

@@ -130,7 +130,6 @@ static void lie_apart(struct random *random, struct range *range, uint32_t i)
 /* Anywhere, most of them short. */
 static void lie_anywhere(struct random *random, struct range *range, uint32_t i)
 {
-    (void)i;
     range->begin = random_below(random, 1 << 20);
     range->size = 1 + (random_next(random) >> (40 + random_below(random, 24)));
 }
@@ -139,7 +138,6 @@ static void lie_anywhere(struct random *random, struct range *range, uint32_t i)
  */
 static void lie_together(struct random *random, struct range *range, uint32_t i)
 {
-    (void)i;
     range->begin = 0x1000u * (1 + random_below(random, 7));
     range->size = 0x800u << random_below(random, 5);
 }
@@ -155,7 +153,6 @@ static void lie_nested(struct random *random, struct range *range, uint32_t i)
 /* Up to the end of the address space. */
 static void lie_at_the_top(struct random *random, struct range *range, uint32_t i)
 {
-    (void)i;
     uint64_t before_end = 2 + random_below(random, 1 << 16);
     range->begin = 0 - before_end;
     range->size = 1 + random_below(random, (uint32_t)before_end - 1);
@@ -164,7 +161,6 @@ static void lie_at_the_top(struct random *random, struct range *range, uint32_t 
 /* Further apart than a chunk reaches, with some near each other. */
 static void lie_far_apart(struct random *random, struct range *range, uint32_t i)
 {
-    (void)i;
     const uint64_t middle = (uint64_t)random_below(random, 64) << 32;
     range->begin = middle - 2 + random_below(random, 5); /* the first: at the top, too */
     range->size = 1 + random_below(random, 2);
@@ -222,11 +218,14 @@ static void live_through(struct random *random, layout lie, uint32_t count, uint
     teardown(&fixture);
 }
 
-TEST(test_ranges_apart)
-{
-    struct random random = random_of("address_map apart");
-    live_through(&random, lie_apart, ENTRIES, QUERIES);
-}
+#define LAYOUT_TEST(name, seed, lie, count, queries)                                               \
+    TEST(name)                                                                                     \
+    {                                                                                              \
+        struct random random = random_of("address_map " seed);                                     \
+        live_through(&random, lie, count, queries);                                                \
+    }
+
+LAYOUT_TEST(test_ranges_apart, "apart", lie_apart, ENTRIES, QUERIES)
 
 TEST(test_ranges_anywhere)
 {
@@ -236,29 +235,10 @@ TEST(test_ranges_anywhere)
         live_through(&random, lie_anywhere, count, count);
 }
 
-TEST(test_equal_beginnings_and_equal_ranges)
-{
-    struct random random = random_of("address_map together");
-    live_through(&random, lie_together, 3000, 300);
-}
-
-TEST(test_nested_ranges)
-{
-    struct random random = random_of("address_map nested");
-    live_through(&random, lie_nested, ENTRIES, 300);
-}
-
-TEST(test_ranges_at_the_top_of_the_address_space)
-{
-    struct random random = random_of("address_map top");
-    live_through(&random, lie_at_the_top, 2000, 600);
-}
-
-TEST(test_ranges_far_apart)
-{
-    struct random random = random_of("address_map far");
-    live_through(&random, lie_far_apart, 2000, 600);
-}
+LAYOUT_TEST(test_equal_beginnings_and_equal_ranges, "together", lie_together, 3000, 300)
+LAYOUT_TEST(test_nested_ranges, "nested", lie_nested, ENTRIES, 300)
+LAYOUT_TEST(test_ranges_at_the_top_of_the_address_space, "top", lie_at_the_top, 2000, 600)
+LAYOUT_TEST(test_ranges_far_apart, "far", lie_far_apart, 2000, 600)
 
 /* ---- changes */
 

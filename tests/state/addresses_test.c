@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is known of device addresses. */
+#include "tests/fixture/make.h"
 #include "tests/state/fixture.h"
 #include "tests/state/without_memory.h"
 
@@ -97,14 +98,10 @@ ADDRESS_TEST(test_a_recycled_address_is_of_its_new_buffer)
 
 RESOURCES_TEST(test_usage_may_have_64_bits)
 {
-    const VkBufferUsageFlags2CreateInfo flags2 = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
-        .usage = INPUT | 1ull << 40,
-    };
-    const VkBufferCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                            .pNext = &flags2,
-                                            .size = 0x100,
-                                            .usage = STORAGE};
+    const VkBufferCreateInfo create_info =
+        MAKE(VkBufferCreateInfo,
+             .pNext = &MAKE(VkBufferUsageFlags2CreateInfo, .usage = INPUT | 1ull << 40),
+             .size = 0x100, .usage = STORAGE);
     have_memory(resources, 1);
     resources_add_buffer(resources, buffer(1), &create_info);
     bind_at(resources, 1, 1, 0);
@@ -246,9 +243,8 @@ ADDRESS_TEST(test_what_can_be_read_ends_with_the_buffer)
 
 ADDRESS_TEST(test_no_protected_buffer_can_be_read)
 {
-    const VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                     .flags = VK_BUFFER_CREATE_PROTECTED_BIT,
-                                     .size = 0x800};
+    const VkBufferCreateInfo info =
+        MAKE(VkBufferCreateInfo, .flags = VK_BUFFER_CREATE_PROTECTED_BIT, .size = 0x800);
     resources_add_buffer(resources, buffer(2), &info);
     bind_at(resources, 2, 1, 0x400);
     resources_set_address(resources, buffer(2), AT);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the table of command pools and command buffers. */
 #include "random.h"
+#include "tests/fixture/make.h"
 #include "tests/state/command_fixture.h"
 #include "tests/state/without_memory.h"
 
@@ -67,8 +68,7 @@ COMMAND_BUFFERS_TEST(test_freed_handles_come_again)
 
 COMMAND_BUFFERS_TEST(test_what_is_not_known_changes_nothing)
 {
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-    command_buffer_begin(NULL, &info, 0, VK_SUCCESS);
+    command_buffer_begin(NULL, &MAKE(VkCommandBufferBeginInfo), 0, VK_SUCCESS);
     command_buffer_end(NULL, VK_SUCCESS);
     command_buffer_reset(NULL, true, VK_SUCCESS);
     command_buffer_begin_rendering(NULL, 0);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Making them, and asking. */
 #include "tests/state/command_fixture.h"
+#include "tests/fixture/make.h"
 
 struct command_buffers *some_command_buffers(void)
 {
@@ -35,9 +36,8 @@ struct command_buffer_facts facts_of(struct command_buffers *all, unsigned n)
 void begin_with(struct command_buffers *all, unsigned n, VkCommandBufferUsageFlags flags,
                 VkResult result)
 {
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                           .flags = flags};
-    command_buffer_begin(command_buffers_find(all, handle(n)), &info, 0, result);
+    command_buffer_begin(command_buffers_find(all, handle(n)),
+                         &MAKE(VkCommandBufferBeginInfo, .flags = flags), 0, result);
 }
 
 struct command_buffer *begin(struct command_buffers *all, unsigned n)

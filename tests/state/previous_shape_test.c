@@ -8,6 +8,7 @@
 #include "src/check/assemble/views.h"
 #include "src/rules/predicates.h"
 #include "src/state/builds/previous_shape.h"
+#include "tests/fixture/make.h"
 #include "tests/state/unit_test.h"
 #include "vuid-tables/rules.h"
 
@@ -21,144 +22,97 @@ struct sample {
     bool by_pointer; /* of ppGeometries */
 };
 
-#define PICK(random, ...)                                                                          \
-    ((const uint64_t[]){__VA_ARGS__})[random_below(                                                \
-        (random), (uint32_t)(sizeof((const uint64_t[]){__VA_ARGS__}) / sizeof(uint64_t)))]
-
 enum { JUNK = 0x12345678 };
 
 static const VkBaseInStructure stray = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO};
 
-static const void *some_chain(struct random *random)
-{
-    return random_one_in(random, 12) ? &stray : NULL;
-}
+/* A member, and the values that it may have. */
+struct member {
+    size_t offset, size;
+    uint64_t values[12];
+    uint32_t value_count;
+};
 
-static VkDeviceOrHostAddressConstKHR some_address(struct random *random)
-{
-    return (VkDeviceOrHostAddressConstKHR){.deviceAddress = PICK(random, 0, 0x1000, 0x1001)};
-}
-
-static VkStructureType some_data_stype(struct random *random)
-{
-    return (VkStructureType)PICK(
-        random, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR, JUNK);
-}
-
-static VkGeometryTypeKHR some_geometry_type(struct random *random)
-{
-    return (VkGeometryTypeKHR)PICK(random, VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-                                   VK_GEOMETRY_TYPE_AABBS_KHR, VK_GEOMETRY_TYPE_INSTANCES_KHR,
-                                   JUNK);
-}
-
-/* Of the union, which is filled as one of its members. */
-static void set_data(struct random *random, VkAccelerationStructureGeometryKHR *geometry)
-{
-    switch (random_below(random, 3)) {
-    case 0:
-        geometry->geometry.triangles = (VkAccelerationStructureGeometryTrianglesDataKHR){
-            .pNext = some_chain(random),
-            .vertexFormat = (VkFormat)PICK(random, VK_FORMAT_R32G32B32_SFLOAT,
-                                           VK_FORMAT_R16G16_SFLOAT, VK_FORMAT_UNDEFINED, JUNK),
-            .vertexStride = PICK(random, 12, 13, UINT64_C(1) << 33),
-            .maxVertex = random_below(random, 2),
-            .indexType = (VkIndexType)PICK(random, VK_INDEX_TYPE_UINT16, VK_INDEX_TYPE_UINT32,
-                                           VK_INDEX_TYPE_NONE_KHR, VK_INDEX_TYPE_UINT8, JUNK),
-            .vertexData = some_address(random),
-            .indexData = some_address(random),
-            .transformData = some_address(random)};
-        geometry->geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
-        break;
-    case 1:
-        geometry->geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR){
-            .pNext = some_chain(random),
-            .data = some_address(random),
-            .stride = PICK(random, 24, 25, UINT64_C(1) << 33)};
-        geometry->geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
-        break;
-    default:
-        geometry->geometry.instances = (VkAccelerationStructureGeometryInstancesDataKHR){
-            .pNext = some_chain(random),
-            .arrayOfPointers = random_one_in(random, 2),
-            .data = some_address(random)};
-        geometry->geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
-        break;
+#define MEMBER(name, ...)                                                                          \
+    {                                                                                              \
+        offsetof(struct sample, name), sizeof(((struct sample *)0)->name), {__VA_ARGS__},          \
+            sizeof((const uint64_t[]){__VA_ARGS__}) / sizeof(uint64_t)                             \
     }
-    geometry->geometry.triangles.sType = some_data_stype(random);
+#define DATA(name, ...) MEMBER(geometry.geometry.name, __VA_ARGS__)
+#define ADDRESS(name) DATA(name, 0, 0x1000, 0x1001)
+/* Seldom there is a chain. */
+#define CHAIN(name) MEMBER(name, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, (uintptr_t)&stray)
+
+enum { MEMBERS = 23, FIRST_OF_TRIANGLES = 17 };
+
+/* The members that can be changed one by one, those of triangles last. */
+static const struct member members[MEMBERS] = {
+    MEMBER(info.sType, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR, JUNK),
+    CHAIN(info.pNext),
+    MEMBER(info.type, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+           VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+           VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR,
+           VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, JUNK),
+    MEMBER(info.flags, 0, 1, 4 | 8, 1 << 20),
+    MEMBER(info.mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+           VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR, JUNK),
+    MEMBER(info.srcAccelerationStructure, 0, 0x10),
+    MEMBER(info.dstAccelerationStructure, 0, 0x20),
+    MEMBER(info.scratchData, 0, 0x100, 0x101),
+    MEMBER(by_pointer, false, true),
+    MEMBER(geometry.sType, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR, JUNK),
+    CHAIN(geometry.pNext),
+    MEMBER(geometry.flags, 0, 1, 1 << 9),
+    DATA(triangles.sType, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+         VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
+         VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR, JUNK),
+    MEMBER(geometry.geometryType, VK_GEOMETRY_TYPE_TRIANGLES_KHR, VK_GEOMETRY_TYPE_AABBS_KHR,
+           VK_GEOMETRY_TYPE_INSTANCES_KHR, JUNK),
+    MEMBER(range.primitiveCount, 0, 1),
+    MEMBER(range.primitiveOffset, 0, 1, 2),
+    MEMBER(range.transformOffset, 0, 1, 2),
+    DATA(triangles.vertexFormat, VK_FORMAT_R32G32B32_SFLOAT, VK_FORMAT_R16G16_SFLOAT,
+         VK_FORMAT_UNDEFINED, JUNK),
+    DATA(triangles.vertexStride, 12, 13, UINT64_C(1) << 33),
+    DATA(triangles.indexType, VK_INDEX_TYPE_UINT16, VK_INDEX_TYPE_UINT32, VK_INDEX_TYPE_NONE_KHR,
+         VK_INDEX_TYPE_UINT8, JUNK),
+    ADDRESS(triangles.vertexData),
+    ADDRESS(triangles.indexData),
+    ADDRESS(triangles.transformData)};
+
+/* Those of the union, which is filled as one of its members. */
+static const struct member more_of_triangles[] = {CHAIN(geometry.geometry.triangles.pNext),
+                                                  DATA(triangles.maxVertex, 0, 1)};
+static const struct member aabbs[] = {CHAIN(geometry.geometry.aabbs.pNext), ADDRESS(aabbs.data),
+                                      DATA(aabbs.stride, 24, 25, UINT64_C(1) << 33)};
+static const struct member instances[] = {CHAIN(geometry.geometry.instances.pNext),
+                                          DATA(instances.arrayOfPointers, VK_FALSE, VK_TRUE),
+                                          ADDRESS(instances.data)};
+
+static void draw(struct random *random, struct sample *sample, const struct member *drawn,
+                 size_t count)
+{
+    for (const struct member *member = drawn; member < drawn + count; member++) {
+        const uint64_t value = member->values[random_below(random, member->value_count)];
+        memcpy((char *)sample + member->offset, &value, member->size);
+    }
 }
 
 static struct sample some_sample(struct random *random)
 {
-    struct sample sample = {
-        .info = {.sType = (VkStructureType)PICK(
-                     random, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-                     JUNK),
-                 .pNext = some_chain(random),
-                 .type = (VkAccelerationStructureTypeKHR)PICK(
-                     random, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
-                     VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                     VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR,
-                     VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, JUNK),
-                 .flags = (VkBuildAccelerationStructureFlagsKHR)PICK(random, 0, 1, 4 | 8, 1 << 20),
-                 .mode = (VkBuildAccelerationStructureModeKHR)PICK(
-                     random, VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-                     VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR, JUNK),
-                 .srcAccelerationStructure =
-                     (VkAccelerationStructureKHR)(uintptr_t)PICK(random, 0, 0x10),
-                 .dstAccelerationStructure =
-                     (VkAccelerationStructureKHR)(uintptr_t)PICK(random, 0, 0x20),
-                 .geometryCount = 1,
-                 .scratchData.deviceAddress = PICK(random, 0, 0x100, 0x101)},
-        .by_pointer = random_one_in(random, 2),
-        .range = {.primitiveCount = random_below(random, 2),
-                  .primitiveOffset = random_below(random, 3),
-                  .transformOffset = random_below(random, 3)}};
-    set_data(random, &sample.geometry);
-    sample.geometry.sType =
-        (VkStructureType)PICK(random, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR, JUNK);
-    sample.geometry.pNext = some_chain(random);
-    sample.geometry.flags = (VkGeometryFlagsKHR)PICK(random, 0, 1, 1 << 9);
-    if (random_one_in(random, 8))
-        sample.geometry.geometryType = some_geometry_type(random);
+    static const VkGeometryTypeKHR types[] = {
+        VK_GEOMETRY_TYPE_TRIANGLES_KHR, VK_GEOMETRY_TYPE_AABBS_KHR, VK_GEOMETRY_TYPE_INSTANCES_KHR};
+    const uint32_t type = random_below(random, 3);
+    struct sample sample = {.info.geometryCount = 1};
+    draw(random, &sample, members, type == 0 ? MEMBERS : FIRST_OF_TRIANGLES);
+    if (type == 0)
+        draw(random, &sample, more_of_triangles, 2);
+    else
+        draw(random, &sample, type == 1 ? aabbs : instances, 3);
+    if (!random_one_in(random, 8))
+        sample.geometry.geometryType = types[type];
     return sample;
 }
-
-/* The members that can be changed one by one, those of triangles last. */
-#define MEMBER(name)                                                                               \
-    {                                                                                              \
-        offsetof(struct sample, name), sizeof(((struct sample *)0)->name)                          \
-    }
-#define TRIANGLES(name) MEMBER(geometry.geometry.triangles.name)
-
-static const struct {
-    size_t offset, size;
-} members[] = {MEMBER(info.sType),
-               MEMBER(info.pNext),
-               MEMBER(info.type),
-               MEMBER(info.flags),
-               MEMBER(info.mode),
-               MEMBER(info.srcAccelerationStructure),
-               MEMBER(info.dstAccelerationStructure),
-               MEMBER(info.scratchData),
-               MEMBER(by_pointer),
-               MEMBER(geometry.sType),
-               MEMBER(geometry.pNext),
-               MEMBER(geometry.flags),
-               TRIANGLES(sType),
-               MEMBER(geometry.geometryType),
-               MEMBER(range.primitiveCount),
-               MEMBER(range.primitiveOffset),
-               MEMBER(range.transformOffset),
-               TRIANGLES(vertexFormat),
-               TRIANGLES(vertexStride),
-               TRIANGLES(indexType),
-               TRIANGLES(vertexData),
-               TRIANGLES(indexData),
-               TRIANGLES(transformData)};
-enum { MEMBERS = sizeof(members) / sizeof(members[0]), FIRST_OF_TRIANGLES = MEMBERS - 6 };
 
 static bool has_triangles(const struct sample *sample)
 {
@@ -288,16 +242,13 @@ TEST(test_rules_of_the_shape_read_nothing_else)
 static struct sample a_sample(void)
 {
     return (struct sample){
-        .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                 .geometryCount = 1},
-        .geometry = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-            .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-            .geometry.triangles = {
-                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                .vertexStride = 12}}};
+        .info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                     .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, .geometryCount = 1),
+        .geometry =
+            MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                 .geometry.triangles =
+                     MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
+                          .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 12))};
 }
 
 TEST(test_a_build_of_the_same_shape_has_its_sizes)

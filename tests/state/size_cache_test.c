@@ -5,6 +5,7 @@
 
 #include "random.h"
 #include "src/state/builds/size_cache.h"
+#include "tests/fixture/make.h"
 #include "tests/state/unit_test.h"
 
 enum { GEOMETRIES = 3 };
@@ -20,44 +21,34 @@ struct build {
 
 static void set_triangles(VkAccelerationStructureGeometryKHR *geometry)
 {
-    *geometry = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-            .vertexStride = 12,
-            .maxVertex = 99,
-            .indexType = VK_INDEX_TYPE_UINT32,
-        }};
+    *geometry = MAKE(
+        VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+        .geometry.triangles = MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
+                                   .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 12,
+                                   .maxVertex = 99, .indexType = VK_INDEX_TYPE_UINT32));
 }
 
 static void set_aabbs(VkAccelerationStructureGeometryKHR *geometry)
 {
-    *geometry = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-        .geometry.aabbs = {.sType =
-                               VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-                           .stride = 24}};
+    *geometry =
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+             .geometry.aabbs = MAKE(VkAccelerationStructureGeometryAabbsDataKHR, .stride = 24));
 }
 
 static void set_instances(VkAccelerationStructureGeometryKHR *geometry)
 {
-    *geometry = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-        .geometry.instances = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR}};
+    *geometry =
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+             .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR));
 }
 
 static struct build a_build(void (*set)(VkAccelerationStructureGeometryKHR *geometry))
 {
     struct build build = {
-        .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-                 .geometryCount = GEOMETRIES},
+        .info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                     .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                     .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+                     .geometryCount = GEOMETRIES),
         .counts = {5, 6, 7},
         .type = VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
     };

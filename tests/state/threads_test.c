@@ -13,6 +13,7 @@
 #include "src/report/reporter.h"
 #include "src/state/builds/size_cache.h"
 #include "src/state/commands/object_names.h"
+#include "tests/fixture/make.h"
 #include "tests/state/command_fixture.h"
 #include "tests/state/fixture.h"
 
@@ -113,7 +114,7 @@ static void send(unsigned n, const struct label_stack *labels)
 
 static void record_once(struct random *random, unsigned n)
 {
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    const VkCommandBufferBeginInfo info = MAKE(VkCommandBufferBeginInfo);
     const VkDebugUtilsLabelEXT label = {.pLabelName = "frame"};
     struct command_buffer *own = command_buffers_find(device.command_buffers, handle(n));
     EXPECT(own && own->handle == handle(n));
@@ -191,7 +192,6 @@ static void destroy_object(struct random *random, unsigned n)
 
 static void note_gone(void *user, VkCommandBuffer gone)
 {
-    (void)user;
     object_names_set(device.names, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)gone, NULL);
 }
 
@@ -213,20 +213,15 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear_nothing(VkDebugUtilsMessageSeverityFl
                                                    const VkDebugUtilsMessengerCallbackDataEXT *data,
                                                    void *user)
 {
-    (void)severity;
-    (void)types;
-    (void)data;
-    (void)user;
     return VK_FALSE;
 }
 
 static VkDebugUtilsMessengerCreateInfoEXT messenger(PFN_vkDebugUtilsMessengerCallbackEXT call)
 {
-    return (VkDebugUtilsMessengerCreateInfoEXT){
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-        .pfnUserCallback = call};
+    return MAKE(VkDebugUtilsMessengerCreateInfoEXT,
+                .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+                .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+                .pfnUserCallback = call);
 }
 
 static void *make(void *context)
@@ -259,9 +254,6 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
                                            const VkDebugUtilsMessengerCallbackDataEXT *data,
                                            void *user)
 {
-    (void)severity;
-    (void)types;
-    (void)user;
     atomic_fetch_add(&device.heard, 1);
     EXPECT(data->cmdBufLabelCount == 1 && strcmp(data->pCmdBufLabels[0].pLabelName, "frame") == 0);
     for (uint32_t i = 0; i < data->objectCount; i++)
@@ -271,7 +263,7 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
 
 static void make_device(void)
 {
-    const VkInstanceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO};
+    const VkInstanceCreateInfo create_info = MAKE(VkInstanceCreateInfo);
     const VkDebugUtilsMessengerCreateInfoEXT info = messenger(hear);
     setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "0", 1);
     device.resources = no_resources();

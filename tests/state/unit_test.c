@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 enum { MOST = 64 }; /* tests, or threads */
@@ -34,12 +35,23 @@ void unit_test_run_threads(size_t thread_count, void *(*run)(void *element), voi
         pthread_join(threads[i], NULL);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
-    struct CMUnitTest in_order[MOST];
-    if (count == 0)
-        return 1; /* a program without tests does not pass */
+    struct CMUnitTest wanted[MOST];
+    size_t wanted_count = 0;
+    const char *reason = unit_test_open ? unit_test_open(argc > 1 ? argv[1] : NULL) : NULL;
+    if (reason) {
+        printf("skipped: %s\n", reason);
+        return 77;
+    }
     for (size_t i = 0; i < count; i++)
-        in_order[i] = tests[i]->test;
-    return _cmocka_run_group_tests(program_invocation_short_name, in_order, count, NULL, NULL);
+        if (!tests[i]->is_wanted || tests[i]->is_wanted())
+            wanted[wanted_count++] = tests[i]->test;
+    if (wanted_count == 0)
+        return 1; /* a program without tests does not pass */
+    const int failed =
+        _cmocka_run_group_tests(program_invocation_short_name, wanted, wanted_count, NULL, NULL);
+    if (unit_test_close)
+        unit_test_close();
+    return failed;
 }

@@ -13,9 +13,11 @@ COVERAGE = pathlib.Path(__file__).resolve().parents[2] / "scripts/coverage"
 DUMP = sys.argv.pop() if len(sys.argv) > 1 else None
 
 ROWS = (
-    ("VUID-vkFoo-a-1", "a_is_good", "call", "parameters", "-", "vkFoo", "VUID-vkFoo-old-1"),
-    ("VUID-vkFoo-b-2", "b_is_good", "call", "state", "-", "vkFoo", "-"),
-    ("VUID-VkBar-c-3", "c_is_good", "-", "content", "glasses", "vkFoo", "VUID-vkFoo-old-1"),
+    ("VUID-vkFoo-a-1", "a_is_good", "call", "parameters", "-", "vkFoo", "VUID-vkFoo-old-1",
+     "Do a."),
+    ("VUID-vkFoo-b-2", "b_is_good", "call", "state", "-", "vkFoo", "-", "-"),
+    ("VUID-VkBar-c-3", "c_is_good", "-", "content", "glasses", "vkFoo", "VUID-vkFoo-old-1",
+     "-"),
 )
 BOTH = ("VUID-vkFoo-a-1\tfired", "VUID-vkFoo-a-1\tsilent", "VUID-vkFoo-b-2\tfired",
         "VUID-vkFoo-b-2\tsilent")
@@ -67,7 +69,7 @@ class Coverage(unittest.TestCase):
         self.write_results(*BOTH, platform="other")
         run = self.run_script("--columns", "--reasons", reasons)
         self.assertEqual(run.returncode, 1)
-        self.assertIn("not lacking, though there is a reason: VUID-vkFoo-b-*", run.stdout)
+        self.assertIn("has a case, so its reason is not needed: VUID-vkFoo-b-*", run.stdout)
         self.write_results(*BOTH)
         self.write_results(*BOTH[:2], platform="other")
         run = self.run_script("--columns", "--reasons", reasons)
@@ -120,7 +122,7 @@ class Coverage(unittest.TestCase):
 
     def test_pending_by_capability(self):
         run = self.run_script("--pending")
-        self.assertIn("waits for glasses: 1\n  VUID-VkBar-c-3 (c_is_good)\n", run.stdout)
+        self.assertIn("pending until glasses: 1\n  VUID-VkBar-c-3 (c_is_good)\n", run.stdout)
 
     def test_registry_has_other_ids(self):
         self.write_registry([ROWS[0][0], ROWS[1][0], "VUID-VkBar-new-4", "VUID-VkElse-new-5"])
@@ -130,8 +132,9 @@ class Coverage(unittest.TestCase):
 
     def test_table_splits_by_level(self):
         lines = self.run_script().stdout.splitlines()
-        self.assertEqual(lines[1].split(), ["vkFoo", "2", "2", "0", "0", "0", "1/1", "1/1"])
-        self.assertEqual(lines[2].split(), ["VkBar", "1", "0", "0", "0", "1", "0/1"])
+        self.assertEqual(lines[1].split(), ["vkFoo", "2", "2", "0", "0", "0", "1", "1/1", "1/1"])
+        self.assertEqual(lines[2].split(), ["VkBar", "1", "0", "0", "0", "1", "0", "0/1"])
+        self.assertIn("by 1 of 3 rows)", lines[4])
 
     def test_malformed_inputs(self):
         for line in ("VUID-vkFoo-unknown-9\tfired", "VUID-vkFoo-a-1\tmaybe", "VUID-vkFoo-a-1"):

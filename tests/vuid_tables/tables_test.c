@@ -1,16 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the tables: ids, rows and texts fit together. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
+#include <ctype.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "tests/state/unit_test.h"
 #include "vuid-tables/registry.h"
 #include "vuid-tables/rules.h"
 
@@ -22,9 +18,8 @@ static bool row_has(const struct rule_info *row, enum vuid vuid)
     return false;
 }
 
-static void test_every_id_has_exactly_one_row(void **state)
+TEST(test_every_id_has_exactly_one_row)
 {
-    (void)state;
     for (int vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
         enum rule rule = rule_of_vuid((enum vuid)vuid);
         assert_in_range(rule, 0, RULE_COUNT - 1);
@@ -35,15 +30,13 @@ static void test_every_id_has_exactly_one_row(void **state)
     }
 }
 
-static void test_no_id_is_no_row(void **state)
+TEST(test_no_id_is_no_row)
 {
-    (void)state;
     assert_int_equal(rule_of_vuid(VUID_NONE), RULE_COUNT);
 }
 
-static void test_every_row_is_whole(void **state)
+TEST(test_every_row_is_whole)
 {
-    (void)state;
     for (int rule = 0; rule < RULE_COUNT; rule++) {
         const struct rule_info *row = &rule_infos[rule];
         assert_non_null(row->name);
@@ -59,9 +52,8 @@ static void test_every_row_is_whole(void **state)
     }
 }
 
-static void test_rule_names_are_unique(void **state)
+TEST(test_rule_names_are_unique)
 {
-    (void)state;
     for (int a = 0; a < RULE_COUNT; a++)
         for (int b = a + 1; b < RULE_COUNT; b++)
             assert_string_not_equal(rule_infos[a].name, rule_infos[b].name);
@@ -74,9 +66,8 @@ static bool is_only_for_nv(const struct rule_info *row)
 
 /* A row's id of a command is one of that command, or of a structure: then it is every command's, or
  * the NV command's alone. */
-static void test_columns_are_of_their_command(void **state)
+TEST(test_columns_are_of_their_command)
 {
-    (void)state;
     for (int rule = 0; rule < RULE_COUNT; rule++)
         for (int command = 0; command < COMMAND_COUNT; command++) {
             enum vuid vuid = rule_infos[rule].vuid[command];
@@ -94,15 +85,34 @@ static void test_columns_are_of_their_command(void **state)
         }
 }
 
+/* A hint is one imperative, or two, and fits a line or two of a message. */
+TEST(test_hints_are_well_formed)
+{
+    int count = 0;
+    for (int rule = 0; rule < RULE_COUNT; rule++) {
+        const char *hint = rule_infos[rule].hint;
+        if (!hint)
+            continue;
+        size_t length = strlen(hint);
+        if (!length || length > HINT_LENGTH || hint[length - 1] != '.' || !isupper(hint[0]))
+            fail_msg("%s: not a short sentence: %s", rule_infos[rule].name, hint);
+        for (const char *at = hint; *at; at++)
+            if (strncmp(at, "VUID", 4) == 0 || strspn(at, "0123456789") >= 5 || !isprint(*at) ||
+                (at[0] == ' ' && at[1] == ' '))
+                fail_msg("%s: names an id, or is not plain text: %s", rule_infos[rule].name, hint);
+        count++;
+    }
+    assert_true(count >= 100);
+}
+
 static uint32_t message_id_number(enum vuid vuid)
 {
     return XXH32(vuid_texts[vuid].id, strlen(vuid_texts[vuid].id), 8);
 }
 
 /* The numbers are those that the Khronos layer has printed for these ids. */
-static void test_message_id_numbers_are_those_users_know(void **state)
+TEST(test_message_id_numbers_are_those_users_know)
 {
-    (void)state;
     assert_int_equal(message_id_number(VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_10126),
                      0xd46589c2);
     assert_int_equal(message_id_number(VUID_vkCmdBuildAccelerationStructuresKHR_geometry_03673),
@@ -112,17 +122,15 @@ static void test_message_id_numbers_are_those_users_know(void **state)
         0xadd43ee5);
 }
 
-static void test_message_id_numbers_are_unique(void **state)
+TEST(test_message_id_numbers_are_unique)
 {
-    (void)state;
     for (int a = VUID_NONE + 1; a < VUID_COUNT; a++)
         for (int b = a + 1; b < VUID_COUNT; b++)
             assert_int_not_equal(message_id_number((enum vuid)a), message_id_number((enum vuid)b));
 }
 
-static void test_texts_are_plain(void **state)
+TEST(test_texts_are_plain)
 {
-    (void)state;
     bool same_registry = strcmp(registry_version, "1.4.363") == 0;
     for (int vuid = VUID_NONE + 1; vuid < VUID_COUNT; vuid++) {
         const struct vuid_text *text = &vuid_texts[vuid];
@@ -136,9 +144,8 @@ static void test_texts_are_plain(void **state)
     }
 }
 
-static void test_retired_ids_have_a_successor(void **state)
+TEST(test_retired_ids_have_a_successor)
 {
-    (void)state;
     static const struct {
         const char *id;
         enum vuid current;
@@ -161,9 +168,8 @@ static void test_retired_ids_have_a_successor(void **state)
     assert_null(vuid_retired(VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_03403, 0));
 }
 
-static void test_a_retired_id_is_of_its_command_and_field(void **state)
+TEST(test_a_retired_id_is_of_its_command_and_field)
 {
-    (void)state;
 #define DIRECT "VUID-vkCmdBuildAccelerationStructuresKHR-"
     static const struct {
         enum vuid vuid;
@@ -205,9 +211,8 @@ static void test_a_retired_id_is_of_its_command_and_field(void **state)
     }
 }
 
-static void test_registry_knows_its_extensions(void **state)
+TEST(test_registry_knows_its_extensions)
 {
-    (void)state;
     for (size_t i = 0; i < registry_extension_count; i++) {
         assert_true(registry_knows_extension(registry_extensions[i]));
         assert_true(i == 0 || strcmp(registry_extensions[i - 1], registry_extensions[i]) < 0);
@@ -217,9 +222,8 @@ static void test_registry_knows_its_extensions(void **state)
     assert_false(registry_knows_extension(""));
 }
 
-static void test_registry_knows_ray_tracing(void **state)
+TEST(test_registry_knows_ray_tracing)
 {
-    (void)state;
     assert_true(registry_is_ray_tracing("VK_KHR_acceleration_structure"));
     assert_true(registry_is_ray_tracing("VK_KHR_ray_query"));
     assert_true(registry_is_ray_tracing("VK_NV_displacement_micromap")); /* through another one */
@@ -227,9 +231,8 @@ static void test_registry_knows_ray_tracing(void **state)
     assert_false(registry_is_ray_tracing("VK_KHR_device_address_commands"));
 }
 
-static void test_registry_knows_structures(void **state)
+TEST(test_registry_knows_structures)
 {
-    (void)state;
     const struct registry_structure *found =
         registry_find_structure(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR);
     assert_non_null(found);
@@ -245,24 +248,4 @@ static void test_registry_knows_structures(void **state)
     assert_non_null(found);
     assert_null(found->ray_tracing);
     assert_null(registry_find_structure(VK_STRUCTURE_TYPE_MAX_ENUM));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_id_has_exactly_one_row),
-        cmocka_unit_test(test_no_id_is_no_row),
-        cmocka_unit_test(test_every_row_is_whole),
-        cmocka_unit_test(test_rule_names_are_unique),
-        cmocka_unit_test(test_columns_are_of_their_command),
-        cmocka_unit_test(test_message_id_numbers_are_those_users_know),
-        cmocka_unit_test(test_message_id_numbers_are_unique),
-        cmocka_unit_test(test_texts_are_plain),
-        cmocka_unit_test(test_retired_ids_have_a_successor),
-        cmocka_unit_test(test_a_retired_id_is_of_its_command_and_field),
-        cmocka_unit_test(test_registry_knows_its_extensions),
-        cmocka_unit_test(test_registry_knows_ray_tracing),
-        cmocka_unit_test(test_registry_knows_structures),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

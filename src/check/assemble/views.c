@@ -137,10 +137,13 @@ bool view_primitive_count(const struct build_view *build, uint32_t geometry, uin
     return true;
 }
 
-/* For builds without build ranges, whose counts are in the structures of their types. */
+/* For builds without build ranges, whose counts are in the structures of their types. The host's
+ * command requires a pointer to build ranges even so:
+ * vkBuildAccelerationStructuresKHR-pInfos-11702. */
 static void clear_counts(struct build_view *build)
 {
-    build->build_ranges_unreadable = false;
+    if (build->call->command != COMMAND_HOST)
+        build->build_ranges_unreadable = false;
     build->ranges = NULL;
     build->max_primitive_counts = NULL;
     build->triangle_count = build->aabb_count = 0;

@@ -104,10 +104,9 @@ void content_read_radii(struct content *content)
 static bool is_not_negative(const struct radius_view *radius, struct finding *finding,
                             enum input_role role)
 {
-    return radius->radius >= 0 ||
-           violated(finding, content_field(radius->geometry, role),
-                    "leads to primitive {}, which has radius {}, less than 0",
-                    number(radius->primitive), real(radius->radius));
+    return radius->radius >= 0 || violated(finding, content_field(radius->geometry, role),
+                                           "leads to primitive {}, whose radius {} is less than 0",
+                                           number(radius->primitive), real(radius->radius));
 }
 
 bool spheres_radii_are_not_negative(const struct radius_view *radius, struct finding *finding)

@@ -21,6 +21,7 @@ static inline struct used_range *begin_range(struct sweep *sweep, const struct b
             .role = role,
             .build = build->index,
             .is_update = build_is_update(build->info),
+            .is_in_place = build_is_in_place(build->info),
             .handle = handle,
         };
     return range;

@@ -9,9 +9,12 @@
 
 /* ---- structures */
 
+/* RULE_COUNT: none. An update in place violates the rules of the dst and of the src: the message
+ * about the dst names the id about the src. */
 struct structure_rules {
     const char *field;
-    enum rule alive, backed;
+    bool is_src;
+    enum rule alive, backed, alive_of_other, backed_of_other;
 };
 
 /* The facts that are checked of structures of either kind. */
@@ -37,6 +40,21 @@ static struct structure_state state_of(struct resources *resources, uint64_t han
     return (struct structure_state){.alive = facts.alive, .backed = facts.backed, .id = facts.id};
 }
 
+static bool is_in_place(const struct journal_entry *entry)
+{
+    return entry->kind == JOURNAL_UPDATE && entry->src_id && entry->src_id == entry->dst_id;
+}
+
+static void relate(struct finding *finding, const struct structure_rules *rules, enum rule other)
+{
+    if (other == RULE_COUNT)
+        return;
+    if (rules->is_src)
+        is_reported_with(finding, other);
+    else
+        also_violates(finding, other);
+}
+
 static void check_structure(struct replay *replay, const struct journal *journal,
                             const struct journal_entry *entry, uint64_t handle, uint64_t id,
                             bool was_backed, const struct structure_rules *rules)
@@ -46,42 +64,68 @@ static void check_structure(struct replay *replay, const struct journal *journal
         is_nv ? state_of_nv(replay->resources, handle) : state_of(replay->resources, handle);
     bool is_destroyed = state.alive == NO || (state.alive == YES && state.id != id);
     bool memory_was_destroyed = state.alive == YES && was_backed && state.backed == NO;
-    if (!is_destroyed && !memory_was_destroyed)
+    if (!is_destroyed && (!memory_was_destroyed || rules->backed == RULE_COUNT))
         return;
     struct judge judge;
     struct finding finding;
     judge_begin_entry(&judge, replay, journal, entry);
     finding_says(&finding, rules->field,
                  is_destroyed ? "{} was destroyed after the build was recorded"
-                              : "{} lost its memory, or its buffer, after the build was recorded",
+                              : "{} lost its memory after the build was recorded: its VkBuffer was "
+                                "destroyed, or its VkDeviceMemory was freed",
                  object(is_nv ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
                               : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                         handle));
+    if (is_in_place(entry))
+        relate(&finding, rules, is_destroyed ? rules->alive_of_other : rules->backed_of_other);
     judge_report(&judge, is_destroyed ? rules->alive : rules->backed, &finding);
 }
+
+static const struct structure_rules rules_of_dst = {
+    .field = "dstAccelerationStructure",
+    .alive = RULE_dst_is_a_valid_handle,
+    .backed = RULE_dst_is_backed_by_memory,
+    .alive_of_other = RULE_src_is_a_valid_handle,
+    .backed_of_other = RULE_update_src_is_backed_by_memory,
+};
+static const struct structure_rules rules_of_src = {
+    .field = "srcAccelerationStructure",
+    .is_src = true,
+    .alive = RULE_src_is_a_valid_handle,
+    .backed = RULE_update_src_is_backed_by_memory,
+    .alive_of_other = RULE_dst_is_a_valid_handle,
+    .backed_of_other = RULE_dst_is_backed_by_memory,
+};
+static const struct structure_rules rules_of_nv_dst = {
+    .field = "dst",
+    .alive = RULE_nv_dst_is_a_valid_handle,
+    .backed = RULE_nv_dst_is_bound_to_memory,
+    .alive_of_other = RULE_nv_src_is_a_valid_handle,
+    .backed_of_other = RULE_COUNT,
+};
+/* No rule requires that the source is bound, so its memory is not checked. */
+static const struct structure_rules rules_of_nv_src = {
+    .field = "src",
+    .is_src = true,
+    .alive = RULE_nv_src_is_a_valid_handle,
+    .backed = RULE_COUNT,
+    .alive_of_other = RULE_nv_dst_is_a_valid_handle,
+    .backed_of_other = RULE_COUNT,
+};
 
 static void check_entry(struct replay *replay, const struct journal *journal,
                         const struct journal_entry *entry)
 {
-    static const struct structure_rules dst = {
-        "dstAccelerationStructure", RULE_dst_is_a_valid_handle, RULE_dst_is_backed_by_memory};
-    static const struct structure_rules src = {"srcAccelerationStructure",
-                                               RULE_src_is_a_valid_handle,
-                                               RULE_update_src_is_backed_by_memory};
-    static const struct structure_rules nv_dst = {"dst", RULE_nv_dst_is_a_valid_handle,
-                                                  RULE_nv_dst_is_bound_to_memory};
-    /* No rule requires that the source is bound, so its memory is not checked. */
-    static const struct structure_rules nv_src = {"src", RULE_nv_src_is_a_valid_handle, RULE_COUNT};
     bool is_nv = entry->command == COMMAND_NV;
     if (entry->kind == JOURNAL_USE_MICROMAP)
         replay_destroyed_micromap(replay, journal, entry);
     if (entry->kind != JOURNAL_BUILD && entry->kind != JOURNAL_UPDATE)
         return;
     check_structure(replay, journal, entry, entry->dst, entry->dst_id, entry->dst_backed,
-                    is_nv ? &nv_dst : &dst);
-    if (entry->kind == JOURNAL_UPDATE && entry->src_id && entry->src_id != entry->dst_id)
+                    is_nv ? &rules_of_nv_dst : &rules_of_dst);
+    if (entry->kind == JOURNAL_UPDATE && entry->src_id)
         check_structure(replay, journal, entry, entry->src, entry->src_id, entry->src_backed,
-                        is_nv ? &nv_src : &src);
+                        is_nv ? &rules_of_nv_src : &rules_of_src);
 }
 
 /* ---- inputs */

@@ -52,6 +52,8 @@ void judge_begin_entry(struct judge *judge, struct replay *replay, const struct 
 
 void judge_report(struct judge *judge, enum rule rule, const struct finding *finding)
 {
-    if (judge->walk.active[rule])
+    enum rule other = finding->reported_with;
+    bool is_named = other != RULE_COUNT && judge->context.active[other];
+    if (judge->walk.active[rule] && !is_named)
         report(judge, rule, &judge->location, finding);
 }

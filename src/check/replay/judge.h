@@ -28,7 +28,8 @@ void judge_begin(struct judge *judge, struct replay *replay, const struct journa
 void judge_begin_entry(struct judge *judge, struct replay *replay, const struct journal *journal,
                        const struct journal_entry *entry);
 
-/* Reports a finding about the judge's location if `rule` is active. */
+/* Reports a finding about the judge's location if `rule` is active, and the message of no other
+ * active rule names it. */
 void judge_report(struct judge *judge, enum rule rule, const struct finding *finding);
 
 #endif

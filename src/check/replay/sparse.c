@@ -21,10 +21,16 @@ static void report_missing(struct replay *replay, const struct journal *journal,
     struct finding finding;
     judge_begin_entry(&judge, replay, journal, entry);
     finding_says(&finding, is_dst ? "dstAccelerationStructure" : "srcAccelerationStructure",
-                 "{} lies in {}, of whose bytes [{}, {}) are not bound to live memory",
+                 "{} lies in {}, whose bytes [{}, {}) are not bound to memory",
                  object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle),
                  object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)missing->buffer),
                  hex(missing->begin), hex(missing->end));
+    if (entry->kind == JOURNAL_UPDATE && entry->src_id == entry->dst_id) {
+        if (is_dst)
+            also_violates(&finding, RULE_update_src_is_backed_by_memory);
+        else
+            is_reported_with(&finding, RULE_dst_is_backed_by_memory);
+    }
     judge_report(&judge, rule, &finding);
 }
 
@@ -52,7 +58,7 @@ void replay_backing(struct replay *replay, const struct journal *journal,
     if (entry->dst_is_sparse)
         check_structure(replay, journal, entry, entry->dst, entry->dst_id,
                         RULE_dst_is_backed_by_memory);
-    if (entry->src_is_sparse && entry->kind == JOURNAL_UPDATE && entry->src_id != entry->dst_id)
+    if (entry->src_is_sparse && entry->kind == JOURNAL_UPDATE)
         check_structure(replay, journal, entry, entry->src, entry->src_id,
                         RULE_update_src_is_backed_by_memory);
 }

@@ -62,12 +62,11 @@ static void judge_size(struct judge *judge, const struct journal_entry *entry,
         return;
     struct value dst = object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, entry->dst);
     if (source->compacted)
-        finding_says(
-            &finding, "dstAccelerationStructure",
-            "{} was created with size {}, less than the compacted size of its source ({}), as "
-            "that was queried, and than accelerationStructureSize ({})",
-            dst, number(asked->dst_size), number(source->compacted_size->size),
-            number(asked->needed_size));
+        finding_says(&finding, "dstAccelerationStructure",
+                     "{} was created with size {}, less than the queried compacted size of its "
+                     "source ({}), and less than accelerationStructureSize ({})",
+                     dst, number(asked->dst_size), number(source->compacted_size->size),
+                     number(asked->needed_size));
     else
         finding_says(
             &finding, "dstAccelerationStructure",

@@ -38,8 +38,11 @@ void walk_report(struct walk *walk, enum rule rule, struct location location,
                  const struct finding *finding)
 {
     struct check_context *context = walk->context;
+    enum rule other = finding->reported_with;
     walk->findings++;
     walk->hides_sizes |= rule_infos[rule].is_of_sizes;
+    if (other != RULE_COUNT && context->active[other])
+        return;
     if (!context->hooks->found(context->user, rule, &location, finding))
         walk_stop_rule(walk, rule);
 }

@@ -36,7 +36,8 @@ void walk_start(struct walk *walk, struct check_context *context);
 void walk_stop_rule(struct walk *walk, enum rule rule);
 /* Returns the location of a geometry or its build range. */
 struct location walk_location(const struct geometry_view *geometry, enum subject subject);
-/* Reports a finding. Deactivates its rule if no more findings are needed. */
+/* Reports a finding, unless the message of another active rule names its id. Deactivates its rule
+ * if no more findings are needed. */
 __attribute__((cold)) void walk_report(struct walk *walk, enum rule rule, struct location location,
                                        const struct finding *finding);
 

@@ -19,8 +19,8 @@ bool instance_flags_are_valid(const struct instance_view *instance, struct findi
         flags & ~instance_flags_enabled(device) & ~micromap_instance_flags;
     return !unknown || instance->has_motion || device->newer_than_registry ||
            violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
-                    "leads to instance {}, whose flags {} have bits {}, which no "
-                    "VkGeometryInstanceFlagBitsKHR is",
+                    "leads to instance {}, whose flags {} have bits {}, which "
+                    "VkGeometryInstanceFlagBitsKHR does not define",
                     number(instance->index), hex(flags), hex(unknown));
 }
 
@@ -31,7 +31,7 @@ bool instance_micromap_flags_have_their_feature(const struct instance_view *inst
     VkGeometryInstanceFlagsKHR flags = instance->instance.flags & micromap_instance_flags;
     return !flags || device->micromap.ext || device->micromap.khr || device->newer_than_registry ||
            violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
-                    "leads to instance {}, whose flags {} have bits {} of micromaps, but the "
+                    "leads to instance {}, whose flags {} have the micromap bits {}, but the "
                     "feature micromap is not enabled",
                     number(instance->index), hex(instance->instance.flags), hex(flags));
 }
@@ -47,18 +47,20 @@ static bool may_disable_micromaps(const struct instance_view *instance, struct f
                            (uint64_t)(uintptr_t)instance->referenced.handle));
 }
 
-/* The registry has this valid usage for the instance and for the build command: the layer reports
- * both ids. */
+/* The registry has this valid usage for the instance and for the commands that read instances from
+ * buffers, whose message names both ids. */
 bool instance_disables_micromaps_only_if_its_blas_allows(const struct instance_view *instance,
                                                          struct finding *finding)
 {
-    return may_disable_micromaps(instance, finding);
+    return may_disable_micromaps(instance, finding) ||
+           is_reported_with(finding, RULE_instances_disable_micromaps_only_if_their_blas_allows);
 }
 
 bool instances_disable_micromaps_only_if_their_blas_allows(const struct instance_view *instance,
                                                            struct finding *finding)
 {
-    return may_disable_micromaps(instance, finding);
+    return may_disable_micromaps(instance, finding) ||
+           also_violates(finding, RULE_instance_disables_micromaps_only_if_its_blas_allows);
 }
 
 /* An instance without a structure is valid and inactive. Instances with motion have their own
@@ -136,7 +138,7 @@ bool instances_behind_pointers_are_aligned(const struct instance_pointer_view *i
 {
     return instance_pointer->address % 16 == 0 ||
            violated(finding, content_field(instance_pointer->geometry, INPUT_INSTANCES),
-                    "leads to pointer {}, which is {}, not a multiple of 16",
+                    "leads to pointer {}, whose value {} is not a multiple of 16",
                     number(instance_pointer->index), hex(instance_pointer->address));
 }
 
@@ -159,7 +161,7 @@ bool instances_are_backed_by_memory(const struct reference_view *reference, stru
 {
     return reference->referenced.backed != NO ||
            violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
-                    REFERS_TO "whose {} is not bound to live memory there",
+                    REFERS_TO "whose {} is not bound to memory, or whose memory was freed",
                     number(reference->instance), structure(reference), buffer(reference));
 }
 
@@ -179,8 +181,7 @@ bool instances_have_one_memory_instance(const struct reference_view *reference,
     return reference->referenced.multi_instance != YES ||
            violated(finding, content_field(reference->geometry, INPUT_INSTANCES),
                     REFERS_TO
-                    "whose {} is bound to memory that was allocated with an instance for "
-                    "each of several physical devices",
+                    "whose {} is bound to memory that was allocated with multiple instances",
                     number(reference->instance), structure(reference), buffer(reference));
 }
 

@@ -60,15 +60,16 @@ static bool flags_are_valid(const struct motion_instance_view *view, int type,
 
 #define FLAGS_OF(member)                                                                           \
     "leads to instance {}, whose data." member                                                     \
-    ".flags {} have bits {}, which no "                                                            \
-    "VkGeometryInstanceFlagBitsKHR is"
+    ".flags {} have bits {}, which VkGeometryInstanceFlagBitsKHR does not define"
 
 bool matrix_motion_instance_flags_are_valid(const struct motion_instance_view *motion_instance,
                                             struct finding *finding)
 {
     return flags_are_valid(motion_instance,
                            VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV, finding,
-                           FLAGS_OF("matrixMotionInstance"));
+                           FLAGS_OF("matrixMotionInstance")) ||
+           (!motion_instance->is_packed &&
+            also_violates(finding, RULE_matrix_motion_member_is_filled));
 }
 
 bool srt_motion_instance_flags_are_valid(const struct motion_instance_view *motion_instance,
@@ -76,13 +77,17 @@ bool srt_motion_instance_flags_are_valid(const struct motion_instance_view *moti
 {
     return flags_are_valid(motion_instance,
                            VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV, finding,
-                           FLAGS_OF("srtMotionInstance"));
+                           FLAGS_OF("srtMotionInstance")) ||
+           (!motion_instance->is_packed &&
+            also_violates(finding, RULE_srt_motion_member_is_filled));
 }
 
-/* Only its flags can make a member invalid. */
+/* Only its flags can make a member invalid. If a rule is about the flags of a member, its message
+ * names the id of the member. */
 
 #define NO_VALID(member)                                                                           \
-    "leads to instance {}, whose data." member " is no valid structure: its flags {} have bits {}"
+    "leads to instance {}, whose data." member                                                     \
+    " is invalid: its flags {} have bits {}, which VkGeometryInstanceFlagBitsKHR does not define"
 
 bool static_member_is_filled(const struct motion_instance_view *motion_instance,
                              struct finding *finding)
@@ -99,7 +104,8 @@ bool matrix_motion_member_is_filled(const struct motion_instance_view *motion_in
     return motion_instance->is_packed ||
            flags_are_valid(motion_instance,
                            VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_MATRIX_MOTION_NV, finding,
-                           NO_VALID("matrixMotionInstance"));
+                           NO_VALID("matrixMotionInstance")) ||
+           is_reported_with(finding, RULE_matrix_motion_instance_flags_are_valid);
 }
 
 bool srt_motion_member_is_filled(const struct motion_instance_view *motion_instance,
@@ -108,7 +114,8 @@ bool srt_motion_member_is_filled(const struct motion_instance_view *motion_insta
     return motion_instance->is_packed ||
            flags_are_valid(motion_instance,
                            VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV, finding,
-                           NO_VALID("srtMotionInstance"));
+                           NO_VALID("srtMotionInstance")) ||
+           is_reported_with(finding, RULE_srt_motion_instance_flags_are_valid);
 }
 
 /* An instance without a structure is valid and inactive. */

@@ -8,25 +8,37 @@
 
 /* ---- vertices */
 
+static uint64_t vertex_count(const struct indices_view *indices)
+{
+    return (uint64_t)indices->max_vertex + 1;
+}
+
 bool indices_are_within_max_vertex(const struct indices_view *indices, struct finding *finding)
 {
     uint32_t first = indices->range->firstVertex;
     return !indices->is_beyond ||
            violated(finding, "firstVertex",
-                    "{} with index {} of primitive {} names vertex {}, beyond maxVertex ({})",
+                    "{} plus index {} of primitive {} is vertex {}, which exceeds maxVertex ({})",
                     number(first), number(indices->index), number(indices->primitive),
-                    number((uint64_t)first + indices->index), number(indices->max_vertex));
+                    number((uint64_t)first + indices->index), number(indices->max_vertex)) ||
+           (indices->consumed > vertex_count(indices) &&
+            also_violates(finding, RULE_consumed_vertices_are_within_max_vertex));
 }
 
+/* A build range that consumes more vertices than maxVertex allows also exceeds maxVertex, by an
+ * index or without indices. That message names this id. */
 bool consumed_vertices_are_within_max_vertex(const struct indices_view *indices,
                                              struct finding *finding)
 {
-    uint64_t given = (uint64_t)indices->max_vertex + 1;
+    uint64_t given = vertex_count(indices);
     return indices->consumed <= given ||
            violated(finding, "primitiveCount",
-                    "{} consumes {} vertices or more of the {} that there are by maxVertex",
-                    number(indices->range->primitiveCount), number(indices->consumed),
-                    number(given));
+                    "{} consumes at least {}, more than maxVertex + 1 ({})",
+                    number(indices->range->primitiveCount), count_of(indices->consumed, "vertex"),
+                    number(given)) ||
+           is_reported_with(finding, indices->is_beyond
+                                         ? RULE_indices_are_within_max_vertex
+                                         : RULE_unindexed_vertices_are_within_max_vertex);
 }
 
 /* ---- AABBs. If minX is NaN, the AABB is inactive and its other values are ignored. Any other NaN
@@ -40,7 +52,8 @@ static bool is_at_most(const struct box_view *box, struct finding *finding, cons
                     number(box->primitive), real(min), real(max));
 }
 
-#define LEADS_TO(min, max) "leads to primitive {}, whose " min " {} is not at most its " max " ({})"
+#define LEADS_TO(min, max)                                                                         \
+    "leads to primitive {}, whose " min " {} is not less than or equal to " max " ({})"
 
 bool aabb_min_x_is_at_most_max_x(const struct box_view *box, struct finding *finding)
 {
@@ -78,9 +91,10 @@ bool transform_matrix_is_invertible(const struct transform_view *transform, stru
     struct value why = text(is_finite(&transform->matrix) ? "have determinant 0"
                                                           : "have an element that is not finite");
     if (transform->is_of_instance)
-        return violated(finding, content_field(transform->geometry, INPUT_INSTANCES),
-                        "leads to instance {}, whose first three columns of transform {}",
-                        number(transform->instance), why);
+        return violated(
+            finding, content_field(transform->geometry, INPUT_INSTANCES),
+            "leads to instance {}, whose transform is not invertible: its first three columns {}",
+            number(transform->instance), why);
     return violated(finding, content_field(transform->geometry, INPUT_TRANSFORM),
-                    "leads to a matrix whose first three columns {}", why);
+                    "leads to a matrix that is not invertible: its first three columns {}", why);
 }

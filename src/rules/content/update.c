@@ -50,7 +50,8 @@ bool inactive_primitives_stay_inactive(const struct updated_geometry_view *updat
     return !find_both(updated_geometry, &asked, &source) ||
            !find_first(source->inactive, asked->inactive, asked->primitive_count, &first) ||
            changed(updated_geometry, finding,
-                   "makes primitive {} active, which was inactive when {} was last built ({})",
+                   "makes primitive {} active, but the primitive was inactive when {} was last "
+                   "built ({})",
                    first);
 }
 
@@ -62,7 +63,8 @@ bool active_primitives_stay_active(const struct updated_geometry_view *updated_g
     return !find_both(updated_geometry, &asked, &source) ||
            !find_first(asked->inactive, source->inactive, asked->primitive_count, &first) ||
            changed(updated_geometry, finding,
-                   "makes primitive {} inactive, which was active when {} was last built ({})",
+                   "makes primitive {} inactive, but the primitive was active when {} was last "
+                   "built ({})",
                    first);
 }
 
@@ -80,6 +82,6 @@ bool index_values_match_source(const struct updated_geometry_view *updated_geome
         at++;
     uint64_t bytes_each = asked->indices_size / asked->primitive_count;
     return changed(updated_geometry, finding,
-                   "has other indices for primitive {} than when {} was last built ({})",
+                   "gives primitive {} other indices than it had when {} was last built ({})",
                    (uint32_t)(at / bytes_each));
 }

@@ -3,6 +3,7 @@
  * that such builds take. Flags and types of extensions that are not enabled have their own
  * rules. */
 #include "src/rules/predicates.h"
+#include "src/rules/strays.h"
 #include "src/view/names.h"
 
 enum {
@@ -47,12 +48,12 @@ bool micromap_data_update_flag_has_its_feature(const struct micromap_build_view 
     const struct device_facts *device = device_of(micromap_build);
     return !has_flag(micromap_build, DATA_UPDATE_FLAG) || !device->extension.opacity_micromap_ext ||
            device->micromap.ext ||
-           violated(finding, "flags",
-                    "{} has "
-                    "VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT, "
-                    "but VkPhysicalDeviceOpacityMicromapFeaturesEXT::micromap was not enabled for "
-                    "the device",
-                    hex(micromap_build->build->info->flags));
+           violated(
+               finding, "flags",
+               "{} has VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT, "
+               "but VkPhysicalDeviceOpacityMicromapFeaturesEXT::micromap is not enabled for the "
+               "device",
+               hex(micromap_build->build->info->flags));
 }
 
 static bool flag_has_its_feature(const struct micromap_build_view *micromap_build,
@@ -64,9 +65,9 @@ static bool flag_has_its_feature(const struct micromap_build_view *micromap_buil
     return !has_flag(micromap_build, flag) || !exists || device->micromap.ext ||
            device->micromap.khr ||
            violated(finding, "flags",
-                    "{} has {}, but the feature micromap of neither "
-                    "VkPhysicalDeviceOpacityMicromapFeaturesKHR nor "
-                    "VkPhysicalDeviceOpacityMicromapFeaturesEXT was enabled for the device",
+                    "{} has {}, but the feature micromap is not enabled for the device, neither of "
+                    "VkPhysicalDeviceOpacityMicromapFeaturesKHR nor of "
+                    "VkPhysicalDeviceOpacityMicromapFeaturesEXT",
                     hex(micromap_build->build->info->flags), text(name));
 }
 
@@ -94,7 +95,7 @@ bool micromap_build_feature_is_enabled(const struct micromap_build_view *microma
            device->micromap.khr ||
            violated_plainly(finding, "type",
                             "is VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, but "
-                            "VkPhysicalDeviceOpacityMicromapFeaturesKHR::micromap was not enabled "
+                            "VkPhysicalDeviceOpacityMicromapFeaturesKHR::micromap is not enabled "
                             "for the device");
 }
 
@@ -109,8 +110,9 @@ bool micromap_build_flags_are_allowed(const struct micromap_build_view *micromap
         VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR | LOSSY_FLAG;
     VkBuildAccelerationStructureFlagsKHR flags = micromap_build->build->info->flags;
     return !is_micromap(micromap_build->build) || !(flags & ~allowed) ||
-           violated(finding, "flags", "{} has bits {}, which the build of a micromap can't have",
-                    hex(flags), hex(flags & ~allowed));
+           violated(finding, "flags",
+                    "{} has bits {}, which the build of a micromap does not accept", hex(flags),
+                    hex(flags & ~allowed));
 }
 
 bool micromap_build_has_one_geometry(const struct micromap_build_view *micromap_build,
@@ -118,7 +120,8 @@ bool micromap_build_has_one_geometry(const struct micromap_build_view *micromap_
 {
     uint32_t count = micromap_build->build->info->geometryCount;
     return !is_micromap(micromap_build->build) || count == 1 ||
-           violated(finding, "geometryCount", "{} is not 1, as a micromap needs", number(count));
+           violated(finding, "geometryCount", "{} is not 1, which a micromap requires",
+                    number(count));
 }
 
 bool lossy_build_is_a_micromap(const struct micromap_build_view *micromap_build,
@@ -148,7 +151,7 @@ bool micromap_build_has_no_build_ranges(const struct micromap_build_view *microm
     for (uint32_t i = 0; i < build->geometry_count; i++)
         if (geometry_of(build, i)->geometryType == VK_GEOMETRY_TYPE_MICROMAP_KHR)
             return violated(finding, "",
-                            "has at index {} a geometry of type VK_GEOMETRY_TYPE_MICROMAP_KHR, but "
+                            "has a geometry of type VK_GEOMETRY_TYPE_MICROMAP_KHR at index {}, but "
                             "ppBuildRangeInfos[{}] is not NULL",
                             number(i), number(build->index));
     return true;
@@ -159,8 +162,8 @@ bool micromap_build_is_not_indirect(const struct micromap_build_view *micromap_b
 {
     return !is_micromap(micromap_build->build) ||
            violated_plainly(finding, "type",
-                            "is VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, which can't "
-                            "be built indirectly");
+                            "is VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, which an "
+                            "indirect build does not accept");
 }
 
 bool micromap_dst_is_micromap_or_generic(const struct micromap_build_view *micromap_build,
@@ -220,10 +223,12 @@ bool micromap_geometry_has_micromap_data(const struct micromap_geometry_view *mi
                        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR;
     if (micromap_geometry->has_data || (chain->has_duplicate && !has_two))
         return true;
+    enum rule other = has_two ? RULE_geometry_chain_has_no_duplicates : rule_of_stray(geometry);
     return violated(finding, "pNext",
-                    "has {} VkAccelerationStructureGeometryMicromapDataKHR, though geometryType is "
-                    "VK_GEOMETRY_TYPE_MICROMAP_KHR",
-                    text(has_two ? "more than one" : "no"));
+                    "has {} VkAccelerationStructureGeometryMicromapDataKHR, but geometryType "
+                    "VK_GEOMETRY_TYPE_MICROMAP_KHR requires one",
+                    text(has_two ? "more than one" : "no")) ||
+           is_reported_with(finding, other);
 }
 
 bool micromap_geometry_has_no_flags(const struct micromap_geometry_view *micromap_geometry,
@@ -232,67 +237,6 @@ bool micromap_geometry_has_no_flags(const struct micromap_geometry_view *microma
     const struct geometry_view *geometry = micromap_geometry->geometry;
     return !is_micromap_geometry(micromap_geometry) || !geometry->geometry->flags ||
            !geometry->build->call->device->extension.opacity_micromap_khr ||
-           violated(finding, "flags", "{} is not 0, as VK_GEOMETRY_TYPE_MICROMAP_KHR needs",
+           violated(finding, "flags", "{} is not 0, which VK_GEOMETRY_TYPE_MICROMAP_KHR requires",
                     hex(geometry->geometry->flags));
-}
-
-/* ---- structure types
- *
- * A structure in a chain is identified by its sType alone. An unexpected structure whose sType
- * belongs to the same extension counts as the expected structure with a wrong sType. */
-
-static int extension_of(VkStructureType type)
-{
-    return (int)type / 1000;
-}
-
-static bool has_its_stype(const struct chain_facts *chain, bool is_enabled,
-                          VkStructureType expected, const char *field, struct finding *finding)
-{
-    return !is_enabled || !chain->has_stray || chain->stray == expected ||
-           extension_of(chain->stray) != extension_of(expected) ||
-           violated(finding, field,
-                    "has a structure of type {}, which is not {}, the only one of its extension "
-                    "that may stand there",
-                    structure_type(chain->stray), structure_type(expected));
-}
-
-bool micromap_data_has_its_stype(const struct micromap_geometry_view *micromap_geometry,
-                                 struct finding *finding)
-{
-    const struct geometry_view *geometry = micromap_geometry->geometry;
-    return has_its_stype(
-        &geometry->chain, geometry->build->call->device->extension.opacity_micromap_khr,
-        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR, "pNext", finding);
-}
-
-bool opacity_has_its_stype(const struct micromap_geometry_view *micromap_geometry,
-                           struct finding *finding)
-{
-    const struct geometry_view *geometry = micromap_geometry->geometry;
-    return has_its_stype(&geometry->triangles_chain,
-                         geometry->build->call->device->extension.opacity_micromap_khr,
-                         VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
-                         "geometry.triangles.pNext", finding);
-}
-
-bool ext_opacity_has_its_stype(const struct micromap_geometry_view *micromap_geometry,
-                               struct finding *finding)
-{
-    const struct geometry_view *geometry = micromap_geometry->geometry;
-    return has_its_stype(&geometry->triangles_chain,
-                         geometry->build->call->device->extension.opacity_micromap_ext,
-                         VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
-                         "geometry.triangles.pNext", finding);
-}
-
-bool displacement_has_its_stype(const struct micromap_geometry_view *micromap_geometry,
-                                struct finding *finding)
-{
-    const struct geometry_view *geometry = micromap_geometry->geometry;
-    return has_its_stype(
-        &geometry->triangles_chain,
-        geometry->build->call->device->extension.displacement_micromap_nv,
-        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
-        "geometry.triangles.pNext", finding);
 }

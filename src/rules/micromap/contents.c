@@ -23,11 +23,11 @@ static bool level_is_within(const struct micromap_triangle_view *view, uint32_t 
                             const char *limit_name, struct finding *finding)
 {
     return view->triangle.subdivisionLevel <= limit ||
-           violated(finding, TRIANGLES,
-                    "leads to triangle {}, which has subdivisionLevel {} at format {}, beyond {} "
-                    "({})",
-                    number(view->index), number(view->triangle.subdivisionLevel),
-                    number(view->triangle.format), text(limit_name), number(limit));
+           violated(
+               finding, TRIANGLES,
+               "leads to triangle {}, whose subdivisionLevel {} with format {} exceeds {} ({})",
+               number(view->index), number(view->triangle.subdivisionLevel),
+               number(view->triangle.format), text(limit_name), number(limit));
 }
 
 /* The largest subdivision level whose data size can be computed. No format supports a higher
@@ -52,10 +52,10 @@ bool micromap_triangle_data_is_in_its_buffer(const struct micromap_triangle_view
     uint64_t size = data_size(triangle), left = micromap_triangle->data_left;
     return !left || !size || triangle->dataOffset + size <= left ||
            violated(finding, TRIANGLES,
-                    "leads to triangle {}, whose {} bytes at dataOffset {} end beyond the {} bytes "
-                    "that the buffer has from data on",
-                    number(micromap_triangle->index), number(size), number(triangle->dataOffset),
-                    number(left));
+                    "leads to triangle {}, which needs {} at dataOffset {}, but the buffer has {} "
+                    "from data on",
+                    number(micromap_triangle->index), count_of(size, "byte"),
+                    number(triangle->dataOffset), count_of(left, "byte"));
 }
 
 bool micromap_triangle_format_is_valid(const struct micromap_triangle_view *micromap_triangle,
@@ -105,8 +105,8 @@ bool lossy_triangle_is_4_state(const struct micromap_triangle_view *micromap_tri
     return !is_lossy(micromap_triangle) || format == VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR ||
            violated(finding, TRIANGLES,
                     "leads to triangle {}, whose format {} is not "
-                    "VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR, as flags with "
-                    "VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR need",
+                    "VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR, which "
+                    "VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR in flags requires",
                     number(micromap_triangle->index), number(format));
 }
 
@@ -133,10 +133,10 @@ bool opacity_index_is_within_micromap(const struct opacity_index_view *opacity_i
     return !opacity_index->micromap || !opacity_index->count_known || index <= 0 ||
            (uint64_t)index + base <= count ||
            violated(finding, OPACITY_DATA "indexBuffer",
-                    "has index {} for primitive {}, which with baseTriangle {} is beyond the {} "
-                    "triangles that {} was last built with",
+                    "has index {} for primitive {}, which plus baseTriangle {} is beyond the {} "
+                    "that {} was last built with",
                     number((uint64_t)index), number(opacity_index->primitive), number(base),
-                    number(count),
+                    count_of(count, "triangle"),
                     object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, opacity_index->micromap));
 }
 
@@ -146,7 +146,7 @@ bool opacity_index_without_micromap_is_special(const struct opacity_index_view *
     return opacity_index->micromap || is_special(signed_index(opacity_index)) ||
            opacity_index->geometry->build->call->device->newer_than_registry ||
            violated(finding, OPACITY_DATA "indexBuffer",
-                    "has index {} for primitive {}, which is not a "
-                    "VkOpacityMicromapSpecialIndexKHR, as is needed without a micromap",
+                    "has index {} for primitive {}, but without a micromap only values of "
+                    "VkOpacityMicromapSpecialIndexKHR are valid",
                     number(opacity_index->index), number(opacity_index->primitive));
 }

@@ -52,11 +52,11 @@ bool lossy_usage_is_4_state(const struct micromap_data_view *micromap_data, stru
     for (uint32_t i = 0; is_lossy(micromap_data) && i < usages->count; i++) {
         uint32_t format = usage_at(usages, i).format;
         if (format != VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR)
-            return violated(finding, usages_field(usages),
-                            "has format {} at index {}, not "
-                            "VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR, as flags with "
-                            "VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR need",
-                            number(format), number(i));
+            return violated(
+                finding, usages_field(usages),
+                "has format {} at index {}, not VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR, which "
+                "VK_BUILD_ACCELERATION_STRUCTURE_MICROMAP_LOSSY_BIT_KHR in flags requires",
+                number(format), number(i));
     }
     return true;
 }
@@ -96,8 +96,8 @@ bool micromap_triangle_count_is_within_limit(const struct micromap_data_view *mi
     uint64_t sum = usages_sum(&micromap_data->usages);
     uint64_t limit = device_of(micromap_data)->micromap.khr_limits.triangles;
     return sum <= limit || violated(finding, usages_field(&micromap_data->usages),
-                                    "has {} triangles in all, beyond maxMicromapTriangles ({})",
-                                    number(sum), number(limit));
+                                    "has {} in total, more than maxMicromapTriangles ({})",
+                                    count_of(sum, "triangle"), number(limit));
 }
 
 /* ---- addresses */
@@ -138,8 +138,8 @@ bool micromap_addresses_are_aligned(const struct micromap_data_view *micromap_da
     const VkAccelerationStructureGeometryMicromapDataKHR *data = micromap_data->data;
     if (data->data % INPUT_ALIGNMENT && data->triangleArray % INPUT_ALIGNMENT)
         return violated(finding, MICROMAP_DATA "data",
-                        "{} and triangleArray {} are not aligned to {} bytes", hex(data->data),
-                        hex(data->triangleArray), number(INPUT_ALIGNMENT));
+                        "{} and triangleArray {} are not aligned to {}", hex(data->data),
+                        hex(data->triangleArray), count_of(INPUT_ALIGNMENT, "byte"));
     return address_is_aligned(finding, MICROMAP_DATA "data", data->data, INPUT_ALIGNMENT) &&
            address_is_aligned(finding, MICROMAP_DATA "triangleArray", data->triangleArray,
                               INPUT_ALIGNMENT);
@@ -160,8 +160,7 @@ bool micromap_triangles_are_in_one_buffer(const struct micromap_data_view *micro
     bool wraps = __builtin_mul_overflow(stride, count, &size);
     return facts->status != ADDRESS_IN_BUFFER || (!wraps && size <= facts->bytes_left) ||
            violated(finding, MICROMAP_DATA "triangleArray",
-                    "{} leaves {} bytes to the end of {}, less than {} triangles at a "
-                    "triangleArrayStride of {} take",
-                    hex(facts->address), number(facts->bytes_left), buffer(facts), number(count),
-                    number(stride));
+                    "{} leaves {} to the end of {}, not enough for {} with triangleArrayStride {}",
+                    hex(facts->address), count_of(facts->bytes_left, "byte"), buffer(facts),
+                    count_of(count, "triangle"), number(stride));
 }

@@ -28,10 +28,12 @@ bool opacity_without_indices_has_a_micromap(const struct opacity_view *opacity,
 bool opacity_index_type_is_valid(const struct opacity_view *opacity, struct finding *finding)
 {
     return micromap_index_type_is_valid(finding, OPACITY_DATA "indexType", opacity->geometry,
-                                        opacity->opacity->indexType);
+                                        opacity->opacity->indexType) ||
+           also_violates(finding, RULE_opacity_index_type_is_8_to_32_bits_or_none);
 }
 
-/* The enumeration has no other values, so an invalid value violates both rules. */
+/* The enumeration has no other values: an invalid value violates both rules, and the message about
+ * the first names the id of the second. */
 bool opacity_index_type_is_8_to_32_bits_or_none(const struct opacity_view *opacity,
                                                 struct finding *finding)
 {
@@ -40,7 +42,8 @@ bool opacity_index_type_is_8_to_32_bits_or_none(const struct opacity_view *opaci
            opacity->geometry->build->call->device->newer_than_registry ||
            violated(finding, OPACITY_DATA "indexType",
                     "{} is none of VK_INDEX_TYPE_UINT8, _UINT16, _UINT32 and _NONE_KHR",
-                    index_type(type));
+                    index_type(type)) ||
+           is_reported_with(finding, RULE_opacity_index_type_is_valid);
 }
 
 bool opacity_without_indices_has_no_index_buffer(const struct opacity_view *opacity,
@@ -80,16 +83,15 @@ bool opacity_indices_are_in_one_buffer(const struct opacity_view *opacity, struc
     bool wraps = __builtin_mul_overflow(stride, opacity->primitive_count, &size);
     return (!wraps && size <= indices->bytes_left) ||
            violated(finding, OPACITY_DATA "indexBuffer",
-                    "{} leaves {} bytes to the end of {}, less than {} triangles at an indexStride "
-                    "of {} take",
-                    hex(indices->address), number(indices->bytes_left),
+                    "{} leaves {} to the end of {}, not enough for {} with indexStride {}",
+                    hex(indices->address), count_of(indices->bytes_left, "byte"),
                     object(VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)indices->buffer),
-                    number(opacity->primitive_count), number(stride));
+                    count_of(opacity->primitive_count, "triangle"), number(stride));
 }
 
 bool host_build_uses_no_micromap(const struct opacity_view *opacity, struct finding *finding)
 {
     return !opacity->opacity->micromap ||
-           violated(finding, OPACITY_DATA "micromap", "{} is not VK_NULL_HANDLE, in a host build",
-                    micromap_of(opacity));
+           violated(finding, OPACITY_DATA "micromap",
+                    "{} is not VK_NULL_HANDLE, which a host build requires", micromap_of(opacity));
 }

@@ -104,9 +104,9 @@ bool ext_opacity_index_type_is_16_or_32_bits_or_none(const struct opacity_ext_vi
                                                      struct finding *finding)
 {
     return opacity_ext->opacity->indexType != VK_INDEX_TYPE_UINT8 ||
-           violated_plainly(finding, OPACITY_EXT_DATA "indexType",
-                            "is VK_INDEX_TYPE_UINT8, which micromaps of VK_EXT_opacity_micromap do "
-                            "not take");
+           violated_plainly(
+               finding, OPACITY_EXT_DATA "indexType",
+               "is VK_INDEX_TYPE_UINT8, which VK_EXT_opacity_micromap does not accept");
 }
 
 bool ext_opacity_index_stride_is_aligned(const struct opacity_ext_view *opacity_ext,

@@ -63,11 +63,12 @@ bool opacity_triangles_are_within_micromap(const struct used_micromap_view *used
     uint64_t last = (uint64_t)use->first + use->triangle_count - 1;
     return last <= built->shapes->items[0].primitive_count ||
            violated(finding, OPACITY_DATA "baseTriangle",
-                    "{} makes {} triangles use those of the micromap up to {}, but {} was last "
-                    "built with {} (in {})",
-                    number(use->first), number(use->triangle_count), number(last),
+                    "{} and {} in the build range reach triangle {} of the micromap, but {} was "
+                    "last built with {} (in {})",
+                    number(use->first), count_of(use->triangle_count, "triangle"), number(last),
                     structure(used_micromap->handle),
-                    number(built->shapes->items[0].primitive_count), command_buffer(built));
+                    count_of(built->shapes->items[0].primitive_count, "triangle"),
+                    command_buffer(built));
 }
 
 /* The last build of a deserialized source is unknown, but the update must have the flags and
@@ -78,12 +79,11 @@ bool opacity_micromap_of_deserialized_source_is_deserialized(
 {
     return !used_micromap->source || used_micromap->source->state != BUILT_FILLED ||
            !used_micromap->use->must_stay || !was_built(used_micromap) ||
-           violated(
-               finding, OPACITY_DATA "micromap",
-               "{} was built (in {}, build {}), but srcAccelerationStructure was deserialized, "
-               "and so must be its micromaps",
-               structure(used_micromap->handle), command_buffer(used_micromap->built),
-               number(used_micromap->built->position));
+           violated(finding, OPACITY_DATA "micromap",
+                    "{} was built (in {}, build {}), but srcAccelerationStructure was "
+                    "deserialized, so its micromaps must be deserialized, too",
+                    structure(used_micromap->handle), command_buffer(used_micromap->built),
+                    number(used_micromap->built->position));
 }
 
 /* ---- updates */

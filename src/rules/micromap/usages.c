@@ -62,8 +62,8 @@ bool usage_formats_are_valid(const struct micromap_usages *usages, uint32_t last
         uint32_t format = usage_at(usages, i).format;
         if (format < 1 || format > last)
             return violated(finding, usages_field(usages),
-                            "has format {} at index {}, which is no {}", number(format), number(i),
-                            text(type));
+                            "has format {} at index {}, which is not a {}", number(format),
+                            number(i), text(type));
     }
     return true;
 }
@@ -74,10 +74,11 @@ bool usage_levels_are_within(const struct micromap_usages *usages, uint32_t form
     for (uint32_t i = 0; i < usages->count; i++) {
         VkMicromapUsageEXT usage = usage_at(usages, i);
         if ((format == ANY_FORMAT || usage.format == format) && usage.subdivisionLevel > limit)
-            return violated(finding, usages_field(usages),
-                            "has subdivisionLevel {} with format {} at index {}, beyond {} ({})",
-                            number(usage.subdivisionLevel), number(usage.format), number(i),
-                            text(limit_name), number(limit));
+            return violated(
+                finding, usages_field(usages),
+                "has subdivisionLevel {} with format {} at index {}, which exceeds {} ({})",
+                number(usage.subdivisionLevel), number(usage.format), number(i), text(limit_name),
+                number(limit));
     }
     return true;
 }

@@ -32,14 +32,22 @@ static bool is_a_structure(const struct nv_accel_facts *accel, struct finding *f
                                                     "a VkAccelerationStructureNV of this device");
 }
 
+/* The message about the dst names the id about the src. */
+static bool is_in_place(const struct nv_call_view *nv_call)
+{
+    return nv_call->src && nv_call->src == nv_call->dst;
+}
+
 bool nv_dst_is_a_valid_handle(const struct nv_call_view *nv_call, struct finding *finding)
 {
-    return is_a_structure(&nv_call->dst_facts, finding, "dst");
+    return is_a_structure(&nv_call->dst_facts, finding, "dst") ||
+           (is_in_place(nv_call) && also_violates(finding, RULE_nv_src_is_a_valid_handle));
 }
 
 bool nv_src_is_a_valid_handle(const struct nv_call_view *nv_call, struct finding *finding)
 {
-    return !nv_call->src || is_a_structure(&nv_call->src_facts, finding, "src");
+    return !nv_call->src || is_a_structure(&nv_call->src_facts, finding, "src") ||
+           (is_in_place(nv_call) && is_reported_with(finding, RULE_nv_dst_is_a_valid_handle));
 }
 
 bool nv_scratch_is_a_valid_buffer(const struct nv_call_view *nv_call, struct finding *finding)
@@ -109,8 +117,9 @@ bool nv_dst_is_bound_to_memory(const struct nv_call_view *nv_call, struct findin
     case NV_MEMORY_TOO_SMALL:
         break;
     }
-    return violated(finding, "dst", "{} needs {} bytes, and goes beyond the end of {}",
-                    nv_structure(dst->handle), number(dst->sizes.object), memory);
+    return violated(finding, "dst",
+                    "{} needs {}, more than {} has from the offset of the binding on",
+                    nv_structure(dst->handle), count_of(dst->sizes.object, "byte"), memory);
 }
 
 /* ---- scratch */
@@ -125,9 +134,9 @@ static bool scratch_is_large_enough(const struct nv_call_view *nv_call, struct f
         (offset <= scratch->size && scratch->size - offset >= needed))
         return true;
     return violated(finding, "scratchOffset",
-                    "{} in {} of {} bytes leaves less than the {} bytes that {} needs ({})",
-                    number(offset), nv_buffer(nv_call->scratch), number(scratch->size),
-                    number(needed), nv_structure(nv_call->dst), text(type));
+                    "{} leaves less of {} ({}) than the {} that {} needs ({})", number(offset),
+                    nv_buffer(nv_call->scratch), count_of(scratch->size, "byte"),
+                    count_of(needed, "byte"), nv_structure(nv_call->dst), text(type));
 }
 
 bool nv_build_scratch_is_large_enough(const struct nv_call_view *nv_call, struct finding *finding)
@@ -155,15 +164,20 @@ static bool has_ray_tracing_usage(const struct buffer_facts *facts, struct findi
                     nv_buffer(facts->handle), hex(facts->usage));
 }
 
+/* The registry has the valid usage of scratch and instanceData for the command and for
+ * VkAccelerationStructureInfoNV. The message about the command names both ids. */
+
 bool nv_scratch_has_ray_tracing_usage(const struct nv_call_view *nv_call, struct finding *finding)
 {
-    return has_ray_tracing_usage(&nv_call->scratch_facts, finding, "scratch");
+    return has_ray_tracing_usage(&nv_call->scratch_facts, finding, "scratch") ||
+           also_violates(finding, RULE_nv_info_scratch_has_ray_tracing_usage);
 }
 
 bool nv_info_scratch_has_ray_tracing_usage(const struct nv_call_view *nv_call,
                                            struct finding *finding)
 {
-    return has_ray_tracing_usage(&nv_call->scratch_facts, finding, "scratch");
+    return has_ray_tracing_usage(&nv_call->scratch_facts, finding, "scratch") ||
+           is_reported_with(finding, RULE_nv_scratch_has_ray_tracing_usage);
 }
 
 /* A build without instances reads no instance data. */
@@ -177,13 +191,15 @@ static bool instances_have_ray_tracing_usage(const struct nv_call_view *nv_call,
 bool nv_instance_data_has_ray_tracing_usage(const struct nv_call_view *nv_call,
                                             struct finding *finding)
 {
-    return instances_have_ray_tracing_usage(nv_call, finding);
+    return instances_have_ray_tracing_usage(nv_call, finding) ||
+           also_violates(finding, RULE_nv_info_instance_data_has_ray_tracing_usage);
 }
 
 bool nv_info_instance_data_has_ray_tracing_usage(const struct nv_call_view *nv_call,
                                                  struct finding *finding)
 {
-    return instances_have_ray_tracing_usage(nv_call, finding);
+    return instances_have_ray_tracing_usage(nv_call, finding) ||
+           is_reported_with(finding, RULE_nv_instance_data_has_ray_tracing_usage);
 }
 
 /* ---- the create info of dst */
@@ -194,25 +210,24 @@ static bool compatible_counts(const struct nv_call_view *nv_call, struct finding
     const struct nv_counts *created = &nv_call->dst_facts.created->geometries[index];
     struct nv_counts asked = nv_counts_of(&nv_call->geometries[index]);
     const struct {
-        const char *name;
+        const char *noun;
         uint32_t asked, created;
-    } counts[] = {{"vertices", asked.vertices, created->vertices},
-                  {"indices", asked.indices, created->indices},
-                  {"AABBs", asked.aabbs, created->aabbs}};
+    } counts[] = {{"vertex", asked.vertices, created->vertices},
+                  {"index", asked.indices, created->indices},
+                  {"AABB", asked.aabbs, created->aabbs}};
     for (int i = 0; i < 3; i++)
         if (counts[i].asked > counts[i].created)
             return violated(finding, "dst",
-                            "{} was created for {} {} in geometry {}, fewer than "
-                            "pInfo->pGeometries has there ({})",
-                            nv_structure(nv_call->dst), number(counts[i].created),
-                            text(counts[i].name), number(index), number(counts[i].asked));
+                            "{} was created for {} in geometry {}, but pInfo has {} there",
+                            nv_structure(nv_call->dst), count_of(counts[i].created, counts[i].noun),
+                            number(index), count_of(counts[i].asked, counts[i].noun));
     return true;
 }
 
 static bool created_for_fewer(const struct nv_call_view *nv_call, struct finding *finding,
                               const char *member, uint32_t created, uint32_t asked)
 {
-    return violated(finding, "dst", "{} was created with {} {}, less than pInfo has ({})",
+    return violated(finding, "dst", "{} was created with {} {}, less than that of pInfo ({})",
                     nv_structure(nv_call->dst), text(member), number(created), number(asked));
 }
 

@@ -45,7 +45,8 @@ bool nv_geometry_type_is_valid(const struct nv_geometry_view *nv_geometry, struc
     VkGeometryTypeKHR type = nv_geometry->geometry->geometryType;
     return geometry_type_is_enabled(device_of(nv_geometry), type) ||
            violated(finding, "geometryType",
-                    "{} is not a VkGeometryTypeKHR of the extensions enabled", geometry_type(type));
+                    "{} is not a VkGeometryTypeKHR value of an enabled extension",
+                    geometry_type(type));
 }
 
 /* Values outside the enumeration have their own rule. */
@@ -65,7 +66,7 @@ bool nv_geometry_flags_are_valid(const struct nv_geometry_view *nv_geometry,
 {
     VkGeometryFlagsKHR unknown = nv_geometry->geometry->flags & ~geometry_flags;
     return !unknown || device_of(nv_geometry)->newer_than_registry ||
-           violated(finding, "flags", "{} has bits {}, which no VkGeometryFlagBitsKHR is",
+           violated(finding, "flags", "{} has bits {}, which VkGeometryFlagBitsKHR does not define",
                     hex(nv_geometry->geometry->flags), hex(unknown));
 }
 
@@ -103,7 +104,8 @@ bool nv_geometry_data_is_filled(const struct nv_geometry_view *nv_geometry, stru
 {
     return !is_nv_type(nv_geometry->geometry->geometryType) || triangles_are_typed(nv_geometry) ||
            aabbs_are_typed(nv_geometry) ||
-           violated(finding, "geometry", "is not filled: triangles.sType is {}, aabbs.sType {}",
+           violated(finding, "geometry",
+                    "is not filled: triangles.sType is {}, and aabbs.sType is {}",
                     structure_type(triangles_stype(nv_geometry)),
                     structure_type(aabbs_stype(nv_geometry)));
 }
@@ -142,8 +144,8 @@ bool nv_unused_triangles_have_their_stype(const struct nv_geometry_view *nv_geom
 {
     return !only_triangles_stype_is_wrong(nv_geometry, VK_GEOMETRY_TYPE_AABBS_NV) ||
            violated(finding, TRIANGLES "sType",
-                    "{} is not VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV, which it has to be of "
-                    "AABBs, too",
+                    "{} is not VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV, which a geometry of AABBs "
+                    "requires, too",
                     structure_type(triangles_stype(nv_geometry)));
 }
 
@@ -152,8 +154,8 @@ bool nv_unused_aabbs_have_their_stype(const struct nv_geometry_view *nv_geometry
 {
     return !only_aabbs_stype_is_wrong(nv_geometry, VK_GEOMETRY_TYPE_TRIANGLES_NV) ||
            violated(finding, BOXES "sType",
-                    "{} is not VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV, which it has to be of "
-                    "triangles, too",
+                    "{} is not VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV, which a geometry of triangles "
+                    "requires, too",
                     structure_type(aabbs_stype(nv_geometry)));
 }
 
@@ -195,7 +197,7 @@ bool nv_vertex_format_is_allowed(const struct nv_geometry_view *nv_geometry,
     return !triangles || is_allowed(triangles->vertexFormat) ||
            !format_is_known(triangles->vertexFormat) ||
            violated(finding, TRIANGLES "vertexFormat",
-                    "{} is not one of the formats that VK_NV_ray_tracing takes",
+                    "{} is not one of the formats that VK_NV_ray_tracing accepts",
                     format(triangles->vertexFormat));
 }
 
@@ -244,7 +246,7 @@ bool nv_index_type_is_16_or_32_bits_or_none(const struct nv_geometry_view *nv_ge
     const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
     return !triangles || triangles->indexType != VK_INDEX_TYPE_UINT8 ||
            violated_plainly(finding, TRIANGLES "indexType",
-                            "is VK_INDEX_TYPE_UINT8, which builds do not take");
+                            "is VK_INDEX_TYPE_UINT8, which a build does not accept");
 }
 
 bool nv_index_offset_is_aligned(const struct nv_geometry_view *nv_geometry, struct finding *finding)
@@ -271,7 +273,7 @@ bool nv_unindexed_triangles_have_no_index_data(const struct nv_geometry_view *nv
     const VkGeometryTrianglesNV *triangles = nv_geometry->triangles;
     return !triangles || !is_unindexed(triangles) || !triangles->indexData ||
            violated(finding, TRIANGLES "indexData",
-                    "{} is given, but indexType is VK_INDEX_TYPE_NONE_NV",
+                    "{} is not VK_NULL_HANDLE, but indexType is VK_INDEX_TYPE_NONE_NV",
                     nv_buffer(triangles->indexData));
 }
 

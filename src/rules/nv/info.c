@@ -39,9 +39,9 @@ bool nv_info_type_is_valid(const struct nv_info_view *nv_info, struct finding *f
 bool nv_info_type_is_not_generic(const struct nv_info_view *nv_info, struct finding *finding)
 {
     return nv_info->info->type != VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR ||
-           violated_plainly(finding, "type",
-                            "is VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR: a build says which "
-                            "kind it makes");
+           violated_plainly(
+               finding, "type",
+               "is VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR, which a build cannot make");
 }
 
 bool nv_info_flags_are_valid(const struct nv_info_view *nv_info, struct finding *finding)
@@ -50,9 +50,7 @@ bool nv_info_flags_are_valid(const struct nv_info_view *nv_info, struct finding 
     VkBuildAccelerationStructureFlagsKHR unknown =
         nv_info->info->flags & ~build_flags_enabled(device);
     return !unknown || device->newer_than_registry ||
-           violated(finding, "flags",
-                    "{} has bits {}, which no VkBuildAccelerationStructureFlagBitsKHR of the "
-                    "extensions enabled is",
+           violated(finding, "flags", "{} has bits {}, which no enabled extension defines",
                     hex(nv_info->info->flags), hex(unknown));
 }
 
@@ -89,18 +87,19 @@ bool nv_blas_geometries_have_one_type(const struct nv_info_view *nv_info, struct
     const VkGeometryNV *geometries = nv_info->call->geometries;
     uint32_t other = nv_info->first_other_type;
     return !is_blas(nv_info) || other == nv_info->call->geometry_count ||
-           violated(finding, "pGeometries",
-                    "has {} at index 0 and {} at index {}: a bottom-level structure has one type",
-                    geometry_type(geometries[0].geometryType),
-                    geometry_type(geometries[other].geometryType), number(other));
+           violated(
+               finding, "pGeometries",
+               "has {} at index 0 but {} at index {}, in the build of a bottom-level structure",
+               geometry_type(geometries[0].geometryType),
+               geometry_type(geometries[other].geometryType), number(other));
 }
 
 bool nv_geometries_are_readable(const struct nv_info_view *nv_info, struct finding *finding)
 {
     return !nv_info->call->geometries_unreadable ||
-           violated(finding, "pGeometries", "{} does not point to {} readable geometries",
+           violated(finding, "pGeometries", "{} does not point to a readable array of {}",
                     hex((uint64_t)(uintptr_t)nv_info->info->pGeometries),
-                    number(nv_info->info->geometryCount));
+                    count_of(nv_info->info->geometryCount, "geometry"));
 }
 
 /* ---- limits */
@@ -114,15 +113,20 @@ static bool geometry_count_is_within_limit(const struct nv_info_view *info, stru
                     number(info->info->geometryCount), number(limit));
 }
 
+/* The registry has this valid usage for the command and for VkAccelerationStructureInfoNV. The
+ * message about the command names both ids. */
+
 bool nv_build_geometry_count_is_within_limit(const struct nv_info_view *nv_info,
                                              struct finding *finding)
 {
-    return geometry_count_is_within_limit(nv_info, finding);
+    return geometry_count_is_within_limit(nv_info, finding) ||
+           also_violates(finding, RULE_nv_geometry_count_is_within_limit);
 }
 
 bool nv_geometry_count_is_within_limit(const struct nv_info_view *nv_info, struct finding *finding)
 {
-    return geometry_count_is_within_limit(nv_info, finding);
+    return geometry_count_is_within_limit(nv_info, finding) ||
+           is_reported_with(finding, RULE_nv_build_geometry_count_is_within_limit);
 }
 
 bool nv_instance_count_is_within_limit(const struct nv_info_view *nv_info, struct finding *finding)
@@ -139,7 +143,7 @@ bool nv_triangle_count_is_within_limit(const struct nv_info_view *nv_info, struc
     uint64_t limit = device_of(nv_info)->nv_limits.maxTriangleCount;
     return nv_info->triangle_count <= limit ||
            violated(finding, "pGeometries",
-                    "has {} triangles in all, beyond "
+                    "has {} in total, more than "
                     "VkPhysicalDeviceRayTracingPropertiesNV::maxTriangleCount ({})",
-                    number(nv_info->triangle_count), number(limit));
+                    count_of(nv_info->triangle_count, "triangle"), number(limit));
 }

@@ -11,8 +11,8 @@ static bool is_in_buffer(const struct buffer_facts *facts, struct finding *findi
                          const char *field, VkDeviceSize offset)
 {
     return facts->alive != YES || offset < facts->size ||
-           violated(finding, field, "{} is not within {}, of {} bytes", number(offset),
-                    nv_buffer(facts->handle), number(facts->size));
+           violated(finding, field, "{} is not less than the size of {} ({})", number(offset),
+                    nv_buffer(facts->handle), count_of(facts->size, "byte"));
 }
 
 bool nv_vertex_data_is_a_valid_buffer(const struct nv_geometry_view *nv_geometry,

@@ -18,6 +18,13 @@ static inline bool build_is_update(const VkAccelerationStructureBuildGeometryInf
     return info->mode == VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
 }
 
+/* Returns whether a build updates its dst in place. */
+static inline bool build_is_in_place(const VkAccelerationStructureBuildGeometryInfoKHR *info)
+{
+    return build_is_update(info) && info->srcAccelerationStructure &&
+           info->srcAccelerationStructure == info->dstAccelerationStructure;
+}
+
 /* A dense geometry takes no build range: its primitive count is in its chain. */
 static inline bool geometry_is_dense(const VkAccelerationStructureGeometryKHR *geometry)
 {

@@ -34,6 +34,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+#include "src/state/commands/queue_labels.h"
 #include "src/state/order/clock.h"
 
 struct execution_order;
@@ -54,7 +55,9 @@ enum work_phase {
 
 /* A batch as the hooks get it. */
 struct batch_run {
-    VkQueue queue; /* VK_NULL_HANDLE: the host */
+    VkQueue queue;                      /* VK_NULL_HANDLE: the host */
+    uint64_t submission;                /* see submission_set_origin(); 0: unknown */
+    struct shared_labels *queue_labels; /* NULL: none; lives as long as the hook runs */
     enum work_phase work;
     struct timestamp timestamp;          /* host work: set at WORK_ENDS and WORK_FAILS only */
     const struct execution_clock *clock; /* all work that certainly executes before the batch */
@@ -142,6 +145,11 @@ void submission_add_signal(struct submission *submission, VkSemaphore semaphore,
 
 /* Makes submission_prepare skip the call, whatever the checks return. */
 void submission_set_skip(struct submission *submission);
+
+/* The number of the submitting call among those of its queue, and the labels that are open in the
+ * queue. The submission takes over the reference; if it is NULL, the reference is released. */
+void submission_set_origin(struct submission *submission, uint64_t number,
+                           struct shared_labels *queue_labels);
 
 /* The fence is signaled when the whole submission has executed. */
 void submission_set_fence(struct submission *submission, VkFence fence);

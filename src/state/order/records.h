@@ -77,6 +77,8 @@ struct submission {
     enum submission_state state;
     VkQueue queue;
     VkFence fence;
+    uint64_t number;                  /* among the calls that submit to the queue */
+    struct shared_labels *labels;     /* open in the queue */
     struct order_queue *queue_record; /* NULL: the host */
     uint64_t serial;                  /* number among the calls that succeeded */
     uint32_t references; /* one of the caller until it finishes, one per held or runnable batch */

@@ -47,6 +47,7 @@ void submission_unreference(struct submission *submission)
         release_captured(submission);
         pthread_mutex_lock(&order->lock);
     }
+    shared_labels_release(submission->labels);
     submission->next = order->spare;
     order->spare = submission;
 }
@@ -66,6 +67,8 @@ static struct batch_run describe(const struct order_batch *batch)
     const struct submission *submission = batch->submission;
     return (struct batch_run){
         .queue = submission->queue_record ? submission->queue : VK_NULL_HANDLE,
+        .submission = submission->number,
+        .queue_labels = submission->labels,
         .work = phase_of(batch),
         .timestamp = batch->timestamp,
         .clock = &batch->clock,

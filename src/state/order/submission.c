@@ -11,6 +11,8 @@ static void start_over(struct submission *submission)
     submission->next = NULL;
     submission->state = SUBMISSION_COLLECTING;
     submission->fence = VK_NULL_HANDLE;
+    submission->number = 0;
+    submission->labels = NULL;
     submission->queue_record = NULL;
     submission->references = 1;
     submission->out_of_memory = submission->checked = submission->may_follow_held = false;
@@ -153,6 +155,17 @@ void submission_set_skip(struct submission *submission)
 {
     if (submission)
         submission->skip = true;
+}
+
+void submission_set_origin(struct submission *submission, uint64_t number,
+                           struct shared_labels *queue_labels)
+{
+    if (!submission) {
+        shared_labels_release(queue_labels);
+        return;
+    }
+    submission->number = number;
+    submission->labels = queue_labels;
 }
 
 void submission_set_fence(struct submission *submission, VkFence fence)

@@ -33,13 +33,9 @@ static VkAccelerationStructureGeometryTrianglesDataKHR take_triangles(struct cal
         VK_FORMAT_R32G32B32_SFLOAT,   VK_FORMAT_R32G32_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT,
         VK_FORMAT_R16G16B16A16_SNORM, VK_FORMAT_R16G16_SNORM,  VK_FORMAT_R16G16_SFLOAT,
         VK_FORMAT_R64G64B64_SFLOAT,   VK_FORMAT_UNDEFINED,     (VkFormat)0x7ffffff0};
-    static const VkIndexType types[] = {VK_INDEX_TYPE_NONE_KHR, VK_INDEX_TYPE_UINT32,
-                                        VK_INDEX_TYPE_UINT16, VK_INDEX_TYPE_UINT8_KHR,
-                                        (VkIndexType)77};
-    VkAccelerationStructureGeometryTrianglesDataKHR triangles = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-        .vertexFormat = TAKE(calls, formats)};
-    triangles.indexType = TAKE(calls, types);
+    VkAccelerationStructureGeometryTrianglesDataKHR triangles =
+        MAKE(VkAccelerationStructureGeometryTrianglesDataKHR, .vertexFormat = TAKE(calls, formats));
+    triangles.indexType = take_index_type(calls);
     triangles.vertexStride = take_stride(calls, 12);
     triangles.vertexData = take_data(calls, is_host, 0);
     triangles.maxVertex = take_count(calls);
@@ -54,8 +50,7 @@ static void take_geometry(struct calls *calls, struct build_arguments *arguments
                           bool is_top_level, VkAccelerationStructureGeometryKHR *geometry)
 {
     uint8_t kind = (uint8_t)(take(calls) + (is_top_level ? 2 : 0));
-    *geometry = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR, .flags = kind >> 6};
+    *geometry = MAKE(VkAccelerationStructureGeometryKHR, .flags = kind >> 6);
     if (geometry_of_extension(calls, arguments, is_host, kind % 16, geometry))
         return;
     if (kind % 4 == 1) {
@@ -65,15 +60,13 @@ static void take_geometry(struct calls *calls, struct build_arguments *arguments
             geometry->geometry.triangles.pNext = geometry_chain(calls, arguments, is_host);
     } else if (kind % 4 == 2) {
         geometry->geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
-        geometry->geometry.instances = (VkAccelerationStructureGeometryInstancesDataKHR){
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-            .arrayOfPointers = (kind & 32) != 0,
-            .data = take_data(calls, is_host, 0)};
+        geometry->geometry.instances =
+            MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                 .arrayOfPointers = (kind & 32) != 0, .data = take_data(calls, is_host, 0));
     } else {
         geometry->geometryType = kind % 4 == 3 ? (VkGeometryTypeKHR)78 : VK_GEOMETRY_TYPE_AABBS_KHR;
-        geometry->geometry.aabbs = (VkAccelerationStructureGeometryAabbsDataKHR){
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-            .data = take_data(calls, is_host, 0)};
+        geometry->geometry.aabbs =
+            MAKE(VkAccelerationStructureGeometryAabbsDataKHR, .data = take_data(calls, is_host, 0));
         geometry->geometry.aabbs.stride = take_stride(calls, 24);
     }
 }
@@ -140,20 +133,17 @@ static void take_info(struct calls *calls, struct build_arguments *arguments, bo
         VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
         VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR};
     uint8_t byte = take(calls);
-    *info = (VkAccelerationStructureBuildGeometryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = types[byte & 3],
-        .mode = byte & 4 ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
-                         : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-        .geometryCount = 1 + (byte >> 3) % GEOMETRIES_MAX,
-    };
+    *info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .type = types[byte & 3],
+                 .mode = byte & 4 ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                                  : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+                 .geometryCount = 1 + (byte >> 3) % GEOMETRIES_MAX);
     if (byte & 128)
         info->flags = take_word(calls) & 0xffff;
     if (byte & 64)
         info->geometryCount = take(calls) % 2;
-    info->dstAccelerationStructure = PICK(calls, structures)->handle;
+    info->dstAccelerationStructure = PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
     if (byte & 4)
-        info->srcAccelerationStructure = PICK(calls, structures)->handle;
+        info->srcAccelerationStructure = PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
     if (is_host)
         info->scratchData.hostAddress = calls->result + take_offset(calls) % RESULT_SIZE;
     else
@@ -225,7 +215,7 @@ void call_build_indirect(struct calls *calls)
 
 void call_host_build(struct calls *calls)
 {
-    const struct slot *operation = PICK(calls, operations);
+    const struct slot *operation = pick(calls, OPERATIONS);
     struct build_arguments *arguments = build_arguments_take(calls, true);
     bool defers = take(calls) % 4 == 1;
     VkResult result = calls->vk.BuildAccelerationStructuresKHR(
@@ -243,8 +233,7 @@ void call_host_build(struct calls *calls)
 void call_get_sizes(struct calls *calls)
 {
     struct build_arguments *arguments = build_arguments_take(calls, take(calls) % 2);
-    VkAccelerationStructureBuildSizesInfoKHR sizes = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
     uint32_t counts[GEOMETRIES_MAX];
     for (uint32_t i = 0; i < GEOMETRIES_MAX; i++)
         counts[i] = take_count(calls);

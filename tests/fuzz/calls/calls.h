@@ -16,20 +16,27 @@
 #include <vulkan/vulkan_beta.h>
 
 #include "layer/assay.h"
+#include "tests/fixture/make.h"
+
+/* What slots hold. */
+enum kind {
+    MEMORIES,
+    BUFFERS,
+    STRUCTURES,
+    NV_STRUCTURES,
+    MICROMAPS,
+    POOLS,
+    COMMAND_BUFFERS,
+    FENCES,
+    SEMAPHORES, /* the first one binary, the others timelines */
+    EVENTS,
+    QUERY_POOLS,
+    OPERATIONS,
+    KINDS,
+};
 
 enum {
-    MEMORIES = 4,
-    BUFFERS = 8,
-    STRUCTURES = 8,
-    NV_STRUCTURES = 3,
-    MICROMAPS = 3,
-    POOLS = 2,
-    COMMAND_BUFFERS = 6,
-    FENCES = 3,
-    SEMAPHORES = 3, /* the first one binary, the others timelines */
-    EVENTS = 2,
-    QUERY_POOLS = 2,
-    OPERATIONS = 2,
+    SLOTS_MAX = 8, /* of a kind */
     QUEUES = 3,
     HOST_SIZE = 1 << 16,   /* of the application's memory that builds may read */
     RESULT_SIZE = 1 << 22, /* and that copies may write */
@@ -38,34 +45,12 @@ enum {
 /* An address that nothing has. */
 #define NOWHERE ((uintptr_t)0x40000000)
 
-struct memory_slot {
-    VkDeviceMemory handle;
-    bool is_alive;
-    VkDeviceSize size;
-    unsigned char *bytes; /* where it is mapped, or NULL */
-};
-
-struct buffer_slot {
-    VkBuffer handle;
-    bool is_alive;
-    VkDeviceSize size;
-    VkDeviceAddress address; /* as it was last asked for */
-};
-
-struct structure_slot {
-    VkAccelerationStructureKHR handle;
-    bool is_alive;
-    VkDeviceAddress address;
-};
-
-struct command_slot {
-    VkCommandBuffer handle; /* NULL: never allocated */
-};
-
-/* Objects of which nothing but the handle matters. */
 struct slot {
-    uint64_t handle;
+    uint64_t handle; /* 0: there was none */
     bool is_alive;
+    VkDeviceSize size;       /* of a memory or a buffer */
+    VkDeviceAddress address; /* of a buffer or a structure, as it was last asked for */
+    unsigned char *bytes;    /* where a memory is mapped, or NULL */
 };
 
 struct calls {
@@ -83,12 +68,8 @@ struct calls {
     VkBool32 answer;                  /* of the messenger */
     bool is_host_build, has_stride_0; /* the build in hand */
 
-    struct memory_slot memories[MEMORIES];
-    struct buffer_slot buffers[BUFFERS];
-    struct structure_slot structures[STRUCTURES];
-    struct command_slot command_buffers[COMMAND_BUFFERS];
-    struct slot nv_structures[NV_STRUCTURES], micromaps[MICROMAPS], pools[POOLS], fences[FENCES],
-        semaphores[SEMAPHORES], events[EVENTS], query_pools[QUERY_POOLS], operations[OPERATIONS];
+    struct slot slots[KINDS][SLOTS_MAX];
+    void *created; /* what a call writes the handle to, before keep() */
 
     unsigned char *host, *result;     /* nothing else lies near them */
     struct build_arguments *deferred; /* of builds that may still read them */
@@ -113,13 +94,19 @@ uint32_t take_first_vertex(struct calls *calls);
 VkDeviceAddress take_address(struct calls *calls, uint32_t slot);
 /* In the application's memory, or anywhere. */
 void *take_pointer(struct calls *calls);
+VkIndexType take_index_type(struct calls *calls);
 VkDeviceOrHostAddressConstKHR take_data(struct calls *calls, bool is_host, uint32_t slot);
 
 /* ---- slots; handles may be null, or of destroyed objects */
 
+extern const uint8_t slot_counts[KINDS];
+struct slot *pick(struct calls *calls, enum kind kind);
 #define HANDLE_OF(type, slot) ((type)(uintptr_t)(slot)->handle)
-#define PICK(calls, slots)                                                                         \
-    (&(calls)->slots[take(calls) % (sizeof((calls)->slots) / sizeof((calls)->slots[0]))])
+#define PICK(type, calls, kind) HANDLE_OF(type, pick(calls, kind))
+
+/* Gives a slot the object that was created, if it was. */
+void keep(struct calls *calls, struct slot *slot, VkDeviceSize size, VkResult result);
+#define CREATED(calls) ((void *)&(calls)->created)
 
 /* Of a command buffer, which may have been freed; NULL: there was none. */
 VkCommandBuffer pick_commands(struct calls *calls);
@@ -163,6 +150,9 @@ bool geometry_of_extension(struct calls *calls, struct build_arguments *argument
                            uint8_t kind, VkAccelerationStructureGeometryKHR *geometry);
 void make_micromap_info(struct calls *calls, bool is_host, VkMicromapUsageEXT *usage,
                         VkMicromapBuildInfoEXT *info);
+
+/* A copy of one structure to another. */
+VkCopyAccelerationStructureInfoKHR take_copy(struct calls *calls);
 
 /* ---- calls */
 

@@ -6,59 +6,42 @@
 
 void call_create_pool(struct calls *calls)
 {
-    struct slot *slot = PICK(calls, pools);
-    const VkCommandPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                          .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
-                                          .queueFamilyIndex = take(calls) % 3};
-    VkCommandPool handle;
-    if (calls->vk.CreateCommandPool(calls->device, &info, NULL, &handle) == VK_SUCCESS)
-        *slot = (struct slot){(uint64_t)(uintptr_t)handle, true};
-}
-
-void call_destroy_pool(struct calls *calls)
-{
-    struct slot *slot = PICK(calls, pools);
-    calls->vk.DestroyCommandPool(calls->device, HANDLE_OF(VkCommandPool, slot), NULL);
-    slot->is_alive = false;
+    struct slot *slot = pick(calls, POOLS);
+    const VkCommandPoolCreateInfo info =
+        MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
+             .queueFamilyIndex = take(calls) % 3);
+    keep(calls, slot, 0, calls->vk.CreateCommandPool(calls->device, &info, NULL, CREATED(calls)));
 }
 
 void call_reset_pool(struct calls *calls)
 {
-    const struct slot *slot = PICK(calls, pools);
-    calls->vk.ResetCommandPool(calls->device, HANDLE_OF(VkCommandPool, slot),
+    const VkCommandPool pool = PICK(VkCommandPool, calls, POOLS);
+    calls->vk.ResetCommandPool(calls->device, pool,
                                take(calls) % 2 ? VK_COMMAND_POOL_RESET_RELEASE_RESOURCES_BIT : 0);
 }
 
 void call_allocate_commands(struct calls *calls)
 {
-    struct command_slot *slot = PICK(calls, command_buffers);
-    const struct slot *pool = PICK(calls, pools);
-    const VkCommandBufferAllocateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = HANDLE_OF(VkCommandPool, pool),
-        .level =
-            take(calls) % 2 ? VK_COMMAND_BUFFER_LEVEL_SECONDARY : VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-        .commandBufferCount = 1};
-    VkCommandBuffer handle;
-    if (calls->vk.AllocateCommandBuffers(calls->device, &info, &handle) == VK_SUCCESS)
-        slot->handle = handle;
+    struct slot *slot = pick(calls, COMMAND_BUFFERS);
+    const VkCommandPool pool = PICK(VkCommandPool, calls, POOLS);
+    const VkCommandBufferAllocateInfo info =
+        MAKE(VkCommandBufferAllocateInfo, .commandPool = pool,
+             .level = (VkCommandBufferLevel)(take(calls) % 2), .commandBufferCount = 1);
+    keep(calls, slot, 0, calls->vk.AllocateCommandBuffers(calls->device, &info, CREATED(calls)));
 }
 
 void call_free_commands(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
-    calls->vk.FreeCommandBuffers(calls->device, HANDLE_OF(VkCommandPool, PICK(calls, pools)), 1,
-                                 &commands);
+    calls->vk.FreeCommandBuffers(calls->device, PICK(VkCommandPool, calls, POOLS), 1, &commands);
 }
 
 void call_begin(struct calls *calls)
 {
-    const VkCommandBufferInheritanceInfo inheritance = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
+    const VkCommandBufferInheritanceInfo inheritance = MAKE(VkCommandBufferInheritanceInfo);
     VkCommandBuffer commands = pick_any_commands(calls);
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                           .flags = take(calls) % 8,
-                                           .pInheritanceInfo = &inheritance};
+    const VkCommandBufferBeginInfo info =
+        MAKE(VkCommandBufferBeginInfo, .flags = take(calls) % 8, .pInheritanceInfo = &inheritance);
     if (commands)
         calls->vk.BeginCommandBuffer(commands, &info);
 }
@@ -88,20 +71,19 @@ void call_execute(struct calls *calls)
 
 /* ---- copies of structures */
 
-static VkCopyAccelerationStructureModeKHR take_copy_mode(struct calls *calls)
+VkCopyAccelerationStructureInfoKHR take_copy(struct calls *calls)
 {
-    return (VkCopyAccelerationStructureModeKHR)(take(calls) % 2);
+    VkCopyAccelerationStructureInfoKHR info = MAKE(VkCopyAccelerationStructureInfoKHR);
+    info.src = PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
+    info.dst = PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
+    info.mode = (VkCopyAccelerationStructureModeKHR)(take(calls) % 2);
+    return info;
 }
 
 void call_copy_structure(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
-    const struct structure_slot *src = PICK(calls, structures), *dst = PICK(calls, structures);
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = src->handle,
-        .dst = dst->handle,
-        .mode = take_copy_mode(calls)};
+    const VkCopyAccelerationStructureInfoKHR info = take_copy(calls);
     if (commands)
         calls->vk.CmdCopyAccelerationStructureKHR(commands, &info);
 }
@@ -109,10 +91,10 @@ void call_copy_structure(struct calls *calls)
 void call_serialize(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
-    VkCopyAccelerationStructureToMemoryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = PICK(calls, structures)->handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR};
+    VkCopyAccelerationStructureToMemoryInfoKHR info =
+        MAKE(VkCopyAccelerationStructureToMemoryInfoKHR,
+             .src = PICK(VkAccelerationStructureKHR, calls, STRUCTURES),
+             .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR);
     info.dst.deviceAddress = take_address(calls, 0);
     if (commands)
         calls->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &info);
@@ -121,10 +103,10 @@ void call_serialize(struct calls *calls)
 void call_deserialize(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
-    VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .dst = PICK(calls, structures)->handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
+    VkCopyMemoryToAccelerationStructureInfoKHR info =
+        MAKE(VkCopyMemoryToAccelerationStructureInfoKHR,
+             .dst = PICK(VkAccelerationStructureKHR, calls, STRUCTURES),
+             .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     info.src.deviceAddress = take_address(calls, 0);
     if (commands)
         calls->vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &info);
@@ -145,10 +127,12 @@ static VkQueryType take_query_type(struct calls *calls)
 void call_write_properties(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
-    const struct structure_slot *a = PICK(calls, structures), *b = PICK(calls, structures);
-    const VkAccelerationStructureKHR structures[] = {a->handle, b->handle};
+    const VkAccelerationStructureKHR first_structure =
+        PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
+    const VkAccelerationStructureKHR structures[] = {
+        first_structure, PICK(VkAccelerationStructureKHR, calls, STRUCTURES)};
     const VkQueryType type = take_query_type(calls);
-    const VkQueryPool pool = HANDLE_OF(VkQueryPool, PICK(calls, query_pools));
+    const VkQueryPool pool = PICK(VkQueryPool, calls, QUERY_POOLS);
     const uint32_t count = 1u + take(calls) % 2, first = take(calls);
     if (commands)
         calls->vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, count, structures, type,
@@ -157,25 +141,15 @@ void call_write_properties(struct calls *calls)
 
 void call_create_query_pool(struct calls *calls)
 {
-    struct slot *slot = PICK(calls, query_pools);
-    VkQueryPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                                  .queryType = take_query_type(calls)};
+    struct slot *slot = pick(calls, QUERY_POOLS);
+    VkQueryPoolCreateInfo info = MAKE(VkQueryPoolCreateInfo, .queryType = take_query_type(calls));
     info.queryCount = 1u + take(calls) % 16;
-    VkQueryPool handle;
-    if (calls->vk.CreateQueryPool(calls->device, &info, NULL, &handle) == VK_SUCCESS)
-        *slot = (struct slot){(uint64_t)(uintptr_t)handle, true};
-}
-
-void call_destroy_query_pool(struct calls *calls)
-{
-    struct slot *slot = PICK(calls, query_pools);
-    calls->vk.DestroyQueryPool(calls->device, HANDLE_OF(VkQueryPool, slot), NULL);
-    slot->is_alive = false;
+    keep(calls, slot, 0, calls->vk.CreateQueryPool(calls->device, &info, NULL, CREATED(calls)));
 }
 
 void call_reset_queries(struct calls *calls)
 {
-    const VkQueryPool pool = HANDLE_OF(VkQueryPool, PICK(calls, query_pools));
+    const VkQueryPool pool = PICK(VkQueryPool, calls, QUERY_POOLS);
     VkCommandBuffer commands = pick_commands(calls);
     const uint32_t first = take(calls), count = take_count(calls);
     if (take(calls) % 2)
@@ -187,8 +161,8 @@ void call_reset_queries(struct calls *calls)
 void call_copy_queries(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
-    const VkQueryPool pool = HANDLE_OF(VkQueryPool, PICK(calls, query_pools));
-    const VkBuffer dst = PICK(calls, buffers)->handle;
+    const VkQueryPool pool = PICK(VkQueryPool, calls, QUERY_POOLS);
+    const VkBuffer dst = PICK(VkBuffer, calls, BUFFERS);
     const uint32_t first = take(calls) % 8, count = take(calls) % 8;
     const VkDeviceSize offset = take_offset(calls), stride = take_offset(calls);
     if (commands)
@@ -198,7 +172,7 @@ void call_copy_queries(struct calls *calls)
 
 void call_get_queries(struct calls *calls)
 {
-    const VkQueryPool pool = HANDLE_OF(VkQueryPool, PICK(calls, query_pools));
+    const VkQueryPool pool = PICK(VkQueryPool, calls, QUERY_POOLS);
     const uint32_t first = take(calls) % 16, count = 1u + take(calls) % 8;
     uint64_t values[32];
     calls->vk.GetQueryPoolResults(calls->device, pool, first, count, sizeof(values), values, 16,
@@ -210,7 +184,7 @@ void call_get_queries(struct calls *calls)
 void call_copy_buffer(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
-    const VkBuffer src = PICK(calls, buffers)->handle, dst = PICK(calls, buffers)->handle;
+    const VkBuffer src = PICK(VkBuffer, calls, BUFFERS), dst = PICK(VkBuffer, calls, BUFFERS);
     VkBufferCopy region = {.srcOffset = take_offset(calls)};
     region.dstOffset = take_offset(calls);
     region.size = 1u + take(calls);
@@ -221,7 +195,7 @@ void call_copy_buffer(struct calls *calls)
 void call_fill_buffer(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
-    const VkBuffer dst = PICK(calls, buffers)->handle;
+    const VkBuffer dst = PICK(VkBuffer, calls, BUFFERS);
     const VkDeviceSize offset = take_offset(calls), size = 4u * (1u + take(calls));
     if (commands)
         calls->vk.CmdFillBuffer(commands, dst, offset, size, take_word(calls));
@@ -230,18 +204,15 @@ void call_fill_buffer(struct calls *calls)
 void call_barrier(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
-    const VkMemoryBarrier memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-                                    .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-                                    .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR};
-    const VkMemoryBarrier2 memory_2 = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-        .srcStageMask = VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-        .srcAccessMask = VK_ACCESS_2_ACCELERATION_STRUCTURE_WRITE_BIT_KHR};
-    const VkDependencyInfo dependency = {.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
-                                         .memoryBarrierCount = 1,
-                                         .pMemoryBarriers = &memory_2};
+    const VkMemoryBarrier memory =
+        MAKE(VkMemoryBarrier, .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+             .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR);
+    const VkMemoryBarrier2 memory_2 = MAKE(
+        VkMemoryBarrier2, .srcStageMask = VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+        .srcAccessMask = VK_ACCESS_2_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     if (commands && take(calls) % 2)
-        calls->vk.CmdPipelineBarrier2(commands, &dependency);
+        calls->vk.CmdPipelineBarrier2(commands, &MAKE(VkDependencyInfo, .memoryBarrierCount = 1,
+                                                      .pMemoryBarriers = &memory_2));
     else if (commands)
         calls->vk.CmdPipelineBarrier(commands,
                                      VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
@@ -255,8 +226,8 @@ void call_label(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
     const uint8_t kind = take(calls);
-    const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
-                                        .pLabelName = kind & 4 ? "frame" : ""};
+    const VkDebugUtilsLabelEXT label =
+        MAKE(VkDebugUtilsLabelEXT, .pLabelName = kind & 4 ? "frame" : "");
     if (commands && kind % 4 == 1)
         calls->vk.CmdEndDebugUtilsLabelEXT(commands);
     else if (commands && kind % 4 == 2)
@@ -269,9 +240,8 @@ void call_scope(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
     const uint8_t kind = take(calls);
-    const VkRenderingInfo info = {
-        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO, .flags = kind >> 2, .layerCount = 1};
-    const VkQueryPool pool = HANDLE_OF(VkQueryPool, PICK(calls, query_pools));
+    const VkRenderingInfo info = MAKE(VkRenderingInfo, .flags = kind >> 2, .layerCount = 1);
+    const VkQueryPool pool = PICK(VkQueryPool, calls, QUERY_POOLS);
     if (!commands)
         return;
     if (kind % 4 == 0)
@@ -303,7 +273,7 @@ void call_compute(struct calls *calls)
 void call_event(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
-    const VkEvent event = HANDLE_OF(VkEvent, PICK(calls, events));
+    const VkEvent event = PICK(VkEvent, calls, EVENTS);
     const uint8_t kind = take(calls);
     const VkPipelineStageFlags stages =
         kind & 8 ? VK_PIPELINE_STAGE_HOST_BIT : VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;

@@ -4,6 +4,7 @@
 #include <vulkan/vk_layer.h>
 
 #include "calls.h"
+#include "tests/fixture/make.h"
 
 VKAPI_ATTR VkResult VKAPI_CALL
 vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface *pVersionStruct);
@@ -46,24 +47,18 @@ static VkResult create_instance(struct calls *calls, const char *level, bool ski
         {layers[0], "content_budget_mib", VK_LAYER_SETTING_TYPE_UINT32_EXT, 1, &budget_mib},
         {layers[0], "duplicate_message_limit", VK_LAYER_SETTING_TYPE_UINT32_EXT, 1, &limit},
     };
-    const VkLayerSettingsCreateInfoEXT given = {
-        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-        .pNext = messenger,
-        .settingCount = sizeof(settings) / sizeof(settings[0]),
-        .pSettings = settings,
-    };
+    const VkLayerSettingsCreateInfoEXT given =
+        MAKE(VkLayerSettingsCreateInfoEXT, .pNext = messenger,
+             .settingCount = sizeof(settings) / sizeof(settings[0]), .pSettings = settings);
     VkLayerInstanceLink below = {.pfnNextGetInstanceProcAddr = calls_driver_proc_addr};
     VkLayerInstanceCreateInfo link = {.sType = VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO,
                                       .pNext = &given,
                                       .function = VK_LAYER_LINK_INFO,
                                       .u.pLayerInfo = &below};
-    const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                                           .apiVersion = VK_API_VERSION_1_3};
-    const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-                                       .pNext = &link,
-                                       .pApplicationInfo = &application,
-                                       .enabledExtensionCount = 1,
-                                       .ppEnabledExtensionNames = extensions};
+    const VkApplicationInfo application = MAKE(VkApplicationInfo, .apiVersion = VK_API_VERSION_1_3);
+    const VkInstanceCreateInfo info =
+        MAKE(VkInstanceCreateInfo, .pNext = &link, .pApplicationInfo = &application,
+             .enabledExtensionCount = 1, .ppEnabledExtensionNames = extensions);
     PFN_vkCreateInstance create = (PFN_vkCreateInstance)layer_proc_addr(NULL, "vkCreateInstance");
     return create(&info, NULL, &calls->instance);
 }
@@ -95,13 +90,9 @@ static VkResult create_with(struct calls *calls, const void *features)
 {
     static const float priorities[] = {1, 1};
     const VkDeviceQueueCreateInfo queues[] = {
-        {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-         .queueCount = 2,
-         .pQueuePriorities = priorities},
-        {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-         .queueFamilyIndex = 1,
-         .queueCount = 1,
-         .pQueuePriorities = priorities},
+        MAKE(VkDeviceQueueCreateInfo, .queueCount = 2, .pQueuePriorities = priorities),
+        MAKE(VkDeviceQueueCreateInfo, .queueFamilyIndex = 1, .queueCount = 1,
+             .pQueuePriorities = priorities),
     };
     VkLayerDeviceLink below = {.pfnNextGetInstanceProcAddr = calls_driver_proc_addr,
                                .pfnNextGetDeviceProcAddr = calls_driver_device_proc_addr};
@@ -116,15 +107,11 @@ static VkResult create_with(struct calls *calls, const void *features)
     const VkPhysicalDeviceFeatures core = {.sparseBinding = VK_TRUE,
                                            .sparseResidencyBuffer = VK_TRUE,
                                            .sparseResidencyAliased = VK_TRUE};
-    const VkDeviceCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-        .pNext = &loader_data,
-        .queueCreateInfoCount = 2,
-        .pQueueCreateInfos = queues,
-        .enabledExtensionCount = DEVICE_EXTENSIONS - (calls->is_cpu ? OF_DRIVER : 0),
-        .ppEnabledExtensionNames = device_extensions,
-        .pEnabledFeatures = &core,
-    };
+    const VkDeviceCreateInfo info =
+        MAKE(VkDeviceCreateInfo, .pNext = &loader_data, .queueCreateInfoCount = 2,
+             .pQueueCreateInfos = queues,
+             .enabledExtensionCount = DEVICE_EXTENSIONS - (calls->is_cpu ? OF_DRIVER : 0),
+             .ppEnabledExtensionNames = device_extensions, .pEnabledFeatures = &core);
     PFN_vkCreateDevice create =
         (PFN_vkCreateDevice)layer_proc_addr(calls->instance, "vkCreateDevice");
     return create(calls->physical, &info, NULL, &calls->device);
@@ -132,53 +119,31 @@ static VkResult create_with(struct calls *calls, const void *features)
 
 static VkResult create_device(struct calls *calls)
 {
-    VkPhysicalDeviceVulkan12Features core_12 = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
-        .timelineSemaphore = VK_TRUE,
-        .hostQueryReset = VK_TRUE,
-        .bufferDeviceAddress = VK_TRUE,
-    };
-    VkPhysicalDeviceVulkan13Features core_13 = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES,
-        .pNext = &core_12,
-        .synchronization2 = VK_TRUE,
-        .dynamicRendering = VK_TRUE,
-    };
-    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT,
-        .pNext = &core_13,
-        .micromap = VK_TRUE};
-    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR,
-        .pNext = &micromap_ext,
-        .micromap = VK_TRUE};
-    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DISPLACEMENT_MICROMAP_FEATURES_NV,
-        .pNext = &micromap,
-        .displacementMicromap = VK_TRUE};
-    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MOTION_BLUR_FEATURES_NV,
-        .pNext = &displacement,
-        .rayTracingMotionBlur = VK_TRUE};
-    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV,
-        .pNext = &motion,
-        .spheres = VK_TRUE,
-        .linearSweptSpheres = VK_TRUE};
-    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX,
-        .pNext = &spheres,
-        .denseGeometryFormat = VK_TRUE};
-    VkPhysicalDeviceMaintenance5Features maintenance_5 = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_5_FEATURES,
-        .pNext = &dense,
-        .maintenance5 = VK_TRUE};
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .pNext = &maintenance_5,
-        .accelerationStructure = VK_TRUE,
-        .accelerationStructureIndirectBuild = VK_TRUE,
-        .accelerationStructureHostCommands = VK_TRUE};
+    VkPhysicalDeviceVulkan13Features core_13 =
+        MAKE(VkPhysicalDeviceVulkan13Features,
+             .pNext = &MAKE(VkPhysicalDeviceVulkan12Features, .timelineSemaphore = VK_TRUE,
+                            .hostQueryReset = VK_TRUE, .bufferDeviceAddress = VK_TRUE),
+             .synchronization2 = VK_TRUE, .dynamicRendering = VK_TRUE);
+    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext =
+        MAKE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, .pNext = &core_13, .micromap = VK_TRUE);
+    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap = MAKE(
+        VkPhysicalDeviceOpacityMicromapFeaturesKHR, .pNext = &micromap_ext, .micromap = VK_TRUE);
+    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion =
+        MAKE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV,
+             .pNext = &MAKE(VkPhysicalDeviceDisplacementMicromapFeaturesNV, .pNext = &micromap,
+                            .displacementMicromap = VK_TRUE),
+             .rayTracingMotionBlur = VK_TRUE);
+    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense =
+        MAKE(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX,
+             .pNext = &MAKE(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV,
+                            .pNext = &motion, .spheres = VK_TRUE, .linearSweptSpheres = VK_TRUE),
+             .denseGeometryFormat = VK_TRUE);
+    VkPhysicalDeviceMaintenance5Features maintenance_5 =
+        MAKE(VkPhysicalDeviceMaintenance5Features, .pNext = &dense, .maintenance5 = VK_TRUE);
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
+        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .pNext = &maintenance_5,
+             .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = VK_TRUE,
+             .accelerationStructureHostCommands = VK_TRUE);
     return create_with(calls, &structures);
 }
 
@@ -218,15 +183,12 @@ static bool open_device(struct calls *calls, struct tables *tables)
 
 static VkDebugUtilsMessengerCreateInfoEXT messenger_info(struct calls *calls)
 {
-    return (VkDebugUtilsMessengerCreateInfoEXT){
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT |
-                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
-                       VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
-        .pfnUserCallback = hear,
-        .pUserData = calls,
-    };
+    return MAKE(VkDebugUtilsMessengerCreateInfoEXT,
+                .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT |
+                                   VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+                .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                               VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
+                .pfnUserCallback = hear, .pUserData = calls);
 }
 
 bool calls_open(struct calls *calls)

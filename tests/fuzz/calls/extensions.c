@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Geometries of extensions, and what they chain: motion, spheres, dense geometry, micromaps; builds
  * and copies of micromaps, and of VK_NV_ray_tracing. */
+#include <string.h>
+
 #include "calls.h"
+#include "tests/fixture/make.h"
 
 /* ---- chains */
 
-static VkIndexType take_index_type(struct calls *calls)
+VkIndexType take_index_type(struct calls *calls)
 {
     static const VkIndexType types[] = {VK_INDEX_TYPE_NONE_KHR, VK_INDEX_TYPE_UINT32,
                                         VK_INDEX_TYPE_UINT16, VK_INDEX_TYPE_UINT8_KHR,
@@ -35,12 +38,10 @@ static void *opacity_ext(struct calls *calls, struct build_arguments *arguments,
         build_block(arguments, sizeof(*opacity));
     VkMicromapUsageEXT *usage = build_block(arguments, sizeof(*usage));
     *usage = take_usage(calls);
-    *opacity = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
-        .indexType = take_index_type(calls),
-        .usageCountsCount = 1,
-        .pUsageCounts = usage};
-    opacity->micromap = HANDLE_OF(VkMicromapEXT, PICK(calls, micromaps));
+    *opacity =
+        MAKE(VkAccelerationStructureTrianglesOpacityMicromapEXT,
+             .indexType = take_index_type(calls), .usageCountsCount = 1, .pUsageCounts = usage);
+    opacity->micromap = PICK(VkMicromapEXT, calls, MICROMAPS);
     opacity->baseTriangle = take(calls);
     opacity->indexBuffer = take_data(calls, is_host, 0);
     opacity->indexStride = take_stride(calls, 4);
@@ -51,10 +52,9 @@ static void *opacity_khr(struct calls *calls, struct build_arguments *arguments)
 {
     VkAccelerationStructureTrianglesOpacityMicromapKHR *opacity =
         build_block(arguments, sizeof(*opacity));
-    *opacity = (VkAccelerationStructureTrianglesOpacityMicromapKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
-        .indexType = take_index_type(calls)};
-    opacity->micromap = PICK(calls, structures)->handle;
+    *opacity = MAKE(VkAccelerationStructureTrianglesOpacityMicromapKHR,
+                    .indexType = take_index_type(calls));
+    opacity->micromap = PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
     opacity->baseTriangle = take(calls);
     opacity->indexBuffer = take_address(calls, 0);
     opacity->indexStride = take_stride(calls, 4);
@@ -67,15 +67,12 @@ static void *displacement(struct calls *calls, struct build_arguments *arguments
         build_block(arguments, sizeof(*micromap));
     VkMicromapUsageEXT *usage = build_block(arguments, sizeof(*usage));
     *usage = take_usage(calls);
-    *micromap = (VkAccelerationStructureTrianglesDisplacementMicromapNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
-        .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
-        .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .displacementBiasAndScaleStride = 8,
-        .displacementVectorStride = 12,
-        .usageCountsCount = 1,
-        .pUsageCounts = usage,
-        .micromap = HANDLE_OF(VkMicromapEXT, PICK(calls, micromaps))};
+    *micromap = MAKE(VkAccelerationStructureTrianglesDisplacementMicromapNV,
+                     .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
+                     .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                     .displacementBiasAndScaleStride = 8, .displacementVectorStride = 12,
+                     .usageCountsCount = 1, .pUsageCounts = usage,
+                     .micromap = PICK(VkMicromapEXT, calls, MICROMAPS));
     micromap->displacementBiasAndScaleBuffer = take_data(calls, is_host, 0);
     micromap->displacementVectorBuffer = take_data(calls, is_host, 0);
     micromap->displacedMicromapPrimitiveFlags = take_data(calls, is_host, 0);
@@ -111,38 +108,28 @@ void *geometry_chain(struct calls *calls, struct build_arguments *arguments, boo
 
 /* ---- geometries */
 
-static void *spheres(struct calls *calls, struct build_arguments *arguments, bool is_host)
+/* Spheres are described as swept ones are, up to the modes. */
+static void *spheres(struct calls *calls, struct build_arguments *arguments, bool is_host,
+                     bool is_swept)
 {
-    VkAccelerationStructureGeometrySpheresDataNV *data = build_block(arguments, sizeof(*data));
-    data->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV;
-    data->vertexFormat = take_format(calls);
-    data->vertexData = take_data(calls, is_host, 0);
-    data->vertexStride = take_stride(calls, 12);
-    data->radiusFormat = VK_FORMAT_R32_SFLOAT;
-    data->radiusData = take_data(calls, is_host, 0);
-    data->radiusStride = take_stride(calls, 4);
-    data->indexType = take_index_type(calls);
-    data->indexData = take_data(calls, is_host, 0);
-    data->indexStride = take_stride(calls, 4);
-    return data;
-}
-
-static void *swept_spheres(struct calls *calls, struct build_arguments *arguments, bool is_host)
-{
-    VkAccelerationStructureGeometryLinearSweptSpheresDataNV *data =
-        build_block(arguments, sizeof(*data));
-    data->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV;
-    data->vertexFormat = take_format(calls);
-    data->vertexData = take_data(calls, is_host, 0);
-    data->vertexStride = take_stride(calls, 12);
-    data->radiusFormat = VK_FORMAT_R32_SFLOAT;
-    data->radiusData = take_data(calls, is_host, 0);
-    data->radiusStride = take_stride(calls, 4);
-    data->indexType = take_index_type(calls);
-    data->indexData = take_data(calls, is_host, 0);
-    data->indexStride = take_stride(calls, 4);
-    data->indexingMode = (VkRayTracingLssIndexingModeNV)(take(calls) % 3);
-    return data;
+    VkAccelerationStructureGeometryLinearSweptSpheresDataNV data =
+        MAKE(VkAccelerationStructureGeometryLinearSweptSpheresDataNV);
+    const size_t size =
+        is_swept ? sizeof(data) : sizeof(VkAccelerationStructureGeometrySpheresDataNV);
+    if (!is_swept)
+        data.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV;
+    data.vertexFormat = take_format(calls);
+    data.vertexData = take_data(calls, is_host, 0);
+    data.vertexStride = take_stride(calls, 12);
+    data.radiusFormat = VK_FORMAT_R32_SFLOAT;
+    data.radiusData = take_data(calls, is_host, 0);
+    data.radiusStride = take_stride(calls, 4);
+    data.indexType = take_index_type(calls);
+    data.indexData = take_data(calls, is_host, 0);
+    data.indexStride = take_stride(calls, 4);
+    if (is_swept)
+        data.indexingMode = (VkRayTracingLssIndexingModeNV)(take(calls) % 3);
+    return memcpy(build_block(arguments, size), &data, size);
 }
 
 static void *dense(struct calls *calls, struct build_arguments *arguments, bool is_host)
@@ -182,11 +169,11 @@ bool geometry_of_extension(struct calls *calls, struct build_arguments *argument
     switch (kind) {
     case 12:
         geometry->geometryType = VK_GEOMETRY_TYPE_SPHERES_NV;
-        geometry->pNext = spheres(calls, arguments, is_host);
+        geometry->pNext = spheres(calls, arguments, is_host, false);
         return true;
     case 13:
         geometry->geometryType = VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV;
-        geometry->pNext = swept_spheres(calls, arguments, is_host);
+        geometry->pNext = spheres(calls, arguments, is_host, true);
         return true;
     case 14:
         geometry->geometryType = VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
@@ -207,14 +194,9 @@ void make_micromap_info(struct calls *calls, bool is_host, VkMicromapUsageEXT *u
                         VkMicromapBuildInfoEXT *info)
 {
     *usage = take_usage(calls);
-    *info = (VkMicromapBuildInfoEXT){
-        .sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
-        .type = (VkMicromapTypeEXT)(take(calls) % 2),
-        .usageCountsCount = 1,
-        .pUsageCounts = usage,
-        .triangleArrayStride = 8,
-    };
-    info->dstMicromap = HANDLE_OF(VkMicromapEXT, PICK(calls, micromaps));
+    *info = MAKE(VkMicromapBuildInfoEXT, .type = (VkMicromapTypeEXT)(take(calls) % 2),
+                 .usageCountsCount = 1, .pUsageCounts = usage, .triangleArrayStride = 8);
+    info->dstMicromap = PICK(VkMicromapEXT, calls, MICROMAPS);
     info->data = take_data(calls, is_host, 0);
     info->triangleArray = take_data(calls, is_host, 0);
     if (is_host)
@@ -236,18 +218,14 @@ void call_build_micromap(struct calls *calls)
 void call_copy_micromap(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
-    const VkMicromapEXT src = HANDLE_OF(VkMicromapEXT, PICK(calls, micromaps));
-    const VkMicromapEXT dst = HANDLE_OF(VkMicromapEXT, PICK(calls, micromaps));
+    const VkMicromapEXT src = PICK(VkMicromapEXT, calls, MICROMAPS);
+    const VkMicromapEXT dst = PICK(VkMicromapEXT, calls, MICROMAPS);
     const uint8_t kind = take(calls);
-    const VkCopyMicromapInfoEXT copy = {.sType = VK_STRUCTURE_TYPE_COPY_MICROMAP_INFO_EXT,
-                                        .src = src,
-                                        .dst = dst,
-                                        .mode = kind & 2 ? VK_COPY_MICROMAP_MODE_COMPACT_EXT
-                                                         : VK_COPY_MICROMAP_MODE_CLONE_EXT};
-    VkCopyMemoryToMicromapInfoEXT from_memory = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_MICROMAP_INFO_EXT,
-        .dst = dst,
-        .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT};
+    const VkCopyMicromapInfoEXT copy = MAKE(VkCopyMicromapInfoEXT, .src = src, .dst = dst,
+                                            .mode = kind & 2 ? VK_COPY_MICROMAP_MODE_COMPACT_EXT
+                                                             : VK_COPY_MICROMAP_MODE_CLONE_EXT);
+    VkCopyMemoryToMicromapInfoEXT from_memory = MAKE(VkCopyMemoryToMicromapInfoEXT, .dst = dst,
+                                                     .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
     from_memory.src.deviceAddress = take_address(calls, 0);
     if (commands && kind & 1)
         calls->vk.CmdCopyMemoryToMicromapEXT(commands, &from_memory);
@@ -267,17 +245,15 @@ void call_host_micromap(struct calls *calls)
 
 static VkGeometryNV take_geometry_nv(struct calls *calls)
 {
-    VkGeometryNV geometry = {
-        .sType = VK_STRUCTURE_TYPE_GEOMETRY_NV,
-        .geometryType =
-            take(calls) % 2 ? VK_GEOMETRY_TYPE_TRIANGLES_KHR : VK_GEOMETRY_TYPE_AABBS_KHR,
-        .geometry.triangles = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV,
-                               .vertexStride = 12},
-        .geometry.aabbs = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV, .stride = 24},
-    };
+    VkGeometryNV geometry =
+        MAKE(VkGeometryNV,
+             .geometryType =
+                 take(calls) % 2 ? VK_GEOMETRY_TYPE_TRIANGLES_KHR : VK_GEOMETRY_TYPE_AABBS_KHR,
+             .geometry.triangles = MAKE(VkGeometryTrianglesNV, .vertexStride = 12),
+             .geometry.aabbs = MAKE(VkGeometryAABBNV, .stride = 24));
     VkGeometryTrianglesNV *triangles = &geometry.geometry.triangles;
     VkGeometryAABBNV *boxes = &geometry.geometry.aabbs;
-    boxes->aabbData = triangles->vertexData = PICK(calls, buffers)->handle;
+    boxes->aabbData = triangles->vertexData = PICK(VkBuffer, calls, BUFFERS);
     boxes->offset = triangles->vertexOffset = take_offset(calls);
     boxes->numAABBs = triangles->vertexCount = take_count(calls);
     if (geometry.geometryType == VK_GEOMETRY_TYPE_AABBS_KHR)
@@ -285,7 +261,7 @@ static VkGeometryNV take_geometry_nv(struct calls *calls)
     triangles->vertexFormat = take_format(calls);
     triangles->indexType = take_index_type(calls);
     if (triangles->indexType != VK_INDEX_TYPE_NONE_KHR) {
-        triangles->indexData = PICK(calls, buffers)->handle;
+        triangles->indexData = PICK(VkBuffer, calls, BUFFERS);
         triangles->indexCount = take_count(calls);
         triangles->indexOffset = take_offset(calls);
     }
@@ -294,12 +270,9 @@ static VkGeometryNV take_geometry_nv(struct calls *calls)
 
 static VkAccelerationStructureInfoNV take_info_nv(struct calls *calls, const VkGeometryNV *geometry)
 {
-    VkAccelerationStructureInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-        .geometryCount = 1,
-        .pGeometries = geometry,
-    };
+    VkAccelerationStructureInfoNV info =
+        MAKE(VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+             .geometryCount = 1, .pGeometries = geometry);
     bool is_top_level = take(calls) % 3 == 1;
     info.flags = take(calls);
     if (is_top_level) {
@@ -312,33 +285,22 @@ static VkAccelerationStructureInfoNV take_info_nv(struct calls *calls, const VkG
 
 void call_create_nv(struct calls *calls)
 {
-    struct slot *slot = PICK(calls, nv_structures);
+    struct slot *slot = pick(calls, NV_STRUCTURES);
     const VkGeometryNV geometry = take_geometry_nv(calls);
-    const VkAccelerationStructureCreateInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV,
-        .info = take_info_nv(calls, &geometry)};
-    VkAccelerationStructureNV handle;
-    if (calls->vk.CreateAccelerationStructureNV(calls->device, &info, NULL, &handle) == VK_SUCCESS)
-        *slot = (struct slot){(uint64_t)(uintptr_t)handle, true};
-}
-
-void call_destroy_nv(struct calls *calls)
-{
-    struct slot *slot = PICK(calls, nv_structures);
-    calls->vk.DestroyAccelerationStructureNV(calls->device,
-                                             HANDLE_OF(VkAccelerationStructureNV, slot), NULL);
-    slot->is_alive = false;
+    const VkAccelerationStructureCreateInfoNV info =
+        MAKE(VkAccelerationStructureCreateInfoNV, .info = take_info_nv(calls, &geometry));
+    keep(calls, slot, 0,
+         calls->vk.CreateAccelerationStructureNV(calls->device, &info, NULL, CREATED(calls)));
 }
 
 void call_bind_nv(struct calls *calls)
 {
-    const struct slot *slot = PICK(calls, nv_structures);
-    const struct memory_slot *memory = PICK(calls, memories);
-    const VkBindAccelerationStructureMemoryInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
-        .accelerationStructure = HANDLE_OF(VkAccelerationStructureNV, slot),
-        .memory = memory->handle,
-        .memoryOffset = take_offset(calls)};
+    const struct slot *slot = pick(calls, NV_STRUCTURES);
+    const VkDeviceMemory memory = PICK(VkDeviceMemory, calls, MEMORIES);
+    const VkBindAccelerationStructureMemoryInfoNV info =
+        MAKE(VkBindAccelerationStructureMemoryInfoNV,
+             .accelerationStructure = HANDLE_OF(VkAccelerationStructureNV, slot), .memory = memory,
+             .memoryOffset = take_offset(calls));
     uint64_t handle;
     calls->vk.BindAccelerationStructureMemoryNV(calls->device, 1, &info);
     if (take(calls) % 2)
@@ -351,11 +313,11 @@ void call_build_nv(struct calls *calls)
     VkCommandBuffer commands = pick_any_commands(calls);
     const VkGeometryNV geometry = take_geometry_nv(calls);
     const VkAccelerationStructureInfoNV info = take_info_nv(calls, &geometry);
-    const struct slot *dst = PICK(calls, nv_structures), *src = PICK(calls, nv_structures);
+    const struct slot *dst = pick(calls, NV_STRUCTURES), *src = pick(calls, NV_STRUCTURES);
     const uint8_t byte = take(calls);
-    const VkBuffer instances = PICK(calls, buffers)->handle;
+    const VkBuffer instances = PICK(VkBuffer, calls, BUFFERS);
     const VkDeviceSize offset = byte & 2 ? take_offset(calls) : 0;
-    const VkBuffer scratch = PICK(calls, buffers)->handle;
+    const VkBuffer scratch = PICK(VkBuffer, calls, BUFFERS);
     const VkDeviceSize scratch_offset = take_offset(calls);
     if (commands)
         calls->vk.CmdBuildAccelerationStructureNV(
@@ -368,7 +330,7 @@ void call_build_nv(struct calls *calls)
 void call_copy_nv(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
-    const struct slot *dst = PICK(calls, nv_structures), *src = PICK(calls, nv_structures);
+    const struct slot *dst = pick(calls, NV_STRUCTURES), *src = pick(calls, NV_STRUCTURES);
     const VkCopyAccelerationStructureModeKHR mode = take(calls) % 3;
     if (commands)
         calls->vk.CmdCopyAccelerationStructureNV(commands,

@@ -91,9 +91,9 @@ VkDeviceAddress take_address(struct calls *calls, uint32_t slot)
     uint8_t byte = take(calls);
     if (byte >= 240)
         return TAKE(calls, wild);
-    const struct buffer_slot *buffer = &calls->buffers[(slot + byte) % BUFFERS];
+    const struct slot *buffer = &calls->slots[BUFFERS][(slot + byte) % SLOTS_MAX];
     bool is_from_end = byte >= 200;
-    uint64_t offset = byte >= BUFFERS ? take_offset(calls) : 0;
+    uint64_t offset = byte >= SLOTS_MAX ? take_offset(calls) : 0;
     return buffer->address + (is_from_end ? buffer->size - offset : offset);
 }
 
@@ -114,9 +114,31 @@ VkDeviceOrHostAddressConstKHR take_data(struct calls *calls, bool is_host, uint3
     return (VkDeviceOrHostAddressConstKHR){.deviceAddress = take_address(calls, slot)};
 }
 
+/* ---- slots */
+
+const uint8_t slot_counts[KINDS] = {
+    [MEMORIES] = 4,   [BUFFERS] = SLOTS_MAX, [STRUCTURES] = SLOTS_MAX, [NV_STRUCTURES] = 3,
+    [MICROMAPS] = 3,  [POOLS] = 2,           [COMMAND_BUFFERS] = 6,    [FENCES] = 3,
+    [SEMAPHORES] = 3, [EVENTS] = 2,          [QUERY_POOLS] = 2,        [OPERATIONS] = 2,
+};
+
+struct slot *pick(struct calls *calls, enum kind kind)
+{
+    return &calls->slots[kind][take(calls) % slot_counts[kind]];
+}
+
+void keep(struct calls *calls, struct slot *slot, VkDeviceSize size, VkResult result)
+{
+    if (result == VK_SUCCESS)
+        *slot = (struct slot){.handle = (uint64_t)(uintptr_t)calls->created,
+                              .is_alive = true,
+                              .size = size,
+                              .address = slot->address};
+}
+
 VkCommandBuffer pick_commands(struct calls *calls)
 {
-    return PICK(calls, command_buffers)->handle;
+    return PICK(VkCommandBuffer, calls, COMMAND_BUFFERS);
 }
 
 VkCommandBuffer pick_any_commands(struct calls *calls)
@@ -124,7 +146,8 @@ VkCommandBuffer pick_any_commands(struct calls *calls)
     uint8_t byte = take(calls);
     if (byte >= 252)
         return take_pointer(calls);
-    return calls->command_buffers[byte % COMMAND_BUFFERS].handle;
+    return HANDLE_OF(VkCommandBuffer,
+                     &calls->slots[COMMAND_BUFFERS][byte % slot_counts[COMMAND_BUFFERS]]);
 }
 
 /* ---- the application's memory */

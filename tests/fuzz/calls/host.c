@@ -4,7 +4,7 @@
 
 static VkDeferredOperationKHR take_operation(struct calls *calls)
 {
-    const struct slot *slot = PICK(calls, operations);
+    const struct slot *slot = pick(calls, OPERATIONS);
     return take(calls) % 4 == 1 ? HANDLE_OF(VkDeferredOperationKHR, slot) : VK_NULL_HANDLE;
 }
 
@@ -14,12 +14,7 @@ void call_host_copy(struct calls *calls)
 {
     static VkCopyAccelerationStructureInfoKHR info;
     const VkDeferredOperationKHR operation = take_operation(calls);
-    const struct structure_slot *src = PICK(calls, structures), *dst = PICK(calls, structures);
-    info = (VkCopyAccelerationStructureInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = src->handle,
-        .dst = dst->handle,
-        .mode = (VkCopyAccelerationStructureModeKHR)(take(calls) % 2)};
+    info = take_copy(calls);
     calls->vk.CopyAccelerationStructureKHR(calls->device, operation, &info);
 }
 
@@ -27,11 +22,10 @@ void call_host_serialize(struct calls *calls)
 {
     static VkCopyAccelerationStructureToMemoryInfoKHR info;
     const VkDeferredOperationKHR operation = take_operation(calls);
-    info = (VkCopyAccelerationStructureToMemoryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_TO_MEMORY_INFO_KHR,
-        .src = PICK(calls, structures)->handle,
-        .dst.hostAddress = calls->result,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR};
+    info = MAKE(VkCopyAccelerationStructureToMemoryInfoKHR,
+                .src = PICK(VkAccelerationStructureKHR, calls, STRUCTURES),
+                .dst.hostAddress = calls->result,
+                .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR);
     calls->vk.CopyAccelerationStructureToMemoryKHR(calls->device, operation, &info);
 }
 
@@ -39,12 +33,10 @@ void call_host_deserialize(struct calls *calls)
 {
     static VkCopyMemoryToAccelerationStructureInfoKHR info;
     const VkDeferredOperationKHR operation = take_operation(calls);
-    const struct structure_slot *dst = PICK(calls, structures);
-    info = (VkCopyMemoryToAccelerationStructureInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .dst = dst->handle,
-        .src.hostAddress = take(calls) % 2 ? take_pointer(calls) : calls->result,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR};
+    const VkAccelerationStructureKHR dst = PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
+    info = MAKE(VkCopyMemoryToAccelerationStructureInfoKHR, .dst = dst,
+                .src.hostAddress = take(calls) % 2 ? take_pointer(calls) : calls->result,
+                .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     calls->vk.CopyMemoryToAccelerationStructureKHR(calls->device, operation, &info);
 }
 
@@ -53,8 +45,9 @@ void call_host_properties(struct calls *calls)
     static const VkQueryType types[] = {
         VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
         VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR};
-    const struct structure_slot *a = PICK(calls, structures), *b = PICK(calls, structures);
-    const VkAccelerationStructureKHR structures[] = {a->handle, b->handle};
+    const VkAccelerationStructureKHR first = PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
+    const VkAccelerationStructureKHR structures[] = {
+        first, PICK(VkAccelerationStructureKHR, calls, STRUCTURES)};
     const uint32_t count = 1u + take(calls) % 2;
     uint64_t values[2];
     calls->vk.WriteAccelerationStructuresPropertiesKHR(calls->device, count, structures,
@@ -66,19 +59,18 @@ void call_host_properties(struct calls *calls)
 
 void call_operation(struct calls *calls)
 {
-    struct slot *slot = PICK(calls, operations);
+    struct slot *slot = pick(calls, OPERATIONS);
     VkDeferredOperationKHR handle = HANDLE_OF(VkDeferredOperationKHR, slot);
     const uint8_t kind = take(calls);
     if (kind % 4 == 0) {
-        if (calls->vk.CreateDeferredOperationKHR(calls->device, NULL, &handle) == VK_SUCCESS)
-            *slot = (struct slot){(uint64_t)(uintptr_t)handle, true};
+        keep(calls, slot, 0,
+             calls->vk.CreateDeferredOperationKHR(calls->device, NULL, CREATED(calls)));
     } else if (kind % 4 == 1) {
         calls->vk.DeferredOperationJoinKHR(calls->device, handle);
     } else if (kind % 4 == 2) {
         calls->vk.GetDeferredOperationResultKHR(calls->device, handle);
     } else {
         calls->vk.DestroyDeferredOperationKHR(calls->device, handle, NULL);
-        slot->is_alive = false;
     }
 }
 
@@ -88,7 +80,7 @@ void call_trace(struct calls *calls)
 {
     const AssayRay ray = {
         .origin = {0.25f, 0.25f, -1}, .direction = {0, 0, 1}, .tMax = 10, .cullMask = 0xff};
-    const struct structure_slot *structure = PICK(calls, structures);
+    const struct slot *structure = pick(calls, STRUCTURES);
     AssayHit hit;
     const bool by_address = take(calls) % 2;
     const AssayTraceInfo info = {.accelerationStructure =
@@ -136,7 +128,7 @@ void calls_prepare(struct calls *calls)
         PLAY(calls, get_structure_address, i);
     }
     PLAY(calls, create_pool, 0);
-    for (uint8_t i = 0; i < COMMAND_BUFFERS - 1; i++)
+    for (uint8_t i = 0; i < slot_counts[COMMAND_BUFFERS] - 1; i++)
         PLAY(calls, allocate_commands, i, 0, i > 2);
     PLAY(calls, create_sync, 2, 0);
     PLAY(calls, create_sync, 0, 1);

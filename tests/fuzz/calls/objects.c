@@ -8,34 +8,26 @@
 
 void call_allocate_memory(struct calls *calls)
 {
-    struct memory_slot *slot = PICK(calls, memories);
-    const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-                                             .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
-    VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO};
+    struct slot *slot = pick(calls, MEMORIES);
+    const VkMemoryAllocateFlagsInfo flags =
+        MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
+    VkMemoryAllocateInfo info = MAKE(VkMemoryAllocateInfo);
     info.pNext = take(calls) % 8 ? NULL : &flags;
     info.allocationSize = take_size(calls);
     info.memoryTypeIndex = (take(calls) + 1u) % 6;
-    VkDeviceMemory memory;
-    if (calls->vk.AllocateMemory(calls->device, &info, NULL, &memory) == VK_SUCCESS)
-        *slot = (struct memory_slot){memory, true, info.allocationSize, NULL};
-}
-
-void call_free_memory(struct calls *calls)
-{
-    struct memory_slot *slot = PICK(calls, memories);
-    calls->vk.FreeMemory(calls->device, slot->handle, NULL);
-    slot->is_alive = false;
-    slot->bytes = NULL;
+    keep(calls, slot, info.allocationSize,
+         calls->vk.AllocateMemory(calls->device, &info, NULL, CREATED(calls)));
 }
 
 void call_map_memory(struct calls *calls)
 {
-    struct memory_slot *slot = PICK(calls, memories);
+    struct slot *slot = pick(calls, MEMORIES);
+    const VkDeviceMemory memory = HANDLE_OF(VkDeviceMemory, slot);
     void *bytes;
     if (take(calls) % 2) {
-        calls->vk.UnmapMemory(calls->device, slot->handle);
+        calls->vk.UnmapMemory(calls->device, memory);
         slot->bytes = NULL;
-    } else if (calls->vk.MapMemory(calls->device, slot->handle, 0, VK_WHOLE_SIZE, 0, &bytes) ==
+    } else if (calls->vk.MapMemory(calls->device, memory, 0, VK_WHOLE_SIZE, 0, &bytes) ==
                    VK_SUCCESS &&
                slot->is_alive) {
         slot->bytes = bytes;
@@ -44,10 +36,10 @@ void call_map_memory(struct calls *calls)
 
 /* ---- buffers */
 
-static void ask_address(struct calls *calls, struct buffer_slot *slot)
+static void ask_address(struct calls *calls, struct slot *slot)
 {
-    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
-                                            .buffer = slot->handle};
+    const VkBufferDeviceAddressInfo info =
+        MAKE(VkBufferDeviceAddressInfo, .buffer = HANDLE_OF(VkBuffer, slot));
     VkDeviceAddress address = calls->vk.GetBufferDeviceAddress(calls->device, &info);
     if (address)
         slot->address = address;
@@ -74,56 +66,47 @@ void call_create_buffer(struct calls *calls)
                                                 VK_BUFFER_CREATE_SPARSE_BINDING_BIT |
                                                     VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT |
                                                     VK_BUFFER_CREATE_SPARSE_ALIASED_BIT};
-    struct buffer_slot *slot = PICK(calls, buffers);
-    VkBufferCreateInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
+    struct slot *slot = pick(calls, BUFFERS);
+    VkBufferCreateInfo info = MAKE(VkBufferCreateInfo);
     info.size = take_size(calls);
     info.usage = TAKE(calls, usages);
     info.flags = TAKE(calls, flags);
-    VkBuffer buffer;
-    if (calls->vk.CreateBuffer(calls->device, &info, NULL, &buffer) == VK_SUCCESS)
-        *slot = (struct buffer_slot){buffer, true, info.size, slot->address};
-}
-
-void call_destroy_buffer(struct calls *calls)
-{
-    struct buffer_slot *slot = PICK(calls, buffers);
-    calls->vk.DestroyBuffer(calls->device, slot->handle, NULL);
-    slot->is_alive = false;
+    keep(calls, slot, info.size,
+         calls->vk.CreateBuffer(calls->device, &info, NULL, CREATED(calls)));
 }
 
 void call_bind_buffer(struct calls *calls)
 {
-    struct buffer_slot *slot = PICK(calls, buffers);
-    const struct memory_slot *memory = PICK(calls, memories);
+    struct slot *slot = pick(calls, BUFFERS);
+    const VkBuffer buffer = HANDLE_OF(VkBuffer, slot);
+    const VkDeviceMemory memory = PICK(VkDeviceMemory, calls, MEMORIES);
     const VkDeviceSize offset = take_offset(calls);
-    const VkBindBufferMemoryInfo info = {.sType = VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO,
-                                         .buffer = slot->handle,
-                                         .memory = memory->handle,
-                                         .memoryOffset = offset};
     if (take(calls) % 2)
-        calls->vk.BindBufferMemory2(calls->device, 1, &info);
+        calls->vk.BindBufferMemory2(calls->device, 1,
+                                    &MAKE(VkBindBufferMemoryInfo, .buffer = buffer,
+                                          .memory = memory, .memoryOffset = offset));
     else
-        calls->vk.BindBufferMemory(calls->device, slot->handle, memory->handle, offset);
+        calls->vk.BindBufferMemory(calls->device, buffer, memory, offset);
     ask_address(calls, slot);
 }
 
 void call_get_address(struct calls *calls)
 {
-    ask_address(calls, PICK(calls, buffers));
+    ask_address(calls, pick(calls, BUFFERS));
 }
 
 void call_bind_sparse(struct calls *calls)
 {
-    const struct buffer_slot *buffer = PICK(calls, buffers);
-    const struct memory_slot *memory = PICK(calls, memories);
-    VkSparseMemoryBind bind = {.memory = memory->handle};
+    const VkBuffer buffer = PICK(VkBuffer, calls, BUFFERS);
+    VkSparseMemoryBind bind = {.memory = PICK(VkDeviceMemory, calls, MEMORIES)};
     bind.resourceOffset = take_offset(calls);
     bind.size = take_size(calls);
     bind.memoryOffset = take_offset(calls);
-    const VkSparseBufferMemoryBindInfo binds = {buffer->handle, 1, &bind};
-    const VkBindSparseInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO, .bufferBindCount = 1, .pBufferBinds = &binds};
-    calls->vk.QueueBindSparse(calls->queues[0], 1, &info, HANDLE_OF(VkFence, PICK(calls, fences)));
+    const VkSparseBufferMemoryBindInfo binds = {buffer, 1, &bind};
+    const VkFence fence = PICK(VkFence, calls, FENCES);
+    calls->vk.QueueBindSparse(calls->queues[0], 1,
+                              &MAKE(VkBindSparseInfo, .bufferBindCount = 1, .pBufferBinds = &binds),
+                              fence);
 }
 
 /* What builds read: in memory that is mapped, or in the application's own. */
@@ -134,7 +117,7 @@ void call_write_data(struct calls *calls)
     unsigned char bytes[64] = {0};
     size_t size = sizeof(bytes);
     uint8_t place = take(calls), kind = take(calls);
-    const struct memory_slot *memory = &calls->memories[place % MEMORIES];
+    const struct slot *memory = &calls->slots[MEMORIES][place % slot_counts[MEMORIES]];
     unsigned char *target = place & 128 ? calls->host : memory->bytes;
     const VkDeviceSize room = place & 128 ? HOST_SIZE : memory->size;
     const VkDeviceSize offset = take_offset(calls);
@@ -145,7 +128,7 @@ void call_write_data(struct calls *calls)
         for (size_t i = 0; i < 9; i++)
             memcpy(bytes + i * sizeof(float), &TAKE(calls, floats), sizeof(float));
     } else if (kind % 8 == 2) {
-        const struct structure_slot *structure = PICK(calls, structures);
+        const struct slot *structure = pick(calls, STRUCTURES);
         VkAccelerationStructureInstanceKHR instance = {
             .transform = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}},
             .mask = 0xff,
@@ -179,58 +162,40 @@ void call_create_structure(struct calls *calls)
         VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
         VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR,
         VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, (VkAccelerationStructureTypeKHR)99};
-    struct structure_slot *slot = PICK(calls, structures);
-    const VkAccelerationStructureMotionInfoNV motion = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV, .maxInstances = 3};
-    const struct buffer_slot *buffer = PICK(calls, buffers);
-    VkAccelerationStructureCreateInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-        .buffer = buffer->handle};
+    struct slot *slot = pick(calls, STRUCTURES);
+    const VkAccelerationStructureMotionInfoNV motion =
+        MAKE(VkAccelerationStructureMotionInfoNV, .maxInstances = 3);
+    const VkBuffer buffer = PICK(VkBuffer, calls, BUFFERS);
+    VkAccelerationStructureCreateInfoKHR info =
+        MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = buffer);
     info.pNext = take(calls) % 4 == 1 ? &motion : NULL;
     info.offset = take_offset(calls);
     info.size = take_size(calls);
     info.type = TAKE(calls, types);
-    VkAccelerationStructureKHR handle;
-    if (calls->vk.CreateAccelerationStructureKHR(calls->device, &info, NULL, &handle) == VK_SUCCESS)
-        *slot = (struct structure_slot){handle, true, slot->address};
-}
-
-void call_destroy_structure(struct calls *calls)
-{
-    struct structure_slot *slot = PICK(calls, structures);
-    calls->vk.DestroyAccelerationStructureKHR(calls->device, slot->handle, NULL);
-    slot->is_alive = false;
+    keep(calls, slot, info.size,
+         calls->vk.CreateAccelerationStructureKHR(calls->device, &info, NULL, CREATED(calls)));
 }
 
 void call_get_structure_address(struct calls *calls)
 {
-    struct structure_slot *slot = PICK(calls, structures);
-    const VkAccelerationStructureDeviceAddressInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = slot->handle};
+    struct slot *slot = pick(calls, STRUCTURES);
+    const VkAccelerationStructureDeviceAddressInfoKHR info =
+        MAKE(VkAccelerationStructureDeviceAddressInfoKHR,
+             .accelerationStructure = HANDLE_OF(VkAccelerationStructureKHR, slot));
     if (slot->is_alive)
         slot->address = calls->vk.GetAccelerationStructureDeviceAddressKHR(calls->device, &info);
 }
 
 void call_create_micromap(struct calls *calls)
 {
-    struct slot *slot = PICK(calls, micromaps);
-    const struct buffer_slot *buffer = PICK(calls, buffers);
-    VkMicromapCreateInfoEXT info = {.sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
-                                    .buffer = buffer->handle};
+    struct slot *slot = pick(calls, MICROMAPS);
+    const VkBuffer buffer = PICK(VkBuffer, calls, BUFFERS);
+    VkMicromapCreateInfoEXT info = MAKE(VkMicromapCreateInfoEXT, .buffer = buffer);
     info.offset = take_offset(calls);
     info.size = take_size(calls);
     info.type = (VkMicromapTypeEXT)(take(calls) % 2);
-    VkMicromapEXT handle;
-    if (calls->vk.CreateMicromapEXT(calls->device, &info, NULL, &handle) == VK_SUCCESS)
-        *slot = (struct slot){(uint64_t)(uintptr_t)handle, true};
-}
-
-void call_destroy_micromap(struct calls *calls)
-{
-    struct slot *slot = PICK(calls, micromaps);
-    calls->vk.DestroyMicromapEXT(calls->device, HANDLE_OF(VkMicromapEXT, slot), NULL);
-    slot->is_alive = false;
+    keep(calls, slot, info.size,
+         calls->vk.CreateMicromapEXT(calls->device, &info, NULL, CREATED(calls)));
 }
 
 /* ---- names, and what the messenger answers */
@@ -239,14 +204,14 @@ void call_name_object(struct calls *calls)
 {
     static const char *const names[] = {"a name", "", NULL, "\xff%s%n\x01 \"quoted\"\n"};
     const uint8_t kind = take(calls);
-    VkDebugUtilsObjectNameInfoEXT info = {.sType =
-                                              VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-                                          .objectType = VK_OBJECT_TYPE_BUFFER,
-                                          .pObjectName = TAKE(calls, names)};
-    info.objectHandle = (uint64_t)(uintptr_t)PICK(calls, buffers)->handle;
+    VkDebugUtilsObjectNameInfoEXT info =
+        MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = VK_OBJECT_TYPE_BUFFER,
+             .pObjectName = TAKE(calls, names));
+    info.objectHandle = (uint64_t)(uintptr_t)PICK(VkBuffer, calls, BUFFERS);
     if (kind % 3 == 1) {
         info.objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-        info.objectHandle = (uint64_t)(uintptr_t)PICK(calls, structures)->handle;
+        info.objectHandle =
+            (uint64_t)(uintptr_t)PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
     } else if (kind % 3 == 2) {
         info.objectType = VK_OBJECT_TYPE_COMMAND_BUFFER;
         info.objectHandle = (uint64_t)(uintptr_t)pick_commands(calls);
@@ -258,3 +223,22 @@ void call_answer(struct calls *calls)
 {
     calls->answer = take(calls) % 2;
 }
+
+/* ---- destroyed */
+
+#define DESTROY(name, type, kind, command)                                                         \
+    void call_##name(struct calls *calls)                                                          \
+    {                                                                                              \
+        struct slot *slot = pick(calls, kind);                                                     \
+        calls->vk.command(calls->device, HANDLE_OF(type, slot), NULL);                             \
+        slot->is_alive = false;                                                                    \
+        slot->bytes = NULL;                                                                        \
+    }
+
+DESTROY(free_memory, VkDeviceMemory, MEMORIES, FreeMemory)
+DESTROY(destroy_buffer, VkBuffer, BUFFERS, DestroyBuffer)
+DESTROY(destroy_structure, VkAccelerationStructureKHR, STRUCTURES, DestroyAccelerationStructureKHR)
+DESTROY(destroy_nv, VkAccelerationStructureNV, NV_STRUCTURES, DestroyAccelerationStructureNV)
+DESTROY(destroy_micromap, VkMicromapEXT, MICROMAPS, DestroyMicromapEXT)
+DESTROY(destroy_pool, VkCommandPool, POOLS, DestroyCommandPool)
+DESTROY(destroy_query_pool, VkQueryPool, QUERY_POOLS, DestroyQueryPool)

@@ -21,27 +21,21 @@ void call_submit(struct calls *calls)
     VkCommandBuffer commands[SUBMITTED_MAX];
     const uint32_t count = take_command_buffers(calls, commands);
     const uint8_t byte = take(calls);
-    const VkSemaphore wait = HANDLE_OF(VkSemaphore, PICK(calls, semaphores));
-    const VkSemaphore signal = HANDLE_OF(VkSemaphore, PICK(calls, semaphores));
+    const VkSemaphore wait = PICK(VkSemaphore, calls, SEMAPHORES);
+    const VkSemaphore signal = PICK(VkSemaphore, calls, SEMAPHORES);
     const uint64_t wait_value = take(calls), signal_value = take(calls);
-    const VkTimelineSemaphoreSubmitInfo values = {
-        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
-        .waitSemaphoreValueCount = 1,
-        .pWaitSemaphoreValues = &wait_value,
-        .signalSemaphoreValueCount = 1,
-        .pSignalSemaphoreValues = &signal_value};
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .pNext = byte & 8 ? NULL : &values,
-                               .waitSemaphoreCount = byte & 1,
-                               .pWaitSemaphores = &wait,
-                               .pWaitDstStageMask = &stage,
-                               .commandBufferCount = count,
-                               .pCommandBuffers = commands,
-                               .signalSemaphoreCount = byte >> 1 & 1,
-                               .pSignalSemaphores = &signal};
+    const VkTimelineSemaphoreSubmitInfo values =
+        MAKE(VkTimelineSemaphoreSubmitInfo, .waitSemaphoreValueCount = 1,
+             .pWaitSemaphoreValues = &wait_value, .signalSemaphoreValueCount = 1,
+             .pSignalSemaphoreValues = &signal_value);
+    const VkSubmitInfo info =
+        MAKE(VkSubmitInfo, .pNext = byte & 8 ? NULL : &values, .waitSemaphoreCount = byte & 1,
+             .pWaitSemaphores = &wait, .pWaitDstStageMask = &stage, .commandBufferCount = count,
+             .pCommandBuffers = commands, .signalSemaphoreCount = byte >> 1 & 1,
+             .pSignalSemaphores = &signal);
     const VkSubmitInfo infos[] = {info, info};
     calls->vk.QueueSubmit(calls->queues[(byte >> 4) % QUEUES], byte & 128 ? 2 : 1, infos,
-                          byte & 4 ? HANDLE_OF(VkFence, PICK(calls, fences)) : VK_NULL_HANDLE);
+                          byte & 4 ? PICK(VkFence, calls, FENCES) : VK_NULL_HANDLE);
 }
 
 void call_submit2(struct calls *calls)
@@ -51,24 +45,19 @@ void call_submit2(struct calls *calls)
     const uint32_t count = take_command_buffers(calls, commands);
     const uint8_t byte = take(calls);
     for (uint32_t i = 0; i < count; i++)
-        infos[i] = (VkCommandBufferSubmitInfo){
-            .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO, .commandBuffer = commands[i]};
-    const struct slot *waited = PICK(calls, semaphores), *signalled = PICK(calls, semaphores);
-    const VkSemaphoreSubmitInfo wait = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
-                                        .semaphore = HANDLE_OF(VkSemaphore, waited),
-                                        .value = take(calls)};
-    const VkSemaphoreSubmitInfo signal = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
-                                          .semaphore = HANDLE_OF(VkSemaphore, signalled),
-                                          .value = take(calls)};
-    const VkSubmitInfo2 info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
-                                .waitSemaphoreInfoCount = byte & 1,
-                                .pWaitSemaphoreInfos = &wait,
-                                .commandBufferInfoCount = count,
-                                .pCommandBufferInfos = infos,
-                                .signalSemaphoreInfoCount = byte >> 1 & 1,
-                                .pSignalSemaphoreInfos = &signal};
+        infos[i] = MAKE(VkCommandBufferSubmitInfo, .commandBuffer = commands[i]);
+    const struct slot *waited = pick(calls, SEMAPHORES), *signalled = pick(calls, SEMAPHORES);
+    const VkSemaphoreSubmitInfo wait = MAKE(
+        VkSemaphoreSubmitInfo, .semaphore = HANDLE_OF(VkSemaphore, waited), .value = take(calls));
+    const VkSemaphoreSubmitInfo signal =
+        MAKE(VkSemaphoreSubmitInfo, .semaphore = HANDLE_OF(VkSemaphore, signalled),
+             .value = take(calls));
+    const VkSubmitInfo2 info =
+        MAKE(VkSubmitInfo2, .waitSemaphoreInfoCount = byte & 1, .pWaitSemaphoreInfos = &wait,
+             .commandBufferInfoCount = count, .pCommandBufferInfos = infos,
+             .signalSemaphoreInfoCount = byte >> 1 & 1, .pSignalSemaphoreInfos = &signal);
     calls->vk.QueueSubmit2(calls->queues[(byte >> 4) % QUEUES], 1, &info,
-                           byte & 4 ? HANDLE_OF(VkFence, PICK(calls, fences)) : VK_NULL_HANDLE);
+                           byte & 4 ? PICK(VkFence, calls, FENCES) : VK_NULL_HANDLE);
 }
 
 /* ---- waits */
@@ -84,7 +73,7 @@ void call_wait_idle(struct calls *calls)
 
 void call_wait_fence(struct calls *calls)
 {
-    const struct slot *a = PICK(calls, fences), *b = PICK(calls, fences);
+    const struct slot *a = pick(calls, FENCES), *b = pick(calls, FENCES);
     const VkFence fences[] = {HANDLE_OF(VkFence, a), HANDLE_OF(VkFence, b)};
     const uint8_t byte = take(calls);
     if (byte % 2)
@@ -95,20 +84,18 @@ void call_wait_fence(struct calls *calls)
 
 void call_reset_fence(struct calls *calls)
 {
-    const VkFence fence = HANDLE_OF(VkFence, PICK(calls, fences));
+    const VkFence fence = PICK(VkFence, calls, FENCES);
     calls->vk.ResetFences(calls->device, 1, &fence);
 }
 
 void call_use_semaphore(struct calls *calls)
 {
-    const VkSemaphore semaphore = HANDLE_OF(VkSemaphore, PICK(calls, semaphores));
+    const VkSemaphore semaphore = PICK(VkSemaphore, calls, SEMAPHORES);
     uint64_t value = take(calls);
-    const VkSemaphoreSignalInfo signal = {
-        .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, .semaphore = semaphore, .value = value};
-    const VkSemaphoreWaitInfo wait = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
-                                      .semaphoreCount = 1,
-                                      .pSemaphores = &semaphore,
-                                      .pValues = &value};
+    const VkSemaphoreSignalInfo signal =
+        MAKE(VkSemaphoreSignalInfo, .semaphore = semaphore, .value = value);
+    const VkSemaphoreWaitInfo wait = MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
+                                          .pSemaphores = &semaphore, .pValues = &value);
     const uint8_t kind = take(calls);
     if (kind % 3 == 0)
         calls->vk.SignalSemaphore(calls->device, &signal);
@@ -122,42 +109,38 @@ void call_use_semaphore(struct calls *calls)
 
 static void create_semaphore(struct calls *calls)
 {
-    const uint32_t index = take(calls) % SEMAPHORES;
-    const VkSemaphoreTypeCreateInfo type = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
-                                            .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
-    const VkSemaphoreCreateInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
-                                        .pNext = index ? &type : NULL};
-    VkSemaphore handle;
-    if (calls->vk.CreateSemaphore(calls->device, &info, NULL, &handle) == VK_SUCCESS)
-        calls->semaphores[index] = (struct slot){(uint64_t)(uintptr_t)handle, true};
+    const uint32_t index = take(calls) % slot_counts[SEMAPHORES];
+    const VkSemaphoreTypeCreateInfo type =
+        MAKE(VkSemaphoreTypeCreateInfo, .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE);
+    const VkSemaphoreCreateInfo info = MAKE(VkSemaphoreCreateInfo, .pNext = index ? &type : NULL);
+    keep(calls, &calls->slots[SEMAPHORES][index], 0,
+         calls->vk.CreateSemaphore(calls->device, &info, NULL, CREATED(calls)));
 }
 
 void call_create_sync(struct calls *calls)
 {
     const uint8_t kind = take(calls);
-    const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO,
-                                          .flags = kind >> 2 & 1};
-    const VkEventCreateInfo event_info = {.sType = VK_STRUCTURE_TYPE_EVENT_CREATE_INFO};
+    const VkFenceCreateInfo fence_info = MAKE(VkFenceCreateInfo, .flags = kind >> 2 & 1);
+    const VkEventCreateInfo event_info = MAKE(VkEventCreateInfo);
     VkFence fence;
     VkEvent event;
     if (kind % 4 == 0)
         create_semaphore(calls);
     else if (kind % 4 == 1 &&
              calls->vk.CreateEvent(calls->device, &event_info, NULL, &event) == VK_SUCCESS)
-        *PICK(calls, events) = (struct slot){(uint64_t)(uintptr_t)event, true};
+        *pick(calls, EVENTS) = (struct slot){(uint64_t)(uintptr_t)event, true};
     else if (kind % 4 > 1 &&
              calls->vk.CreateFence(calls->device, &fence_info, NULL, &fence) == VK_SUCCESS)
-        *PICK(calls, fences) = (struct slot){(uint64_t)(uintptr_t)fence, true};
+        *pick(calls, FENCES) = (struct slot){(uint64_t)(uintptr_t)fence, true};
 }
 
 void call_destroy_sync(struct calls *calls)
 {
     const uint8_t kind = take(calls);
     if (kind % 3 == 0)
-        calls->vk.DestroySemaphore(calls->device, HANDLE_OF(VkSemaphore, PICK(calls, semaphores)),
-                                   NULL);
+        calls->vk.DestroySemaphore(calls->device, PICK(VkSemaphore, calls, SEMAPHORES), NULL);
     else if (kind % 3 == 1)
-        calls->vk.DestroyEvent(calls->device, HANDLE_OF(VkEvent, PICK(calls, events)), NULL);
+        calls->vk.DestroyEvent(calls->device, PICK(VkEvent, calls, EVENTS), NULL);
     else
-        calls->vk.DestroyFence(calls->device, HANDLE_OF(VkFence, PICK(calls, fences)), NULL);
+        calls->vk.DestroyFence(calls->device, PICK(VkFence, calls, FENCES), NULL);
 }

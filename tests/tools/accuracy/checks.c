@@ -50,11 +50,9 @@ static void take_many_instances(struct null_driver_config *config)
 static void open_fixture(const struct bench *bench, const struct side *side,
                          struct fixture *fixture)
 {
-    const struct setup setup = {
-        .level = side->level,
-        .by_environment = side->name == NULL,
-        .configure = bench->platform.is_null ? take_many_instances : NULL,
-    };
+    const struct setup setup = {.level = side->level,
+                                .by_environment = side->name == NULL,
+                                .configure = bench->platform.is_null ? take_many_instances : NULL};
     if (side->compares)
         setenv(COMPARE, COMPARED_RAYS, 1);
     const char *missing = fixture_open(fixture, &bench->platform, &setup);

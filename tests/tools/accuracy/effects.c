@@ -12,7 +12,8 @@
 #include <string.h>
 
 #include "probes.h"
-#include "scene_spheres.h"
+#include "scene_extensions.h"
+#include "tests/fixture/make.h"
 
 enum { BUILDS = 24, FIRST = SCENE_BASE_BUILDS };
 
@@ -69,10 +70,9 @@ static void destroy_queries(struct scene *scene, VkDevice device, uint64_t handl
 static void use_compaction(struct run *run)
 {
     struct scene *scene = run->scene;
-    const VkQueryPoolCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-        .queryCount = BUILDS};
+    const VkQueryPoolCreateInfo create_info = MAKE(
+        VkQueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+        .queryCount = BUILDS);
     expect_success(
         scene->vk->CreateQueryPool(scene->fixture->device, &create_info, NULL, &run->queries),
         "vkCreateQueryPool");
@@ -91,16 +91,14 @@ static void use_instances(struct run *run)
 static void use_motion(struct run *run)
 {
     struct scene *scene = run->scene;
-    scene->motion = (VkAccelerationStructureGeometryMotionTrianglesDataNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
-        .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0)};
+    scene->motion = MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
+                         .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0));
     for (uint32_t i = FIRST; i < FIRST + BUILDS; i++) {
-        const VkAccelerationStructureCreateInfoKHR create_info = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
+        const VkAccelerationStructureCreateInfoKHR create_info = MAKE(
+            VkAccelerationStructureCreateInfoKHR,
             .createFlags = VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV,
             .buffer = scene->dst_buffers[i].handle,
-            .size = scene_sizes(scene, i).accelerationStructureSize,
-            .type = scene->infos[i].type};
+            .size = scene_sizes(scene, i).accelerationStructureSize, .type = scene->infos[i].type);
         scene->infos[i].flags = VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
         scene->infos[i].dstAccelerationStructure = scene_create_accel(scene, &create_info);
         scene->geometries[i][0].geometry.triangles.pNext = &scene->motion;
@@ -155,11 +153,9 @@ static void compact(struct run *run)
         run->command_buffer, BUILDS, built, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
         run->queries, 0);
     for (uint32_t i = 0; i < BUILDS; i++) {
-        const VkCopyAccelerationStructureInfoKHR copy = {
-            .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-            .src = built[i],
-            .dst = run->compacted[i],
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR};
+        const VkCopyAccelerationStructureInfoKHR copy =
+            MAKE(VkCopyAccelerationStructureInfoKHR, .src = built[i], .dst = run->compacted[i],
+                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
         scene->vk->CmdCopyAccelerationStructureKHR(run->command_buffer, &copy);
     }
 }

@@ -11,8 +11,10 @@ import csv
 import multiprocessing.pool
 import pathlib
 import re
-import subprocess
 import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from callgrind import collect  # noqa: E402
 
 # The last three are extensions: their rules are asked once they are enabled.
 CORE = ("update", "compaction", "instances", "indirect")
@@ -31,22 +33,10 @@ def fail(message):
     sys.exit(f"effects.py: {message}")
 
 
-def collect(arguments, function, *command):
-    """Instructions within a function, and what the command printed."""
-    run = subprocess.run(
-        [arguments.valgrind, "--tool=callgrind", "--callgrind-out-file=/dev/null",
-         "--collect-atstart=no", f"--toggle-collect={function}", *command],
-        capture_output=True, text=True)
-    collected = re.search(r"Collected : (\d+)", run.stderr)
-    if run.returncode or not collected or not int(collected[1]):
-        fail(f"{command}: the count failed ({run.returncode}):\n{run.stdout}{run.stderr}")
-    return int(collected[1]), run.stdout
-
-
 def count(arguments, effect, use):
     """Instructions a build."""
-    collected, printed = collect(arguments, "counted_runs", arguments.program, effect, use,
-                                 str(TIMES))
+    collected, printed = collect(arguments.valgrind, "counted_runs", arguments.program, effect,
+                                 use, TIMES)
     return collected / int(re.search(r"(\d+) builds", printed)[1])
 
 
@@ -87,7 +77,7 @@ def count_plain(arguments):
     for row in rows:
         function = "counted_build" if row["what"] == "build" else "counted_rays"
         accuracy = ACCURACIES.index(row["what"].split()[-1]) if function == "counted_rays" else 0
-        row["now"] = collect(arguments, function, arguments.plain, str(accuracy))[0]
+        row["now"] = collect(arguments.valgrind, function, arguments.plain, accuracy)[0]
     print(f"\n{'plain mesh':26}{'before':>12}{'now':>12}  instructions")
     for row in rows:
         print(f"{row['what']:26}{row['before']:>12}{row['now']:12}")

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Making scenes, and building them. */
 #include "workload.h"
+#include "tests/fixture/make.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -9,11 +10,9 @@
 
 enum { ALIGNMENT = 256 };
 
-const char *const workload_names[WORKLOAD_KINDS] = {
-    [WORKLOAD_MESH] = "one mesh",
-    [WORKLOAD_SMALL] = "1,000 small meshes",
-    [WORKLOAD_INSTANCES] = "100,000 instances",
-};
+const char *const workload_names[WORKLOAD_KINDS] = {[WORKLOAD_MESH] = "one mesh",
+                                                    [WORKLOAD_SMALL] = "1,000 small meshes",
+                                                    [WORKLOAD_INSTANCES] = "100,000 instances"};
 
 static void *allocate(size_t count, size_t size)
 {
@@ -47,17 +46,15 @@ static void give_meshes(struct workload *workload, uint32_t side)
     for (uint32_t i = 0; i < workload->count; i++) {
         memcpy(vertex_buffer.host + i * vertex_step, mesh.positions, vertices);
         memcpy(index_buffer.host + i * index_step, mesh.indices, indices);
-        workload->geometries[i] = (VkAccelerationStructureGeometryKHR){
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-            .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-            .geometry.triangles = {
-                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+        workload->geometries[i] = MAKE(
+            VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+            .geometry.triangles = MAKE(
+                VkAccelerationStructureGeometryTrianglesDataKHR,
                 .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
                 .vertexData.deviceAddress = scene_address(scene, &vertex_buffer, i * vertex_step),
-                .vertexStride = 12,
-                .maxVertex = mesh.vertex_count - 1,
+                .vertexStride = 12, .maxVertex = mesh.vertex_count - 1,
                 .indexType = VK_INDEX_TYPE_UINT32,
-                .indexData.deviceAddress = scene_address(scene, &index_buffer, i * index_step)}};
+                .indexData.deviceAddress = scene_address(scene, &index_buffer, i * index_step)));
         workload->ranges[i].primitiveCount = mesh.triangle_count;
     }
     fixture_mesh_free(&mesh);
@@ -66,9 +63,8 @@ static void give_meshes(struct workload *workload, uint32_t side)
 /* What instances say of a structure. */
 static uint64_t reference_to(const struct scene *scene, VkAccelerationStructureKHR blas)
 {
-    const VkAccelerationStructureDeviceAddressInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = blas};
+    const VkAccelerationStructureDeviceAddressInfoKHR info =
+        MAKE(VkAccelerationStructureDeviceAddressInfoKHR, .accelerationStructure = blas);
     return scene->command == COMMAND_HOST
                ? (uint64_t)blas
                : scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->fixture->device, &info);
@@ -90,12 +86,10 @@ static void give_instances(struct workload *workload, uint64_t reference, uint32
             .mask = 0xff,
             .accelerationStructureReference = reference};
     }
-    workload->geometries[0] = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-        .geometry.instances = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-            .data.deviceAddress = scene_address(scene, &buffer, 0)}};
+    workload->geometries[0] =
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+             .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                                        .data.deviceAddress = scene_address(scene, &buffer, 0)));
     workload->ranges[0].primitiveCount = count;
 }
 
@@ -103,8 +97,7 @@ static void give_instances(struct workload *workload, uint64_t reference, uint32
 
 static VkAccelerationStructureBuildSizesInfoKHR sizes_of(const struct workload *workload)
 {
-    VkAccelerationStructureBuildSizesInfoKHR sizes = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
     workload->scene->vk->GetAccelerationStructureBuildSizesKHR(
         workload->scene->fixture->device,
         workload->scene->command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
@@ -118,12 +111,9 @@ static void make_builds(struct workload *workload, VkAccelerationStructureTypeKH
 {
     struct scene *scene = workload->scene;
     for (uint32_t i = 0; i < workload->count; i++) {
-        workload->infos[i] = (VkAccelerationStructureBuildGeometryInfoKHR){
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-            .type = type,
-            .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-            .geometryCount = 1,
-            .pGeometries = &workload->geometries[i]};
+        workload->infos[i] = MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .type = type,
+                                  .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+                                  .geometryCount = 1, .pGeometries = &workload->geometries[i]);
         workload->range_pointers[i] = &workload->ranges[i];
     }
     const VkAccelerationStructureBuildSizesInfoKHR sizes = sizes_of(workload);
@@ -134,12 +124,9 @@ static void make_builds(struct workload *workload, VkAccelerationStructureTypeKH
         scene_buffer(scene, workload->count * scratch_step, SCRATCH_USAGE);
 
     for (uint32_t i = 0; i < workload->count; i++) {
-        const VkAccelerationStructureCreateInfoKHR create_info = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-            .buffer = storage.handle,
-            .offset = i * step,
-            .size = sizes.accelerationStructureSize,
-            .type = type};
+        const VkAccelerationStructureCreateInfoKHR create_info =
+            MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = storage.handle, .offset = i * step,
+                 .size = sizes.accelerationStructureSize, .type = type);
         expect_success(
             scene->vk->CreateAccelerationStructureKHR(scene->fixture->device, &create_info, NULL,
                                                       &workload->infos[i].dstAccelerationStructure),

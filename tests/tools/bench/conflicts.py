@@ -6,10 +6,10 @@ search for pairs stays linear, however many pairs are in conflict."""
 
 import argparse
 import pathlib
-import re
-import subprocess
 import sys
-import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from callgrind import count_recording  # noqa: E402
 
 SMALL, LARGE = 1000, 8000  # builds a call
 TIMES = 2
@@ -18,18 +18,8 @@ MARGIN = 0.5  # of what the small call takes; its square would be eight times th
 
 def count(arguments, builds, layer):
     """Instructions a build, with the layer ("on") or without ("off")."""
-    with tempfile.TemporaryDirectory() as folder:
-        run = subprocess.run(
-            [arguments.valgrind, "--tool=callgrind", f"--callgrind-out-file={folder}/out",
-             "--collect-atstart=no", "--toggle-collect=profiled_recording",
-             arguments.record, "--profile", layer, "--driver", "null", "--buffers", "shared",
-             "--order", "created", "--sizes", str(builds), "--times", str(TIMES), "--conflicts"],
-            capture_output=True, text=True, check=False)
-    collected = re.search(r"Collected : (\d+)", run.stderr)
-    recorded = re.search(r"recorded (\d+) builds", run.stdout)
-    if run.returncode or not collected or not recorded:
-        sys.exit(f"conflicts.py: the count failed ({run.returncode}):\n{run.stdout}{run.stderr}")
-    return int(collected[1]) / int(recorded[1])
+    return count_recording(arguments, layer, "--buffers", "shared", "--order", "created",
+                           "--sizes", builds, "--times", TIMES, "--conflicts")[0]
 
 
 def main():

@@ -7,11 +7,11 @@ slow-down shows on a machine whose clock says little."""
 import argparse
 import csv
 import pathlib
-import re
-import subprocess
 import sys
-import tempfile
 from collections import namedtuple
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from callgrind import count_recording  # noqa: E402
 
 STRUCTURES, TIMES = 1000, 10
 
@@ -32,19 +32,10 @@ def fail(message):
 
 def count(arguments, case, layer):
     """What recording takes with the layer ("on") or without ("off")."""
-    with tempfile.TemporaryDirectory() as folder:
-        run = subprocess.run(
-            [arguments.valgrind, "--tool=callgrind", f"--callgrind-out-file={folder}/out",
-             "--collect-atstart=no", "--toggle-collect=profiled_recording",
-             arguments.record, "--profile", layer, "--driver", "null", "--buffers",
-             case.buffers, "--order", case.order, "--sizes", str(case.call), "--alive",
-             str(STRUCTURES), "--times", str(TIMES)],
-            capture_output=True, text=True)
-    collected = re.search(r"Collected : (\d+)", run.stderr)
-    recorded = re.search(r"recorded (\d+) builds, (\d+) probes", run.stdout)
-    if run.returncode or not collected or not recorded or not int(collected[1]):
-        fail(f"the count failed ({run.returncode}):\n{run.stdout}{run.stderr}")
-    return Counts(int(collected[1]) / int(recorded[1]), int(recorded[2]) / TIMES)
+    instructions, probes = count_recording(
+        arguments, layer, "--buffers", case.buffers, "--order", case.order, "--sizes", case.call,
+        "--alive", STRUCTURES, "--times", TIMES)
+    return Counts(instructions, probes / TIMES)
 
 
 def read_expected(path):

@@ -32,7 +32,19 @@ struct options {
     uint32_t profile_times;
 };
 
+/* Of the comparison with the other layer. */
+struct peer_options {
+    const char *driver;
+    const char *layers; /* a folder in which the other layer may be, or NULL */
+    const char *csv;    /* or NULL */
+    uint32_t most_builds;
+    uint32_t samples;
+    bool with_peer, bars;
+    bool cold; /* a sample begins with what the one before left in the processor's caches */
+};
+
 /* Ends the process where the line is wrong, or asks for help. */
 void options_read(struct options *options, int argc, char **argv);
+void peer_options_read(struct peer_options *options, int argc, char **argv);
 
 #endif

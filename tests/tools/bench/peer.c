@@ -5,12 +5,11 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "peer_options.h"
+#include "options.h"
 #include "peer_report.h"
 #include "recorder.h"
 #include "tests/tools/fail.h"
 #include "tests/tools/measure.h"
-#include "threads.h"
 
 enum {
     BUILDS_PER_SAMPLE = 2000,
@@ -83,7 +82,7 @@ static void open_all(struct comparison *comparison)
         comparison->takes_part[c] = c != PEER || has_peer;
         if (!comparison->takes_part[c])
             continue;
-        const char *layer = c == PEER ? BENCH_PEER : c == NO_LAYER ? NULL : BENCH_LAYER;
+        const char *layer = c == PEER ? BENCH_PEER : c == NO_LAYER ? NULL : GPU_LAYER;
         side_open(&comparison->sides[c], layer,
                   c == PEER ? NULL : contender_name((enum contender)c));
         recorder_open(&comparison->recorders[c], &comparison->sides[c]);

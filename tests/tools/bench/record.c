@@ -32,7 +32,7 @@ static void open_bench(struct bench *bench, const struct options *options, const
     *bench = (struct bench){.options = options, .driver = driver};
     driver_select(driver);
     for (int s = 0; s < SIDES; s++) {
-        side_open(&bench->sides[s], s == WITH ? BENCH_LAYER : NULL, options->level);
+        side_open(&bench->sides[s], s == WITH ? GPU_LAYER : NULL, options->level);
         bench->sides[s].findings->are_expected = options->conflicts;
         recorder_open(&bench->recorders[s], &bench->sides[s]);
     }
@@ -190,7 +190,7 @@ static void profile(const struct options *options)
     struct recorder recorder;
     struct scene scene;
     driver_select(options->drivers[0]);
-    side_open(&side, options->profile_with_layer ? BENCH_LAYER : NULL, options->level);
+    side_open(&side, options->profile_with_layer ? GPU_LAYER : NULL, options->level);
     side.findings->are_expected = options->conflicts;
     recorder_open(&recorder, &side);
     scene_create(&scene, &side, options->with_buffers[0] ? BUFFERS_SHARED : BUFFERS_SEPARATE,

@@ -3,56 +3,50 @@
 #include "recorder.h"
 
 #include <malloc.h>
+#include <pthread.h>
 
 #include "tests/tools/fail.h"
 #include "tests/tools/measure.h"
 
 void recorder_open(struct recorder *recorder, const struct side *side)
 {
-    const VkCommandPoolCreateInfo pool_info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                               .flags =
-                                                   VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
-                                               .queueFamilyIndex = side->queue_family};
+    const VkCommandPoolCreateInfo pool_info =
+        MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
+             .queueFamilyIndex = side->gpu.queue_family);
     recorder->side = side;
-    tool_check(side->calls.CreateCommandPool(side->device, &pool_info, NULL, &recorder->pool),
-               "vkCreateCommandPool");
-    const VkCommandBufferAllocateInfo info = {.sType =
-                                                  VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                              .commandPool = recorder->pool,
-                                              .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-                                              .commandBufferCount = 1};
-    tool_check(side->calls.AllocateCommandBuffers(side->device, &info, &recorder->commands),
-               "vkAllocateCommandBuffers");
+    TOOL_CALL(side->gpu.calls, CreateCommandPool, side->gpu.device, &pool_info, NULL,
+              &recorder->pool);
+    TOOL_CALL(side->gpu.calls, AllocateCommandBuffers, side->gpu.device,
+              &MAKE(VkCommandBufferAllocateInfo, .commandPool = recorder->pool,
+                    .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1),
+              &recorder->commands);
 }
 
 void recorder_close(struct recorder *recorder)
 {
-    recorder->side->calls.DestroyCommandPool(recorder->side->device, recorder->pool, NULL);
+    recorder->side->gpu.calls.DestroyCommandPool(recorder->side->gpu.device, recorder->pool, NULL);
 }
 
 static void begin(const struct recorder *recorder, VkCommandBufferUsageFlags flags)
 {
-    const VkCommandBufferBeginInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                           .flags = flags};
-    tool_check(recorder->side->calls.BeginCommandBuffer(recorder->commands, &info),
-               "vkBeginCommandBuffer");
+    const VkCommandBufferBeginInfo info = MAKE(VkCommandBufferBeginInfo, .flags = flags);
+    TOOL_CALL(recorder->side->gpu.calls, BeginCommandBuffer, recorder->commands, &info);
 }
 
 static void end(const struct recorder *recorder)
 {
-    tool_check(recorder->side->calls.EndCommandBuffer(recorder->commands), "vkEndCommandBuffer");
+    TOOL_CALL(recorder->side->gpu.calls, EndCommandBuffer, recorder->commands);
 }
 
 static void reset(const struct recorder *recorder)
 {
-    tool_check(recorder->side->calls.ResetCommandBuffer(recorder->commands, 0),
-               "vkResetCommandBuffer");
+    TOOL_CALL(recorder->side->gpu.calls, ResetCommandBuffer, recorder->commands, 0);
 }
 
 static void build(const struct recorder *recorder, const struct scene *scene, uint32_t first,
                   uint32_t count)
 {
-    recorder->side->calls.CmdBuildAccelerationStructuresKHR(
+    recorder->side->gpu.calls.CmdBuildAccelerationStructuresKHR(
         recorder->commands, count, &scene->infos[first], &scene->range_pointers[first]);
 }
 
@@ -64,13 +58,6 @@ static void record_call(const struct recorder *recorder, const struct scene *sce
     build(recorder, scene, first, count);
     end(recorder);
     reset(recorder);
-}
-
-void recorder_run_some(const struct recorder *recorder, const struct scene *scene, uint32_t first,
-                       uint32_t count, uint32_t times)
-{
-    for (uint32_t i = 0; i < times; i++)
-        record_call(recorder, scene, first, count);
 }
 
 void recorder_run(const struct recorder *recorder, const struct scene *scene,
@@ -97,22 +84,20 @@ double recorder_time(const struct recorder *recorder, const struct scene *scene,
 static void submit_and_wait(const struct recorder *recorder, VkFence fence)
 {
     const struct side *side = recorder->side;
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &recorder->commands};
+    const VkSubmitInfo info =
+        MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &recorder->commands);
     VkQueue queue;
-    side->calls.GetDeviceQueue(side->device, side->queue_family, 0, &queue);
-    tool_check(side->calls.QueueSubmit(queue, 1, &info, fence), "vkQueueSubmit");
-    tool_check(side->calls.WaitForFences(side->device, 1, &fence, VK_TRUE, UINT64_MAX),
-               "vkWaitForFences");
-    tool_check(side->calls.ResetFences(side->device, 1, &fence), "vkResetFences");
+    side->gpu.calls.GetDeviceQueue(side->gpu.device, side->gpu.queue_family, 0, &queue);
+    TOOL_CALL(side->gpu.calls, QueueSubmit, queue, 1, &info, fence);
+    TOOL_CALL(side->gpu.calls, WaitForFences, side->gpu.device, 1, &fence, VK_TRUE, UINT64_MAX);
+    TOOL_CALL(side->gpu.calls, ResetFences, side->gpu.device, 1, &fence);
 }
 
 static VkFence create_fence(const struct side *side)
 {
-    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     VkFence fence;
-    tool_check(side->calls.CreateFence(side->device, &info, NULL, &fence), "vkCreateFence");
+    TOOL_CALL(side->gpu.calls, CreateFence, side->gpu.device, &MAKE(VkFenceCreateInfo), NULL,
+              &fence);
     return fence;
 }
 
@@ -129,7 +114,7 @@ struct submit_times recorder_submit(const struct recorder *recorder, const struc
     submit_and_wait(recorder, fence);
     struct submit_times times = {.first = between - before, .again = thread_time() - between};
     reset(recorder);
-    side->calls.DestroyFence(side->device, fence, NULL);
+    side->gpu.calls.DestroyFence(side->gpu.device, fence, NULL);
     return times;
 }
 
@@ -142,12 +127,13 @@ void recorder_clear_inputs(const struct recorder *recorder, const struct scene *
     for (size_t i = 0; i < sizeof(inputs) / sizeof(inputs[0]); i++) {
         const struct scene_ranges *ranges = &scene->parts[inputs[i]];
         for (uint32_t b = 0; b < ranges->buffer_count; b++)
-            side->calls.CmdFillBuffer(recorder->commands, ranges->buffers[b], 0, VK_WHOLE_SIZE, 0);
+            side->gpu.calls.CmdFillBuffer(recorder->commands, ranges->buffers[b], 0, VK_WHOLE_SIZE,
+                                          0);
     }
     end(recorder);
     submit_and_wait(recorder, fence);
     reset(recorder);
-    side->calls.DestroyFence(side->device, fence, NULL);
+    side->gpu.calls.DestroyFence(side->gpu.device, fence, NULL);
 }
 
 /* ---- memory */
@@ -173,4 +159,60 @@ double recorder_memory(const struct scene *scene, uint32_t builds_per_call)
     reset(&recorder);
     recorder_close(&recorder);
     return after > 0 ? after - before : -1;
+}
+
+/* ---- threads */
+
+struct recording_thread {
+    pthread_t thread;
+    pthread_barrier_t *start;
+    struct recorder recorder;
+    const struct scene *scene;
+    uint32_t first, builds, times;
+    double began, ended, cpu;
+};
+
+static void record(const struct recording_thread *self, uint32_t times)
+{
+    for (uint32_t i = 0; i < times; i++)
+        record_call(&self->recorder, self->scene, self->first, self->builds);
+}
+
+static void *run(void *argument)
+{
+    struct recording_thread *self = argument;
+    record(self, 1); /* what is done once a thread */
+    pthread_barrier_wait(self->start);
+    double cpu = thread_time();
+    self->began = read_clock(CLOCK_MONOTONIC);
+    record(self, self->times);
+    self->ended = read_clock(CLOCK_MONOTONIC);
+    self->cpu = thread_time() - cpu;
+    return NULL;
+}
+
+struct thread_times threads_time(const struct side *side, const struct scene *scene, uint32_t count,
+                                 uint32_t builds, uint32_t times)
+{
+    struct recording_thread threads[MOST_THREADS];
+    pthread_barrier_t start;
+    pthread_barrier_init(&start, NULL, count);
+    for (uint32_t i = 0; i < count; i++) {
+        threads[i] = (struct recording_thread){
+            .start = &start, .scene = scene, .first = i * builds, .builds = builds, .times = times};
+        recorder_open(&threads[i].recorder, side);
+        if (pthread_create(&threads[i].thread, NULL, run, &threads[i]) != 0)
+            tool_fail("a thread can't be created");
+    }
+    double began = 0, ended = 0, cpu = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        pthread_join(threads[i].thread, NULL);
+        recorder_close(&threads[i].recorder);
+        began = i && began < threads[i].began ? began : threads[i].began;
+        ended = ended > threads[i].ended ? ended : threads[i].ended;
+        cpu += threads[i].cpu;
+    }
+    pthread_barrier_destroy(&start);
+    double recorded = (double)count * builds * times;
+    return (struct thread_times){.wall = (ended - began) / recorded, .cpu = cpu / recorded};
 }

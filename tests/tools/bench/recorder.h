@@ -19,10 +19,6 @@ void recorder_close(struct recorder *recorder);
 void recorder_run(const struct recorder *recorder, const struct scene *scene,
                   uint32_t builds_per_call, uint32_t times);
 
-/* The same with one call of the `count` builds from `first` on. */
-void recorder_run_some(const struct recorder *recorder, const struct scene *scene, uint32_t first,
-                       uint32_t count, uint32_t times);
-
 /* CPU time of this thread for recorder_run, nanoseconds. */
 double recorder_time(const struct recorder *recorder, const struct scene *scene,
                      uint32_t builds_per_call, uint32_t times);
@@ -40,5 +36,21 @@ void recorder_clear_inputs(const struct recorder *recorder, const struct scene *
 /* Bytes that stay allocated while all builds of the scene are recorded in one fresh command buffer,
  * in calls of builds_per_call. Negative where the C library doesn't tell. */
 double recorder_memory(const struct scene *scene, uint32_t builds_per_call);
+
+/* ---- threads that record side by side, each in a command pool of its own */
+
+enum { MOST_THREADS = 4 };
+
+/* Nanoseconds a build: over what the threads record together, the time that they take together by
+ * the wall clock, which also tells of waits but needs a machine that is idle, and the sum of their
+ * CPU times. */
+struct thread_times {
+    double wall, cpu;
+};
+
+/* Of `count` threads that all record `times` calls of `builds` builds. The scene has the builds of
+ * all of them. */
+struct thread_times threads_time(const struct side *side, const struct scene *scene, uint32_t count,
+                                 uint32_t builds, uint32_t times);
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Making the scene. */
 #include "scene.h"
+#include "tests/fixture/make.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -44,51 +45,14 @@ static VkDeviceSize align_up(VkDeviceSize size, VkDeviceSize alignment)
     return (size + alignment - 1) / alignment * alignment;
 }
 
-static VkBuffer create_buffer(const struct side *side, enum scene_part part, VkDeviceSize size)
-{
-    const VkBufferCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size, .usage = usage_of(part)};
-    VkBuffer buffer;
-    tool_check(side->calls.CreateBuffer(side->device, &create_info, NULL, &buffer),
-               "vkCreateBuffer");
-    return buffer;
-}
-
-static VkMemoryRequirements requirements_of(const struct side *side, VkBuffer buffer)
-{
-    VkMemoryRequirements requirements;
-    side->calls.GetBufferMemoryRequirements(side->device, buffer, &requirements);
-    return requirements;
-}
-
-static VkDeviceMemory allocate_memory(const struct side *side, VkDeviceSize size,
-                                      uint32_t allowed_types)
-{
-    const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-                                             .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
-    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                       .pNext = &flags,
-                                       .allocationSize = size,
-                                       .memoryTypeIndex = (uint32_t)__builtin_ctz(allowed_types)};
-    VkDeviceMemory memory;
-    tool_check(side->calls.AllocateMemory(side->device, &info, NULL, &memory), "vkAllocateMemory");
-    return memory;
-}
-
-static VkDeviceAddress address_of(const struct side *side, VkBuffer buffer)
-{
-    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
-                                            .buffer = buffer};
-    return side->calls.GetBufferDeviceAddress(side->device, &info);
-}
-
 static void find_addresses(const struct side *side, struct scene_ranges *ranges, uint32_t count)
 {
     ranges->addresses = tool_alloc(count, sizeof(*ranges->addresses));
-    VkDeviceAddress first = address_of(side, ranges->buffers[0]);
+    VkDeviceAddress first = gpu_buffer_address(&side->gpu, ranges->buffers[0]);
     for (uint32_t i = 0; i < count; i++)
-        ranges->addresses[i] = ranges->buffer_count > 1 ? address_of(side, ranges->buffers[i])
-                                                        : first + i * ranges->stride;
+        ranges->addresses[i] = ranges->buffer_count > 1
+                                   ? gpu_buffer_address(&side->gpu, ranges->buffers[i])
+                                   : first + i * ranges->stride;
 }
 
 static void create_ranges(struct scene *scene, enum scene_part part, enum buffers buffers,
@@ -101,24 +65,24 @@ static void create_ranges(struct scene *scene, enum scene_part part, enum buffer
     ranges->buffer_count = shared ? 1 : scene->count;
     ranges->buffers = tool_alloc(ranges->buffer_count, sizeof(*ranges->buffers));
 
-    VkDeviceSize alignment = side->limits.minAccelerationStructureScratchOffsetAlignment;
+    VkDeviceSize alignment = side->gpu.limits.minAccelerationStructureScratchOffsetAlignment;
     if (alignment < STRUCTURE_ALIGNMENT)
         alignment = STRUCTURE_ALIGNMENT;
     ranges->stride = align_up(size, alignment);
     for (uint32_t i = 0; i < ranges->buffer_count; i++)
-        ranges->buffers[i] =
-            create_buffer(side, part, shared ? scene->count * ranges->stride : size);
+        ranges->buffers[i] = gpu_make_buffer(&side->gpu, usage_of(part),
+                                             shared ? scene->count * ranges->stride : size);
 
-    VkMemoryRequirements needs = requirements_of(side, ranges->buffers[0]);
+    VkMemoryRequirements needs;
+    side->gpu.calls.GetBufferMemoryRequirements(side->gpu.device, ranges->buffers[0], &needs);
     if (!shared)
         ranges->stride =
             align_up(needs.size, needs.alignment > alignment ? needs.alignment : alignment);
     VkDeviceSize total = shared ? needs.size : scene->count * ranges->stride;
-    ranges->memory = allocate_memory(side, total, needs.memoryTypeBits);
+    ranges->memory = gpu_allocate(&side->gpu, total, needs.memoryTypeBits, GPU_PLACE_DEVICE);
     for (uint32_t i = 0; i < ranges->buffer_count; i++)
-        tool_check(side->calls.BindBufferMemory(side->device, ranges->buffers[i], ranges->memory,
-                                                i * ranges->stride),
-                   "vkBindBufferMemory");
+        TOOL_CALL(side->gpu.calls, BindBufferMemory, side->gpu.device, ranges->buffers[i],
+                  ranges->memory, i * ranges->stride);
     if (usage_of(part) & VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT)
         find_addresses(side, ranges, scene->count);
 }
@@ -126,8 +90,8 @@ static void create_ranges(struct scene *scene, enum scene_part part, enum buffer
 static void destroy_ranges(const struct side *side, struct scene_ranges *ranges)
 {
     for (uint32_t i = 0; i < ranges->buffer_count; i++)
-        side->calls.DestroyBuffer(side->device, ranges->buffers[i], NULL);
-    side->calls.FreeMemory(side->device, ranges->memory, NULL);
+        side->gpu.calls.DestroyBuffer(side->gpu.device, ranges->buffers[i], NULL);
+    side->gpu.calls.FreeMemory(side->gpu.device, ranges->memory, NULL);
     free(ranges->buffers);
     free(ranges->addresses);
 }
@@ -137,29 +101,23 @@ static void destroy_ranges(const struct side *side, struct scene_ranges *ranges)
 static VkAccelerationStructureGeometryKHR geometry_of(VkDeviceAddress vertices,
                                                       VkDeviceAddress indices)
 {
-    return (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-            .vertexData.deviceAddress = vertices,
-            .vertexStride = VERTEX_SIZE,
-            .maxVertex = VERTICES - 1,
-            .indexType = VK_INDEX_TYPE_UINT32,
-            .indexData.deviceAddress = indices}};
+    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                .geometry.triangles =
+                    MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
+                         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                         .vertexData.deviceAddress = vertices, .vertexStride = VERTEX_SIZE,
+                         .maxVertex = VERTICES - 1, .indexType = VK_INDEX_TYPE_UINT32,
+                         .indexData.deviceAddress = indices));
 }
 
 static VkAccelerationStructureBuildGeometryInfoKHR
 info_of(const VkAccelerationStructureGeometryKHR *geometry)
 {
-    return (VkAccelerationStructureBuildGeometryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR,
-        .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-        .geometryCount = 1,
-        .pGeometries = geometry};
+    return MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                .flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR,
+                .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR, .geometryCount = 1,
+                .pGeometries = geometry);
 }
 
 static VkAccelerationStructureBuildSizesInfoKHR sizes_on(const struct side *side)
@@ -167,10 +125,10 @@ static VkAccelerationStructureBuildSizesInfoKHR sizes_on(const struct side *side
     const VkAccelerationStructureGeometryKHR geometry = geometry_of(0, 0);
     const VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
     const uint32_t triangles = TRIANGLES;
-    VkAccelerationStructureBuildSizesInfoKHR sizes = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
-    side->calls.GetAccelerationStructureBuildSizesKHR(
-        side->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info, &triangles, &sizes);
+    VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
+    side->gpu.calls.GetAccelerationStructureBuildSizesKHR(
+        side->gpu.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info, &triangles,
+        &sizes);
     return sizes;
 }
 
@@ -181,15 +139,12 @@ static void create_structures(struct scene *scene)
     bool shared = ranges->buffer_count != scene->count;
     scene->structures = tool_alloc(scene->count, sizeof(*scene->structures));
     for (uint32_t i = 0; i < scene->count; i++) {
-        const VkAccelerationStructureCreateInfoKHR create_info = {
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-            .buffer = ranges->buffers[shared ? 0 : i],
-            .offset = shared ? i * ranges->stride : 0,
-            .size = ranges->size,
-            .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR};
-        tool_check(side->calls.CreateAccelerationStructureKHR(side->device, &create_info, NULL,
-                                                              &scene->structures[i]),
-                   "vkCreateAccelerationStructureKHR");
+        const VkAccelerationStructureCreateInfoKHR create_info =
+            MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = ranges->buffers[shared ? 0 : i],
+                 .offset = shared ? i * ranges->stride : 0, .size = ranges->size,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+        TOOL_CALL(side->gpu.calls, CreateAccelerationStructureKHR, side->gpu.device, &create_info,
+                  NULL, &scene->structures[i]);
     }
 }
 
@@ -250,7 +205,8 @@ void scene_destroy(struct scene *scene)
 {
     const struct side *side = scene->side;
     for (uint32_t i = 0; i < scene->count; i++)
-        side->calls.DestroyAccelerationStructureKHR(side->device, scene->structures[i], NULL);
+        side->gpu.calls.DestroyAccelerationStructureKHR(side->gpu.device, scene->structures[i],
+                                                        NULL);
     for (int part = 0; part < PART_COUNT; part++)
         destroy_ranges(side, &scene->parts[part]);
     free(scene->structures);

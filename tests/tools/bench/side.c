@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Opening an instance and a device with or without the layer. */
+/* A device with or without the layer. */
 #include "side.h"
 
 #include <glob.h>
@@ -9,10 +9,6 @@
 #include <string.h>
 
 #include "tests/tools/fail.h"
-
-static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                         VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
-enum { EXTENSION_COUNT = sizeof(extensions) / sizeof(extensions[0]), MOST_DEVICES = 16 };
 
 /* ---- the loader's environment */
 
@@ -65,7 +61,7 @@ void driver_select(const char *name)
     unsetenv("VK_LOADER_LAYERS_ENABLE");
 }
 
-/* ---- the instance */
+/* ---- the instance and the device */
 
 static VKAPI_ATTR VkBool32 VKAPI_CALL count_finding(
     VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT types,
@@ -79,96 +75,16 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL count_finding(
     return VK_FALSE;
 }
 
-static void open_instance(struct side *side, const char *layer, const char *level)
-{
-    const VkLayerSettingEXT setting = {BENCH_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1,
-                                       &level};
-    const VkLayerSettingsCreateInfoEXT settings = {
-        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-        .settingCount = 1,
-        .pSettings = &setting};
-    VkDebugUtilsMessengerCreateInfoEXT messenger = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .pNext = layer && level ? &settings : NULL,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-        .pfnUserCallback = count_finding,
-        .pUserData = side->findings};
-    const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                                           .pApplicationName = "record_bench",
-                                           .apiVersion = VK_API_VERSION_1_2};
-    const char *const debug_utils = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-    const VkInstanceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-                                              .pNext = &messenger,
-                                              .pApplicationInfo = &application,
-                                              .enabledLayerCount = layer ? 1 : 0,
-                                              .ppEnabledLayerNames = &layer,
-                                              .enabledExtensionCount = 1,
-                                              .ppEnabledExtensionNames = &debug_utils};
-    PFN_vkCreateInstance create =
-        (PFN_vkCreateInstance)vkGetInstanceProcAddr(VK_NULL_HANDLE, "vkCreateInstance");
-    VkResult result = create(&create_info, NULL, &side->instance);
-    if (result == VK_ERROR_LAYER_NOT_PRESENT)
-        tool_fail("the loader finds no layer %s", layer);
-    if (result == VK_ERROR_INCOMPATIBLE_DRIVER)
-        tool_fail("the loader cannot use the driver %s", getenv("VK_DRIVER_FILES"));
-    tool_check(result, "vkCreateInstance");
-    vkuInitInstanceDispatchTable(side->instance, &side->instance_calls, vkGetInstanceProcAddr);
-
-    messenger.pNext = NULL;
-    tool_check(side->instance_calls.CreateDebugUtilsMessengerEXT(side->instance, &messenger, NULL,
-                                                                 &side->messenger),
-               "vkCreateDebugUtilsMessengerEXT");
-}
-
-/* ---- the physical device */
-
-static bool has_extensions(const struct side *side, VkPhysicalDevice physical)
-{
-    uint32_t count = 0, found = 0;
-    tool_check(
-        side->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, NULL),
-        "vkEnumerateDeviceExtensionProperties");
-    VkExtensionProperties *offered = tool_alloc(count, sizeof(*offered));
-    tool_check(
-        side->instance_calls.EnumerateDeviceExtensionProperties(physical, NULL, &count, offered),
-        "vkEnumerateDeviceExtensionProperties");
-    for (int wanted = 0; wanted < EXTENSION_COUNT; wanted++) {
-        for (uint32_t i = 0; i < count; i++)
-            found += strcmp(offered[i].extensionName, extensions[wanted]) == 0;
-    }
-    free(offered);
-    return found == EXTENSION_COUNT;
-}
-
-static void choose_device(struct side *side)
-{
-    VkPhysicalDevice devices[MOST_DEVICES];
-    uint32_t count = MOST_DEVICES;
-    VkResult result =
-        side->instance_calls.EnumeratePhysicalDevices(side->instance, &count, devices);
-    if (result != VK_INCOMPLETE)
-        tool_check(result, "vkEnumeratePhysicalDevices");
-    for (uint32_t i = 0; i < count && !side->physical; i++) {
-        if (has_extensions(side, devices[i]))
-            side->physical = devices[i];
-    }
-    if (!side->physical)
-        tool_fail("the driver %s has no device with acceleration structures",
-                  getenv("VK_DRIVER_FILES"));
-}
-
 /* The figures mean nothing where a layer isn't on its side, or is on another. */
 static void require_layer(const struct side *side, const char *layer)
 {
     uint32_t count = 0;
     bool found = false, wanted = side->layer && strcmp(side->layer, layer) == 0;
-    tool_check(side->instance_calls.EnumerateDeviceLayerProperties(side->physical, &count, NULL),
-               "vkEnumerateDeviceLayerProperties");
+    TOOL_CALL(side->gpu.instance_calls, EnumerateDeviceLayerProperties, side->gpu.physical, &count,
+              NULL);
     VkLayerProperties *enabled = tool_alloc(count, sizeof(*enabled));
-    tool_check(side->instance_calls.EnumerateDeviceLayerProperties(side->physical, &count, enabled),
-               "vkEnumerateDeviceLayerProperties");
+    TOOL_CALL(side->gpu.instance_calls, EnumerateDeviceLayerProperties, side->gpu.physical, &count,
+              enabled);
     for (uint32_t i = 0; i < count; i++)
         found = found || strcmp(enabled[i].layerName, layer) == 0;
     free(enabled);
@@ -176,71 +92,28 @@ static void require_layer(const struct side *side, const char *layer)
         tool_fail("%s is %s", layer, wanted ? "not enabled" : "enabled on a side without it");
 }
 
-static uint32_t find_compute_family(const struct side *side)
-{
-    uint32_t count = 0, family = 0;
-    side->instance_calls.GetPhysicalDeviceQueueFamilyProperties(side->physical, &count, NULL);
-    VkQueueFamilyProperties *families = tool_alloc(count, sizeof(*families));
-    side->instance_calls.GetPhysicalDeviceQueueFamilyProperties(side->physical, &count, families);
-    while (family < count && !(families[family].queueFlags & VK_QUEUE_COMPUTE_BIT))
-        family++;
-    free(families);
-    if (family == count)
-        tool_fail("the device has no queue that computes");
-    return family;
-}
-
-/* ---- the device */
-
-static void open_device(struct side *side)
-{
-    const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR,
-        .accelerationStructure = VK_TRUE};
-    const VkPhysicalDeviceVulkan12Features core = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
-        .pNext = (void *)&structures,
-        .bufferDeviceAddress = VK_TRUE};
-    const float priority = 1.0f;
-    const VkDeviceQueueCreateInfo queue = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-                                           .queueFamilyIndex = side->queue_family,
-                                           .queueCount = 1,
-                                           .pQueuePriorities = &priority};
-    const VkDeviceCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-                                            .pNext = &core,
-                                            .queueCreateInfoCount = 1,
-                                            .pQueueCreateInfos = &queue,
-                                            .enabledExtensionCount = EXTENSION_COUNT,
-                                            .ppEnabledExtensionNames = extensions};
-    PFN_vkCreateDevice create =
-        (PFN_vkCreateDevice)vkGetInstanceProcAddr(side->instance, "vkCreateDevice");
-    tool_check(create(side->physical, &create_info, NULL, &side->device), "vkCreateDevice");
-    vkuInitDeviceDispatchTable(
-        side->device, &side->calls,
-        (PFN_vkGetDeviceProcAddr)vkGetInstanceProcAddr(side->instance, "vkGetDeviceProcAddr"));
-}
-
 void side_open(struct side *side, const char *layer, const char *level)
 {
+    const VkLayerSettingEXT setting = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1,
+                                       &level};
+    const VkLayerSettingsCreateInfoEXT settings =
+        MAKE(VkLayerSettingsCreateInfoEXT, .settingCount = 1, .pSettings = &setting);
     *side = (struct side){.layer = layer, .findings = tool_alloc(1, sizeof(*side->findings))};
-    open_instance(side, layer, level);
-    choose_device(side);
-    require_layer(side, BENCH_LAYER);
+    const VkDebugUtilsMessengerCreateInfoEXT messenger =
+        MAKE(VkDebugUtilsMessengerCreateInfoEXT, .pNext = layer && level ? &settings : NULL,
+             .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                                VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+             .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+             .pfnUserCallback = count_finding, .pUserData = side->findings);
+    gpu_open(&side->gpu, layer, &messenger, false);
+    require_layer(side, GPU_LAYER);
     require_layer(side, BENCH_PEER);
-    side->queue_family = find_compute_family(side);
-    side->limits.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR;
-    VkPhysicalDeviceProperties2 properties = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &side->limits};
-    side->instance_calls.GetPhysicalDeviceProperties2(side->physical, &properties);
-    open_device(side);
     side->findings->is_open = true; /* the tables ask for what there is not, and layers say so */
 }
 
 void side_close(struct side *side)
 {
-    side->calls.DestroyDevice(side->device, NULL);
-    side->instance_calls.DestroyDebugUtilsMessengerEXT(side->instance, side->messenger, NULL);
-    side->instance_calls.DestroyInstance(side->instance, NULL);
+    gpu_close(&side->gpu);
     const bool are_expected = side->layer && side->findings->are_expected;
     if (are_expected && !side->findings->count)
         tool_fail("%s reports no finding: the recorded builds should have some", side->layer);

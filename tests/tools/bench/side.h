@@ -5,10 +5,10 @@
 #define BENCH_SIDE_H
 
 #include <stdbool.h>
-#include <vulkan/utility/vk_dispatch_table.h>
-#include <vulkan/vulkan.h>
 
-#define BENCH_LAYER "VK_LAYER_ASSAY_validation"
+#include "tests/fixture/make.h"
+#include "tests/tools/gpu.h"
+
 #define BENCH_PEER "VK_LAYER_KHRONOS_validation"
 
 /* Messages of the layer once the device is there: there should be none, or, of builds with
@@ -21,14 +21,7 @@ struct side_findings {
 
 struct side {
     const char *layer; /* or NULL */
-    VkInstance instance;
-    VkuInstanceDispatchTable instance_calls;
-    VkDebugUtilsMessengerEXT messenger;
-    VkPhysicalDevice physical;
-    VkPhysicalDeviceAccelerationStructurePropertiesKHR limits;
-    VkDevice device;
-    VkuDeviceDispatchTable calls;
-    uint32_t queue_family;
+    struct gpu gpu;
     struct side_findings *findings;
 };
 
@@ -42,7 +35,7 @@ void layers_select_all(const char *folder);
 /* What the loader says of a layer; false: it finds none of that name. */
 bool layer_find(const char *name, VkLayerProperties *found);
 
-/* `layer` is one of the names above, or NULL; `level` is a setting of BENCH_LAYER, or NULL for its
+/* `layer` is one of the names above, or NULL; `level` is a setting of GPU_LAYER, or NULL for its
  * default. */
 void side_open(struct side *side, const char *layer, const char *level);
 void side_close(struct side *side);

@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The debug callback, and the list that it fills. */
+#define _GNU_SOURCE /* dl_iterate_phdr() */
+#include <link.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "findings.h"
 #include "tests/tools/fail.h"
+#include "tests/tools/gpu.h"
 
 static char *findings_copy(const char *text)
 {
@@ -54,14 +57,11 @@ bool findings_have(const struct findings *findings, const char *vuid)
 
 VkDebugUtilsMessengerCreateInfoEXT findings_messenger(struct findings *findings)
 {
-    return (VkDebugUtilsMessengerCreateInfoEXT){
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-        .pfnUserCallback = findings_callback,
-        .pUserData = findings,
-    };
+    return MAKE(VkDebugUtilsMessengerCreateInfoEXT,
+                .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                                   VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+                .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+                .pfnUserCallback = findings_callback, .pUserData = findings);
 }
 
 void findings_print(const char *text, const char *margin)
@@ -71,4 +71,23 @@ void findings_print(const char *text, const char *margin)
         printf("%s%.*s\n", margin, (int)length, text);
         text += length + (text[length] == '\n');
     }
+}
+
+/* ---- the layer */
+
+static int findings_is_layer(struct dl_phdr_info *library, size_t size, void *unused)
+{
+    (void)size;
+    (void)unused;
+    return strstr(library->dlpi_name, GPU_LAYER_LIBRARY) != NULL;
+}
+
+/* Without the layer no message would come, and silence would prove nothing. The loader goes on
+ * without a layer whose manifest or library it doesn't find; so look for the library itself. */
+void findings_require_layer(void)
+{
+    if (!dl_iterate_phdr(findings_is_layer, NULL))
+        tool_fail("the layer " GPU_LAYER
+                  " is not loaded: run scripts/demo, or set "
+                  "VK_INSTANCE_LAYERS to its name and VK_LAYER_PATH to its manifest's folder");
 }

@@ -6,6 +6,8 @@
 #include <stdbool.h>
 #include <vulkan/vulkan.h>
 
+#include "tests/fixture/make.h"
+
 #define FINDINGS_KEPT                                                                              \
     32 /* a planted mistake yields one or two; beyond this they are only counted */
 
@@ -30,6 +32,9 @@ bool findings_have(const struct findings *findings, const char *vuid);
 
 /* A messenger for validation warnings and errors, to chain to VkInstanceCreateInfo as well. */
 VkDebugUtilsMessengerCreateInfoEXT findings_messenger(struct findings *findings);
+
+/* Ends the process if the layer that should find mistakes is not loaded. */
+void findings_require_layer(void);
 
 /* Print a text of several lines, each behind `margin`. */
 void findings_print(const char *text, const char *margin);

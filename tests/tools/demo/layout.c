@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 #include "layout.h"
-#include "order.h"
+#include "mesh.h"
 
 #define GOLDEN_ANGLE 2.39996323f
 
@@ -55,14 +55,12 @@ void layout_boxes(VkAabbPositionsKHR boxes[LAYOUT_BOX_COUNT])
         centres[count][0] = x;
         centres[count][1] = radius;
         centres[count][2] = z;
-        unordered[count++] = (VkAabbPositionsKHR){
-            .minX = x - radius,
-            .minY = 0.0f,
-            .minZ = z - radius,
-            .maxX = x + radius,
-            .maxY = 2.0f * radius,
-            .maxZ = z + radius,
-        };
+        unordered[count++] = (VkAabbPositionsKHR){.minX = x - radius,
+                                                  .minY = 0.0f,
+                                                  .minZ = z - radius,
+                                                  .maxX = x + radius,
+                                                  .maxY = 2.0f * radius,
+                                                  .maxZ = z + radius};
     }
     order_by_place(centres, count, order);
     for (uint32_t i = 0; i < count; ++i)

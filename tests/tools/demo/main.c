@@ -6,17 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "compare.h"
 #include "findings.h"
-#include "gpu.h"
 #include "mesh.h"
-#include "mistakes.h"
 #include "picture.h"
+#include "plants.h"
 #include "render.h"
 #include "scene.h"
 #include "tests/tools/fail.h"
+#include "tests/tools/gpu.h"
 #include "tests/tools/measure.h"
-#include "trace.h"
 
 #define WIDTH 960
 #define HEIGHT 540
@@ -154,7 +152,9 @@ int main(int argc, char **argv)
     struct findings findings = {0};
     struct gpu gpu;
     struct scene scene;
-    gpu_open(&gpu, &findings, options.picture && !options.by_layer);
+    const VkDebugUtilsMessengerCreateInfoEXT messenger = findings_messenger(&findings);
+    gpu_open(&gpu, NULL, &messenger, options.picture && !options.by_layer);
+    findings_require_layer();
     printf("device: %s, under %s%s\n", gpu.properties.deviceName, GPU_LAYER,
            options.by_layer ? ", which builds" : "");
     main_build(&scene, &gpu, options.mesh);

@@ -10,7 +10,6 @@
 #include <sys/stat.h>
 
 #include "mesh.h"
-#include "order.h"
 #include "tests/tools/fail.h"
 
 /* How far the top of the twisted mesh is turned against its base, in radians a unit of height. */

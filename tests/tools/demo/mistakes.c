@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "mistakes.h"
 #include "plants.h"
 
 /* Record the valid call that `base` names, changed by `plant` unless that is null. */
@@ -19,8 +18,10 @@ static bool mistakes_record(struct plant_site *site, enum plant_base base,
     };
     describe[base](site->scene, site->gpu, &site->call);
     site->commands = gpu_begin(site->gpu);
-    const bool made = !plant || plant->make(site);
-    if (made) {
+    site->is_possible = true;
+    if (plant)
+        plant->make(site);
+    if (site->is_possible) {
         findings->planted = plant != NULL;
         build_call_record(site->gpu, site->commands, &site->call);
         findings->planted = false;
@@ -28,7 +29,7 @@ static bool mistakes_record(struct plant_site *site, enum plant_base base,
             plant->unmake(site);
     }
     gpu_drop(site->gpu, site->commands);
-    return made;
+    return site->is_possible;
 }
 
 static void mistakes_print(const struct plant *plant, const struct findings *findings)

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Writes and reads PNG files. */
+/* Writes, reads and compares pictures. */
 #include <errno.h>
 #include <png.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -41,11 +42,7 @@ void picture_write(const char *folder, const char *name, uint32_t width, uint32_
         tool_fail("picture %s: %s", path, strerror(errno));
 
     png_image image = {
-        .version = PNG_IMAGE_VERSION,
-        .width = width,
-        .height = height,
-        .format = PNG_FORMAT_RGBA,
-    };
+        .version = PNG_IMAGE_VERSION, .width = width, .height = height, .format = PNG_FORMAT_RGBA};
     const int written = png_image_write_to_stdio(&image, file, 0, pixels, 0, NULL);
     const int closed = fclose(file);
     if (!written)
@@ -67,4 +64,32 @@ bool picture_read(const char *folder, const char *name, uint32_t width, uint32_t
                          png_image_finish_read(&image, NULL, pixels, 0, NULL);
     png_image_free(&image);
     return is_read;
+}
+
+/* ---- comparison */
+
+#define GAIN 8
+
+static uint32_t channel(uint32_t pixel, int i)
+{
+    return pixel >> 8 * i & 0xff;
+}
+
+struct comparison compare_pictures(const uint32_t *a, const uint32_t *b, uint32_t *difference,
+                                   uint32_t pixel_count)
+{
+    struct comparison comparison = {0};
+    for (uint32_t i = 0; i < pixel_count; ++i) {
+        uint32_t largest = 0;
+        for (int c = 0; c < 3; ++c) {
+            uint32_t apart = (uint32_t)abs((int)channel(a[i], c) - (int)channel(b[i], c));
+            largest = apart > largest ? apart : largest;
+        }
+        comparison.differing += largest > 0;
+        comparison.visible += largest > COMPARE_VISIBLE;
+        comparison.largest = largest > comparison.largest ? largest : comparison.largest;
+        uint32_t grey = largest * GAIN < 255 ? largest * GAIN : 255;
+        difference[i] = 0xff000000u | grey << 16 | grey << 8 | grey;
+    }
+    return comparison;
 }

@@ -12,28 +12,15 @@ static void plant_objects_create_pass(struct plant_objects *objects, struct gpu 
 {
     if (!(gpu->queue_flags & VK_QUEUE_GRAPHICS_BIT))
         return;
-    tool_check(gpu->calls.CreateRenderPass(
-                   gpu->device,
-                   &(VkRenderPassCreateInfo){
-                       .sType = VK_STRUCTURE_TYPE_RENDER_PASS_CREATE_INFO,
-                       .subpassCount = 1,
-                       .pSubpasses =
-                           &(VkSubpassDescription){
-                               .pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS,
-                           },
-                   },
-                   NULL, &objects->pass),
-               "vkCreateRenderPass");
-    tool_check(gpu->calls.CreateFramebuffer(gpu->device,
-                                            &(VkFramebufferCreateInfo){
-                                                .sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO,
-                                                .renderPass = objects->pass,
-                                                .width = 8,
-                                                .height = 8,
-                                                .layers = 1,
-                                            },
-                                            NULL, &objects->framebuffer),
-               "vkCreateFramebuffer");
+    TOOL_CALL(gpu->calls, CreateRenderPass, gpu->device,
+              &MAKE(VkRenderPassCreateInfo, .subpassCount = 1,
+                    .pSubpasses = &(VkSubpassDescription){.pipelineBindPoint =
+                                                              VK_PIPELINE_BIND_POINT_GRAPHICS}),
+              NULL, &objects->pass);
+    TOOL_CALL(gpu->calls, CreateFramebuffer, gpu->device,
+              &MAKE(VkFramebufferCreateInfo, .renderPass = objects->pass, .width = 8, .height = 8,
+                    .layers = 1),
+              NULL, &objects->framebuffer);
 }
 
 void plant_objects_create(struct plant_objects *objects, struct gpu *gpu, const struct scene *scene)

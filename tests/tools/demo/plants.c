@@ -21,92 +21,84 @@ static void plant_dst(struct plant_site *site, uint32_t i, const struct gpu_stru
 
 /* ---- scratch */
 
-static bool plant_misaligned_scratch(struct plant_site *site)
+static void plant_misaligned_scratch(struct plant_site *site)
 {
     const VkDeviceSize alignment = site->gpu->limits.minAccelerationStructureScratchOffsetAlignment;
     site->call.infos[0].scratchData.deviceAddress += alignment / 2;
-    return alignment > 1;
+    site->is_possible = alignment > 1;
 }
 
-static bool plant_common_scratch(struct plant_site *site)
+static void plant_common_scratch(struct plant_site *site)
 {
     site->call.infos[1].scratchData = site->call.infos[0].scratchData;
-    return true;
 }
 
-static bool plant_short_scratch(struct plant_site *site)
+static void plant_short_scratch(struct plant_site *site)
 {
     const VkDeviceSize alignment = site->gpu->limits.minAccelerationStructureScratchOffsetAlignment;
     const struct gpu_buffer *scratch = &site->scene->mesh.scratch;
     const VkDeviceAddress last = scratch->address + scratch->size - 1;
     const VkDeviceAddress address = last / alignment * alignment;
     site->call.infos[0].scratchData.deviceAddress = address;
-    return last + 1 - address < build_call_sizes(site->gpu, &site->call, 0).buildScratchSize;
+    site->is_possible =
+        last + 1 - address < build_call_sizes(site->gpu, &site->call, 0).buildScratchSize;
 }
 
-static bool plant_scratch_usage(struct plant_site *site)
+static void plant_scratch_usage(struct plant_site *site)
 {
     site->call.infos[0].scratchData.deviceAddress =
         gpu_scratch_address(site->gpu, &site->objects->no_storage);
-    return true;
 }
 
-static bool plant_scratch_in_dst(struct plant_site *site)
+static void plant_scratch_in_dst(struct plant_site *site)
 {
     plant_dst(site, 0, &site->objects->shared_low);
     site->call.infos[0].scratchData.deviceAddress =
         gpu_scratch_address(site->gpu, &site->objects->shared);
-    return true;
 }
 
 /* ---- dst */
 
-static bool plant_same_dst(struct plant_site *site)
+static void plant_same_dst(struct plant_site *site)
 {
     site->call.infos[1].dstAccelerationStructure = site->call.infos[0].dstAccelerationStructure;
-    return true;
 }
 
-static bool plant_overlapping_dst(struct plant_site *site)
+static void plant_overlapping_dst(struct plant_site *site)
 {
     plant_dst(site, 0, &site->objects->shared_low);
     plant_dst(site, 1, &site->objects->shared_next);
-    return site->objects->shared_low.size > 256;
+    site->is_possible = site->objects->shared_low.size > 256;
 }
 
-static bool plant_small_dst(struct plant_site *site)
+static void plant_small_dst(struct plant_site *site)
 {
     plant_dst(site, 0, &site->objects->small);
-    return true;
 }
 
-static bool plant_dst_type(struct plant_site *site)
+static void plant_dst_type(struct plant_site *site)
 {
     plant_dst(site, 0, &site->objects->of_top_type);
-    return true;
 }
 
-static bool plant_unbacked_dst(struct plant_site *site)
+static void plant_unbacked_dst(struct plant_site *site)
 {
     plant_dst(site, 0, &site->objects->unbacked);
-    return true;
 }
 
 /* ---- the build */
 
-static bool plant_generic_type(struct plant_site *site)
+static void plant_generic_type(struct plant_site *site)
 {
     site->call.infos[0].type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
-    return true;
 }
 
-static bool plant_both_preferences(struct plant_site *site)
+static void plant_both_preferences(struct plant_site *site)
 {
     site->call.infos[0].flags |= VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR;
-    return true;
 }
 
-static bool plant_mixed_geometries(struct plant_site *site)
+static void plant_mixed_geometries(struct plant_site *site)
 {
     struct build_call *call = &site->call;
     call->count = 1;
@@ -116,95 +108,84 @@ static bool plant_mixed_geometries(struct plant_site *site)
     /* Fewer boxes and triangles than the structure was sized for, not more. */
     call->ranges[0][0].primitiveCount = 1;
     call->ranges[0][1].primitiveCount = 1;
-    return site->scene->triangle_count > 1;
+    site->is_possible = site->scene->triangle_count > 1;
 }
 
-static bool plant_two_in_top(struct plant_site *site)
+static void plant_two_in_top(struct plant_site *site)
 {
     struct build_call *call = &site->call;
     call->infos[0].geometryCount = 2;
     call->geometries[0][1] = call->geometries[0][0];
     call->ranges[0][0].primitiveCount = 1;
     call->ranges[0][1].primitiveCount = 1;
-    return true;
 }
 
-static bool plant_update_without_src(struct plant_site *site)
+static void plant_update_without_src(struct plant_site *site)
 {
     site->call.infos[0].srcAccelerationStructure = VK_NULL_HANDLE;
-    return true;
 }
 
 /* ---- inputs */
 
-static bool plant_vertex_stride(struct plant_site *site)
+static void plant_vertex_stride(struct plant_site *site)
 {
     plant_triangles(site)->vertexStride += 2;
-    return true;
 }
 
-static bool plant_vertex_format(struct plant_site *site)
+static void plant_vertex_format(struct plant_site *site)
 {
     const VkFormat format = VK_FORMAT_R32G32B32_UINT;
     VkFormatProperties properties;
     site->gpu->instance_calls.GetPhysicalDeviceFormatProperties(site->gpu->physical, format,
                                                                 &properties);
     plant_triangles(site)->vertexFormat = format;
-    return !(properties.bufferFeatures &
-             VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR);
+    site->is_possible = !(properties.bufferFeatures &
+                          VK_FORMAT_FEATURE_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR);
 }
 
 /* The device is made without VK_KHR_index_type_uint8, which would allow it. */
-static bool plant_index_type(struct plant_site *site)
+static void plant_index_type(struct plant_site *site)
 {
     plant_triangles(site)->indexType = VK_INDEX_TYPE_UINT8_KHR;
-    return true;
 }
 
-static bool plant_input_usage(struct plant_site *site)
+static void plant_input_usage(struct plant_site *site)
 {
     plant_triangles(site)->vertexData.deviceAddress = site->objects->no_input.address;
-    return true;
 }
 
-static bool plant_beyond_max_vertex(struct plant_site *site)
+static void plant_beyond_max_vertex(struct plant_site *site)
 {
     plant_triangles(site)->indexType = VK_INDEX_TYPE_NONE_KHR;
     plant_triangles(site)->indexData.deviceAddress = 0;
     site->call.ranges[0][0].primitiveCount = 1;
     plant_triangles(site)->maxVertex = 1;
-    return true;
 }
 
-static bool plant_aabb_stride(struct plant_site *site)
+static void plant_aabb_stride(struct plant_site *site)
 {
     site->call.geometries[1][0].geometry.aabbs.stride -= 4;
-    return true;
 }
 
 /* One instance fewer, so that the eight bytes are there to be read. */
-static bool plant_misaligned_instances(struct plant_site *site)
+static void plant_misaligned_instances(struct plant_site *site)
 {
     site->call.geometries[0][0].geometry.instances.data.deviceAddress += 8;
     site->call.ranges[0][0].primitiveCount -= 1;
-    return true;
 }
 
 /* ---- the command buffer */
 
-static bool plant_render_pass(struct plant_site *site)
+static void plant_render_pass(struct plant_site *site)
 {
-    if (!site->objects->pass)
-        return false;
-    site->gpu->calls.CmdBeginRenderPass(site->commands,
-                                        &(VkRenderPassBeginInfo){
-                                            .sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO,
-                                            .renderPass = site->objects->pass,
-                                            .framebuffer = site->objects->framebuffer,
-                                            .renderArea.extent = {8, 8},
-                                        },
-                                        VK_SUBPASS_CONTENTS_INLINE);
-    return true;
+    site->is_possible = site->objects->pass != VK_NULL_HANDLE;
+    if (!site->is_possible)
+        return;
+    site->gpu->calls.CmdBeginRenderPass(
+        site->commands,
+        &MAKE(VkRenderPassBeginInfo, .renderPass = site->objects->pass,
+              .framebuffer = site->objects->framebuffer, .renderArea.extent = {8, 8}),
+        VK_SUBPASS_CONTENTS_INLINE);
 }
 
 static void plant_end_render_pass(struct plant_site *site)
@@ -212,57 +193,42 @@ static void plant_end_render_pass(struct plant_site *site)
     site->gpu->calls.CmdEndRenderPass(site->commands);
 }
 
-static bool plant_ended(struct plant_site *site)
+static void plant_ended(struct plant_site *site)
 {
-    tool_check(site->gpu->calls.EndCommandBuffer(site->commands), "vkEndCommandBuffer");
-    return true;
+    TOOL_CALL(site->gpu->calls, EndCommandBuffer, site->commands);
 }
 
 const struct plant plants[] = {
-    {PLANT_BASE_BOTTOM, "a scratch address off the device's alignment", CALL "pInfos-03710",
-     plant_misaligned_scratch, NULL},
-    {PLANT_BASE_BOTTOM, "two builds of one call share their scratch", CALL "scratchData-03704",
-     plant_common_scratch, NULL},
-    {PLANT_BASE_BOTTOM, "scratch that ends with its buffer before the build is served",
-     CALL "pInfos-12258", plant_short_scratch, NULL},
-    {PLANT_BASE_BOTTOM, "scratch in a buffer without storage usage", CALL "pInfos-12261",
-     plant_scratch_usage, NULL},
-    {PLANT_BASE_BOTTOM, "scratch in the memory of the structure being built",
-     CALL "dstAccelerationStructure-03703", plant_scratch_in_dst, NULL},
-    {PLANT_BASE_BOTTOM, "one structure built twice in a call",
-     CALL "dstAccelerationStructure-03698", plant_same_dst, NULL},
-    {PLANT_BASE_BOTTOM, "two structures that overlap in one buffer",
-     CALL "dstAccelerationStructure-03702", plant_overlapping_dst, NULL},
-    {PLANT_BASE_BOTTOM, "a structure of half the size that the build needs", CALL "pInfos-10126",
-     plant_small_dst, NULL},
-    {PLANT_BASE_BOTTOM, "a BLAS built into a structure created as TLAS", CALL "pInfos-03700",
-     plant_dst_type, NULL},
-    {PLANT_BASE_BOTTOM, "a structure whose memory has been freed", CALL "pInfos-03707",
-     plant_unbacked_dst, NULL},
-    {PLANT_BASE_BOTTOM, "a build of generic type", INFO "type-03654", plant_generic_type, NULL},
-    {PLANT_BASE_BOTTOM, "fast trace and fast build preferred at once", INFO "flags-03796",
-     plant_both_preferences, NULL},
-    {PLANT_BASE_BOTTOM, "triangles and boxes mixed in one BLAS", INFO "type-03792",
-     plant_mixed_geometries, NULL},
-    {PLANT_BASE_TOP, "a TLAS of two geometries", INFO "type-03790", plant_two_in_top, NULL},
-    {PLANT_BASE_UPDATE, "an update without a source", CALL "pInfos-04630", plant_update_without_src,
-     NULL},
-    {PLANT_BASE_BOTTOM, "a vertex stride of 14 bytes for three floats",
-     TRIANGLES "vertexStride-03735", plant_vertex_stride, NULL},
-    {PLANT_BASE_BOTTOM, "vertices in a format for integers", TRIANGLES "vertexFormat-03797",
-     plant_vertex_format, NULL},
-    {PLANT_BASE_BOTTOM, "8-bit indices without the feature for them", TRIANGLES "indexType-03798",
-     plant_index_type, NULL},
-    {PLANT_BASE_BOTTOM, "vertices in a buffer without build-input usage", CALL "geometry-03673",
-     plant_input_usage, NULL},
-    {PLANT_BASE_BOTTOM, "a triangle without indices beyond maxVertex", RANGE "None-10775",
-     plant_beyond_max_vertex, NULL},
-    {PLANT_BASE_BOTTOM, "a box stride of 20 bytes", AABBS "stride-03545", plant_aabb_stride, NULL},
-    {PLANT_BASE_TOP, "instances 8 bytes off their alignment of 16", CALL "pInfos-03715",
-     plant_misaligned_instances, NULL},
-    {PLANT_BASE_BOTTOM, "a build inside a render pass", CALL "renderpass", plant_render_pass,
+    {"a scratch address off the device's alignment", CALL "pInfos-03710", plant_misaligned_scratch},
+    {"two builds of one call share their scratch", CALL "scratchData-03704", plant_common_scratch},
+    {"scratch that ends with its buffer before the build is served", CALL "pInfos-12258",
+     plant_short_scratch},
+    {"scratch in a buffer without storage usage", CALL "pInfos-12261", plant_scratch_usage},
+    {"scratch in the memory of the structure being built", CALL "dstAccelerationStructure-03703",
+     plant_scratch_in_dst},
+    {"one structure built twice in a call", CALL "dstAccelerationStructure-03698", plant_same_dst},
+    {"two structures that overlap in one buffer", CALL "dstAccelerationStructure-03702",
+     plant_overlapping_dst},
+    {"a structure of half the size that the build needs", CALL "pInfos-10126", plant_small_dst},
+    {"a BLAS built into a structure created as TLAS", CALL "pInfos-03700", plant_dst_type},
+    {"a structure whose memory has been freed", CALL "pInfos-03707", plant_unbacked_dst},
+    {"a build of generic type", INFO "type-03654", plant_generic_type},
+    {"fast trace and fast build preferred at once", INFO "flags-03796", plant_both_preferences},
+    {"triangles and boxes mixed in one BLAS", INFO "type-03792", plant_mixed_geometries},
+    {"a TLAS of two geometries", INFO "type-03790", plant_two_in_top, PLANT_BASE_TOP},
+    {"an update without a source", CALL "pInfos-04630", plant_update_without_src,
+     PLANT_BASE_UPDATE},
+    {"a vertex stride of 14 bytes for three floats", TRIANGLES "vertexStride-03735",
+     plant_vertex_stride},
+    {"vertices in a format for integers", TRIANGLES "vertexFormat-03797", plant_vertex_format},
+    {"8-bit indices without the feature for them", TRIANGLES "indexType-03798", plant_index_type},
+    {"vertices in a buffer without build-input usage", CALL "geometry-03673", plant_input_usage},
+    {"a triangle without indices beyond maxVertex", RANGE "None-10775", plant_beyond_max_vertex},
+    {"a box stride of 20 bytes", AABBS "stride-03545", plant_aabb_stride},
+    {"instances 8 bytes off their alignment of 16", CALL "pInfos-03715", plant_misaligned_instances,
+     PLANT_BASE_TOP},
+    {"a build inside a render pass", CALL "renderpass", plant_render_pass, PLANT_BASE_BOTTOM,
      plant_end_render_pass},
-    {PLANT_BASE_BOTTOM, "a build after vkEndCommandBuffer", CALL "commandBuffer-recording",
-     plant_ended, NULL},
+    {"a build after vkEndCommandBuffer", CALL "commandBuffer-recording", plant_ended},
 };
 const uint32_t plant_count = sizeof(plants) / sizeof(*plants);

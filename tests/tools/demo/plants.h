@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "build_call.h"
+#include "findings.h"
 #include "scene.h"
 
 /* Objects that only mistakes use. */
@@ -29,6 +29,7 @@ struct plant_site {
     const struct plant_objects *objects;
     VkCommandBuffer commands;
     struct build_call call;
+    bool is_possible; /* set before the mistake is made; false if this device can't express it */
 };
 
 /* The call that a mistake starts from. */
@@ -39,11 +40,10 @@ enum plant_base {
 };
 
 struct plant {
-    enum plant_base base;
     const char *what; /* planted, in plain words */
     const char *vuid;
-    /* Make the mistake; false where this device can't express it. */
-    bool (*make)(struct plant_site *site);
+    void (*make)(struct plant_site *site);
+    enum plant_base base;
     void (*unmake)(struct plant_site *site); /* afterwards, or null */
 };
 
@@ -53,5 +53,14 @@ extern const uint32_t plant_count;
 void plant_objects_create(struct plant_objects *objects, struct gpu *gpu,
                           const struct scene *scene);
 void plant_objects_destroy(struct plant_objects *objects, struct gpu *gpu);
+
+/* Repeats the scene's builds with planted mistakes and prints what the layer says about each. */
+struct mistakes_score {
+    uint32_t planted;
+    uint32_t caught;
+};
+
+struct mistakes_score mistakes_run(struct gpu *gpu, const struct scene *scene,
+                                   struct findings *findings);
 
 #endif

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "render.h"
+#include "tests/fixture/make.h"
 #include "tests/tools/fail.h"
 
 static const uint32_t scene_comp[] = {
@@ -39,103 +40,58 @@ static void render_create_layouts(struct render *render, struct gpu *gpu)
 {
     VkDescriptorSetLayoutBinding bindings[BINDING_COUNT];
     for (uint32_t i = 0; i < BINDING_COUNT; ++i)
-        bindings[i] = (VkDescriptorSetLayoutBinding){
-            .binding = i,
-            .descriptorType = render_binding_type(i),
-            .descriptorCount = 1,
-            .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
-        };
-    tool_check(gpu->calls.CreateDescriptorSetLayout(
-                   gpu->device,
-                   &(VkDescriptorSetLayoutCreateInfo){
-                       .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
-                       .bindingCount = BINDING_COUNT,
-                       .pBindings = bindings,
-                   },
-                   NULL, &render->set_layout),
-               "vkCreateDescriptorSetLayout");
-    tool_check(
-        gpu->calls.CreatePipelineLayout(gpu->device,
-                                        &(VkPipelineLayoutCreateInfo){
-                                            .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
-                                            .setLayoutCount = 1,
-                                            .pSetLayouts = &render->set_layout,
-                                            .pushConstantRangeCount = 1,
-                                            .pPushConstantRanges =
-                                                &(VkPushConstantRange){
-                                                    .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
-                                                    .size = sizeof(struct push),
-                                                },
-                                        },
-                                        NULL, &render->layout),
-        "vkCreatePipelineLayout");
+        bindings[i] = (VkDescriptorSetLayoutBinding){.binding = i,
+                                                     .descriptorType = render_binding_type(i),
+                                                     .descriptorCount = 1,
+                                                     .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT};
+    TOOL_CALL(gpu->calls, CreateDescriptorSetLayout, gpu->device,
+              &MAKE(VkDescriptorSetLayoutCreateInfo, .bindingCount = BINDING_COUNT,
+                    .pBindings = bindings),
+              NULL, &render->set_layout);
+    TOOL_CALL(gpu->calls, CreatePipelineLayout, gpu->device,
+              &MAKE(VkPipelineLayoutCreateInfo, .setLayoutCount = 1,
+                    .pSetLayouts = &render->set_layout, .pushConstantRangeCount = 1,
+                    .pPushConstantRanges =
+                        &(VkPushConstantRange){.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
+                                               .size = sizeof(struct push)}),
+              NULL, &render->layout);
 }
 
 static void render_create_pipeline(struct render *render, struct gpu *gpu)
 {
     VkShaderModule module;
-    tool_check(
-        gpu->calls.CreateShaderModule(gpu->device,
-                                      &(VkShaderModuleCreateInfo){
-                                          .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
-                                          .codeSize = sizeof(scene_comp),
-                                          .pCode = scene_comp,
-                                      },
-                                      NULL, &module),
-        "vkCreateShaderModule");
-    tool_check(gpu->calls.CreateComputePipelines(
-                   gpu->device, VK_NULL_HANDLE, 1,
-                   &(VkComputePipelineCreateInfo){
-                       .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-                       .stage =
-                           {
-                               .sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                               .stage = VK_SHADER_STAGE_COMPUTE_BIT,
-                               .module = module,
-                               .pName = "main",
-                           },
-                       .layout = render->layout,
-                   },
-                   NULL, &render->pipeline),
-               "vkCreateComputePipelines");
+    TOOL_CALL(gpu->calls, CreateShaderModule, gpu->device,
+              &MAKE(VkShaderModuleCreateInfo, .codeSize = sizeof(scene_comp), .pCode = scene_comp),
+              NULL, &module);
+    TOOL_CALL(
+        gpu->calls, CreateComputePipelines, gpu->device, VK_NULL_HANDLE, 1,
+        &MAKE(VkComputePipelineCreateInfo,
+              .stage = MAKE(VkPipelineShaderStageCreateInfo, .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                            .module = module, .pName = "main"),
+              .layout = render->layout),
+        NULL, &render->pipeline);
     gpu->calls.DestroyShaderModule(gpu->device, module, NULL);
 }
 
 static void render_create_set(struct render *render, struct gpu *gpu)
 {
-    const VkDescriptorPoolSize sizes[] = {
-        {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1},
-        {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, BINDING_COUNT - 1},
-    };
-    tool_check(
-        gpu->calls.CreateDescriptorPool(gpu->device,
-                                        &(VkDescriptorPoolCreateInfo){
-                                            .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                            .maxSets = 1,
-                                            .poolSizeCount = sizeof(sizes) / sizeof(*sizes),
-                                            .pPoolSizes = sizes,
-                                        },
-                                        NULL, &render->pool),
-        "vkCreateDescriptorPool");
-    tool_check(gpu->calls.AllocateDescriptorSets(
-                   gpu->device,
-                   &(VkDescriptorSetAllocateInfo){
-                       .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-                       .descriptorPool = render->pool,
-                       .descriptorSetCount = 1,
-                       .pSetLayouts = &render->set_layout,
-                   },
-                   &render->set),
-               "vkAllocateDescriptorSets");
+    const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, 1},
+                                          {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, BINDING_COUNT - 1}};
+    TOOL_CALL(gpu->calls, CreateDescriptorPool, gpu->device,
+              &MAKE(VkDescriptorPoolCreateInfo, .maxSets = 1,
+                    .poolSizeCount = sizeof(sizes) / sizeof(*sizes), .pPoolSizes = sizes),
+              NULL, &render->pool);
+    TOOL_CALL(gpu->calls, AllocateDescriptorSets, gpu->device,
+              &MAKE(VkDescriptorSetAllocateInfo, .descriptorPool = render->pool,
+                    .descriptorSetCount = 1, .pSetLayouts = &render->set_layout),
+              &render->set);
 }
 
 static void render_write_set(struct render *render, struct gpu *gpu, const struct scene *scene)
 {
-    const VkWriteDescriptorSetAccelerationStructureKHR top = {
-        .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR,
-        .accelerationStructureCount = 1,
-        .pAccelerationStructures = &scene->top.structure.handle,
-    };
+    const VkWriteDescriptorSetAccelerationStructureKHR top =
+        MAKE(VkWriteDescriptorSetAccelerationStructureKHR, .accelerationStructureCount = 1,
+             .pAccelerationStructures = &scene->top.structure.handle);
     const VkDescriptorBufferInfo buffers[BINDING_COUNT] = {
         [1] = {render->pixels.handle, 0, VK_WHOLE_SIZE},
         [2] = {scene->indices.handle, 0, VK_WHOLE_SIZE},
@@ -144,15 +100,9 @@ static void render_write_set(struct render *render, struct gpu *gpu, const struc
     };
     VkWriteDescriptorSet writes[BINDING_COUNT];
     for (uint32_t i = 0; i < BINDING_COUNT; ++i)
-        writes[i] = (VkWriteDescriptorSet){
-            .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-            .pNext = i == 0 ? &top : NULL,
-            .dstSet = render->set,
-            .dstBinding = i,
-            .descriptorCount = 1,
-            .descriptorType = render_binding_type(i),
-            .pBufferInfo = &buffers[i],
-        };
+        writes[i] = MAKE(VkWriteDescriptorSet, .pNext = i == 0 ? &top : NULL, .dstSet = render->set,
+                         .dstBinding = i, .descriptorCount = 1,
+                         .descriptorType = render_binding_type(i), .pBufferInfo = &buffers[i]);
     gpu->calls.UpdateDescriptorSets(gpu->device, BINDING_COUNT, writes, 0, NULL);
 }
 
@@ -183,12 +133,10 @@ void render_scene(struct gpu *gpu, const struct scene *scene, uint32_t width, ui
     render_create_set(&render, gpu);
     render_write_set(&render, gpu, scene);
     render_dispatch(&render, gpu,
-                    &(struct push){
-                        .width = width,
-                        .height = height,
-                        .vertex_count = scene->vertex_count,
-                        .grid = RENDER_GRID,
-                    });
+                    &(struct push){.width = width,
+                                   .height = height,
+                                   .vertex_count = scene->vertex_count,
+                                   .grid = RENDER_GRID});
     memcpy(pixels, render.pixels.data, size);
 
     gpu->calls.DestroyDescriptorPool(gpu->device, render.pool, NULL);

@@ -4,6 +4,7 @@
 
 #include "layout.h"
 #include "scene.h"
+#include "tests/fixture/make.h"
 #include "tests/tools/fail.h"
 
 #define BUILD_INPUT                                                                                \
@@ -13,53 +14,72 @@
 #define STRUCTURE_READ VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR
 #define STRUCTURE_WRITE VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR
 
+/* ---- build calls */
+
+VkAccelerationStructureBuildGeometryInfoKHR *
+build_call_add(struct build_call *call, VkAccelerationStructureTypeKHR type,
+               VkBuildAccelerationStructureFlagsKHR flags,
+               const VkAccelerationStructureGeometryKHR *geometry, uint32_t primitive_count)
+{
+    uint32_t i = call->count++;
+    call->infos[i] =
+        MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .type = type, .flags = flags,
+             .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR, .geometryCount = 1);
+    call->geometries[i][0] = *geometry;
+    call->ranges[i][0] =
+        (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = primitive_count};
+    return &call->infos[i];
+}
+
+VkAccelerationStructureBuildSizesInfoKHR build_call_sizes(struct gpu *gpu, struct build_call *call,
+                                                          uint32_t i)
+{
+    VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
+    call->infos[i].pGeometries = call->geometries[i];
+    gpu->calls.GetAccelerationStructureBuildSizesKHR(
+        gpu->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &call->infos[i],
+        &call->ranges[i][0].primitiveCount, &sizes);
+    return sizes;
+}
+
+void build_call_record(struct gpu *gpu, VkCommandBuffer commands, struct build_call *call)
+{
+    const VkAccelerationStructureBuildRangeInfoKHR *ranges[BUILD_CALL_MAX];
+    for (uint32_t i = 0; i < call->count; ++i) {
+        call->infos[i].pGeometries = call->geometries[i];
+        ranges[i] = call->ranges[i];
+    }
+    gpu->calls.CmdBuildAccelerationStructuresKHR(commands, call->count, call->infos, ranges);
+}
+
 /* ---- descriptions */
 
 static VkAccelerationStructureGeometryKHR scene_triangles(const struct scene *scene,
                                                           VkDeviceAddress vertices)
 {
-    return (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles =
-            {
-                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                .vertexData.deviceAddress = vertices,
-                .vertexStride = 3 * sizeof(float),
-                .maxVertex = scene->vertex_count - 1,
-                .indexType = VK_INDEX_TYPE_UINT32,
-                .indexData.deviceAddress = scene->indices.address,
-            },
-        .flags = VK_GEOMETRY_OPAQUE_BIT_KHR,
-    };
+    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                .geometry.triangles =
+                    MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
+                         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                         .vertexData.deviceAddress = vertices, .vertexStride = 3 * sizeof(float),
+                         .maxVertex = scene->vertex_count - 1, .indexType = VK_INDEX_TYPE_UINT32,
+                         .indexData.deviceAddress = scene->indices.address),
+                .flags = VK_GEOMETRY_OPAQUE_BIT_KHR);
 }
 
 static VkAccelerationStructureGeometryKHR scene_boxes(const struct scene *scene)
 {
-    return (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-        .geometry.aabbs =
-            {
-                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-                .data.deviceAddress = scene->boxes.address,
-                .stride = sizeof(VkAabbPositionsKHR),
-            },
-    };
+    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+                .geometry.aabbs = MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
+                                       .data.deviceAddress = scene->boxes.address,
+                                       .stride = sizeof(VkAabbPositionsKHR)));
 }
 
 static VkAccelerationStructureGeometryKHR scene_instances(const struct scene *scene)
 {
-    return (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-        .geometry.instances =
-            {
-                .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-                .data.deviceAddress = scene->instances.address,
-            },
-    };
+    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+                .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                                           .data.deviceAddress = scene->instances.address));
 }
 
 static void scene_aim(VkAccelerationStructureBuildGeometryInfoKHR *info, const struct gpu *gpu,
@@ -173,10 +193,8 @@ static struct scene_target scene_create_target(struct gpu *gpu, const char *name
                                                VkAccelerationStructureTypeKHR type,
                                                VkDeviceSize size, VkDeviceSize scratch_size)
 {
-    return (struct scene_target){
-        .structure = gpu_create_structure(gpu, name, type, size),
-        .scratch = gpu_create_scratch(gpu, scratch_name, scratch_size),
-    };
+    return (struct scene_target){.structure = gpu_create_structure(gpu, name, type, size),
+                                 .scratch = gpu_create_scratch(gpu, scratch_name, scratch_size)};
 }
 
 static void scene_build_bottom(struct scene *scene, struct gpu *gpu, VkQueryPool compacted_size)
@@ -207,10 +225,8 @@ static void scene_build_bottom(struct scene *scene, struct gpu *gpu, VkQueryPool
 static void scene_create_compacted(struct scene *scene, struct gpu *gpu, VkQueryPool pool)
 {
     VkDeviceSize size = 0;
-    tool_check(gpu->calls.GetQueryPoolResults(gpu->device, pool, 0, 1, sizeof(size), &size,
-                                              sizeof(size),
-                                              VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
-               "vkGetQueryPoolResults");
+    TOOL_CALL(gpu->calls, GetQueryPoolResults, gpu->device, pool, 0, 1, sizeof(size), &size,
+              sizeof(size), VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
     scene->compacted_field = gpu_create_structure(
         gpu, "compacted box BLAS", VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size);
 }
@@ -238,12 +254,10 @@ static void scene_build_rest(struct scene *scene, struct gpu *gpu)
                 STRUCTURE_READ | STRUCTURE_WRITE);
     build_call_record(gpu, commands, &update);
     gpu->calls.CmdCopyAccelerationStructureKHR(
-        commands, &(VkCopyAccelerationStructureInfoKHR){
-                      .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-                      .src = scene->box_field.structure.handle,
-                      .dst = scene->compacted_field.handle,
-                      .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
-                  });
+        commands,
+        &MAKE(VkCopyAccelerationStructureInfoKHR, .src = scene->box_field.structure.handle,
+              .dst = scene->compacted_field.handle,
+              .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
     gpu_barrier(gpu, commands, BUILD_STAGE, STRUCTURE_WRITE, BUILD_STAGE, STRUCTURE_READ);
     build_call_record(gpu, commands, &top);
     gpu_barrier(gpu, commands, BUILD_STAGE, STRUCTURE_WRITE, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
@@ -261,15 +275,11 @@ void scene_create(struct scene *scene, struct gpu *gpu, const struct mesh *mesh)
     scene_upload_boxes(scene, gpu);
 
     VkQueryPool compacted_size;
-    tool_check(gpu->calls.CreateQueryPool(
-                   gpu->device,
-                   &(VkQueryPoolCreateInfo){
-                       .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                       .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-                       .queryCount = 1,
-                   },
-                   NULL, &compacted_size),
-               "vkCreateQueryPool");
+    TOOL_CALL(gpu->calls, CreateQueryPool, gpu->device,
+              &MAKE(VkQueryPoolCreateInfo,
+                    .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                    .queryCount = 1),
+              NULL, &compacted_size);
     scene_build_bottom(scene, gpu, compacted_size);
     scene_create_compacted(scene, gpu, compacted_size);
     gpu->calls.DestroyQueryPool(gpu->device, compacted_size, NULL);

@@ -3,9 +3,33 @@
 #ifndef DEMO_SCENE_H
 #define DEMO_SCENE_H
 
-#include "build_call.h"
-#include "gpu.h"
 #include "mesh.h"
+#include "tests/tools/gpu.h"
+
+/* The parameters of one vkCmdBuildAccelerationStructuresKHR, which can be changed before it is
+ * recorded. */
+#define BUILD_CALL_MAX 2 /* builds a call, and geometries a build */
+
+/* Build i is infos[i] with geometries[i] and ranges[i]. The pointers between them are set at the
+ * time of recording, so a call may be copied. */
+struct build_call {
+    uint32_t count;
+    VkAccelerationStructureBuildGeometryInfoKHR infos[BUILD_CALL_MAX];
+    VkAccelerationStructureGeometryKHR geometries[BUILD_CALL_MAX][BUILD_CALL_MAX];
+    VkAccelerationStructureBuildRangeInfoKHR ranges[BUILD_CALL_MAX][BUILD_CALL_MAX];
+};
+
+/* Add a build of one geometry and that many primitives; dst and scratch are still to be set. */
+VkAccelerationStructureBuildGeometryInfoKHR *
+build_call_add(struct build_call *call, VkAccelerationStructureTypeKHR type,
+               VkBuildAccelerationStructureFlagsKHR flags,
+               const VkAccelerationStructureGeometryKHR *geometry, uint32_t primitive_count);
+
+/* The sizes of build i, of a call that is valid. */
+VkAccelerationStructureBuildSizesInfoKHR build_call_sizes(struct gpu *gpu, struct build_call *call,
+                                                          uint32_t i);
+
+void build_call_record(struct gpu *gpu, VkCommandBuffer commands, struct build_call *call);
 
 /* A structure that a build writes, with the scratch that this build alone uses. */
 struct scene_target {

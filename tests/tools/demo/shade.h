@@ -1,19 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* scene.comp once more, in C: what it computes beside rays. Same names, same order. */
+/* What scene.comp computes beside rays, in C. */
 #ifndef DEMO_SHADE_H
 #define DEMO_SHADE_H
 
-#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
+#include <sys/types.h> /* uint */
+#include <tgmath.h>
 
 #include "scene.h"
 
-#define SHADE_FAR 1e4f
-#define SHADE_REACH 1.6f
+/* ---- what shading.glsl has of GLSL; vectors have a name that is a constructor's, too */
 
-/* Lanes 0 to 2; the compiler's vectors have no name without a typedef. */
-typedef float vec3 __attribute__((vector_size(16)));
+typedef float vec2 __attribute__((vector_size(8)));
+typedef float vec3 __attribute__((vector_size(16))); /* lanes 0 to 2 */
+#define vec2(x, y) ((vec2){x, y})
+#define vec3(x, y, z) ((vec3){x, y, z, 0})
+
+#define max(a, b) fmaxf(a, b)
+#define min(a, b) fminf(a, b)
 
 static inline float dot(vec3 a, vec3 b)
 {
@@ -25,12 +30,27 @@ static inline vec3 normalize(vec3 a)
     return a / sqrtf(dot(a, a));
 }
 
-struct surface {
-    float t; /* negative: the sky */
-    vec3 normal;
-    vec3 colour;
-    float shine;
-};
+static inline vec3 mix(vec3 a, vec3 b, float t)
+{
+    return a * (1 - t) + b * t;
+}
+
+static inline float fract(float x)
+{
+    return x - floorf(x);
+}
+
+static inline vec3 cross(vec3 a, vec3 b)
+{
+    return vec3(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
+}
+
+#define FUNCTION static inline
+#define struct_surface struct surface
+#define struct_light struct light
+#include "shading.glsl"
+
+/* ---- the scene */
 
 /* What shading reads, with the inverse of each instance's transform. */
 struct shade_scene {
@@ -59,26 +79,6 @@ struct surface shade_mesh(const struct shade_scene *shading, const struct shade_
 struct surface shade_field(const struct shade_scene *shading, const struct shade_meeting *meeting);
 /* The plain where it is nearer. */
 void shade_plain(vec3 origin, vec3 direction, struct surface *hit);
-
-struct vec2 {
-    float x, y;
-};
-struct vec2 shade_chance(uint32_t pixel, uint32_t stream, uint32_t i);
-vec3 shade_to_sun(struct vec2 u);
-vec3 shade_around(vec3 axis, struct vec2 u);
-vec3 shade_sky(vec3 direction);
-
-/* Light that came to a surface: of the sun, if it isn't hidden, and from around. */
-struct shade_light {
-    float facing; /* the sun */
-    bool in_sun, in_open;
-    vec3 around;
-};
-vec3 shade_lit(const struct surface *hit, vec3 direction, const struct shade_light *from);
-float shade_mirror(const struct surface *hit, vec3 direction);
-
-vec3 shade_camera(void);
-vec3 shade_camera_ray(float x, float y, uint32_t width, uint32_t height);
 uint32_t shade_encode(vec3 colour);
 
 #endif

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Follows all paths of a few rows at once, because a call that traces many rays costs least. */
-#include "trace.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -21,7 +20,7 @@
 struct path {
     vec3 origin, direction, sum;
     struct surface hit;
-    struct shade_light light;
+    struct light light;
     float weight; /* 0: at its end */
     uint32_t pixel, sample;
 };
@@ -105,7 +104,7 @@ static void look(struct batch *batch)
     batch->ray_count = 0;
     for (uint32_t i = 0; i < batch->path_count; ++i)
         if (batch->paths[i].weight > 0)
-            add_ray(batch, i, batch->paths[i].origin, batch->paths[i].direction, SHADE_FAR, 0);
+            add_ray(batch, i, batch->paths[i].origin, batch->paths[i].direction, FAR, 0);
     trace_rays(batch);
     for (uint32_t i = 0; i < batch->ray_count; ++i) {
         struct path *path = &batch->paths[batch->owners[i]];
@@ -117,7 +116,7 @@ static void look(struct batch *batch)
             path->hit = (hit->isAabb ? shade_field : shade_mesh)(&batch->trace->shading, &meeting);
         shade_plain(path->origin, path->direction, &path->hit);
         if (path->hit.t < 0) {
-            path->sum += path->weight * shade_sky(path->direction);
+            path->sum += path->weight * sky(path->direction);
             path->weight = 0;
         }
     }
@@ -135,23 +134,23 @@ static void look_for_light(struct batch *batch, uint32_t bounce)
         struct path *path = &batch->paths[i];
         if (path->weight == 0)
             continue;
-        struct shade_light *light = &path->light;
-        vec3 to_sun = shade_to_sun(shade_chance(path->pixel, 2 * bounce, path->sample));
+        struct light *light = &path->light;
+        vec3 sunwards = to_sun(chance(path->pixel, 2 * bounce, path->sample));
         light->around =
-            shade_around(path->hit.normal, shade_chance(path->pixel, 2 * bounce + 1, path->sample));
-        light->facing = fmaxf(dot(path->hit.normal, to_sun), 0);
+            cosine_direction(path->hit.normal, chance(path->pixel, 2 * bounce + 1, path->sample));
+        light->facing = fmaxf(dot(path->hit.normal, sunwards), 0);
         light->in_sun = light->facing > 0;
         light->in_open = true;
         if (light->in_sun)
-            add_ray(batch, i, above(path), to_sun, SHADE_FAR, RAY_TERMINATE);
+            add_ray(batch, i, above(path), sunwards, FAR, RAY_TERMINATE);
         if (light->around[1] >= 0)
-            add_ray(batch, i, above(path), light->around, SHADE_REACH, RAY_TERMINATE);
+            add_ray(batch, i, above(path), light->around, REACH, RAY_TERMINATE);
     }
     trace_rays(batch);
     for (uint32_t i = 0; i < batch->ray_count; ++i) {
-        struct shade_light *light = &batch->paths[batch->owners[i]].light;
+        struct light *light = &batch->paths[batch->owners[i]].light;
         if (batch->hits[i].isHit)
-            *(batch->rays[i].tMax == SHADE_FAR ? &light->in_sun : &light->in_open) = false;
+            *(batch->rays[i].tMax == FAR ? &light->in_sun : &light->in_open) = false;
     }
 }
 
@@ -161,9 +160,8 @@ static void shade(struct batch *batch, uint32_t bounce)
         struct path *path = &batch->paths[i];
         if (path->weight == 0)
             continue;
-        float mirror = bounce + 1 < BOUNCES ? shade_mirror(&path->hit, path->direction) : 0;
-        path->sum +=
-            path->weight * (1 - mirror) * shade_lit(&path->hit, path->direction, &path->light);
+        float mirror = bounce + 1 < BOUNCES ? mirror_share(path->hit, path->direction) : 0;
+        path->sum += path->weight * (1 - mirror) * lit(path->hit, path->direction, path->light);
         path->weight *= mirror;
         if (path->weight < 0.01f)
             path->weight = 0;
@@ -185,9 +183,9 @@ static void start_paths(struct batch *batch, uint32_t first_row)
                 const float within_x = ((float)column + 0.5f) / RENDER_GRID;
                 const float within_y = ((float)row + 0.5f) / RENDER_GRID;
                 batch->paths[batch->path_count++] = (struct path){
-                    .origin = shade_camera(),
-                    .direction = shade_camera_ray((float)x + within_x, (float)y + within_y,
-                                                  trace->width, trace->height),
+                    .origin = CAMERA,
+                    .direction = camera_ray((float)x + within_x, (float)y + within_y, trace->width,
+                                            trace->height),
                     .weight = 1,
                     .pixel = y * trace->width + x,
                     .sample = i,

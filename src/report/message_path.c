@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Words the paths of fields. */
+#include "src/report/message_path.h"
+
+#include <inttypes.h>
+
+void message_append_build(struct text_buffer *text, enum build_command command, uint32_t build)
+{
+    if (command == COMMAND_NV)
+        text_append(text, "pInfo");
+    else
+        text_append(text, "pInfos[%" PRIu32 "]", build);
+}
+
+void message_append_field(struct text_buffer *text, const char *separator, const char *field)
+{
+    if (field[0])
+        text_append(text, "%s%s", separator, field);
+}
+
+/* A range of the indirect command lies in device memory; only its count is a parameter, and has no
+ * fields. */
+static const char *ranges_name(enum build_command command, const char *field)
+{
+    if (command != COMMAND_INDIRECT)
+        return "ppBuildRangeInfos";
+    return field[0] ? "pIndirectDeviceAddresses" : "ppMaxPrimitiveCounts";
+}
+
+void message_append_path(struct text_buffer *text, const struct location *at, const char *field)
+{
+    const char *separator = at->command == COMMAND_NV ? "->" : ".";
+    switch (at->subject) {
+    case SUBJECT_CALL:
+    case SUBJECT_PARAMETER:
+        text_append(text, "%s", field);
+        return;
+    case SUBJECT_BUILD:
+        message_append_build(text, at->command, at->build);
+        message_append_field(text, separator, field);
+        return;
+    case SUBJECT_GEOMETRY:
+        message_append_build(text, at->command, at->build);
+        text_append(text, "%s%s[%" PRIu32 "]", separator,
+                    at->geometry_by_pointer ? "ppGeometries" : "pGeometries", at->geometry);
+        message_append_field(text, at->geometry_by_pointer ? "->" : ".", field);
+        return;
+    case SUBJECT_RANGE:
+        text_append(text, "%s[%" PRIu32 "][%" PRIu32 "]", ranges_name(at->command, field),
+                    at->build, at->geometry);
+        message_append_field(text, ".", field);
+        return;
+    case SUBJECT_ELEMENT:
+        text_append(text, "%s[%" PRIu32 "]", field, at->build);
+        return;
+    }
+}

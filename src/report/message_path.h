@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Paths of fields, such as pInfos[3].pGeometries[5].flags. */
+#ifndef ASSAY_REPORT_MESSAGE_PATH_H
+#define ASSAY_REPORT_MESSAGE_PATH_H
+
+#include "src/base/text_buffer.h"
+#include "src/view/location.h"
+
+/* Appends the build's element of the call's parameters. */
+void message_append_build(struct text_buffer *text, enum build_command command, uint32_t build);
+/* Appends nothing if the field is "", which stands for the structure itself. */
+void message_append_field(struct text_buffer *text, const char *separator, const char *field);
+void message_append_path(struct text_buffer *text, const struct location *at, const char *field);
+
+#endif

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Finds what a user has written without effect: misspelt settings, lines that are not settings, and
+ * a file that is not read. The utility library can't list the keys of the environment and of the
+ * file, so both are searched here. */
+#include <ctype.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "src/base/elevated.h"
+#include "src/base/text_buffer.h"
+#include "src/report/settings/file.h"
+#include "src/report/settings/source.h"
+
+extern char **environ;
+
+#define FILE_PREFIX "assay_validation."
+#define ENVIRONMENT_PREFIX "VK_ASSAY_VALIDATION_"
+
+enum { NAME_SIZE = 128, LINE_SIZE = 1024, SHOWN = 200 };
+
+struct search {
+    const char *const *keys;
+    void (*warn)(void *context, const char *line);
+    void *context;
+};
+
+/* ---- warnings */
+
+/* The key that a name was meant to have: the one that it ends in, in any case. */
+static const char *meant_key(const struct search *search, const char *name)
+{
+    size_t length = strlen(name);
+    for (const char *const *key = search->keys; *key; key++) {
+        size_t of_key = strlen(*key);
+        if (length > of_key && strcasecmp(name + length - of_key, *key) == 0 &&
+            strchr("._", name[length - of_key - 1]))
+            return *key;
+    }
+    return NULL;
+}
+
+static void append_meant(struct text_buffer *text, const char *key, bool of_environment)
+{
+    text_append(text, "; did you mean %s", of_environment ? ENVIRONMENT_PREFIX : FILE_PREFIX);
+    for (; *key; key++)
+        text_append(text, "%c", of_environment ? toupper((unsigned char)*key) : *key);
+    text_append(text, "?");
+}
+
+/* `path`: the settings file, or NULL. */
+static void warn_of_name(const struct search *search, const char *name, const char *path,
+                         bool of_environment)
+{
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append_quoted(&text, name, SHOWN);
+    if (path) {
+        text_append(&text, " in ");
+        text_append_quoted(&text, path, SHOWN);
+    }
+    text_append(&text, " is not a setting of this layer");
+    const char *meant = meant_key(search, name);
+    if (meant) {
+        append_meant(&text, meant, of_environment);
+    } else {
+        text_append(&text, ", which has");
+        for (const char *const *key = search->keys; *key; key++)
+            text_append(&text, "%s %s", key == search->keys ? "" : ",", *key);
+    }
+    text_append(&text, "%s It is ignored.", meant ? "" : ".");
+    search->warn(search->context, line);
+}
+
+static void warn_of_line(const struct search *search, const char *words, const char *path)
+{
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append_quoted(&text, words, SHOWN);
+    text_append(&text, " in ");
+    text_append_quoted(&text, path, SHOWN);
+    text_append(&text, " has no \"=\" between name and value. The line is ignored.");
+    search->warn(search->context, line);
+}
+
+static void warn_of_path(const struct search *search, enum settings_path state, const char *path,
+                         bool file_exists)
+{
+    const char *given = getenv("VK_LAYER_SETTINGS_PATH");
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    if (state == SETTINGS_PATH_USED || !given)
+        return;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text, "VK_LAYER_SETTINGS_PATH: ");
+    text_append_quoted(&text, given, SHOWN);
+    if (state == SETTINGS_PATH_SECOND) {
+        text_append(&text, " is not read, because the file ");
+        text_append_quoted(&text, path, SHOWN);
+        text_append(&text, " exists and comes first.");
+    } else if (state == SETTINGS_PATH_WITHOUT_FILE) {
+        text_append(&text, " is a folder that has no vk_layer_settings.txt. No file is read.");
+    } else {
+        text_append(&text, " does not exist. %s",
+                    file_exists ? "The file vk_layer_settings.txt of the current folder is read."
+                                : "No settings file is read.");
+    }
+    search->warn(search->context, line);
+}
+
+/* ---- the environment */
+
+static bool is_key(const struct search *search, const char *name, bool in_upper_case)
+{
+    for (const char *const *key = search->keys; *key; key++) {
+        size_t i = 0;
+        while ((*key)[i] &&
+               name[i] == (in_upper_case ? toupper((unsigned char)(*key)[i]) : (*key)[i]))
+            i++;
+        if (!(*key)[i] && !name[i])
+            return true;
+    }
+    return false;
+}
+
+static bool starts_with(const char *text, const char *start)
+{
+    return strncasecmp(text, start, strlen(start)) == 0;
+}
+
+/* VK_ASSAY_ENABLE and VK_ASSAY_DISABLE are the loader's. */
+static bool is_ignored_variable(const struct search *search, const char *name)
+{
+    if (!starts_with(name, "VK_ASSAY_") && !starts_with(name, "VK_LAYER_ASSAY_"))
+        return false;
+    if (strcmp(name, "VK_ASSAY_ENABLE") == 0 || strcmp(name, "VK_ASSAY_DISABLE") == 0)
+        return false;
+    return strncmp(name, ENVIRONMENT_PREFIX, strlen(ENVIRONMENT_PREFIX)) != 0 ||
+           !is_key(search, name + strlen(ENVIRONMENT_PREFIX), true);
+}
+
+/* The loader compares the value with the one in the implicit layer's manifest. */
+static void check_enable_value(const struct search *search)
+{
+    const char *value = getenv("VK_ASSAY_ENABLE");
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    if (!value || !value[0] || strcmp(value, "0") == 0 || strcmp(value, "1") == 0)
+        return;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text, "VK_ASSAY_ENABLE: ");
+    text_append_quoted(&text, value, SHOWN);
+    text_append(&text, " does not enable the layer; only 1 does. It was enabled in another way.");
+    search->warn(search->context, line);
+}
+
+static void search_environment(const struct search *search)
+{
+    check_enable_value(search);
+    for (char **entry = environ; entry && *entry; entry++) {
+        char name[NAME_SIZE];
+        snprintf(name, sizeof(name), "%.*s", (int)strcspn(*entry, "="), *entry);
+        if (is_ignored_variable(search, name))
+            warn_of_name(search, name, NULL, true);
+    }
+}
+
+/* ---- the file */
+
+/* Whether a line, which may be of any layer, is meant for this one: its first word, up to a point
+ * if it has one, has the layer's name in it. */
+static bool is_meant_for_layer(const char *line)
+{
+    size_t length = strcspn(line, ". \t:");
+    for (size_t i = 0; i + strlen("assay") <= length; i++)
+        if (starts_with(line + i, "assay") && (i == 0 || line[i - 1] == '_'))
+            return true;
+    return false;
+}
+
+static void search_file(const struct search *search)
+{
+    char path[SETTINGS_PATH_SIZE], *buffer = NULL;
+    enum settings_path state = settings_file_find(path);
+    FILE *file = fopen(path, "re");
+    struct settings_line line;
+    size_t size = 0;
+    warn_of_path(search, state, path, file != NULL);
+    if (!file)
+        return;
+    while (settings_file_next(file, &buffer, &size, &line)) {
+        if (!is_meant_for_layer(line.name))
+            continue;
+        if (!line.value)
+            warn_of_line(search, line.name, path);
+        else if (strncmp(line.name, FILE_PREFIX, strlen(FILE_PREFIX)) != 0 ||
+                 !is_key(search, line.name + strlen(FILE_PREFIX), false))
+            warn_of_name(search, line.name, path, false);
+    }
+    free(buffer);
+    fclose(file);
+}
+
+void settings_source_ignored(const struct settings_source *source, const char *const *keys,
+                             void (*warn)(void *context, const char *line), void *context)
+{
+    const struct search search = {keys, warn, context};
+    for (uint32_t i = 0; i < source->given_info.settingCount; i++) {
+        const char *key = source->given[i].pSettingName;
+        char name[NAME_SIZE];
+        snprintf(name, sizeof(name), FILE_PREFIX "%s", key);
+        if (!is_key(&search, key, false))
+            warn_of_name(&search, name, NULL, false);
+    }
+    if (process_is_elevated())
+        return;
+    search_environment(&search);
+    search_file(&search);
+}

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The sources of settings: the environment, vk_layer_settings.txt and VK_EXT_layer_settings, in
+ * this order of precedence, as the Vulkan utility library reads them. In a process with elevated
+ * privileges only VK_EXT_layer_settings counts. */
+#ifndef ASSAY_REPORT_SETTINGS_SOURCE_H
+#define ASSAY_REPORT_SETTINGS_SOURCE_H
+
+#include <stdbool.h>
+#include <vulkan/layer/vk_layer_settings.h>
+
+#include "src/base/text_buffer.h"
+
+struct settings_source {
+    VkuLayerSettingSet set; /* VK_NULL_HANDLE if the process has elevated privileges */
+    /* The application's VkLayerSettingEXT of this layer, except unreadable ones; owned. */
+    VkLayerSettingEXT *given;
+    VkLayerSettingsCreateInfoEXT given_info;
+};
+
+VkResult settings_source_open(struct settings_source *source,
+                              const VkInstanceCreateInfo *create_info);
+void settings_source_close(struct settings_source *source);
+
+/* Sets `list` to the comma-separated values of a key; NULL if the key is not set. The caller frees
+ * it. */
+VkResult settings_source_list(const struct settings_source *source, const char *key, char **list);
+
+/* The same, but only from VK_EXT_layer_settings. */
+VkResult settings_source_given(const struct settings_source *source, const char *key, char **list);
+
+/* The same for a key whose value is a file name, which may contain commas and colons. */
+VkResult settings_source_filename(const struct settings_source *source, const char *key,
+                                  char **filename);
+
+/* Appends where the value of a key came from, such as: environment variable
+ * VK_ASSAY_VALIDATION_LEVEL. The key must be set. */
+void settings_append_origin(struct text_buffer *text, const char *key);
+
+/* Calls `warn` with one line for each thing that the user has written without effect: settings that
+ * are not among `keys`, lines without an equals sign, a settings file that is not read. `keys` ends
+ * with NULL. */
+void settings_source_ignored(const struct settings_source *source, const char *const *keys,
+                             void (*warn)(void *context, const char *line), void *context);
+
+#endif

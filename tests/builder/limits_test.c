@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* How far into arrays the builder looks: to the last element, and no further. */
+#include "src/bvh/input/dense.h"
+#include "src/bvh/input/source.h"
+#include "tests/builder/scope_test.h"
+
+/* The vertices that spheres name: one more than the largest index, whatever follows the last. */
+TEST(test_vertices_of_spheres)
+{
+    static const uint32_t words[5] = {3, 9, 2, 40, 70};
+    static const uint16_t halves[6] = {3, 9, 2, 40, 70, 99};
+    static const struct {
+        VkIndexType type;
+        bool is_swept, is_successive;
+        uint32_t offset, primitives;
+        uint64_t stride, size, expected;
+    } cases[] = {
+        {VK_INDEX_TYPE_UINT32, false, false, 0, 3, 4, 20, 10},
+        {VK_INDEX_TYPE_UINT32, false, false, 4, 3, 4, 16, 41},
+        {VK_INDEX_TYPE_UINT32, false, false, 0, 2, 8, 20, 4},
+        {VK_INDEX_TYPE_UINT32, false, false, 0, 5, 4, 20, 71},
+        {VK_INDEX_TYPE_UINT32, false, false, 0, 5, 4, 19, 0}, /* one byte too few */
+        {VK_INDEX_TYPE_UINT32, false, false, 0, 0, 4, 20, 0},
+        {VK_INDEX_TYPE_UINT16, true, false, 0, 1, 2, 12, 10}, /* pairs */
+        {VK_INDEX_TYPE_UINT16, true, false, 2, 2, 2, 12, 71},
+        {VK_INDEX_TYPE_UINT16, true, true, 0, 1, 2, 12, 5}, /* each and its successor */
+        {VK_INDEX_TYPE_UINT16, true, true, 0, 4, 2, 12, 42},
+        {VK_INDEX_TYPE_NONE_KHR, false, false, 0, 7, 0, 0, 7},
+    };
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        const struct builder_spheres spheres = {
+            .index_type = cases[i].type,
+            .indices = cases[i].type == VK_INDEX_TYPE_UINT32 ? (const void *)words : halves,
+            .indices_size = cases[i].size,
+            .index_stride = cases[i].stride,
+            .indexing_mode = cases[i].is_successive ? VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV
+                                                    : VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV};
+        const VkAccelerationStructureBuildRangeInfoKHR range = {
+            .primitiveCount = cases[i].primitives, .primitiveOffset = cases[i].offset};
+        const uint64_t count = sphere_vertex_count(&spheres, cases[i].is_swept, &range);
+        if (count != cases[i].expected)
+            print_message("case %zu\n", i);
+        assert_int_equal(count, cases[i].expected);
+    }
+}
+
+/* Each corner may name the last vertex, and not the one after it, whatever the size of indices. */
+SCOPE_TEST(test_indices_of_triangles)
+{
+    enum { VERTICES = 5 };
+    static const VkIndexType types[] = {VK_INDEX_TYPE_UINT8_KHR, VK_INDEX_TYPE_UINT16,
+                                        VK_INDEX_TYPE_UINT32};
+    static const float vertices[3 * (VERTICES + 1)] = {0, 0, 0, 1, 0, 0, 0, 1, 0,
+                                                       0, 0, 1, 1, 1, 0, 9, 9, 9};
+    for (int type = 0; type < 3; type++)
+        for (uint32_t corner = 0; corner < 3; corner++)
+            for (uint32_t beyond = 0; beyond < 2; beyond++) {
+                uint8_t indices[12] = {0};
+                const uint32_t width = 1u << type;
+                for (uint32_t i = 0; i < 3; i++)
+                    indices[i * width] = (uint8_t)(i == corner ? VERTICES - 1 + beyond : i);
+                struct fixture_input input;
+                struct builder_report report;
+                fixture_input_triangles(&input, vertices, 1);
+                struct builder_triangles *triangles = &input.geometry.triangles;
+                triangles->vertices_size = VERTICES * 3 * sizeof(float);
+                triangles->max_vertex = VERTICES;
+                triangles->index_type = types[type];
+                triangles->indices = indices;
+                triangles->indices_size = 3 * width;
+                fixture_build(&input.input, &report);
+                assert_int_equal(report.out_of_range, beyond);
+                triangles->vertices_size = BUILDER_ANY_SIZE;
+                triangles->max_vertex = VERTICES - 1;
+                fixture_build(&input.input, &report);
+                assert_int_equal(report.out_of_range, beyond);
+            }
+}
+
+/* Writes bits of a dense block. */
+static void put(uint8_t *block, uint32_t at, uint32_t count, uint32_t value)
+{
+    for (uint32_t i = 0; i < count; i++)
+        block[(at + i) / 8] |= (uint8_t)((value >> i & 1) << (at + i) % 8);
+}
+
+/* A block of one triangle, whose vertices fill the front part to the last bit. */
+TEST(test_dense_blocks)
+{
+    enum { BLOCK = 128 };
+    uint8_t blocks[2 * BLOCK] = {0};
+    for (uint32_t i = 0; i < 2; i++) {
+        uint8_t *block = blocks + i * BLOCK;
+        put(block, 0, 8, 6);
+        put(block, 10, 6, 64 - 1); /* vertices */
+        put(block, 32, 8, 127);    /* exponent */
+        put(block, 64, 4, 4 - 1);  /* 4 bits for each coordinate */
+        put(block, 68, 4, 4 - 1);
+        put(block, 96, 4, 4 - 1);
+        put(block, 128, 29, 100 * i); /* first primitive */
+        put(block, 160 + 12, 12, 0x123 + i);
+    }
+    const struct {
+        uint64_t size;
+        uint32_t count, found;
+    } cases[] = {{2 * BLOCK, 2, 2}, {2 * BLOCK, 3, 2}, {2 * BLOCK - 1, 2, 1},
+                 {BLOCK, 1, 1},     {BLOCK - 1, 1, 0}, {0, 1, 0}};
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        const struct builder_dense dense = {blocks, cases[i].size, 0x1fffffff, NULL};
+        struct dense_triangle triangles[3];
+        dense_decode(&dense, cases[i].count, triangles);
+        for (uint32_t j = 0; j < cases[i].count; j++)
+            assert_int_equal(triangles[j].found,
+                             j < cases[i].found ? SOURCE_ACTIVE : SOURCE_OUT_OF_RANGE);
+        for (uint32_t j = 0; j < cases[i].found; j++) {
+            assert_int_equal(triangles[j].primitive, 100 * j);
+            assert_true(triangles[j].a[0] == 0 && triangles[j].b[0] == (float)(3 + j) &&
+                        triangles[j].b[1] == 2 && triangles[j].b[2] == 1);
+        }
+    }
+}

@@ -1,0 +1,380 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The same input gives the same rays, and the same answers to them the same judgements and
+ * messages: today as when the digests below were written. Answers are the reference's own, made
+ * worse in many ways, by a little and by much.
+ *
+ * Who changes any of that on purpose replaces the digests by those that the test prints;
+ * judge_test.c tells whether the judgements are right. */
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+#include "src/compare/summary.h"
+#include "src/compare/vertex_ring.h"
+#include "subject.h"
+#include "tests/builder/allocations.h"
+#include "tests/builder/digest.h"
+#include "tests/state/unit_test.h"
+
+enum { RAYS = 3000, WAYS = 24, LOOSE = 60 };
+
+static struct compare_answer answers[RAYS];
+static bool all_equal;
+
+static void expect(const char *what, const char *of, uint64_t digest, uint64_t expected)
+{
+    if (digest == expected)
+        return;
+    all_equal = false;
+    print_message("%s of %s: 0x%016" PRIx64 "\n", what, of, digest);
+}
+
+/* ---- subjects; rand() differs by system, this doesn't */
+
+static float number(uint32_t *seed)
+{
+    *seed = *seed * 1664525u + 1013904223u;
+    return (float)(*seed >> 8) / (1 << 24);
+}
+
+static const float octahedron[18] = {4, 0, 0, -4, 0, 0, 0, 4, 0, 0, -4, 0, 0, 0, 4, 0, 0, -4};
+static const uint32_t octahedron_indices[24] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4,
+                                                2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+
+/* A closed body, a closed ring, a sheet with one triangle turned, and loose triangles, of which one
+ * is inactive and one without area. */
+static void make_triangles(struct subject *subject)
+{
+    static float loose[9 * LOOSE];
+    static const float square[12] = {0, 0, 9, 8, 0, 9, 0, 8, 9, 8, 8, 9};
+    static const uint32_t square_indices[6] = {0, 1, 2, 1, 2, 3}; /* not in opposite directions */
+    uint32_t seed = 1;
+    for (int i = 0; i < 9 * LOOSE; i++)
+        loose[i] = 4 * number(&seed) + 6 * (float)(i / 9 % 5) * (i % 3 == 0) - 20;
+    loose[9 * 7] = NAN;
+    memcpy(loose + 9 * 11, loose + 9 * 11 + 3, 3 * sizeof(float));
+    subject_begin(subject);
+    subject_triangles(subject, octahedron, 6, octahedron_indices, 8);
+    subject_triangles(subject, ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+    subject_triangles(subject, square, 4, square_indices, 2);
+    subject_triangles(subject, loose, 3 * LOOSE, NULL, LOOSE);
+}
+
+/* So far out that the tolerance is a good part of their size. */
+static void make_far_ring(struct subject *subject)
+{
+    static float vertices[3 * FAN_VERTICES];
+    uint32_t seed = 3;
+    for (int i = 0; i < 3 * FAN_VERTICES; i++)
+        vertices[i] = 700 + (ring_vertices[i] + number(&seed) * 0.5f) * 0.125f;
+    subject_begin(subject);
+    subject_triangles(subject, vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+}
+
+static void make_boxes(struct subject *subject)
+{
+    static VkAabbPositionsKHR boxes[BOXES];
+    boxes_fill(boxes);
+    boxes[5].minX = NAN;
+    boxes[6].maxY = boxes[6].minY; /* flat */
+    subject_begin(subject);
+    subject_boxes(subject, boxes, BOXES);
+}
+
+/* ---- answers */
+
+static enum trace_answer keep(void *context, struct trace_hit *hit)
+{
+    struct compare_answer *answer = context;
+    const struct compare_hit kept = {
+        hit->t,
+        hit->u,
+        hit->v,
+        COMPARE_HIT | (hit->is_aabb ? COMPARE_AABB : hit->front_face ? COMPARE_FRONT : 0),
+        hit->geometry,
+        hit->primitive,
+        hit->instance,
+        0};
+    if (answer->candidate_count < COMPARE_CANDIDATES)
+        answer->candidates[answer->candidate_count++] = kept;
+    if (!hit->is_aabb && (!answer->closest.kind || kept.t < answer->closest.t))
+        answer->closest = kept;
+    return TRACE_IGNORE;
+}
+
+/* A way to be wrong, or by 2 to the power of -scale nearly right. */
+static void spoil_hit(struct compare_hit *hit, uint32_t way, int scale)
+{
+    const float little = ldexpf(1, -scale);
+    switch (way) {
+    case 1:
+        hit->t *= 1 + little;
+        break;
+    case 2:
+        hit->t -= little * fabsf(hit->t);
+        break;
+    case 3:
+        hit->u += little;
+        break;
+    case 4:
+        hit->v -= little;
+        break;
+    case 5:
+        hit->kind ^= COMPARE_FRONT;
+        break;
+    case 6:
+        hit->primitive++;
+        break;
+    case 7:
+        hit->geometry++;
+        break;
+    case 8:
+        hit->instance++;
+        break;
+    case 9:
+        hit->primitive = 7; /* may be inactive */
+        hit->geometry = 3;
+        break;
+    }
+}
+
+static void spoil(struct compare_answer *answer, uint32_t way, int scale, const struct ring *ring)
+{
+    const uint32_t count = answer->candidate_count;
+    struct compare_hit *last = &answer->candidates[count ? count - 1 : 0];
+    spoil_hit(&answer->closest, way, scale);
+    if (way < 10 && answer->candidate_count)
+        spoil_hit(last, way, scale);
+    if (way == 10 && answer->candidate_count)
+        answer->candidate_count--;
+    if (way == 11)
+        answer->candidate_count = 0;
+    if (way == 12)
+        answer->closest = (struct compare_hit){0};
+    if (way == 13)
+        answer->candidate_count += COMPARE_CANDIDATES;
+    if (way == 14)
+        answer->flags = COMPARE_CUT;
+    if (way == 15) {
+        answer->flags = COMPARE_ELSEWHERE;
+        answer->closest.kind = 0;
+    }
+    if (way == 16 && answer->candidate_count)
+        answer->closest = *last;
+    for (uint32_t i = 0; way == 17 && ring && i < ring->count; i++)
+        if (answer->candidate_count < COMPARE_CANDIDATES) {
+            struct compare_hit *hit = &answer->candidates[answer->candidate_count++];
+            *hit = answer->closest;
+            hit->kind |= COMPARE_HIT;
+            hit->geometry = ring->geometry;
+            hit->primitive = ring->primitives[i];
+        }
+    if (way == 18 && answer->candidate_count < COMPARE_CANDIDATES) {
+        answer->candidates[answer->candidate_count] = answer->closest;
+        answer->candidates[answer->candidate_count].primitive = 3;
+        answer->candidates[answer->candidate_count++].t *= 0.5f;
+    }
+}
+
+static void answer_all(const struct trace_scene *scene, const struct compare_ray *rays,
+                       const struct ring *rings, uint32_t count)
+{
+    memset(answers, 0, sizeof(answers));
+    for (uint32_t i = 0; i < count; i++) {
+        struct trace_ray ray = {.t_min = rays[i].t_min, .t_max = rays[i].t_max, .cull_mask = 0xff};
+        memcpy(ray.origin, rays[i].origin, sizeof(ray.origin));
+        memcpy(ray.direction, rays[i].direction, sizeof(ray.direction));
+        trace_candidates(scene, &ray, &(struct trace_visitor){keep, &answers[i]});
+        spoil(&answers[i], i % WAYS, 6 + (int)(i / WAYS % 18), rings ? &rings[i] : NULL);
+    }
+}
+
+/* Some rays end before, or begin behind, what the answers have, or pass beside it. */
+static void shorten(struct compare_ray *rays, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        if (i % 7 == 3 && answers[i].closest.kind)
+            rays[i].t_max = answers[i].closest.t * 0.5f;
+        if (i % 7 == 5 && answers[i].closest.kind)
+            rays[i].t_min = answers[i].closest.t * 1.5f;
+        if (i % 11 == 4)
+            rays[i].origin[i % 3] += i % 2 ? 0.35f : 0.06f;
+    }
+}
+
+/* ---- digests */
+
+static void add_judgement(uint64_t *digest, bool differs, const struct judgement *judgement)
+{
+    digest_add(digest, &differs, sizeof(differs));
+    if (!differs)
+        return;
+    const uint32_t numbers[] = {judgement->difference,       judgement->reason,
+                                judgement->instance,         judgement->geometry,
+                                judgement->primitive,        judgement->has_reference,
+                                judgement->has_driver,       judgement->driver.kind,
+                                judgement->driver.primitive, judgement->driver.instance};
+    const float values[] = {(float)judgement->t, (float)judgement->u, (float)judgement->v};
+    digest_add(digest, numbers, sizeof(numbers));
+    digest_add_words(digest, values, sizeof(values));
+    if (judgement->has_reference)
+        digest_add_hit(digest, &judgement->reference);
+}
+
+static uint64_t digest_of_texts(const struct summary *summary)
+{
+    uint64_t digest = DIGEST_BEGIN;
+    for (enum difference i = 0; i < DIFFERENCE_COUNT; i++) {
+        char text[SUMMARY_TEXT];
+        digest_add(&digest, &summary->found[i].count, sizeof(summary->found[i].count));
+        if (summary->found[i].count == 0)
+            continue;
+        summary_describe(summary, i, text);
+        digest_add(&digest, text, strlen(text));
+    }
+    return digest;
+}
+
+static void compare(struct subject *subject, const char *name, const uint64_t expected[4])
+{
+    struct reference reference;
+    struct rays rays;
+    struct summary summary;
+    uint64_t generated = DIGEST_BEGIN, rings = DIGEST_BEGIN, judged = DIGEST_BEGIN;
+    const int before = allocations_now();
+    struct input_copy *copy = input_copy_create(&subject->input);
+    assert_non_null(copy);
+    assert_int_equal(reference_open(copy, &reference), VK_SUCCESS);
+    assert_int_equal(rays_create(&reference, RAYS, &rays), VK_SUCCESS);
+    answer_all(&(struct trace_scene){.structure = reference.structure, .accuracy = TRACE_EXACT},
+               rays.rays, rays.rings, rays.count);
+    digest_add_words(&generated, rays.rays, rays.count * sizeof(*rays.rays));
+    digest_add(&generated, rays.aims, rays.count * sizeof(*rays.aims));
+    shorten(rays.rays, rays.count);
+    for (uint32_t i = 0; i < rays.count; i++) {
+        struct judgement judgement;
+        const bool is_once = ring_is_hit_once(&reference, &rays, i);
+        digest_add(&rings, &is_once, sizeof(is_once));
+        digest_add(&rings, &rays.rings[i].count, sizeof(rays.rings[i].count));
+        digest_add(&rings, rays.rings[i].primitives, rays.rings[i].count * sizeof(uint32_t));
+        const bool differs = judge_ray(&reference, &rays, i, &answers[i], &judgement);
+        add_judgement(&judged, differs, &judgement);
+    }
+    summary_make(&reference, &rays, answers, &summary);
+    expect("rays", name, generated, expected[0]);
+    expect("rings", name, rings, expected[1]);
+    expect("judgements", name, judged, expected[2]);
+    expect("texts", name, digest_of_texts(&summary), expected[3]);
+    rays_free(&rays);
+    reference_close(&reference);
+    input_copy_free(copy);
+    assert_null(rays.rays);
+    assert_null(reference.structure);
+    assert_int_equal(allocations_now(), before);
+}
+
+TEST(test_triangles)
+{
+    struct subject subject;
+    all_equal = true;
+    make_triangles(&subject);
+    compare(&subject, "triangles",
+            (const uint64_t[]){0xff6264ce2ea87830, 0x47626af5e611c574, 0x58fc5c0f6039f91f,
+                               0x8e2f983811d86ee8});
+    assert_true(all_equal);
+}
+
+TEST(test_far_ring)
+{
+    struct subject subject;
+    all_equal = true;
+    make_far_ring(&subject);
+    compare(&subject, "a far ring",
+            (const uint64_t[]){0x403428e1e7d14cbe, 0xd086a2bcf41177a4, 0x6b2001e7963c2e03,
+                               0x34c18daf668b39bb});
+    assert_true(all_equal);
+}
+
+TEST(test_boxes)
+{
+    struct subject subject;
+    all_equal = true;
+    make_boxes(&subject);
+    compare(&subject, "boxes",
+            (const uint64_t[]){0x01b0c4bc67e5633b, 0x8e87211ff8353505, 0xae42bac40c7d1ae7,
+                               0xb5ea43bd63c551b7});
+    assert_true(all_equal);
+}
+
+/* ---- instances */
+
+static const void *find_bottom(void *context, uint64_t number)
+{
+    const struct top_reference *top = context;
+    return number ? top->bottoms[number - 1].structure : NULL;
+}
+
+enum { INSTANCES = 9 };
+
+/* Moved, mirrored and flipped, stretched too far to be judged, masked out,
+ * inactive, and so large that its rays are infinite. */
+static const struct top_instance instances[INSTANCES] = {
+    {{.transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}, 0},
+    {{.transform.matrix = {{0, -2, 0, 50}, {2, 0, 0, 0}, {0, 0, 3, 7}},
+      .mask = 2,
+      .flags = VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR},
+     1},
+    {{.transform.matrix = {{-1, 0, 0.5f, -20}, {0, 1, 0, 0}, {0, 0, 1, 9}}, .mask = 4}, 0},
+    {{.transform.matrix = {{40, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 4}, 0},
+    {{.transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 0}, 1},
+    {{.transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}, TOP_NO_BOTTOM},
+    {{.transform.matrix = {{1e38f, 0, 0, 0}, {0, 1e38f, 0, 0}, {0, 0, 1e38f, 0}}, .mask = 1}, 0},
+    /* As far as it may be stretched, and further. */
+    {{.transform.matrix = {{16, 0, 0, 300}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}, 0},
+    {{.transform.matrix = {{16.01f, 0, 0, 600}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}, 0},
+};
+
+TEST(test_instances)
+{
+    struct subject subjects[2];
+    struct input_copy *copies[2];
+    struct top_reference top;
+    struct top_rays rays;
+    struct summary summary;
+    uint64_t generated = DIGEST_BEGIN, judged = DIGEST_BEGIN;
+    all_equal = true;
+    make_triangles(&subjects[0]);
+    make_boxes(&subjects[1]);
+    const int before = allocations_now();
+    for (int i = 0; i < 2; i++)
+        assert_non_null(copies[i] = input_copy_create(&subjects[i].input));
+    const struct top_input input = {.count = INSTANCES,
+                                    .bottom_count = 2,
+                                    .instances = instances,
+                                    .bottoms = (const struct input_copy *const *)copies};
+    assert_int_equal(top_reference_open(&input, &top), VK_SUCCESS);
+    assert_int_equal(top_rays_create(&top, RAYS, &rays), VK_SUCCESS);
+    answer_all(&(struct trace_scene){.structure = top.structure,
+                                     .accuracy = TRACE_EXACT,
+                                     .resolver = {find_bottom, &top}},
+               rays.rays, NULL, rays.count);
+    digest_add_words(&generated, rays.rays, rays.count * sizeof(*rays.rays));
+    digest_add(&generated, rays.aims, rays.count * sizeof(*rays.aims));
+    for (uint32_t i = 0; i < rays.count; i++) {
+        struct judgement judgement;
+        const bool differs = top_judge_ray(&top, &rays, i, &answers[i], &judgement);
+        add_judgement(&judged, differs, &judgement);
+    }
+    summary_make_top(&top, &rays, answers, &summary);
+    expect("rays", "instances", generated, 0xebc639656332eed4);
+    expect("judgements", "instances", judged, 0x1bd81cb21c0115a1);
+    expect("texts", "instances", digest_of_texts(&summary), 0xbbc36f8799e7cccd);
+    top_rays_free(&rays);
+    top_reference_close(&top);
+    for (int i = 0; i < 2; i++)
+        input_copy_free(copies[i]);
+    assert_null(rays.rays);
+    assert_null(top.structure);
+    assert_int_equal(allocations_now(), before);
+    assert_true(all_equal);
+}

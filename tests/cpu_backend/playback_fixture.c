@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "playback_fixture.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "src/cpu/host.h"
+#include "src/cpu/trees/bytes.h"
+#include "tests/builder/allocations.h"
+
+static VkResult wait_for(struct ticket *ticket, uint64_t nanoseconds)
+{
+    struct submission *submission = (struct submission *)ticket;
+    submission->waited = nanoseconds;
+    return submission->end;
+}
+
+static void free_nothing(struct ticket *ticket)
+{
+    (void)ticket;
+}
+
+static uint64_t add_structure(struct world *world, uint64_t size)
+{
+    const struct cpu_structure_info info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                            .size = size,
+                                            .buffer_id = 1,
+                                            .buffer_size = size};
+    uint64_t handle;
+    GET(cpu_structures_add(world->device->structures, &info, &handle));
+    return handle;
+}
+
+static void build(struct world *world, uint64_t structure)
+{
+    static float corners[9 * TRIANGLES];
+    for (int i = 0; i < 9 * TRIANGLES; i++)
+        corners[i] = (float)(i * i % 31);
+    const VkAccelerationStructureGeometryKHR geometry = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
+        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+        .geometry.triangles =
+            {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+             .vertexData.hostAddress = corners,
+             .vertexStride = 12,
+             .maxVertex = 3 * TRIANGLES - 1,
+             .indexType = VK_INDEX_TYPE_NONE_KHR},
+    };
+    const VkAccelerationStructureBuildGeometryInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
+        .dstAccelerationStructure = (VkAccelerationStructureKHR)(uintptr_t)structure,
+        .geometryCount = 1,
+        .pGeometries = &geometry,
+    };
+    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = TRIANGLES};
+    GET(cpu_host_build(world->device, 0, 1, &info,
+                       (const VkAccelerationStructureBuildRangeInfoKHR *const[]){&range}));
+}
+
+struct world *open_world(void)
+{
+    static struct world world;
+    static const uint8_t uuid[VK_UUID_SIZE] = {7};
+    const VkBufferCreateInfo buffer = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+                                       .size = BUFFER_SIZE,
+                                       .usage = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT};
+    memset(&world, 0, sizeof(world));
+    world.allocations = allocations_now();
+    world.submission = (struct submission){{.wait = wait_for, .free = free_nothing}, VK_TIMEOUT, 0};
+    atomic_init(&world.submission.ticket.references, 1);
+    GET(cpu_device_create(uuid, &world.device));
+    GET(resources_create(&world.resources));
+    GET(cpu_playback_create(world.device, world.resources, &world.playback));
+    world.built = add_structure(&world, 1 << 16);
+    world.other = add_structure(&world, 1 << 16);
+    world.tiny = add_structure(&world, 256);
+    build(&world, world.built);
+    GET(cpu_query_pools_add(world.device->query_pools,
+                            VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR, QUERIES, &world.pool));
+    resources_add_buffer(world.resources, BUFFER, &buffer);
+    resources_add_memory(world.resources, (VkDeviceMemory)(uintptr_t)0x50, BUFFER_SIZE, 0, false);
+    resources_bind_buffer(world.resources, BUFFER, (VkDeviceMemory)(uintptr_t)0x50, 0, false);
+    resources_set_address(world.resources, BUFFER, BUFFER_ADDRESS);
+    return &world;
+}
+
+void close_world(struct world *world)
+{
+    assert_int_equal(cpu_playback_take_failed(world->playback), 0);
+    cpu_playback_destroy(world->playback);
+    cpu_device_destroy(world->device);
+    resources_destroy(world->resources);
+    assert_int_equal(world->submission.ticket.references, 1); /* nobody else holds it any more */
+    assert_int_equal(allocations_now(), world->allocations);
+}
+
+/* ---- recordings */
+
+struct recording *record(const struct recorded_item *items, size_t count)
+{
+    struct recording *recording = recording_create(&(struct recording_memory){0});
+    assert_non_null(recording);
+    for (size_t i = 0; i < count; i++)
+        assert_true(recording_add(recording, &items[i]));
+    return recording;
+}
+
+void play(struct world *world, struct recording *recording, uint64_t batch)
+{
+    struct execution *execution = execution_create(recording, &world->submission.ticket);
+    assert_non_null(execution);
+    cpu_playback_run(world->playback, execution, (struct timestamp){1, batch});
+    execution_release(execution);
+    recording_release(recording);
+}
+
+uint64_t *handles(uint64_t first, uint64_t second)
+{
+    uint64_t *list = malloc(2 * sizeof(*list));
+    assert_non_null(list);
+    list[0] = first;
+    list[1] = second;
+    return list;
+}
+
+uint64_t size_of(struct world *world, uint64_t structure)
+{
+    struct cpu_tree *tree = cpu_structures_tree(world->device->structures, structure);
+    const void *bytes = tree ? cpu_tree_read(tree) : NULL;
+    const uint64_t size = bytes ? bytes_size(bytes) : 0;
+    cpu_tree_release(tree);
+    return size;
+}
+
+static void note_write(void *user, struct ticket *ticket, VkBuffer buffer, const void *bytes,
+                       uint64_t size, const VkBufferCopy *regions, uint32_t region_count)
+{
+    struct world *world = user;
+    assert_ptr_equal(ticket, &world->submission.ticket);
+    assert_true(world->write_count < WRITES && size <= WRITTEN_MOST && region_count <= QUERIES);
+    struct write *write = &world->writes[world->write_count++];
+    write->buffer = buffer;
+    write->size = size;
+    write->region_count = region_count;
+    memcpy(write->bytes, bytes, size);
+    memcpy(write->regions, regions, region_count * sizeof(*regions));
+}
+
+void deliver(struct world *world, uint64_t seen)
+{
+    const struct execution_clock clock = {.queues = 2, .counts = {0, seen}};
+    cpu_playback_deliver(world->playback, &(struct cpu_delivery){&clock, note_write, world});
+}

@@ -1,0 +1,246 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Recordings that are played without a device: what structures and queries then hold, and what is
+ * written to buffers, and when. */
+#include <string.h>
+
+#include "playback_fixture.h"
+#include "src/cpu/trees/bytes.h"
+#include "tests/state/unit_test.h"
+
+#define TEST_OF_WORLD(name) TEST_WITH(name, struct world *world, open_world, close_world)
+
+/* ---- structures */
+
+TEST_OF_WORLD(copies_have_the_size_of_their_source)
+{
+    const uint64_t size = size_of(world, world->built);
+    assert_true(size > 256);
+    PLAY(world, {.kind = ITEM_CLONE, .dst = world->other, .src = world->built});
+    assert_int_equal(size_of(world, world->other), size);
+    PLAY(world, {.kind = ITEM_CLONE, .dst = world->other, .src = world->tiny}); /* not built */
+    assert_int_equal(size_of(world, world->other), 0);
+    PLAY(world, {.kind = ITEM_COMPACT, .dst = world->other, .src = world->built});
+    assert_true(size_of(world, world->other) > 0 && size_of(world, world->other) <= size);
+    PLAY(world, {.kind = ITEM_COMPACT, .dst = world->tiny, .src = world->built}); /* no room */
+    assert_int_equal(size_of(world, world->tiny), 0);
+    PLAY(world, {.kind = ITEM_CLONE, .dst = 12345, .src = world->built});
+    assert_int_equal(size_of(world, world->built), size);
+}
+
+TEST_OF_WORLD(secondaries_play_in_their_place)
+{
+    struct recording *first = record(
+        (const struct recorded_item[]){
+            {.kind = ITEM_CLONE, .dst = world->other, .src = world->built}},
+        1);
+    struct recording *second = record(
+        (const struct recorded_item[]){
+            {.kind = ITEM_CLONE, .dst = world->built, .src = world->tiny}},
+        1);
+    PLAY(world, {.kind = ITEM_EXECUTE, .secondary = first},
+         {.kind = ITEM_EXECUTE, .secondary = second});
+    assert_int_equal(size_of(world, world->built), 0);
+    assert_true(size_of(world, world->other) > 0);
+}
+
+/* ---- queries */
+
+static VkResult read_queries(struct world *world, uint32_t first, uint32_t count, void *data,
+                             size_t size, VkDeviceSize stride, VkQueryResultFlags flags)
+{
+    return cpu_query_pools_read(world->device->query_pools, world->pool, first, count, size, data,
+                                stride, flags);
+}
+
+static void write_queries(struct world *world, uint32_t first)
+{
+    PLAY(world, {.kind = ITEM_WRITE_QUERIES,
+                 .pool = world->pool,
+                 .first = first,
+                 .count = 2,
+                 .structures = handles(world->built, world->other)});
+}
+
+TEST_OF_WORLD(queries_are_read_when_their_submission_has_ended)
+{
+    const uint64_t size = size_of(world, world->built);
+    uint64_t values[QUERIES] = {1, 1, 1, 1};
+    write_queries(world, 1);
+    assert_int_equal(read_queries(world, 1, 1, values, 8, 8, VK_QUERY_RESULT_64_BIT), VK_NOT_READY);
+    assert_int_equal(world->submission.waited, 0);
+    assert_int_equal(values[0], 1);
+    world->submission.end = VK_SUCCESS;
+    assert_int_equal(
+        read_queries(world, 0, 4, values, 32, 8, VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
+        VK_NOT_READY); /* for the first and the last nobody waits */
+    assert_true(world->submission.waited == UINT64_MAX);
+    assert_int_equal(values[0], 1);
+    assert_int_equal(values[1], size);
+    assert_int_equal(values[2], 0); /* not built */
+    assert_int_equal(values[3], 1);
+    assert_int_equal(read_queries(world, 1, 2, values, 16, 8, VK_QUERY_RESULT_64_BIT), VK_SUCCESS);
+    assert_int_equal(values[0], size);
+    world->submission.end = VK_ERROR_DEVICE_LOST;
+    assert_int_equal(read_queries(world, 0, 2, values, 16, 8, 0), VK_ERROR_DEVICE_LOST);
+}
+
+TEST_OF_WORLD(queries_are_written_in_the_width_and_room_that_are_given)
+{
+    const uint64_t size = size_of(world, world->built);
+    uint32_t words[8];
+    write_queries(world, 0);
+    world->submission.end = VK_SUCCESS;
+    memset(words, 0xee, sizeof(words));
+    assert_int_equal(
+        read_queries(world, 0, 3, words, sizeof(words), 8, VK_QUERY_RESULT_WITH_AVAILABILITY_BIT),
+        VK_NOT_READY);
+    assert_memory_equal(
+        words, ((uint32_t[8]){(uint32_t)size, 1, 0, 1, 0xeeeeeeee, 0, 0xeeeeeeee, 0xeeeeeeee}),
+        sizeof(words));
+    assert_int_equal(
+        read_queries(world, 0, 4, words, sizeof(words), 8, VK_QUERY_RESULT_PARTIAL_BIT),
+        VK_NOT_READY);
+    assert_int_equal(words[4], 0);
+    memset(words, 0xee, sizeof(words));
+    read_queries(world, 0, 1, words, 4, 4, VK_QUERY_RESULT_64_BIT); /* no room for 8 bytes */
+    assert_int_equal(words[0], 0xeeeeeeee);
+    read_queries(world, 0, 1, words, 8, 4, VK_QUERY_RESULT_64_BIT);
+    assert_int_equal(words[1], 0);
+    memset(words, 0xee, sizeof(words));
+    read_queries(world, 0, 2, words, 4, 4, 0); /* room for the first */
+    assert_int_equal(words[0], size);
+    assert_int_equal(words[1], 0xeeeeeeee);
+    read_queries(world, 0, 1, words, sizeof(words), 16,
+                 VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
+    assert_int_equal(words[2], 1);
+    assert_int_equal(words[3], 0);
+}
+
+TEST_OF_WORLD(queries_beyond_the_pool_are_ignored)
+{
+    uint64_t value = 1;
+    world->submission.end = VK_SUCCESS;
+    write_queries(world, QUERIES - 1);
+    assert_int_equal(read_queries(world, QUERIES - 1, 2, &value, 8, 8, VK_QUERY_RESULT_64_BIT),
+                     VK_SUCCESS);
+    assert_int_equal(value, size_of(world, world->built));
+    PLAY(world, {.kind = ITEM_RESET_QUERIES, .pool = world->pool, .first = QUERIES, .count = 1});
+    assert_int_equal(read_queries(world, QUERIES - 1, 1, &value, 8, 8, 0), VK_SUCCESS);
+    PLAY(world, {.kind = ITEM_RESET_QUERIES, .pool = world->pool, .first = 1, .count = UINT32_MAX});
+    assert_int_equal(read_queries(world, QUERIES - 1, 1, &value, 8, 8, 0), VK_NOT_READY);
+}
+
+TEST(types_of_queries_are_known)
+{
+    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR));
+    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV));
+    assert_true(
+        cpu_query_type_is_known(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR));
+    assert_true(cpu_query_type_is_known(
+        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR));
+    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR));
+    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT));
+    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT));
+    assert_false(cpu_query_type_is_known(VK_QUERY_TYPE_OCCLUSION));
+    assert_false(cpu_query_type_is_known(VK_QUERY_TYPE_TIMESTAMP));
+}
+
+/* ---- what is written to buffers */
+
+static void copy_queries(struct world *world, uint32_t first, uint32_t count,
+                         VkQueryResultFlags flags, uint64_t batch)
+{
+    play(world,
+         record((const struct recorded_item[]){{.kind = ITEM_COPY_QUERIES,
+                                                .pool = world->pool,
+                                                .first = first,
+                                                .count = count,
+                                                .stride = 24,
+                                                .flags = flags,
+                                                .target = {BUFFER, 32, BUFFER_SIZE - 32, false}}},
+                1),
+         batch);
+}
+
+static void expect_region(const struct write *write, uint32_t i, uint64_t from, uint64_t to,
+                          uint64_t size)
+{
+    assert_int_equal(write->regions[i].srcOffset, from);
+    assert_int_equal(write->regions[i].dstOffset, to);
+    assert_int_equal(write->regions[i].size, size);
+}
+
+TEST_OF_WORLD(copies_of_queries_are_written_in_order_when_they_are_complete)
+{
+    const uint64_t size = size_of(world, world->built);
+    write_queries(world, 0);
+    copy_queries(world, 0, 3, VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT, 1);
+    copy_queries(world, 0, 9, VK_QUERY_RESULT_PARTIAL_BIT | VK_QUERY_RESULT_WAIT_BIT, 2);
+    copy_queries(world, 2, 1, 0, 3); /* not available: nothing to write */
+    PLAY(world, {.kind = ITEM_RESET_QUERIES, .pool = world->pool, .count = QUERIES}); /* too late */
+    assert_true(cpu_playback_has_results(world->playback));
+    deliver(world, 0);
+    assert_int_equal(world->submission.waited, 0);
+    deliver(world, 1);
+    assert_int_equal(world->submission.waited, TICKET_GRACE_NANOSECONDS); /* its end was seen */
+    assert_int_equal(world->write_count, 0);
+    world->submission.end = VK_SUCCESS;
+    deliver(world, 0);
+    assert_false(cpu_playback_has_results(world->playback));
+    assert_int_equal(world->write_count, 2);
+
+    const struct write *first = &world->writes[0], *second = &world->writes[1];
+    assert_ptr_equal(first->buffer, BUFFER);
+    assert_int_equal(first->region_count, 3);
+    expect_region(first, 0, 0, 32, 16);
+    expect_region(first, 1, 16, 32 + 24, 16);
+    expect_region(first, 2, 32 + 8, 32 + 48 + 8, 8); /* not available: no value */
+    assert_memory_equal(first->bytes, ((uint64_t[5]){size, 1, 0, 1}), 40);
+    assert_int_equal(second->region_count, QUERIES);
+    expect_region(second, 3, 48, 32 + 72, 4);
+    copy_queries(world, 0, 1, 0, 4); /* the list was emptied */
+    assert_true(cpu_playback_has_results(world->playback));
+}
+
+TEST_OF_WORLD(buffers_and_submissions_that_are_gone_are_not_written)
+{
+    write_queries(world, 0);
+    copy_queries(world, 0, 1, 0, 1);
+    cpu_playback_forget_buffer(world->playback, (VkBuffer)(uintptr_t)0x44);
+    copy_queries(world, 0, 1, 0, 1);
+    world->submission.end = VK_ERROR_DEVICE_LOST;
+    deliver(world, 1);
+    assert_false(cpu_playback_has_results(world->playback));
+    world->submission.end = VK_SUCCESS;
+    copy_queries(world, 0, 1, 0, 1);
+    cpu_playback_forget_buffer(world->playback, BUFFER);
+    deliver(world, 1);
+    assert_false(cpu_playback_has_results(world->playback));
+    assert_int_equal(world->write_count, 0);
+    copy_queries(world, 0, 1, 0, 1);
+    cpu_playback_forget_buffer(world->playback, (VkBuffer)(uintptr_t)0x44);
+    deliver(world, 1);
+    assert_int_equal(world->write_count, 1);
+}
+
+TEST_OF_WORLD(structures_are_serialized_where_they_fit)
+{
+    struct cpu_tree *tree = cpu_structures_tree(world->device->structures, world->built);
+    const uint64_t size = bytes_serialized_size(cpu_tree_read(tree));
+    cpu_tree_release(tree);
+    world->submission.end = VK_SUCCESS;
+    const uint64_t last = BUFFER_ADDRESS + BUFFER_SIZE - size;
+    PLAY(world, {.kind = ITEM_SERIALIZE, .src = world->built, .address = BUFFER_ADDRESS + 256},
+         {.kind = ITEM_SERIALIZE, .src = world->built, .address = last},
+         {.kind = ITEM_SERIALIZE, .src = world->built, .address = last + 1},
+         {.kind = ITEM_SERIALIZE, .src = world->built, .address = 0x900000},
+         {.kind = ITEM_SERIALIZE, .src = world->other, .address = BUFFER_ADDRESS});
+    deliver(world, 1);
+    assert_int_equal(world->write_count, 2);
+    expect_region(&world->writes[0], 0, 0, 256, size);
+    expect_region(&world->writes[1], 0, 0, BUFFER_SIZE - size, size);
+    assert_int_equal(world->writes[0].size, size);
+    assert_memory_equal(world->writes[0].bytes, &world->device->uuids,
+                        sizeof(struct builder_uuids));
+    assert_false(cpu_playback_has_results(world->playback));
+}

@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* khronos_test null|lavapipe: the layer above and below the Khronos validation layer. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "loader_test.h"
+
+#define KHRONOS_NAME "VK_LAYER_KHRONOS_validation"
+#define PRIMITIVE_COUNT_ID "VUID-vkCmdBuildAccelerationStructuresKHR-primitiveCount-03769"
+#define INFO_COUNT_ID "VUID-vkCmdBuildAccelerationStructuresKHR-infoCount-arraylength"
+
+static struct fixture fixture;
+
+static bool is_installed(void)
+{
+    static VkLayerProperties layers[64];
+    uint32_t count = 64;
+    const PFN_vkEnumerateInstanceLayerProperties enumerate =
+        (PFN_vkEnumerateInstanceLayerProperties)platform.get_instance_proc_addr(
+            NULL, "vkEnumerateInstanceLayerProperties");
+    setenv("VK_LAYER_PATH", SYSTEM_FOLDER, 1);
+    enumerate(&count, layers);
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(layers[i].layerName, KHRONOS_NAME) == 0)
+            return true;
+    return false;
+}
+
+/* The first layer is the nearest to the application. Loaders order them by the variable that
+ * enables them, or by the folders in which they find them. */
+static void open_fixture(const char *first, const char *second)
+{
+    static const struct setup by_environment = {.by_environment = true};
+    const bool is_above = strcmp(first, LAYER_NAME) == 0;
+    char layers[256], folders[1024];
+
+    snprintf(layers, sizeof(layers), "%s:%s", first, second);
+    snprintf(folders, sizeof(folders), "%s:%s", is_above ? EXPLICIT_FOLDER : SYSTEM_FOLDER,
+             is_above ? SYSTEM_FOLDER : EXPLICIT_FOLDER);
+    setenv("VK_INSTANCE_LAYERS", layers, 1);
+    setenv("VK_LAYER_PATH", folders, 1);
+    const char *missing = fixture_open(&fixture, &platform, &by_environment);
+    unsetenv("VK_INSTANCE_LAYERS");
+    if (missing)
+        fail_msg("%s", missing);
+    messages_clear(&fixture.messages);
+}
+
+/* Khronos layers of 2023 wrongly require a feature of ray tracing to ask for sizes. */
+static uint32_t count_messages(void)
+{
+    return fixture.messages.count -
+           messages_count(&fixture.messages,
+                          "VUID-vkGetAccelerationStructureBuildSizesKHR-rayTracingPipeline-03617",
+                          NULL);
+}
+
+static void expect_silence(void)
+{
+    if (count_messages() != 0)
+        for (uint32_t i = 0; i < messages_kept(&fixture.messages); i++)
+            print_error("%s: %s\n", fixture.messages.items[i].id, fixture.messages.items[i].text);
+    assert_int_equal(count_messages(), 0);
+}
+
+/* All messages have this id. One is of this layer, which alone has this text; the Khronos layer may
+ * say the same more than once. */
+static void expect_messages(const char *id, const char *own_text, bool both_know)
+{
+    const uint32_t count = messages_count(&fixture.messages, id, NULL);
+    assert_int_equal(count_messages(), count);
+    assert_int_equal(messages_count(&fixture.messages, id, own_text), 1);
+    if (both_know)
+        assert_true(count > 1);
+    else
+        assert_int_equal(count, 1);
+    messages_clear(&fixture.messages);
+}
+
+static void record_anew(struct scene *scene)
+{
+    scene_record_in_family(scene, fixture_find_family(&fixture, VK_QUEUE_COMPUTE_BIT, 0), 0);
+}
+
+/* The call is made: the messenger does not ask to skip it. So both layers get it. */
+static void make_mistake_that_both_know(struct scene *scene)
+{
+    const uint32_t count = scene->info_count;
+    record_anew(scene);
+    scene->info_count = 0;
+    scene_call(scene);
+    scene->info_count = count;
+}
+
+/* An update of two triangles' structure with one triangle, in a command buffer of its own: what it
+ * was built with is known when it is submitted. */
+static void make_mistake_that_one_knows(struct scene *scene)
+{
+    scene->ranges[REFIT][0].primitiveCount--;
+    record_anew(scene);
+    scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[REFIT],
+                                                 &scene->ranges_argument[REFIT]);
+}
+
+static void validate(const char *first, const char *second)
+{
+    open_fixture(first, second);
+    struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
+    scene_call(scene);
+    assert_int_equal(scene_submit_call(scene), VK_SUCCESS);
+    expect_silence();
+
+    make_mistake_that_both_know(scene);
+    expect_messages(INFO_COUNT_ID, "infoCount is 0", true);
+
+    make_mistake_that_one_knows(scene);
+    expect_silence();
+    fixture.messages.answer = VK_TRUE;
+    assert_int_equal(scene_submit_call(scene), VK_ERROR_VALIDATION_FAILED_EXT);
+    expect_messages(PRIMITIVE_COUNT_ID, "primitiveCount", false);
+    fixture.messages.answer = VK_FALSE;
+
+    scene_close(scene);
+    expect_silence();
+    fixture_close(&fixture);
+}
+
+static void test_above_the_khronos_layer(void **state)
+{
+    validate(LAYER_NAME, KHRONOS_NAME);
+}
+
+static void test_below_the_khronos_layer(void **state)
+{
+    validate(KHRONOS_NAME, LAYER_NAME);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_above_the_khronos_layer),
+        cmocka_unit_test(test_below_the_khronos_layer),
+    };
+    const int unusable = platform_of_arguments(argc, argv);
+    if (unusable != 0)
+        return unusable;
+    if (!is_installed()) {
+        printf("skipped: %s is not installed\n", KHRONOS_NAME);
+        return 77;
+    }
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

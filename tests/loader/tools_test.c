@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* tools_test null|lavapipe: vkGetPhysicalDeviceToolProperties lists the layer. The null driver
+ * lacks the command. */
+#include <string.h>
+
+#include "loader_test.h"
+
+enum { TOOLS_MAX = 8 };
+
+static void check_tool(const VkPhysicalDeviceToolProperties *tool, const void *chain)
+{
+    assert_int_equal(tool->sType, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_TOOL_PROPERTIES);
+    assert_ptr_equal(tool->pNext, chain);
+    assert_string_equal(tool->name, "Assay");
+    assert_string_equal(tool->layer, LAYER_NAME);
+    assert_true(tool->purposes & VK_TOOL_PURPOSE_VALIDATION_BIT);
+    assert_int_not_equal(tool->version[0], '\0');
+    assert_int_not_equal(tool->description[0], '\0');
+}
+
+static void check_list(VkPhysicalDevice physical_device, PFN_vkGetPhysicalDeviceToolProperties get)
+{
+    VkPhysicalDeviceToolProperties tools[TOOLS_MAX];
+    VkBaseOutStructure chained = {0};
+    uint32_t count = 77;
+    assert_int_equal(get(physical_device, &count, NULL), VK_SUCCESS);
+    assert_in_range(count, 1, TOOLS_MAX);
+    const uint32_t all = count;
+    for (uint32_t room = 0; room < TOOLS_MAX; room++) {
+        memset(tools, 0xee, sizeof(tools));
+        for (uint32_t i = 0; i < TOOLS_MAX; i++) {
+            tools[i].sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_TOOL_PROPERTIES;
+            tools[i].pNext = i == 0 ? &chained : NULL;
+        }
+        count = room;
+        assert_int_equal(get(physical_device, &count, tools),
+                         room < all ? VK_INCOMPLETE : VK_SUCCESS);
+        assert_int_equal(count, room < all ? room : all);
+        if (room)
+            check_tool(&tools[0], &chained);
+        assert_int_equal((unsigned char)tools[count].name[0], 0xee);
+    }
+}
+
+static void test_the_layer_is_listed(void **state)
+{
+    static struct fixture fixture;
+    const struct setup setup = {0};
+    assert_null(fixture_open(&fixture, &platform, &setup));
+    const PFN_vkGetInstanceProcAddr proc_addr = platform.get_instance_proc_addr;
+    static const char *const names[] = {"vkGetPhysicalDeviceToolProperties",
+                                        "vkGetPhysicalDeviceToolPropertiesEXT"};
+    for (size_t i = 0; i < LENGTH(names); i++) {
+        const PFN_vkGetPhysicalDeviceToolProperties get =
+            (PFN_vkGetPhysicalDeviceToolProperties)proc_addr(fixture.instance, names[i]);
+        assert_non_null(get);
+        check_list(fixture.physical_device, get);
+    }
+    fixture_close(&fixture);
+}
+
+int main(int argc, char **argv)
+{
+    const int missing = platform_of_arguments(argc, argv);
+    if (missing)
+        return missing;
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_the_layer_is_listed)};
+    return cmocka_run_group_tests_name("tools", tests, NULL, NULL);
+}

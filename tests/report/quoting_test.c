@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests that text from outside the layer, such as a debug name, can't break a message over lines.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "hearing.h"
+#include "src/base/text_buffer.h"
+#include "src/report/message.h"
+#include "src/state/commands/object_names.h"
+
+static const char *quote(const char *quoted, size_t size)
+{
+    static char line[4096];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append_quoted(&text, quoted, size);
+    return line;
+}
+
+static void test_escape_sequences(void **state)
+{
+    static const struct {
+        const char *text, *expected;
+    } cases[] = {
+        {"", "\"\""},
+        {"mesh 3", "\"mesh 3\""},
+        {"\xc3\xa9t\xc3\xa9 \xe2\x82\xac \xf0\x9f\x90\xb0", /* été, the euro sign, a rabbit */
+         "\"\xc3\xa9t\xc3\xa9 \xe2\x82\xac \xf0\x9f\x90\xb0\""},
+        {"a\"b\\c", "\"a\\\"b\\\\c\""},
+        {"a\nb\rc\td", "\"a\\nb\\rc\\td\""},
+        {"\x1b[31m\x01\x7f", "\"\\x1b[31m\\x01\\x7f\""},
+        {"\xc2\x85\xe2\x80\xa8\xe2\x80\xae", "\"\\u0085\\u2028\\u202e\""},
+        {"\xff\x80", "\"\\xff\\x80\""},                   /* no first byte of a character */
+        {"\xc3", "\"\\xc3\""},                            /* cut */
+        {"\xe2\x82x", "\"\\xe2\\x82x\""},                 /* cut, too */
+        {"\xc0\x8a", "\"\\xc0\\x8a\""},                   /* a line feed in two bytes */
+        {"\xe0\x80\x8a", "\"\\xe0\\x80\\x8a\""},          /* in three */
+        {"\xed\xa0\x80", "\"\\xed\\xa0\\x80\""},          /* half of a surrogate pair */
+        {"\xf4\x90\x80\x80", "\"\\xf4\\x90\\x80\\x80\""}, /* beyond U+10FFFF */
+    };
+    for (size_t i = 0; i < LENGTH(cases); i++)
+        assert_string_equal(quote(cases[i].text, 100), cases[i].expected);
+}
+
+static void test_cuts(void **state)
+{
+    assert_string_equal(quote("abc", 3), "\"abc\"");
+    assert_string_equal(quote("abc", 2), "\"ab\"");
+    assert_string_equal(quote("a\xc3\xa9", 2), "\"a\"");
+    assert_string_equal(quote("a\xc3\xa9", 3), "\"a\xc3\xa9\"");
+    assert_string_equal(quote("abc", 0), "\"\"");
+    assert_int_equal(text_cut_length("\x80\x80\x80\x80\x80\x80", 5), 5);
+    assert_int_equal(text_cut_length("\xf0\x9f\x90\xb0", 3), 0);
+}
+
+static unsigned count_lines(const char *text)
+{
+    unsigned count = 0;
+    for (; *text; text++)
+        count += *text == '\n';
+    return count;
+}
+
+#define NASTY "a\"]\nValidation Error: [ VUID-fake ]\x1b[2J\xff"
+#define NASTY_QUOTED "\"a\\\"]\\nValidation Error: [ VUID-fake ]\\x1b[2J\\xff\""
+
+static void test_names_and_labels_stay_on_one_line(void **state)
+{
+    static struct message message;
+    struct object_names *names;
+    struct label_stack labels = {0};
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
+    struct finding finding;
+    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    object_names_set(names, VK_OBJECT_TYPE_COMMAND_BUFFER, 0xc0, NASTY);
+    object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, NASTY);
+    label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = NASTY});
+    const struct call_origin origin = {
+        .command_buffer = (VkCommandBuffer)(uintptr_t)0xc0, .names = names, .labels = &labels};
+    finding_says(&finding, "a", "is {}", object(VK_OBJECT_TYPE_BUFFER, 0xb));
+    message_of_finding(&message, SENT_VUID, &location, &origin, &finding,
+                       &(struct message_style){0});
+
+    assert_int_equal(count_lines(message.text), 1); /* before the specification's sentence */
+    assert_non_null(strstr(message.text, "VkBuffer 0xb[" NASTY_QUOTED "]."));
+    assert_non_null(strstr(message.text, "VkCommandBuffer 0xc0[" NASTY_QUOTED "]"));
+    assert_non_null(strstr(message.text, "labels " NASTY_QUOTED "."));
+    /* The application gets its own names as they are. */
+    assert_string_equal(message.objects[1].pObjectName, NASTY);
+    assert_string_equal(message.labels[0].pLabelName, NASTY);
+
+    char *log = NULL;
+    size_t size;
+    FILE *file = open_memstream(&log, &size);
+    message_write(&message, file);
+    fclose(file);
+    assert_int_equal(count_lines(log), 6);
+    assert_non_null(strstr(log, "        [1] VkBuffer 0xb[" NASTY_QUOTED "]\n"));
+    free(log);
+    label_stack_clear(&labels);
+    object_names_destroy(names);
+}
+
+/* Escape sequences are longer than what they stand for. */
+static void test_the_longest_name_fits_a_line_of_the_log(void **state)
+{
+    static struct message message;
+    char name[MESSAGE_NAME_SIZE];
+    struct object_names *names;
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
+    struct finding finding;
+    memset(name, 1, sizeof(name) - 1);
+    name[sizeof(name) - 1] = '\0';
+    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, name);
+    const struct call_origin origin = {.names = names};
+    finding_says(&finding, "a", "is {}", object(VK_OBJECT_TYPE_BUFFER, 0xb));
+    message_of_finding(&message, SENT_VUID, &location, &origin, &finding,
+                       &(struct message_style){0});
+    char *log = NULL;
+    size_t size;
+    FILE *file = open_memstream(&log, &size);
+    message_write(&message, file);
+    fclose(file);
+    assert_string_equal(log + size - 7, "\\x01\"]\n");
+    free(log);
+    object_names_destroy(names);
+}
+
+/* Warnings about settings quote what the user wrote. */
+static void test_settings_stay_on_one_line(void **state)
+{
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "state\"\n\x1b[2J\xff", 1);
+    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "/nonexistent/" NASTY, 1);
+    setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", "0\n1", 1);
+    capture_begin(STDERR_FILENO);
+    struct reporter *reporter = reporter_of(NULL);
+    const char *log = capture_end();
+    assert_int_equal(count_lines(log), 6); /* three headings, three lines */
+    assert_non_null(strstr(log, "assay_validation.level: \"state\\\"\\n\\x1b[2J\\xff\" "));
+    assert_non_null(strstr(log, "\"/nonexistent/a\\\"]\\nValidation Error: "));
+    assert_non_null(strstr(log, "message_id_filter: \"0\\n1\" "));
+    reporter_destroy(reporter);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_escape_sequences),
+        cmocka_unit_test(test_cuts),
+        cmocka_unit_test(test_names_and_labels_stay_on_one_line),
+        cmocka_unit_test(test_the_longest_name_fits_a_line_of_the_log),
+        cmocka_unit_test_setup(test_settings_stay_on_one_line, surrounding_set_up),
+    };
+    return cmocka_run_group_tests_name("quoting", tests, NULL, surrounding_remove);
+}

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Checks the wording of messages, and mutes rules to see those that their messages name. */
+#include "wording.h"
+
+#include <ctype.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- hints */
+
+static const char *hint_of(const char *id)
+{
+    for (int vuid = VUID_NONE + 1; vuid < MESSAGE_ID_COUNT; vuid++)
+        if (vuid != VUID_COUNT && strcmp(vuid_texts[vuid].id, id) == 0)
+            return rule_infos[rule_of_vuid((enum vuid)vuid)].hint;
+    return NULL;
+}
+
+static bool has_its_hint(const struct message *message, struct report *report)
+{
+    const char *hint = hint_of(message->id);
+    if (hint == NULL || strstr(message->text, hint) != NULL)
+        return true;
+    judge_say(report, "the message of %s lacks its hint: %s\n", message->id, hint);
+    return false;
+}
+
+/* ---- counts */
+
+/* Whether `at` begins a number of one digit, 1, and is followed by a plural. */
+static bool is_one_of_many(const char *text, const char *at)
+{
+    static const char *const plurals[] = {"bytes",   "triangles", "AABBs",      "vertices",
+                                          "indices", "elements",  "geometries", "pointers",
+                                          "times",   "rays"};
+    if (at != text && (isalnum((unsigned char)at[-1]) || at[-1] == '.' || at[-1] == '-'))
+        return false;
+    for (size_t i = 0; i < sizeof(plurals) / sizeof(plurals[0]); i++)
+        if (strncmp(at + 2, plurals[i], strlen(plurals[i])) == 0)
+            return true;
+    return false;
+}
+
+/* The sentence of the specification is not the layer's. */
+static bool counts_agree(const struct message *message, struct report *report)
+{
+    const char *end = strstr(message->text, "\nThe Vulkan spec states");
+    for (const char *at = message->text; (at = strstr(at, "1 ")) != NULL; at++) {
+        if (end != NULL && at > end)
+            return true;
+        if (is_one_of_many(message->text, at)) {
+            judge_say(report, "a count of %s does not agree: %.40s\n", message->id, at);
+            return false;
+        }
+    }
+    return true;
+}
+
+/* ---- other ids of the same mistake */
+
+static bool names_no_id_twice(const struct message *message, struct report *report)
+{
+    const char *also = strstr(message->text, " (also ");
+    const char *end = strstr(message->text, "\nThe Vulkan spec states");
+    const char *own = also != NULL ? strstr(also, message->id) : NULL;
+    if (own == NULL || (end != NULL && own > end))
+        return true;
+    judge_say(report, "the message of %s names its own id\n", message->id);
+    return false;
+}
+
+static bool names_the_others(const struct play *play, const struct fixture *fixture,
+                             struct report *report)
+{
+    const struct test_case *test_case = play->test_case;
+    if (test_case->silent || test_case->name_count == 0 ||
+        !judge_expects(play, test_case->rules[0]))
+        return true;
+    const char *id = rule_id(test_case->rules[0], play->command);
+    for (uint32_t i = 0; i < test_case->name_count; i++) {
+        const char *other = rule_id(test_case->names[i], play->command);
+        if (other == NULL || messages_count(&fixture->messages, id, other) > 0)
+            continue;
+        judge_say(report, "no message of %s names %s\n", id, other);
+        return false;
+    }
+    return true;
+}
+
+bool wording_is_good(const struct play *play, const struct fixture *fixture, struct report *report)
+{
+    bool good = names_the_others(play, fixture, report);
+    for (uint32_t i = 0; i < messages_kept(&fixture->messages); i++)
+        good = has_its_hint(&fixture->messages.items[i], report) &&
+               counts_agree(&fixture->messages.items[i], report) &&
+               names_no_id_twice(&fixture->messages.items[i], report) && good;
+    return good;
+}
+
+bool wording_mute(const struct play *play, struct muted_play *muted)
+{
+    const struct test_case *test_case = play->test_case;
+    const char *id = test_case->rule_count ? rule_id(test_case->rules[0], play->command) : NULL;
+    uint32_t count = 0;
+    if (test_case->silent || id == NULL || judge_is_refused(play))
+        return false;
+    for (uint32_t i = 0; i < test_case->name_count; i++)
+        if (rule_id(test_case->names[i], play->command) != NULL)
+            muted->rules[count++] = test_case->names[i];
+    if (count == 0)
+        return false;
+    for (uint32_t i = 1; i < test_case->rule_count; i++)
+        muted->rules[count++] = test_case->rules[i];
+
+    muted->setup = *judge_setup(test_case->setup);
+    muted->setup.muted = id;
+    snprintf(muted->name, sizeof(muted->name), "%s+muted", test_case->name);
+    muted->test_case = *test_case;
+    muted->test_case.name = muted->name;
+    muted->test_case.setup = &muted->setup;
+    muted->test_case.rules = muted->rules;
+    muted->test_case.rule_count = count;
+    muted->test_case.name_count = 0;
+    muted->test_case.count = 0;
+    muted->play = *play;
+    muted->play.test_case = &muted->test_case;
+    return true;
+}

@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The settings in the manifests are those of the layer: the same keys, defaults and choices."""
+
+import json
+import pathlib
+import re
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+KEY = re.compile(r'^    \{"(\w+)",\s+(\w+),\s+"[^"]*",\s+"([^"]*)"\},$', re.M)
+
+
+def flatten(settings):
+    for setting in settings:
+        yield setting
+        yield from flatten(setting.get("settings", []))
+
+
+class Settings(unittest.TestCase):
+    def setUp(self):
+        features = json.loads((ROOT / "json" / "features.json").read_text(encoding="utf-8"))
+        self.presets = features["presets"]
+        self.settings = {setting["key"]: setting for setting in flatten(features["settings"])}
+        self.source = (ROOT / "src" / "report" / "settings.c").read_text(encoding="utf-8")
+        self.keys = {key: default for key, _, default in KEY.findall(self.source)}
+
+    def test_keys(self):
+        self.assertGreater(len(self.keys), 10)
+        self.assertEqual(sorted(self.keys), sorted(self.settings))
+
+    def test_names_in_the_environment(self):
+        for key, setting in self.settings.items():
+            self.assertEqual(setting["env"], "VK_ASSAY_VALIDATION_" + key.upper())
+
+    def test_defaults(self):
+        for key, setting in self.settings.items():
+            default = setting["default"]
+            text = ",".join(default) if isinstance(default, list) else str(default)
+            text = text.replace("VK_DBG_LAYER_ACTION_", "").lower() or "none"
+            self.assertEqual(text, self.keys[key], key)
+
+    def test_choices(self):
+        words = set(re.findall(r'\{"([\w]+)", \w+\}', self.source))
+        for setting in self.settings.values():
+            for flag in setting.get("flags", []):
+                self.assertIn(flag["key"], words)
+
+    def test_presets(self):
+        for preset in self.presets:
+            for chosen in preset["settings"]:
+                flags = [flag["key"] for flag in self.settings[chosen["key"]]["flags"]]
+                self.assertIn(chosen["value"], flags)
+
+    def test_sentences(self):
+        for setting in self.settings.values():
+            for part in [setting, *setting.get("flags", [])]:
+                self.assertRegex(part["description"], r"^[A-Z].*\.$|none\.$")
+
+
+if __name__ == "__main__":
+    unittest.main()
