@@ -8,6 +8,9 @@ import fnmatch
 import pathlib
 
 
+MOST_PARTS = 32  # of the labels around a finding
+
+
 class BaselineFailure(Exception):
     """A baseline that cannot be read; the text says which line and why."""
 
@@ -25,22 +28,28 @@ class Entry:
 
 
 def names_of(finding):
-    """Returns the debug names and labels of a finding."""
+    """Returns the debug names and labels of a finding. Labels may have :: within, as names of C++
+    have, so all that may be one label are returned."""
     names = [item["name"] for item in finding.get("Objects", []) if item.get("name")]
-    return names + [label for label in finding.get("DebugRegion", "").split("::") if label]
+    parts = finding.get("DebugRegion", "").split("::")
+    if len(parts) > MOST_PARTS:
+        parts = parts[:MOST_PARTS]
+    return names + ["::".join(parts[first:last]) for first in range(len(parts))
+                    for last in range(first + 1, len(parts) + 1) if parts[first:last] != [""]]
 
 
 def read_baseline(path):
     entries = []
     try:
-        lines = pathlib.Path(path).read_text(encoding="utf-8").splitlines()
+        lines = pathlib.Path(path).read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise BaselineFailure(f"{path}: {error}") from error
     for number, line in enumerate(lines, 1):
         text = line.split("#", 1)[0].strip()
         if not text:
             continue
-        if any(character.isspace() for character in text.partition("@")[0]):
+        name, at, glob = text.partition("@")
+        if not name or any(character.isspace() for character in name) or (at and not glob):
             raise BaselineFailure(f"{path}:{number}: not an id, nor ID@GLOB: {text}")
         entries.append(Entry(text, path, number))
     return entries
@@ -65,7 +74,8 @@ def baseline_line(finding):
     """Returns the narrowest line that matches a finding in the next run, too: handles change from run
     to run, debug names do not. A # in a name would begin a comment."""
     names = names_of(finding)
-    name = names[0] if names else ""
+    is_one = any(item.get("name") for item in finding.get("Objects", [])) or len(names) == 1
+    name = names[0] if names and is_one else ""  # several labels, or one with :: within?
     if not name or not name.isprintable() or "#" in name or name != name.strip():
         return finding["VUID"]
     return f"{finding['VUID']}@{quote_glob(name)}"

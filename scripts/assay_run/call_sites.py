@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Resolves call sites, which the layer reports as module and offset, to functions and lines."""
 
+import os
+import re
 import shutil
 import subprocess
+
+DISCRIMINATOR = re.compile(r" \(discriminator \d+\)$")
 
 
 def unresolved_frames(findings):
@@ -21,17 +25,19 @@ def before_call(offset):
 
 def resolve_module(module, offsets):
     """Returns (function, file, line) by offset; offsets without debug information are left out."""
-    command = ["addr2line", "--functions", "--demangle", f"--exe={module}",
-               *map(before_call, offsets)]
+    command = ["addr2line", "--functions", "--demangle", f"--exe={module}"]
+    # Debug information that a server would have to send could take minutes.
+    environment = {key: value for key, value in os.environ.items() if key != "DEBUGINFOD_URLS"}
     try:
-        run = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True,
-                             errors="replace")
+        run = subprocess.run(command, input="\n".join(map(before_call, offsets)) + "\n",
+                             stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment,
+                             timeout=120, check=True, encoding="utf-8", errors="replace")
     except (OSError, subprocess.SubprocessError):
         return {}
     lines = run.stdout.splitlines()
     places = {}
     for offset, function, place in zip(offsets, lines[::2], lines[1::2]):
-        file, _, line = place.partition(" (")[0].rpartition(":")
+        file, _, line = DISCRIMINATOR.sub("", place).rpartition(":")
         if function != "??" or file != "??":
             places[offset] = (function, None if file == "??" else file,
                               int(line) if line.isdigit() else 0)

@@ -2,6 +2,7 @@
 """The command line of assay-run."""
 
 import argparse
+import os
 
 DESCRIPTION = """\
 Runs an application with the Assay validation layer enabled, in it and in its child processes. Then
@@ -12,6 +13,7 @@ exit status:
   the application's own   there is no finding
   99 (--error-exitcode)   there are findings that the baseline does not have
   98                      the layer was not loaded in any process
+  97                      a record is damaged (is the disk full?), so that findings may be missing
   2                       wrong arguments, or an unreadable baseline or record
   126, 127                the application cannot be started, or is not found
   If a signal ends the application, assay-run ends itself with the same signal. Findings before it are
@@ -31,13 +33,21 @@ def setting(text):
     key, separator, value = text.partition("=")
     if not separator or not key.replace("_", "").isalnum():
         raise argparse.ArgumentTypeError(f"not KEY=VALUE: {text}")
+    if key.lower() in ("log_format", "log_filename"):
+        raise argparse.ArgumentTypeError(f"assay-run sets {key.lower()} itself; see --record")
     return key.lower(), value
 
 
 def exitcode(text):
-    if not text.isdigit() or not 1 <= int(text) <= 125:
+    if not text.isdecimal() or not 1 <= int(text) <= 125:
         raise argparse.ArgumentTypeError("not a number from 1 to 125")
     return int(text)
+
+
+def is_writable(path):
+    """A mistake in the name of a report should not cost a run."""
+    folder = os.path.dirname(path) or "."
+    return os.access(path if os.path.exists(path) else folder, os.W_OK) and not os.path.isdir(path)
 
 
 def make_parser():
@@ -91,4 +101,10 @@ def parse_arguments(words):
         parser.error("name an application after --, or records after --merge")
     if arguments.strict_baseline and not arguments.baseline:
         parser.error("--strict-baseline needs --baseline")
+    if arguments.write_baseline and arguments.strict_baseline:
+        parser.error("--strict-baseline has no meaning with --write-baseline")
+    for name in ("junit", "sarif", "json", "html", "write_baseline"):
+        path = getattr(arguments, name)
+        if path and not is_writable(path):
+            parser.error(f"--{name.replace('_', '-')}: {path} cannot be written")
     return arguments

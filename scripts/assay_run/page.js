@@ -18,10 +18,10 @@ function plural(count, noun, nouns = noun + "s") {
 /* ---- head ---- */
 
 function showHead() {
-  const bad = data.new.length > 0 || !data.loaded;
+  const bad = data.new.length > 0 || data.mistakes.length > 0;
   get("version").textContent = data.version;
-  get("verdict").textContent = !data.loaded ? "The layer was not loaded."
-    : data.new.length === 0 ? "No findings." : `${plural(data.new.length, "finding")}.`;
+  const count = data.new.length === 0 ? "No findings" : plural(data.new.length, "finding");
+  get("verdict").textContent = [count, ...data.mistakes].join("; ") + ".";
   get("verdict").className = bad ? "bad" : "good";
   const settings = Object.entries(data.settings).map(([key, value]) => `${key} = ${value}`);
   get("run").textContent = [data.command, plural(data.processes, "process", "processes"),
@@ -60,7 +60,7 @@ function groupElement(id, findings) {
   const { spec, url } = findings[0];
   if (spec || url) {
     const quote = element("p", spec, "specification");
-    if (url) {
+    if (url && url.startsWith("https://")) {
       const link = element("a", "specification");
       link.href = url;
       quote.append(" ", link);
@@ -102,21 +102,23 @@ function readBuilds() {
     [member, Array.isArray(row[i]) ? words[row[i][0]] : row[i]])));
 }
 
-/* The submissions of each queue in their order, with their builds and findings. */
+/* The submissions of each queue in their order, with their builds and findings. Handles may be the same
+   in several processes. */
 function submissionsByQueue(builds) {
   const queues = new Map();
-  const submission = (queue, number) => {
-    if (!queues.has(queue)) queues.set(queue, new Map());
-    const submissions = queues.get(queue);
+  const submission = ({ queue, pid, submission: number }) => {
+    const title = data.processes > 1 ? `Queue ${queue}, process ${pid}` : `Queue ${queue}`;
+    if (!queues.has(title)) queues.set(title, new Map());
+    const submissions = queues.get(title);
     if (!submissions.has(number)) submissions.set(number, { number, builds: 0, findings: 0 });
     return submissions.get(number);
   };
   for (const build of builds)
     if (build.queue && build.submission !== null)
-      submission(build.queue, build.submission).builds += build.Type === "Submission" ? 0 : 1;
+      submission(build).builds += build.Type === "Submission" ? 0 : 1;
   for (const finding of data.new)
     if (finding.queue && finding.submission !== null && finding.submission !== undefined)
-      submission(finding.queue, finding.submission).findings++;
+      submission(finding).findings++;
   return queues;
 }
 
@@ -142,7 +144,7 @@ function describe(column) {
 function showTimeline(builds) {
   const queues = submissionsByQueue(builds);
   get("timeline-section").hidden = queues.size === 0;
-  for (const [queue, submissions] of queues) {
+  for (const [title, submissions] of queues) {
     const columns = columnsOf(submissions);
     const most = Math.max(1, ...columns.map(column => column.builds));
     const bars = element("div", undefined, "columns");
@@ -158,7 +160,7 @@ function showTimeline(builds) {
       bars.append(bar);
     }
     const part = element("div", undefined, "queue");
-    part.append(element("h3", `Queue ${queue}`), bars);
+    part.append(element("h3", title), bars);
     get("timeline").append(part);
   }
 }
@@ -169,7 +171,7 @@ function structuresOf(builds) {
   const structures = new Map();
   for (const build of builds) {
     if (!build.dst) continue;
-    const key = `${build.device} ${build.dst}`;
+    const key = `${build.pid} ${build.device} ${build.dst}`;
     if (!structures.has(key))
       structures.set(key, { name: build.dst_name || "", handle: build.dst, by: "", chain: [], updates: 0 });
     const one = structures.get(key);
@@ -229,9 +231,10 @@ function showStructures(builds) {
 }
 
 function showNotes() {
-  const notes = [...data.warnings, ...data.unchecked.map(reason => `Not checked: ${reason}`)];
+  const notes = [...data.warnings, ...data.unchecked.map(reason => `Not checked: ${reason}`),
+    ...data.unused.map(line => `This line of the baseline matches no finding any more: ${line}`)];
   get("notes-section").hidden = notes.length === 0;
-  for (const note of new Set(notes)) get("notes").append(element("li", note));
+  for (const note of notes) get("notes").append(element("li", note));
 }
 
 const builds = readBuilds();

@@ -4,13 +4,16 @@
 import html
 import json
 import pathlib
+import re
+
+from .verdict import describe_exit, mistake_lines
 
 HERE = pathlib.Path(__file__).resolve().parent
 
 # The columns of a build in the page's data. The record's lines name each member; for thousands of
 # builds the names would take most of the page.
 BUILD_MEMBERS = ("Type", "queue", "submission", "mode", "type", "dst", "dst_name", "src", "primitives",
-                 "size", "compacted_size", "command_buffer", "build", "device", "memory")
+                 "size", "compacted_size", "command_buffer", "build", "device", "memory", "pid")
 
 
 def finding_data(finding):
@@ -48,15 +51,19 @@ def page_data(verdict, command):
     record = verdict.record
     header = record.headers[0] if record.headers else {}
     return {"command": " ".join(command) if command else "merged records",
-            "loaded": verdict.is_loaded, "processes": len(record.pids()),
+            "mistakes": mistake_lines(verdict) +
+                        ([describe_exit(verdict.status)] if verdict.status else []),
+            "processes": len(record.processes),
             "version": header.get("LayerVersion", ""), "settings": header.get("Settings", {}),
             "drivers": sorted({device.get("Driver", "") for device in record.devices}),
             "new": list(map(finding_data, verdict.new)),
             "known": list(map(finding_data, verdict.known)),
-            "warnings": [line["MainMessage"] for line in record.warnings()],
+            "warnings": list(dict.fromkeys(line["MainMessage"] for line in record.warnings())),
             "heldBack": dict(record.held_back()),
-            "unchecked": [reason for summary in record.summaries
-                          for reason in summary.get("Unchecked", [])],
+            "unchecked": list(dict.fromkeys(reason for summary in record.summaries
+                                            for reason in summary.get("Unchecked", []))),
+            "unused": [f"{entry.text} ({entry.path}:{entry.line})"
+                       for entry in verdict.unused_entries],
             "builds": build_data(record.builds)}
 
 
@@ -67,7 +74,6 @@ def write_page(path, verdict, command):
              "script": (HERE / "page.js").read_text(encoding="utf-8"),
              # Nothing within a script may look like its end.
              "data": data.replace("<", "\\u003c").replace("\u2028", "\\u2028")}
-    text = (HERE / "page.html").read_text(encoding="utf-8")
-    for name, part in parts.items():
-        text = text.replace("{{" + name + "}}", part, 1)
+    template = (HERE / "page.html").read_text(encoding="utf-8")
+    text = re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match.group(1)], template)
     pathlib.Path(path).write_text(text, encoding="utf-8")

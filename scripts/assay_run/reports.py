@@ -4,8 +4,13 @@
 import hashlib
 import json
 import os
+import pathlib
 import re
+import shlex
+import urllib.parse
 import xml.etree.ElementTree as ElementTree
+
+from .verdict import describe_exit, mistake_lines
 
 # XML 1.0 allows no other control characters, escaped or not.
 NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -40,49 +45,63 @@ def by_id(findings):
     return groups
 
 
-def write_junit(path, verdict, name):
-    """One test case an id: failed if it is new, skipped if the baseline has it. The first test case
-    says whether the layer was loaded, so that a report is never empty."""
+def junit_cases(verdict):
+    """Returns the test cases as (name, kind, attributes, text); kind is None if it passed.
+
+    One is for the run as a whole, so that a report is never empty; then one for each id."""
     new, known = by_id(verdict.new), by_id(verdict.known)
-    known = {key: value for key, value in known.items() if key not in new}
-    errors = 0 if verdict.is_loaded else 1
+    mistakes = mistake_lines(verdict)
+    if verdict.status:
+        mistakes.append(describe_exit(verdict.status))
+    yield ("the run", "error" if mistakes else None,
+           {"type": "run", "message": "; ".join(mistakes)}, "\n".join(mistakes))
+    for name, findings in sorted(new.items()):
+        yield (name, "failure",
+               {"type": findings[0]["Severity"], "message": findings[0]["MainMessage"]},
+               "\n\n".join(map(full_text, findings)))
+    for name, findings in sorted(known.items()):
+        if name not in new:
+            yield name, "skipped", {"message": f"in the baseline, {len(findings)} times"}, ""
+    if verdict.is_strict:
+        for entry in verdict.unused_entries:
+            yield (f"baseline line {entry.line}", "failure",
+                   {"type": "baseline", "message": "matches no finding any more"}, entry.text)
+
+
+def write_junit(path, verdict, name):
+    cases = list(junit_cases(verdict))
+    kinds = [kind for _, kind, _, _ in cases]
     root = ElementTree.Element("testsuites")
-    suite = ElementTree.SubElement(root, "testsuite", name=xml_text(f"assay: {name}"),
-                                   tests=str(1 + len(new) + len(known)), failures=str(len(new)),
-                                   errors=str(errors), skipped=str(len(known)), time="0")
-
-    def add_case(title):
-        return ElementTree.SubElement(suite, "testcase", classname="assay", name=title, time="0")
-
-    case = add_case("the layer was loaded")
-    if errors:
-        ElementTree.SubElement(case, "error", type="not loaded",
-                               message="the layer was not loaded")
-    for title, findings in sorted(new.items()):
-        failure = ElementTree.SubElement(add_case(title), "failure", type=findings[0]["Severity"],
-                                         message=xml_text(findings[0]["MainMessage"]))
-        failure.text = xml_text("\n\n".join(map(full_text, findings)))
-    for title, findings in sorted(known.items()):
-        ElementTree.SubElement(add_case(title), "skipped",
-                               message=f"in the baseline, {len(findings)} times")
+    suite = ElementTree.SubElement(
+        root, "testsuite", name=xml_text(f"assay: {name}"), tests=str(len(cases)),
+        failures=str(kinds.count("failure")), errors=str(kinds.count("error")),
+        skipped=str(kinds.count("skipped")), time="0")
+    for title, kind, attributes, text in cases:
+        case = ElementTree.SubElement(suite, "testcase", classname="assay", name=xml_text(title),
+                                      time="0")
+        if kind:
+            attributes = {key: xml_text(value) for key, value in attributes.items()}
+            ElementTree.SubElement(case, kind, attributes).text = xml_text(text) or None
     ElementTree.indent(root)
     ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
 
 
-def sarif_location(finding):
+def artifact_location(path):
+    """Paths are relative to the repository if they are in it, so that annotations find them."""
+    relative = os.path.relpath(path)
+    if relative.startswith("..") and os.path.isabs(path):
+        return {"uri": pathlib.Path(path).as_uri()}
+    return {"uri": urllib.parse.quote(relative.replace(os.sep, "/")), "uriBaseId": "%SRCROOT%"}
+
+
+def sarif_location(finding, application):
+    """Without a known line, the location is the application: code scanning wants a location."""
     place = first_place(finding)
+    location = {"physicalLocation": {
+        "artifactLocation": artifact_location(place["file"] if place else application),
+        "region": {"startLine": max(1, place["line"]) if place else 1}}}
     names = [{"name": item.get("name") or item["handle"], "kind": item["type"]}
              for item in finding.get("Objects", [])]
-    location = {}
-    if place:
-        # Paths are relative to the repository if they are in it, so that annotations find them.
-        path = os.path.relpath(place["file"])
-        if path.startswith(".."):
-            uri = {"uri": "file://" + place["file"]}
-        else:
-            uri = {"uri": path.replace(os.sep, "/"), "uriBaseId": "%SRCROOT%"}
-        location["physicalLocation"] = {"artifactLocation": uri,
-                                        "region": {"startLine": max(1, place["line"])}}
     if names:
         location["logicalLocations"] = names
     return location
@@ -98,14 +117,12 @@ def fingerprint(finding):
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
-def sarif_result(finding, is_known):
+def sarif_result(finding, is_known, application):
     result = {"ruleId": finding["VUID"],
               "level": {"Error": "error", "Warning": "warning"}.get(finding["Severity"], "note"),
               "message": {"text": finding["MainMessage"]},
-              "partialFingerprints": {"assay/v1": fingerprint(finding)}}
-    location = sarif_location(finding)
-    if location:
-        result["locations"] = [location]
+              "partialFingerprints": {"assay/v1": fingerprint(finding)},
+              "locations": [sarif_location(finding, application)]}
     if is_known:
         result["suppressions"] = [{"kind": "external", "justification": "in the baseline"}]
     return result
@@ -120,27 +137,34 @@ def sarif_rule(finding):
     return rule
 
 
-def write_sarif(path, verdict, command, status):
+def write_sarif(path, verdict, command):
     findings = verdict.new + verdict.known
     header = verdict.record.headers[0] if verdict.record.headers else {}
     driver = {"name": "Assay", "rules": [sarif_rule(group[0]) for group in by_id(findings).values()]}
     if header.get("LayerVersion"):
         driver["version"] = header["LayerVersion"]
-    invocation = {"executionSuccessful": verdict.is_loaded and status == 0}
+    invocation = {"executionSuccessful": verdict.is_loaded and verdict.is_whole and
+                  verdict.status == 0}
+    notes = mistake_lines(verdict)
+    if notes:
+        invocation["toolExecutionNotifications"] = [{"level": "error", "message": {"text": note}}
+                                                    for note in notes]
     if command:
-        invocation["commandLine"] = " ".join(command)
+        invocation["commandLine"] = shlex.join(command)
+    application = (command or ["merged records"])[0]
     run = {"tool": {"driver": driver},
            "invocations": [invocation],
-           "results": [sarif_result(finding, False) for finding in verdict.new] +
-                      [sarif_result(finding, True) for finding in verdict.known]}
+           "results": [sarif_result(finding, False, application) for finding in verdict.new] +
+                      [sarif_result(finding, True, application) for finding in verdict.known]}
     write_json_file(path, {"version": "2.1.0",
                            "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
                            "runs": [run]})
 
 
 def write_json(path, verdict, status):
-    """The whole record in one object, with the verdict."""
-    write_json_file(path, {"loaded": verdict.is_loaded, "status": status,
+    """The record in one object, with the verdict."""
+    write_json_file(path, {"loaded": verdict.is_loaded, "whole": verdict.is_whole,
+                           "status": status, "application_status": verdict.status,
                            "new": verdict.new, "known": verdict.known,
                            "unused_baseline": [entry.text for entry in verdict.unused_entries],
                            "headers": verdict.record.headers, "devices": verdict.record.devices,
@@ -165,8 +189,8 @@ def escape_github(text, is_property=False):
 def github_lines(verdict):
     """Returns annotations: GitHub shows them on the line that recorded the build, if it is known."""
     lines = []
-    if not verdict.is_loaded:
-        lines.append("::error title=Assay::The layer was not loaded.")
+    for note in mistake_lines(verdict):
+        lines.append(f"::error title=Assay::{escape_github(note)}")
     for finding in verdict.new:
         place = first_place(finding)
         where = ""

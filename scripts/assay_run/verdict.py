@@ -4,23 +4,29 @@
 import signal
 from collections import Counter
 
-NOT_LOADED = 98  # exit status if no process has loaded the layer
+NOT_LOADED = 98  # exit status if a run has not loaded the layer in any process
+DAMAGED = 97     # exit status if a record is damaged, so that it may miss findings
 
 
 class Verdict:
     """The findings of a run, without those that the baseline knows."""
 
-    def __init__(self, record, new, known, unused_entries):
+    def __init__(self, record, new, known, unused_entries, is_strict=False):
         self.record, self.new, self.known = record, new, known
-        self.unused_entries = unused_entries
+        self.unused_entries, self.is_strict = unused_entries, is_strict
+        self.status = 0  # of the application: a negative one is the signal that ended it
 
     @property
     def is_loaded(self):
-        return bool(self.record.headers)
+        return bool(self.record.headers) and not self.record.runs_without_layer()
+
+    @property
+    def is_whole(self):
+        return not self.record.damaged and not self.record.unfinished_runs()
 
 
-def plural(count, noun):
-    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+def plural(count, noun, nouns=None):
+    return f"{count:,} {noun if count == 1 else nouns or noun + 's'}"
 
 
 def describe_exit(status):
@@ -35,7 +41,8 @@ def describe_exit(status):
 
 def finding_lines(finding):
     """Returns the lines that describe a finding."""
-    lines = [f"{finding['Severity']}: {finding['VUID']}", f"  {finding['MainMessage']}"]
+    lines = [f"{finding['Severity']}: {finding['VUID']}",
+             *(f"  {line}" for line in finding["MainMessage"].splitlines())]
     for frame in finding.get("call_site", []):
         if frame.get("file"):
             lines.append(f"  at {frame['file']}:{frame['line']} in {frame['function']}")
@@ -43,44 +50,65 @@ def finding_lines(finding):
     return lines
 
 
-def summary_lines(verdict, status):
-    """Returns the lines of the summary. `status` is the application's, or None for merged records."""
+def total_line(verdict):
     record = verdict.record
-    lines = []
-    if not verdict.is_loaded:
-        return [describe_exit(status)] if status else []
-    for finding in verdict.new:
-        lines += finding_lines(finding)
-    counts = Counter(finding["VUID"] for finding in verdict.new)
-    for name, count in counts.most_common():
-        lines.append(f"{count:6,}  {name}")
-    held_back = sum(record.held_back().values())
     text = plural(len(verdict.new), "finding")
+    held_back = sum(record.held_back().values())
     if held_back:
         text += f" and {plural(held_back, 'duplicate')} that were not reported"
-    text += f" in {plural(len(record.pids()), 'process')}".replace("processs", "processes")
+    text += f" in {plural(len(record.processes), 'process', 'processes')}"
     if verdict.known:
-        text += f"; {plural(len(verdict.known), 'finding')} of the baseline"
-    warnings = record.warnings()
-    if warnings:
-        text += f"; {plural(len(warnings), 'warning')}"
-    lines.append(text)
-    for summary in record.summaries:
-        for reason in summary.get("Unchecked", []):
-            lines.append(f"not checked: {reason}")
-    for entry in verdict.unused_entries:
-        lines.append(f"{entry.path}:{entry.line}: matches no finding any more: {entry.text}")
-    if status:
-        lines.append(describe_exit(status))
+        text += f"; {plural(len(verdict.known), 'known finding')}"
+    if record.warnings():
+        text += f"; {plural(len(record.warnings()), 'warning')}"
+    return text
+
+
+def mistake_lines(verdict):
+    """Returns what keeps the run from being judged, which is said even with --quiet."""
+    record = verdict.record
+    lines = [f"{folder}: the layer was not loaded" for folder in record.runs_without_layer()
+             if len(record.runs) > 1]
+    if not verdict.is_loaded and not lines:
+        lines = ["the layer was not loaded"]
+    if len(record.runs) > 1 or not record.headers:
+        lines += [f"{folder}: the run was cut off" for folder in record.unfinished_runs()]
+    if record.damaged:
+        lines.append(f"{record.damaged[0]}: this line was not written whole: is the disk full? "
+                     f"{plural(len(record.damaged), 'line')} lost, which may be findings")
     return lines
 
 
-def exit_status(verdict, status, error_exitcode, is_strict):
+def summary_lines(verdict):
+    """Returns the lines of the summary."""
+    record = verdict.record
+    lines = []
+    for finding in verdict.new:
+        lines += finding_lines(finding)
+    for name, count in Counter(finding["VUID"] for finding in verdict.new).most_common():
+        lines.append(f"{count:6,}  {name}")
+    if record.headers:
+        lines.append(total_line(verdict))
+    lines += [f"warning: {text}" for text in
+              dict.fromkeys(finding["MainMessage"] for finding in record.warnings())]
+    lines += [f"not checked: {reason}" for reason in
+              dict.fromkeys(reason for summary in record.summaries
+                            for reason in summary.get("Unchecked", []))]
+    for entry in verdict.unused_entries:
+        lines.append(f"{entry.path}:{entry.line}: matches no finding any more: {entry.text}")
+    if verdict.status:
+        lines.append(describe_exit(verdict.status))
+    return lines
+
+
+def exit_status(verdict, error_exitcode):
     """Returns the exit status of the run. A negative one is a signal, to be passed on."""
-    if status < 0:
-        return status
+    if verdict.status < 0:
+        return verdict.status
+    if verdict.new or (verdict.is_strict and verdict.unused_entries):
+        return error_exitcode
     if not verdict.is_loaded:
         return NOT_LOADED
-    if verdict.new or (is_strict and verdict.unused_entries):
-        return error_exitcode
-    return status
+    if not verdict.is_whole:
+        return DAMAGED
+    return verdict.status
