@@ -94,6 +94,15 @@ def with_errors(flags):
     return ",".join(words if "error" in words else ["error", *words])
 
 
+def with_log(actions):
+    """Without an action that logs, there would be no record."""
+    words = [word.strip() for word in actions.split(",")]
+    words = [word for word in words if word and "ignore" not in word.lower()]
+    has_log = any(name in word.lower() for word in words for name in ("default", "log_msg")) or \
+        "log" in words
+    return ",".join(words if has_log else ["log", *words])
+
+
 def layer_settings(arguments, records, environment):
     settings = dict(arguments.settings)
     for key in ("level", "backend"):
@@ -101,8 +110,11 @@ def layer_settings(arguments, records, environment):
             settings[key] = getattr(arguments, key)
     settings["log_format"] = "json"
     settings["log_filename"] = str(records).replace("%", "%%") + "/%p.jsonl"
-    given = environment.get(PREFIX + "REPORT_FLAGS", "error,warn")
-    settings["report_flags"] = with_errors(settings.get("report_flags", given))
+    # The environment wins over settings of the application, so these two are always in it.
+    for key, default, correct in (("report_flags", "error,warn", with_errors),
+                                  ("debug_action", "default", with_log)):
+        given = environment.get(PREFIX + key.upper(), default)
+        settings[key] = correct(settings.get(key, given))
     if arguments.baseline or arguments.write_baseline:
         # Otherwise known findings would use up the limit, and new ones of the same id be held back.
         settings.setdefault("enable_message_limit", "false")

@@ -8,7 +8,7 @@
  *   exit=N        the exit status
  *   signal=N      sends that signal to itself
  *   fork          the steps that follow are those of a child, for which the parent waits
- *   outlive       they are those of a child that goes on after the parent's end
+ *   outlive       they are those of a child that has an instance and goes on after the parent's end
  *   exec          a new program in the same process carries out the steps that follow
  * It has a messenger, as most applications have. The environment names the driver and the layer. */
 #include <dlfcn.h>
@@ -77,19 +77,34 @@ static void set_name(const char *name)
 }
 
 /* Returns in the child. */
-static void fork_child(bool waits)
+static void fork_child(void)
 {
     int status = 0;
     fflush(NULL);
     const pid_t child = fork();
-    if (child == 0) {
-        if (!waits)
-            usleep(300000);
+    if (child == 0)
         return;
-    }
-    if (waits)
-        waitpid(child, &status, 0);
+    waitpid(child, &status, 0);
     exit(WEXITSTATUS(status));
+}
+
+/* Returns in the child, which has an instance, after the parent's end. */
+static void outlive_parent(void)
+{
+    int opened[2], ended[2];
+    char byte = 0;
+    if (pipe(opened) != 0 || pipe(ended) != 0)
+        exit(3);
+    fflush(NULL);
+    if (fork() != 0) {
+        close(opened[1]);
+        exit(read(opened[0], &byte, 1) == 1 ? 0 : 3);
+    }
+    close(ended[1]);
+    open_scene();
+    if (write(opened[1], &byte, 1) != 1 || read(ended[0], &byte, 1) != 0)
+        exit(3);
+    usleep(300000); /* assay-run sees the end, too */
 }
 
 static const char *argument_of(const char *step, const char *name)
@@ -127,9 +142,9 @@ static void carry_out(char **argv, int i)
     else if (strcmp(step, "leave") == 0)
         _exit(0);
     else if (strcmp(step, "fork") == 0)
-        fork_child(true);
+        fork_child();
     else if (strcmp(step, "outlive") == 0)
-        fork_child(false);
+        outlive_parent();
     else if (strcmp(step, "exec") == 0 && argv[i + 1] != NULL) {
         argv[i] = argv[0];
         execv("/proc/self/exe", argv + i);

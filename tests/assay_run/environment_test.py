@@ -54,6 +54,14 @@ class Environment(Runs):
         self.assertEqual(self.make(**{key: "warn,error,info"})[key], "warn,error,info")
         self.assertEqual(self.make(**{key: "warn"})[key], "error,warn")
 
+    def test_messages_are_always_logged(self):
+        key = "VK_ASSAY_VALIDATION_DEBUG_ACTION"
+        for given, made in (("callback", "log,callback"), ("ignore", "log"), ("log,fail", "log,fail"),
+                            ("VK_DBG_LAYER_ACTION_LOG_MSG", "VK_DBG_LAYER_ACTION_LOG_MSG"),
+                            ("VK_DBG_LAYER_ACTION_IGNORE", "log"), ("default", "default")):
+            self.assertEqual(self.make("--set", f"debug_action={given}")[key], made)
+        self.assertEqual(self.make()[key], "default")
+
     def test_known_findings_use_up_no_limit(self):
         key = "VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT"
         self.assertNotIn(key, self.make())
