@@ -2,10 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a program with log_format = json, and validates each line against the schema.
 
-usage: schema_test.py SCHEMA PROGRAM [ARGUMENT...]
+usage: schema_test.py [--one-file] [--killed] [--findings N] SCHEMA PROGRAM [ARGUMENT...]
+
+  --one-file    the processes write one file
+  --killed      the processes are killed, so there is no summary
+  --findings N  there are exactly so many
 
 Exits with 77 (skipped) if python3-jsonschema is missing, or if the program is skipped."""
 
+import argparse
 import json
 import os
 import pathlib
@@ -51,19 +56,30 @@ class Checker:
         return line
 
 
-def check_file(checker, path):
-    """Returns the lines of a file, which has whole instances, one after another or interleaved."""
+def check_instances(lines, where, is_killed):
+    """The lines of one process are from the header of an instance to its summary."""
+    kinds = [line["Type"] for line in lines]
+    if kinds[0] != "Header":
+        raise Failure(f"{where}: the first line is {kinds[0]}")
+    if kinds.count("Summary") != (0 if is_killed else kinds.count("Header")):
+        raise Failure(f"{where}: {kinds.count('Header')} headers, "
+                      f"but {kinds.count('Summary')} summaries")
+    if not is_killed and kinds[-1] != "Summary":
+        raise Failure(f"{where}: the last line is {kinds[-1]}")
+
+
+def check_file(checker, path, is_killed):
+    """Returns the lines of a file."""
     content = path.read_bytes()
     if not content.endswith(b"\n"):
         raise Failure(f"{path.name}: the last line is cut")
     lines = [checker.check_line(data, f"{path.name}:{number}")
              for number, data in enumerate(content[:-1].split(b"\n"), 1)]
-    kinds = [line["Type"] for line in lines]
-    if kinds[0] != "Header" or kinds[-1] != "Summary":
-        raise Failure(f"{path.name}: from {kinds[0]} to {kinds[-1]}, not from Header to Summary")
-    if kinds.count("Header") != kinds.count("Summary"):
-        raise Failure(f"{path.name}: {kinds.count('Header')} headers, "
-                      f"but {kinds.count('Summary')} summaries")
+    processes = {}
+    for line in lines:
+        processes.setdefault(line["pid"], []).append(line)
+    for process, of_process in processes.items():
+        check_instances(of_process, f"{path.name}, process {process}", is_killed)
     return lines
 
 
@@ -83,25 +99,41 @@ def check_counts(lines):
         raise Failure(f"counts of lines and of summaries differ: {differing}")
 
 
+def read_arguments():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--one-file", action="store_true")
+    parser.add_argument("--killed", action="store_true")
+    parser.add_argument("--findings", type=int)
+    parser.add_argument("schema", type=pathlib.Path)
+    parser.add_argument("command", nargs=argparse.REMAINDER)
+    return parser.parse_args()
+
+
 def main():
-    schema = json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8"))
-    checker = Checker(schema)
+    arguments = read_arguments()
+    checker = Checker(json.loads(arguments.schema.read_text(encoding="utf-8")))
+    program = pathlib.Path(arguments.command[0]).name
+    filename = "%e.jsonl" if arguments.one_file else "%e-%p.jsonl"
+    expected = re.escape(program) + (r"\.jsonl" if arguments.one_file else r"-\d+\.jsonl")
     with tempfile.TemporaryDirectory() as folder:
         environment = {**os.environ, "VK_ASSAY_VALIDATION_LOG_FORMAT": "json",
-                       "VK_ASSAY_VALIDATION_LOG_FILENAME": f"{folder}/%e-%p.jsonl"}
-        run = subprocess.run(sys.argv[2:], env=environment, stdout=subprocess.DEVNULL, check=False)
+                       "VK_ASSAY_VALIDATION_LOG_FILENAME": f"{folder}/{filename}"}
+        if arguments.findings:
+            environment["VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT"] = "0"
+        run = subprocess.run(arguments.command, env=environment, stdout=subprocess.DEVNULL,
+                             check=False)
         if run.returncode:
             return run.returncode
         files = sorted(pathlib.Path(folder).iterdir())
-        name = re.compile(re.escape(pathlib.Path(sys.argv[2]).name) + r"-\d+\.jsonl")
-        if not files or not all(name.fullmatch(file.name) for file in files):
+        if not files or not all(re.fullmatch(expected, file.name) for file in files):
             raise Failure(f"the files are {[file.name for file in files]}")
-        lines = [line for file in files for line in check_file(checker, file)]
-    check_counts(lines)
+        lines = [line for file in files for line in check_file(checker, file, arguments.killed)]
+    if not arguments.killed:
+        check_counts(lines)
     findings = [line for line in lines if line["Type"] == "Finding"]
-    if not findings:
-        raise Failure("there are no findings")
-    print(f"{len(lines)} lines of {len(files)} processes, {len(findings)} findings: valid")
+    if not findings or arguments.findings not in (None, len(findings)):
+        raise Failure(f"there are {len(findings)} findings")
+    print(f"{len(lines)} lines in {len(files)} files, {len(findings)} findings: valid")
     return 0
 
 

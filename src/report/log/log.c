@@ -108,25 +108,33 @@ static int write_all(struct log *log, const char *data, size_t size)
     return 0;
 }
 
-/* A limit of file sizes, or a closed pipe, must not end the application: the signals of these
- * errors are blocked, and taken back. */
-static int write_without_signals(struct log *log, const char *data, size_t size)
+/* A limit of file sizes, or a closed pipe, must not end the application: while the layer writes,
+ * the signals of these errors are blocked. */
+struct blocked_signals {
+    sigset_t before, pending;
+};
+
+static void block_signals(struct blocked_signals *blocked)
 {
-    sigset_t signals, before, pending;
+    sigset_t signals;
     sigemptyset(&signals);
     sigaddset(&signals, SIGXFSZ);
     sigaddset(&signals, SIGPIPE);
-    sigpending(&pending);
-    pthread_sigmask(SIG_BLOCK, &signals, &before);
-    int error = write_all(log, data, size);
+    sigpending(&blocked->pending);
+    pthread_sigmask(SIG_BLOCK, &signals, &blocked->before);
+}
+
+/* Takes back the signal of the error, if there is one, unless the application has had it before. */
+static void unblock_signals(const struct blocked_signals *blocked, int error)
+{
     int raised = error == EFBIG ? SIGXFSZ : error == EPIPE ? SIGPIPE : 0;
-    if (raised && !sigismember(&pending, raised)) {
+    if (raised && !sigismember(&blocked->pending, raised)) {
+        sigset_t signals;
         sigemptyset(&signals);
         sigaddset(&signals, raised);
         sigtimedwait(&signals, NULL, &(struct timespec){0});
     }
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-    return error;
+    pthread_sigmask(SIG_SETMASK, &blocked->before, NULL);
 }
 
 /* Returns the error of the first failure; later ones return 0. */
@@ -142,19 +150,30 @@ static int finish_line(struct log *log, bool is_complete)
     if (is_complete) {
         if (!log->is_owned)
             fflush(log->file); /* the application's text comes first */
-        size_t length = log->json->length;
-        error = write_without_signals(log, log->json->line, length);
+        struct blocked_signals blocked;
+        block_signals(&blocked);
+        error = write_all(log, log->json->line, log->json->length);
+        unblock_signals(&blocked, error);
     }
     pthread_mutex_unlock(&log->lock);
     return first_failure(log, error);
 }
 
+static int write_text(struct log *log, const struct message *message)
+{
+    struct blocked_signals blocked;
+    block_signals(&blocked);
+    errno = 0;
+    message_write(message, log->file);
+    int error = !ferror(log->file) ? 0 : errno ? errno : EIO;
+    unblock_signals(&blocked, error);
+    return first_failure(log, error);
+}
+
 int log_message(struct log *log, const struct message *message, const struct settings *settings)
 {
-    if (!log->json) {
-        message_write(message, log->file);
-        return first_failure(log, ferror(log->file) ? errno : 0);
-    }
+    if (!log->json)
+        return write_text(log, message);
     pthread_mutex_lock(&log->lock);
     return finish_line(log, line_of_message(log->json, message, settings->spec_text));
 }
