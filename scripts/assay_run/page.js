@@ -24,8 +24,11 @@ function showHead() {
   get("verdict").textContent = [count, ...data.mistakes].join("; ") + ".";
   get("verdict").className = bad ? "bad" : "good";
   const settings = Object.entries(data.settings).map(([key, value]) => `${key} = ${value}`);
+  const isShown = line => line.startsWith("level =") || line.startsWith("backend =");
   get("run").textContent = [data.command, plural(data.processes, "process", "processes"),
-    ...data.drivers, ...settings].filter(Boolean).join(" · ");
+    ...data.drivers, ...settings.filter(isShown)].filter(Boolean).join(" · ");
+  get("settings").hidden = settings.length === 0;
+  get("settings").append(...settings.map(line => element("div", line)));
 }
 
 /* ---- findings ---- */

@@ -47,6 +47,10 @@ def build_data(builds):
     return {"members": BUILD_MEMBERS, "words": words, "rows": rows}
 
 
+def describe_driver(device):
+    return " ".join(filter(None, (device.get("Driver"), device.get("DriverInfo"))))
+
+
 def page_data(verdict, command):
     record = verdict.record
     header = record.headers[0] if record.headers else {}
@@ -55,7 +59,7 @@ def page_data(verdict, command):
                         ([describe_exit(verdict.status)] if verdict.status else []),
             "processes": len(record.processes),
             "version": header.get("LayerVersion", ""), "settings": header.get("Settings", {}),
-            "drivers": sorted({device.get("Driver", "") for device in record.devices}),
+            "drivers": sorted({describe_driver(device) for device in record.devices}),
             "new": list(map(finding_data, verdict.new)),
             "known": list(map(finding_data, verdict.known)),
             "warnings": list(dict.fromkeys(line["MainMessage"] for line in record.warnings())),

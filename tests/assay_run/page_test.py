@@ -140,17 +140,17 @@ class Page(Runs):
         for control in ("skip", "text", "id", "known", "SUMMARY", "bad", "structure", "scroll",
                         "more"):
             self.assertIn(control, reached)
-        self.assertEqual(sorted(set(reached), key=reached.index)[:4],
-                         ["skip", "text", "id", "known"])
+        self.assertEqual(sorted(set(reached), key=reached.index)[:5],
+                         ["skip", "SUMMARY", "text", "id", "known"])
 
     def test_keys_operate(self):
         self.open_example()
         self.browser.run("known.focus()")
         self.browser.press(" ", 32, " ")
         self.assertEqual(self.count(".finding"), 4)
-        self.browser.run("document.querySelector('summary').focus()")
+        self.browser.run("document.querySelector('.group summary').focus()")
         self.browser.press("Enter", 13, "\r")
-        self.assertEqual(self.count("details[open]"), 2)
+        self.assertEqual(self.count("details.group[open]"), 2)
         self.browser.run("more.focus()")
         self.browser.press("Enter", 13, "\r")
         self.assertEqual(self.count("#structures tr"), 200)
@@ -159,9 +159,9 @@ class Page(Runs):
 
     def test_printing(self):
         self.open_example()
-        self.browser.run("document.querySelector('details').open = false")
+        self.browser.run("document.querySelector('.group').open = false")
         self.assertTrue(self.browser.print_to_pdf().startswith(b"%PDF"))
-        self.assertEqual(self.count("details[open]"), 2)  # what is folded would be missing
+        self.assertEqual(self.count("details.group[open]"), 2)  # what is folded would be missing
 
     def test_size(self):
         self.open(header(), *findings(), *map(build, range(10000)))
