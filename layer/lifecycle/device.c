@@ -2,6 +2,7 @@
 /* Devices: creation and destruction. */
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "layer/compare/comparer.h"
 #include "layer/compare/enable.h"
@@ -12,6 +13,7 @@
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
+#include "layer/physical_device.h"
 #include "layer/snapshots/snapshots.h"
 
 VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info)
@@ -120,6 +122,50 @@ static void register_consumers(struct layer_device *device)
         snapshots_add_consumer(device->snapshots, input_checks_consumer(device->input_checks));
 }
 
+static bool has_driver_properties(const struct layer_device *device)
+{
+    const struct layer_instance *instance = device->instance;
+    if (physical_device_api_version(instance, device->physical_device) >= VK_API_VERSION_1_2)
+        return true;
+    uint32_t count = 0;
+    bool found = false;
+    if (instance->vk.EnumerateDeviceExtensionProperties(device->physical_device, NULL, &count,
+                                                        NULL) != VK_SUCCESS)
+        return false;
+    VkExtensionProperties *extensions = calloc(count ? count : 1, sizeof(*extensions));
+    if (extensions && instance->vk.EnumerateDeviceExtensionProperties(
+                          device->physical_device, NULL, &count, extensions) == VK_SUCCESS)
+        for (uint32_t i = 0; i < count && !found; i++)
+            found =
+                strcmp(extensions[i].extensionName, VK_KHR_DRIVER_PROPERTIES_EXTENSION_NAME) == 0;
+    free(extensions);
+    return found;
+}
+
+/* Adds the device to the record of log_format = json. */
+static void report_device(const struct layer_device *device)
+{
+    const struct layer_instance *instance = device->instance;
+    if (reporter_settings(instance->reporter)->log_format != LOG_FORMAT_JSON)
+        return;
+    VkPhysicalDeviceDriverProperties driver = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES,
+    };
+    VkPhysicalDeviceProperties2 properties = {
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
+    };
+    PFN_vkGetPhysicalDeviceProperties2 query =
+        physical_device_properties2(instance, &instance->vk, device->physical_device);
+    if (query && has_driver_properties(device)) {
+        properties.pNext = &driver;
+        query(device->physical_device, &properties);
+    } else {
+        instance->vk.GetPhysicalDeviceProperties(device->physical_device, &properties.properties);
+    }
+    reporter_add_device(instance->reporter, device->handle, properties.properties.deviceName,
+                        &driver);
+}
+
 static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *create_info,
                        const struct compare_enabling *enabling,
                        PFN_vkGetDeviceProcAddr next_proc_addr)
@@ -143,6 +189,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
         return result;
     register_consumers(device);
     layer_add_device(device);
+    report_device(device);
     return VK_SUCCESS;
 }
 

@@ -78,9 +78,7 @@ void text_append_count(struct text_buffer *buffer, uint64_t count, const char *n
 
 /* ---- quoted text */
 
-/* Reads the character at `bytes`, of which `size` may be read. Returns its length; 0 if the bytes
- * are not UTF-8. */
-static size_t decode(const unsigned char *bytes, size_t size, uint32_t *character)
+size_t text_decode(const unsigned char *bytes, size_t size, uint32_t *character)
 {
     static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000}; /* by length */
     size_t length = bytes[0] < 0x80             ? 1
@@ -140,7 +138,7 @@ void text_append_quoted(struct text_buffer *buffer, const char *quoted, size_t s
     text_append(buffer, "\"");
     while (left > 0) {
         uint32_t character = 0;
-        size_t length = decode(bytes, left, &character);
+        size_t length = text_decode(bytes, left, &character);
         append_character(buffer, bytes, length, character);
         bytes += length ? length : 1;
         left -= length ? length : 1;

@@ -35,4 +35,8 @@ void text_append_quoted(struct text_buffer *buffer, const char *quoted, size_t s
  * character. Text that is not UTF-8 is cut at `length`. */
 size_t text_cut_length(const char *text, size_t length);
 
+/* Reads the character at `bytes`, of which `size`, at least 1, may be read. Returns its length; 0
+ * if the bytes are not UTF-8. */
+size_t text_decode(const unsigned char *bytes, size_t size, uint32_t *character);
+
 #endif

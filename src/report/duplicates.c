@@ -39,7 +39,8 @@ void duplicates_enable(struct duplicates *duplicates, const struct settings *set
     uint64_t limit_of_id = (uint64_t)settings->duplicate_message_limit * OBJECTS_PER_ID;
     uint32_t left = !limit_of_id || limit_of_id > NO_LIMIT ? NO_LIMIT : (uint32_t)limit_of_id;
     duplicates->limit = settings->duplicate_message_limit;
-    duplicates->counts_all = settings->report_flags & REPORT_INFO;
+    duplicates->counts_all =
+        settings->report_flags & REPORT_INFO || settings->log_format == LOG_FORMAT_JSON;
     for (uint32_t id = 0; id < REPORTED_IDS; id++) {
         duplicates->ids[id].is_enabled = is_enabled(settings, id);
         atomic_init(&duplicates->ids[id].left, duplicates->ids[id].is_enabled ? left : 0);

@@ -6,13 +6,13 @@
 #include <string.h>
 
 #include "src/base/text_buffer.h"
+#include "src/report/message_filter.h"
 #include "src/report/message_id.h"
 #include "src/report/message_path.h"
+#include "src/report/specification.h"
 #include "src/state/commands/object_names.h"
 
-enum { LAST_NOTICE_SIZE = 384, SENTENCE_SHOWN = 160 };
-
-#define SPECIFICATION "https://docs.vulkan.org/spec/latest/"
+enum { LAST_NOTICE_SIZE = 384 };
 
 /* ---- objects and labels */
 
@@ -198,55 +198,9 @@ static void append_origin(struct text_buffer *text, struct message *message,
     text_append(text, ".");
 }
 
-/* Returns the length of a sentence that is cut between words, to at most SENTENCE_SHOWN characters.
- */
-static size_t short_length(const char *sentence)
-{
-    size_t length = 0, end_of_word = 0;
-    for (uint32_t characters = 0; characters <= SENTENCE_SHOWN; characters++) {
-        if (!sentence[length])
-            return length;
-        if (sentence[length] == ' ')
-            end_of_word = length;
-        do
-            length++;
-        while (((unsigned char)sentence[length] & 0xc0) == 0x80);
-    }
-    return end_of_word;
-}
-
-static void append_sentence(struct text_buffer *text, const struct vuid_text *vuid,
-                            enum spec_text spec_text)
-{
-    if (!vuid->sentence[0] || spec_text == SPEC_TEXT_NONE)
-        return;
-    size_t length = strlen(vuid->sentence), shown = length;
-    if (spec_text == SPEC_TEXT_SHORT)
-        shown = short_length(vuid->sentence);
-    text_append(text, "\nThe Vulkan spec states: %.*s%s (" SPECIFICATION "%s#%s)", (int)shown,
-                vuid->sentence, shown < length ? "..." : "", vuid->page, vuid->id);
-}
-
-/* `named` is the message's id. If the message has the current id, retired ids are appended. */
-static void append_specification(struct text_buffer *text, enum vuid vuid, const char *named,
-                                 enum spec_text spec_text)
-{
-    const struct vuid_text *current = &vuid_texts[vuid];
-    append_sentence(text, current, spec_text);
-    if (named != current->id) {
-        text_append(text, " (today %s)", current->id);
-        return;
-    }
-    const char *retired;
-    for (unsigned n = 0; (retired = vuid_retired(vuid, n)); n++)
-        text_append(text, "%s%s", n ? ", " : " (formerly ", retired);
-    if (vuid_retired(vuid, 0))
-        text_append(text, ")");
-}
-
 /* Names the ids that the same mistake violates, too. */
-static void append_also(struct text_buffer *text, enum build_command command,
-                        const struct finding *finding)
+static void append_also(struct text_buffer *text, struct message *message,
+                        enum build_command command, const struct finding *finding)
 {
     const char *before = " (also ";
     for (uint32_t i = 0; i < finding->also_count; i++) {
@@ -254,6 +208,7 @@ static void append_also(struct text_buffer *text, enum build_command command,
         if (vuid == VUID_NONE)
             continue;
         text_append(text, "%s%s", before, vuid_texts[vuid].id);
+        message->also[message->also_count++] = vuid_texts[vuid].id;
         before = ", ";
     }
     if (before[0] == ',')
@@ -296,6 +251,9 @@ static void begin(struct message *message, struct text_buffer *text, enum report
     message->severity = severity;
     message->id = id;
     message->id_number = message_id_number(id);
+    message->vuid = VUID_NONE;
+    message->origin = NULL;
+    message->also_count = 0;
     message->object_count = message->label_count = message->queue_label_count = 0;
     text_begin(text, message->buffer, sizeof(message->buffer) - LAST_NOTICE_SIZE);
     text_append(text, "Validation %s: [ %s ] | MessageID = 0x%" PRIx32 "\n",
@@ -325,11 +283,16 @@ static void append_finding(struct text_buffer *text, struct message *message,
     text_append(text, "%s(): ", build_command_name(location->command));
     size_t before = text->length;
     message_append_path(text, location, finding->field ? finding->field : "");
+    message->main = text->text + before;
+    message->path_length = text->length - before;
     if (text->length > before)
         text_append(text, " ");
     append_statement(text, message, location->command, origin, finding);
     if (hint)
         text_append(text, " %s", hint);
+    message->main_length = text->length - before;
+    message->origin = origin;
+    message->location = *location;
     append_origin(text, message, location, origin);
 }
 
@@ -347,8 +310,9 @@ void message_of_finding(struct message *message, enum vuid vuid, const struct lo
     begin(message, &text, vuid_is_warning(vuid) ? REPORT_WARNING : REPORT_ERROR, id);
     mention_origin(message, origin);
     append_finding(&text, message, location, origin, finding, rule_infos[rule_of_vuid(vuid)].hint);
-    append_also(&text, location->command, finding);
-    append_specification(&text, vuid, id, style->spec_text);
+    message->vuid = vuid;
+    append_also(&text, message, location->command, finding);
+    specification_append(&text, vuid, id, style->spec_text);
     append_last_notice(&text, vuid_is_warning(vuid) ? "warning" : "VUID", &subject, style);
 }
 
@@ -372,6 +336,28 @@ void message_of_layer(struct message *message, enum report_flag severity, const 
           : severity == REPORT_WARNING ? "ASSAY-warning"
                                        : "ASSAY-info");
     text_append(&text, "%s", line);
+    message->main = message->text;
+    message->main_length = text.length - (size_t)(message->text - message->buffer);
+    message->path_length = 0;
+}
+
+static bool mutes_label(const struct narrow_filter *filters, uint32_t id,
+                        const struct label_stack *stack)
+{
+    for (uint32_t i = 0; stack && i < stack->count; i++)
+        if (narrow_filters_match(filters, id, stack->labels[i].pLabelName))
+            return true;
+    return false;
+}
+
+bool message_is_muted(const struct message *message, const struct narrow_filter *filters,
+                      uint32_t id)
+{
+    for (uint32_t i = 0; i < message->object_count; i++)
+        if (narrow_filters_match(filters, id, message->objects[i].pObjectName))
+            return true;
+    return mutes_label(filters, id, message->origin->labels) ||
+           mutes_label(filters, id, message->origin->queue_labels);
 }
 
 void message_write(const struct message *message, FILE *file)

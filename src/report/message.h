@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Composes messages: the text, and the data that a debug callback gets with it.
  *
- * A message holds all of its text and allocates nothing; text that does not fit is cut. Only the
- * names of labels stay in the label stack of the origin. */
+ * A message holds all of its text and allocates nothing; text that does not fit is cut. It refers
+ * to its origin, whose label stack holds the names of labels. */
 #ifndef ASSAY_REPORT_MESSAGE_H
 #define ASSAY_REPORT_MESSAGE_H
 
@@ -31,6 +31,15 @@ struct message {
     VkDebugUtilsObjectNameInfoEXT objects[MESSAGE_OBJECTS]; /* no duplicates */
     VkDebugUtilsLabelEXT labels[MESSAGE_LABELS];            /* innermost first */
     VkDebugUtilsLabelEXT queue_labels[MESSAGE_LABELS];      /* innermost first */
+
+    /* Parts of the text, for lines of JSON. */
+    const char *main; /* the path of the member, the sentence about it, and the hint */
+    size_t main_length, path_length;
+    enum vuid vuid;                   /* VUID_NONE: not about a rule */
+    const struct call_origin *origin; /* NULL: of the layer about itself; then no location either */
+    struct location location;
+    uint32_t also_count;
+    const char *also[FINDING_ALSO]; /* ids that the same mistake violates */
 
     /* Storage of the text and the names above. */
     char buffer[MESSAGE_SIZE];
@@ -73,6 +82,11 @@ void message_of_difference(struct message *message, enum difference difference,
 
 /* A message of the layer about itself, not about a rule. */
 void message_of_layer(struct message *message, enum report_flag severity, const char *line);
+
+/* Returns whether a filter for this id (see narrow_filters_have) matches the debug name of an
+ * object of the message, or a label. */
+bool message_is_muted(const struct message *message, const struct narrow_filter *filters,
+                      uint32_t id);
 
 /* Writes the message to the log. Holds the file's lock, so writes of other threads don't mix in. */
 void message_write(const struct message *message, FILE *file);

@@ -3,12 +3,17 @@
 #include "src/report/message_filter.h"
 
 #include <errno.h>
+#include <fnmatch.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
+#include "src/base/text_buffer.h"
 #include "src/report/message_id.h"
+#include "src/report/settings/values.h"
+
+enum { LINE_SIZE = 1024, ENTRY_SHOWN = 200 };
 
 struct pattern {
     const char *text;
@@ -74,4 +79,90 @@ bool message_filter_add(bool muted[MESSAGE_ID_COUNT], const char *entry)
             muted[vuid] = found = true;
     }
     return found;
+}
+
+/* ---- entries ID@GLOB, and lists of entries */
+
+static bool add_narrow(struct narrow_filter **list, const char *id, const char *glob)
+{
+    size_t size = strlen(glob) + 1;
+    struct narrow_filter *filter = calloc(1, sizeof(*filter) + size);
+    if (!filter)
+        return true;
+    memcpy(filter->glob, glob, size);
+    if (size == 1 || !(message_filter_add(filter->vuids, id) ||
+                       message_filter_add_difference(filter->differences, id))) {
+        free(filter);
+        return false;
+    }
+    filter->next = *list;
+    *list = filter;
+    return true;
+}
+
+/* May change the entry. */
+static bool add_entry(const struct message_filters *filters, char *entry)
+{
+    char *at = strchr(entry, '@');
+    if (!at)
+        return message_filter_add(filters->vuids, entry) ||
+               message_filter_add_difference(filters->differences, entry);
+    *at = '\0';
+    bool is_valid = add_narrow(filters->narrow, entry, at + 1);
+    *at = '@';
+    return is_valid;
+}
+
+static void warn_of_entry(const char *entry, void (*warn)(void *context, const char *line),
+                          void *context)
+{
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text, "assay_validation.message_id_filter: ");
+    text_append_quoted(&text, entry, ENTRY_SHOWN);
+    text_append(
+        &text,
+        " names no message of this layer. An entry is a VUID, a message number (decimal or "
+        "0x...) or the last digits of a VUID, alone or followed by @ and a pattern of names "
+        "of objects and labels. The entry is ignored.");
+    warn(context, line);
+}
+
+void message_filters_load(const struct message_filters *filters, char *list,
+                          void (*warn)(void *context, const char *line), void *context)
+{
+    for (char *entry; (entry = value_next_entry(&list));)
+        if (!add_entry(filters, entry))
+            warn_of_entry(entry, warn, context);
+}
+
+void narrow_filters_free(struct narrow_filter *filters)
+{
+    for (struct narrow_filter *next; filters; filters = next) {
+        next = filters->next;
+        free(filters);
+    }
+}
+
+static bool is_about(const struct narrow_filter *filter, uint32_t id)
+{
+    return id < MESSAGE_ID_COUNT ? filter->vuids[id] : filter->differences[id - MESSAGE_ID_COUNT];
+}
+
+bool narrow_filters_have(const struct narrow_filter *filters, uint32_t id)
+{
+    for (; filters; filters = filters->next)
+        if (is_about(filters, id))
+            return true;
+    return false;
+}
+
+/* A backslash stands for itself, as in baselines of assay-run. */
+bool narrow_filters_match(const struct narrow_filter *filters, uint32_t id, const char *name)
+{
+    for (; name && filters; filters = filters->next)
+        if (is_about(filters, id) && fnmatch(filters->glob, name, FNM_NOESCAPE) == 0)
+            return true;
+    return false;
 }

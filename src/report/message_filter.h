@@ -4,6 +4,7 @@
 #define ASSAY_REPORT_MESSAGE_FILTER_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "src/report/difference.h"
 #include "vuid-tables/rules.h"
@@ -14,5 +15,32 @@ bool message_filter_add(bool muted[MESSAGE_ID_COUNT], const char *entry);
 
 /* The same for differences, by their ids or message numbers. */
 bool message_filter_add_difference(bool muted[DIFFERENCE_COUNT], const char *entry);
+
+/* An entry ID@GLOB: mutes the messages of the id with an object whose debug name matches the
+ * pattern, or a label that does. */
+struct narrow_filter {
+    struct narrow_filter *next;
+    bool vuids[MESSAGE_ID_COUNT], differences[DIFFERENCE_COUNT];
+    char glob[];
+};
+
+/* Where entries are added to. */
+struct message_filters {
+    bool *vuids, *differences;     /* of MESSAGE_ID_COUNT and DIFFERENCE_COUNT elements */
+    struct narrow_filter **narrow; /* an owned list */
+};
+
+/* Adds the entries of a list: ids as above, or ID@GLOB. Calls `warn` with one line for an entry
+ * that names no id, or has no pattern after the @. If memory runs out, an entry ID@GLOB is ignored.
+ */
+void message_filters_load(const struct message_filters *filters, char *list,
+                          void (*warn)(void *context, const char *line), void *context);
+void narrow_filters_free(struct narrow_filter *filters);
+
+/* Returns whether a filter of the list is about this id: a VUID, or MESSAGE_ID_COUNT plus a
+ * difference. */
+bool narrow_filters_have(const struct narrow_filter *filters, uint32_t id);
+/* Returns whether such a filter matches the name, which may be NULL. */
+bool narrow_filters_match(const struct narrow_filter *filters, uint32_t id, const char *name);
 
 #endif

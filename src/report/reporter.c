@@ -2,18 +2,17 @@
 /* Decides which messages are sent, and sends them to messengers and log. */
 #include "src/report/reporter.h"
 
-#include <errno.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
-#include "src/base/elevated.h"
 #include "src/base/text_buffer.h"
 #include "src/report/duplicates.h"
+#include "src/report/log/log.h"
 #include "src/report/message.h"
+#include "src/report/message_filter.h"
 #include "src/report/messengers.h"
 #include "src/report/reported_lines.h"
 #include "src/report/summary.h"
@@ -22,15 +21,15 @@
 struct reporter {
     struct settings settings;
     struct messengers messengers;
-    FILE *log;
-    bool log_is_owned;
+    struct log log;
     struct duplicates duplicates;
     struct unchecked_counts unchecked;
+    bool has_begun; /* the log is open and has its header */
     /* How many messages of the layer about itself may still be sent. */
     _Atomic uint32_t warnings_left, unsupported_left;
 };
 
-enum { LINE_SIZE = 1024, FILENAME_SHOWN = 200 };
+enum { LINE_SIZE = 1024 };
 
 static const uint32_t NO_LIMIT = UINT32_MAX;
 
@@ -62,7 +61,26 @@ static bool is_logged(const struct reporter *reporter, bool delivered)
 {
     uint32_t action = reporter->settings.debug_action;
     return action & DEBUG_ACTION_LOG ||
-           (action & DEBUG_ACTION_DEFAULT && (!delivered || reporter->log_is_owned));
+           (action & DEBUG_ACTION_DEFAULT && (!delivered || reporter->log.is_owned));
+}
+
+/* Warns once that the log cannot be written: the messengers and, if the log is a file, stderr.
+ * `error` is 0 or an error number. */
+static void warn_of_log(struct reporter *reporter, int error)
+{
+    if (!error || !(reporter->settings.report_flags & REPORT_WARNING))
+        return;
+    struct message message;
+    char line[LINE_SIZE];
+    bool delivered;
+    snprintf(line, sizeof(line),
+             "assay_validation.log_filename: the log cannot be written (%s). Messages are missing "
+             "in it.",
+             strerror(error));
+    message_of_layer(&message, REPORT_WARNING, line);
+    messengers_call(&reporter->messengers, &message, &delivered);
+    if (reporter->log.is_owned)
+        message_write(&message, stderr);
 }
 
 /* Sets `delivered` if a messenger got the message. Returns true to skip the call. */
@@ -70,7 +88,7 @@ static bool deliver(struct reporter *reporter, const struct message *message, bo
 {
     bool skip = messengers_call(&reporter->messengers, message, delivered);
     if (is_logged(reporter, *delivered))
-        message_write(message, reporter->log);
+        warn_of_log(reporter, log_message(&reporter->log, message, &reporter->settings));
     if (reporter->settings.debug_action & DEBUG_ACTION_BREAK && message->severity == REPORT_ERROR)
         raise(SIGTRAP);
     return skip;
@@ -94,10 +112,15 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
     enum vuid vuid = rule_infos[rule].vuid[location->command];
     const struct message_subject subject = message_subject_of(origin, finding);
     struct message_style style = style_of(reporter);
+    struct message message;
     bool delivered;
+    if (narrow_filters_have(reporter->settings.narrow_filters, vuid)) {
+        message_of_finding(&message, vuid, location, origin, finding, &style);
+        if (message_is_muted(&message, reporter->settings.narrow_filters, vuid))
+            return false;
+    }
     if (!duplicates_add(&reporter->duplicates, vuid, origin->device, &subject, &style))
         return is_failed(reporter, vuid);
-    struct message message;
     message_of_finding(&message, vuid, location, origin, finding, &style);
     return deliver(reporter, &message, &delivered) || is_failed(reporter, vuid);
 }
@@ -112,12 +135,17 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
                               const struct finding *finding)
 {
     const struct message_subject subject = message_subject_of(origin, finding);
+    const uint32_t id = reported_difference(difference);
     struct message_style style = style_of(reporter);
-    bool delivered;
-    if (!duplicates_add(&reporter->duplicates, reported_difference(difference), origin->device,
-                        &subject, &style))
-        return;
     struct message message;
+    bool delivered;
+    if (narrow_filters_have(reporter->settings.narrow_filters, id)) {
+        message_of_difference(&message, difference, location, origin, finding, &style);
+        if (message_is_muted(&message, reporter->settings.narrow_filters, id))
+            return;
+    }
+    if (!duplicates_add(&reporter->duplicates, id, origin->device, &subject, &style))
+        return;
     message_of_difference(&message, difference, location, origin, finding, &style);
     deliver(reporter, &message, &delivered);
 }
@@ -184,6 +212,12 @@ void reporter_add_unchecked(struct reporter *reporter, const char *what, uint32_
     unchecked_add(&reporter->unchecked, what, count);
 }
 
+void reporter_add_device(struct reporter *reporter, VkDevice device, const char *name,
+                         const VkPhysicalDeviceDriverProperties *driver)
+{
+    warn_of_log(reporter, log_device(&reporter->log, device, name, driver));
+}
+
 /* ---- creation */
 
 /* Warnings about the settings, kept until all settings are read and the log is open. */
@@ -202,36 +236,6 @@ static void keep_line(void *context, const char *line)
     lines[kept->count] = strdup(line);
     if (lines[kept->count])
         kept->count++;
-}
-
-static void open_log(struct reporter *reporter, struct kept_lines *kept)
-{
-    const char *filename = reporter->settings.log_filename;
-    reporter->log = stderr;
-    if (!(reporter->settings.debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT)))
-        return;
-    if (!filename || strcasecmp(filename, "stderr") == 0)
-        return;
-    if (strcasecmp(filename, "stdout") == 0) {
-        reporter->log = stdout;
-        return;
-    }
-    /* Append, because several instances and several processes may share the file. */
-    FILE *file = process_is_elevated() ? NULL : fopen(filename, "ae");
-    if (file) {
-        reporter->log = file;
-        reporter->log_is_owned = true;
-        return;
-    }
-    const char *reason = process_is_elevated() ? "a process with elevated privileges writes no file"
-                                               : strerror(errno);
-    char line[LINE_SIZE];
-    struct text_buffer text;
-    text_begin(&text, line, sizeof(line));
-    text_append(&text, "assay_validation.log_filename: ");
-    text_append_quoted(&text, filename, FILENAME_SHOWN);
-    text_append(&text, " cannot be opened for writing (%s). The default, stderr, is used.", reason);
-    keep_line(kept, line);
 }
 
 static uint32_t allowed(const struct settings *settings, enum report_flag severity)
@@ -287,9 +291,13 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
     VkResult result = messengers_add_chain(&reporter->messengers, create_info->pNext);
     if (result == VK_SUCCESS)
         result = settings_load(create_info, keep_line, &kept, &reporter->settings);
+    if (result == VK_SUCCESS)
+        result = log_open(&reporter->log, &reporter->settings, keep_line, &kept);
     if (result == VK_SUCCESS) {
-        open_log(reporter, &kept);
         allow_messages(reporter);
+        warn_of_log(reporter,
+                    log_header(&reporter->log, create_info->pApplicationInfo, &reporter->settings));
+        reporter->has_begun = true;
     }
     /* If creation has failed, all limits are 0, so this only frees the lines. */
     send_kept_lines(reporter, &kept);
@@ -305,8 +313,10 @@ void reporter_destroy(struct reporter *reporter)
 {
     if (!reporter)
         return;
-    if (reporter->log_is_owned)
-        fclose(reporter->log);
+    if (reporter->has_begun)
+        warn_of_log(reporter, log_summary(&reporter->log, &reporter->settings,
+                                          &reporter->duplicates, &reporter->unchecked));
+    log_close(&reporter->log);
     duplicates_destroy(&reporter->duplicates);
     unchecked_destroy(&reporter->unchecked);
     settings_release(&reporter->settings);

@@ -62,6 +62,10 @@ void reporter_report_unsupported(struct reporter *reporter, const char *line);
  * such as "builds without memory for copies". */
 void reporter_add_unchecked(struct reporter *reporter, const char *what, uint32_t count);
 
+/* Logs a device that the application has created, if log_format is json. */
+void reporter_add_device(struct reporter *reporter, VkDevice device, const char *name,
+                         const VkPhysicalDeviceDriverProperties *driver);
+
 /* If report_flags has REPORT_INFO, these send one line with severity information: about the layer,
  * when an instance is created, and about its findings, at its end. */
 void reporter_announce(struct reporter *reporter, const char *version);

@@ -55,6 +55,12 @@ static const struct choice spec_texts[] = {
     {NULL, 0},
 };
 
+static const struct choice log_formats[] = {
+    {"text", LOG_FORMAT_TEXT},
+    {"json", LOG_FORMAT_JSON},
+    {NULL, 0},
+};
+
 /* The last three are flags of the Khronos layer only; users share its settings with this layer. */
 static const struct choice report_flags[] = {
     {"error", REPORT_ERROR},
@@ -194,20 +200,19 @@ static bool load_compare_rays(const struct loader *loader, char *value)
 
 static bool load_message_id_filter(const struct loader *loader, char *value)
 {
-    for (const char *entry; (entry = value_next_entry(&value));) {
-        if (message_filter_add(loader->settings->muted, entry) ||
-            message_filter_add_difference(loader->settings->muted_differences, entry))
-            continue;
-        char line[LINE_SIZE];
-        struct text_buffer text;
-        text_begin(&text, line, sizeof(line));
-        text_append(&text, "assay_validation.message_id_filter: ");
-        text_append_quoted(&text, entry, VALUE_SHOWN);
-        text_append(&text,
-                    " names no message of this layer. An entry is a VUID, a message number "
-                    "(decimal or 0x...) or the last digits of a VUID. The entry is ignored.");
-        loader->warn(loader->context, line);
-    }
+    struct settings *settings = loader->settings;
+    message_filters_load(&(struct message_filters){settings->muted, settings->muted_differences,
+                                                   &settings->narrow_filters},
+                         value, loader->warn, loader->context);
+    return true;
+}
+
+static bool load_log_format(const struct loader *loader, char *value)
+{
+    uint32_t format;
+    if (!value_read_choice(log_formats, value, &format))
+        return false;
+    loader->settings->log_format = (enum log_format)format;
     return true;
 }
 
@@ -225,6 +230,7 @@ static const struct key {
     {"report_flags", load_report_flags, "error, warn, info", "error,warn"},
     {"debug_action", load_debug_action, "default, ignore, callback, log, break, fail", "default"},
     {"log_filename", NULL, "a file name", "stderr"},
+    {"log_format", load_log_format, "text or json", "text"},
     {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
     {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
@@ -245,8 +251,11 @@ static void warn_of_value(const struct loader *loader, const struct key *key, co
     loader->warn(loader->context, line);
 }
 
-static void note_change(const struct loader *loader, const struct key *key, const char *value)
+static void note_value(const struct loader *loader, const struct key *key, const char *value)
 {
+    char **values = loader->settings->values;
+    if (values)
+        values[key - keys] = strdup(value);
     struct text_buffer *changes = loader->changes;
     if (strcasecmp(value, key->default_value) == 0)
         return;
@@ -263,7 +272,7 @@ static VkResult load_filename(const struct loader *loader, const struct settings
     char **filename = &loader->settings->log_filename;
     VkResult result = settings_source_filename(source, key->name, filename);
     if (result == VK_SUCCESS && *filename)
-        note_change(loader, key, *filename);
+        note_value(loader, key, *filename);
     return result;
 }
 
@@ -281,7 +290,7 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
     if (!key->load(loader, value))
         warn_of_value(loader, key, as_given ? as_given : "");
     else if (as_given)
-        note_change(loader, key, as_given);
+        note_value(loader, key, as_given);
     free(as_given);
     free(value);
     return VK_SUCCESS;
@@ -340,10 +349,13 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
         .debug_action = DEBUG_ACTION_DEFAULT,
         .duplicate_message_limit = 10,
     };
+    settings->values = calloc(KEY_COUNT, sizeof(*settings->values));
     struct settings_source source;
     VkResult result = settings_source_open(&source, create_info);
-    if (result != VK_SUCCESS)
+    if (result != VK_SUCCESS) {
+        settings_release(settings);
         return result;
+    }
 
     char changed[CHANGES_SIZE];
     struct text_buffer changes;
@@ -366,7 +378,22 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
 
 void settings_release(struct settings *settings)
 {
+    for (unsigned i = 0; settings->values && i < KEY_COUNT; i++)
+        free(settings->values[i]);
+    free(settings->values);
     free(settings->log_filename);
     free(settings->changes);
+    narrow_filters_free(settings->narrow_filters);
+    settings->narrow_filters = NULL;
     settings->log_filename = settings->changes = NULL;
+    settings->values = NULL;
+}
+
+void settings_each(const struct settings *settings,
+                   void (*each)(void *context, const char *key, const char *value), void *context)
+{
+    for (unsigned i = 0; i < KEY_COUNT; i++) {
+        const char *given = settings->values ? settings->values[i] : NULL;
+        each(context, keys[i].name, given ? given : keys[i].default_value);
+    }
 }

@@ -52,6 +52,13 @@ enum spec_text {
     SPEC_TEXT_NONE,  /* neither */
 };
 
+enum log_format {
+    LOG_FORMAT_TEXT,
+    LOG_FORMAT_JSON, /* one line for each message: json/findings.schema.json */
+};
+
+struct narrow_filter; /* src/report/message_filter.h */
+
 struct settings {
     enum level level;
     enum backend backend;
@@ -59,16 +66,19 @@ struct settings {
     enum spec_text spec_text;
     uint32_t content_budget_mib; /* MiB for copies of builds' inputs; backend driver */
     enum content_when_full content_when_full;
-    uint32_t report_flags;                    /* enum report_flag */
-    uint32_t debug_action;                    /* enum debug_action */
-    char *log_filename;                       /* NULL: stderr; owned */
+    uint32_t report_flags; /* enum report_flag */
+    uint32_t debug_action; /* enum debug_action */
+    char *log_filename;    /* NULL: stderr; owned */
+    enum log_format log_format;
     uint32_t duplicate_message_limit;         /* per id and object; 0: no limit */
     bool muted[MESSAGE_ID_COUNT];             /* message_id_filter: VUIDs */
     bool muted_differences[DIFFERENCE_COUNT]; /* message_id_filter: differences */
+    struct narrow_filter *narrow_filters;     /* message_id_filter: ID@GLOB; owned list */
     uint32_t compare_rays;                    /* rays per build; 0: none */
     /* The settings that differ from the defaults, and where each came from; owned. NULL: there are
      * none, report_flags lacks REPORT_INFO, or memory ran out. */
     char *changes;
+    char **values; /* by key, the valid values as they were given; owned, and so are they */
 };
 
 /* Reads the settings of an instance that is about to be created. An unknown key or an invalid value
@@ -78,5 +88,9 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
                        void (*warn)(void *context, const char *line), void *context,
                        struct settings *settings);
 void settings_release(struct settings *settings);
+
+/* Calls `each` for every setting, with its value as text. */
+void settings_each(const struct settings *settings,
+                   void (*each)(void *context, const char *key, const char *value), void *context);
 
 #endif

@@ -5,6 +5,8 @@
 #include <inttypes.h>
 #include <string.h>
 
+enum { REASON_SIZE = 512 };
+
 /* ---- what was not validated */
 
 void unchecked_init(struct unchecked_counts *unchecked)
@@ -33,7 +35,7 @@ void unchecked_add(struct unchecked_counts *unchecked, const char *what, uint32_
 
 /* ---- the start */
 
-static const char *level_name(enum level level)
+const char *level_name(enum level level)
 {
     switch (level) {
     case LEVEL_PARAMETERS:
@@ -107,40 +109,66 @@ static uint32_t count_muted(const struct settings *settings)
     return count;
 }
 
-static void append_separator(struct text_buffer *text, bool *is_first)
+/* What report_flags leaves out; nothing if it has errors and warnings. */
+static void append_left_out(struct text_buffer *text, const struct settings *settings)
 {
-    text_append(text, "%s ", *is_first ? " Not checked:" : ";");
-    *is_first = false;
+    uint32_t shown = settings->report_flags & (REPORT_ERROR | REPORT_WARNING);
+    if (shown == (REPORT_ERROR | REPORT_WARNING))
+        return;
+    text_append(text, "%s, which report_flags leaves out",
+                !shown                  ? "errors and warnings"
+                : shown == REPORT_ERROR ? "warnings"
+                                        : "errors");
+}
+
+static void append_counted(struct text_buffer *text, unsigned i, struct unchecked_counts *unchecked)
+{
+    pthread_mutex_lock(&unchecked->lock);
+    if (i < unchecked->used)
+        text_append(text, "%s (%" PRIu64 ")", unchecked->items[i].what, unchecked->items[i].count);
+    pthread_mutex_unlock(&unchecked->lock);
+}
+
+void summary_append_reason(struct text_buffer *text, unsigned n, const struct settings *settings,
+                           struct unchecked_counts *unchecked)
+{
+    uint32_t count;
+    switch (n) {
+    case 0:
+        append_left_out(text, settings);
+        return;
+    case 1:
+        if (!(count = count_above(settings->level)))
+            return;
+        text_append_count(text, count, "VUID");
+        text_append(text, " of higher levels (level = %s)", level_name(settings->level));
+        return;
+    case 2:
+        if (!(count = count_muted(settings)))
+            return;
+        text_append_count(text, count, "VUID");
+        text_append(text, " that message_id_filter names");
+        return;
+    default:
+        append_counted(text, n - (SUMMARY_REASONS - UNCHECKED_MAX), unchecked);
+    }
 }
 
 static void append_unchecked(struct text_buffer *text, const struct settings *settings,
                              struct unchecked_counts *unchecked)
 {
-    uint32_t above = count_above(settings->level), muted = count_muted(settings);
-    uint32_t shown = settings->report_flags & (REPORT_ERROR | REPORT_WARNING);
-    bool is_first = true;
-    if (shown != (REPORT_ERROR | REPORT_WARNING)) {
-        append_separator(text, &is_first);
-        text_append(text, "%s, which report_flags leaves out",
-                    shown == REPORT_ERROR ? "warnings" : "errors");
+    const char *separator = " Not checked: ";
+    for (unsigned n = 0; n < SUMMARY_REASONS; n++) {
+        char line[REASON_SIZE];
+        struct text_buffer reason;
+        text_begin(&reason, line, sizeof(line));
+        summary_append_reason(&reason, n, settings, unchecked);
+        if (!reason.length)
+            continue;
+        text_append(text, "%s%s", separator, line);
+        separator = "; ";
     }
-    if (above) {
-        append_separator(text, &is_first);
-        text_append_count(text, above, "VUID");
-        text_append(text, " of higher levels (level = %s)", level_name(settings->level));
-    }
-    if (muted) {
-        append_separator(text, &is_first);
-        text_append_count(text, muted, "VUID");
-        text_append(text, " that message_id_filter names");
-    }
-    pthread_mutex_lock(&unchecked->lock);
-    for (unsigned i = 0; i < unchecked->used; i++) {
-        append_separator(text, &is_first);
-        text_append(text, "%s (%" PRIu64 ")", unchecked->items[i].what, unchecked->items[i].count);
-    }
-    pthread_mutex_unlock(&unchecked->lock);
-    if (!is_first)
+    if (separator[0] == ';')
         text_append(text, ".");
 }
 

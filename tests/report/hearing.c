@@ -133,6 +133,7 @@ void surrounding_clear(const char *settings_text)
         "REPORT_FLAGS",
         "DEBUG_ACTION",
         "LOG_FILENAME",
+        "LOG_FORMAT",
         "DUPLICATE_MESSAGE_LIMIT",
         "ENABLE_MESSAGE_LIMIT",
         "SPEC_TEXT",

@@ -47,6 +47,8 @@ void assert_default_settings(const struct settings *settings)
     assert_int_equal(settings->debug_action, DEBUG_ACTION_DEFAULT);
     assert_int_equal(settings->duplicate_message_limit, 10);
     assert_null(settings->log_filename);
+    assert_int_equal(settings->log_format, LOG_FORMAT_TEXT);
+    assert_null(settings->narrow_filters);
     assert_int_equal(settings->compare_rays, 0);
     assert_int_equal(settings->content_budget_mib, 256);
     assert_int_equal(settings->content_when_full, CONTENT_WAIT);

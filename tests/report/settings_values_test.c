@@ -22,6 +22,7 @@ static void test_values_that_are_not_understood(void **state)
         {"report_flags", "error,warnings", "error, warn, info", "error,warn"},
         {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break, fail",
          "default"},
+        {"log_format", "xml", "text or json", "text"},
         {"duplicate_message_limit", "ten", "a number", "10"},
         {"duplicate_message_limit", "-1", "a number", "10"},
         {"duplicate_message_limit", "4294967296", "a number", "10"},
@@ -119,7 +120,13 @@ static void test_filter_lists(void **state)
 
 static void test_filter_that_names_nothing(void **state)
 {
-    static const char *const entries[] = {"VUID-vkCmdDraw-None-02699", "3710", "99999"};
+    static const char *const entries[] = {"VUID-vkCmdDraw-None-02699",
+                                          "3710",
+                                          "99999",
+                                          "VUID-vkCmdDraw-None-02699@scene*",
+                                          "12258@",
+                                          "@scene*",
+                                          "@"};
     for (size_t i = 0; i < LENGTH(entries); i++) {
         char filter[128];
         snprintf(filter, sizeof(filter), "%s,%s", entries[i], SENT_ID);

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Resolves call sites, which the layer reports as module and offset, to functions and lines."""
+
+import os
+import re
+import shutil
+import subprocess
+
+DISCRIMINATOR = re.compile(r" \(discriminator \d+\)$")
+
+
+def unresolved_frames(findings):
+    """Returns the offsets to resolve, by module."""
+    modules = {}
+    for finding in findings:
+        for frame in finding.get("call_site", []):
+            modules.setdefault(frame["module"], set()).add(frame["offset"])
+    return modules
+
+
+def before_call(offset):
+    """A return address is behind the call. One byte less lies within it, on the line of the call."""
+    return hex(max(0, int(offset, 16) - 1))
+
+
+def resolve_module(module, offsets):
+    """Returns (function, file, line) by offset; offsets without debug information are left out."""
+    command = ["addr2line", "--functions", "--demangle", f"--exe={module}"]
+    # Debug information that a server would have to send could take minutes.
+    environment = {key: value for key, value in os.environ.items() if key != "DEBUGINFOD_URLS"}
+    try:
+        run = subprocess.run(command, input="\n".join(map(before_call, offsets)) + "\n",
+                             stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment,
+                             timeout=120, check=True, encoding="utf-8", errors="replace")
+    except (OSError, subprocess.SubprocessError):
+        return {}
+    lines = run.stdout.splitlines()
+    places = {}
+    for offset, function, place in zip(offsets, lines[::2], lines[1::2]):
+        file, _, line = DISCRIMINATOR.sub("", place).rpartition(":")
+        if function != "??" or file != "??":
+            places[offset] = (function, None if file == "??" else file,
+                              int(line) if line.isdigit() else 0)
+    return places
+
+
+def resolve_call_sites(findings):
+    """Adds function, file and line to the frames of findings. Returns whether addr2line is installed."""
+    modules = unresolved_frames(findings)
+    if not modules:
+        return True
+    if not shutil.which("addr2line"):
+        return False
+    places = {module: resolve_module(module, sorted(offsets))
+              for module, offsets in modules.items()}
+    for finding in findings:
+        for frame in finding.get("call_site", []):
+            function, file, line = places[frame["module"]].get(frame["offset"], (None, None, 0))
+            if function and function != "??":
+                frame["function"] = function
+            if file and line:
+                frame.update(file=file, line=line)
+                frame.setdefault("function", "??")
+    return True

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Records: the lines of JSON that the layer writes for each process, and what became of each run."""
+
+import json
+import os
+import pathlib
+from collections import Counter
+
+RUN = "run.json"  # beside the records of a run's processes: its command, and the status at the end
+STRINGS = {"Finding": ("VUID", "Severity", "MainMessage"), "Header": ("LayerVersion",)}
+
+
+class RecordFailure(Exception):
+    """A record that cannot be read; the text says which and why."""
+
+
+class Record:
+    """What one or several processes have reported."""
+
+    def __init__(self):
+        self.headers, self.devices, self.findings, self.summaries = [], [], [], []
+        self.builds = []
+        self.damaged = []  # "file:line", if a line was not written whole: a full disk, for example
+        self.runs = {}  # by folder: the command, the status if it has ended, the number of records
+        self.processes = set()
+
+    def add(self, line, path):
+        lists = {"Header": self.headers, "Device": self.devices, "Finding": self.findings,
+                 "Summary": self.summaries}
+        lists.get(line["Type"], self.builds).append(line)
+        # Several hosts may use the same pid, and several processes the same file.
+        self.processes.add((str(path), line.get("pid")))
+
+    def errors(self):
+        return [finding for finding in self.findings if finding["Severity"] == "Error"]
+
+    def warnings(self):
+        return [finding for finding in self.findings if finding["Severity"] == "Warning"]
+
+    def held_back(self):
+        """Returns how often each id was found beyond what was reported."""
+        counts = Counter()
+        for summary in self.summaries:
+            counts.update(summary.get("HeldBack", {}))
+        return counts
+
+    def runs_without_layer(self):
+        return [folder for folder, run in self.runs.items() if not run["loaded"]]
+
+    def unfinished_runs(self):
+        """Returns the runs that ended together with assay-run, so that nobody judged them."""
+        return [folder for folder, run in self.runs.items() if run["status"] is None]
+
+    def worst_status(self):
+        """Returns the first status of a run's application that is not 0, or 0."""
+        return next((run["status"] for run in self.runs.values() if run["status"]), 0)
+
+
+def without_surrogates(value):
+    """JSON can escape half a character, which no file in UTF-8 can hold."""
+    if isinstance(value, str):
+        return value.encode("utf-8", "replace").decode("utf-8")
+    if isinstance(value, list):
+        return [without_surrogates(item) for item in value]
+    if isinstance(value, dict):
+        return {without_surrogates(key): without_surrogates(item) for key, item in value.items()}
+    return value
+
+
+def parse_line(text):
+    """Returns the object of a line, or None if it is not a line of a record."""
+    try:
+        line = json.loads(text)
+    except ValueError:
+        return None
+    if not isinstance(line, dict) or not isinstance(line.get("Type"), str):
+        return None
+    if not all(isinstance(line.get(name), str) for name in STRINGS.get(line["Type"], ())):
+        return None
+    return without_surrogates(line) if "\\ud" in text.lower() else line
+
+
+def read_lines(record, path):
+    """Adds a file's lines. Returns whether the layer was loaded."""
+    loaded = False
+    with open(path, encoding="utf-8", errors="replace", newline="\n") as file:
+        for number, text in enumerate(file, 1):
+            if not text.strip():
+                continue
+            line = parse_line(text)
+            if line:
+                record.add(line, path)
+                loaded = loaded or line["Type"] == "Header"
+            else:
+                record.damaged.append(f"{path}:{number}")
+    return loaded
+
+
+def read_run(path):
+    try:
+        run = json.loads(path.read_text(encoding="utf-8"))
+        return {"command": list(map(str, run["command"])), "status": run["status"], "loaded": False}
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecordFailure(f"{path}: not written by assay-run") from error
+
+
+def write_run(folder, command, status=None):
+    """Says what runs, or ran, so that --merge knows it, too."""
+    text = json.dumps({"command": command, "status": status}) + "\n"
+    (folder / RUN).write_text(text, encoding="utf-8")
+
+
+def fail_walk(error):
+    raise error
+
+
+def find_files(path):
+    """Returns the file, or the files of a folder and its folders."""
+    if not path.is_dir():
+        return [path]
+    found = []
+    for folder, _, names in os.walk(path, onerror=fail_walk):
+        found += [pathlib.Path(folder) / name for name in names
+                  if name == RUN or name.endswith(".jsonl")]
+    return sorted(found)
+
+
+def read_records(paths):
+    """Reads files, and the records in folders and their folders. What is named twice is read once."""
+    record = Record()
+    try:
+        files = {file.resolve(): None for path in paths for file in find_files(pathlib.Path(path))}
+        for file in files:
+            if file.name == RUN:
+                record.runs[str(file.parent)] = read_run(file)
+        for file in files:
+            if file.name != RUN and read_lines(record, file) and str(file.parent) in record.runs:
+                record.runs[str(file.parent)]["loaded"] = True
+    except OSError as error:
+        raise RecordFailure(f"{error.filename}: {error.strerror}") from error
+    return record

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reports for other programs: JUnit, SARIF, JSON and GitHub's annotations."""
+
+import hashlib
+import json
+import os
+import pathlib
+import re
+import shlex
+import urllib.parse
+import xml.etree.ElementTree as ElementTree
+
+from .verdict import describe_exit, mistake_lines
+
+# XML 1.0 allows no other control characters, escaped or not.
+NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def xml_text(text):
+    return NOT_XML.sub("\N{REPLACEMENT CHARACTER}", text)
+
+
+def first_place(finding):
+    """Returns the first frame of the call site whose source is known, or None."""
+    return next((frame for frame in finding.get("call_site", []) if frame.get("file")), None)
+
+
+def full_text(finding):
+    """Returns the message with the specification's sentence and the place in the source."""
+    text = finding["MainMessage"]
+    if finding.get("SpecText"):
+        text += f"\nThe Vulkan spec states: {finding['SpecText']}"
+    if finding.get("SpecUrl"):
+        text += f" ({finding['SpecUrl']})"
+    place = first_place(finding)
+    if place:
+        text += f"\nat {place['file']}:{place['line']} in {place['function']}"
+    return text
+
+
+def by_id(findings):
+    groups = {}
+    for finding in findings:
+        groups.setdefault(finding["VUID"], []).append(finding)
+    return groups
+
+
+def junit_cases(verdict):
+    """Returns the test cases as (name, kind, attributes, text); kind is None if it passed.
+
+    One is for the run as a whole, so that a report is never empty; then one for each id."""
+    new, known = by_id(verdict.new), by_id(verdict.known)
+    mistakes = mistake_lines(verdict)
+    if verdict.status:
+        mistakes.append(describe_exit(verdict.status))
+    yield ("the run", "error" if mistakes else None,
+           {"type": "run", "message": "; ".join(mistakes)}, "\n".join(mistakes))
+    for name, findings in sorted(new.items()):
+        yield (name, "failure",
+               {"type": findings[0]["Severity"], "message": findings[0]["MainMessage"]},
+               "\n\n".join(map(full_text, findings)))
+    for name, findings in sorted(known.items()):
+        if name not in new:
+            yield name, "skipped", {"message": f"in the baseline, {len(findings)} times"}, ""
+    if verdict.is_strict:
+        for entry in verdict.unused_entries:
+            yield (f"baseline line {entry.line}", "failure",
+                   {"type": "baseline", "message": "matches no finding any more"}, entry.text)
+
+
+def write_junit(path, verdict, name):
+    cases = list(junit_cases(verdict))
+    kinds = [kind for _, kind, _, _ in cases]
+    root = ElementTree.Element("testsuites")
+    suite = ElementTree.SubElement(
+        root, "testsuite", name=xml_text(f"assay: {name}"), tests=str(len(cases)),
+        failures=str(kinds.count("failure")), errors=str(kinds.count("error")),
+        skipped=str(kinds.count("skipped")), time="0")
+    for title, kind, attributes, text in cases:
+        case = ElementTree.SubElement(suite, "testcase", classname="assay", name=xml_text(title),
+                                      time="0")
+        if kind:
+            attributes = {key: xml_text(value) for key, value in attributes.items()}
+            ElementTree.SubElement(case, kind, attributes).text = xml_text(text) or None
+    ElementTree.indent(root)
+    ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
+
+
+def artifact_location(path):
+    """Paths are relative to the repository if they are in it, so that annotations find them."""
+    relative = os.path.relpath(path)
+    if relative.startswith("..") and os.path.isabs(path):
+        return {"uri": pathlib.Path(path).as_uri()}
+    return {"uri": urllib.parse.quote(relative.replace(os.sep, "/")), "uriBaseId": "%SRCROOT%"}
+
+
+def sarif_location(finding, application):
+    """Without a known line, the location is the application: code scanning wants a location."""
+    place = first_place(finding)
+    location = {"physicalLocation": {
+        "artifactLocation": artifact_location(place["file"] if place else application),
+        "region": {"startLine": max(1, place["line"]) if place else 1}}}
+    names = [{"name": item.get("name") or item["handle"], "kind": item["type"]}
+             for item in finding.get("Objects", [])]
+    if names:
+        location["logicalLocations"] = names
+    return location
+
+
+def fingerprint(finding):
+    """Stays the same from run to run: handles and addresses are left out."""
+    place = first_place(finding)
+    parts = [finding["VUID"], finding.get("Location", ""), finding.get("DebugRegion", "")]
+    parts += [item.get("name") or "" for item in finding.get("Objects", [])]
+    if place:
+        parts += [os.path.basename(place["file"]), place["function"]]
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+
+def sarif_result(finding, is_known, application):
+    result = {"ruleId": finding["VUID"],
+              "level": {"Error": "error", "Warning": "warning"}.get(finding["Severity"], "note"),
+              "message": {"text": finding["MainMessage"]},
+              "partialFingerprints": {"assay/v1": fingerprint(finding)},
+              "locations": [sarif_location(finding, application)]}
+    if is_known:
+        result["suppressions"] = [{"kind": "external", "justification": "in the baseline"}]
+    return result
+
+
+def sarif_rule(finding):
+    rule = {"id": finding["VUID"]}
+    if finding.get("SpecText"):
+        rule["fullDescription"] = {"text": finding["SpecText"]}
+    if finding.get("SpecUrl"):
+        rule["helpUri"] = finding["SpecUrl"]
+    return rule
+
+
+def write_sarif(path, verdict, command):
+    findings = verdict.new + verdict.known
+    header = verdict.record.headers[0] if verdict.record.headers else {}
+    driver = {"name": "Assay", "rules": [sarif_rule(group[0]) for group in by_id(findings).values()]}
+    if header.get("LayerVersion"):
+        driver["version"] = header["LayerVersion"]
+    invocation = {"executionSuccessful": verdict.is_loaded and verdict.is_whole and
+                  verdict.status == 0}
+    notes = mistake_lines(verdict)
+    if notes:
+        invocation["toolExecutionNotifications"] = [{"level": "error", "message": {"text": note}}
+                                                    for note in notes]
+    if command:
+        invocation["commandLine"] = shlex.join(command)
+    application = (command or ["merged records"])[0]
+    run = {"tool": {"driver": driver},
+           "invocations": [invocation],
+           "results": [sarif_result(finding, False, application) for finding in verdict.new] +
+                      [sarif_result(finding, True, application) for finding in verdict.known]}
+    write_json_file(path, {"version": "2.1.0",
+                           "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
+                           "runs": [run]})
+
+
+def write_json(path, verdict, status):
+    """The record in one object, with the verdict."""
+    write_json_file(path, {"loaded": verdict.is_loaded, "whole": verdict.is_whole,
+                           "status": status, "application_status": verdict.status,
+                           "new": verdict.new, "known": verdict.known,
+                           "unused_baseline": [entry.text for entry in verdict.unused_entries],
+                           "headers": verdict.record.headers, "devices": verdict.record.devices,
+                           "warnings": verdict.record.warnings(),
+                           "summaries": verdict.record.summaries})
+
+
+def write_json_file(path, value):
+    with open(path, "w", encoding="utf-8") as file:
+        json.dump(value, file, indent=2, ensure_ascii=False)
+        file.write("\n")
+
+
+def escape_github(text, is_property=False):
+    for character, escaped in (("%", "%25"), ("\r", "%0D"), ("\n", "%0A")):
+        text = text.replace(character, escaped)
+    if is_property:
+        text = text.replace(":", "%3A").replace(",", "%2C")
+    return text
+
+
+def github_lines(verdict):
+    """Returns annotations: GitHub shows them on the line that recorded the build, if it is known."""
+    lines = []
+    for note in mistake_lines(verdict):
+        lines.append(f"::error title=Assay::{escape_github(note)}")
+    for finding in verdict.new:
+        place = first_place(finding)
+        where = ""
+        if place:
+            path = escape_github(os.path.relpath(place["file"]), is_property=True)
+            where = f"file={path},line={place['line']},"
+        title = escape_github(finding["VUID"], is_property=True)
+        lines.append(f"::error {where}title={title}::{escape_github(full_text(finding))}")
+    return lines

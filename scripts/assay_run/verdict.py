@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a run amounts to: the summary and the exit status."""
+
+import signal
+from collections import Counter
+
+NOT_LOADED = 98  # exit status if a run has not loaded the layer in any process
+DAMAGED = 97     # exit status if a record is damaged, so that it may miss findings
+
+
+class Verdict:
+    """The findings of a run, without those that the baseline knows."""
+
+    def __init__(self, record, new, known, unused_entries, is_strict=False):
+        self.record, self.new, self.known = record, new, known
+        self.unused_entries, self.is_strict = unused_entries, is_strict
+        self.status = 0  # of the application: a negative one is the signal that ended it
+
+    @property
+    def is_loaded(self):
+        return bool(self.record.headers) and not self.record.runs_without_layer()
+
+    @property
+    def is_whole(self):
+        return not self.record.damaged and not self.record.unfinished_runs()
+
+
+def plural(count, noun, nouns=None):
+    return f"{count:,} {noun if count == 1 else nouns or noun + 's'}"
+
+
+def describe_exit(status):
+    if status < 0:
+        try:
+            name = signal.Signals(-status).name
+        except ValueError:
+            name = f"signal {-status}"
+        return f"the application was ended by {name}"
+    return f"the application's exit status is {status}"
+
+
+def finding_lines(finding):
+    """Returns the lines that describe a finding."""
+    lines = [f"{finding['Severity']}: {finding['VUID']}",
+             *(f"  {line}" for line in finding["MainMessage"].splitlines())]
+    for frame in finding.get("call_site", []):
+        if frame.get("file"):
+            lines.append(f"  at {frame['file']}:{frame['line']} in {frame['function']}")
+            break
+    return lines
+
+
+def total_line(verdict):
+    record = verdict.record
+    text = plural(len(verdict.new), "finding")
+    held_back = sum(record.held_back().values())
+    if held_back:
+        text += f" and {plural(held_back, 'duplicate')} that were not reported"
+    text += f" in {plural(len(record.processes), 'process', 'processes')}"
+    if verdict.known:
+        text += f"; {plural(len(verdict.known), 'known finding')}"
+    if record.warnings():
+        text += f"; {plural(len(record.warnings()), 'warning')}"
+    return text
+
+
+def mistake_lines(verdict):
+    """Returns what keeps the run from being judged, which is said even with --quiet."""
+    record = verdict.record
+    lines = [f"{folder}: the layer was not loaded" for folder in record.runs_without_layer()
+             if len(record.runs) > 1]
+    if not verdict.is_loaded and not lines:
+        lines = ["the layer was not loaded"]
+    if len(record.runs) > 1 or not record.headers:
+        lines += [f"{folder}: the run was cut off" for folder in record.unfinished_runs()]
+    if record.damaged:
+        lines.append(f"{record.damaged[0]}: this line was not written whole: is the disk full? "
+                     f"{plural(len(record.damaged), 'line')} lost, which may be findings")
+    return lines
+
+
+def summary_lines(verdict):
+    """Returns the lines of the summary."""
+    record = verdict.record
+    lines = []
+    for finding in verdict.new:
+        lines += finding_lines(finding)
+    for name, count in Counter(finding["VUID"] for finding in verdict.new).most_common():
+        lines.append(f"{count:6,}  {name}")
+    if record.headers:
+        lines.append(total_line(verdict))
+    lines += [f"warning: {text}" for text in
+              dict.fromkeys(finding["MainMessage"] for finding in record.warnings())]
+    lines += [f"not checked: {reason}" for reason in
+              dict.fromkeys(reason for summary in record.summaries
+                            for reason in summary.get("Unchecked", []))]
+    for entry in verdict.unused_entries:
+        lines.append(f"{entry.path}:{entry.line}: matches no finding any more: {entry.text}")
+    if verdict.status:
+        lines.append(describe_exit(verdict.status))
+    return lines
+
+
+def exit_status(verdict, error_exitcode):
+    """Returns the exit status of the run. A negative one is a signal, to be passed on."""
+    if verdict.status < 0:
+        return verdict.status
+    if verdict.new or (verdict.is_strict and verdict.unused_entries):
+        return error_exitcode
+    if not verdict.is_loaded:
+        return NOT_LOADED
+    if not verdict.is_whole:
+        return DAMAGED
+    return verdict.status

@@ -1,0 +1,260 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Composes the lines of log_format = json. */
+#include "src/report/log/lines.h"
+
+#include <inttypes.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "src/report/log/filename.h"
+#include "src/report/specification.h"
+#include "src/state/commands/object_names.h"
+#include "vuid-tables/registry.h"
+
+enum {
+    TIME_SIZE = 64,
+    REGION_SIZE = 2 * MESSAGE_LABELS * MESSAGE_NAME_SIZE,
+    SPEC_SIZE = 4096,
+    REASON_SIZE = 512,
+    NAME_SHOWN = MESSAGE_NAME_SIZE - 1,
+};
+
+static void begin(struct json *json, const char *type)
+{
+    char text[TIME_SIZE + 32], seconds[TIME_SIZE];
+    struct timespec now = {0};
+    struct tm parts = {0};
+    clock_gettime(CLOCK_REALTIME, &now);
+    gmtime_r(&now.tv_sec, &parts);
+    strftime(seconds, sizeof(seconds), "%Y-%m-%dT%H:%M:%S", &parts);
+    snprintf(text, sizeof(text), "%s.%06ldZ", seconds, now.tv_nsec / 1000);
+    json_begin(json);
+    json_text(json, "Type", type);
+    json_number(json, "pid", (uint64_t)getpid());
+    json_text(json, "time", text);
+}
+
+/* ---- header, device */
+
+static void write_version(struct json *json, const char *key, uint32_t version)
+{
+    char text[64];
+    snprintf(text, sizeof(text), "%u.%u.%u", VK_API_VERSION_MAJOR(version),
+             VK_API_VERSION_MINOR(version), VK_API_VERSION_PATCH(version));
+    json_text(json, key, text);
+}
+
+static void write_application(struct json *json, const VkApplicationInfo *application)
+{
+    char executable[LOG_PATH_SIZE];
+    log_executable(executable);
+    json_begin_object(json, "Application");
+    if (application && application->pApplicationName)
+        json_text(json, "Name", application->pApplicationName);
+    if (application && application->pEngineName)
+        json_text(json, "Engine", application->pEngineName);
+    json_text(json, "Executable", executable);
+    write_version(json, "ApiVersion",
+                  application && application->apiVersion ? application->apiVersion
+                                                         : VK_API_VERSION_1_0);
+    json_end_object(json);
+}
+
+static void write_setting(void *context, const char *key, const char *value)
+{
+    json_text(context, key, value);
+}
+
+bool line_of_header(struct json *json, const VkApplicationInfo *application,
+                    const struct settings *settings)
+{
+    begin(json, "Header");
+    json_text(json, "Layer", "VK_LAYER_ASSAY_validation");
+    json_text(json, "LayerVersion", ASSAY_VERSION);
+    json_text(json, "RegistryVersion", registry_version);
+    write_application(json, application);
+    json_begin_object(json, "Settings");
+    settings_each(settings, write_setting, json);
+    json_end_object(json);
+    return json_end(json);
+}
+
+bool line_of_device(struct json *json, VkDevice device, const char *name,
+                    const VkPhysicalDeviceDriverProperties *driver)
+{
+    begin(json, "Device");
+    json_hex(json, "device", (uint64_t)(uintptr_t)device);
+    json_text(json, "DeviceName", name);
+    json_text_of_size(json, "Driver", driver->driverName, sizeof(driver->driverName));
+    json_text_of_size(json, "DriverInfo", driver->driverInfo, sizeof(driver->driverInfo));
+    return json_end(json);
+}
+
+/* ---- findings */
+
+static const char *severity_name(enum report_flag severity)
+{
+    switch (severity) {
+    case REPORT_ERROR:
+        return "Error";
+    case REPORT_WARNING:
+        return "Warning";
+    case REPORT_INFO:
+        break;
+    }
+    return "Info";
+}
+
+static void write_objects(struct json *json, const struct message *message)
+{
+    json_begin_array(json, "Objects");
+    for (uint32_t i = 0; i < message->object_count; i++) {
+        const VkDebugUtilsObjectNameInfoEXT *object = &message->objects[i];
+        const char *type = object_type_name(object->objectType);
+        json_begin_object(json, NULL);
+        json_text(json, "type", type ? type : "object");
+        json_hex(json, "handle", object->objectHandle);
+        if (object->pObjectName)
+            json_text(json, "name", object->pObjectName);
+        json_end_object(json);
+    }
+    json_end_array(json);
+}
+
+static void append_labels(struct text_buffer *region, const VkDebugUtilsLabelEXT *labels,
+                          uint32_t count)
+{
+    for (uint32_t i = count; i-- > 0;) {
+        size_t length = strnlen(labels[i].pLabelName, NAME_SHOWN);
+        if (length == NAME_SHOWN)
+            length = text_cut_length(labels[i].pLabelName, NAME_SHOWN);
+        text_append(region, "%s%.*s", region->length ? "::" : "", (int)length,
+                    labels[i].pLabelName);
+    }
+}
+
+static void write_region(struct json *json, const struct message *message)
+{
+    char text[REGION_SIZE];
+    struct text_buffer region;
+    text_begin(&region, text, sizeof(text));
+    append_labels(&region, message->queue_labels, message->queue_label_count);
+    append_labels(&region, message->labels, message->label_count);
+    json_text(json, "DebugRegion", text);
+}
+
+static void write_specification(struct json *json, const struct message *message,
+                                enum spec_text spec_text)
+{
+    const struct vuid_text *vuid = &vuid_texts[message->vuid];
+    char line[SPEC_SIZE];
+    struct text_buffer text;
+    if (message->vuid == VUID_NONE || !vuid->sentence[0] || spec_text == SPEC_TEXT_NONE)
+        return;
+    text_begin(&text, line, sizeof(line));
+    specification_append_sentence(&text, vuid, spec_text);
+    json_text(json, "SpecText", line);
+    text_begin(&text, line, sizeof(line));
+    specification_append_url(&text, vuid);
+    json_text(json, "SpecUrl", line);
+}
+
+static void write_formerly(struct json *json, const struct message *message)
+{
+    const char *retired;
+    if (message->vuid == VUID_NONE || !vuid_retired(message->vuid, 0))
+        return;
+    json_begin_array(json, "formerly");
+    for (unsigned n = 0; (retired = vuid_retired(message->vuid, n)); n++)
+        if (strcmp(retired, message->id) != 0)
+            json_text(json, NULL, retired);
+    json_end_array(json);
+}
+
+static void write_also(struct json *json, const struct message *message)
+{
+    if (!message->also_count)
+        return;
+    json_begin_array(json, "also");
+    for (uint32_t i = 0; i < message->also_count; i++)
+        json_text(json, NULL, message->also[i]);
+    json_end_array(json);
+}
+
+static void write_origin(struct json *json, const struct message *message)
+{
+    const struct call_origin *origin = message->origin;
+    if (origin->device)
+        json_hex(json, "device", (uint64_t)(uintptr_t)origin->device);
+    if (origin->queue)
+        json_hex(json, "queue", (uint64_t)(uintptr_t)origin->queue);
+    if (origin->queue && origin->submission)
+        json_number(json, "submission", origin->submission);
+    if (origin->command_buffer && message->location.subject != SUBJECT_CALL)
+        json_number(json, "build", (uint64_t)origin->build_index + message->location.build);
+}
+
+/* Differences of compared rays have no rule; they arise at level content. */
+static void write_level(struct json *json, const struct message *message)
+{
+    enum level level =
+        message->vuid == VUID_NONE ? LEVEL_CONTENT : rule_infos[rule_of_vuid(message->vuid)].level;
+    json_text(json, "level", level_name(level));
+}
+
+bool line_of_message(struct json *json, const struct message *message, enum spec_text spec_text)
+{
+    begin(json, "Finding");
+    json_text(json, "Severity", severity_name(message->severity));
+    json_text(json, "VUID", message->id);
+    json_hex(json, "MessageID", (uint32_t)message->id_number);
+    write_objects(json, message);
+    if (message->origin) {
+        json_text(json, "Function", build_command_name(message->location.command));
+        json_text_of_size(json, "Location", message->main, message->path_length);
+    }
+    json_text_of_size(json, "MainMessage", message->main, message->main_length);
+    if (message->origin) {
+        write_region(json, message);
+        write_specification(json, message, spec_text);
+        write_origin(json, message);
+        write_level(json, message);
+        write_formerly(json, message);
+        write_also(json, message);
+    }
+    return json_end(json);
+}
+
+/* ---- summary */
+
+bool line_of_summary(struct json *json, const struct settings *settings,
+                     const struct duplicates *duplicates, struct unchecked_counts *unchecked)
+{
+    begin(json, "Summary");
+    json_begin_object(json, "Findings");
+    for (uint32_t id = 0; id < REPORTED_IDS; id++) {
+        uint64_t found = atomic_load(&duplicates->ids[id].found);
+        if (found)
+            json_number(json, reported_id_name(id), found);
+    }
+    json_end_object(json);
+    json_begin_object(json, "HeldBack");
+    for (uint32_t id = 0; id < REPORTED_IDS; id++) {
+        uint64_t held = atomic_load(&duplicates->ids[id].held);
+        if (held)
+            json_number(json, reported_id_name(id), held);
+    }
+    json_end_object(json);
+    json_begin_array(json, "Unchecked");
+    for (unsigned n = 0; n < SUMMARY_REASONS; n++) {
+        char reason[REASON_SIZE];
+        struct text_buffer text;
+        text_begin(&text, reason, sizeof(reason));
+        summary_append_reason(&text, n, settings, unchecked);
+        if (text.length)
+            json_text(json, NULL, reason);
+    }
+    json_end_array(json);
+    return json_end(json);
+}

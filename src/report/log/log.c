@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Opens the log and writes to it. */
+#include "src/report/log/log.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/uio.h>
+
+#include "src/base/elevated.h"
+#include "src/report/log/filename.h"
+
+enum { LINE_SIZE = 1024, FILENAME_SHOWN = 200 };
+
+/* ---- opening */
+
+/* Returns NULL, and sets `reason`, if the file cannot be opened. Appends, because several instances
+ * and several processes may share the file. */
+static FILE *open_file(const char *filename, const char **reason)
+{
+    char path[LOG_PATH_SIZE];
+    if (process_is_elevated()) {
+        *reason = "a process with elevated privileges writes no file";
+        return NULL;
+    }
+    if (!log_filename_expand(filename, path)) {
+        *reason = strerror(ENAMETOOLONG);
+        return NULL;
+    }
+    FILE *file = fopen(path, "ae");
+    *reason = strerror(errno);
+    return file;
+}
+
+static void choose_file(struct log *log, const struct settings *settings,
+                        void (*warn)(void *context, const char *line), void *context)
+{
+    const char *filename = settings->log_filename, *reason;
+    log->file = stderr;
+    if (!log->is_active || !filename || strcasecmp(filename, "stderr") == 0)
+        return;
+    if (strcasecmp(filename, "stdout") == 0) {
+        log->file = stdout;
+        return;
+    }
+    FILE *file = open_file(filename, &reason);
+    if (file) {
+        log->file = file;
+        log->is_owned = true;
+        return;
+    }
+    char line[LINE_SIZE];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append(&text, "assay_validation.log_filename: ");
+    text_append_quoted(&text, filename, FILENAME_SHOWN);
+    text_append(&text, " cannot be opened for writing (%s). The default, stderr, is used.", reason);
+    warn(context, line);
+}
+
+VkResult log_open(struct log *log, const struct settings *settings,
+                  void (*warn)(void *context, const char *line), void *context)
+{
+    log->is_active = settings->debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT);
+    pthread_mutex_init(&log->lock, NULL);
+    if (log->is_active && settings->log_format == LOG_FORMAT_JSON) {
+        log->json = malloc(sizeof(*log->json));
+        if (!log->json)
+            return VK_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    choose_file(log, settings, warn, context);
+    return VK_SUCCESS;
+}
+
+void log_close(struct log *log)
+{
+    if (log->is_owned)
+        fclose(log->file);
+    if (log->file || log->json)
+        pthread_mutex_destroy(&log->lock);
+    free(log->json);
+}
+
+/* ---- writing */
+
+/* Writes all of the data with one call, unless the file takes only a part of it. A newline ends the
+ * part of a line that an earlier failure has left. Returns an error number or 0. */
+static int write_all(struct log *log, const char *data, size_t size)
+{
+    int descriptor = fileno(log->file);
+    size_t newline = log->is_torn, done = 0;
+    while (done < size) {
+        const struct iovec parts[] = {{(char *)(uintptr_t) "\n", newline},
+                                      {(char *)(uintptr_t)data + done, size - done}};
+        ssize_t written = writev(descriptor, parts, 2);
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0) {
+            log->is_torn |= done != 0;
+            return written < 0 ? errno : EIO;
+        }
+        done += (size_t)written - newline;
+        newline = 0;
+    }
+    log->is_torn = false;
+    return 0;
+}
+
+/* A limit of file sizes, or a closed pipe, must not end the application: while the layer writes,
+ * the signals of these errors are blocked. */
+struct blocked_signals {
+    sigset_t before, pending;
+};
+
+static void block_signals(struct blocked_signals *blocked)
+{
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGXFSZ);
+    sigaddset(&signals, SIGPIPE);
+    sigpending(&blocked->pending);
+    pthread_sigmask(SIG_BLOCK, &signals, &blocked->before);
+}
+
+/* Takes back the signal of the error, if there is one, unless the application has had it before. */
+static void unblock_signals(const struct blocked_signals *blocked, int error)
+{
+    int raised = error == EFBIG ? SIGXFSZ : error == EPIPE ? SIGPIPE : 0;
+    if (raised && !sigismember(&blocked->pending, raised)) {
+        sigset_t signals;
+        sigemptyset(&signals);
+        sigaddset(&signals, raised);
+        sigtimedwait(&signals, NULL, &(struct timespec){0});
+    }
+    pthread_sigmask(SIG_SETMASK, &blocked->before, NULL);
+}
+
+/* Returns the error of the first failure; later ones return 0. */
+static int first_failure(struct log *log, int error)
+{
+    return error && !atomic_exchange(&log->has_failed, true) ? error : 0;
+}
+
+/* Writes the line that was composed, if it is complete, and releases the lock. */
+static int finish_line(struct log *log, bool is_complete)
+{
+    int error = EOVERFLOW;
+    if (is_complete) {
+        if (!log->is_owned)
+            fflush(log->file); /* the application's text comes first */
+        struct blocked_signals blocked;
+        block_signals(&blocked);
+        error = write_all(log, log->json->line, log->json->length);
+        unblock_signals(&blocked, error);
+    }
+    pthread_mutex_unlock(&log->lock);
+    return first_failure(log, error);
+}
+
+static int write_text(struct log *log, const struct message *message)
+{
+    struct blocked_signals blocked;
+    block_signals(&blocked);
+    errno = 0;
+    message_write(message, log->file);
+    int error = !ferror(log->file) ? 0 : errno ? errno : EIO;
+    unblock_signals(&blocked, error);
+    return first_failure(log, error);
+}
+
+int log_message(struct log *log, const struct message *message, const struct settings *settings)
+{
+    if (!log->json)
+        return write_text(log, message);
+    pthread_mutex_lock(&log->lock);
+    return finish_line(log, line_of_message(log->json, message, settings->spec_text));
+}
+
+int log_header(struct log *log, const VkApplicationInfo *application,
+               const struct settings *settings)
+{
+    if (!log->json)
+        return 0;
+    pthread_mutex_lock(&log->lock);
+    return finish_line(log, line_of_header(log->json, application, settings));
+}
+
+int log_device(struct log *log, VkDevice device, const char *name,
+               const VkPhysicalDeviceDriverProperties *driver)
+{
+    if (!log->json)
+        return 0;
+    pthread_mutex_lock(&log->lock);
+    return finish_line(log, line_of_device(log->json, device, name, driver));
+}
+
+int log_summary(struct log *log, const struct settings *settings,
+                const struct duplicates *duplicates, struct unchecked_counts *unchecked)
+{
+    if (!log->json)
+        return 0;
+    pthread_mutex_lock(&log->lock);
+    return finish_line(log, line_of_summary(log->json, settings, duplicates, unchecked));
+}

@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* An application for tests of assay-run. Each argument is a step:
+ *   clean         a build call without a mistake
+ *   mistake       one with a mistake
+ *   name=NAME     the command buffer's debug name
+ *   many=N        N times `mistake`
+ *   leave         ends without destroying anything, as many applications do
+ *   exit=N        the exit status
+ *   signal=N      sends that signal to itself
+ *   fork          the steps that follow are those of a child, for which the parent waits
+ *   outlive       they are those of a child that has an instance and goes on after the parent's end
+ *   exec          a new program in the same process carries out the steps that follow
+ * It has a messenger, as most applications have. The environment names the driver and the layer. */
+#include <dlfcn.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tests/rules/scene.h"
+
+static struct platform platform;
+static struct fixture fixture;
+static struct scene *scene;
+
+static void open_scene(void)
+{
+    static const struct setup setup = {.by_environment = true};
+    if (scene != NULL)
+        return;
+    /* platform_open would change the environment. */
+    void *loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
+    platform = (struct platform){.name = "environment", .is_named = true};
+    if (loader != NULL)
+        platform.get_instance_proc_addr =
+            (PFN_vkGetInstanceProcAddr)dlsym(loader, "vkGetInstanceProcAddr");
+    const char *missing = platform.get_instance_proc_addr != NULL
+                              ? fixture_open(&fixture, &platform, &setup)
+                              : "there is no libvulkan.so.1";
+    if (missing != NULL) {
+        fprintf(stderr, "%s\n", missing);
+        exit(3);
+    }
+    fixture.messages.answer = VK_TRUE;
+    scene = scene_open(&fixture, COMMAND_DEVICE);
+}
+
+static void close_scene(void)
+{
+    if (scene == NULL)
+        return;
+    scene_close(scene);
+    fixture_close(&fixture);
+}
+
+static void build(uint32_t info_count)
+{
+    open_scene();
+    const uint32_t valid = scene->info_count;
+    scene->info_count = info_count < valid ? info_count : valid;
+    scene_call(scene);
+    scene->info_count = valid;
+}
+
+static void set_name(const char *name)
+{
+    open_scene();
+    const VkDebugUtilsObjectNameInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+        .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
+        .objectHandle = (uint64_t)(uintptr_t)scene->command_buffer,
+        .pObjectName = name,
+    };
+    expect_success(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &info), "the name");
+}
+
+/* Returns in the child. */
+static void fork_child(void)
+{
+    int status = 0;
+    fflush(NULL);
+    const pid_t child = fork();
+    if (child == 0)
+        return;
+    waitpid(child, &status, 0);
+    exit(WEXITSTATUS(status));
+}
+
+/* Returns in the child, which has an instance, after the parent's end. */
+static void outlive_parent(void)
+{
+    int opened[2], ended[2];
+    char byte = 0;
+    if (pipe(opened) != 0 || pipe(ended) != 0)
+        exit(3);
+    fflush(NULL);
+    if (fork() != 0) {
+        close(opened[1]);
+        exit(read(opened[0], &byte, 1) == 1 ? 0 : 3);
+    }
+    close(ended[1]);
+    open_scene();
+    if (write(opened[1], &byte, 1) != 1 || read(ended[0], &byte, 1) != 0)
+        exit(3);
+    usleep(300000); /* assay-run sees the end, too */
+}
+
+static const char *argument_of(const char *step, const char *name)
+{
+    const size_t length = strlen(name);
+    return strncmp(step, name, length) == 0 && step[length] == '=' ? step + length + 1 : NULL;
+}
+
+static bool carry_out_with_argument(const char *step)
+{
+    const char *argument;
+    if ((argument = argument_of(step, "name"))) {
+        set_name(argument);
+    } else if ((argument = argument_of(step, "many"))) {
+        for (int i = atoi(argument); i > 0; i--)
+            build(0);
+    } else if ((argument = argument_of(step, "exit"))) {
+        close_scene();
+        exit(atoi(argument));
+    } else if ((argument = argument_of(step, "signal"))) {
+        raise(atoi(argument));
+    } else {
+        return false;
+    }
+    return true;
+}
+
+static void carry_out(char **argv, int i)
+{
+    const char *step = argv[i];
+    if (strcmp(step, "clean") == 0)
+        build(UINT32_MAX);
+    else if (strcmp(step, "mistake") == 0)
+        build(0);
+    else if (strcmp(step, "leave") == 0)
+        _exit(0);
+    else if (strcmp(step, "fork") == 0)
+        fork_child();
+    else if (strcmp(step, "outlive") == 0)
+        outlive_parent();
+    else if (strcmp(step, "exec") == 0 && argv[i + 1] != NULL) {
+        argv[i] = argv[0];
+        execv("/proc/self/exe", argv + i);
+    } else if (!carry_out_with_argument(step)) {
+        fprintf(stderr, "not a step: %s\n", step);
+        exit(3);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    for (int i = 1; i < argc; i++)
+        carry_out(argv, i);
+    close_scene();
+    return 0;
+}

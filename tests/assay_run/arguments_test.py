@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The command line: what is wrong ends with status 2 before the application runs."""
+
+import re
+import subprocess
+import sys
+import unittest
+
+from runs import LAYER, ROOT, Runs
+from assay_run.options import make_parser
+
+
+class Arguments(Runs):
+    def expect_refused(self, *words):
+        result = self.run_words(*words, "--", "touch", "was-run")
+        self.assertEqual(result.status, 2, result.err)
+        self.assertFalse((self.folder / "was-run").exists())
+        return result.err
+
+    def test_refused(self):
+        (self.folder / "known.txt").write_text("an id with spaces\n")
+        (self.folder / "binary").write_bytes(b"\xff\xfe")
+        for words in (["--level", "everything"], ["--leve", "content"], ["--set", "level"],
+                      ["--error-exitcode", "0"], ["--error-exitcode", "²"],
+                      ["--strict-baseline"], ["--baseline", "none.txt"], ["--baseline", "known.txt"],
+                      ["--baseline", "binary"], ["--junit", "no/folder/a.xml"], ["--html", "."],
+                      ["--set", "log_filename=x"], ["--set", "log_format=text"],
+                      ["--merge", "known.txt"]):
+            with self.subTest(words):
+                self.expect_refused(*words)
+
+    def test_equals_sign(self):
+        result = self.run_script(
+            "load(); sys.exit(os.environ['VK_ASSAY_VALIDATION_LEVEL'] != 'content')",
+            "--level=content")
+        self.assertEqual(result.status, 0)
+
+    def test_nothing_to_run(self):
+        self.assertEqual(self.run_words().status, 2)
+        self.assertEqual(self.run_words("--").status, 2)
+
+    def test_the_application_has_options_of_its_own(self):
+        script = LAYER + "load(); sys.exit(sys.argv[1:] != ['--level', '--', '-h'])"
+        result = self.run_words("--", sys.executable, "-c", script, "--level", "--", "-h")
+        self.assertEqual(result.status, 0)
+
+    def test_help(self):
+        result = self.run_words("--help")
+        self.assertEqual(result.status, 0)
+        self.assertIn("exit status", result.out)
+
+
+class Elsewhere(unittest.TestCase):
+    """The manual and the completion have every option."""
+
+    OPTIONS = sorted(option for action in make_parser()._actions
+                     for option in action.option_strings if option.startswith("--"))
+
+    def test_manual(self):
+        page = (ROOT / "docs/assay-run.1").read_text(encoding="utf-8").replace("\\-", "-")
+        for option in self.OPTIONS:
+            if option != "--help":
+                self.assertIn(option, page)
+
+    def test_statuses_in_the_manual(self):
+        page = (ROOT / "docs/assay-run.1").read_text(encoding="utf-8")
+        epilog = make_parser().epilog
+        for number in re.findall(r"^  (\d+)", epilog, re.M):
+            self.assertIn(number, page)
+
+    def test_completion(self):
+        script = ROOT / "scripts/assay_run/completion.bash"
+        words = subprocess.run(
+            ["bash", "-c", f"source {script}; COMP_WORDS=(assay-run --); COMP_CWORD=1; "
+             "_assay_run; printf '%s\\n' \"${COMPREPLY[@]}\""],
+            capture_output=True, encoding="utf-8", check=True).stdout.split()
+        self.assertEqual(sorted(set(words) - {"--"}), self.OPTIONS)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,46 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The demo's planted mistakes on the page. ASSAY_TEST_SCREENSHOT names a file for a picture of it."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import unittest
+
+from browser import CHROMIUM, Browser
+from runs import Runs
+
+DEMO, LAYERS = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
+MESH = pathlib.Path("/usr/share/glmark2/models/bunny.obj")
+PLANTED = 24
+
+
+class Demo(Runs):
+    def test_page(self):
+        (self.folder / "assay_demo").symlink_to(DEMO)
+        result = self.run_words("--lavapipe", "--level", "content", "--html", "a.html", "--json",
+                                "a.json", "--", "./assay_demo", VK_LAYER_PATH=str(LAYERS))
+        self.assertEqual(result.status, 99, result.err)
+        found = json.loads((self.folder / "a.json").read_text(encoding="utf-8"))["new"]
+        browser = Browser(self.folder)
+        self.addCleanup(browser.close)
+        browser.open(self.folder / "a.html", 1000, 900)
+        self.assertEqual(browser.console, [])
+        self.assertEqual(browser.run("document.querySelectorAll('.finding').length"), len(found))
+        self.assertEqual(len({one["VUID"] for one in found}), PLANTED)
+        text = browser.run("document.body.innerText")
+        for one in found:
+            self.assertIn(one["VUID"], text)
+        if os.environ.get("ASSAY_TEST_SCREENSHOT"):
+            pathlib.Path(os.environ["ASSAY_TEST_SCREENSHOT"]).write_bytes(browser.screenshot())
+
+
+if __name__ == "__main__":
+    lavapipe = subprocess.run(["sh", "-c", "ls /usr/share/vulkan/icd.d/lvp_icd*"],
+                              capture_output=True, check=False).returncode == 0
+    if not CHROMIUM or not lavapipe or not MESH.exists():
+        print("needs Chromium, lavapipe and the mesh of glmark2-data")
+        sys.exit(77)
+    unittest.main(argv=sys.argv[:1])

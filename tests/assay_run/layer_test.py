@@ -1,0 +1,181 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""assay-run end to end: a real application, the loader, the layer, and the null driver."""
+
+import json
+import pathlib
+import signal
+import subprocess
+import sys
+import unittest
+
+from runs import ASSAY_RUN, ROOT, VUID, Runs
+
+try:
+    import jsonschema
+except ImportError:
+    jsonschema = None
+
+APPLICATION, LAYERS, DRIVER = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
+
+
+class Layer(Runs):
+    def setUp(self):
+        super().setUp()
+        self.environment.update(VK_LAYER_PATH=str(LAYERS), VK_DRIVER_FILES=str(DRIVER),
+                                VK_LOADER_LAYERS_DISABLE="~implicit~")
+
+    def run_steps(self, steps, *options, **environment):
+        return self.run_words(*options, "--", APPLICATION, *steps.split(), **environment)
+
+    def records(self, folder="records"):
+        files = sorted((self.folder / folder).glob("*/*.jsonl"))
+        return [[json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+                for file in files]
+
+    def test_mistake(self):
+        result = self.run_steps("mistake")
+        self.assertEqual(result.status, 99)
+        self.assertIn(VUID, result.err)
+
+    def test_clean(self):
+        result = self.run_steps("clean")
+        self.assertEqual(result.status, 0)
+        self.assertIn("0 findings in 1 process", result.err)
+
+    def test_clean_with_own_status(self):
+        self.assertEqual(self.run_steps("clean exit=42").status, 42)
+
+    def test_not_loaded(self):
+        self.assertEqual(self.run_words("--", "true").status, 98)
+
+    def test_only_the_layer_is_absent(self):
+        """An installation without the layer, and a VK_LAYER_PATH that leads nowhere."""
+        (self.folder / "copy").mkdir()
+        copy = self.folder / "copy/assay-run"
+        copy.write_text(ASSAY_RUN.read_text(encoding="utf-8"), encoding="utf-8")
+        (self.folder / "copy/assay_run").symlink_to(ROOT / "scripts/assay_run")
+        (self.folder / "copy/run.py").write_text(
+            "import sys; sys.path.insert(0, '.')\n"
+            "import assay_run.environment as environment\n"
+            "environment.find_manifest_folder = lambda scripts: None\n"
+            "exec(compile(open('assay-run').read(), 'assay-run', 'exec'))\n")
+        run = subprocess.run([sys.executable, "-B", "run.py", "--", APPLICATION, "mistake"],
+                             cwd=self.folder / "copy", capture_output=True, encoding="utf-8",
+                             env={**self.environment, "VK_LAYER_PATH": "/nowhere"}, check=False)
+        self.assertEqual(run.returncode, 98, run.stderr)
+
+    def test_wrong_layer_path(self):
+        """The layer that assay-run comes with is found all the same, if there is one."""
+        result = self.run_steps("mistake", VK_LAYER_PATH="/nowhere")
+        self.assertIn(result.status, (98, 99))
+
+    def test_enabled_twice(self):
+        result = self.run_steps("mistake", VK_INSTANCE_LAYERS="VK_LAYER_ASSAY_validation")
+        self.assertIn("1 finding in 1 process", result.err)
+
+    def test_two_runs_in_one_folder(self):
+        self.assertEqual(self.run_steps("mistake", "--record", "records").status, 99)
+        self.assertEqual(self.run_steps("clean", "--record", "records").status, 0)
+        self.assertEqual(len(self.records()), 2)
+
+    def test_mistyped_filter(self):
+        result = self.run_steps("clean", "--set", "message_id_filter=VUID-mistyped")
+        self.assertEqual(result.status, 0)
+        self.assertIn("1 warning", result.err)
+        self.assertEqual(self.run_steps("mistake", "--set", "message_id_filter=x").status, 99)
+
+    def test_mistyped_setting(self):
+        result = self.run_steps("clean", "--set", "levle=state")
+        self.assertEqual(result.status, 0)
+        self.assertIn("LEVLE", result.err)
+
+    def test_messenger_and_log_action(self):
+        for action in ("default", "callback", "log", "ignore", "fail"):
+            result = self.run_steps("mistake", "--set", f"debug_action={action}")
+            self.assertEqual(result.status, 99, action)
+
+    def test_signals(self):
+        for number in (signal.SIGSEGV, signal.SIGKILL, signal.SIGABRT):
+            result = self.run_steps(f"clean mistake signal={int(number)}")
+            self.assertEqual(result.status, -number)
+            self.assertIn(VUID, result.err)
+
+    def test_application_that_leaves_its_instance(self):
+        self.assertEqual(self.run_steps("mistake leave").status, 99)
+        self.assertEqual(self.run_steps("clean leave").status, 0)
+
+    def test_children(self):
+        self.assertEqual(self.run_steps("fork mistake").status, 99)
+        self.assertEqual(self.run_steps("exec mistake").status, 99)
+        self.assertEqual(self.run_steps("clean exec mistake").status, 99)
+        self.assertEqual(self.run_steps("fork clean exit=4").status, 4)
+
+    def test_child_that_outlives_its_parent(self):
+        self.assertEqual(self.run_steps("outlive mistake leave").status, 99)
+
+    def test_sixteen_processes(self):
+        processes = f"for i in $(seq 16); do {APPLICATION} name=process-$i many=3 & done; wait"
+        result = self.run_words("--record", "records", "--json", "all.json", "--", "sh", "-c",
+                                processes)
+        self.assertEqual(result.status, 99)
+        self.assertIn("48 findings in 16 processes", result.err)
+        found = json.loads((self.folder / "all.json").read_text(encoding="utf-8"))["new"]
+        names = [item["name"] for one in found for item in one["Objects"] if "name" in item]
+        self.assertEqual(sorted(set(names)), sorted(f"process-{i}" for i in range(1, 17)))
+
+    def test_sixteen_runs_at_once(self):
+        runs = [subprocess.Popen(
+            [sys.executable, "-B", ASSAY_RUN, "--quiet", "--record", "records", "--", APPLICATION,
+             "mistake" if i % 2 else "clean"], cwd=self.folder, env=self.environment,
+            stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) for i in range(16)]
+        self.assertEqual([run.wait() for run in runs], [0, 99] * 8)
+        result = self.run_words("--merge", "records")
+        self.assertEqual(result.status, 99)
+        self.assertIn("8 findings in 16 processes", result.err)
+
+    def test_baseline(self):
+        self.assertEqual(self.run_steps("name=mesh-1 mistake", "--write-baseline",
+                                        "known.txt").status, 0)
+        self.assertIn(f"{VUID}@mesh-1", (self.folder / "known.txt").read_text(encoding="utf-8"))
+        baseline = ("--baseline", "known.txt")
+        self.assertEqual(self.run_steps("name=mesh-1 many=99", *baseline).status, 0)
+        # The limit for each id may not hide the last.
+        self.assertEqual(self.run_steps("name=mesh-1 many=200 name=mesh-2 mistake",
+                                        *baseline).status, 99)
+        result = self.run_steps("clean", *baseline)
+        self.assertEqual(result.status, 0)
+        self.assertIn("matches no finding any more", result.err)
+        self.assertEqual(self.run_steps("clean", *baseline, "--strict-baseline").status, 99)
+
+    def test_message_id_filter_takes_lines_of_a_baseline(self):
+        line = f"message_id_filter={VUID}@mesh-*"
+        self.assertEqual(self.run_steps("name=mesh-1 mistake", "--set", line).status, 0)
+        self.assertEqual(self.run_steps("name=box mistake", "--set", line).status, 99)
+
+    def test_held_back(self):
+        result = self.run_steps("many=50")
+        self.assertEqual(result.status, 99)
+
+    @unittest.skipIf(jsonschema is None, "python3-jsonschema is not installed")
+    def test_records(self):
+        schema = json.loads((ROOT / "json/findings.schema.json").read_text(encoding="utf-8"))
+        self.run_steps("clean name=é\"\\ mistake", "--record", "records")
+        [lines] = self.records()
+        for line in lines:
+            jsonschema.validate(line, schema)
+        self.assertEqual(lines[0]["Type"], "Header")
+        self.assertEqual(lines[-1]["Type"], "Summary")
+        self.assertEqual(lines[0]["Settings"]["report_flags"], "error,warn")
+
+    def test_reports(self):
+        result = self.run_steps("name=a mistake", "--junit", "a.xml", "--sarif", "a.sarif",
+                                "--json", "a.json", "--html", "a.html", "--github")
+        self.assertEqual(result.status, 99)
+        for name in ("a.xml", "a.sarif", "a.json", "a.html"):
+            self.assertIn(VUID, (self.folder / name).read_text(encoding="utf-8"))
+        self.assertIn(f"title={VUID}", result.out)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The page of --html in headless Chromium."""
+
+import sys
+import unittest
+
+from browser import CHROMIUM, Browser
+from runs import NASTY, TIME, VUID, Runs, finding, header
+
+QUEUE = "0x7f0000000010"
+
+
+def build(number, **members):
+    return {"Type": "Build", "pid": 7, "time": TIME, "device": "0x7f0000000001", "queue": QUEUE,
+            "submission": number // 10, "command_buffer": f"0x7f00{number // 10:08x}",
+            "build": number % 10, "mode": "update" if number % 3 else "build",
+            "type": "bottom level", "dst": f"0x7f{number // 3:010x}",
+            "dst_name": f"mesh {number // 3}", "src": f"0x7f{number // 3:010x}", "geometries": 1,
+            "primitives": 1000 + number, "size": 65536 + number, "compacted_size": 32768 + number,
+            "memory": f"0x7f{number // 300:010x} + {number * 65536}", **members}
+
+
+def findings():
+    return [
+        finding(MainMessage=NASTY, Objects=[{"type": "VkBuffer", "handle": "0xabc",
+                                             "name": "vertices of the duck"}],
+                DebugRegion="frame::shadows", SpecText="infoCount must be greater than 0",
+                SpecUrl="https://docs.vulkan.org/spec", queue=QUEUE, submission=5),
+        finding("VUID-second", MainMessage="scratchData is misaligned.", queue=QUEUE, submission=6,
+                SpecUrl="javascript:alert(1)",
+                call_site=[{"module": "/app", "offset": "0x10"}]),
+        finding("VUID-second", MainMessage="scratchData is misaligned, too."),
+        finding("VUID-known", MainMessage="A known finding."),
+    ]
+
+
+@unittest.skipUnless(CHROMIUM, "Chromium is not installed")
+class Page(Runs):
+    def setUp(self):
+        super().setUp()
+        self.browser = Browser(self.folder)
+        self.addCleanup(self.browser.close)
+
+    def open(self, *lines, width=1200):
+        self.write_record(*lines)
+        (self.folder / "known.txt").write_text("VUID-known\n")
+        self.run_words("--merge", "7.jsonl", "--baseline", "known.txt", "--html", "a.html")
+        self.browser.open(self.folder / "a.html", width)
+
+    def open_example(self, **options):
+        self.open(header(), *findings(), *map(build, range(600)), **options)
+
+    def tearDown(self):
+        self.assertEqual(self.browser.console, [])
+        others = [url for url in self.browser.requests if not url.startswith(("file:", "data:"))]
+        self.assertEqual(others, [])
+
+    def count(self, selector):
+        return self.browser.run(f"document.querySelectorAll({selector!r}).length")
+
+    def text(self, selector):
+        return self.browser.run(f"document.querySelector({selector!r}).innerText")
+
+    def test_findings(self):
+        self.open_example()
+        self.assertEqual(self.text("#verdict"), "3 findings.")
+        self.assertEqual(self.count("#groups .group"), 2)
+        self.assertEqual(self.count("#groups .finding"), 3)
+        text = self.text("#groups")
+        for part in (VUID, "vertices of the duck", "infoCount must be greater than 0", "frame",
+                     "/app+0x10", "</script>", "submission 5"):
+            self.assertIn(part, text)
+        self.assertEqual(self.count("#groups a"), 1)  # and none to a script
+
+    def test_filters(self):
+        self.open_example()
+        self.browser.run("document.querySelector('#text').focus()")
+        self.browser.type("DUCK vert")
+        self.assertEqual(self.count(".finding"), 1)
+        self.assertEqual(self.text("#count"), "1 finding")
+        self.browser.run("text.value = ''; id.value = 'VUID-second'; "
+                         "id.dispatchEvent(new Event('input', {bubbles: true}))")
+        self.assertEqual(self.count(".finding"), 2)
+        self.browser.run("id.value = ''; known.click()")
+        self.assertEqual(self.count(".finding"), 4)
+
+    def test_time_line(self):
+        self.open_example()
+        self.assertEqual(self.count("#timeline .queue"), 1)
+        self.assertEqual(self.count("#timeline button"), 60)
+        self.assertEqual(self.count("#timeline button.bad"), 2)
+
+    def test_structures(self):
+        self.open_example()
+        self.assertEqual(self.count("#structures tr"), 100)
+        self.assertIn("200 structures", self.text("#totals"))
+        self.browser.run("structure.focus()")
+        self.browser.type("mesh 42")
+        self.assertEqual(self.count("#structures tr"), 1)
+        row = self.text("#structures tr")
+        for part in ("mesh 42", "65,664", "32,896", "1,128"):
+            self.assertIn(part, row)
+
+    def test_clean(self):
+        self.open(header())
+        self.assertEqual(self.text("#verdict"), "No findings.")
+        self.assertEqual(self.count("section:not([hidden])"), 2)  # findings, and the unused line
+
+    def test_not_loaded(self):
+        self.open()
+        self.assertIn("the layer was not loaded", self.text("#verdict"))
+
+    def test_narrow(self):
+        self.open_example(width=400)
+        self.assertLessEqual(self.browser.run("document.documentElement.scrollWidth"), 400)
+        cut = self.browser.run("""[...document.querySelectorAll(
+            'h1, h2, h3, p, li, summary, label, input, select, td')].filter(element => {
+                const box = element.getBoundingClientRect();
+                return box.width && (box.left < 0 || box.right > 400);
+            }).map(element => element.outerHTML)""")
+        self.assertEqual(cut, [])
+        self.assertGreaterEqual(self.browser.run(
+            "parseFloat(getComputedStyle(document.querySelector('.finding p')).fontSize)"), 14)
+
+    def test_keyboard(self):
+        """Tab reaches each control, the focus can be seen, and keys operate them."""
+        self.open_example()
+        reached = []
+        for _ in range(200):
+            self.browser.press("Tab", 9)
+            reached.append(self.browser.run("""(() => {
+                const element = document.activeElement;
+                return element.id || element.className || element.tagName;
+            })()"""))
+            if reached[-1] == "BODY":
+                break
+            self.assertNotEqual(self.browser.run(
+                "getComputedStyle(document.activeElement).outlineStyle"), "none", reached[-1])
+        for control in ("skip", "text", "id", "known", "SUMMARY", "bad", "structure", "scroll",
+                        "more"):
+            self.assertIn(control, reached)
+        self.assertEqual(sorted(set(reached), key=reached.index)[:5],
+                         ["skip", "SUMMARY", "text", "id", "known"])
+
+    def test_keys_operate(self):
+        self.open_example()
+        self.browser.run("known.focus()")
+        self.browser.press(" ", 32, " ")
+        self.assertEqual(self.count(".finding"), 4)
+        self.browser.run("document.querySelector('.group summary').focus()")
+        self.browser.press("Enter", 13, "\r")
+        self.assertEqual(self.count("details.group[open]"), 2)
+        self.browser.run("more.focus()")
+        self.browser.press("Enter", 13, "\r")
+        self.assertEqual(self.count("#structures tr"), 200)
+        self.browser.run("document.querySelector('#timeline button.bad').focus()")
+        self.assertIn("1 finding", self.text("#selected"))
+
+    def test_printing(self):
+        self.open_example()
+        self.browser.run("document.querySelector('.group').open = false")
+        self.assertTrue(self.browser.print_to_pdf().startswith(b"%PDF"))
+        self.assertEqual(self.count("details.group[open]"), 2)  # what is folded would be missing
+
+    def test_size(self):
+        self.open(header(), *findings(), *map(build, range(10000)))
+        self.assertLess((self.folder / "a.html").stat().st_size, 2_000_000)
+        self.assertLessEqual(self.count("#timeline button"), 100)
+
+    def test_several_processes(self):
+        self.open(header(), header(pid=8), build(0), build(0, pid=8))
+        self.assertEqual(self.count("#timeline .queue"), 2)
+        self.assertIn("2 structures", self.text("#totals"))
+
+    def test_dark(self):
+        self.open_example()
+        self.browser.call("Emulation.setEmulatedMedia",
+                          features=[{"name": "prefers-color-scheme", "value": "dark"}])
+        self.assertEqual(self.browser.run("getComputedStyle(document.body).backgroundColor"),
+                         "rgb(21, 25, 30)")
+
+
+if __name__ == "__main__":
+    if not CHROMIUM:
+        print("Chromium is not installed")
+        sys.exit(77)
+    unittest.main()

@@ -1,0 +1,128 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Records: read, damaged, merged."""
+
+import json
+import unittest
+
+from runs import NASTY, ROOT, Runs, finding, header
+from assay_run.records import read_records
+
+try:
+    import jsonschema
+except ImportError:
+    jsonschema = None
+
+
+class Merging(Runs):
+    def record(self, script, folder):
+        return self.run_script(script, "--record", folder).status
+
+    def test_one_verdict(self):
+        self.record("load(); end()", "records")
+        self.record("load(); find(); end()", "records")
+        result = self.run_words("--merge", "records")
+        self.assertEqual(result.status, 99)
+        self.assertIn("1 finding in 2 processes", result.err)
+
+    def test_clean(self):
+        self.record("load(); end()", "a")
+        self.record("load(); end()", "b")
+        self.assertEqual(self.run_words("--merge", "a", "b").status, 0)
+
+    def test_a_record_named_twice_counts_once(self):
+        self.record("load(); find()", "a")
+        self.assertIn("1 finding in 1 process", self.run_words("--merge", "a", ".", "a").err)
+
+    def test_status_of_an_application(self):
+        self.record("load(); end(); sys.exit(3)", "records")
+        self.record("load(); end()", "records")
+        self.assertEqual(self.run_words("--merge", "records").status, 3)
+
+    def test_signal_of_an_application(self):
+        self.record("load(); os.kill(os.getpid(), 9)", "records")
+        result = self.run_words("--merge", "records")
+        self.assertEqual(result.status, 137)
+        self.assertIn("SIGKILL", result.err)
+
+    def test_one_run_without_the_layer(self):
+        self.record("load(); end()", "records")
+        self.record("pass", "records")
+        result = self.run_words("--merge", "records")
+        self.assertEqual(result.status, 98)
+        self.assertIn("the layer was not loaded", result.err)
+
+    def test_a_run_that_was_cut_off(self):
+        self.record("load(); end()", "records")
+        self.record("load(); end(); os.kill(os.getppid(), 9)", "records")
+        result = self.run_words("--merge", "records")
+        self.assertEqual(result.status, 97)
+        self.assertIn("the run was cut off", result.err)
+
+    def test_files_without_runs(self):
+        self.write_record(header(), finding(), name="a.txt")
+        self.assertEqual(self.run_words("--merge", "a.txt").status, 99)
+
+    def test_pids_of_two_hosts(self):
+        self.write_record(header(), name="a/7.jsonl")
+        self.write_record(header(), name="b/7.jsonl")
+        self.assertIn("2 processes", self.run_words("--merge", "a", "b").err)
+
+    def test_baseline(self):
+        self.record("load(); find()", "records")
+        self.run_words("--merge", "records", "--write-baseline", "known.txt")
+        self.assertEqual(self.run_words("--merge", "records", "--baseline", "known.txt").status, 0)
+
+    def test_nothing_there(self):
+        (self.folder / "empty").mkdir()
+        self.assertEqual(self.run_words("--merge", "empty").status, 98)
+        self.assertEqual(self.run_words("--merge", "none").status, 2)
+
+
+class Reading(Runs):
+    def test_empty(self):
+        self.assertEqual(read_records([self.write_record()]).headers, [])
+
+    def test_broken_lines(self):
+        lines = ["", "{", "[]", "1", "{}", '{"Type": 1}', '{"Type": "Finding"}', "\xff",
+                 json.dumps({**finding(), "VUID": None})]
+        path = self.folder / "1.jsonl"
+        path.write_text("\n".join([json.dumps(header()), *lines, json.dumps(finding())]),
+                        encoding="latin-1")
+        record = read_records([path])
+        self.assertEqual((len(record.findings), len(record.damaged)), (1, 8))
+
+    def test_half_characters(self):
+        path = self.write_record(header(), finding(MainMessage="\ud83d half"))
+        self.assertEqual(read_records([path]).findings[0]["MainMessage"], "? half")
+
+    def test_unknown_lines_are_kept_apart(self):
+        """A newer layer may write more."""
+        record = read_records([self.write_record(header(), {"Type": "New", "pid": 1})])
+        self.assertEqual((len(record.builds), record.damaged), (1, []))
+
+    def test_foreign_run_file(self):
+        (self.folder / "run.json").write_text("[]")
+        self.assertEqual(self.run_words("--merge", ".").status, 2)
+
+    def test_messages_cannot_control_the_terminal(self):
+        self.write_record(header(), finding(MainMessage=NASTY))
+        result = self.run_words("--merge", ".")
+        self.assertNotIn("\x1b", result.err)
+        self.assertNotIn("\x00", result.err)
+        self.assertIn("🦆", result.err)
+
+    def test_terminal_without_utf_8(self):
+        self.write_record(header(), finding(MainMessage=NASTY))
+        result = self.run_words("--merge", ".", "--github", PYTHONIOENCODING="ascii")
+        self.assertEqual(result.status, 99)
+
+    @unittest.skipIf(jsonschema is None, "python3-jsonschema is not installed")
+    def test_records_of_these_tests_are_as_the_layer_writes_them(self):
+        schema = json.loads((ROOT / "json/findings.schema.json").read_text(encoding="utf-8"))
+        for line in (header(), finding(), finding(MainMessage=NASTY)):
+            jsonschema.validate(line, schema)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,194 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Reports: JUnit and SARIF as their schemas say, annotations, JSON, and lines of the source.
+
+junit.xsd and sarif.schema.json beside this file have what the specifications demand of the members
+that assay-run writes. The official schemas are used in addition if ASSAY_TEST_SCHEMAS names a folder
+with junit-10.xsd (Jenkins) and sarif-schema-2.1.0.json (OASIS)."""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+from runs import NASTY, VUID, Runs, finding, header
+
+try:
+    import jsonschema
+except ImportError:
+    jsonschema = None
+
+HERE = pathlib.Path(__file__).resolve().parent
+OFFICIAL = pathlib.Path(os.environ.get("ASSAY_TEST_SCHEMAS", "/nowhere"))
+OBJECT = {"type": "VkBuffer", "handle": "0x1", "name": NASTY}
+PLACE = {"module": "/app", "offset": "0x10"}
+SUMMARY = {"Type": "Summary", "pid": 7, "Findings": {}, "HeldBack": {VUID: 3},
+           "Unchecked": ["no memory"]}
+RECORDS = {
+    "clean": [header()],
+    "not loaded": [],
+    "one": [header(), finding()],
+    "nasty": [header(), finding(MainMessage=NASTY, Objects=[OBJECT], SpecText=NASTY,
+                                DebugRegion=NASTY), SUMMARY],
+    "several": [header(), finding(), finding(), finding("VUID-new", SpecUrl="https://a.invalid/#b"),
+                finding("ASSAY-warning", Severity="Warning"), finding(call_site=[PLACE])],
+}
+
+
+class Reports(Runs):
+    def each(self):
+        """Writes all reports of each record, without and with a baseline."""
+        for name, lines in RECORDS.items():
+            for known in (f"{VUID}\n", "VUID-old\n"):
+                self.write_record(*lines)
+                (self.folder / "known.txt").write_text(known)
+                yield name, self.run_words(
+                    "--merge", "7.jsonl", "--baseline", "known.txt", "--strict-baseline",
+                    "--junit", "a.xml", "--sarif", "a.sarif", "--json", "a.json", "--html", "a.html",
+                    "--github")
+
+    def load(self, name):
+        return json.loads((self.folder / name).read_text(encoding="utf-8"))
+
+    @unittest.skipUnless(shutil.which("xmllint"), "xmllint is not installed (libxml2-utils)")
+    def test_junit_schemas(self):
+        for _ in self.each():
+            for schema in (HERE / "junit.xsd", OFFICIAL / "junit-10.xsd"):
+                if schema.exists():
+                    run = subprocess.run(["xmllint", "--noout", "--schema", schema, "a.xml"],
+                                         cwd=self.folder, capture_output=True, check=False)
+                    self.assertEqual(run.returncode, 0, run.stderr)
+
+    @unittest.skipIf(jsonschema is None, "python3-jsonschema is not installed")
+    def test_sarif_schemas(self):
+        for _ in self.each():
+            for schema in (HERE / "sarif.schema.json", OFFICIAL / "sarif-schema-2.1.0.json"):
+                if schema.exists():
+                    jsonschema.validate(self.load("a.sarif"),
+                                        json.loads(schema.read_text(encoding="utf-8")))
+
+    def test_junit_counts(self):
+        for name, result in self.each():
+            suite = ElementTree.parse(self.folder / "a.xml").getroot()[0]
+            cases = list(suite)
+            kinds = [child.tag for case in cases for child in case]
+            self.assertEqual(int(suite.get("tests")), len(cases))
+            for attribute, kind in (("failures", "failure"), ("errors", "error"),
+                                    ("skipped", "skipped")):
+                self.assertEqual(int(suite.get(attribute)), kinds.count(kind))
+            self.assertEqual(result.status != 0, bool({"failure", "error"} & set(kinds)), name)
+
+    def test_sarif_refers_to_its_rules(self):
+        for _ in self.each():
+            run = self.load("a.sarif")["runs"][0]
+            rules = [rule["id"] for rule in run["tool"]["driver"]["rules"]]
+            self.assertEqual(len(rules), len(set(rules)))
+            for result in run["results"]:
+                self.assertIn(result["ruleId"], rules)
+
+    def test_known_findings(self):
+        self.write_record(*RECORDS["several"])
+        (self.folder / "known.txt").write_text(VUID)
+        self.run_words("--merge", "7.jsonl", "--baseline", "known.txt", "--sarif", "a.sarif",
+                       "--json", "a.json")
+        results = self.load("a.sarif")["runs"][0]["results"]
+        self.assertEqual([result["ruleId"] for result in results if "suppressions" not in result],
+                         ["VUID-new"])
+        self.assertEqual(len(self.load("a.json")["known"]), 3)
+
+    def test_fingerprints_do_not_depend_on_the_run(self):
+        prints = []
+        for handle in ("0x1", "0x2"):
+            self.write_record(header(), finding(Objects=[{**OBJECT, "handle": handle}]))
+            self.run_words("--merge", "7.jsonl", "--sarif", "a.sarif")
+            prints.append(self.load("a.sarif")["runs"][0]["results"][0]["partialFingerprints"])
+        self.assertEqual(*prints)
+
+    def test_annotations(self):
+        for name, result in self.each():
+            lines = result.out.split("\n")[:-1]
+            self.assertTrue(all(line.startswith("::error ") for line in lines), name)
+            self.assertEqual(bool(lines), name in ("not loaded", "several") or
+                             (name in ("one", "nasty") and "VUID-old" in
+                              (self.folder / "known.txt").read_text()), name)
+
+    def test_run_that_failed(self):
+        self.run_script("load(); end(); sys.exit(3)", "--junit", "a.xml", "--sarif", "a.sarif")
+        suite = ElementTree.parse(self.folder / "a.xml").getroot()[0]
+        self.assertEqual(suite.get("errors"), "1")
+        invocation = self.load("a.sarif")["runs"][0]["invocations"][0]
+        self.assertFalse(invocation["executionSuccessful"])
+
+    def test_json(self):
+        self.run_script("load(); find(); end()", "--json", "a.json")
+        report = self.load("a.json")
+        self.assertEqual((report["loaded"], report["status"], len(report["new"])), (True, 99, 1))
+
+
+@unittest.skipUnless(shutil.which("cc") and shutil.which("addr2line"), "needs cc and addr2line")
+class CallSites(Runs):
+    """A program prints the address of a call; the record has it as the layer would."""
+
+    SOURCE = """#include <stdio.h>
+extern char __executable_start;
+__attribute__((noinline)) static void *record_build(void)
+{
+    return (char *)__builtin_return_address(0) - (unsigned long)&__executable_start;
+}
+int main(void)
+{
+    void *address = record_build(); /* line 9 */
+    printf("%p\\n", address);
+    return 0;
+}
+"""
+
+    def make_program(self, name):
+        folder = self.folder / name
+        folder.mkdir()
+        (folder / "app.c").write_text(self.SOURCE, encoding="utf-8")
+        subprocess.run(["cc", "-g", "-O1", "-o", folder / "app", folder / "app.c"], check=True)
+        offset = subprocess.run([folder / "app"], capture_output=True, encoding="utf-8",
+                                check=True).stdout.strip()
+        return {"module": str(folder / "app"), "offset": offset}
+
+    def run_with(self, *frames):
+        self.write_record(header(), finding(call_site=list(frames)))
+        result = self.run_words("--merge", "7.jsonl", "--sarif", "a.sarif", "--github")
+        sarif = json.loads((self.folder / "a.sarif").read_text(encoding="utf-8"))
+        place = sarif["runs"][0]["results"][0]["locations"][0]["physicalLocation"]
+        return result, place
+
+    def test_line(self):
+        # Characters that a URI, addr2line's output or an annotation give a meaning.
+        for name in ("source", "with space", "a (discriminator 3)", "a:b,c%20#", "é"):
+            with self.subTest(name):
+                result, place = self.run_with(
+                    {"module": "/gone", "offset": "0x1"}, self.make_program(name))
+                self.assertIn(f"{name}/app.c:9 in main", result.err)
+                self.assertEqual(place["region"]["startLine"], 9)
+                self.assertIn("line=9", result.out)
+                self.assertRegex(place["artifactLocation"]["uri"], r"^[!-~]+/app\.c$")
+                self.assertEqual(place["artifactLocation"]["uriBaseId"], "%SRCROOT%")
+
+    def test_source_elsewhere(self):
+        frame = self.make_program("source")
+        (self.folder / "elsewhere").mkdir()
+        self.write_record(header(), finding(call_site=[frame]), name="elsewhere/7.jsonl")
+        subprocess.run([sys.executable, "-B", str(HERE.parent.parent / "scripts/assay-run"),
+                        "--merge", "7.jsonl", "--sarif", "a.sarif"],
+                       cwd=self.folder / "elsewhere", stderr=subprocess.DEVNULL, check=False)
+        self.assertIn('"uri": "file:///',
+                      (self.folder / "elsewhere/a.sarif").read_text(encoding="utf-8"))
+
+    def test_unknown_module(self):
+        _, place = self.run_with({"module": "/gone", "offset": "0x1"})
+        self.assertEqual(place["region"]["startLine"], 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the tests of assay-run share: runs of it, and records as the layer writes them."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import textwrap
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+ASSAY_RUN = ROOT / "scripts/assay-run"
+sys.path.insert(0, str(ROOT / "scripts"))
+VUID = "VUID-vkCmdBuildAccelerationStructuresKHR-infoCount-arraylength"
+TIME = "2026-11-22T18:00:00.000001Z"
+NASTY = "\"\\</script><b>&'\x1b[31m\x00\x07é🦆\u2028%{{data}}]]>::warning::x\n"
+
+# A layer that cannot be loaded in Python: applications of the tests write the record by themselves.
+LAYER = f"TIME, VUID = {TIME!r}, {VUID!r}" + """
+import json, os, re, signal, sys, time
+def write(line):
+    name = re.sub("%(.)", lambda match: {"p": str(os.getpid())}.get(match[1], match[1]),
+                  os.environ["VK_ASSAY_VALIDATION_LOG_FILENAME"])
+    text = line if isinstance(line, str) else json.dumps({"pid": os.getpid(), "time": TIME, **line}) + "\\n"
+    file = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+    os.write(file, text.encode())
+    os.close(file)
+def load():
+    write({"Type": "Header", "Layer": "VK_LAYER_ASSAY_validation", "LayerVersion": "0.1.0",
+           "RegistryVersion": "1.4.363", "Application": {"Name": "app"}, "Settings": {"level": "state"}})
+def find(vuid=VUID, **members):
+    write({"Type": "Finding", "Severity": "Error", "VUID": vuid, "MessageID": "0x1", "Objects": [],
+           "MainMessage": "infoCount is 0.", **members})
+def end(**members):
+    write({"Type": "Summary", "Findings": {}, "HeldBack": {}, "Unchecked": [], **members})
+"""
+
+
+def finding(vuid=VUID, **members):
+    return {"Type": "Finding", "pid": 7, "time": TIME, "Severity": "Error", "VUID": vuid,
+            "MessageID": "0x1", "Objects": [], "MainMessage": "infoCount is 0.", **members}
+
+
+def header(**members):
+    return {"Type": "Header", "pid": 7, "time": TIME, "Layer": "VK_LAYER_ASSAY_validation",
+            "LayerVersion": "0.1.0", "RegistryVersion": "1.4.363", "Application": {"Name": "app"},
+            "Settings": {"level": "execution"}, **members}
+
+
+class Result:
+    def __init__(self, process):
+        self.status, self.out, self.err = process.returncode, process.stdout, process.stderr
+
+
+class Runs(unittest.TestCase):
+    """A folder of its own for each test."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.environment = {key: value for key, value in os.environ.items()
+                            if not key.startswith("VK_")}
+
+    def run_words(self, *words, **environment):
+        process = subprocess.run(
+            [sys.executable, "-B", ASSAY_RUN, *map(str, words)], cwd=self.folder,
+            env={**self.environment, **environment}, capture_output=True, encoding="utf-8",
+            errors="backslashreplace", timeout=300, check=False)
+        self.assertNotIn("Traceback", process.stderr)
+        return Result(process)
+
+    def run_script(self, script, *options, **environment):
+        """Runs a script of Python that has the functions of LAYER."""
+        return self.run_words(*options, "--", sys.executable, "-B", "-c",
+                              LAYER + textwrap.dedent(script), **environment)
+
+    def write_record(self, *lines, name="7.jsonl"):
+        path = self.folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
+        return path

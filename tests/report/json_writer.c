@@ -1,0 +1,207 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Writes lines of JSON for schema_test.py, which sets log_format and log_filename:
+ *
+ *     json_writer names       objects and labels with names that break a careless writer
+ *     json_writer processes   16 processes at the same time
+ *     json_writer threads     8 threads at the same time
+ *     json_writer killed      a process that is killed right after a finding */
+#include <pthread.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "src/report/reporter.h"
+#include "src/state/commands/label_stack.h"
+#include "src/state/commands/object_names.h"
+
+enum {
+    LONG_NAME = 10000,
+    PROCESSES = 16,
+    SENT_BY_PROCESS = 300,
+    THREADS = 8,
+    SENT_BY_THREAD = 200
+};
+
+static char long_name[LONG_NAME + 1], long_controls[LONG_NAME + 1], long_emoji[LONG_NAME + 1];
+
+static const char *const nasty_names[] = {
+    "",
+    "\"",
+    "\\",
+    "\\\"}{][,:",
+    "a\nb\r\tc",
+    "\x01\x02\x1b[31m\x1f\x7f",
+    "\xff\xfe",
+    "\xc0\xaf",         /* an overlong / */
+    "\xed\xa0\x80",     /* half of a surrogate pair */
+    "\xf4\x90\x80\x80", /* beyond Unicode */
+    "cut \xf0\x9f\x98",
+    "\xf0\x9f\x98\x80 emoji \xf0\x9f\x91\xa9\xe2\x80\x8d\xf0\x9f\x92\xbb",
+    "\xe2\x80\xa8 line, \xe2\x80\xae reversed",
+    "</script><!--",
+    "%s%n%p",
+    "a::b > c",
+    long_name,
+    long_controls,
+    long_emoji,
+};
+
+enum { NAMES = sizeof(nasty_names) / sizeof(nasty_names[0]) };
+
+static void fill_long_names(void)
+{
+    memset(long_name, 'x', LONG_NAME);
+    memset(long_controls, '\x01', LONG_NAME);
+    for (int i = 0; i + 4 <= LONG_NAME; i += 4)
+        memcpy(long_emoji + i, "\xf0\x9f\x98\x80", 4);
+}
+
+static struct reporter *begin(const char *application)
+{
+    const VkApplicationInfo info = {
+        .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
+        .pApplicationName = application,
+        .pEngineName = application,
+        .apiVersion = VK_API_VERSION_1_3,
+    };
+    const VkInstanceCreateInfo create_info = {
+        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+        .pApplicationInfo = &info,
+    };
+    struct reporter *reporter;
+    if (reporter_create(&create_info, &reporter) != VK_SUCCESS)
+        exit(1);
+    return reporter;
+}
+
+/* Sends a finding with three objects and as many labels as a message has, all of this name. */
+static void send_named(struct reporter *reporter, const char *name)
+{
+    struct object_names *names;
+    struct label_stack labels = {0}, queue_labels = {0};
+    const VkDebugUtilsLabelEXT label = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
+        .pLabelName = name,
+    };
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
+    struct finding finding;
+    finding_says(&finding, "scratchData.deviceAddress", "{} is wrong, and {} and {}",
+                 object(VK_OBJECT_TYPE_BUFFER, 1), object(VK_OBJECT_TYPE_DEVICE_MEMORY, 1),
+                 object(VK_OBJECT_TYPE_MICROMAP_EXT, 1));
+    if (object_names_create(&names) != VK_SUCCESS)
+        exit(1);
+    object_names_set(names, VK_OBJECT_TYPE_BUFFER, 1, name);
+    object_names_set(names, VK_OBJECT_TYPE_DEVICE_MEMORY, 1, name);
+    object_names_set(names, VK_OBJECT_TYPE_MICROMAP_EXT, 1, name);
+    for (int i = 0; i < 20; i++) {
+        label_stack_push(&labels, &label);
+        label_stack_push(&queue_labels, &label);
+    }
+    reporter_send(reporter, RULE_scratch_address_is_aligned, &location,
+                  &(struct call_origin){
+                      .device = (VkDevice)(uintptr_t)0xd,
+                      .command_buffer = (VkCommandBuffer)(uintptr_t)0xc,
+                      .build_index = 3,
+                      .queue = (VkQueue)(uintptr_t)0xe,
+                      .submission = 7,
+                      .names = names,
+                      .labels = &labels,
+                      .queue_labels = &queue_labels,
+                  },
+                  &finding);
+    label_stack_clear(&labels);
+    label_stack_clear(&queue_labels);
+    object_names_destroy(names);
+}
+
+static void write_names(void)
+{
+    for (int i = 0; i < NAMES; i++) {
+        struct reporter *reporter = begin(nasty_names[i]);
+        VkPhysicalDeviceDriverProperties driver = {
+            .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
+        strncpy(driver.driverName, nasty_names[i], sizeof(driver.driverName));
+        strncpy(driver.driverInfo, nasty_names[i], sizeof(driver.driverInfo));
+        reporter_add_device(reporter, (VkDevice)(uintptr_t)0xd, nasty_names[i], &driver);
+        send_named(reporter, nasty_names[i]);
+        reporter_warn(reporter, nasty_names[i]);
+        reporter_add_unchecked(reporter, nasty_names[i], 1);
+        reporter_destroy(reporter);
+    }
+}
+
+static void write_process(void)
+{
+    struct reporter *reporter = begin("one of many");
+    for (int i = 0; i < SENT_BY_PROCESS; i++)
+        send_named(reporter, nasty_names[i % NAMES]);
+    reporter_destroy(reporter);
+}
+
+static void write_processes(void)
+{
+    for (int i = 0; i < PROCESSES; i++) {
+        if (fork() == 0) {
+            write_process();
+            _exit(0);
+        }
+    }
+    for (int i = 0, status; i < PROCESSES; i++)
+        if (wait(&status) < 0 || status)
+            exit(1);
+}
+
+static void *write_thread(void *reporter)
+{
+    for (int i = 0; i < SENT_BY_THREAD; i++)
+        send_named(reporter, nasty_names[i % NAMES]);
+    return NULL;
+}
+
+static void write_threads(void)
+{
+    struct reporter *reporter = begin("threads");
+    pthread_t threads[THREADS];
+    for (int i = 0; i < THREADS; i++)
+        if (pthread_create(&threads[i], NULL, write_thread, reporter) != 0)
+            exit(1);
+    for (int i = 0; i < THREADS; i++)
+        pthread_join(threads[i], NULL);
+    reporter_destroy(reporter);
+}
+
+static void write_killed(void)
+{
+    pid_t child = fork();
+    if (child == 0) {
+        struct reporter *reporter = begin("killed");
+        send_named(reporter, "before the end");
+        kill(getpid(), SIGKILL);
+        _exit(0);
+    }
+    int status;
+    if (waitpid(child, &status, 0) != child || !WIFSIGNALED(status))
+        exit(1);
+}
+
+int main(int count, char **arguments)
+{
+    static const struct {
+        const char *word;
+        void (*write)(void);
+    } parts[] = {{"names", write_names},
+                 {"processes", write_processes},
+                 {"threads", write_threads},
+                 {"killed", write_killed}};
+    fill_long_names();
+    for (size_t i = 0; count == 2 && i < sizeof(parts) / sizeof(parts[0]); i++) {
+        if (strcmp(arguments[1], parts[i].word) != 0)
+            continue;
+        parts[i].write();
+        return 0;
+    }
+    return 2;
+}

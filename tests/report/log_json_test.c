@@ -1,0 +1,399 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tests of log_format = json, and of the words in log_filename. schema_test.py validates lines. */
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "hearing.h"
+#include "src/report/log/filename.h"
+#include "src/state/commands/label_stack.h"
+#include "src/state/commands/object_names.h"
+
+static char file_text[64 * 1024];
+
+static const char *read_file(const char *name)
+{
+    FILE *file = fopen(name, "r");
+    assert_non_null(file);
+    file_text[fread(file_text, 1, sizeof(file_text) - 1, file)] = '\0';
+    fclose(file);
+    return file_text;
+}
+
+/* Returns the n-th line of file_text. */
+static const char *line_of(unsigned n)
+{
+    static char line[16384];
+    const char *at = file_text;
+    for (; n; n--)
+        assert_non_null(at = strchr(at, '\n') + 1);
+    snprintf(line, sizeof(line), "%.*s", (int)strcspn(at, "\n"), at);
+    return line;
+}
+
+static unsigned count_lines(const char *text)
+{
+    unsigned count = 0;
+    for (; *text; text++)
+        count += *text == '\n';
+    return count;
+}
+
+static void assert_has(const char *text, const char *part)
+{
+    if (!strstr(text, part))
+        fail_msg("%s is not in: %s", part, text);
+}
+
+static void use_json(const char *filename)
+{
+    surrounding_clear(NULL);
+    remove("a.jsonl");
+    setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "json", 1);
+    if (filename)
+        setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", filename, 1);
+}
+
+/* ---- one finding, with all that a line may have */
+
+static struct object_names *names;
+static struct label_stack labels, queue_labels;
+
+static void push(struct label_stack *stack, const char *name)
+{
+    label_stack_push(stack, &(VkDebugUtilsLabelEXT){
+                                .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
+                                .pLabelName = name,
+                            });
+}
+
+static void set_up_names(void)
+{
+    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, "rock, \"large\"");
+    push(&queue_labels, "frame 7");
+    push(&labels, "scene");
+    push(&labels, "rocks");
+}
+
+static void free_names(void)
+{
+    object_names_destroy(names);
+    label_stack_clear(&labels);
+    label_stack_clear(&queue_labels);
+}
+
+static bool send_full(struct reporter *reporter)
+{
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
+    struct finding finding;
+    finding_says(&finding, "scratchData.deviceAddress", "is in {}",
+                 object(VK_OBJECT_TYPE_BUFFER, 0xb));
+    return reporter_send(reporter, SENT_RULE, &location,
+                         &(struct call_origin){
+                             .device = (VkDevice)(uintptr_t)0xd,
+                             .command_buffer = (VkCommandBuffer)(uintptr_t)0xc,
+                             .build_index = 3,
+                             .queue = (VkQueue)(uintptr_t)0xe,
+                             .submission = 7,
+                             .names = names,
+                             .labels = &labels,
+                             .queue_labels = &queue_labels,
+                         },
+                         &finding);
+}
+
+static void test_lines_of_an_instance(void **state)
+{
+    use_json("a.jsonl");
+    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "1", 1);
+    set_up_names();
+    struct hearing hearing = {0};
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    send_full(reporter);
+    send_full(reporter);
+    reporter_warn(reporter, "Something is odd.");
+    reporter_add_unchecked(reporter, "odd builds", 3);
+    assert_int_equal(hearing.count, 2); /* messengers get the text */
+    assert_non_null(strstr(hearing.text, "Something is odd."));
+    reporter_destroy(reporter);
+    free_names();
+    assert_int_equal(count_lines(read_file("a.jsonl")), 4);
+    const char *line = line_of(0);
+    assert_has(line, "{\"Type\":\"Header\",\"pid\":");
+    assert_has(line, "\"Executable\":\"/");
+    assert_has(line, "\"duplicate_message_limit\":\"1\"");
+    assert_has(line, "\"level\":\"execution\"");
+    line = line_of(1);
+    assert_has(line, "\"Severity\":\"Error\",\"VUID\":\"" SENT_ID "\",\"MessageID\":\"0x");
+    assert_has(line, "{\"type\":\"VkBuffer\",\"handle\":\"0xb\",\"name\":\"rock, \\\"large\\\"\"}");
+    assert_has(line, "{\"type\":\"VkCommandBuffer\",\"handle\":\"0xc\"}");
+    assert_has(line, "\"Function\":\"vkCmdBuildAccelerationStructuresKHR\"");
+    assert_has(line, "\"Location\":\"pInfos[0].scratchData.deviceAddress\"");
+    assert_has(line,
+               "\"MainMessage\":\"pInfos[0].scratchData.deviceAddress is in VkBuffer "
+               "0xb[\\\"rock, \\\\\\\"large\\\\\\\"\\\"]. Round the address up to that "
+               "alignment, and create the scratch VkBuffer with as many bytes more.\"");
+    assert_has(line, "\"DebugRegion\":\"frame 7::scene::rocks\"");
+    assert_has(line, "\"SpecText\":\"For each element of pInfos");
+    assert_has(line, "#" SENT_ID "\"");
+    assert_has(line,
+               "\"device\":\"0xd\",\"queue\":\"0xe\",\"submission\":7,\"build\":3,"
+               "\"level\":\"state\"");
+    assert_has(line_of(2), "\"Severity\":\"Warning\",\"VUID\":\"ASSAY-warning\"");
+    assert_has(line_of(2), "\"Objects\":[],\"MainMessage\":\"Something is odd.\"}");
+    line = line_of(3);
+    assert_has(line, "\"Type\":\"Summary\"");
+    assert_has(line, "\"Findings\":{\"" SENT_ID "\":2},\"HeldBack\":{\"" SENT_ID "\":1}");
+    assert_has(line, "\"odd builds (3)\"");
+}
+
+static void test_standard_error(void **state)
+{
+    use_json(NULL);
+    capture_begin(STDERR_FILENO);
+    struct reporter *reporter = reporter_of(NULL);
+    send_one(reporter);
+    reporter_destroy(reporter);
+    assert_int_equal(count_lines(capture_end()), 3);
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback", 1);
+    capture_begin(STDERR_FILENO);
+    reporter = reporter_of(NULL);
+    send_one(reporter);
+    reporter_destroy(reporter);
+    assert_string_equal(capture_end(), "");
+}
+
+/* Neither report_flags nor a limit hides the lines around the findings. */
+static void test_flags_do_not_hide_header_and_summary(void **state)
+{
+    use_json("a.jsonl");
+    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn", 1);
+    struct reporter *reporter = reporter_of(NULL);
+    send_one(reporter);
+    reporter_destroy(reporter);
+    assert_int_equal(count_lines(read_file("a.jsonl")), 2);
+    assert_has(line_of(1), "\"Findings\":{}");
+    assert_has(line_of(1), "errors, which report_flags leaves out");
+}
+
+/* Fails before the reporter exists, or not at all. */
+static void test_scarce_memory(void **state)
+{
+    use_json("a.jsonl");
+    for (int count = 0; memory_is_scarce(count); count++) {
+        struct reporter *reporter = NULL;
+        const VkInstanceCreateInfo create_info = {0};
+        VkResult result = reporter_create(&create_info, &reporter);
+        memory_fail_no_more();
+        if (result == VK_SUCCESS)
+            reporter_destroy(reporter);
+        else
+            assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
+    }
+}
+
+/* ---- files that cannot be written */
+
+/* Returns how often stderr has the warning. */
+static unsigned warnings_of(const char *reason)
+{
+    struct hearing hearing = {0};
+    capture_begin(STDERR_FILENO);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    send_one(reporter);
+    send_one(reporter);
+    reporter_destroy(reporter);
+    unsigned count = 0;
+    for (const char *text = capture_end(); (text = strstr(text, "cannot be written")); text++)
+        count += strstr(text, reason) == text + strlen("cannot be written (");
+    assert_in_range(hearing.count, 2, 3);
+    return count;
+}
+
+static void test_full_disk(void **state)
+{
+    use_json("/dev/full");
+    assert_int_equal(warnings_of("No space left on device"), 1);
+    setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "text", 1);
+    assert_int_equal(warnings_of("No space left on device"), 1);
+}
+
+/* Returns the limit before. The parent process may have ignored the signal of this limit. */
+static struct rlimit limit_files(size_t size)
+{
+    struct rlimit before;
+    signal(SIGXFSZ, SIG_DFL);
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    const struct rlimit limit = {size, before.rlim_max};
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);
+    return before;
+}
+
+/* The kernel sends SIGXFSZ, which must not end the application. The lines that fit stay. */
+static void test_limit_of_file_sizes(void **state)
+{
+    use_json("a.jsonl");
+    struct rlimit before = limit_files(1500);
+    unsigned warnings = warnings_of("File too large");
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    assert_int_equal(warnings, 1);
+    assert_has(read_file("a.jsonl"), "\"Type\":\"Header\"");
+    remove("a.jsonl");
+    setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "text", 1);
+    before = limit_files(500);
+    warnings = warnings_of("File too large");
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    assert_int_equal(warnings, 1);
+}
+
+/* After a line that was cut by a full disk, a new one begins on its own line. */
+static void test_after_a_cut_line(void **state)
+{
+    use_json("a.jsonl");
+    struct hearing hearing = {0};
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    size_t length = strlen(read_file("a.jsonl"));
+    struct rlimit before = limit_files(length + 100);
+    capture_begin(STDERR_FILENO);
+    send_one(reporter);
+    capture_end();
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    send_one(reporter);
+    reporter_destroy(reporter);
+    assert_int_equal(count_lines(read_file("a.jsonl")), 4);
+    assert_int_equal(strlen(line_of(1)), 100);
+    assert_has(line_of(2), "{\"Type\":\"Finding\",");
+    assert_has(line_of(3), "{\"Type\":\"Summary\",");
+}
+
+/* ---- names of files */
+
+static void test_words_in_the_file_name(void **state)
+{
+    char path[LOG_PATH_SIZE], expected[256], pattern[LOG_PATH_SIZE + 1];
+    assert_true(log_filename_expand("a-%p_%e%%%%p%x%", path));
+    snprintf(expected, sizeof(expected), "a-%d_report_log_json_test%%%%p%%x%%", (int)getpid());
+    assert_string_equal(path, expected);
+    memset(pattern, 'x', sizeof(pattern));
+    pattern[LOG_PATH_SIZE] = '\0';
+    assert_false(log_filename_expand(pattern, path));
+    surrounding_clear(NULL);
+    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "100%%.txt", 1);
+    struct reporter *reporter = reporter_of(NULL);
+    send_one(reporter);
+    reporter_destroy(reporter);
+    assert_has(read_file("100%.txt"), SENT_ID);
+    remove("100%.txt");
+}
+
+/* After a fork the child has a file of its own. */
+static void test_child(void **state)
+{
+    use_json("%p.jsonl");
+    struct reporter *reporter = reporter_of(NULL);
+    pid_t child = fork();
+    if (child == 0) {
+        struct reporter *own = reporter_of(NULL);
+        send_one(own);
+        reporter_destroy(own);
+        _exit(0);
+    }
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_int_equal(status, 0);
+    reporter_destroy(reporter);
+    char name[64], pid[64];
+    snprintf(name, sizeof(name), "%d.jsonl", (int)child);
+    snprintf(pid, sizeof(pid), "\"pid\":%d,", (int)child);
+    assert_int_equal(count_lines(read_file(name)), 3);
+    for (unsigned i = 0; i < 3; i++)
+        assert_has(line_of(i), pid);
+    remove(name);
+    snprintf(name, sizeof(name), "%d.jsonl", (int)getpid());
+    assert_int_equal(count_lines(read_file(name)), 2);
+    remove(name);
+}
+
+/* ---- message_id_filter = ID@GLOB */
+
+/* Returns whether a finding about "rock, "large"" with labels frame 7, scene and rocks is sent. */
+static bool is_sent_with(const char *filter)
+{
+    struct hearing hearing = {0};
+    surrounding_clear(NULL);
+    setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", filter, 1);
+    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback,fail", 1);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    bool is_failed = send_full(reporter);
+    assert_int_equal(is_failed, hearing.count); /* a muted finding does not skip the call */
+    reporter_destroy(reporter);
+    return hearing.count;
+}
+
+static void test_filters_with_names(void **state)
+{
+    static const struct {
+        const char *filter;
+        bool is_sent;
+    } cases[] = {
+        {SENT_ID "@rock*", false},
+        {SENT_ID "@*large*", false},
+        {SENT_ID "@ROCK*", true}, /* names have cases */
+        {SENT_ID "@rock", true},  /* the whole name */
+        {SENT_ID "@scene", false},
+        {SENT_ID "@rocks", false},
+        {SENT_ID "@frame ?", false},
+        {SENT_ID "@frame [0-6]", true},
+        {SENT_ID "@scene::rocks,", true},
+        {"03710@sc*", false},
+        {"vuid-vkcmdbuildaccelerationstructureskhr-pinfos-03710@scene", false},
+        {"03711@scene", true},
+        {"03711@scene, " SENT_ID "@tree*, " SENT_ID "@scene", false},
+        {SENT_ID "@*", false},
+    };
+    set_up_names();
+    for (size_t i = 0; i < LENGTH(cases); i++)
+        if (is_sent_with(cases[i].filter) != cases[i].is_sent)
+            fail_msg("%s", cases[i].filter);
+    free_names();
+}
+
+/* Findings that are muted take nothing from the limit, and are not counted. */
+static void test_muted_findings_are_not_counted(void **state)
+{
+    use_json("a.jsonl");
+    setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", SENT_ID "@scene", 1);
+    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "1", 1);
+    set_up_names();
+    struct reporter *reporter = reporter_of(NULL);
+    for (int i = 0; i < 30; i++)
+        send_full(reporter);
+    send_one(reporter);
+    reporter_destroy(reporter);
+    free_names();
+    assert_int_equal(count_lines(read_file("a.jsonl")), 3);
+    assert_has(line_of(2), "\"Findings\":{\"" SENT_ID "\":1},\"HeldBack\":{}");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lines_of_an_instance),
+        cmocka_unit_test(test_standard_error),
+        cmocka_unit_test(test_flags_do_not_hide_header_and_summary),
+        cmocka_unit_test(test_scarce_memory),
+        cmocka_unit_test(test_full_disk),
+        cmocka_unit_test(test_limit_of_file_sizes),
+        cmocka_unit_test(test_after_a_cut_line),
+        cmocka_unit_test(test_words_in_the_file_name),
+        cmocka_unit_test(test_child),
+        cmocka_unit_test(test_filters_with_names),
+        cmocka_unit_test(test_muted_findings_are_not_counted),
+    };
+    return cmocka_run_group_tests_name("log as JSON", tests, NULL, surrounding_remove);
+}
