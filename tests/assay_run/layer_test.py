@@ -168,6 +168,24 @@ class Layer(Runs):
         self.assertEqual(lines[-1]["Type"], "Summary")
         self.assertEqual(lines[0]["Settings"]["report_flags"], "error,warn")
 
+    def test_lines_of_readme(self):
+        section = (ROOT / "README.md").read_text(encoding="utf-8").partition("\n## In CI\n")[2]
+        lines = section.partition("```sh\n")[2].partition("```")[0]
+        if self.run_words("--lavapipe", "--", "true").status == 2:
+            self.skipTest("lavapipe is not installed")
+        (self.folder / "bin").mkdir()
+        (self.folder / "bin/assay-run").symlink_to(ASSAY_RUN)
+        path = f"{self.folder}/bin:{self.environment['PATH']}"
+        for step, expected in (("clean", 0), ("mistake", 99), ("exit=5", 98)):
+            (self.folder / "app").write_text(f"#!/bin/sh\nexec {APPLICATION} {step}\n")
+            (self.folder / "app").chmod(0o755)
+            run = subprocess.run(["bash", "-c", lines], cwd=self.folder, check=False,
+                                 env={**self.environment, "PATH": path}, capture_output=True)
+            self.assertEqual(run.returncode, expected, run.stderr)
+            for name in ("assay.xml", "assay.sarif", "assay.html"):
+                self.assertTrue((self.folder / name).exists())
+                (self.folder / name).unlink()
+
     def test_reports(self):
         result = self.run_steps("name=a mistake", "--junit", "a.xml", "--sarif", "a.sarif",
                                 "--json", "a.json", "--html", "a.html", "--github")

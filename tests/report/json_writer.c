@@ -123,8 +123,8 @@ static void write_names(void)
         struct reporter *reporter = begin(nasty_names[i]);
         VkPhysicalDeviceDriverProperties driver = {
             .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
-        strncpy(driver.driverName, nasty_names[i], sizeof(driver.driverName));
-        strncpy(driver.driverInfo, nasty_names[i], sizeof(driver.driverInfo));
+        snprintf(driver.driverName, sizeof(driver.driverName), "%s", nasty_names[i]);
+        snprintf(driver.driverInfo, sizeof(driver.driverInfo), "%s", nasty_names[i]);
         reporter_add_device(reporter, (VkDevice)(uintptr_t)0xd, nasty_names[i], &driver);
         send_named(reporter, nasty_names[i]);
         reporter_warn(reporter, nasty_names[i]);
