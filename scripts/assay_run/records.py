@@ -4,9 +4,11 @@
 import json
 import os
 import pathlib
+import tempfile
 from collections import Counter
 
 RUN = "run.json"  # beside the records of a run's processes: its command, and the status at the end
+LONGEST_LINE = 1 << 16
 STRINGS = {"Finding": ("VUID", "Severity", "MainMessage"), "Header": ("LayerVersion",)}
 
 
@@ -20,7 +22,7 @@ class Record:
     def __init__(self):
         self.headers, self.devices, self.findings, self.summaries = [], [], [], []
         self.builds = []
-        self.damaged = []  # "file:line", if a line was not written whole: a full disk, for example
+        self.damaged = []  # "file:line" of lines that were not written whole, folders on a full disk
         self.runs = {}  # by folder: the command, the status if it has ended, the number of records
         self.processes = set()
 
@@ -99,15 +101,25 @@ def read_lines(record, path):
 def read_run(path):
     try:
         run = json.loads(path.read_text(encoding="utf-8"))
-        return {"command": list(map(str, run["command"])), "status": run["status"], "loaded": False}
+        return {"command": list(map(str, run["command"])), "status": run["status"],
+                "full": bool(run.get("full")), "loaded": False}
     except (ValueError, KeyError, TypeError) as error:
         raise RecordFailure(f"{path}: not written by assay-run") from error
 
 
 def write_run(folder, command, status=None):
-    """Says what runs, or ran, so that --merge knows it, too."""
-    text = json.dumps({"command": command, "status": status}) + "\n"
-    (folder / RUN).write_text(text, encoding="utf-8")
+    """Says what runs, or ran, so that --merge knows it, too. A full disk may have kept whole lines from
+    the records: none of them is damaged then, so the space is tried."""
+    run = {"command": command, "status": status, "full": not has_space(folder)}
+    (folder / RUN).write_text(json.dumps(run) + "\n", encoding="utf-8")
+
+
+def has_space(folder):
+    try:
+        with tempfile.NamedTemporaryFile(dir=folder, buffering=0) as file:
+            return file.write(bytes(LONGEST_LINE)) == LONGEST_LINE
+    except OSError:
+        return False
 
 
 def fail_walk(error):
@@ -132,7 +144,9 @@ def read_records(paths):
         files = {file.resolve(): None for path in paths for file in find_files(pathlib.Path(path))}
         for file in files:
             if file.name == RUN:
-                record.runs[str(file.parent)] = read_run(file)
+                run = record.runs[str(file.parent)] = read_run(file)
+                if run["full"]:
+                    record.damaged.append(str(file.parent))
         for file in files:
             if file.name != RUN and read_lines(record, file) and str(file.parent) in record.runs:
                 record.runs[str(file.parent)]["loaded"] = True

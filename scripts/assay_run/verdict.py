@@ -74,8 +74,8 @@ def mistake_lines(verdict):
     if len(record.runs) > 1 or not record.headers:
         lines += [f"{folder}: the run was cut off" for folder in record.unfinished_runs()]
     if record.damaged:
-        lines.append(f"{record.damaged[0]}: this line was not written whole: is the disk full? "
-                     f"{plural(len(record.damaged), 'line')} lost, which may be findings")
+        lines.append(f"{record.damaged[0]}: this was not written whole: is the disk full? Findings may "
+                     "be missing")
     return lines
 
 

@@ -197,12 +197,12 @@ class Folders(Runs):
                 except OSError: pass
             sys.exit(0)""")
         self.assertEqual(result.status, 99)  # those before are found
-        self.assertIn("was not written whole", result.err)
+        self.assertIn("not written whole", result.err)
 
     def test_cut_line_in_a_clean_run(self):
         result = self.run_script("""load(); write('{"Type": "Fin')""")
         self.assertEqual(result.status, 97)
-        self.assertIn("was not written whole", result.err)
+        self.assertIn("not written whole", result.err)
 
 
 if __name__ == "__main__":

@@ -59,6 +59,12 @@ class Merging(Runs):
         self.assertEqual(result.status, 97)
         self.assertIn("the run was cut off", result.err)
 
+    def test_full_disk_without_half_lines(self):
+        self.write_record(header(), name="a/7.jsonl")
+        (self.folder / "a/run.json").write_text(
+            json.dumps({"command": ["app"], "status": 0, "full": True}))
+        self.assertEqual(self.run_words("--merge", "a").status, 97)
+
     def test_files_without_runs(self):
         self.write_record(header(), finding(), name="a.txt")
         self.assertEqual(self.run_words("--merge", "a.txt").status, 99)
