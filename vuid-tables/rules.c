@@ -105,3 +105,20 @@ const char *build_command_name(enum build_command command)
     }
     return "";
 }
+
+const char *level_name(enum level level)
+{
+    switch (level) {
+    case LEVEL_PARAMETERS:
+        return "parameters";
+    case LEVEL_STATE:
+        return "state";
+    case LEVEL_EXECUTION:
+        return "execution";
+    case LEVEL_CONTENT:
+        return "content";
+    case LEVEL_COUNT:
+        break;
+    }
+    return "-";
+}

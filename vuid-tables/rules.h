@@ -152,4 +152,7 @@ extern const struct vuid_text vuid_texts[MESSAGE_ID_COUNT];
 /* Returns the name of a command, e.g. "vkCmdBuildAccelerationStructuresKHR". */
 const char *build_command_name(enum build_command command);
 
+/* Returns the value of setting level that names it, or "-" for LEVEL_COUNT. */
+const char *level_name(enum level level);
+
 #endif

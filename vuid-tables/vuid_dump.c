@@ -5,23 +5,6 @@
 
 #include "vuid-tables/rules.h"
 
-static const char *level_name(enum level level)
-{
-    switch (level) {
-    case LEVEL_PARAMETERS:
-        return "parameters";
-    case LEVEL_STATE:
-        return "state";
-    case LEVEL_EXECUTION:
-        return "execution";
-    case LEVEL_CONTENT:
-        return "content";
-    case LEVEL_COUNT:
-        break;
-    }
-    return "-";
-}
-
 static const char *or_dash(const char *text)
 {
     return text ? text : "-";

@@ -39,7 +39,7 @@ class SignalRelay:
 
 
 def is_running(pid):
-    """Zombies don't run: in a container there may be nobody who waits for them."""
+    """A zombie does not run. A container may lack a process that reaps zombies."""
     try:
         stat = pathlib.Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:

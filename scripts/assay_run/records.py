@@ -50,7 +50,7 @@ class Record:
         return [folder for folder, run in self.runs.items() if not run["loaded"]]
 
     def unfinished_runs(self):
-        """Returns the runs that ended together with assay-run, so that nobody judged them."""
+        """Returns the runs that ended together with assay-run, before it could judge them."""
         return [folder for folder, run in self.runs.items() if run["status"] is None]
 
     def worst_status(self):

@@ -16,7 +16,7 @@ struct call_origin {
     uint32_t build_index; /* builds recorded in the command buffer before this call */
     const struct object_names *names;
     const struct label_stack *labels; /* of the command buffer */
-    /* Of the submission, if the finding arose from one. */
+    /* The submission, if the finding arose from one. */
     VkQueue queue;
     uint64_t submission; /* number of the call that submitted to the queue, from 1; 0: unknown */
     const struct label_stack *queue_labels;

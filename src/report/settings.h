@@ -78,7 +78,7 @@ struct settings {
     /* The settings that differ from the defaults, and where each came from; owned. NULL: there are
      * none, report_flags lacks REPORT_INFO, or memory ran out. */
     char *changes;
-    char **values; /* by key, the valid values as they were given; owned, and so are they */
+    char **values; /* by key; the settings own the array and its strings */
 };
 
 /* Reads the settings of an instance that is about to be created. An unknown key or an invalid value

@@ -35,20 +35,6 @@ void unchecked_add(struct unchecked_counts *unchecked, const char *what, uint32_
 
 /* ---- the start */
 
-const char *level_name(enum level level)
-{
-    switch (level) {
-    case LEVEL_PARAMETERS:
-        return "parameters";
-    case LEVEL_STATE:
-        return "state";
-    case LEVEL_EXECUTION:
-        return "execution";
-    default:
-        return "content";
-    }
-}
-
 void summary_append_start(struct text_buffer *text, const char *version,
                           const struct settings *settings)
 {

@@ -29,9 +29,6 @@ void unchecked_init(struct unchecked_counts *unchecked);
 void unchecked_destroy(struct unchecked_counts *unchecked);
 void unchecked_add(struct unchecked_counts *unchecked, const char *what, uint32_t count);
 
-/* Returns the word of setting `level`. */
-const char *level_name(enum level level);
-
 /* Appends the n-th reason why something was not validated; nothing if that one does not apply. */
 void summary_append_reason(struct text_buffer *text, unsigned n, const struct settings *settings,
                            struct unchecked_counts *unchecked);

@@ -93,7 +93,7 @@ void close_world(struct world *world)
     cpu_playback_destroy(world->playback);
     cpu_device_destroy(world->device);
     resources_destroy(world->resources);
-    assert_int_equal(world->submission.ticket.references, 1); /* nobody else holds it any more */
+    assert_int_equal(world->submission.ticket.references, 1); /* the last reference */
     assert_int_equal(allocations_now(), world->allocations);
 }
 

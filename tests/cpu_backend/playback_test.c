@@ -72,7 +72,7 @@ TEST_OF_WORLD(queries_are_read_when_their_submission_has_ended)
     world->submission.end = VK_SUCCESS;
     assert_int_equal(
         read_queries(world, 0, 4, values, 32, 8, VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
-        VK_NOT_READY); /* for the first and the last nobody waits */
+        VK_NOT_READY); /* no call waits for the first and the last */
     assert_true(world->submission.waited == UINT64_MAX);
     assert_int_equal(values[0], 1);
     assert_int_equal(values[1], size);

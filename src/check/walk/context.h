@@ -46,7 +46,7 @@ struct build_recorder {
     /* Called with all ranges of a call that uses sparse buffers. Takes over `ranges`, which is NULL
      * if there was no memory. */
     void (*record_ranges)(void *user, struct noted_ranges *ranges);
-    /* The same two functions for COMMAND_NV. */
+    /* These two functions do the same for COMMAND_NV. */
     void (*record_nv_build)(void *user, const struct nv_call_view *call);
     void (*record_nv_input)(void *user, uint32_t geometry, enum input_role role,
                             const struct buffer_facts *facts);

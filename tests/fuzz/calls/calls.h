@@ -49,7 +49,7 @@ struct slot {
     uint64_t handle; /* 0: there was none */
     bool is_alive;
     VkDeviceSize size;       /* of a memory or a buffer */
-    VkDeviceAddress address; /* of a buffer or a structure, as it was last asked for */
+    VkDeviceAddress address; /* what the last query of it returned */
     unsigned char *bytes;    /* where a memory is mapped, or NULL */
 };
 
