@@ -54,6 +54,7 @@ static void apply_entry(struct build_states *known, const struct journal_entry *
     case JOURNAL_USE_MICROMAP:
     case JOURNAL_RANGES:
     case JOURNAL_BIND:
+    case JOURNAL_CALL:
     case JOURNAL_QUERY:
     case JOURNAL_RESET_QUERIES:
     case JOURNAL_ANSWER:
@@ -155,6 +156,7 @@ static void write_entry(struct replay *replay, const struct journal *journal,
         replay_note_micromap(replay, journal, entry);
         break;
     case JOURNAL_RANGES:
+    case JOURNAL_CALL:
     case JOURNAL_SET_EVENT:
     case JOURNAL_RESET_EVENT:
     case JOURNAL_WAIT_EVENT:
@@ -262,6 +264,7 @@ static bool writes_a_structure(const struct journal_entry *entry)
     case JOURNAL_USE_MICROMAP:
     case JOURNAL_RANGES:
     case JOURNAL_BIND:
+    case JOURNAL_CALL:
     case JOURNAL_EXECUTE:
     case JOURNAL_QUERY:
     case JOURNAL_RESET_QUERIES:
