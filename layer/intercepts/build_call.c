@@ -2,6 +2,7 @@
 /* Shared by the intercepts of the build commands. */
 #include "layer/intercepts/build_call.h"
 
+#include "layer/intercepts/call_sites.h"
 #include "src/base/clear.h"
 #include "src/check/replay/replay.h"
 
@@ -40,6 +41,7 @@ static struct call_origin origin_of(const struct build_call *call)
         .build_index = facts->build_index,
         .names = call->device->names,
         .labels = call->command_buffer ? &call->command_buffer->labels : NULL,
+        .call_site = call_site_of_thread(),
     };
 }
 

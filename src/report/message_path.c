@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Words the paths of fields. */
+/* Words the paths of fields, and call sites. */
 #include "src/report/message_path.h"
 
 #include <inttypes.h>
+
+#include "src/state/commands/call_sites.h"
+
+enum { FRAMES_SHOWN = 4, MODULE_SHOWN = 512 };
 
 void message_append_build(struct text_buffer *text, enum build_command command, uint32_t build)
 {
@@ -54,4 +58,14 @@ void message_append_path(struct text_buffer *text, const struct location *at, co
         text_append(text, "%s[%" PRIu32 "]", field, at->build);
         return;
     }
+}
+
+void message_append_call_site(struct text_buffer *text, const struct call_site *site)
+{
+    for (uint32_t i = 0; i < site->count && i < FRAMES_SHOWN; i++) {
+        text_append(text, i ? ", " : " Called from ");
+        text_append_escaped(text, call_frame_module(&site->frames[i]), MODULE_SHOWN);
+        text_append(text, "+0x%" PRIx64, site->frames[i].offset);
+    }
+    text_append(text, ".");
 }

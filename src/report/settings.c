@@ -61,6 +61,13 @@ static const struct choice log_formats[] = {
     {NULL, 0},
 };
 
+static const struct choice call_site_modes[] = {
+    {"off", CALL_SITES_OFF},
+    {"frames", CALL_SITES_FRAMES},
+    {"full", CALL_SITES_FULL},
+    {NULL, 0},
+};
+
 /* The last three are flags of the Khronos layer only; users share its settings with this layer. */
 static const struct choice report_flags[] = {
     {"error", REPORT_ERROR},
@@ -216,6 +223,15 @@ static bool load_log_format(const struct loader *loader, char *value)
     return true;
 }
 
+static bool load_call_sites(const struct loader *loader, char *value)
+{
+    uint32_t mode;
+    if (!value_read_choice(call_site_modes, value, &mode))
+        return false;
+    loader->settings->call_sites = (enum call_site_mode)mode;
+    return true;
+}
+
 static const struct key {
     const char *name;
     bool (*load)(const struct loader *loader, char *value); /* NULL: log_filename */
@@ -234,6 +250,7 @@ static const struct key {
     {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
     {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
+    {"call_sites", load_call_sites, "off, frames or full", "off"},
     {"compare_rays", load_compare_rays, "a number up to 1000000; 0 is off", "0"},
 };
 

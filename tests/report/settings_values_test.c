@@ -23,6 +23,7 @@ static void test_values_that_are_not_understood(void **state)
         {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break, fail",
          "default"},
         {"log_format", "xml", "text or json", "text"},
+        {"call_sites", "true", "off, frames or full", "off"},
         {"duplicate_message_limit", "ten", "a number", "10"},
         {"duplicate_message_limit", "-1", "a number", "10"},
         {"duplicate_message_limit", "4294967296", "a number", "10"},
