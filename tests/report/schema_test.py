@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a program with log_format = json, and validates each line against the schema.
 
-usage: schema_test.py [--one-file] [--killed] [--findings N] SCHEMA PROGRAM [ARGUMENT...]
+usage: schema_test.py [--one-file] [--killed] [--call-sites MODE] [--findings N]
+                      SCHEMA PROGRAM [ARGUMENT...]
 
   --one-file    the processes write one file
   --killed      the processes are killed, so there is no summary
   --findings N  there are exactly so many
+  --call-sites MODE
+                sets call_sites; each finding of a rule has a call site that begins in the program
 
 Exits with 77 (skipped) if python3-jsonschema is missing, or if the program is skipped."""
 
@@ -99,10 +102,20 @@ def check_counts(lines):
         raise Failure(f"counts of lines and of summaries differ: {differing}")
 
 
+def check_call_sites(lines, program):
+    for line in lines:
+        if line["Type"] != "Finding" or "level" not in line:
+            continue
+        module = line.get("call_site", [{"module": None}])[0]["module"]
+        if module != program:
+            raise Failure(f"the call site begins in {module}: {line}")
+
+
 def read_arguments():
     parser = argparse.ArgumentParser()
     parser.add_argument("--one-file", action="store_true")
     parser.add_argument("--killed", action="store_true")
+    parser.add_argument("--call-sites")
     parser.add_argument("--findings", type=int)
     parser.add_argument("schema", type=pathlib.Path)
     parser.add_argument("command", nargs=argparse.REMAINDER)
@@ -118,6 +131,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         environment = {**os.environ, "VK_ASSAY_VALIDATION_LOG_FORMAT": "json",
                        "VK_ASSAY_VALIDATION_LOG_FILENAME": f"{folder}/{filename}"}
+        if arguments.call_sites:
+            environment["VK_ASSAY_VALIDATION_CALL_SITES"] = arguments.call_sites
         if arguments.findings:
             environment["VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT"] = "0"
         run = subprocess.run(arguments.command, env=environment, stdout=subprocess.DEVNULL,
@@ -130,6 +145,8 @@ def main():
         lines = [line for file in files for line in check_file(checker, file, arguments.killed)]
     if not arguments.killed:
         check_counts(lines)
+    if arguments.call_sites:
+        check_call_sites(lines, str(pathlib.Path(arguments.command[0]).resolve()))
     findings = [line for line in lines if line["Type"] == "Finding"]
     if not findings or arguments.findings not in (None, len(findings)):
         raise Failure(f"there are {len(findings)} findings")
