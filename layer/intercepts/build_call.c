@@ -115,7 +115,7 @@ static struct replay replay_of(struct build_call *call)
     };
 }
 
-__attribute__((cold)) static void settle(struct build_call *call)
+__attribute__((cold)) void build_call_settle_entries(struct build_call *call)
 {
     if (call->journal->has_sources_to_check) {
         struct replay replay = replay_of(call);
@@ -125,15 +125,6 @@ __attribute__((cold)) static void settle(struct build_call *call)
         journal_take_back(call->journal, &call->mark);
     else
         replay_keep(call->command_buffer, &call->mark);
-}
-
-/* Most journals have no updates to judge. */
-void build_call_settle_journal(struct build_call *call)
-{
-    const struct command_buffer *command_buffer = call->command_buffer;
-    if (command_buffer && call->journal &&
-        (call->journal->has_sources_to_check || call->skip || command_buffer->has_known_states))
-        settle(call);
 }
 
 void build_call_count_builds(struct build_call *call, uint32_t count)
