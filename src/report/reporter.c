@@ -14,7 +14,8 @@
 #include "src/report/message.h"
 #include "src/report/message_filter.h"
 #include "src/report/messengers.h"
-#include "src/report/reported_lines.h"
+#include "src/report/settings/reported_lines.h"
+#include "src/report/settings_check.h"
 #include "src/report/summary.h"
 
 /* All members but the messengers and the counts are constant. */
@@ -218,6 +219,11 @@ void reporter_add_device(struct reporter *reporter, VkDevice device, const char 
     warn_of_log(reporter, log_device(&reporter->log, device, name, driver));
 }
 
+void reporter_record(struct reporter *reporter, const struct log_record *record)
+{
+    warn_of_log(reporter, log_add(&reporter->log, record));
+}
+
 /* ---- creation */
 
 /* Warnings about the settings, kept until all settings are read and the log is open. */
@@ -291,6 +297,8 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
     VkResult result = messengers_add_chain(&reporter->messengers, create_info->pNext);
     if (result == VK_SUCCESS)
         result = settings_load(create_info, keep_line, &kept, &reporter->settings);
+    if (result == VK_SUCCESS)
+        settings_check(&reporter->settings, keep_line, &kept);
     if (result == VK_SUCCESS)
         result = log_open(&reporter->log, &reporter->settings, keep_line, &kept);
     if (result == VK_SUCCESS) {

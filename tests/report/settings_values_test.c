@@ -23,6 +23,7 @@ static void test_values_that_are_not_understood(void **state)
         {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break, fail",
          "default"},
         {"log_format", "xml", "text or json", "text"},
+        {"record_builds", "all", "true or false", "false"},
         {"duplicate_message_limit", "ten", "a number", "10"},
         {"duplicate_message_limit", "-1", "a number", "10"},
         {"duplicate_message_limit", "4294967296", "a number", "10"},
@@ -95,6 +96,31 @@ static void test_a_log_file_that_no_action_writes(void **state)
         assert_int_equal(warned.count, cases[i].warnings);
         if (cases[i].warnings)
             ASSERT_WARNED("assay_validation.log_filename", "\"assay.log\"", "debug_action");
+    }
+}
+
+/* Journals begin at level execution, and only lines of JSON have a schema. */
+static void test_record_builds_that_nothing_records(void **state)
+{
+    static const struct {
+        const char *level, *format, *action;
+        bool is_on;
+    } cases[] = {
+        {"execution", "json", "default", true}, {"content", "json", "log", true},
+        {"state", "json", "default", false},    {"parameters", "json", "default", false},
+        {"content", "text", "default", false},  {"execution", "json", "callback", false},
+    };
+    setenv("VK_ASSAY_VALIDATION_RECORD_BUILDS", "true", 1);
+    for (size_t i = 0; i < LENGTH(cases); i++) {
+        setenv("VK_ASSAY_VALIDATION_LEVEL", cases[i].level, 1);
+        setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", cases[i].format, 1);
+        setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", cases[i].action, 1);
+        struct settings settings = settings_read(NULL);
+        assert_int_equal(settings.record_builds, cases[i].is_on);
+        assert_int_equal(warned.count, !cases[i].is_on);
+        if (!cases[i].is_on)
+            ASSERT_WARNED("assay_validation.record_builds needs level", "log_format = json",
+                          "No builds are recorded");
     }
 }
 
@@ -210,6 +236,7 @@ int main(void)
         cmocka_unit_test_setup(test_debug_actions, surrounding_set_up),
         cmocka_unit_test_setup(test_debug_output_has_no_effect, surrounding_set_up),
         cmocka_unit_test_setup(test_a_log_file_that_no_action_writes, surrounding_set_up),
+        cmocka_unit_test_setup(test_record_builds_that_nothing_records, surrounding_set_up),
         cmocka_unit_test_setup(test_flags_of_the_khronos_layer_are_accepted, surrounding_set_up),
         cmocka_unit_test_setup(test_filter_lists, surrounding_set_up),
         cmocka_unit_test_setup(test_filter_that_names_nothing, surrounding_set_up),
