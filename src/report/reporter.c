@@ -107,6 +107,16 @@ bool reporter_wants(const struct reporter *reporter, enum vuid vuid)
     return duplicates_wanted(&reporter->duplicates, vuid);
 }
 
+/* Returns the id that the summary counts a finding as: that of its message. */
+static uint32_t shown_id(const struct reporter *reporter, enum vuid vuid,
+                         const struct location *location, const struct finding *finding)
+{
+    const char *retired = NULL;
+    if (reporter->settings.vuid_names == VUID_NAMES_LISTED)
+        retired = vuid_listed(vuid, location->command, finding->field ? finding->field : "");
+    return retired ? reported_retired(retired) : vuid;
+}
+
 bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
                    const struct call_origin *origin, const struct finding *finding)
 {
@@ -120,7 +130,8 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
         if (message_is_muted(&message, reporter->settings.narrow_filters, vuid))
             return false;
     }
-    if (!duplicates_add(&reporter->duplicates, vuid, origin->device, &subject, &style))
+    if (!duplicates_add(&reporter->duplicates, vuid, shown_id(reporter, vuid, location, finding),
+                        origin->device, &subject, &style))
         return is_failed(reporter, vuid);
     message_of_finding(&message, vuid, location, origin, finding, &style);
     return deliver(reporter, &message, &delivered) || is_failed(reporter, vuid);
@@ -145,7 +156,7 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
         if (message_is_muted(&message, reporter->settings.narrow_filters, id))
             return;
     }
-    if (!duplicates_add(&reporter->duplicates, id, origin->device, &subject, &style))
+    if (!duplicates_add(&reporter->duplicates, id, id, origin->device, &subject, &style))
         return;
     message_of_difference(&message, difference, location, origin, finding, &style);
     deliver(reporter, &message, &delivered);

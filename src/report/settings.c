@@ -198,9 +198,14 @@ static bool load_compare_rays(const struct loader *loader, char *value)
     return true;
 }
 
+/* Colons separate entries if there is no comma, as in all lists; but not in ID@PATTERN, whose
+ * pattern may have some. */
 static bool load_message_id_filter(const struct loader *loader, char *value)
 {
     struct settings *settings = loader->settings;
+    bool has_colons = !strchr(value, ',') && !strchr(value, '@');
+    for (char *colon = value; has_colons && (colon = strchr(colon, ':'));)
+        *colon = ',';
     message_filters_load(&(struct message_filters){settings->muted, settings->muted_differences,
                                                    &settings->narrow_filters},
                          value, loader->warn, loader->context);
@@ -280,7 +285,7 @@ static VkResult load_filename(const struct loader *loader, const struct settings
                               const struct key *key)
 {
     char **filename = &loader->settings->log_filename;
-    VkResult result = settings_source_filename(source, key->name, filename);
+    VkResult result = settings_source_text(source, key->name, filename);
     if (result == VK_SUCCESS && *filename)
         note_value(loader, key, *filename);
     return result;
@@ -293,7 +298,9 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
         return load_filename(loader, source, key);
 
     char *value;
-    VkResult result = settings_source_list(source, key->name, &value);
+    VkResult result = key->load == load_message_id_filter
+                          ? settings_source_text(source, key->name, &value)
+                          : settings_source_list(source, key->name, &value);
     if (result != VK_SUCCESS || !value)
         return result;
     char *as_given = strdup(value);

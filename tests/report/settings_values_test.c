@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include "reading.h"
+#include "src/report/message_filter.h"
 
 static void test_values_that_are_not_understood(void **state)
 {
@@ -144,6 +145,41 @@ static void test_filter_lists(void **state)
     assert_true(settings.muted[VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258]);
 }
 
+/* The utility library splits a text without a comma at its colons; names in C++ have some, too. */
+static void test_separators(void **state)
+{
+    static const struct {
+        const char *value;
+        unsigned muted, narrow;
+        const char *glob;
+    } filters[] = {
+        {SENT_ID "@scene::rocks", 0, 1, "scene::rocks"},
+        {SENT_ID "@a:b, 12258", 2, 1, "a:b"},
+        {SENT_ID ":12258", 3, 0, NULL}, /* a list, as elsewhere in the environment */
+        {SENT_ID "@scene", 0, 1, "scene"},
+    };
+    static const char *const names[] = {"a,b.log", "a:b.log", "a:b,c:d.log", "a.log"};
+    for (size_t i = 0; i < 2 * LENGTH(filters); i++) {
+        char line[256];
+        snprintf(line, sizeof(line), "assay_validation.message_id_filter = %s\n",
+                 filters[i / 2].value);
+        surrounding_clear(i % 2 ? line : NULL);
+        if (i % 2 == 0)
+            setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", filters[i / 2].value, 1);
+        struct settings settings = settings_read(NULL);
+        assert_int_equal(warned.count, 0);
+        assert_int_equal(settings_muted(&settings), filters[i / 2].muted);
+        assert_int_equal(settings.narrow_filters != NULL, filters[i / 2].narrow);
+        if (filters[i / 2].narrow)
+            assert_string_equal(settings.narrow_filters->glob, filters[i / 2].glob);
+    }
+    for (size_t i = 0; i < LENGTH(names); i++) {
+        surrounding_clear(NULL);
+        setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", names[i], 1);
+        assert_string_equal(settings_read(NULL).log_filename, names[i]);
+    }
+}
+
 static void test_filter_that_names_nothing(void **state)
 {
     static const char *const entries[] = {"VUID-vkCmdDraw-None-02699",
@@ -239,6 +275,7 @@ int main(void)
         cmocka_unit_test_setup(test_record_builds_that_nothing_records, surrounding_set_up),
         cmocka_unit_test_setup(test_flags_of_the_khronos_layer_are_accepted, surrounding_set_up),
         cmocka_unit_test_setup(test_filter_lists, surrounding_set_up),
+        cmocka_unit_test_setup(test_separators, surrounding_set_up),
         cmocka_unit_test_setup(test_filter_that_names_nothing, surrounding_set_up),
         cmocka_unit_test_setup(test_unknown_keys, surrounding_set_up),
         cmocka_unit_test_setup(test_places_of_the_file, surrounding_set_up),
