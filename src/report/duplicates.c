@@ -16,12 +16,16 @@ enum {
 
 enum { FIRST_RETIRED = MESSAGE_ID_COUNT + DIFFERENCE_COUNT };
 
-uint32_t reported_retired(const char *retired)
+uint32_t reported_vuid(enum vuid vuid, const struct message_style *style,
+                       const struct location *location, const struct finding *finding)
 {
-    unsigned row = 0;
-    while (row < RETIRED_COUNT - 1 && strcmp(vuid_of_retired_row(row), retired) != 0)
-        row++;
-    return FIRST_RETIRED + row;
+    const char *retired = NULL;
+    if (style->vuid_names == VUID_NAMES_LISTED)
+        retired = vuid_listed(vuid, location->command, finding->field ? finding->field : "");
+    for (unsigned row = 0; retired && row < RETIRED_COUNT; row++)
+        if (strcmp(vuid_of_retired_row(row), retired) == 0)
+            return FIRST_RETIRED + row;
+    return vuid;
 }
 
 const char *reported_id_name(uint32_t id)

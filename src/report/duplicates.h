@@ -23,8 +23,9 @@ static inline uint32_t reported_difference(enum difference difference)
 {
     return MESSAGE_ID_COUNT + (uint32_t)difference;
 }
-/* `retired` is an id of retired.def. */
-uint32_t reported_retired(const char *retired);
+/* Returns the id that the message of a finding has: `vuid`, or a retired one. */
+uint32_t reported_vuid(enum vuid vuid, const struct message_style *style,
+                       const struct location *location, const struct finding *finding);
 /* Returns the id as text, in static storage. */
 const char *reported_id_name(uint32_t id);
 

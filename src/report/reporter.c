@@ -107,16 +107,6 @@ bool reporter_wants(const struct reporter *reporter, enum vuid vuid)
     return duplicates_wanted(&reporter->duplicates, vuid);
 }
 
-/* Returns the id that the summary counts a finding as: that of its message. */
-static uint32_t shown_id(const struct reporter *reporter, enum vuid vuid,
-                         const struct location *location, const struct finding *finding)
-{
-    const char *retired = NULL;
-    if (reporter->settings.vuid_names == VUID_NAMES_LISTED)
-        retired = vuid_listed(vuid, location->command, finding->field ? finding->field : "");
-    return retired ? reported_retired(retired) : vuid;
-}
-
 bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
                    const struct call_origin *origin, const struct finding *finding)
 {
@@ -130,8 +120,8 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
         if (message_is_muted(&message, reporter->settings.narrow_filters, vuid))
             return false;
     }
-    if (!duplicates_add(&reporter->duplicates, vuid, shown_id(reporter, vuid, location, finding),
-                        origin->device, &subject, &style))
+    const uint32_t shown = reported_vuid(vuid, &style, location, finding);
+    if (!duplicates_add(&reporter->duplicates, vuid, shown, origin->device, &subject, &style))
         return is_failed(reporter, vuid);
     message_of_finding(&message, vuid, location, origin, finding, &style);
     return deliver(reporter, &message, &delivered) || is_failed(reporter, vuid);

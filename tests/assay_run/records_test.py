@@ -105,7 +105,7 @@ class Reading(Runs):
     def test_unknown_lines_are_kept_apart(self):
         """A newer layer may write more."""
         record = read_records([self.write_record(header(), {"Type": "New", "pid": 1})])
-        self.assertEqual((len(record.builds), record.damaged), (1, []))
+        self.assertEqual((len(record.lines), record.findings, record.damaged), (2, [], []))
 
     def test_foreign_run_file(self):
         (self.folder / "run.json").write_text("[]")
