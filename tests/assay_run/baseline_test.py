@@ -4,7 +4,7 @@
 
 import unittest
 
-from runs import VUID, Runs, finding
+from runs import VUID, Runs, finding, main
 from assay_run.baseline import Entry, baseline_line, read_baseline, split_known
 
 NAMED = {"Objects": [{"type": "VkBuffer", "handle": "0x1", "name": "mesh 1"},
@@ -112,4 +112,4 @@ class Files(Runs):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    main()

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import unittest
 
-from runs import Runs, ROOT
+from runs import ROOT, Runs, main
 from assay_run import environment
 from assay_run.environment import KHRONOS, LAYER, MANIFEST, application_environment
 from assay_run.options import parse_arguments
@@ -142,4 +142,4 @@ class Environment(Runs):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    main()

@@ -9,13 +9,14 @@ import subprocess
 import sys
 import unittest
 
-from runs import ASSAY_RUN, ROOT, VUID, Runs
+from runs import ASSAY_RUN, ROOT, VUID, Runs, main
 
 try:
     import jsonschema
 except ImportError:
     jsonschema = None
 
+KHRONOS = pathlib.Path("/usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json")
 APPLICATION, LAYERS, DRIVER = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
 
 
@@ -171,6 +172,20 @@ class Layer(Runs):
         self.assertEqual(lines[-1]["Type"], "Summary")
         self.assertEqual(lines[0]["Settings"]["report_flags"], "error,warn")
 
+    def test_with_khronos(self):
+        """Both layers find the mistake; only Assay's finding counts. Assay is nearer to the driver unless
+        the environment names it first."""
+        if not KHRONOS.exists():
+            self.skipTest("the Khronos validation layer is not installed")
+        for layers in ("", "VK_LAYER_ASSAY_validation"):
+            loaded = self.run_steps("mistake", "--with-khronos", "--record", "records",
+                                    VK_INSTANCE_LAYERS=layers, VK_LOADER_DEBUG="layer",
+                                    KHRONOS_VALIDATION_DEBUG_ACTION="VK_DBG_LAYER_ACTION_LOG_MSG",
+                                    VK_LAYER_LOG_FILENAME="khronos.txt")
+            self.assertEqual(loaded.status, 99)
+            self.assertIn("1 finding in 1 process", loaded.err)
+            print(loaded.err[:3000], loaded.out[:3000])
+
     def test_lines_of_readme(self):
         section = (ROOT / "README.md").read_text(encoding="utf-8").partition("\n## In CI\n")[2]
         lines = section.partition("```sh\n")[2].partition("```")[0]
@@ -199,4 +214,4 @@ class Layer(Runs):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    main()

@@ -7,7 +7,7 @@ import sys
 import unittest
 
 from browser import CHROMIUM, Browser
-from runs import Runs
+from runs import Runs, main
 
 APPLICATION, LAYERS, DRIVER = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
 BUILDS = 10000
@@ -16,6 +16,7 @@ COPIES = SUBMISSIONS  # one in each
 UPDATES = BUILDS - STRUCTURES - COPIES
 
 
+@unittest.skipUnless(CHROMIUM, "Chromium is not installed")
 class ManyBuilds(Runs):
     def setUp(self):
         super().setUp()
@@ -74,7 +75,4 @@ class ManyBuilds(Runs):
 
 
 if __name__ == "__main__":
-    if not CHROMIUM:
-        print("Chromium is not installed")
-        sys.exit(77)
-    unittest.main(argv=sys.argv[:1])
+    main()

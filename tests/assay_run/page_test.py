@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of --html in headless Chromium."""
 
-import sys
 import unittest
 
 from browser import CHROMIUM, Browser
-from runs import NASTY, TIME, VUID, Runs, finding, header
+from runs import NASTY, TIME, VUID, Runs, finding, header, main
 
 QUEUE = "0x7f0000000010"
 
@@ -215,7 +214,4 @@ class Page(Runs):
 
 
 if __name__ == "__main__":
-    if not CHROMIUM:
-        print("Chromium is not installed")
-        sys.exit(77)
-    unittest.main()
+    main()
