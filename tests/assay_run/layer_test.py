@@ -42,6 +42,12 @@ class Layer(Runs):
         self.assertEqual(result.status, 99)
         self.assertIn(VUID, result.err)
 
+    def test_scratch_mistake(self):
+        result = self.run_words("--error-exitcode", 7, "--",
+                                APPLICATION.with_name("assay_run_many_builds"), 1000)
+        self.assertEqual(result.status, 7)
+        self.assertIn("scratchData.deviceAddress", result.err)
+
     def test_clean(self):
         result = self.run_steps("clean")
         self.assertEqual(result.status, 0)
