@@ -198,9 +198,14 @@ static bool load_compare_rays(const struct loader *loader, char *value)
     return true;
 }
 
+/* Colons separate entries if there is no comma, as in all lists; but not in ID@PATTERN, whose
+ * pattern may have some. */
 static bool load_message_id_filter(const struct loader *loader, char *value)
 {
     struct settings *settings = loader->settings;
+    bool has_colons = !strchr(value, ',') && !strchr(value, '@');
+    for (char *colon = value; has_colons && (colon = strchr(colon, ':'));)
+        *colon = ',';
     message_filters_load(&(struct message_filters){settings->muted, settings->muted_differences,
                                                    &settings->narrow_filters},
                          value, loader->warn, loader->context);
@@ -213,6 +218,15 @@ static bool load_log_format(const struct loader *loader, char *value)
     if (!value_read_choice(log_formats, value, &format))
         return false;
     loader->settings->log_format = (enum log_format)format;
+    return true;
+}
+
+static bool load_record_builds(const struct loader *loader, char *value)
+{
+    uint32_t enabled;
+    if (!value_read_choice(booleans, value, &enabled))
+        return false;
+    loader->settings->record_builds = enabled;
     return true;
 }
 
@@ -231,6 +245,7 @@ static const struct key {
     {"debug_action", load_debug_action, "default, ignore, callback, log, break, fail", "default"},
     {"log_filename", NULL, "a file name", "stderr"},
     {"log_format", load_log_format, "text or json", "text"},
+    {"record_builds", load_record_builds, "true or false", "false"},
     {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
     {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
@@ -270,7 +285,7 @@ static VkResult load_filename(const struct loader *loader, const struct settings
                               const struct key *key)
 {
     char **filename = &loader->settings->log_filename;
-    VkResult result = settings_source_filename(source, key->name, filename);
+    VkResult result = settings_source_text(source, key->name, filename);
     if (result == VK_SUCCESS && *filename)
         note_value(loader, key, *filename);
     return result;
@@ -283,7 +298,9 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
         return load_filename(loader, source, key);
 
     char *value;
-    VkResult result = settings_source_list(source, key->name, &value);
+    VkResult result = key->load == load_message_id_filter
+                          ? settings_source_text(source, key->name, &value)
+                          : settings_source_list(source, key->name, &value);
     if (result != VK_SUCCESS || !value)
         return result;
     char *as_given = strdup(value);
@@ -294,36 +311,6 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
     free(as_given);
     free(value);
     return VK_SUCCESS;
-}
-
-/* Rays compare the driver's structures with structures built from the inputs that level content
- * reads. */
-static void check_compare_rays(const struct loader *loader)
-{
-    struct settings *settings = loader->settings;
-    if (!settings->compare_rays ||
-        (settings->level == LEVEL_CONTENT && settings->backend == BACKEND_DRIVER))
-        return;
-    settings->compare_rays = 0;
-    loader->warn(loader->context,
-                 "assay_validation.compare_rays needs level = content and backend = driver. No "
-                 "rays are compared.");
-}
-
-/* The file would look as if there were no messages. */
-static void check_log_filename(const struct loader *loader)
-{
-    const struct settings *settings = loader->settings;
-    if (!settings->log_filename ||
-        settings->debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT))
-        return;
-    char line[LINE_SIZE];
-    struct text_buffer text;
-    text_begin(&text, line, sizeof(line));
-    text_append(&text, "assay_validation.log_filename: nothing is written to ");
-    text_append_quoted(&text, settings->log_filename, VALUE_SHOWN);
-    text_append(&text, ", because debug_action has neither log nor default.");
-    loader->warn(loader->context, line);
 }
 
 static void warn_of_ignored(const struct loader *loader, const struct settings_source *source)
@@ -364,8 +351,6 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
     for (unsigned i = 0; i < KEY_COUNT && result == VK_SUCCESS; i++)
         result = load_key(&loader, &source, &keys[i]);
     if (result == VK_SUCCESS) {
-        check_compare_rays(&loader);
-        check_log_filename(&loader);
         warn_of_ignored(&loader, &source);
         if (settings->report_flags & REPORT_INFO && changes.length)
             settings->changes = strdup(changed);
