@@ -3,6 +3,7 @@
  * and finished with the call's result. */
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
+#include "layer/postmortem/loss.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/base/chain.h"
 
@@ -105,6 +106,7 @@ static void add_submit(struct submission *submission, const struct layer_device 
 static struct submission *begin(struct layer_device *device, VkQueue queue)
 {
     struct shared_labels *labels;
+    destroyed_objects_count_submission(device->destroyed);
     uint64_t number = queue_labels_submit(device->queue_labels, queue, &labels);
     struct submission *submission = submission_begin(device->order, SUBMIT_COMMANDS, queue);
     submission_set_origin(submission, number, labels);
@@ -122,6 +124,7 @@ static bool prepare(struct layer_device *device, struct submission *submission)
 
 static void finish(struct layer_device *device, struct submission *submission, VkResult result)
 {
+    postmortem_see(device, result);
     if (result < VK_SUCCESS)
         events_forget(device->events);
     submission_finish(submission, result);
@@ -265,6 +268,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueueBindSparse(VkQueue queue, uint32_t bin
     submission_set_fence(submission, fence);
     submission_prepare(submission);
     VkResult result = state->vk.QueueBindSparse(queue, bindInfoCount, pBindInfo, fence);
+    postmortem_see(state, result);
     submission_finish(submission, result);
     return result;
 }
@@ -279,9 +283,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueuePresentKHR(VkQueue queue,
      * order. */
     for (uint32_t i = 0; i < pPresentInfo->waitSemaphoreCount; i++)
         execution_order_forget_signal(state->order, pPresentInfo->pWaitSemaphores[i]);
-    VkResult result = state->vk.QueuePresentKHR(queue, pPresentInfo);
-    if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
+    VkResult result = postmortem_see(state, state->vk.QueuePresentKHR(queue, pPresentInfo));
     snapshots_deliver(state);
     return result;
 }
@@ -293,9 +295,7 @@ static VkResult observe_acquisition(struct layer_device *state, VkSemaphore sema
 {
     if (semaphore && result >= VK_SUCCESS)
         execution_order_forget_signal(state->order, semaphore);
-    if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
-    return result;
+    return postmortem_see(state, result);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_AcquireNextImageKHR(VkDevice device, VkSwapchainKHR swapchain,

@@ -54,6 +54,7 @@ static bool add_execution(struct submit *submit, struct recording *recording)
         return false;
     submit->missed.repeated += execution_count_repeated(execution);
     execution->destroy_count = resources_destroy_count(submit->snapshots->device->resources);
+    execution->submissions = destroyed_objects_submissions(submit->snapshots->device->destroyed);
     submit->executions[submit->count++] = execution;
     return true;
 }

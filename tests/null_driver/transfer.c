@@ -187,6 +187,15 @@ static void copy(const struct transfer *transfer)
     }
 }
 
+/* The host may read marks while the device hangs. */
+static void store_word(unsigned char *to, uint32_t word)
+{
+    if ((uintptr_t)to % sizeof(word) == 0)
+        __atomic_store_n((uint32_t *)(void *)to, word, __ATOMIC_RELEASE);
+    else
+        memcpy(to, &word, sizeof(word));
+}
+
 static void fill(const struct transfer *transfer)
 {
     VkDeviceSize size;
@@ -197,7 +206,7 @@ static void fill(const struct transfer *transfer)
             return;
         size -= size % sizeof(uint32_t);
         for (VkDeviceSize i = 0; i < size; i += sizeof(uint32_t))
-            memcpy(to + i, &transfer->word, sizeof(uint32_t));
+            store_word(to + i, transfer->word);
     }
 }
 
