@@ -291,11 +291,19 @@ void input_checks_deliver(struct input_checks *input_checks)
     } while (repeat_delivery(input_checks));
 }
 
+static bool is_delivering(struct input_checks *input_checks)
+{
+    pthread_mutex_lock(&input_checks->lock);
+    bool is_busy = input_checks->busy;
+    pthread_mutex_unlock(&input_checks->lock);
+    return is_busy;
+}
+
 bool input_checks_read_marked(struct input_checks *input_checks, const char *when)
 {
     struct missed_executions missed = {0};
-    if (!input_checks || !begin_delivery(input_checks))
-        return !input_checks;
+    if (!begin_delivery(input_checks))
+        return !is_delivering(input_checks);
     struct waiting *const *link = &input_checks->waiting;
     for (struct waiting *waiting; (waiting = waiting_at(input_checks, link));
          link = next_link(input_checks, (struct waiting **)(uintptr_t)link))

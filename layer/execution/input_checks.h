@@ -34,7 +34,7 @@ void input_checks_end_batch(struct input_checks *input_checks, const struct batc
 void input_checks_deliver(struct input_checks *input_checks);
 
 /* Validates the builds whose inputs have been copied, though their executions are not complete.
- * `when` says why. Returns false if another thread validates now. Accepts NULL. */
+ * `when` says why. Returns false if another thread validates now. */
 bool input_checks_read_marked(struct input_checks *input_checks, const char *when);
 
 /* The first ticket with a higher number than `after` of an execution that waits to be validated, on

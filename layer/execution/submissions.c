@@ -276,8 +276,7 @@ static void run_batch(void *user, const struct batch_run *run)
     build_undo_forget(&submissions->undo);
     if (!is_done && !submissions->order_unknown)
         replay_batch(submissions, run, NULL);
-    if (run->work == WORK_OF_QUEUE && !submissions->order_unknown)
-        submitted_builds_add(submissions->device->submitted_builds, run);
+    submitted_builds_run(submissions->device->submitted_builds, run);
     if (submissions->device->snapshots)
         snapshots_run(submissions->device->snapshots, run);
     input_checks_end_batch(submissions->device->input_checks, run);

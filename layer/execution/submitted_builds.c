@@ -4,6 +4,8 @@
 
 #include <stdlib.h>
 
+#include "layer/execution/input_check_run.h"
+
 /* One execution of a primary command buffer. */
 struct submitted_commands_entry {
     struct submitted_commands_entry *next;
@@ -80,18 +82,22 @@ static struct submitted_commands_entry *append(struct submitted_builds *submitte
     return oldest;
 }
 
-static void add(struct submitted_builds *submitted, const struct batch_run *run,
-                struct journal *journal)
+void submitted_builds_add(struct submitted_builds *submitted, VkQueue queue, uint64_t submission,
+                          struct shared_labels *queue_labels, VkCommandBuffer handle)
 {
+    const struct command_buffer *command_buffer =
+        submitted ? command_buffers_find(submitted->device->command_buffers, handle) : NULL;
+    if (!command_buffer || !command_buffer->journal || !has_builds(command_buffer->journal))
+        return;
     struct submitted_commands_entry *entry = malloc(sizeof(*entry));
     if (!entry)
         return;
     *entry = (struct submitted_commands_entry){
-        .journal = journal_share(journal),
-        .queue_labels = shared_labels_share(run->queue_labels),
-        .queue = run->queue,
-        .submission = run->submission,
-        .timestamp = run->timestamp,
+        .journal = journal_share(command_buffer->journal),
+        .queue_labels = shared_labels_share(queue_labels),
+        .queue = queue,
+        .submission = submission,
+        .timestamp = timestamp_never(),
     };
     pthread_mutex_lock(&submitted->lock);
     struct submitted_commands_entry *oldest = append(submitted, entry);
@@ -99,43 +105,87 @@ static void add(struct submitted_builds *submitted, const struct batch_run *run,
     free_list(oldest);
 }
 
-void submitted_builds_add(struct submitted_builds *submitted, const struct batch_run *run)
+static bool has_run(const struct submitted_commands_entry *entry)
 {
-    submitted_builds_prune(submitted);
-    for (uint32_t i = 0; i < run->command_count; i++) {
-        struct journal *journal = run->commands[i].captured;
-        if (journal && has_builds(journal))
-            add(submitted, run, journal);
-    }
+    return entry->timestamp.count != timestamp_never().count;
+}
+
+static void set_time(struct submitted_builds *submitted, const struct batch_run *run,
+                     const struct journal *journal)
+{
+    struct submitted_commands_entry *entry = submitted->first;
+    while (entry && (entry->journal != journal || entry->queue != run->queue ||
+                     entry->submission != run->submission || has_run(entry)))
+        entry = entry->next;
+    if (entry)
+        entry->timestamp = run->timestamp;
+}
+
+void submitted_builds_run(struct submitted_builds *submitted, const struct batch_run *run)
+{
+    if (!submitted || !atomic_load(&submitted->count))
+        return;
+    pthread_mutex_lock(&submitted->lock);
+    for (uint32_t i = 0; i < run->command_count; i++)
+        set_time(submitted, run, run->commands[i].captured);
+    pthread_mutex_unlock(&submitted->lock);
 }
 
 /* ---- completion */
 
-/* Removes the entries that are complete: those of `clock`, and those of `timestamp`. */
-static void forget(struct submitted_builds *submitted, const struct execution_clock *clock,
-                   struct timestamp timestamp)
+/* What an entry is to be like. */
+struct pattern {
+    bool (*fits)(const struct pattern *pattern, const struct submitted_commands_entry *entry);
+    const struct execution_clock *clock;
+    struct timestamp timestamp;
+    VkQueue queue;
+    uint64_t submission;
+};
+
+static void forget(struct submitted_builds *submitted, const struct pattern *pattern)
 {
-    struct submitted_commands_entry *complete = NULL;
+    struct submitted_commands_entry *forgotten = NULL;
     pthread_mutex_lock(&submitted->lock);
     for (struct submitted_commands_entry **link = &submitted->first; *link;) {
         struct submitted_commands_entry *entry = *link;
-        bool is_complete = (clock && execution_clock_has(clock, entry->timestamp)) ||
-                           (entry->timestamp.queue == timestamp.queue &&
-                            entry->timestamp.count == timestamp.count);
-        if (!is_complete) {
+        if (!pattern->fits(pattern, entry)) {
             link = &entry->next;
             continue;
         }
         *link = entry->next;
-        entry->next = complete;
-        complete = entry;
+        entry->next = forgotten;
+        forgotten = entry;
         atomic_fetch_sub(&submitted->count, 1);
     }
     submitted->last = &submitted->first;
     while (*submitted->last)
         submitted->last = &(*submitted->last)->next;
     pthread_mutex_unlock(&submitted->lock);
-    free_list(complete);
+    free_list(forgotten);
+}
+
+static bool was_seen(const struct pattern *pattern, const struct submitted_commands_entry *entry)
+{
+    return execution_clock_has(pattern->clock, entry->timestamp);
+}
+
+static bool is_of_batch(const struct pattern *pattern, const struct submitted_commands_entry *entry)
+{
+    return entry->timestamp.queue == pattern->timestamp.queue &&
+           entry->timestamp.count == pattern->timestamp.count;
+}
+
+static bool is_of_call(const struct pattern *pattern, const struct submitted_commands_entry *entry)
+{
+    return entry->queue == pattern->queue && entry->submission == pattern->submission &&
+           !has_run(entry);
+}
+
+void submitted_builds_remove(struct submitted_builds *submitted, VkQueue queue, uint64_t submission)
+{
+    if (submitted && atomic_load(&submitted->count))
+        forget(submitted,
+               &(struct pattern){.fits = is_of_call, .queue = queue, .submission = submission});
 }
 
 void submitted_builds_prune(struct submitted_builds *submitted)
@@ -144,13 +194,13 @@ void submitted_builds_prune(struct submitted_builds *submitted)
     if (!submitted || !atomic_load(&submitted->count))
         return;
     execution_order_host_clock(submitted->device->order, &seen);
-    forget(submitted, &seen, timestamp_never());
+    forget(submitted, &(struct pattern){.fits = was_seen, .clock = &seen});
 }
 
 void submitted_builds_end(struct submitted_builds *submitted, struct timestamp timestamp)
 {
     if (submitted)
-        forget(submitted, NULL, timestamp);
+        forget(submitted, &(struct pattern){.fits = is_of_batch, .timestamp = timestamp});
 }
 
 /* ---- visiting */
@@ -226,6 +276,38 @@ bool submitted_builds_each(struct submitted_builds *submitted, bool waits,
     }
     pthread_mutex_unlock(&submitted->lock);
     return true;
+}
+
+/* ---- not run yet */
+
+bool submitted_builds_find_unrun(struct submitted_builds *submitted, uint32_t n,
+                                 struct ran_execution *ran)
+{
+    *ran = (struct ran_execution){0};
+    pthread_mutex_lock(&submitted->lock);
+    struct submitted_commands_entry *entry = submitted->first;
+    while (entry && (has_run(entry) || n)) {
+        n -= !has_run(entry);
+        entry = entry->next;
+    }
+    if (entry)
+        *ran = (struct ran_execution){
+            .journal = journal_share(entry->journal),
+            .queue = entry->queue,
+            .submission = entry->submission,
+            .queue_labels = shared_labels_share(entry->queue_labels),
+        };
+    pthread_mutex_unlock(&submitted->lock);
+    if (entry && ran->journal->work)
+        ran->execution = recording_share_latest(ran->journal->work);
+    return entry;
+}
+
+void submitted_builds_release_unrun(struct ran_execution *ran)
+{
+    execution_release(ran->execution);
+    journal_release(ran->journal);
+    shared_labels_release(ran->queue_labels);
 }
 
 /* ---- progress */

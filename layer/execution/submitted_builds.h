@@ -13,12 +13,22 @@ VkResult submitted_builds_create(const struct layer_device *device,
                                  struct submitted_builds **submitted);
 void submitted_builds_destroy(struct submitted_builds *submitted); /* accepts NULL */
 
-/* Called at a batch's execution point. Keeps the command buffers that have builds, the last
- * SUBMITTED_MAX of them. */
-enum { SUBMITTED_MAX = 1024 };
-void submitted_builds_add(struct submitted_builds *submitted, const struct batch_run *run);
+/* The functions below accept NULL. */
 
-/* Called when the host has observed a completion: forgets what is complete. Accepts NULL. */
+/* Called before a call that submits goes down: keeps each command buffer that has builds, the last
+ * SUBMITTED_MAX of them. The call has a number among those of its queue, and labels, which may be
+ * NULL. */
+enum { SUBMITTED_MAX = 1024 };
+void submitted_builds_add(struct submitted_builds *submitted, VkQueue queue, uint64_t submission,
+                          struct shared_labels *queue_labels, VkCommandBuffer handle);
+/* The call has failed, or was skipped. */
+void submitted_builds_remove(struct submitted_builds *submitted, VkQueue queue,
+                             uint64_t submission);
+/* Called at a batch's execution point: its command buffers are complete when the host has observed
+ * its timestamp. */
+void submitted_builds_run(struct submitted_builds *submitted, const struct batch_run *run);
+
+/* Called when the host has observed a completion: forgets what is complete. */
 void submitted_builds_prune(struct submitted_builds *submitted);
 
 /* The batch with this timestamp is complete, and all that was submitted by the same call. */
@@ -42,6 +52,14 @@ struct submitted_build {
 bool submitted_builds_each(struct submitted_builds *submitted, bool waits,
                            bool (*visit)(void *user, const struct submitted_build *build),
                            void *user);
+
+/* The n-th command buffer whose batch has not reached its execution point, for example because the
+ * call that submits it has not returned: what is needed to validate its inputs. The caller releases
+ * the references with submitted_builds_release_unrun(). Returns false if there are fewer. */
+struct ran_execution;
+bool submitted_builds_find_unrun(struct submitted_builds *submitted, uint32_t n,
+                                 struct ran_execution *ran);
+void submitted_builds_release_unrun(struct ran_execution *ran);
 
 /* A number that changes when the device gets further: when a mark is written. */
 uint64_t submitted_builds_progress(struct submitted_builds *submitted);

@@ -12,8 +12,8 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include "layer/execution/input_checks.h"
 #include "layer/postmortem/crash_output.h"
+#include "layer/postmortem/marked_inputs.h"
 #include "layer/postmortem/pending_list.h"
 #include "src/report/message.h"
 #include "src/report/message_id.h"
@@ -68,7 +68,7 @@ static char validate(void)
         if (!device)
             continue;
         reporter_silence_callbacks(device->instance->reporter);
-        if (!input_checks_read_marked(device->input_checks, "read when the process crashed"))
+        if (!marked_inputs_read(device, "read when the process crashed"))
             reply = REPLY_FAILED;
     }
     return reply;

@@ -6,6 +6,7 @@
 
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submitted_builds.h"
+#include "layer/postmortem/marked_inputs.h"
 #include "layer/postmortem/pending_list.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/report/message.h"
@@ -54,7 +55,7 @@ static void report(const struct watch *watch)
     text_append(&text, ", while the application waits for it. ");
     if (!pending_list_append(device, true, &text) || atomic_exchange(&device->hang_reported, true))
         return;
-    input_checks_read_marked(device->input_checks, "read while the device made no progress");
+    marked_inputs_read(device, "read while the device made no progress");
     reporter_report_event(device->instance->reporter, "ASSAY-hang", line);
 }
 

@@ -404,7 +404,7 @@ uint32_t execution_count_repeated(const struct execution *execution)
     return count;
 }
 
-static struct execution *share_latest(struct recording *recording)
+struct execution *recording_share_latest(struct recording *recording)
 {
     pthread_mutex_lock(&recording->lock);
     struct execution *latest = recording->latest ? execution_share(recording->latest) : NULL;
@@ -416,7 +416,7 @@ uint32_t recording_detach(struct recording *recording, const struct ticket *next
                           uint64_t nanoseconds)
 {
     uint32_t lost = 0;
-    struct execution *latest = share_latest(recording);
+    struct execution *latest = recording_share_latest(recording);
     if (latest && latest->ticket != next)
         lost += !detach(latest, nanoseconds);
     execution_release(latest);
@@ -428,7 +428,7 @@ uint32_t recording_detach(struct recording *recording, const struct ticket *next
 
 bool recording_is_pending(struct recording *recording, const struct ticket *next)
 {
-    struct execution *latest = share_latest(recording);
+    struct execution *latest = recording_share_latest(recording);
     bool is_pending =
         latest && latest->ticket != next && latest->ticket->wait(latest->ticket, 0) == VK_TIMEOUT;
     execution_release(latest);

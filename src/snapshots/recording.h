@@ -236,6 +236,9 @@ void recording_clear_marks(struct recording *recording, const struct ticket *tic
 enum mark_state recording_mark_state(const struct recording *recording, uint32_t position,
                                      uint64_t ticket);
 
+/* The execution made last, with a reference for the caller. Returns NULL if it no longer exists. */
+struct execution *recording_share_latest(struct recording *recording);
+
 /* Creates an execution of the current items, with executions of secondaries. Returns NULL without
  * memory. */
 struct execution *execution_create(struct recording *recording, struct ticket *ticket);

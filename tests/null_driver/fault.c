@@ -18,7 +18,7 @@ struct kept_submission {
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of all below */
 static struct null_driver_fault planned;                 /* number 0: nothing is planned */
 static struct kept_submission *kept, **kept_last = &kept;
-static atomic_bool is_armed, hangs;
+static atomic_bool is_armed, hangs, is_at_once;
 
 void null_driver_plan_fault(const struct null_driver_fault *fault)
 {
@@ -27,12 +27,18 @@ void null_driver_plan_fault(const struct null_driver_fault *fault)
     if (fault != NULL && planned.number == 0)
         planned.number = 1;
     atomic_store(&is_armed, fault != NULL);
+    atomic_store(&is_at_once, false);
     pthread_mutex_unlock(&lock);
 }
 
 bool fault_is_at_build(void)
 {
     return atomic_load(&is_armed);
+}
+
+bool loss_is_at_once(void)
+{
+    return device_is_lost() && atomic_load(&is_at_once);
 }
 
 bool device_hangs(void)
@@ -63,11 +69,13 @@ static void crash_as_planned(const struct null_driver_fault *fault)
 
 static void happen(const struct null_driver_fault *fault)
 {
-    if (fault->kind == NULL_DRIVER_LOSE)
+    if (fault->kind == NULL_DRIVER_LOSE) {
+        atomic_store(&is_at_once, fault->is_at_once);
         null_driver_set_device_lost(true);
-    else if (fault->kind == NULL_DRIVER_HANG)
+    }
+    if (fault->kind == NULL_DRIVER_HANG)
         atomic_store(&hangs, true);
-    else
+    if (fault->kind == NULL_DRIVER_CRASH)
         crash_as_planned(fault);
 }
 

@@ -49,7 +49,7 @@ static VkResult end(VkFence fence, bool goes_on)
         return finish(fence);
     if (device_hangs())
         fault_keep(&(VkSubmitInfo2){0}, NULL, fence);
-    return VK_SUCCESS;
+    return loss_is_at_once() ? VK_ERROR_DEVICE_LOST : VK_SUCCESS;
 }
 
 /* The same batch in the newer form; false: it is too large for that, and cannot be kept. */
