@@ -17,6 +17,7 @@ struct kept_submission {
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of all below */
 static struct null_driver_fault planned;                 /* number 0: nothing is planned */
+static struct null_driver_fault last;                    /* that happened */
 static struct kept_submission *kept, **kept_last = &kept;
 static atomic_bool is_armed, hangs, is_at_once;
 
@@ -93,6 +94,8 @@ static bool pass(enum null_driver_place at)
     const struct null_driver_fault fault = planned;
     const bool is_here = fault.number != 0 && fault.at == at;
     const bool happens = is_here && fault.number == 1;
+    if (happens)
+        last = fault;
     if (is_here && --planned.number == 0)
         atomic_store(&is_armed, false);
     pthread_mutex_unlock(&lock);
@@ -182,4 +185,25 @@ void null_driver_end_hang(void)
     }
     atomic_store(&hangs, false);
     sync_wake();
+}
+
+/* ---- VK_EXT_device_fault */
+
+VkResult null_GetDeviceFaultInfoEXT(VkDevice device, VkDeviceFaultCountsEXT *pFaultCounts,
+                                    VkDeviceFaultInfoEXT *pFaultInfo)
+{
+    pthread_mutex_lock(&lock);
+    const struct null_driver_fault fault = last;
+    pthread_mutex_unlock(&lock);
+    const uint32_t count = fault.address != 0;
+    if (pFaultInfo != NULL && pFaultCounts->addressInfoCount >= count && count > 0) {
+        strcpy(pFaultInfo->description, "a page is missing");
+        pFaultInfo->pAddressInfos[0] = (VkDeviceFaultAddressInfoEXT){
+            .addressType = VK_DEVICE_FAULT_ADDRESS_TYPE_READ_INVALID_EXT,
+            .reportedAddress = fault.address,
+            .addressPrecision = fault.precision,
+        };
+    }
+    pFaultCounts->addressInfoCount = count;
+    return VK_SUCCESS;
 }

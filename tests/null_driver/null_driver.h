@@ -147,9 +147,12 @@ struct null_driver_fault {
     enum null_driver_place at;
     uint32_t number;   /* from 1; 0 is 1 */
     bool skips_copies; /* at a build: it happens before the copies and dispatches in front of it */
-    int signal;        /* of a crash; 0: SIGSEGV, by writing to an address without memory */
-    bool is_at_once;   /* of a loss: the call that submits the build returns it */
-    bool in_thread;    /* the crash is that of a thread of the driver, for which the call waits */
+    /* Of a loss: what vkGetDeviceFaultInfoEXT says, if the address is not 0. */
+    VkDeviceAddress address;
+    VkDeviceSize precision;
+    int signal;      /* of a crash; 0: SIGSEGV, by writing to an address without memory */
+    bool is_at_once; /* of a loss: the call that submits the build returns it */
+    bool in_thread;  /* the crash is that of a thread of the driver, for which the call waits */
 };
 
 /* What the library exports. Names are entry points' names ("vkCreateBuffer"); the aliases of a

@@ -1,91 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Signals that end the process. Each case is a child process, whose output is read here. */
-#include "tests/snapshots/scene.h"
+/* What is reported when a signal ends the process. */
+#include "tests/postmortem/crash_child.h"
 
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
-
-enum { BUFFER_SIZE = 1 << 16, OUTPUT_SIZE = 1 << 16, HANDLED = 42 };
-
-static char output[OUTPUT_SIZE];
-static int status;
-
-/* ---- the child */
-
-static void crash(int signal, bool in_thread, bool skips_copies)
-{
-    platform.null_driver.plan_fault(&(struct null_driver_fault){.kind = NULL_DRIVER_CRASH,
-                                                                .at = NULL_DRIVER_AT_BUILD,
-                                                                .skips_copies = skips_copies,
-                                                                .signal = signal,
-                                                                .in_thread = in_thread});
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 1);
-    scene_submit(commands);
-}
-
-static void open_at(const char *level)
-{
-    scene_open(&(struct scene_setup){
-        .settings.level = level, .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
-    fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance,
-                                                      fixture.instance.messenger, NULL);
-    fixture.instance.messenger = VK_NULL_HANDLE;
-    scene_invalidate_box(0);
-}
-
-/* Runs a function in a child process, with crash_report and a setting. Fills in `output`, what the
- * child has written to stderr, and `status`. */
-static void run(void (*child)(void), const char *setting, const char *value)
-{
-    int ends[2];
-    assert_int_equal(pipe(ends), 0);
-    fflush(NULL);
-    const pid_t pid = fork();
-    if (pid == 0) {
-        const int numbers[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT};
-        for (size_t i = 0; i < ARRAY_COUNT(numbers); i++)
-            signal(numbers[i], SIG_DFL); /* cmocka and sanitizers have theirs */
-        setrlimit(RLIMIT_CORE, &(struct rlimit){0});
-        dup2(ends[1], STDERR_FILENO);
-        setenv("VK_ASSAY_VALIDATION_CRASH_REPORT", "true", 1);
-        if (setting)
-            setenv(setting, value, 1);
-        child();
-        _exit(0);
-    }
-    close(ends[1]);
-    size_t length = 0;
-    ssize_t got;
-    while ((got = read(ends[0], output + length, sizeof(output) - 1 - length)) > 0)
-        length += (size_t)got;
-    output[length] = '\0';
-    close(ends[0]);
-    assert_int_equal(waitpid(pid, &status, 0), pid);
-}
-
-static void expect_signal(int number)
-{
-    if (!WIFSIGNALED(status) || WTERMSIG(status) != number)
-        fail_msg("status 0x%x, output: %s", (unsigned)status, output);
-}
-
-static void expect_output(const char *part)
-{
-    if (!strstr(output, part))
-        fail_msg("\"%s\" is not in: %s", part, output);
-}
-
-static void expect_no_output(const char *part)
-{
-    if (strstr(output, part))
-        fail_msg("\"%s\" is in: %s", part, output);
-}
 
 /* ---- what is reported */
 
@@ -162,4 +82,71 @@ TEST(test_off)
     run(crash_in_thread, "VK_ASSAY_VALIDATION_CRASH_REPORT", "false");
     expect_signal(SIGSEGV);
     expect_no_output("ASSAY-crash");
+}
+
+/* ---- other signals */
+
+static int played_signal;
+
+static void crash_by_signal(void)
+{
+    open_at(NULL);
+    crash(played_signal, true, false);
+}
+
+TEST(test_signals)
+{
+    static const struct {
+        int number;
+        const char *text;
+    } rows[] = {{SIGSEGV, "received SIGSEGV"},
+                {SIGBUS, "received SIGBUS. 1 build"},
+                {SIGFPE, "received SIGFPE. 1 build"},
+                {SIGABRT, "received SIGABRT. 1 build"}};
+    for (size_t i = 0; i < ARRAY_COUNT(rows); i++) {
+        played_signal = rows[i].number;
+        run(crash_by_signal, NULL, NULL);
+        expect_signal(rows[i].number);
+        expect_output(rows[i].text);
+        expect_output("minX");
+    }
+}
+
+static void crash_without_builds(void)
+{
+    open_at(NULL);
+    raise(SIGSEGV);
+}
+
+TEST(test_nothing_to_say)
+{
+    run(crash_without_builds, NULL, NULL);
+    expect_signal(SIGSEGV);
+    assert_string_equal(output, "");
+}
+
+/* ---- the record */
+
+TEST(test_json)
+{
+    char path[] = "/tmp/assay-crash-XXXXXX", record[OUTPUT_SIZE];
+    const int file = mkstemp(path);
+    assert_true(file >= 0);
+    setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "json", 1);
+    run(crash_in_thread, "VK_ASSAY_VALIDATION_LOG_FILENAME", path);
+    unsetenv("VK_ASSAY_VALIDATION_LOG_FORMAT");
+    const ssize_t size = read(file, record, sizeof(record) - 1);
+    assert_true(size > 0);
+    record[size] = '\0';
+    close(file);
+    unlink(path);
+    expect_signal(SIGSEGV);
+    expect_output("ASSAY-crash"); /* as text, too */
+    snprintf(output, sizeof(output), "%s", record);
+    expect_output(
+        "\"Severity\":\"Warning\",\"VUID\":\"ASSAY-crash\",\"MessageID\":\"0x22cd1989\","
+        "\"Objects\":[],\"MainMessage\":\"The process received SIGSEGV for address 0x10. "
+        "1 build was submitted to VkDevice ");
+    expect_output("complete:\\n1. build of ");
+    expect_output("\"when\":\"read when the process crashed\"");
 }

@@ -91,7 +91,8 @@ bool destroyed_objects_find_range(struct destroyed_objects *destroyed, uint64_t 
 
 void destroyed_objects_count_submission(struct destroyed_objects *destroyed)
 {
-    atomic_fetch_add_explicit(&destroyed->submissions, 1, memory_order_relaxed);
+    if (destroyed)
+        atomic_fetch_add_explicit(&destroyed->submissions, 1, memory_order_relaxed);
 }
 
 uint64_t destroyed_objects_submissions(const struct destroyed_objects *destroyed)

@@ -37,7 +37,7 @@ bool destroyed_objects_find(struct destroyed_objects *destroyed, VkObjectType ty
 bool destroyed_objects_find_range(struct destroyed_objects *destroyed, uint64_t address,
                                   struct destroyed_object *object);
 
-/* Counts a call that submits work; and returns their number. */
+/* Counts a call that submits work; and returns their number. The first accepts NULL. */
 void destroyed_objects_count_submission(struct destroyed_objects *destroyed);
 uint64_t destroyed_objects_submissions(const struct destroyed_objects *destroyed);
 
