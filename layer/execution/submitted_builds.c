@@ -317,19 +317,30 @@ struct progress {
     bool is_pending;
 };
 
-static bool add_progress(void *user, const struct submitted_build *build)
+static void add_progress(struct progress *progress, const struct journal *journal)
 {
-    struct progress *progress = user;
-    progress->sum = progress->sum * 31 + build->state + 1;
-    progress->is_pending |= build->state == MARK_IS_CLEAR || build->state == MARK_HAS_COPIES;
-    return true;
+    const struct recording *recording = journal->work;
+    for (uint32_t i = 0; recording && i < recording->marks.count; i++) {
+        enum mark_state state = recording_mark_state(recording, recording->marks.items[i].first, 0);
+        progress->sum = progress->sum * 31 + state + 1;
+        progress->is_pending |= state == MARK_IS_CLEAR || state == MARK_HAS_COPIES;
+    }
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; journal->executes && (entry = journal_next(&cursor));)
+        if (entry->kind == JOURNAL_EXECUTE)
+            add_progress(progress, entry->secondary);
 }
 
 static struct progress find_progress(struct submitted_builds *submitted)
 {
     struct progress progress = {0};
-    if (submitted && atomic_load(&submitted->count))
-        submitted_builds_each(submitted, true, add_progress, &progress);
+    if (!submitted || !submitted->device->snapshots || !atomic_load(&submitted->count))
+        return progress;
+    pthread_mutex_lock(&submitted->lock);
+    for (const struct submitted_commands_entry *entry = submitted->first; entry;
+         entry = entry->next)
+        add_progress(&progress, entry->journal);
+    pthread_mutex_unlock(&submitted->lock);
     return progress;
 }
 

@@ -31,7 +31,6 @@ static const struct {
 
 static struct {
     pthread_mutex_t lock; /* of the members up to `devices`; the handler only reads them */
-    unsigned users;       /* devices */
     struct sigaction previous[SIGNALS];
     /* The actions below handlers of the application that may call the layer's, though the layer's
      * are not installed any more. */
@@ -119,7 +118,7 @@ static void start_thread(void)
 static void end_thread(void)
 {
     const char request = REQUEST_END;
-    if (!crash.has_thread || crash.process != getpid())
+    if (!crash.has_thread)
         return;
     if (write(crash.requests[1], &request, 1) == 1)
         pthread_join(crash.thread, NULL);
@@ -253,6 +252,36 @@ static void handle(int number, siginfo_t *info, void *context)
 
 /* ---- installation */
 
+/* A child process has the handlers of its parent, but neither its thread nor its devices. */
+static void leave_parent(void)
+{
+    if (!crash.process || crash.process == getpid())
+        return;
+    pthread_mutex_init(&crash.lock, NULL);
+    crash.has_thread = false;
+    for (int i = 0; i < DEVICES_MAX; i++)
+        atomic_store(&crash.devices[i].device, NULL);
+    atomic_store(&crash.reported, false);
+    atomic_store(&crash.is_busy, false);
+}
+
+/* The slot of a device, or of none if it is NULL. Returns DEVICES_MAX if there is no such slot. */
+static int find_slot(const struct layer_device *device)
+{
+    int i = 0;
+    while (i < DEVICES_MAX && atomic_load(&crash.devices[i].device) != device)
+        i++;
+    return i;
+}
+
+static bool has_devices(void)
+{
+    bool has_any = false;
+    for (int i = 0; i < DEVICES_MAX; i++)
+        has_any |= atomic_load(&crash.devices[i].device) != NULL;
+    return has_any;
+}
+
 static void install(void)
 {
     struct sigaction own = {.sa_flags = SA_SIGINFO | SA_ONSTACK | SA_NODEFER};
@@ -261,8 +290,11 @@ static void install(void)
     crash.process = getpid();
     crash.id_number = message_id_number(event_id);
     start_thread();
-    for (int i = 0; i < SIGNALS; i++)
-        sigaction(signals[i].number, &own, &crash.previous[i]);
+    for (int i = 0; i < SIGNALS; i++) {
+        struct sigaction before;
+        if (sigaction(signals[i].number, &own, &before) == 0 && before.sa_sigaction != handle)
+            crash.previous[i] = before;
+    }
 }
 
 static bool are_equal(const struct sigaction *a, const struct sigaction *b)
@@ -306,12 +338,11 @@ void crash_add_device(struct layer_device *device)
 {
     if (!is_wanted(device))
         return;
+    leave_parent();
     pthread_mutex_lock(&crash.lock);
-    if (!crash.users++)
+    if (!has_devices())
         install();
-    int i = 0;
-    while (i < DEVICES_MAX && atomic_load(&crash.devices[i].device))
-        i++;
+    int i = find_slot(NULL);
     if (i < DEVICES_MAX) {
         struct crash_output *output = &crash.devices[i].output;
         output->descriptor = reporter_log_descriptor(device->instance->reporter, &output->is_json);
@@ -322,13 +353,13 @@ void crash_add_device(struct layer_device *device)
 
 void crash_remove_device(struct layer_device *device)
 {
-    if (!is_wanted(device))
+    if (!is_wanted(device) || crash.process != getpid())
         return;
     pthread_mutex_lock(&crash.lock);
-    for (int i = 0; i < DEVICES_MAX; i++)
-        if (atomic_load(&crash.devices[i].device) == device)
-            atomic_store(&crash.devices[i].device, NULL);
-    if (!--crash.users)
+    int i = find_slot(device);
+    if (i < DEVICES_MAX)
+        atomic_store(&crash.devices[i].device, NULL);
+    if (i < DEVICES_MAX && !has_devices())
         uninstall();
     pthread_mutex_unlock(&crash.lock);
     while (atomic_load(&crash.is_busy)) /* a handler may use the device */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Setting crash_report: the report when the process gets SIGSEGV, SIGBUS, SIGFPE or SIGABRT.
  *
- * The first device of an instance with the setting installs the handlers, and the last one puts the
+ * The first device with the setting (16 at most) installs the handlers, and the last one puts the
  * application's back. A handler that the application has installed meanwhile stays; the layer's
  * library then stays in memory, because that handler may call the layer's.
  *

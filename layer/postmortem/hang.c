@@ -29,16 +29,23 @@ static uint64_t now(void)
     return (uint64_t)time.tv_sec * SECOND + (uint64_t)time.tv_nsec;
 }
 
+/* How long the device may make no progress, in nanoseconds. Returns 0 if nobody watches. */
+static uint64_t find_limit(const struct layer_device *device)
+{
+    if (!device->input_checks || device->snapshots->are_for_backend ||
+        atomic_load(&device->hang_reported))
+        return 0;
+    return reporter_settings(device->instance->reporter)->hang_seconds * SECOND;
+}
+
 /* Returns false if there is nothing to watch. */
 static bool begin(struct layer_device *device, struct watch *watch)
 {
-    uint32_t seconds = reporter_settings(device->instance->reporter)->hang_seconds;
-    if (!seconds || !device->input_checks || device->snapshots->are_for_backend ||
-        atomic_load(&device->hang_reported) ||
-        !submitted_builds_are_pending(device->submitted_builds))
+    uint64_t limit = find_limit(device);
+    if (!limit || !submitted_builds_are_pending(device->submitted_builds))
         return false;
     *watch = (struct watch){.device = device,
-                            .hang = seconds * SECOND,
+                            .hang = limit,
                             .since = now(),
                             .progress = submitted_builds_progress(device->submitted_builds)};
     return true;
@@ -93,7 +100,7 @@ static bool has_end(uint64_t begin, uint64_t timeout)
 static VkResult wait_in_slices(const struct wait *wait, uint64_t timeout)
 {
     struct watch watch;
-    if (!timeout || !begin(wait->device, &watch))
+    if (timeout <= find_limit(wait->device) / SLICES || !begin(wait->device, &watch))
         return wait->wait(wait, timeout);
     const uint64_t begun = now(), slice = watch.hang / SLICES;
     VkResult result = VK_TIMEOUT;

@@ -112,6 +112,31 @@ TEST(test_signals)
     }
 }
 
+static void crash_at_25_builds(void)
+{
+    open_at(NULL);
+    platform.null_driver.plan_fault(&(struct null_driver_fault){
+        .kind = NULL_DRIVER_CRASH, .at = NULL_DRIVER_AT_BUILD, .number = 24});
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    for (uint32_t i = 0; i < 25; i++)
+        scene_build_boxes(commands, 1 + i);
+    scene_submit(commands);
+}
+
+TEST(test_twenty_builds_are_listed)
+{
+    run(crash_at_25_builds, NULL, NULL);
+    expect_signal(SIGSEGV);
+    expect_output("25 builds were submitted");
+    expect_output("1. build of ");
+    expect_output("build 23, as submitted");
+    expect_output("2. build of ");
+    expect_output("build 24, as submitted");
+    expect_output("\n20. build of ");
+    expect_no_output("\n21. build of ");
+    expect_output("\nand 5 more.");
+}
+
 static void crash_without_builds(void)
 {
     open_at(NULL);
