@@ -11,6 +11,7 @@
 
 #include "layer/execution/build_records.h"
 #include "layer/execution/input_checks.h"
+#include "layer/execution/submitted_builds.h"
 #include "layer/layer.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/check/replay/replay.h"
@@ -193,6 +194,7 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
         .submissions = submissions,
         .origin = {.device = submissions->device->handle,
                    .names = submissions->device->names,
+                   .destroyed = submissions->device->destroyed,
                    .queue = run->queue,
                    .submission = run->submission,
                    .queue_labels = shared_labels_stack(run->queue_labels)},
@@ -285,6 +287,7 @@ static void run_batch(void *user, const struct batch_run *run)
         replay_batch(submissions, run, NULL);
     if (!submissions->order_unknown && submissions->device->records_builds)
         build_records_add_batch(submissions->device, run);
+    submitted_builds_run(submissions->device->submitted_builds, run);
     if (submissions->device->snapshots)
         snapshots_run(submissions->device->snapshots, run);
     input_checks_end_batch(submissions->device->input_checks, run);
