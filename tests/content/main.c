@@ -68,13 +68,13 @@ static void play_variant(struct run *run, const struct case_list *list,
                                                .geometry_pointers = variant->geometry_pointers},
                                       .variant = variant,
                                       .base_is_known = run->setup == test_case->setup &&
-                                                       test_case->twin_setup == NULL &&
+                                                       test_case->right_setup == NULL &&
                                                        (run->known >> index & 1) != 0};
     play_content(&play, &run->fixture, &run->report);
     if (run->setup != test_case->setup)
         run->known = 0;
     run->setup = test_case->setup;
-    if (run->report.stayed_silent && test_case->twin_setup == NULL)
+    if (run->report.stayed_silent && test_case->right_setup == NULL)
         run->known |= UINT64_C(1) << index;
     write_results(run, name, &play);
     tally_count(&run->tally, run->report.outcome, name, run->report.text);
@@ -130,11 +130,9 @@ int main(int argc, char **argv)
         return status;
     for (size_t i = 0; i < LIST_COUNT; i++)
         for (size_t j = 0; j < lists[i]->count; j++) {
-            struct test_case test_case;
-            if (!case_read(lists[i], j, &test_case) || !is_about_inputs(&test_case))
-                continue;
-            for (uint32_t k = 0; k < variant_count; k++)
-                play_one(&run, lists[i], &test_case, k);
+            const struct test_case *test_case = &lists[i]->cases[j];
+            for (uint32_t k = 0; k < variant_count && is_about_inputs(test_case); k++)
+                play_one(&run, lists[i], test_case, k);
         }
     texts_play(&run.platform, &run.fixture, &run.tally);
     fixture_close(&run.fixture);

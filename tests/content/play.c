@@ -9,9 +9,8 @@
 /* One of the calls of a case. */
 struct call {
     const char *what;
-    const struct test_case *prepared_for; /* NULL: the call is as the scene opens */
+    void (*prepare)(struct scene *scene); /* these two: NULL: nothing is done */
     void (*mutate)(struct scene *scene);
-    const struct edit *edits;
     void (*then)(struct scene *scene);
     enum change change;
     bool breaks;
@@ -82,15 +81,14 @@ static struct scene *open_scene(const struct content_play *play, struct fixture 
     fixture->uses_two_queues = variant->uses_two_queues;
     fixture->records_secondary = variant->in_secondary;
     struct scene *scene = scene_open(fixture, variant->command);
-    if (call->prepared_for != NULL)
-        judge_prepare(scene, call->prepared_for);
+    if (call->prepare != NULL)
+        call->prepare(scene);
     memcpy(parameters.infos, scene->infos, sizeof(parameters.infos));
     memcpy(parameters.geometries, scene->geometries, sizeof(parameters.geometries));
     memcpy(parameters.ranges, scene->ranges, sizeof(parameters.ranges));
     scene_inputs_remember(scene);
     if (call->mutate != NULL)
         call->mutate(scene);
-    judge_apply(scene, call->edits);
     if (call->change != CHANGE_NOTHING &&
         (have_changed(scene, &parameters) || !scene_inputs_differ(scene)))
         scene_skip(scene, "not the data of the scene alone is what is bad");
@@ -120,8 +118,7 @@ static bool expect_refusal_alone(const struct content_play *play, const struct f
                                  const struct call *call, const char *when, struct report *report)
 {
     const struct refusal *refusal = play->play.test_case->refusal;
-    if (!judge_is_refused(&play->play) || call->prepared_for == NULL ||
-        call->prepared_for->prepare == NULL ||
+    if (!judge_is_refused(&play->play) || call->prepare == NULL ||
         messages_count(&fixture->messages, rule_id(refusal->rule, refusal->command), NULL) !=
             fixture->messages.count)
         return expect_none(fixture, call, when, report);
@@ -205,10 +202,9 @@ static void play_twin(const struct content_play *play, struct fixture *fixture,
     const struct test_case *test_case = play->play.test_case;
     const struct call base = {.what = "valid call"};
     const struct call twin = {.what = "twin",
-                              .prepared_for = test_case,
-                              .mutate = test_case->mutate_twin,
-                              .edits = test_case->twin_edits,
-                              .then = test_case->twin_then};
+                              .prepare = test_case->prepare,
+                              .mutate = test_case->right,
+                              .then = test_case->right_then};
 
     report->stayed_silent =
         (play->base_is_known || expect_silence(play, fixture, &base, report)) &&
@@ -221,9 +217,8 @@ static void play_mutation(const struct content_play *play, struct fixture *fixtu
     const struct test_case *test_case = play->play.test_case;
     const bool breaks = !test_case->silent && play->variant->change != CHANGE_FOR_THE_BETTER;
     const struct call call = {.what = breaks ? "mutation" : "valid mutation",
-                              .prepared_for = test_case,
-                              .mutate = test_case->mutate,
-                              .edits = test_case->edits,
+                              .prepare = test_case->prepare,
+                              .mutate = test_case->wrong,
                               .then = test_case->then,
                               .change = play->variant->change,
                               .breaks = breaks};
@@ -238,7 +233,8 @@ void play_content(const struct content_play *play, struct fixture *fixture, stru
 {
     const struct test_case *test_case = play->play.test_case;
     const struct setup *setup = judge_setup(test_case->setup);
-    const struct setup *twin_setup = test_case->twin_setup != NULL ? test_case->twin_setup : setup;
+    const struct setup *twin_setup =
+        test_case->right_setup != NULL ? test_case->right_setup : setup;
     const char *missing = judge_enter_fixture(&play->play, fixture, twin_setup);
 
     *report = (struct report){.outcome = OUTCOME_FAILED};

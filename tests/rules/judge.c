@@ -83,103 +83,10 @@ const char *judge_cannot_play(const struct play *play, const struct fixture *fix
 
 /* ---- mutations ---- */
 
-/* Members that are read and written as numbers have no more bytes than a number. */
-static uint64_t read_member(const struct scene *scene, const struct edit *edit)
-{
-    uint64_t value = 0;
-    memcpy(&value, (const unsigned char *)scene + edit->offset, edit->size);
-    return value;
-}
-
-static void write_to_buffer(struct scene *scene, const struct edit *edit)
-{
-    const struct test_buffer *buffer = (const void *)((const unsigned char *)scene + edit->offset);
-    if (edit->kind == EDIT_WRITE)
-        memcpy(buffer->host + edit->build, &edit->value, edit->size);
-    else
-        memcpy(buffer->host + edit->build, &edit->number, sizeof(edit->number));
-}
-
-/* False if the edit is an assignment. */
-static bool call_function(struct scene *scene, const struct edit *edit)
-{
-    switch (edit->kind) {
-    case EDIT_DESTROY:
-        scene_destroy(scene, read_member(scene, edit));
-        return true;
-    case EDIT_CALL:
-        edit->call(scene);
-        return true;
-    case EDIT_CALL_WITH:
-        edit->call_with(scene, (uint32_t)edit->value);
-        return true;
-    case EDIT_CALL_WITH_SIZE:
-        edit->call_with_size(scene, edit->value);
-        return true;
-    case EDIT_CALL_FOR:
-        edit->call_for(scene, edit->build, edit->value);
-        return true;
-    case EDIT_RECORD:
-        edit->record(scene, scene->command_buffer);
-        return true;
-    case EDIT_WRITE:
-    case EDIT_WRITE_FLOAT:
-        write_to_buffer(scene, edit);
-        return true;
-    default:
-        return false;
-    }
-}
-
-static uint64_t value_of(struct scene *scene, const struct edit *edit)
-{
-    switch (edit->kind) {
-    case EDIT_ADD:
-        return read_member(scene, edit) + edit->value;
-    case EDIT_POINT:
-        return (uintptr_t)((unsigned char *)scene + edit->value);
-    case EDIT_UNREADABLE:
-        return (uintptr_t)unreadable_page();
-    case EDIT_MAKE_ADDRESS:
-        return edit->make_address(scene);
-    case EDIT_MAKE_STRUCTURE_WITH:
-        return (uint64_t)edit->make_structure_with(scene, (uint32_t)edit->value);
-    default:
-        return edit->value;
-    }
-}
-
-static void apply_edit(struct scene *scene, const struct edit *edit)
-{
-    unsigned char *bytes = (unsigned char *)scene;
-
-    if (edit->kind == EDIT_COPY) {
-        memmove(bytes + edit->offset, bytes + edit->value, edit->size);
-    } else if (!call_function(scene, edit)) {
-        const uint64_t value = value_of(scene, edit);
-        memcpy(bytes + edit->offset, &value, edit->size);
-    }
-}
-
-void judge_apply(struct scene *scene, const struct edit *edits)
-{
-    for (; edits != NULL && edits->kind != EDIT_END; edits++)
-        apply_edit(scene, edits);
-}
-
-void judge_prepare(struct scene *scene, const struct test_case *test_case)
-{
-    if (test_case->prepare != NULL)
-        test_case->prepare(scene);
-    judge_apply(scene, test_case->prepare_edits);
-}
-
 bool judge_has_twin(const struct play *play)
 {
     const struct test_case *test_case = play->test_case;
-    return !judge_is_refused(play) &&
-           (test_case->prepare != NULL || test_case->prepare_edits != NULL ||
-            test_case->mutate_twin != NULL || test_case->twin_edits != NULL);
+    return !judge_is_refused(play) && (test_case->prepare != NULL || test_case->right != NULL);
 }
 
 /* ---- messages ---- */
@@ -279,4 +186,13 @@ bool judge_messages(const struct play *play, const struct fixture *fixture, stru
 const struct setup *judge_setup(const struct setup *setup)
 {
     return setup != NULL ? setup : &default_setup;
+}
+
+void offer_packed_format(struct null_driver_config *config)
+{
+    static const VkFormat formats[] = {VK_FORMAT_A2B10G10R10_SNORM_PACK32,
+                                       VK_FORMAT_R64G64B64_SFLOAT, VK_FORMAT_R8G8B8A8_SNORM};
+    for (size_t i = 0; i < sizeof(formats) / sizeof(formats[0]); i++)
+        config->formats[config->format_count++] = (struct null_driver_format){
+            formats[i], VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
 }

@@ -41,9 +41,6 @@ const char *judge_enter_fixture(const struct play *play, struct fixture *fixture
 /* NULL, or what the world lacks for the case. */
 const char *judge_cannot_play(const struct play *play, const struct fixture *fixture);
 
-void judge_apply(struct scene *scene, const struct edit *edits);
-void judge_prepare(struct scene *scene, const struct test_case *test_case);
-
 /* Whether the case has a valid call of its own, here. */
 bool judge_has_twin(const struct play *play);
 

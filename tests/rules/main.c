@@ -221,11 +221,8 @@ static void for_all_cases(struct run *run,
                                        const struct test_case *test_case))
 {
     for (size_t i = 0; i < LIST_COUNT; i++)
-        for (size_t j = 0; j < lists[i]->count; j++) {
-            struct test_case test_case;
-            if (case_read(lists[i], j, &test_case))
-                play(run, lists[i], &test_case);
-        }
+        for (size_t j = 0; j < lists[i]->count; j++)
+            play(run, lists[i], &lists[i]->cases[j]);
 }
 
 /* ---- every rule has a case ---- */
@@ -244,11 +241,9 @@ static bool fires(const struct test_case *test_case, enum rule rule)
 static bool has_firing_case(enum rule rule)
 {
     for (size_t i = 0; i < LIST_COUNT; i++)
-        for (size_t j = 0; j < lists[i]->count; j++) {
-            struct test_case test_case;
-            if (case_read(lists[i], j, &test_case) && fires(&test_case, rule))
+        for (size_t j = 0; j < lists[i]->count; j++)
+            if (fires(&lists[i]->cases[j], rule))
                 return true;
-        }
     return false;
 }
 

@@ -7,9 +7,8 @@
 /* One of the three calls of a case. */
 struct call {
     const char *what;
-    const struct test_case *prepared_for; /* NULL: the call is as the scene opens */
+    void (*prepare)(struct scene *scene); /* these two: NULL: nothing is done */
     void (*mutate)(struct scene *scene);
-    const struct edit *edits;
     bool breaks, forwards, may_fail_on_cpu;
     void (*then)(struct scene *scene);
 };
@@ -78,11 +77,10 @@ static bool make_call(const struct play *play, struct fixture *fixture, const st
     messages_clear(&fixture->messages);
     fixture->messages.answer = VK_FALSE;
     struct scene *scene = scene_open(fixture, play->command);
-    if (call->prepared_for != NULL)
-        judge_prepare(scene, call->prepared_for);
+    if (call->prepare != NULL)
+        call->prepare(scene);
     if (call->mutate != NULL)
         call->mutate(scene);
-    judge_apply(scene, call->edits);
     if (play->geometry_pointers)
         scene_use_geometry_pointers(scene);
     if (scene->skip != NULL) {
@@ -136,9 +134,8 @@ static bool play_mutation(const struct play *play, struct fixture *fixture, stru
     if (judge_is_refused(play))
         breaks = breaks || judge_expects(play, test_case->refusal->rule);
     const struct call call = {breaks ? "mutation" : "valid mutation",
-                              test_case,
-                              test_case->mutate,
-                              test_case->edits,
+                              test_case->prepare,
+                              test_case->wrong,
                               breaks,
                               test_case->forwards,
                               test_case->silent && test_case->may_fail_on_cpu,
@@ -156,11 +153,10 @@ static void play_twin(const struct play *play, struct fixture *fixture, struct r
     const struct test_case *test_case = play->test_case;
     const struct call base = {.what = "valid call"};
     const struct call twin = {.what = "twin",
-                              .prepared_for = test_case,
-                              .mutate = test_case->mutate_twin,
-                              .edits = test_case->twin_edits,
+                              .prepare = test_case->prepare,
+                              .mutate = test_case->right,
                               .may_fail_on_cpu = test_case->may_fail_on_cpu,
-                              .then = test_case->twin_then};
+                              .then = test_case->right_then};
 
     report->stayed_silent = expect_silence(play, fixture, &base, report) &&
                             (!judge_has_twin(play) || expect_silence(play, fixture, &twin, report));
@@ -170,7 +166,8 @@ void play_case(const struct play *play, struct fixture *fixture, struct report *
 {
     const struct test_case *test_case = play->test_case;
     const struct setup *setup = judge_setup(test_case->setup);
-    const struct setup *twin_setup = test_case->twin_setup != NULL ? test_case->twin_setup : setup;
+    const struct setup *twin_setup =
+        test_case->right_setup != NULL ? test_case->right_setup : setup;
     const char *missing = judge_enter_fixture(play, fixture, twin_setup);
 
     *report = (struct report){.outcome = OUTCOME_FAILED};

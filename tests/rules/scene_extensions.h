@@ -23,8 +23,4 @@ void scene_use_instance_pointers(struct scene *scene);
 /* Gives a build a dst that was created for motion, and scratch. */
 void scene_give_motion_dst(struct scene *scene, uint32_t build);
 
-#define SPHERES_PATH "pInfos[6].pGeometries[0].pNext<VkAccelerationStructureGeometrySpheresDataNV>."
-#define SWEPT_PATH                                                                                 \
-    "pInfos[6].pGeometries[0].pNext<VkAccelerationStructureGeometryLinearSweptSpheresDataNV>."
-
 #endif
