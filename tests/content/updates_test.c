@@ -7,6 +7,7 @@
 #include <time.h>
 
 #include "device_fixture.h"
+#include "tests/fixture/make.h"
 
 static struct device_fixture device;
 static struct fixture *const fixture = &device.fixture;
@@ -90,9 +91,8 @@ static void build_by_the_host(VkAccelerationStructureKHR src)
 
 static void submit(int commands)
 {
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &scene.commands[commands]};
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
+                 .pCommandBuffers = &scene.commands[commands]);
     assert_int_equal(fixture->vk.QueueSubmit(device.queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
 }
 
@@ -185,12 +185,8 @@ static void test_built_again_with_other_data(void **state)
 
 static void copy(VkCommandBuffer commands)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene.blas.handle,
-        .dst = scene.other.handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
+    const STRUCT(VkCopyAccelerationStructureInfoKHR, info, .src = scene.blas.handle,
+                 .dst = scene.other.handle, .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     fixture->vk.CmdCopyAccelerationStructureKHR(commands, &info);
     device_barrier(&device, commands);
 }

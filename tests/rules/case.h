@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "scene.h"
-#include "tests/fixture/make.h"
 
 /* Members are set and added to as numbers, whatever their type. */
 #define SET(member, value) case_set(&(member), sizeof(member), (uint64_t)(value))

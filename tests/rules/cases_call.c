@@ -35,33 +35,22 @@ SCENE_CREATES(create_video_session, VideoSessionKHR, VkVideoSessionKHR, VkVideoS
 
 static VkVideoSessionKHR make_video_session(struct scene *scene, uint32_t family)
 {
-    const VkVideoDecodeH264ProfileInfoKHR h264 = {
-        .sType = VK_STRUCTURE_TYPE_VIDEO_DECODE_H264_PROFILE_INFO_KHR,
-        .stdProfileIdc = STD_VIDEO_H264_PROFILE_IDC_BASELINE,
-    };
-    const VkVideoProfileInfoKHR profile = {
-        .sType = VK_STRUCTURE_TYPE_VIDEO_PROFILE_INFO_KHR,
-        .pNext = &h264,
-        .videoCodecOperation = VK_VIDEO_CODEC_OPERATION_DECODE_H264_BIT_KHR,
-        .chromaSubsampling = VK_VIDEO_CHROMA_SUBSAMPLING_420_BIT_KHR,
-        .lumaBitDepth = VK_VIDEO_COMPONENT_BIT_DEPTH_8_BIT_KHR,
-        .chromaBitDepth = VK_VIDEO_COMPONENT_BIT_DEPTH_8_BIT_KHR,
-    };
+    const STRUCT(VkVideoDecodeH264ProfileInfoKHR, h264,
+                 .stdProfileIdc = STD_VIDEO_H264_PROFILE_IDC_BASELINE);
+    const STRUCT(VkVideoProfileInfoKHR, profile, .pNext = &h264,
+                 .videoCodecOperation = VK_VIDEO_CODEC_OPERATION_DECODE_H264_BIT_KHR,
+                 .chromaSubsampling = VK_VIDEO_CHROMA_SUBSAMPLING_420_BIT_KHR,
+                 .lumaBitDepth = VK_VIDEO_COMPONENT_BIT_DEPTH_8_BIT_KHR,
+                 .chromaBitDepth = VK_VIDEO_COMPONENT_BIT_DEPTH_8_BIT_KHR);
     const VkExtensionProperties header = {
         .extensionName = VK_STD_VULKAN_VIDEO_CODEC_H264_DECODE_EXTENSION_NAME,
         .specVersion = VK_STD_VULKAN_VIDEO_CODEC_H264_DECODE_SPEC_VERSION,
     };
-    const VkVideoSessionCreateInfoKHR create_info = {
-        .sType = VK_STRUCTURE_TYPE_VIDEO_SESSION_CREATE_INFO_KHR,
-        .queueFamilyIndex = family,
-        .pVideoProfile = &profile,
-        .pictureFormat = VK_FORMAT_G8_B8R8_2PLANE_420_UNORM,
-        .maxCodedExtent = {64, 64},
-        .referencePictureFormat = VK_FORMAT_G8_B8R8_2PLANE_420_UNORM,
-        .maxDpbSlots = 1,
-        .maxActiveReferencePictures = 1,
-        .pStdHeaderVersion = &header,
-    };
+    const STRUCT(VkVideoSessionCreateInfoKHR, create_info, .queueFamilyIndex = family,
+                 .pVideoProfile = &profile, .pictureFormat = VK_FORMAT_G8_B8R8_2PLANE_420_UNORM,
+                 .maxCodedExtent = {64, 64},
+                 .referencePictureFormat = VK_FORMAT_G8_B8R8_2PLANE_420_UNORM, .maxDpbSlots = 1,
+                 .maxActiveReferencePictures = 1, .pStdHeaderVersion = &header);
     return create_video_session(scene, &create_info);
 }
 
@@ -72,10 +61,8 @@ static void begin_video_coding(struct scene *scene)
     scene_record_in_family(scene, family, 0);
     if (scene->skip != NULL)
         return;
-    const VkVideoBeginCodingInfoKHR begin_info = {
-        .sType = VK_STRUCTURE_TYPE_VIDEO_BEGIN_CODING_INFO_KHR,
-        .videoSession = make_video_session(scene, family),
-    };
+    const STRUCT(VkVideoBeginCodingInfoKHR, begin_info,
+                 .videoSession = make_video_session(scene, family));
     scene->vk->CmdBeginVideoCodingKHR(scene->command_buffer, &begin_info);
 }
 #include "call.inc"
@@ -104,15 +91,11 @@ static VkCommandBuffer record_secondary(struct scene *scene)
 
 static void continue_render_pass(struct scene *scene)
 {
-    const VkCommandBufferInheritanceInfo inheritance = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO,
-        .renderPass = scene_render_pass(scene),
-    };
-    const VkCommandBufferBeginInfo begin_info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-        .flags = VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT,
-        .pInheritanceInfo = &inheritance,
-    };
+    const STRUCT(VkCommandBufferInheritanceInfo, inheritance,
+                 .renderPass = scene_render_pass(scene));
+    const STRUCT(VkCommandBufferBeginInfo, begin_info,
+                 .flags = VK_COMMAND_BUFFER_USAGE_RENDER_PASS_CONTINUE_BIT,
+                 .pInheritanceInfo = &inheritance);
     scene->command_buffer = scene_allocate_command_buffer(
         scene, scene_pool(scene, compute_family(scene), 0), VK_COMMAND_BUFFER_LEVEL_SECONDARY);
     expect_success(scene->vk->BeginCommandBuffer(scene->command_buffer, &begin_info),

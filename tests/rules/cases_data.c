@@ -233,9 +233,8 @@ static void rebuild_on_device(struct scene *scene)
     const uint32_t build = build_blas(scene, ALLOW_DISABLING);
     const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
-    const VkSubmitInfo submit_info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                                      .commandBufferCount = 1,
-                                      .pCommandBuffers = &command_buffer};
+    const STRUCT(VkSubmitInfo, submit_info, .commandBufferCount = 1,
+                 .pCommandBuffers = &command_buffer);
     VkQueue queue;
     scene_refer(scene, 0, scene->infos[build].dstAccelerationStructure);
     scene->infos[build].flags = 0;

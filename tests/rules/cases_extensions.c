@@ -11,21 +11,14 @@ static void add_build(struct scene *scene, const struct test_buffer *buffer)
 {
     scene_add_build(scene, UNINDEXED);
     scene->infos[DENSE].geometryCount = 1;
-    scene->dense = (VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX,
-        .compressedData.deviceAddress = scene_address(scene, buffer, 0),
-        .dataSize = 1024,
-        .numTriangles = 64,
-        .numVertices = 96,
-        .maxPrimitiveIndex = 63,
-        .maxGeometryIndex = 1,
-        .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX,
-    };
-    scene->geometries[DENSE][0] = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .pNext = &scene->dense,
-        .geometryType = VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX,
-    };
+    scene->dense =
+        MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
+             .compressedData.deviceAddress = scene_address(scene, buffer, 0), .dataSize = 1024,
+             .numTriangles = 64, .numVertices = 96, .maxPrimitiveIndex = 63, .maxGeometryIndex = 1,
+             .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX);
+    scene->geometries[DENSE][0] =
+        MAKE(VkAccelerationStructureGeometryKHR, .pNext = &scene->dense,
+             .geometryType = VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX);
     /* So that the sizes are those of so many triangles; no range is given. */
     scene->ranges[DENSE][0].primitiveCount = scene->dense.numTriangles;
     scene_give_objects(scene, DENSE);
@@ -66,9 +59,8 @@ static void build_then_update(struct scene *scene)
 
 static void chain_motion(struct scene *scene, uint64_t address)
 {
-    scene->motion = (VkAccelerationStructureGeometryMotionTrianglesDataNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
-        .vertexData.deviceAddress = address};
+    scene->motion = MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
+                         .vertexData.deviceAddress = address);
     scene->geometries[INDEXED][0].geometry.triangles.pNext = &scene->motion;
     scene_give_motion_dst(scene, INDEXED);
     scene->infos[INDEXED].flags = MOTION;

@@ -20,32 +20,23 @@ static void use_every_mandatory_format(struct scene *scene)
 static const VkBaseInStructure stray = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO};
 static const VkBaseInStructure unknown = {.sType = (VkStructureType)2000000123};
 
-static const VkAccelerationStructureGeometryMotionTrianglesDataNV some_motion = {
-    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV};
-static const VkAccelerationStructureGeometryMotionTrianglesDataNV motion_twice = {
-    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
-    .pNext = &some_motion};
-static const VkAccelerationStructureTrianglesOpacityMicromapEXT micromap = {
-    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
-    .indexType = VK_INDEX_TYPE_NONE_KHR};
-static const VkAccelerationStructureTrianglesOpacityMicromapEXT micromap_and_stray = {
-    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
-    .pNext = (void *)&stray,
-    .indexType = VK_INDEX_TYPE_NONE_KHR};
-static const VkAccelerationStructureTrianglesDisplacementMicromapNV displacement = {
-    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV,
-    .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
-    .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
-    .indexType = VK_INDEX_TYPE_NONE_KHR};
-static const VkAccelerationStructureGeometrySpheresDataNV some_spheres = {
-    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV};
-static const VkAccelerationStructureGeometrySpheresDataNV spheres_twice = {
-    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV,
-    .pNext = &some_spheres};
+static const STRUCT(VkAccelerationStructureGeometryMotionTrianglesDataNV, some_motion);
+static const STRUCT(VkAccelerationStructureGeometryMotionTrianglesDataNV, motion_twice,
+                    .pNext = &some_motion);
+static const STRUCT(VkAccelerationStructureTrianglesOpacityMicromapEXT, micromap,
+                    .indexType = VK_INDEX_TYPE_NONE_KHR);
+static const STRUCT(VkAccelerationStructureTrianglesOpacityMicromapEXT, micromap_and_stray,
+                    .pNext = (void *)&stray, .indexType = VK_INDEX_TYPE_NONE_KHR);
+static const STRUCT(VkAccelerationStructureTrianglesDisplacementMicromapNV, displacement,
+                    .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
+                    .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                    .indexType = VK_INDEX_TYPE_NONE_KHR);
+static const STRUCT(VkAccelerationStructureGeometrySpheresDataNV, some_spheres);
+static const STRUCT(VkAccelerationStructureGeometrySpheresDataNV, spheres_twice,
+                    .pNext = &some_spheres);
 /* Each of these points to itself. */
-static const VkAccelerationStructureGeometryMotionTrianglesDataNV motion_loop = {
-    .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV,
-    .pNext = &motion_loop};
+static const STRUCT(VkAccelerationStructureGeometryMotionTrianglesDataNV, motion_loop,
+                    .pNext = &motion_loop);
 
 /* The motion data points to real vertices, where the address has to be good. */
 static void triangles_motion_filled(struct scene *scene)
@@ -92,13 +83,10 @@ static VkDeviceAddress recycled(struct scene *scene)
 /* Usage from VkBufferUsageFlags2CreateInfo, which replaces VkBufferCreateInfo::usage. */
 static VkDeviceAddress of_flags2(struct scene *scene, VkBufferUsageFlags2 usage2)
 {
-    const VkBufferUsageFlags2CreateInfo flags2 = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
-        .usage = usage2 | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT};
-    const VkBufferCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                            .pNext = &flags2,
-                                            .size = 4096,
-                                            .usage = INPUT_USAGE};
+    const STRUCT(VkBufferUsageFlags2CreateInfo, flags2,
+                 .usage = usage2 | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT);
+    const STRUCT(VkBufferCreateInfo, create_info, .pNext = &flags2, .size = 4096,
+                 .usage = INPUT_USAGE);
     struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
     const struct test_memory memory =
         scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));

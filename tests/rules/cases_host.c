@@ -68,12 +68,10 @@ static void deserialize_src(struct scene *scene)
 {
     const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.deviceAddress = scene->boxes.address,
-        .dst = scene->infos[UPDATE].srcAccelerationStructure,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-    };
+    const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
+                 .src.deviceAddress = scene->boxes.address,
+                 .dst = scene->infos[UPDATE].srcAccelerationStructure,
+                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     scene_begin(scene, command_buffer, 0);
     scene->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
     scene_end(scene, command_buffer);

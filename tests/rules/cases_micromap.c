@@ -114,9 +114,8 @@ static void submit_before(struct scene *scene, VkAccelerationStructureTypeKHR ty
 
 static VkMicromapBuildInfoEXT build_info(const struct scene *scene)
 {
-    return (VkMicromapBuildInfoEXT){.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
-                                    .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
-                                    .dstMicromap = scene->micromaps.opacity_ext.micromap};
+    return MAKE(VkMicromapBuildInfoEXT, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+                .dstMicromap = scene->micromaps.opacity_ext.micromap);
 }
 
 static void place_micromap(struct scene *scene, enum place place)

@@ -75,10 +75,8 @@ static VkResult bind2(struct scene *scene, VkDeviceSize second_offset)
 
     for (int i = 0; i < 2; i++) {
         buffers[i] = scene_create_buffer(scene, PLACE_SIZE, PLACE_USAGE);
-        infos[i] = (VkBindBufferMemoryInfo){.sType = VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO,
-                                            .buffer = buffers[i].handle,
-                                            .memory = memory.handle,
-                                            .memoryOffset = i == 0 ? 0 : second_offset};
+        infos[i] = MAKE(VkBindBufferMemoryInfo, .buffer = buffers[i].handle,
+                        .memory = memory.handle, .memoryOffset = i == 0 ? 0 : second_offset);
     }
     const VkResult result = scene->vk->BindBufferMemory2(scene->fixture->device, 2, infos);
     place_dst(scene, INDEXED, &buffers[0], 0);
@@ -94,16 +92,11 @@ static void use_instances(struct scene *scene, const uint32_t first[2], const ui
         scene_allocate_with(scene, PLACE_SIZE, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, NULL);
 
     for (int i = 0; i < 2; i++) {
-        const VkBindBufferMemoryDeviceGroupInfo group = {
-            .sType = VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_DEVICE_GROUP_INFO,
-            .deviceIndexCount = indices[i] != NULL ? 2 : 0,
-            .pDeviceIndices = indices[i],
-        };
+        const STRUCT(VkBindBufferMemoryDeviceGroupInfo, group,
+                     .deviceIndexCount = indices[i] != NULL ? 2 : 0, .pDeviceIndices = indices[i]);
         buffers[i] = scene_create_buffer(scene, PLACE_SIZE, ACCEL_USAGE);
-        const VkBindBufferMemoryInfo info = {.sType = VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO,
-                                             .pNext = &group,
-                                             .buffer = buffers[i].handle,
-                                             .memory = memory.handle};
+        const STRUCT(VkBindBufferMemoryInfo, info, .pNext = &group, .buffer = buffers[i].handle,
+                     .memory = memory.handle);
         expect_success(scene->vk->BindBufferMemory2(scene->fixture->device, 1, &info),
                        "vkBindBufferMemory2");
     }

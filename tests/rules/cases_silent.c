@@ -16,12 +16,8 @@ static void update_deserialized(struct scene *scene)
     const VkAccelerationStructureKHR accel = scene_accel_for(scene, REFIT);
     const bool is_host = scene->command == COMMAND_HOST;
     static const uint8_t bytes[4096];
-    VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.hostAddress = bytes,
-        .dst = accel,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-    };
+    STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info, .src.hostAddress = bytes, .dst = accel,
+           .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     if (!is_host)
         info.src.deviceAddress = scene_buffer(scene, sizeof(bytes), INPUT_USAGE).address;
     if (is_host)
@@ -76,17 +72,11 @@ static void share_one_buffer(struct scene *scene)
  * with the device. */
 static void read_from_replayed_address(struct scene *scene)
 {
-    const VkBufferOpaqueCaptureAddressCreateInfo replayed = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_OPAQUE_CAPTURE_ADDRESS_CREATE_INFO,
-        .opaqueCaptureAddress = 0x123450000,
-    };
-    const VkBufferCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .pNext = &replayed,
-        .flags = VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT,
-        .size = 65536,
-        .usage = INPUT_USAGE,
-    };
+    const STRUCT(VkBufferOpaqueCaptureAddressCreateInfo, replayed,
+                 .opaqueCaptureAddress = 0x123450000);
+    const STRUCT(VkBufferCreateInfo, info, .pNext = &replayed,
+                 .flags = VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT, .size = 65536,
+                 .usage = INPUT_USAGE);
     VkBuffer buffer;
     if (scene->vk->CreateBuffer(scene->fixture->device, &info, NULL, &buffer) == VK_SUCCESS)
         scene->TRIANGLES(INDEXED, 0).vertexData.deviceAddress = replayed.opaqueCaptureAddress;

@@ -9,6 +9,7 @@
 
 #include "scene_inputs.h"
 #include "scene_micromap.h"
+#include "tests/fixture/make.h"
 #include "tests/rules/fixture.h"
 #include "vuid-tables/rules.h"
 
