@@ -7,8 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "play.h"
-#include "texts.h"
+#include "variant.h"
 #include "wording.h"
 
 #define LIST(name) &cases_##name,

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The valid call, the twin and the mutation, each recorded and submitted in a scene of its own. */
-#include "play.h"
-
 #include <string.h>
 
 #include "submission.h"

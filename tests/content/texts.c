@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Messages about what builds have read, whole: they name the command buffer, its labels, the build,
  * the geometry, the primitive and the value. */
-#include "texts.h"
-
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>

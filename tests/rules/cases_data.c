@@ -5,7 +5,6 @@
 
 #include "case.h"
 #include "placing.h"
-#include "scene_extensions.h"
 
 static float *box_at(struct scene *scene, size_t offset)
 {

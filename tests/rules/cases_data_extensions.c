@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "case.h"
-#include "scene_extensions.h"
 
 #define MOTION VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV
 

@@ -2,7 +2,6 @@
 /* Dense geometry, motion, spheres and displacement. */
 #include "case.h"
 #include "placing.h"
-#include "scene_extensions.h"
 
 /* The build that the functions below add. */
 enum { DENSE = SCENE_BASE_BUILDS };

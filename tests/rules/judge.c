@@ -7,7 +7,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "levels.h"
 #include "wording.h"
 
 static const struct setup default_setup;

@@ -54,4 +54,8 @@ bool judge_expects(const struct play *play, enum rule rule);
 /* Whether the world's messages are those that the case's mutation is to bring about. */
 bool judge_messages(const struct play *play, const struct fixture *fixture, struct report *report);
 
+/* Plays a case (play.c). `fixture` is reused from play to play; zero-initialized before the first,
+ * closed after the last. */
+void play_case(const struct play *play, struct fixture *fixture, struct report *report);
+
 #endif

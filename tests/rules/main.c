@@ -11,8 +11,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "levels.h"
-#include "play.h"
 #include "wording.h"
 
 #define LIST(name) &cases_##name,

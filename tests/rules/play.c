@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Playing one case: the valid call, the mutation, the twin, each in a scene of its own. */
-#include "play.h"
+#include "judge.h"
 
 /* ---- one call ---- */
 

@@ -2,8 +2,6 @@
 /* The valid build call and its parts. */
 #include "scene.h"
 
-#include "misaligned.h"
-
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Valid builds of extensions, for cases to break: of spheres, of linear swept spheres, with motion.
  */
-#include "scene_extensions.h"
+#include "scene.h"
 
 #include <string.h>
 
