@@ -26,9 +26,9 @@ struct run {
     bool fired[MESSAGE_ID_COUNT], stayed_silent[MESSAGE_ID_COUNT];
 };
 
-static void write_results(struct run *run, const char *name, const struct content_play *play)
+static void write_results(struct run *run, const char *name, const struct play *play)
 {
-    const struct test_case *test_case = play->play.test_case;
+    const struct test_case *test_case = play->test_case;
     const struct report *report = &run->report;
     const bool is_silent = test_case->silent || play->variant->change == CHANGE_FOR_THE_BETTER;
 
@@ -61,15 +61,17 @@ static void play_variant(struct run *run, const struct case_list *list,
     snprintf(name, sizeof(name), "%s.%s/%s", list->name, test_case->name, variant->name);
     if (!variant_fits(variant, &run->platform, test_case) || !tally_starts(&run->tally, name))
         return;
-    const struct content_play play = {.play = {.platform = &run->platform,
-                                               .test_case = test_case,
-                                               .command = variant->command,
-                                               .geometry_pointers = variant->geometry_pointers},
-                                      .variant = variant,
-                                      .base_is_known = run->setup == test_case->setup &&
-                                                       test_case->right_setup == NULL &&
-                                                       (run->known >> index & 1) != 0};
-    play_content(&play, &run->fixture, &run->report);
+    const struct play play = {.make_call = content_call,
+                              .platform = &run->platform,
+                              .test_case = test_case,
+                              .command = variant->command,
+                              .geometry_pointers = variant->geometry_pointers,
+                              .variant = variant,
+                              .base_is_known = run->setup == test_case->setup &&
+                                               test_case->right_setup == NULL &&
+                                               (run->known >> index & 1) != 0,
+                              .is_made_better = variant->change == CHANGE_FOR_THE_BETTER};
+    judge_play(&play, &run->fixture, &run->report);
     if (run->setup != test_case->setup)
         run->known = 0;
     run->setup = test_case->setup;

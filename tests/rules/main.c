@@ -159,7 +159,7 @@ static void play_one(struct run *run, const struct case_list *list, const struct
              play->level != NULL ? play->level : "");
     if (!tally_starts(&run->tally, current_name))
         return;
-    play_case(play, &run->fixture, &run->report);
+    judge_play(play, &run->fixture, &run->report);
     write_results(run, play);
     tell(run);
 }
@@ -178,7 +178,8 @@ static void play_all_forms(struct run *run, const struct case_list *list,
                            const struct test_case *test_case)
 {
     for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_NV; command++) {
-        struct play play = {.platform = &run->platform,
+        struct play play = {.make_call = play_call,
+                            .platform = &run->platform,
                             .test_case = test_case,
                             .command = command,
                             .level = run->tally.level};
@@ -197,7 +198,8 @@ static void play_at_level(struct run *run, const struct case_list *list,
                           const struct test_case *test_case, const char *level)
 {
     const bool is_nv = !fits_command(test_case, COMMAND_DEVICE);
-    const struct play play = {.platform = &run->platform,
+    const struct play play = {.make_call = play_call,
+                              .platform = &run->platform,
                               .test_case = test_case,
                               .command = is_nv ? COMMAND_NV : COMMAND_DEVICE,
                               .level = level,
