@@ -107,7 +107,7 @@ static struct submission *begin(struct layer_device *device, VkQueue queue)
     struct shared_labels *labels;
     uint64_t number = queue_labels_submit(device->queue_labels, queue, &labels);
     struct submission *submission = submission_begin(device->order, SUBMIT_COMMANDS, queue);
-    submission_set_origin(submission, number, labels);
+    submission_set_origin(submission, number, labels, resources_destroy_count(device->resources));
     return submission;
 }
 

@@ -11,8 +11,8 @@
 
 enum { OFF = -1 };
 
-static int left = OFF;
-static bool has_failed;
+static _Thread_local int left = OFF;
+static _Thread_local bool has_failed;
 
 void *__real_malloc(size_t size);
 void *__real_aligned_alloc(size_t alignment, size_t size);
@@ -45,6 +45,18 @@ bool memory_fail_no_more(void)
 {
     left = OFF;
     return has_failed;
+}
+
+int memory_pause(void)
+{
+    const int before = left;
+    left = OFF;
+    return before;
+}
+
+void memory_resume(int before)
+{
+    left = before;
 }
 
 static bool fails(void)
