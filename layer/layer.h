@@ -147,7 +147,8 @@ bool layer_other_device_has(const struct layer_device *device, enum resource_kin
                             uint64_t handle);
 
 /* Replace an instance or device of the parent process in the child of a fork
- * (layer/lifecycle/forks.c). Read nothing but what never changes. Return NULL if memory runs out. */
+ * (layer/lifecycle/forks.c). Read nothing but what never changes. Return NULL if memory runs out.
+ */
 struct layer_instance *layer_replace_instance(const struct layer_instance *old);
 struct layer_device *layer_replace_device(const struct layer_device *old,
                                           struct layer_instance *instance);

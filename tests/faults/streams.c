@@ -20,8 +20,16 @@
 
 enum { STEPS = 90, DRIVER_COMMANDS = 18, ALL = UINT16_MAX };
 
-enum fault_kind { NO_FAULT, ALLOCATION_FAILS, DRIVER_FAILS, DEVICE_LOST, FAULT_KINDS };
+enum fault_kind {
+    NO_FAULT,
+    ALLOCATION_FAILS,
+    ALLOCATIONS_FAIL,
+    DRIVER_FAILS,
+    DEVICE_LOST,
+    FAULT_KINDS
+};
 static const char *const fault_names[] = {"no fault", "a failed allocation of the layer",
+                                          "failed allocations from then on",
                                           "a failed command of the driver", "a lost device"};
 
 /* What a stream is made of. */
@@ -33,12 +41,12 @@ struct stream {
     enum fault_kind fault;
     uint32_t at;          /* an allocation, or a step */
     uint32_t allocations; /* out: made without a fault */
-    bool has_failed;      /* out: an allocation */
 };
 
 static struct stream current;
 static struct model models[QUEUES];
 static atomic_uint findings, unexpected;
+static atomic_bool is_scarce; /* an allocation has failed */
 
 /* ---- what is printed if a stream fails */
 
@@ -137,9 +145,12 @@ static void *run(void *context)
     struct model *model = context;
     struct random random = {current.seed + current.number + current.at};
     const bool is_faulty = model == models || current.fault != DEVICE_LOST;
-    const int fails_at =
-        current.fault == ALLOCATION_FAILS ? (int)(current.at + model->queue) : INT_MAX;
-    memory_fail_after(fails_at);
+    const bool fails = current.fault == ALLOCATION_FAILS || current.fault == ALLOCATIONS_FAIL;
+    const int fails_at = fails ? (int)(current.at + model->queue) : INT_MAX;
+    if (current.fault == ALLOCATIONS_FAIL)
+        memory_fail_from(fails_at);
+    else
+        memory_fail_after(fails_at);
     for (uint32_t i = 0; i < STEPS; i++) {
         if (is_faulty && i == current.at)
             make_fault(model, &random);
@@ -148,7 +159,7 @@ static void *run(void *context)
     if (model == models)
         current.allocations = (uint32_t)(fails_at - memory_pause());
     if (memory_fail_no_more())
-        current.has_failed = true;
+        atomic_store(&is_scarce, true);
     return NULL;
 }
 
@@ -178,7 +189,7 @@ static unsigned judge(uint32_t count)
     unsigned mistakes = 0, failures = 0;
     for (uint32_t i = 0; i < count; i++) {
         models[i].is_lost = is_lost;
-        failures += picture_compare(&models[i], current.has_failed);
+        failures += picture_compare(&models[i], atomic_load(&is_scarce));
         model_update_all(&models[i]);
         mistakes += models[i].mistakes;
     }
@@ -200,6 +211,7 @@ static unsigned play(const struct stream *stream)
     current = *stream;
     atomic_store(&findings, 0);
     atomic_store(&unexpected, 0);
+    atomic_store(&is_scarce, false);
     if (!calls_open(&calls))
         abort();
     for (uint32_t i = 0; i < count; i++) {
@@ -246,6 +258,8 @@ static unsigned play_stream(uint64_t seed, uint32_t number, bool is_threaded)
     const uint32_t allocations = stream.allocations;
     for (uint32_t i = 0; i < OF_ALLOCATIONS && allocations && !failures; i++)
         failures += play_with(&stream, ALLOCATION_FAILS, random_below(&random, allocations));
+    for (uint32_t i = 0; i < OF_ALLOCATIONS / 2 && allocations && !failures; i++)
+        failures += play_with(&stream, ALLOCATIONS_FAIL, random_below(&random, allocations));
     for (uint32_t i = 0; i < OF_DRIVER && !failures; i++)
         failures += play_with(&stream, DRIVER_FAILS, random_below(&random, STEPS));
     for (uint32_t i = 0; i < OF_LOSSES && !failures; i++)

@@ -8,6 +8,9 @@
 /* The calling thread's allocation after `count` others fails, once. */
 void memory_fail_after(int count);
 
+/* The same, and all later ones. */
+void memory_fail_from(int count);
+
 /* Until memory_resume() with what memory_pause() returned, no allocation of the thread fails or
  * counts. */
 int memory_pause(void);
