@@ -13,6 +13,7 @@
 #ifndef ASSAY_LAYER_LAYER_H
 #define ASSAY_LAYER_LAYER_H
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/utility/vk_dispatch_table.h>
@@ -32,6 +33,7 @@
 #include "src/state/commands/queue_labels.h"
 #include "src/state/facts.h"
 #include "src/state/order/order.h"
+#include "src/state/resources/destroyed.h"
 #include "src/state/resources/resources.h"
 
 #define ASSAY_LAYER_NAME "VK_LAYER_ASSAY_validation"
@@ -77,12 +79,14 @@ struct layer_device {
     VkQueueFamilyProperties *queue_families;
     uint32_t queue_family_count;
 
-    _Atomic bool warned_of_skipped; /* see layer_find_recording_device */
+    atomic_bool loss_reported, hang_reported; /* see layer/postmortem/ */
+    _Atomic bool warned_of_skipped;           /* see layer_find_recording_device */
 
     /* Each has its own lock. */
     struct resources *resources;
     struct command_buffers *command_buffers;
     struct size_cache *sizes;
+    struct destroyed_objects *destroyed;
     struct object_names *names;
     struct queue_labels *queue_labels;
     struct query_pools *query_pools;
@@ -93,6 +97,7 @@ struct layer_device {
      * both. */
     struct submissions *submissions;
     struct execution_order *order;
+    struct submitted_builds *submitted_builds; /* for reports of a loss; NULL below EXECUTION */
     /* Which structures allow instances to disable micromaps; NULL below level CONTENT, and without
      * opacity micromaps. */
     struct built_flags *built_flags;

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 #include "layer/execution/input_checks.h"
+#include "layer/execution/submitted_builds.h"
 #include "layer/layer.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/check/replay/replay.h"
@@ -181,6 +182,7 @@ static struct batch batch_of(struct submissions *submissions, const struct batch
         .submissions = submissions,
         .origin = {.device = submissions->device->handle,
                    .names = submissions->device->names,
+                   .destroyed = submissions->device->destroyed,
                    .queue = run->queue,
                    .submission = run->submission,
                    .queue_labels = shared_labels_stack(run->queue_labels)},
@@ -294,6 +296,7 @@ static void run_batch(void *user, const struct batch_run *run)
     build_undo_forget(&submissions->undo);
     if (!is_done && !submissions->order_unknown)
         replay_batch(submissions, run, NULL);
+    submitted_builds_run(submissions->device->submitted_builds, run);
     if (submissions->device->snapshots)
         snapshots_run(submissions->device->snapshots, run);
     input_checks_end_batch(submissions->device->input_checks, run);

@@ -10,10 +10,12 @@
 #include "layer/cpu/results.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
+#include "layer/execution/submitted_builds.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/physical_device.h"
+#include "layer/postmortem/crash.h"
 #include "layer/snapshots/snapshots.h"
 
 VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info)
@@ -41,6 +43,7 @@ void layer_free_device(struct layer_device *device)
     deferred_operations_destroy(device->deferred);
     execution_order_destroy(device->order);
     submissions_destroy(device->submissions);
+    submitted_builds_destroy(device->submitted_builds);
     built_flags_destroy(device->built_flags);
     input_checks_destroy(device->input_checks);
     command_buffers_destroy(device->command_buffers); /* and their recordings */
@@ -49,6 +52,7 @@ void layer_free_device(struct layer_device *device)
     snapshots_destroy(device->snapshots);
     resources_destroy(device->resources);
     size_cache_destroy(device->sizes);
+    destroyed_objects_destroy(device->destroyed);
     object_names_destroy(device->names);
     queue_labels_destroy(device->queue_labels);
     query_pools_destroy(device->query_pools);
@@ -68,6 +72,7 @@ struct layer_device *layer_allocate_device(void)
     if (resources_create(&device->resources) == VK_SUCCESS &&
         command_buffers_create(&device->command_buffers) == VK_SUCCESS &&
         size_cache_create(&device->sizes) == VK_SUCCESS &&
+        destroyed_objects_create(&device->destroyed) == VK_SUCCESS &&
         object_names_create(&device->names) == VK_SUCCESS &&
         queue_labels_create(&device->queue_labels) == VK_SUCCESS &&
         query_pools_create(&device->query_pools) == VK_SUCCESS &&
@@ -83,6 +88,8 @@ VkResult layer_track_submissions(struct layer_device *device)
     if (device->level < LEVEL_EXECUTION && !device->cpu)
         return VK_SUCCESS;
     VkResult result = submissions_create(device, &device->submissions);
+    if (result == VK_SUCCESS && device->level >= LEVEL_EXECUTION)
+        result = submitted_builds_create(device, &device->submitted_builds);
     if (result != VK_SUCCESS)
         return result;
     if (device->level >= LEVEL_CONTENT &&
@@ -189,6 +196,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
         return result;
     layer_register_consumers(device);
     layer_add_device(device);
+    crash_add_device(device);
     report_device(device);
     return VK_SUCCESS;
 }
@@ -250,6 +258,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
     while (state->snapshots && snapshots_wait(state->snapshots))
         continue;
     snapshots_deliver(state);
+    crash_remove_device(state);
     layer_remove_device(state);
     PFN_vkDestroyDevice destroy = state->vk.DestroyDevice;
     layer_free_device(state); /* first, because it owns objects of the device */

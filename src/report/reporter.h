@@ -58,6 +58,16 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
  * with severity warning. */
 void reporter_warn(struct reporter *reporter, const char *line);
 
+/* Sends a message about the device, such as its loss, with severity warning and an id of its own.
+ * duplicate_message_limit does not apply. */
+void reporter_report_event(struct reporter *reporter, const char *id, const char *text);
+bool reporter_has_warnings(const struct reporter *reporter);
+
+/* For a signal handler: where messages are logged, and whether as JSON. Returns -1: nowhere. */
+int reporter_log_descriptor(const struct reporter *reporter, bool *is_json);
+/* From now on no callback of the application is called. */
+void reporter_silence_callbacks(struct reporter *reporter);
+
 /* The same with severity error, for a call that the layer cannot execute. */
 void reporter_report_unsupported(struct reporter *reporter, const char *line);
 

@@ -66,6 +66,8 @@ struct settings {
     enum spec_text spec_text;
     uint32_t content_budget_mib; /* MiB for copies of builds' inputs; backend driver */
     enum content_when_full content_when_full;
+    uint32_t hang_seconds; /* without progress, before a wait reports; level content; 0: never */
+    bool crash_report;     /* report when the process gets a signal that ends it */
     uint32_t report_flags; /* enum report_flag */
     uint32_t debug_action; /* enum debug_action */
     char *log_filename;    /* NULL: stderr; owned */

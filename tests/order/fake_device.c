@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The fake commands, and the calls. */
+#include "layer/execution/submitted_builds.h"
+#include "layer/postmortem/hang.h"
+#include "layer/postmortem/loss.h"
 #include "layer/snapshots/snapshots.h"
 
 #include "fake_device.h"
@@ -14,6 +17,34 @@ const char *reached;
 
 /* Devices here are of backend driver. */
 void snapshots_deliver_complete(struct layer_device *of_device) {}
+
+void submitted_builds_add(struct submitted_builds *submitted, VkQueue queue, uint64_t submission,
+                          struct shared_labels *queue_labels, VkCommandBuffer handle)
+{
+}
+void submitted_builds_remove(struct submitted_builds *submitted, VkQueue queue, uint64_t submission)
+{
+}
+void submitted_builds_prune(struct submitted_builds *submitted) {}
+
+void postmortem_report_loss(struct layer_device *of_device)
+{
+    execution_order_set_unknown(of_device->order, ORDER_UNKNOWN_DEVICE_LOST);
+}
+
+void hang_wait_before_idle(struct layer_device *of_device, VkQueue queue) {}
+
+VkResult hang_wait_for_fences(struct layer_device *of_device, uint32_t count, const VkFence *fences,
+                              VkBool32 all, uint64_t timeout)
+{
+    return of_device->vk.WaitForFences(of_device->handle, count, fences, all, timeout);
+}
+
+VkResult hang_wait_semaphores(struct layer_device *of_device, PFN_vkWaitSemaphores wait,
+                              const VkSemaphoreWaitInfo *info, uint64_t timeout)
+{
+    return wait(of_device->handle, info, timeout);
+}
 
 struct layer_device *layer_find_device(const void *dispatchable)
 {
