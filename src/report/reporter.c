@@ -347,6 +347,23 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
     return VK_SUCCESS;
 }
 
+struct reporter *reporter_create_silent(const struct reporter *of)
+{
+    struct reporter *reporter = calloc(1, sizeof(*reporter));
+    if (!reporter)
+        return NULL;
+    messengers_init(&reporter->messengers);
+    duplicates_init(&reporter->duplicates);
+    unchecked_init(&reporter->unchecked);
+    reporter->settings = of->settings;
+    settings_disown(&reporter->settings);
+    reporter->settings.report_flags = 0;
+    reporter->settings.debug_action = DEBUG_ACTION_IGNORE;
+    reporter->settings.log_format = LOG_FORMAT_TEXT;
+    allow_messages(reporter);
+    return reporter;
+}
+
 void reporter_destroy(struct reporter *reporter)
 {
     if (!reporter)

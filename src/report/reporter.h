@@ -21,6 +21,9 @@ struct reporter;
  * `create_info`; these are called while the instance is created and destroyed. */
 VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporter **out);
 void reporter_destroy(struct reporter *reporter);
+/* The same without messengers and log, with the settings of another reporter, of which it reads
+ * nothing else. Returns NULL if memory runs out. */
+struct reporter *reporter_create_silent(const struct reporter *of);
 
 /* Call with true when the instance has been created, and with false before it is destroyed. In
  * between, the messengers of the create info are silent. */

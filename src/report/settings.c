@@ -334,6 +334,11 @@ void settings_release(struct settings *settings)
     free(settings->log_filename);
     free(settings->changes);
     narrow_filters_free(settings->narrow_filters);
+    settings_disown(settings);
+}
+
+void settings_disown(struct settings *settings)
+{
     settings->narrow_filters = NULL;
     settings->log_filename = settings->changes = NULL;
     settings->values = NULL;

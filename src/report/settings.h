@@ -91,6 +91,8 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
                        void (*warn)(void *context, const char *line), void *context,
                        struct settings *settings);
 void settings_release(struct settings *settings);
+/* Clears the members that refer to memory, for a copy of settings that another owns. */
+void settings_disown(struct settings *settings);
 
 /* Calls `each` for every setting, with its value as text. */
 void settings_each(const struct settings *settings,
