@@ -5,6 +5,8 @@
 #include <inttypes.h>
 
 #include "src/state/commands/call_sites.h"
+#include "src/state/commands/object_names.h"
+#include "src/state/resources/destroyed.h"
 
 enum { FRAMES_SHOWN = 4, MODULE_SHOWN = 512 };
 
@@ -60,12 +62,37 @@ void message_append_path(struct text_buffer *text, const struct location *at, co
     }
 }
 
+void message_append_destroyed(struct text_buffer *text, const struct value *value,
+                              const struct call_origin *origin)
+{
+    struct destroyed_object object;
+    if (value->kind != VALUE_ADDRESS || !origin->destroyed ||
+        !destroyed_objects_find(origin->destroyed, value->object_type, value->number, &object))
+        return;
+    uint64_t submissions = origin->submissions ? origin->submissions
+                                               : destroyed_objects_submissions(origin->destroyed);
+    text_append(text, " %s 0x%" PRIx64, object_type_name(object.type), object.handle);
+    if (object.name[0]) {
+        text_append(text, "[");
+        text_append_quoted(text, object.name, sizeof(object.name) - 1);
+        text_append(text, "]");
+    }
+    text_append(text, " had this address and was destroyed ");
+    if (submissions > object.submissions) {
+        text_append_count(text, submissions - object.submissions, "submission");
+        text_append(text, " ago.");
+    } else {
+        text_append(text, "since the last submission.");
+    }
+}
+
 void message_append_call_site(struct text_buffer *text, const struct call_site *site)
 {
     for (uint32_t i = 0; i < site->count && i < FRAMES_SHOWN; i++) {
-        text_append(text, i ? ", " : " Called from ");
+        text_append_plain(text, i ? ", " : " Called from ");
         text_append_escaped(text, call_frame_module(&site->frames[i]), MODULE_SHOWN);
-        text_append(text, "+0x%" PRIx64, site->frames[i].offset);
+        text_append_plain(text, "+");
+        text_append_hex(text, site->frames[i].offset);
     }
-    text_append(text, ".");
+    text_append_plain(text, ".");
 }

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a program with log_format = json, and validates each line against the schema.
 
-usage: schema_test.py [--one-file] [--killed] [--call-sites MODE] [--findings N]
+usage: schema_test.py [--one-file] [--killed] [--call-sites MODE] [--findings N] [--records N]
                       SCHEMA PROGRAM [ARGUMENT...]
 
   --one-file    the processes write one file
@@ -10,6 +10,8 @@ usage: schema_test.py [--one-file] [--killed] [--call-sites MODE] [--findings N]
   --findings N  there are exactly so many
   --call-sites MODE
                 sets call_sites; each finding of a rule has a call site that begins in the program
+  --records N   with record_builds = true; the lines have at least N modes and types of builds and
+                copies
 
 Exits with 77 (skipped) if python3-jsonschema is missing, or if the program is skipped."""
 
@@ -111,12 +113,30 @@ def check_call_sites(lines, program):
             raise Failure(f"the call site begins in {module}: {line}")
 
 
+def check_records(lines, least):
+    """What a queue executes belongs to a submission that has a line before."""
+    submitted, kinds = set(), set()
+    for line in lines:
+        place = line["pid"], line.get("device"), line.get("queue"), line.get("submission")
+        if line["Type"] == "Header":
+            submitted.clear()  # handles may be used again
+        elif line["Type"] == "Submission":
+            submitted.add(place)
+        elif line["Type"] in ("Build", "Copy"):
+            kinds.add((line["mode"], line["type"], "queue" in line))
+            if "queue" in line and place not in submitted:
+                raise Failure(f"no submission before: {line}")
+    if len(kinds) < least:
+        raise Failure(f"only {len(kinds)} kinds of builds and copies: {sorted(kinds)}")
+
+
 def read_arguments():
     parser = argparse.ArgumentParser()
     parser.add_argument("--one-file", action="store_true")
     parser.add_argument("--killed", action="store_true")
     parser.add_argument("--call-sites")
     parser.add_argument("--findings", type=int)
+    parser.add_argument("--records", type=int, default=0)
     parser.add_argument("schema", type=pathlib.Path)
     parser.add_argument("command", nargs=argparse.REMAINDER)
     return parser.parse_args()
@@ -133,6 +153,8 @@ def main():
                        "VK_ASSAY_VALIDATION_LOG_FILENAME": f"{folder}/{filename}"}
         if arguments.call_sites:
             environment["VK_ASSAY_VALIDATION_CALL_SITES"] = arguments.call_sites
+        if arguments.records:
+            environment["VK_ASSAY_VALIDATION_RECORD_BUILDS"] = "true"
         if arguments.findings:
             environment["VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT"] = "0"
         run = subprocess.run(arguments.command, env=environment, stdout=subprocess.DEVNULL,
@@ -147,6 +169,7 @@ def main():
         check_counts(lines)
     if arguments.call_sites:
         check_call_sites(lines, str(pathlib.Path(arguments.command[0]).resolve()))
+    check_records(lines, arguments.records)
     findings = [line for line in lines if line["Type"] == "Finding"]
     if not findings or arguments.findings not in (None, len(findings)):
         raise Failure(f"there are {len(findings)} findings")

@@ -29,7 +29,7 @@ static const char usage[] =
     "  --level LEVEL    the layer's setting (default: the layer's own)\n"
     "  --call-sites MODE\n"
     "                   frames or full: measures what that setting adds to the layer, when\n"
-    "                   called from 16 functions deep; has no bars\n"
+    "                   called from 16 functions deep, at the default level; no bars\n"
     "  --csv FILE       writes the figures there, too\n"
     "  --no-time-bars   asks of no time that it be short\n"
     "  --no-bars        only prints\n"

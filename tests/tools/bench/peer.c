@@ -84,7 +84,7 @@ static void open_all(struct comparison *comparison)
             continue;
         const char *layer = c == PEER ? BENCH_PEER : c == NO_LAYER ? NULL : GPU_LAYER;
         side_open(&comparison->sides[c], layer,
-                  c == PEER ? NULL : contender_name((enum contender)c), NULL);
+                  c == PEER ? NULL : contender_name((enum contender)c));
         recorder_open(&comparison->recorders[c], &comparison->sides[c]);
     }
 }

@@ -27,14 +27,22 @@ struct bench_case {
     uint32_t alive;  /* structures; as many as builds at least */
 };
 
+static void open_side(struct side *side, const struct options *options, bool is_with)
+{
+    const VkLayerSettingEXT call_sites = {GPU_LAYER, "call_sites", VK_LAYER_SETTING_TYPE_STRING_EXT,
+                                          1, &options->call_sites};
+    if (options->call_sites)
+        side_open_with(side, GPU_LAYER, is_with ? &call_sites : NULL);
+    else
+        side_open(side, is_with ? GPU_LAYER : NULL, options->level);
+}
+
 static void open_bench(struct bench *bench, const struct options *options, const char *driver)
 {
     *bench = (struct bench){.options = options, .driver = driver};
     driver_select(driver);
     for (int s = 0; s < SIDES; s++) {
-        bool has_layer = s == WITH || options->call_sites;
-        side_open(&bench->sides[s], has_layer ? GPU_LAYER : NULL, options->level,
-                  s == WITH ? options->call_sites : NULL);
+        open_side(&bench->sides[s], options, s == WITH);
         bench->sides[s].findings->are_expected = options->conflicts;
         recorder_open(&bench->recorders[s], &bench->sides[s]);
     }
@@ -208,8 +216,7 @@ static void profile(const struct options *options)
     struct recorder recorder;
     struct scene scene;
     driver_select(options->drivers[0]);
-    side_open(&side, options->profile_with_layer ? GPU_LAYER : NULL, options->level,
-              options->call_sites);
+    open_side(&side, options, options->profile_with_layer);
     side.findings->are_expected = options->conflicts;
     recorder_open(&recorder, &side);
     scene_create(&scene, &side, options->with_buffers[0] ? BUFFERS_SHARED : BUFFERS_SEPARATE,

@@ -92,21 +92,20 @@ static void require_layer(const struct side *side, const char *layer)
         tool_fail("%s is %s", layer, wanted ? "not enabled" : "enabled on a side without it");
 }
 
-void side_open(struct side *side, const char *layer, const char *level, const char *call_sites)
+void side_open(struct side *side, const char *layer, const char *level)
 {
-    VkLayerSettingEXT given[2];
-    uint32_t count = 0;
-    if (level)
-        given[count++] =
-            (VkLayerSettingEXT){GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &level};
-    if (call_sites)
-        given[count++] = (VkLayerSettingEXT){GPU_LAYER, "call_sites",
-                                             VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &call_sites};
+    const VkLayerSettingEXT setting = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1,
+                                       &level};
+    side_open_with(side, layer, layer && level ? &setting : NULL);
+}
+
+void side_open_with(struct side *side, const char *layer, const VkLayerSettingEXT *setting)
+{
     const VkLayerSettingsCreateInfoEXT settings =
-        MAKE(VkLayerSettingsCreateInfoEXT, .settingCount = count, .pSettings = given);
+        MAKE(VkLayerSettingsCreateInfoEXT, .settingCount = 1, .pSettings = setting);
     *side = (struct side){.layer = layer, .findings = tool_alloc(1, sizeof(*side->findings))};
     const VkDebugUtilsMessengerCreateInfoEXT messenger =
-        MAKE(VkDebugUtilsMessengerCreateInfoEXT, .pNext = layer && count ? &settings : NULL,
+        MAKE(VkDebugUtilsMessengerCreateInfoEXT, .pNext = setting ? &settings : NULL,
              .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
                                 VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
              .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
