@@ -12,7 +12,7 @@
 #include "src/report/specification.h"
 #include "src/state/commands/object_names.h"
 
-enum { LAST_NOTICE_SIZE = 384 };
+enum { LAST_NOTICE_SIZE = 384, FRAMES_SHOWN = 4 };
 
 /* ---- objects and labels */
 
@@ -300,7 +300,7 @@ static void append_finding(struct text_buffer *text, struct message *message,
     message->location = *location;
     append_origin(text, message, location, origin);
     if (origin->call_site)
-        message_append_call_site(text, origin->call_site);
+        message_append_call_site(text, origin->call_site, FRAMES_SHOWN);
 }
 
 void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
