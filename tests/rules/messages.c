@@ -55,6 +55,11 @@ void messages_clear(struct messages *messages)
     messages->count = 0;
 }
 
+void messages_after_fork(void)
+{
+    pthread_mutex_init(&arriving, NULL);
+}
+
 uint32_t messages_kept(const struct messages *messages)
 {
     return messages->count < MESSAGES_MAX ? messages->count : MESSAGES_MAX;

@@ -69,7 +69,12 @@ const char *platform_open(struct platform *platform, const char *name)
     const char *folder = getenv("ASSAY_TEST_LAYERS");
     setenv("VK_LAYER_PATH", folder != NULL ? folder : LAYER_FOLDER, !platform->is_named);
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
-    unsetenv("VK_INSTANCE_LAYERS");
+    /* Other layers beside the layer, above it or below. */
+    const char *layers = getenv("ASSAY_TEST_INSTANCE_LAYERS");
+    if (layers)
+        setenv("VK_INSTANCE_LAYERS", layers, 1);
+    else
+        unsetenv("VK_INSTANCE_LAYERS");
     unsetenv("VK_LOADER_LAYERS_ENABLE");
 
     void *loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A table of hashes of lines, in static storage without constructor or destructor. */
 #define _GNU_SOURCE /* dladdr */
-#include "src/report/reported_lines.h"
+#include "src/report/settings/reported_lines.h"
 
 #include <dlfcn.h>
 #include <stdatomic.h>

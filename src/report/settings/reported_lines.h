@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The lines about settings that were reported in this process. Most instances share their settings,
  * so each line is reported once per process. Thread-safe. */
-#ifndef ASSAY_REPORT_REPORTED_LINES_H
-#define ASSAY_REPORT_REPORTED_LINES_H
+#ifndef ASSAY_REPORT_SETTINGS_REPORTED_LINES_H
+#define ASSAY_REPORT_SETTINGS_REPORTED_LINES_H
 
 #include <stdbool.h>
 
