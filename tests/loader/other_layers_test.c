@@ -12,22 +12,6 @@
 
 #define OVERLAY_NAME "VK_LAYER_MESA_overlay"
 
-static void need_layer(const char *name)
-{
-    setenv("VK_LAYER_PATH", SYSTEM_FOLDER, 1);
-    static VkLayerProperties layers[64];
-    uint32_t count = 64;
-    const PFN_vkEnumerateInstanceLayerProperties enumerate =
-        (PFN_vkEnumerateInstanceLayerProperties)platform.get_instance_proc_addr(
-            NULL, "vkEnumerateInstanceLayerProperties");
-    enumerate(&count, layers);
-    for (uint32_t i = 0; i < count; i++)
-        if (strcmp(layers[i].layerName, name) == 0)
-            return;
-    print_message("%s is not installed\n", name);
-    skip();
-}
-
 /* One valid call, and one with a mistake. Loaders order layers by the variable that enables them,
  * or by the folders in which they find them: the nearest to the application is first. */
 static void find_mistake(bool is_below, const char *other, const char *folder)
@@ -45,12 +29,12 @@ static void find_mistake(bool is_below, const char *other, const char *folder)
     unsetenv("VK_INSTANCE_LAYERS");
 }
 
-static void test_below_the_strict_layer(void **state)
+TEST(test_below_the_strict_layer)
 {
     find_mistake(true, STRICT_LAYER_NAME, STRICT_FOLDER);
 }
 
-static void test_above_the_strict_layer(void **state)
+TEST(test_above_the_strict_layer)
 {
     find_mistake(false, STRICT_LAYER_NAME, STRICT_FOLDER);
 }
@@ -59,24 +43,27 @@ static void test_above_the_strict_layer(void **state)
  * the sanitizer counts no leak. */
 static void need_overlay(void)
 {
-    need_layer(OVERLAY_NAME);
+    if (!layer_is_installed(OVERLAY_NAME, SYSTEM_FOLDER)) {
+        print_message("%s is not installed\n", OVERLAY_NAME);
+        skip();
+    }
     dlopen("libVkLayer_MESA_overlay.so", RTLD_NOW | RTLD_LOCAL);
 }
 
-static void test_below_the_overlay(void **state)
+TEST(test_below_the_overlay)
 {
     need_overlay();
     find_mistake(true, OVERLAY_NAME, SYSTEM_FOLDER);
 }
 
-static void test_above_the_overlay(void **state)
+TEST(test_above_the_overlay)
 {
     need_overlay();
     find_mistake(false, OVERLAY_NAME, SYSTEM_FOLDER);
 }
 
 /* All that is intercepted is answered without an instance, and nothing else. */
-static void test_names_without_an_instance(void **state)
+TEST(test_names_without_an_instance)
 {
 #define NAME(name) "vk" #name,
     static const char *const names[] = {ASSAY_GLOBAL_INTERCEPTS(NAME) ASSAY_INSTANCE_INTERCEPTS(
@@ -99,19 +86,4 @@ static void test_names_without_an_instance(void **state)
         assert_null(interface.pfnGetInstanceProcAddr(NULL, others[i]));
     assert_null(interface.pfnGetDeviceProcAddr(NULL, "vkDestroyDevice"));
     dlclose(library);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_names_without_an_instance),
-        cmocka_unit_test(test_below_the_strict_layer),
-        cmocka_unit_test(test_above_the_strict_layer),
-        cmocka_unit_test(test_below_the_overlay),
-        cmocka_unit_test(test_above_the_overlay),
-    };
-    const int unusable = platform_of_arguments(argc, argv);
-    if (unusable != 0)
-        return unusable;
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

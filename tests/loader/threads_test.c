@@ -56,11 +56,8 @@ static void *make(void *context)
 static void *rename_objects(void *context)
 {
     struct scene *scene = context;
-    VkDebugUtilsObjectNameInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = VK_OBJECT_TYPE_BUFFER,
-        .objectHandle = (uint64_t)scene->vertices.handle,
-    };
+    STRUCT(VkDebugUtilsObjectNameInfoEXT, info, .objectType = VK_OBJECT_TYPE_BUFFER,
+           .objectHandle = (uint64_t)scene->vertices.handle);
     for (unsigned i = 0; atomic_load(&recording); i++) {
         info.pObjectName = i % 2 == 0 ? "vertices of the bunny" : "vertices of the teapot";
         scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &info);
@@ -104,7 +101,7 @@ static void check_messages(void)
     assert_int_equal(expected, fixture.messages.count);
 }
 
-static void test_record_while_objects_come_and_go(void **state)
+TEST(test_record_while_objects_come_and_go)
 {
     static const enum build_command commands[RECORDERS] = {COMMAND_DEVICE, COMMAND_DEVICE,
                                                            COMMAND_INDIRECT, COMMAND_HOST};
@@ -130,12 +127,4 @@ static void test_record_while_objects_come_and_go(void **state)
     scene_close(scene);
     check_messages();
     fixture_close(&fixture);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_record_while_objects_come_and_go),
-    };
-    return cmocka_run_group_tests(tests, platform_set_up, NULL);
 }

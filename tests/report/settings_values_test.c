@@ -7,7 +7,7 @@
 
 #include "reading.h"
 
-static void test_values_that_are_not_understood(void **state)
+TEST_OPENED(test_values_that_are_not_understood, surrounding_set_up)
 {
     static const struct {
         const char *key, *value, *takes, *used;
@@ -41,7 +41,7 @@ static void test_values_that_are_not_understood(void **state)
     }
 }
 
-static void test_debug_actions(void **state)
+TEST_OPENED(test_debug_actions, surrounding_set_up)
 {
     static const struct {
         const char *value;
@@ -66,7 +66,7 @@ static void test_debug_actions(void **state)
 }
 
 /* The action sends messages to a debugger on Windows. */
-static void test_debug_output_has_no_effect(void **state)
+TEST_OPENED(test_debug_output_has_no_effect, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION",
            "VK_DBG_LAYER_ACTION_LOG_MSG,VK_DBG_LAYER_ACTION_DEBUG_OUTPUT", 1);
@@ -81,7 +81,7 @@ static void test_debug_output_has_no_effect(void **state)
 }
 
 /* A log file that nothing writes looks as if there were no findings. */
-static void test_a_log_file_that_no_action_writes(void **state)
+TEST_OPENED(test_a_log_file_that_no_action_writes, surrounding_set_up)
 {
     static const struct {
         const char *action;
@@ -98,7 +98,7 @@ static void test_a_log_file_that_no_action_writes(void **state)
     }
 }
 
-static void test_flags_of_the_khronos_layer_are_accepted(void **state)
+TEST_OPENED(test_flags_of_the_khronos_layer_are_accepted, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,perf,verbose,debug", 1);
     struct settings settings = settings_read(NULL);
@@ -108,7 +108,7 @@ static void test_flags_of_the_khronos_layer_are_accepted(void **state)
 
 /* ---- message_id_filter */
 
-static void test_filter_lists(void **state)
+TEST_OPENED(test_filter_lists, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", " " SENT_ID " , 12258,", 1);
     struct settings settings = settings_read(NULL);
@@ -118,7 +118,7 @@ static void test_filter_lists(void **state)
     assert_true(settings.muted[VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258]);
 }
 
-static void test_filter_that_names_nothing(void **state)
+TEST_OPENED(test_filter_that_names_nothing, surrounding_set_up)
 {
     static const char *const entries[] = {"VUID-vkCmdDraw-None-02699",
                                           "3710",
@@ -140,7 +140,7 @@ static void test_filter_that_names_nothing(void **state)
 
 /* ---- keys that nobody reads */
 
-static void test_unknown_keys(void **state)
+TEST_OPENED(test_unknown_keys, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_LEVLE", "content", 1);
     struct settings settings = settings_read(NULL);
@@ -177,11 +177,11 @@ static void assert_file_is_read(const char *path)
     fclose(file);
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.level, LEVEL_STATE);
-    assert_non_null(strstr(warned.lines[warned.count - 1], "\"assay_validation.levle\" in "));
+    assert_has(warned.lines[warned.count - 1], "\"assay_validation.levle\" in ");
     remove(path);
 }
 
-static void test_places_of_the_file(void **state)
+TEST_OPENED(test_places_of_the_file, surrounding_set_up)
 {
     char folder[256];
     snprintf(folder, sizeof(folder), "%s/.local", getenv("HOME"));
@@ -201,20 +201,4 @@ static void test_places_of_the_file(void **state)
     mkdir(".local/vulkan/settings.d", 0700);
     setenv("XDG_DATA_HOME", folder, 1);
     assert_file_is_read(".local/vulkan/settings.d/vk_layer_settings.txt");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_values_that_are_not_understood, surrounding_set_up),
-        cmocka_unit_test_setup(test_debug_actions, surrounding_set_up),
-        cmocka_unit_test_setup(test_debug_output_has_no_effect, surrounding_set_up),
-        cmocka_unit_test_setup(test_a_log_file_that_no_action_writes, surrounding_set_up),
-        cmocka_unit_test_setup(test_flags_of_the_khronos_layer_are_accepted, surrounding_set_up),
-        cmocka_unit_test_setup(test_filter_lists, surrounding_set_up),
-        cmocka_unit_test_setup(test_filter_that_names_nothing, surrounding_set_up),
-        cmocka_unit_test_setup(test_unknown_keys, surrounding_set_up),
-        cmocka_unit_test_setup(test_places_of_the_file, surrounding_set_up),
-    };
-    return cmocka_run_group_tests_name("settings_values", tests, NULL, surrounding_remove);
 }
