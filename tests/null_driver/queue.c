@@ -21,8 +21,7 @@ static VkResult finish(VkFence fence)
     return VK_SUCCESS;
 }
 
-VkResult null_QueueSubmit(VkQueue queue, uint32_t submitCount, const VkSubmitInfo *pSubmits,
-                          VkFence fence)
+COMMAND(QueueSubmit)
 {
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
@@ -35,8 +34,7 @@ VkResult null_QueueSubmit(VkQueue queue, uint32_t submitCount, const VkSubmitInf
     return finish(fence);
 }
 
-VkResult null_QueueSubmit2(VkQueue queue, uint32_t submitCount, const VkSubmitInfo2 *pSubmits,
-                           VkFence fence)
+COMMAND(QueueSubmit2)
 {
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
@@ -63,8 +61,7 @@ static void bind_sparse(const VkSparseBufferMemoryBindInfo *info)
     }
 }
 
-VkResult null_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
-                              const VkBindSparseInfo *pBindInfo, VkFence fence)
+COMMAND(QueueBindSparse)
 {
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
@@ -77,12 +74,12 @@ VkResult null_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
     return finish(fence);
 }
 
-VkResult null_QueueWaitIdle(VkQueue queue)
+COMMAND(QueueWaitIdle)
 {
     return device_is_lost() ? VK_ERROR_DEVICE_LOST : VK_SUCCESS;
 }
 
-VkResult null_DeviceWaitIdle(VkDevice device)
+COMMAND(DeviceWaitIdle)
 {
     return device_is_lost() ? VK_ERROR_DEVICE_LOST : VK_SUCCESS;
 }

@@ -82,13 +82,13 @@ static void create_instance(struct application *app)
         {layers[0], "message_id_filter", VK_LAYER_SETTING_TYPE_STRING_EXT, 2, filter},
     };
     VkDebugUtilsMessengerCreateInfoEXT messenger = app->messenger_info;
-    const VkApplicationInfo application = MAKE(VkApplicationInfo, .apiVersion = VK_API_VERSION_1_3);
-    const VkInstanceCreateInfo info = MAKE(
-        VkInstanceCreateInfo,
-        .pNext = &MAKE(VkLayerSettingsCreateInfoEXT, .pNext = &messenger, .settingCount = 2,
-                       .pSettings = settings),
-        .pApplicationInfo = &application, .enabledLayerCount = 1, .ppEnabledLayerNames = layers,
-        .enabledExtensionCount = 2, .ppEnabledExtensionNames = extensions);
+    const STRUCT(VkApplicationInfo, application, .apiVersion = VK_API_VERSION_1_3);
+    const STRUCT(VkInstanceCreateInfo, info,
+                 .pNext = &MAKE(VkLayerSettingsCreateInfoEXT, .pNext = &messenger,
+                                .settingCount = 2, .pSettings = settings),
+                 .pApplicationInfo = &application, .enabledLayerCount = 1,
+                 .ppEnabledLayerNames = layers, .enabledExtensionCount = 2,
+                 .ppEnabledExtensionNames = extensions);
     PFN_vkCreateInstance create =
         (PFN_vkCreateInstance)vkGetInstanceProcAddr(VK_NULL_HANDLE, "vkCreateInstance");
     app->outcome->is_creating_instance = true;
@@ -111,28 +111,24 @@ static void create_device(struct application *app)
                                              VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
                                              VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME,
                                              VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME};
-    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement =
-        MAKE(VkPhysicalDeviceDisplacementMicromapFeaturesNV, .displacementMicromap = VK_TRUE);
-    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromaps_ext = MAKE(
-        VkPhysicalDeviceOpacityMicromapFeaturesEXT, .pNext = &displacement, .micromap = VK_TRUE);
-    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromaps = MAKE(
-        VkPhysicalDeviceOpacityMicromapFeaturesKHR, .pNext = &micromaps_ext, .micromap = VK_TRUE);
-    VkPhysicalDeviceBufferDeviceAddressFeatures addresses =
-        MAKE(VkPhysicalDeviceBufferDeviceAddressFeatures,
-             .pNext = &MAKE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, .pNext = &micromaps,
-                            .rayTracingMotionBlur = VK_TRUE),
-             .bufferDeviceAddress = VK_TRUE);
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .pNext = &addresses,
-             .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
+    STRUCT(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacement,
+           .displacementMicromap = VK_TRUE);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromaps_ext, .pNext = &displacement,
+           .micromap = VK_TRUE);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromaps, .pNext = &micromaps_ext,
+           .micromap = VK_TRUE);
+    STRUCT(VkPhysicalDeviceBufferDeviceAddressFeatures, addresses,
+           .pNext = &MAKE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, .pNext = &micromaps,
+                          .rayTracingMotionBlur = VK_TRUE),
+           .bufferDeviceAddress = VK_TRUE);
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures, .pNext = &addresses,
+           .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
     const VkPhysicalDeviceFeatures core = {.sparseBinding = VK_TRUE};
     static const float priority = 1;
-    const VkDeviceQueueCreateInfo queue =
-        MAKE(VkDeviceQueueCreateInfo, .queueCount = 1, .pQueuePriorities = &priority);
-    const VkDeviceCreateInfo info =
-        MAKE(VkDeviceCreateInfo, .pNext = &structures, .queueCreateInfoCount = 1,
-             .pQueueCreateInfos = &queue, .enabledExtensionCount = 8,
-             .ppEnabledExtensionNames = extensions, .pEnabledFeatures = &core);
+    const STRUCT(VkDeviceQueueCreateInfo, queue, .queueCount = 1, .pQueuePriorities = &priority);
+    const STRUCT(VkDeviceCreateInfo, info, .pNext = &structures, .queueCreateInfoCount = 1,
+                 .pQueueCreateInfos = &queue, .enabledExtensionCount = 8,
+                 .ppEnabledExtensionNames = extensions, .pEnabledFeatures = &core);
     VkPhysicalDevice physical = VK_NULL_HANDLE;
     uint32_t count = 1;
     app->instance_vk.EnumeratePhysicalDevices(app->instance, &count, &physical);
@@ -147,9 +143,9 @@ static void create_device(struct application *app)
 
 static void create_ears(struct application *app)
 {
-    const VkDebugReportCallbackCreateInfoEXT callback =
-        MAKE(VkDebugReportCallbackCreateInfoEXT, .flags = VK_DEBUG_REPORT_ERROR_BIT_EXT,
-             .pfnCallback = hear_callback, .pUserData = app);
+    const STRUCT(VkDebugReportCallbackCreateInfoEXT, callback,
+                 .flags = VK_DEBUG_REPORT_ERROR_BIT_EXT, .pfnCallback = hear_callback,
+                 .pUserData = app);
     GET(app, "vkCreateDebugUtilsMessengerEXT",
         app->instance_vk.CreateDebugUtilsMessengerEXT(app->instance, &app->messenger_info, NULL,
                                                       &app->messenger));
@@ -180,9 +176,8 @@ VkBuffer create_buffer(struct application *app, VkDeviceSize size, VkBufferUsage
                        VkBufferCreateFlags flags)
 {
     VkBuffer buffer = VK_NULL_HANDLE;
-    const VkBufferCreateInfo info =
-        MAKE(VkBufferCreateInfo, .flags = flags, .size = size,
-             .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    const STRUCT(VkBufferCreateInfo, info, .flags = flags, .size = size,
+                 .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     CALL(app, CreateBuffer, app->device, &info, NULL, &buffer);
     return buffer;
 }
@@ -190,10 +185,9 @@ VkBuffer create_buffer(struct application *app, VkDeviceSize size, VkBufferUsage
 VkDeviceMemory allocate(struct application *app, VkDeviceSize size, enum memory_type type)
 {
     VkDeviceMemory memory = VK_NULL_HANDLE;
-    const VkMemoryAllocateFlagsInfo flags =
-        MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
-    const VkMemoryAllocateInfo info = MAKE(VkMemoryAllocateInfo, .pNext = &flags,
-                                           .allocationSize = size, .memoryTypeIndex = type);
+    const STRUCT(VkMemoryAllocateFlagsInfo, flags, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
+    const STRUCT(VkMemoryAllocateInfo, info, .pNext = &flags, .allocationSize = size,
+                 .memoryTypeIndex = type);
     CALL(app, AllocateMemory, app->device, &info, NULL, &memory);
     return memory;
 }
@@ -206,7 +200,7 @@ void bind_buffer(struct application *app, VkBuffer buffer, VkDeviceMemory memory
 
 VkDeviceAddress address_of(struct application *app, VkBuffer buffer)
 {
-    const VkBufferDeviceAddressInfo info = MAKE(VkBufferDeviceAddressInfo, .buffer = buffer);
+    const STRUCT(VkBufferDeviceAddressInfo, info, .buffer = buffer);
     return app->vk.GetBufferDeviceAddress(app->device, &info);
 }
 
@@ -215,9 +209,8 @@ VkAccelerationStructureKHR create_accel(struct application *app, VkBuffer buffer
                                         VkAccelerationStructureTypeKHR type)
 {
     VkAccelerationStructureKHR accel = VK_NULL_HANDLE;
-    const VkAccelerationStructureCreateInfoKHR info =
-        MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = buffer, .offset = offset, .size = size,
-             .type = type);
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer, .offset = offset,
+                 .size = size, .type = type);
     CALL(app, CreateAccelerationStructureKHR, app->device, &info, NULL, &accel);
     return accel;
 }
@@ -226,8 +219,8 @@ VkMicromapEXT create_micromap(struct application *app, VkBuffer buffer, VkDevice
                               VkDeviceSize size, VkMicromapTypeEXT type)
 {
     VkMicromapEXT micromap = VK_NULL_HANDLE;
-    const VkMicromapCreateInfoEXT info = MAKE(VkMicromapCreateInfoEXT, .buffer = buffer,
-                                              .offset = offset, .size = size, .type = type);
+    const STRUCT(VkMicromapCreateInfoEXT, info, .buffer = buffer, .offset = offset, .size = size,
+                 .type = type);
     CALL(app, CreateMicromapEXT, app->device, &info, NULL, &micromap);
     return micromap;
 }
@@ -245,12 +238,11 @@ VkQueryPool create_queries(struct application *app, VkQueryType type)
 void create_commands(struct application *app, VkCommandPool *pool, VkCommandBuffer *primary,
                      VkCommandBuffer *secondary)
 {
-    const VkCommandPoolCreateInfo pool_info =
-        MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT);
+    const STRUCT(VkCommandPoolCreateInfo, pool_info,
+                 .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT);
     CALL(app, CreateCommandPool, app->device, &pool_info, NULL, pool);
-    VkCommandBufferAllocateInfo info =
-        MAKE(VkCommandBufferAllocateInfo, .commandPool = *pool,
-             .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1);
+    STRUCT(VkCommandBufferAllocateInfo, info, .commandPool = *pool,
+           .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1);
     CALL(app, AllocateCommandBuffers, app->device, &info, primary);
     info.level = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
     CALL(app, AllocateCommandBuffers, app->device, &info, secondary);
@@ -258,8 +250,8 @@ void create_commands(struct application *app, VkCommandPool *pool, VkCommandBuff
 
 VkResult begin_commands(const struct application *app, VkCommandBuffer commands)
 {
-    const VkCommandBufferBeginInfo info =
-        MAKE(VkCommandBufferBeginInfo, .pInheritanceInfo = &MAKE(VkCommandBufferInheritanceInfo));
+    const STRUCT(VkCommandBufferBeginInfo, info,
+                 .pInheritanceInfo = &MAKE(VkCommandBufferInheritanceInfo));
     return app->vk.BeginCommandBuffer(commands, &info);
 }
 

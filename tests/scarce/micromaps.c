@@ -55,17 +55,16 @@ static void build_micromap_khr(struct application *app, VkCommandBuffer command_
 {
     const VkDeviceAddress address = address_of(app, app->micromap_buffer);
     const VkMicromapUsageKHR usage = {.count = 4, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
-    const VkAccelerationStructureGeometryMicromapDataKHR data = MAKE(
-        VkAccelerationStructureGeometryMicromapDataKHR, .usageCountsCount = 1,
-        .pUsageCounts = &usage, .data = address + INPUT_AT, .triangleArray = address + INPUT_AT,
-        .triangleArrayStride = sizeof(VkMicromapTriangleKHR));
-    const VkAccelerationStructureBuildGeometryInfoKHR info =
-        MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
-             .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
-             .dstAccelerationStructure = app->micromap, .geometryCount = 1,
-             .pGeometries = &MAKE(VkAccelerationStructureGeometryKHR, .pNext = &data,
-                                  .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR),
-             .scratchData.deviceAddress = address + SCRATCH_AT);
+    const STRUCT(VkAccelerationStructureGeometryMicromapDataKHR, data, .usageCountsCount = 1,
+                 .pUsageCounts = &usage, .data = address + INPUT_AT,
+                 .triangleArray = address + INPUT_AT,
+                 .triangleArrayStride = sizeof(VkMicromapTriangleKHR));
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
+                 .dstAccelerationStructure = app->micromap, .geometryCount = 1,
+                 .pGeometries = &MAKE(VkAccelerationStructureGeometryKHR, .pNext = &data,
+                                      .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR),
+                 .scratchData.deviceAddress = address + SCRATCH_AT);
     const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
     app->vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &no_range);
 }
@@ -87,12 +86,11 @@ static void build_with_micromaps(struct application *app, VkCommandBuffer comman
             (VkDeviceOrHostAddressConstKHR){.deviceAddress = app->input_address}, &ext[i]);
         ranges[i] = (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = 1};
     }
-    VkAccelerationStructureBuildGeometryInfoKHR info =
-        MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
-             .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-             .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-             .dstAccelerationStructure = app->with_micromaps, .geometryCount = GEOMETRIES,
-             .pGeometries = geometries, .scratchData.deviceAddress = app->scratch_address);
+    STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
+           .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+           .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+           .dstAccelerationStructure = app->with_micromaps, .geometryCount = GEOMETRIES,
+           .pGeometries = geometries, .scratchData.deviceAddress = app->scratch_address);
     app->vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &range_array);
     info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     info.srcAccelerationStructure = info.dstAccelerationStructure;

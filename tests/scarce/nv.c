@@ -33,8 +33,7 @@ void create_nv(struct application *app)
     app->nv_scratch = create_buffer(app, SCRATCH, VK_BUFFER_USAGE_RAY_TRACING_BIT_NV, 0);
     bind_buffer(app, app->nv_scratch, app->nv_memory, NV_STRUCTURES * OBJECT);
     start_call(app, &call);
-    const VkAccelerationStructureCreateInfoNV info =
-        MAKE(VkAccelerationStructureCreateInfoNV, .info = call.info);
+    const STRUCT(VkAccelerationStructureCreateInfoNV, info, .info = call.info);
     for (unsigned i = 0; i < NV_STRUCTURES; i++) {
         CALL(app, CreateAccelerationStructureNV, app->device, &info, NULL, &app->nv[i]);
         CALL(app, BindAccelerationStructureMemoryNV, app->device, 1,
