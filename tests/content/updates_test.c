@@ -8,9 +8,6 @@
 
 #include "device_fixture.h"
 
-static struct device_fixture device;
-static struct fixture *const fixture = &device.fixture;
-
 enum { TRIANGLES = 3, FLOATS = 9, DATA_SIZE = TRIANGLES * FLOATS * sizeof(float) };
 
 #define DEVICE "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-"
@@ -26,31 +23,31 @@ static struct {
     VkCommandBuffer commands[2];
 } scene;
 
-static int open_scene(void **state)
+static void open_scene(void)
 {
-    (void)state;
     fixture_triangles(&scene.host, TRIANGLES, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR);
-    scene.blas = fixture_create_for(fixture, &scene.host);
-    scene.other =
-        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-    device_build_create(&device, &scene.host, DATA_SIZE, &scene.build);
+    scene.blas = fixture_create_for(&scene.host);
+    scene.other = fixture_create(VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    device_build_create(&scene.host, DATA_SIZE, &scene.build);
     for (int i = 0; i < 2; i++)
-        scene.commands[i] = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    messages_clear(&fixture->instance_fixture.messages);
-    return 0;
+        scene.commands[i] = device_begin(VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    messages_clear(messages);
 }
 
-static int close_scene(void **state)
+static void close_scene(void)
 {
-    (void)state;
-    fixture->vk.DeviceWaitIdle(fixture->device);
-    fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 2, scene.commands);
-    device_build_destroy(&device, &scene.build);
-    fixture_destroy(fixture, &scene.other);
-    fixture_destroy(fixture, &scene.blas);
-    fixture_free(&scene.host);
-    return 0;
+    vk.DeviceWaitIdle(device);
+    vk.FreeCommandBuffers(device, command_pool, 2, scene.commands);
+    destroy_all();
 }
+
+/* Before the instance is there. */
+__attribute__((constructor)) static void choose_level(void)
+{
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+}
+
+#define SCENE_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
 
 /* Of the second triangle; in the host's data, or in what is copied when commands run. */
 static void set_asleep(void *data, bool is_asleep)
@@ -60,20 +57,19 @@ static void set_asleep(void *data, bool is_asleep)
 
 static void record(int commands, VkAccelerationStructureKHR src)
 {
-    device_upload(&device, scene.commands[commands], &scene.build);
-    device_build(&device, scene.commands[commands], &scene.build, scene.blas.handle, src);
+    device_upload(scene.commands[commands], &scene.build);
+    device_build(scene.commands[commands], &scene.build, scene.blas.handle, src);
 }
 
 static void run(int commands)
 {
-    device_end(&device, scene.commands[commands]);
-    device_run(&device, scene.commands[commands]);
+    device_end(scene.commands[commands]);
+    device_run(scene.commands[commands]);
 }
 
 /* What came since the last time: one message, or none. */
 static void expect(const char *id)
 {
-    struct messages *messages = &fixture->instance_fixture.messages;
     if (messages->count != (id != NULL) || (id && !messages_count(messages, id, "primitive 1")))
         for (uint32_t i = 0; i < messages_kept(messages); i++)
             print_error("%s\n", messages->items[i].text);
@@ -84,7 +80,7 @@ static void expect(const char *id)
 
 static void build_by_the_host(VkAccelerationStructureKHR src)
 {
-    assert_int_equal(fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, src),
+    assert_int_equal(fixture_build(VK_NULL_HANDLE, &scene.host, scene.blas.handle, src),
                      VK_SUCCESS);
 }
 
@@ -93,24 +89,23 @@ static void submit(int commands)
     const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                                .commandBufferCount = 1,
                                .pCommandBuffers = &scene.commands[commands]};
-    assert_int_equal(fixture->vk.QueueSubmit(device.queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
+    assert_int_equal(vk.QueueSubmit(queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
 }
 
 /* Behind the data that is copied, by the command itself. */
 static void update_with_a_sleeping_triangle(int commands, VkAccelerationStructureKHR src)
 {
     const float asleep = NAN;
-    fixture->vk.CmdUpdateBuffer(scene.commands[commands], scene.build.data.handle,
-                                FLOATS * sizeof(float), sizeof(asleep), &asleep);
-    device_barrier(&device, scene.commands[commands]);
-    device_build(&device, scene.commands[commands], &scene.build, scene.blas.handle, src);
+    vk.CmdUpdateBuffer(scene.commands[commands], scene.build.data.handle, FLOATS * sizeof(float),
+                       sizeof(asleep), &asleep);
+    device_barrier(scene.commands[commands]);
+    device_build(scene.commands[commands], &scene.build, scene.blas.handle, src);
 }
 
 /* ---- tests */
 
-static void test_built_by_the_host(void **state)
+SCENE_TEST(test_built_by_the_host)
 {
-    (void)state;
     build_by_the_host(VK_NULL_HANDLE);
     set_asleep(scene.host.data, true);
     record(0, scene.blas.handle);
@@ -119,9 +114,8 @@ static void test_built_by_the_host(void **state)
     expect(DEVICE PUT_TO_SLEEP);
 }
 
-static void test_updated_by_the_host(void **state)
+SCENE_TEST(test_updated_by_the_host)
 {
-    (void)state;
     set_asleep(scene.host.data, true);
     record(0, VK_NULL_HANDLE);
     run(0);
@@ -129,57 +123,54 @@ static void test_updated_by_the_host(void **state)
     build_by_the_host(scene.blas.handle);
     expect(NULL);
     set_asleep(scene.host.data, false);
-    fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, scene.blas.handle);
+    fixture_build(VK_NULL_HANDLE, &scene.host, scene.blas.handle, scene.blas.handle);
     expect(HOST WOKEN);
 }
 
-static void test_in_one_command_buffer(void **state)
+SCENE_TEST(test_in_one_command_buffer)
 {
-    (void)state;
     record(0, VK_NULL_HANDLE);
     update_with_a_sleeping_triangle(0, scene.blas.handle);
     expect(NULL);
     run(0);
     expect(DEVICE PUT_TO_SLEEP);
-    device_run(&device, scene.commands[0]);
+    device_run(scene.commands[0]);
     expect(DEVICE PUT_TO_SLEEP);
 }
 
 /* What was last built counts, not what was last updated. */
-static void test_updated_twice(void **state)
+SCENE_TEST(test_updated_twice)
 {
-    (void)state;
     record(0, VK_NULL_HANDLE);
     run(0);
     set_asleep(scene.host.data, true);
     record(1, scene.blas.handle);
     run(1);
     expect(DEVICE PUT_TO_SLEEP);
-    device_run(&device, scene.commands[1]);
+    device_run(scene.commands[1]);
     expect(DEVICE PUT_TO_SLEEP);
     set_asleep(scene.build.staging.bytes, false);
-    device_run(&device, scene.commands[1]);
+    device_run(scene.commands[1]);
     expect(NULL);
 }
 
 /* Each execution of the build has data of its own. */
-static void test_built_again_with_other_data(void **state)
+SCENE_TEST(test_built_again_with_other_data)
 {
-    (void)state;
     record(0, VK_NULL_HANDLE);
     record(1, scene.blas.handle);
     run(0);
     run(1);
     expect(NULL);
     set_asleep(scene.build.staging.bytes, true);
-    device_run(&device, scene.commands[0]);
-    device_run(&device, scene.commands[1]);
+    device_run(scene.commands[0]);
+    device_run(scene.commands[1]);
     expect(NULL);
     set_asleep(scene.build.staging.bytes, false);
-    device_run(&device, scene.commands[1]);
+    device_run(scene.commands[1]);
     expect(DEVICE WOKEN);
-    device_run(&device, scene.commands[0]);
-    device_run(&device, scene.commands[1]);
+    device_run(scene.commands[0]);
+    device_run(scene.commands[1]);
     expect(NULL);
 }
 
@@ -191,14 +182,13 @@ static void copy(VkCommandBuffer commands)
         .dst = scene.other.handle,
         .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
     };
-    fixture->vk.CmdCopyAccelerationStructureKHR(commands, &info);
-    device_barrier(&device, commands);
+    vk.CmdCopyAccelerationStructureKHR(commands, &info);
+    device_barrier(commands);
 }
 
 /* A clone was built with what its source was built with then. */
-static void test_cloned(void **state)
+SCENE_TEST(test_cloned)
 {
-    (void)state;
     record(0, VK_NULL_HANDLE);
     copy(scene.commands[0]);
     run(0);
@@ -211,92 +201,61 @@ static void test_cloned(void **state)
 }
 
 /* Nobody waits in between. */
-static void test_all_at_once(void **state)
+SCENE_TEST(test_all_at_once)
 {
-    (void)state;
     record(0, VK_NULL_HANDLE);
     copy(scene.commands[0]);
     update_with_a_sleeping_triangle(1, scene.other.handle);
     for (int i = 0; i < 2; i++)
-        device_end(&device, scene.commands[i]);
+        device_end(scene.commands[i]);
     submit(0);
     submit(1);
-    fixture->vk.QueueWaitIdle(device.queue);
+    vk.QueueWaitIdle(queue);
     expect(DEVICE PUT_TO_SLEEP);
 }
 
 /* How many primitives an indirect build had is known when its ranges were read. */
-static void test_built_indirectly(void **state)
+SCENE_TEST(test_built_indirectly)
 {
     static const char id[] = "VUID-vkCmdBuildAccelerationStructuresKHR-primitiveCount-03769";
-    const struct messages *messages = &fixture->instance_fixture.messages;
     const uint32_t most = TRIANGLES, stride = sizeof(VkAccelerationStructureBuildRangeInfoKHR);
     const uint32_t *const counts = &most;
-    (void)state;
-    struct device_buffer range = device_buffer_create(&device, stride);
+    struct device_buffer range = device_buffer_create(stride);
     *(VkAccelerationStructureBuildRangeInfoKHR *)range.bytes =
         (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = TRIANGLES};
-    device_upload(&device, scene.commands[0], &scene.build);
+    device_upload(scene.commands[0], &scene.build);
     scene.build.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
     scene.build.info.dstAccelerationStructure = scene.blas.handle;
-    fixture->vk.CmdBuildAccelerationStructuresIndirectKHR(scene.commands[0], 1, &scene.build.info,
-                                                          &range.address, &stride, &counts);
-    device_barrier(&device, scene.commands[0]);
+    vk.CmdBuildAccelerationStructuresIndirectKHR(scene.commands[0], 1, &scene.build.info,
+                                                 &range.address, &stride, &counts);
+    device_barrier(scene.commands[0]);
     run(0);
     record(1, scene.blas.handle);
     run(1);
     expect(NULL);
     ((VkAccelerationStructureBuildRangeInfoKHR *)range.bytes)->primitiveCount = TRIANGLES - 1;
-    device_run(&device, scene.commands[0]);
-    device_run(&device, scene.commands[1]);
+    device_run(scene.commands[0]);
+    device_run(scene.commands[1]);
     assert_int_equal(messages->count, 1);
     assert_int_equal(messages_count(messages, id, "has primitiveCount 3"), 1);
-    device_buffer_destroy(&device, &range);
 }
 
 /* What an application destroys it knows to be complete, however it came to know. */
-static void test_told_at_destruction(void **state)
+SCENE_TEST(test_told_at_destruction)
 {
     static const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
-    (void)state;
     record(0, VK_NULL_HANDLE);
     run(0);
     set_asleep(scene.host.data, true);
     record(1, scene.blas.handle);
-    device_end(&device, scene.commands[1]);
+    device_end(scene.commands[1]);
     submit(1);
     /* Two minutes at least: a busy machine may take long to complete the submission. */
-    for (int i = 0; i < 12000 && !fixture->instance_fixture.messages.count; i++) {
+    for (int i = 0; i < 12000 && !messages->count; i++) {
         nanosleep(&pause, NULL);
-        struct fixture_structure other = fixture_create(
-            fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-        fixture_destroy(fixture, &other);
+        struct fixture_structure other =
+            fixture_create(VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+        fixture_destroy(&other);
     }
     expect(DEVICE PUT_TO_SLEEP);
-}
-
-#define TEST(function) cmocka_unit_test_setup_teardown(function, open_scene, close_scene)
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        TEST(test_built_by_the_host),
-        TEST(test_updated_by_the_host),
-        TEST(test_in_one_command_buffer),
-        TEST(test_updated_twice),
-        TEST(test_built_again_with_other_data),
-        TEST(test_cloned),
-        TEST(test_all_at_once),
-        TEST(test_built_indirectly),
-        TEST(test_told_at_destruction),
-    };
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
-    const char *reason = argc == 2 ? device_fixture_open(&device, argv[1]) : "name a platform";
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
-    device_fixture_close(&device);
-    return failed;
 }
