@@ -3,7 +3,6 @@
  * by several at once. The valid calls are silent. */
 #include "host_scene.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,29 +21,24 @@ static void destroy_operation(void)
 }
 
 /* As an application's threads do: again while there may be more to do. */
-static void *join(void *unused)
+static void *join(void *result)
 {
-    VkResult result;
     do {
-        result = vk.DeferredOperationJoinKHR(device, operation);
-    } while (result == VK_THREAD_IDLE_KHR);
-    return (void *)(intptr_t)result;
+        *(VkResult *)result = vk.DeferredOperationJoinKHR(device, operation);
+    } while (*(VkResult *)result == VK_THREAD_IDLE_KHR);
+    return NULL;
 }
 
 /* Returns the operation's result. */
 static VkResult complete(void)
 {
-    pthread_t threads[THREADS];
+    VkResult results[THREADS];
     int successes = 0;
     assert_int_equal(vk.GetDeferredOperationResultKHR(device, operation), VK_NOT_READY);
     assert_true(vk.GetDeferredOperationMaxConcurrencyKHR(device, operation) >= 1);
+    unit_test_run_threads(THREADS, join, results, sizeof(results[0]));
     for (int i = 0; i < THREADS; i++)
-        pthread_create(&threads[i], NULL, join, NULL);
-    for (int i = 0; i < THREADS; i++) {
-        void *result;
-        pthread_join(threads[i], &result);
-        successes += (intptr_t)result == VK_SUCCESS;
-    }
+        successes += results[i] == VK_SUCCESS;
     assert_true(successes >= 1);
     assert_int_equal(vk.GetDeferredOperationMaxConcurrencyKHR(device, operation), 0);
     return vk.GetDeferredOperationResultKHR(device, operation);
