@@ -267,6 +267,7 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
         .dst_id = entry ? entry->dst_id : 0,
         .memory = snapshot_memory_of(&memory),
         .inputs = note ? note->inputs : NULL,
+        .source_inputs = note ? note->source.inputs : NULL,
     };
     executed.point = find_execution_point(buffer, build);
     executed.used_count = find_used(buffer, build, &executed.used);

@@ -107,7 +107,7 @@ void snapshots_destroy(struct snapshots *snapshots)
         missed.held++;
     }
     warn_missed(snapshots->device, &missed);
-    tickets_release(snapshots, true);
+    tickets_destroy(snapshots);
     staging_destroy(snapshots->staging);
     gates_destroy(snapshots->gates);
     own_shaders_destroy(snapshots->shaders);

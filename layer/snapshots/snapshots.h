@@ -54,8 +54,9 @@ struct snapshots {
     pthread_mutex_t queue_lock;
     pthread_mutex_t families_lock;      /* guards the next member */
     struct handle_table queue_families; /* queue family indices by queue, plus 1 */
-    pthread_mutex_t tickets_lock;       /* guards the next member */
+    pthread_mutex_t tickets_lock;       /* guards the next two members */
     struct fence_ticket *unfinished;    /* released, but the device still uses their fences */
+    struct fence_ticket *spare;         /* released, with fences to be used again */
     pthread_mutex_t submitted_lock;     /* guards the next two members */
     /* Submitted, but not yet handed to the consumers. */
     struct execution *submitted, **submitted_last;

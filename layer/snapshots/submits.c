@@ -7,6 +7,7 @@
 
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/renew.h"
+#include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/recorder.h"
 #include "layer/snapshots/tickets.h"
@@ -155,6 +156,7 @@ static struct submit begin(VkQueue queue)
 {
     struct snapshots *snapshots = snapshots_of(queue);
     snapshots_deliver(snapshots->device);
+    staging_note_submission(snapshots->staging);
     return (struct submit){.snapshots = snapshots, .queue = queue};
 }
 

@@ -75,6 +75,10 @@ struct source {
     bool is_pointer_array, has_motion;
 };
 
+/* Whether all triangles are certainly active. Looks at each index and vertex once, which is faster
+ * than reading all triangles. */
+bool source_triangles_are_active(const struct source *source);
+
 /* Opens a geometry. Its type must match the structure and its format must be supported. Returns
  * false if the range exceeds the data. */
 bool source_open(struct source *source, bool has_motion, const struct builder_geometry *geometry,

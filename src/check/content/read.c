@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "src/base/recording_path.h"
+#include "src/bvh/input/indices.h"
 #include "src/check/content/micromap.h"
 #include "src/check/walk/rows.h"
 #include "src/rules/input.h"
@@ -117,6 +118,8 @@ static void view_indices(const uint8_t *indices, uint32_t size, struct indices_v
     uint64_t count = (uint64_t)view->range->primitiveCount * 3;
     uint32_t first = view->range->firstVertex, max = view->max_vertex;
     uint64_t limit = first <= max ? (uint64_t)max - first + 1 : 0;
+    if (indices_max(indices, size, count) < limit)
+        return;
     for (uint64_t i = 0; i < count; i++) {
         uint32_t index = content_read_index(indices, size, i);
         if (index < limit)
