@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Opening the device, and comparing inputs on it. */
 #include "bench.h"
+#include "tests/fixture/messenger.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -40,10 +41,7 @@ static VkResult create_device(void)
     return vkCreateDevice(bench.physical, &info, NULL, &bench.device);
 }
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                           VkDebugUtilsMessageTypeFlagsEXT types,
-                                           const VkDebugUtilsMessengerCallbackDataEXT *data,
-                                           void *user)
+MESSENGER_CALLBACK(hear)
 {
     struct heard *heard = user;
     heard->count++;

@@ -5,6 +5,7 @@
 
 #include "calls.h"
 #include "tests/fixture/make.h"
+#include "tests/fixture/messenger.h"
 
 VKAPI_ATTR VkResult VKAPI_CALL
 vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface *pVersionStruct);
@@ -23,10 +24,7 @@ static void negotiate(void)
 
 /* ---- the instance */
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                           VkDebugUtilsMessageTypeFlagsEXT types,
-                                           const VkDebugUtilsMessengerCallbackDataEXT *data,
-                                           void *user)
+MESSENGER_CALLBACK(hear)
 {
     const struct calls *calls = user;
     return strlen(data->pMessage) ? calls->answer : VK_FALSE;

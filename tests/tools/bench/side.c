@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tests/fixture/messenger.h"
 #include "tests/tools/fail.h"
 
 /* ---- the loader's environment */
@@ -63,12 +64,8 @@ void driver_select(const char *name)
 
 /* ---- the instance and the device */
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL count_finding(
-    VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT types,
-    const VkDebugUtilsMessengerCallbackDataEXT *data, void *user)
+MESSENGER_CALLBACK(count_finding)
 {
-    (void)severity;
-    (void)types;
     struct side_findings *findings = user;
     if (findings->is_open && ++findings->count == 1)
         fprintf(stderr, "%s\n", data->pMessage);
