@@ -2,11 +2,12 @@
 /* Updates by command buffers and by the host, mixed: each is measured by the data that its source
  * was last built with when it executes, whoever built it, however often its command buffer runs. */
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
 
 #include "device_fixture.h"
+#include "tests/fixture/make.h"
+#include "tests/state/unit_test.h"
 
 enum { TRIANGLES = 3, FLOATS = 9, DATA_SIZE = TRIANGLES * FLOATS * sizeof(float) };
 

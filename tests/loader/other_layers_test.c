@@ -11,6 +11,8 @@
 #include "strict_layer.h"
 
 #define OVERLAY_NAME "VK_LAYER_MESA_overlay"
+#define CAPTURE_NAME "VK_LAYER_LUNARG_gfxreconstruct"
+#define SELECT_NAME "VK_LAYER_MESA_device_select"
 
 /* One valid call, and one with a mistake. Loaders order layers by the variable that enables them,
  * or by the folders in which they find them: the nearest to the application is first. */
@@ -41,10 +43,10 @@ TEST(test_above_the_strict_layer)
 
 /* Mesa's overlay leaves memory behind that only its own library refers to: while that stays loaded,
  * the sanitizer counts no leak. */
-static void need_overlay(void)
+static void need_layer(const char *name)
 {
-    if (!layer_is_installed(OVERLAY_NAME, SYSTEM_FOLDER)) {
-        print_message("%s is not installed\n", OVERLAY_NAME);
+    if (!layer_is_installed(name, SYSTEM_FOLDER)) {
+        print_message("%s is not installed\n", name);
         skip();
     }
     dlopen("libVkLayer_MESA_overlay.so", RTLD_NOW | RTLD_LOCAL);
@@ -52,14 +54,44 @@ static void need_overlay(void)
 
 TEST(test_below_the_overlay)
 {
-    need_overlay();
+    need_layer(OVERLAY_NAME);
     find_mistake(true, OVERLAY_NAME, SYSTEM_FOLDER);
 }
 
 TEST(test_above_the_overlay)
 {
-    need_overlay();
+    need_layer(OVERLAY_NAME);
     find_mistake(false, OVERLAY_NAME, SYSTEM_FOLDER);
+}
+
+/* The capture of gfxreconstruct, which copies what calls point to. */
+static void need_capture(void)
+{
+    need_layer(CAPTURE_NAME);
+    setenv("GFXRECON_CAPTURE_FILE", "/dev/null", 1);
+    setenv("GFXRECON_CAPTURE_FILE_TIMESTAMP", "false", 1);
+    setenv("GFXRECON_LOG_LEVEL", "fatal", 1);
+}
+
+TEST(test_below_the_capture)
+{
+    need_capture();
+    find_mistake(true, CAPTURE_NAME, SYSTEM_FOLDER);
+}
+
+TEST(test_above_the_capture)
+{
+    need_capture();
+    find_mistake(false, CAPTURE_NAME, SYSTEM_FOLDER);
+}
+
+/* An implicit layer, which loaders put above explicit ones. */
+TEST(test_below_device_select)
+{
+    unsetenv("VK_LOADER_LAYERS_DISABLE");
+    need_layer(SELECT_NAME);
+    find_mistake(true, STRICT_LAYER_NAME, STRICT_FOLDER);
+    setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
 }
 
 /* All that is intercepted is answered without an instance, and nothing else. */

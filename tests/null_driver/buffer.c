@@ -48,7 +48,7 @@ ON_CREATION(CreateBuffer)
 
 void buffer_bind(struct object *buffer, const struct binding *binding)
 {
-    struct binding *copy = malloc(sizeof(*copy));
+    struct binding *copy = driver_allocate(NULL, sizeof(*copy));
     if (copy == NULL)
         return;
     *copy = *binding;

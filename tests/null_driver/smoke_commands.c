@@ -2,6 +2,12 @@
 /* The null driver's commands, synchronization, counters and failures. */
 #include "smoke.h"
 
+#include <pthread.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 DEVICE_TEST(test_build_commands)
 {
     const VkCommandPool pool = make_pool();
@@ -142,4 +148,108 @@ DEVICE_TEST(test_timeline)
     const STRUCT(VkSemaphoreWaitInfo, wait, .semaphoreCount = 1, .pSemaphores = &semaphore,
                  .pValues = &ten);
     assert_int_equal(vk.WaitSemaphores(device, &wait, 1000), VK_TIMEOUT);
+}
+
+/* Two builds, each behind a fill and an update, and a fill at the end. */
+struct fault_program {
+    VkCommandBuffer commands;
+    VkFence fence;
+    const uint32_t *words;
+};
+
+static struct fault_program make_fault_program(void)
+{
+    struct fault_program program;
+    const VkCommandBufferBeginInfo begin = MAKE(VkCommandBufferBeginInfo);
+    const VkFenceCreateInfo fence = MAKE(VkFenceCreateInfo);
+    const VkAccelerationStructureBuildGeometryInfoKHR info =
+        MAKE(VkAccelerationStructureBuildGeometryInfoKHR);
+    const VkAccelerationStructureBuildRangeInfoKHR *ranges = NULL;
+    VkBuffer buffer = make_buffer(0, 64);
+    VkDeviceMemory memory = make_memory(1, 64);
+    CHECK(vk.BindBufferMemory(device, buffer, memory, 0));
+    CHECK(vk.MapMemory(device, memory, 0, 64, 0, (void **)&program.words));
+    CHECK(vk.CreateFence(device, &fence, NULL, &program.fence));
+    program.commands = make_command_buffer(make_pool());
+    CHECK(vk.BeginCommandBuffer(program.commands, &begin));
+    for (uint32_t i = 0; i < 2; i++) {
+        vk.CmdFillBuffer(program.commands, buffer, 8 * i, 4, 1);
+        vk.CmdUpdateBuffer(program.commands, buffer, 8 * i + 4, 4, &(uint32_t){1});
+        vk.CmdBuildAccelerationStructuresKHR(program.commands, 1, &info, &ranges);
+    }
+    vk.CmdFillBuffer(program.commands, buffer, 16, 4, 1);
+    CHECK(vk.EndCommandBuffer(program.commands));
+    return program;
+}
+
+static VkResult submit(const struct fault_program *program)
+{
+    const VkSubmitInfo info =
+        MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &program->commands);
+    return vk.QueueSubmit(queue, 1, &info, program->fence);
+}
+
+static void expect_words(const struct fault_program *program, const uint32_t words[5])
+{
+    assert_memory_equal(program->words, words, 5 * sizeof(*words));
+}
+
+DEVICE_TEST(test_planned_loss)
+{
+    driver.plan_fault(&(struct null_driver_fault){
+        .kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_BUILD, .number = 2, .skips_copies = true});
+    const struct fault_program program = make_fault_program();
+    CHECK(submit(&program));
+    expect_words(&program, (const uint32_t[]){1, 1, 1, 0, 0});
+    assert_int_equal(vk.DeviceWaitIdle(device), VK_ERROR_DEVICE_LOST);
+    driver.set_device_lost(false);
+    driver.plan_fault(&(struct null_driver_fault){.at = NULL_DRIVER_AT_SUBMIT, .number = 2});
+    CHECK(submit(&program));
+    assert_int_equal(submit(&program), VK_ERROR_DEVICE_LOST);
+    driver.set_device_lost(false);
+    driver.plan_fault(&(struct null_driver_fault){.at = NULL_DRIVER_AT_WAIT, .number = 2});
+    CHECK(vk.DeviceWaitIdle(device));
+    assert_int_equal(vk.WaitForFences(device, 1, &program.fence, VK_TRUE, 1), VK_ERROR_DEVICE_LOST);
+    driver.set_device_lost(false);
+}
+
+DEVICE_TEST(test_planned_hang)
+{
+    driver.plan_fault(
+        &(struct null_driver_fault){.kind = NULL_DRIVER_HANG, .at = NULL_DRIVER_AT_BUILD});
+    const struct fault_program program = make_fault_program();
+    CHECK(submit(&program));
+    expect_words(&program, (const uint32_t[]){1, 1, 0, 0, 0});
+    assert_int_equal(vk.WaitForFences(device, 1, &program.fence, VK_TRUE, 1), VK_TIMEOUT);
+    driver.end_hang();
+    CHECK(vk.WaitForFences(device, 1, &program.fence, VK_TRUE, UINT64_MAX));
+    CHECK(vk.DeviceWaitIdle(device));
+    expect_words(&program, (const uint32_t[]){1, 1, 1, 1, 1});
+}
+
+DEVICE_TEST(test_planned_crash)
+{
+    const struct {
+        int signal, expected;
+        bool in_thread;
+    } rows[] = {{0, SIGSEGV, false}, {0, SIGSEGV, true}, {SIGABRT, SIGABRT, true}};
+    for (size_t i = 0; i < COUNT_OF(rows); i++) {
+        driver.plan_fault(&(struct null_driver_fault){.kind = NULL_DRIVER_CRASH,
+                                                      .at = NULL_DRIVER_AT_BUILD,
+                                                      .signal = rows[i].signal,
+                                                      .in_thread = rows[i].in_thread});
+        const struct fault_program program = make_fault_program();
+        const pid_t child = fork();
+        if (child == 0) {
+            signal(SIGSEGV, SIG_DFL);
+            signal(SIGABRT, SIG_DFL);
+            setrlimit(RLIMIT_CORE, &(struct rlimit){0});
+            submit(&program);
+            _exit(0);
+        }
+        int status;
+        assert_int_equal(waitpid(child, &status, 0), child);
+        assert_true(WIFSIGNALED(status) && WTERMSIG(status) == rows[i].expected);
+    }
+    driver.plan_fault(NULL);
 }

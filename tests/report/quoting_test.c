@@ -45,6 +45,29 @@ TEST(test_escape_sequences)
         assert_string_equal(quote(cases[i].text, 100), cases[i].expected);
 }
 
+/* What a signal handler may use. */
+TEST(test_numbers_and_plain_text)
+{
+    char line[32];
+    struct text_buffer text;
+    text_begin(&text, line, sizeof(line));
+    text_append_plain(&text, "a");
+    text_append_decimal(&text, UINT64_MAX);
+    assert_string_equal(line, "a18446744073709551615");
+    text_begin(&text, line, sizeof(line));
+    text_append_hex(&text, 0);
+    text_append_hex(&text, 0x123456789abcdef0);
+    text_append_padded(&text, 7, 3);
+    text_append_padded(&text, 1234, 3);
+    assert_string_equal(line, "0x00x123456789abcdef00071234");
+    text_append_plain(&text, "12");
+    text_append_plain(&text, "3\xc3\xa9");
+    assert_string_equal(line, "0x00x123456789abcdef00071234...");
+    text_append_plain(&text, "no more");
+    text_append_count(&text, 1, "byte");
+    assert_int_equal(strlen(line), text.length);
+}
+
 TEST(test_cuts)
 {
     assert_string_equal(quote("abc", 3), "\"abc\"");
