@@ -23,16 +23,12 @@ static enum shader shader_of(const VkShaderModuleCreateInfo *info)
     return SHADER_NONE;
 }
 
-void init_CreateShaderModule(struct object *object, const VkShaderModuleCreateInfo *pCreateInfo)
+ON_CREATION(CreateShaderModule)
 {
     object->shader = shader_of(pCreateInfo);
 }
 
-VkResult null_CreateComputePipelines(VkDevice device, VkPipelineCache pipelineCache,
-                                     uint32_t createInfoCount,
-                                     const VkComputePipelineCreateInfo *pCreateInfos,
-                                     const VkAllocationCallbacks *pAllocator,
-                                     VkPipeline *pPipelines)
+COMMAND(CreateComputePipelines)
 {
     VkResult result = VK_SUCCESS;
     for (uint32_t i = 0; i < createInfoCount; i++) {
@@ -49,8 +45,7 @@ VkResult null_CreateComputePipelines(VkDevice device, VkPipelineCache pipelineCa
 
 /* ---- recording */
 
-void null_CmdBindPipeline(VkCommandBuffer commandBuffer, VkPipelineBindPoint pipelineBindPoint,
-                          VkPipeline pipeline)
+COMMAND(CmdBindPipeline)
 {
     struct object *commands = OBJECT(commandBuffer);
     const struct object *object = FIND(PIPELINE, pipeline);
@@ -59,9 +54,7 @@ void null_CmdBindPipeline(VkCommandBuffer commandBuffer, VkPipelineBindPoint pip
         commands->command_buffer.compute.shader = object != NULL ? object->shader : SHADER_NONE;
 }
 
-void null_CmdPushConstants(VkCommandBuffer commandBuffer, VkPipelineLayout layout,
-                           VkShaderStageFlags stageFlags, uint32_t offset, uint32_t size,
-                           const void *pValues)
+COMMAND(CmdPushConstants)
 {
     struct object *commands = OBJECT(commandBuffer);
     struct dispatch *compute = &commands->command_buffer.compute;
@@ -71,8 +64,7 @@ void null_CmdPushConstants(VkCommandBuffer commandBuffer, VkPipelineLayout layou
         memcpy(compute->constants + offset, pValues, size);
 }
 
-void null_CmdDispatch(VkCommandBuffer commandBuffer, uint32_t groupCountX, uint32_t groupCountY,
-                      uint32_t groupCountZ)
+COMMAND(CmdDispatch)
 {
     if (OBJECT(commandBuffer)->type != VK_OBJECT_TYPE_COMMAND_BUFFER)
         return;

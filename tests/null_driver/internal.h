@@ -287,7 +287,7 @@ void fault_keep(const VkSubmitInfo2 *info, const VkCommandBuffer *commands, VkFe
  * and extensions offered. It counts the call, and calls null_NAME unless the call is to fail. Of
  * null_NAME it makes a weak definition: creates or destroys an object without state, asks the newer
  * form of a query, fills its result with zeros, enumerates nothing, lets a deferred operation
- * start, or does nothing and succeeds. A definition in a file here replaces it.
+ * start, or does nothing and succeeds. COMMAND(NAME) in a file here replaces it.
  */
 
 enum entry {
@@ -301,10 +301,15 @@ enum entry {
 ENTRIES(ENTRY)
 #undef ENTRY
 
-/* What a command that creates one object does to it before the application has its handle. Nothing,
- * unless a file here defines it. */
-#define CREATION(name, info_type)                                                                  \
-    void init_##name(struct object *object, const info_type *pCreateInfo);
+/* Defines null_NAME: COMMAND(CreateDevice) { ... }. The parameters have their names of the
+ * registry.
+ */
+#define COMMAND(name) COMMAND_##name
+
+/* Defines what a command that creates one object does to it before the application has its handle:
+ * ON_CREATION(CreateFence) { ... }. The parameters are `object` and pCreateInfo. */
+#define ON_CREATION(name) ON_CREATION_##name
+#define CREATION(name) ON_CREATION(name);
 CREATIONS(CREATION)
 #undef CREATION
 

@@ -49,23 +49,21 @@ static void add(VkCommandBuffer handle, const struct transfer *transfer, const v
 
 /* ---- recording */
 
-VkResult null_BeginCommandBuffer(VkCommandBuffer commandBuffer,
-                                 const VkCommandBufferBeginInfo *pBeginInfo)
+COMMAND(BeginCommandBuffer)
 {
     if (OBJECT(commandBuffer)->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
         transfers_release(OBJECT(commandBuffer));
     return VK_SUCCESS;
 }
 
-VkResult null_ResetCommandBuffer(VkCommandBuffer commandBuffer, VkCommandBufferResetFlags flags)
+COMMAND(ResetCommandBuffer)
 {
     if (OBJECT(commandBuffer)->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
         transfers_release(OBJECT(commandBuffer));
     return VK_SUCCESS;
 }
 
-VkResult null_ResetCommandPool(VkDevice device, VkCommandPool commandPool,
-                               VkCommandPoolResetFlags flags)
+COMMAND(ResetCommandPool)
 {
     const struct object *pool = FIND(COMMAND_POOL, commandPool);
     for (struct object *child = pool != NULL ? pool->children : NULL; child != NULL;
@@ -74,8 +72,7 @@ VkResult null_ResetCommandPool(VkDevice device, VkCommandPool commandPool,
     return VK_SUCCESS;
 }
 
-void null_CmdCopyBuffer(VkCommandBuffer commandBuffer, VkBuffer srcBuffer, VkBuffer dstBuffer,
-                        uint32_t regionCount, const VkBufferCopy *pRegions)
+COMMAND(CmdCopyBuffer)
 {
     for (uint32_t i = 0; i < regionCount; i++)
         add(commandBuffer,
@@ -84,7 +81,7 @@ void null_CmdCopyBuffer(VkCommandBuffer commandBuffer, VkBuffer srcBuffer, VkBuf
             NULL);
 }
 
-void null_CmdCopyBuffer2(VkCommandBuffer commandBuffer, const VkCopyBufferInfo2 *pCopyBufferInfo)
+COMMAND(CmdCopyBuffer2)
 {
     for (uint32_t i = 0; i < pCopyBufferInfo->regionCount; i++) {
         const VkBufferCopy2 *region = &pCopyBufferInfo->pRegions[i];
@@ -97,16 +94,14 @@ void null_CmdCopyBuffer2(VkCommandBuffer commandBuffer, const VkCopyBufferInfo2 
     }
 }
 
-void null_CmdUpdateBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer, VkDeviceSize dstOffset,
-                          VkDeviceSize dataSize, const void *pData)
+COMMAND(CmdUpdateBuffer)
 {
     add(commandBuffer,
         &(struct transfer){.kind = UPDATE, .dst = dstBuffer, .region = {0, dstOffset, dataSize}},
         pData);
 }
 
-void null_CmdFillBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer, VkDeviceSize dstOffset,
-                        VkDeviceSize size, uint32_t data)
+COMMAND(CmdFillBuffer)
 {
     add(commandBuffer,
         &(struct transfer){
@@ -114,8 +109,7 @@ void null_CmdFillBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer, VkDev
         NULL);
 }
 
-void null_CmdExecuteCommands(VkCommandBuffer commandBuffer, uint32_t commandBufferCount,
-                             const VkCommandBuffer *pCommandBuffers)
+COMMAND(CmdExecuteCommands)
 {
     for (uint32_t i = 0; i < commandBufferCount; i++)
         add(commandBuffer, &(struct transfer){.kind = EXECUTE, .secondary = pCommandBuffers[i]},
@@ -269,9 +263,7 @@ static void free_command_buffers(uint32_t count, const VkCommandBuffer *buffers)
         object_destroy_dispatchable(buffers[i], VK_OBJECT_TYPE_COMMAND_BUFFER);
 }
 
-VkResult null_AllocateCommandBuffers(VkDevice device,
-                                     const VkCommandBufferAllocateInfo *pAllocateInfo,
-                                     VkCommandBuffer *pCommandBuffers)
+COMMAND(AllocateCommandBuffers)
 {
     struct object *pool = FIND(COMMAND_POOL, pAllocateInfo->commandPool);
     if (pool == NULL)
@@ -288,8 +280,7 @@ VkResult null_AllocateCommandBuffers(VkDevice device,
     return VK_SUCCESS;
 }
 
-void null_FreeCommandBuffers(VkDevice device, VkCommandPool commandPool,
-                             uint32_t commandBufferCount, const VkCommandBuffer *pCommandBuffers)
+COMMAND(FreeCommandBuffers)
 {
     free_command_buffers(commandBufferCount, pCommandBuffers);
 }
