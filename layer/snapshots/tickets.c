@@ -21,8 +21,10 @@ static VkResult wait_for_fence(struct ticket *ticket, uint64_t nanoseconds)
     const struct snapshots *snapshots = own->snapshots;
     if (!own->is_submitted)
         return VK_ERROR_DEVICE_LOST; /* the fence will never signal */
-    return snapshots->next.WaitForFences(snapshots->device->handle, 1, &own->fence, VK_TRUE,
-                                         nanoseconds);
+    bool is_lost = atomic_load(&snapshots->device_lost);
+    VkResult result = snapshots->next.WaitForFences(snapshots->device->handle, 1, &own->fence,
+                                                    VK_TRUE, is_lost ? 0 : nanoseconds);
+    return is_lost && result == VK_TIMEOUT ? VK_ERROR_DEVICE_LOST : result;
 }
 
 static void destroy_ticket(struct fence_ticket *own)
@@ -146,6 +148,7 @@ struct ticket *ticket_create(struct snapshots *snapshots, VkQueue queue)
         return NULL;
     atomic_init(&own->ticket.references, 1);
     own->queue = queue;
+    own->ticket.number = atomic_fetch_add(&snapshots->ticket_count, 1) + 1;
     return &own->ticket;
 }
 

@@ -131,6 +131,8 @@ def layer_settings(arguments, records, environment):
                                   ("debug_action", "default", with_log)):
         given = environment.get(PREFIX + key.upper(), default)
         settings[key] = correct(settings.get(key, given))
+    if PREFIX + "CRASH_REPORT" not in environment:
+        settings.setdefault("crash_report", "true")
     if arguments.baseline or arguments.write_baseline:
         # Otherwise known findings would use up the limit, and new ones of the same id be held back.
         settings.setdefault("enable_message_limit", "false")

@@ -28,6 +28,7 @@ struct reporter {
     bool has_begun; /* the log is open and has its header */
     /* How many messages of the layer about itself may still be sent. */
     _Atomic uint32_t warnings_left, unsupported_left;
+    atomic_bool only_logs; /* the process crashes */
 };
 
 enum { LINE_SIZE = 1024 };
@@ -87,7 +88,9 @@ static void warn_of_log(struct reporter *reporter, int error)
 /* Sets `delivered` if a messenger got the message. Returns true to skip the call. */
 static bool deliver(struct reporter *reporter, const struct message *message, bool *delivered)
 {
-    bool skip = messengers_call(&reporter->messengers, message, delivered);
+    *delivered = false;
+    bool skip = !atomic_load(&reporter->only_logs) &&
+                messengers_call(&reporter->messengers, message, delivered);
     if (is_logged(reporter, *delivered))
         warn_of_log(reporter, log_message(&reporter->log, message, &reporter->settings));
     if (reporter->settings.debug_action & DEBUG_ACTION_BREAK && message->severity == REPORT_ERROR)
@@ -173,6 +176,40 @@ void reporter_report_unsupported(struct reporter *reporter, const char *line)
     send_line(reporter, &reporter->unsupported_left, REPORT_ERROR, line);
 }
 
+static uint32_t allowed(const struct settings *settings, enum report_flag severity)
+{
+    uint32_t limit = settings->duplicate_message_limit;
+    if (settings->debug_action & DEBUG_ACTION_IGNORE || !(settings->report_flags & severity))
+        return 0;
+    return limit ? limit : NO_LIMIT;
+}
+
+bool reporter_has_warnings(const struct reporter *reporter)
+{
+    return allowed(&reporter->settings, REPORT_WARNING) != 0;
+}
+
+void reporter_report_event(struct reporter *reporter, const char *id, const char *text)
+{
+    struct message message;
+    bool delivered;
+    if (!reporter_has_warnings(reporter))
+        return;
+    message_of_event(&message, REPORT_WARNING, id, text);
+    deliver(reporter, &message, &delivered);
+}
+
+int reporter_log_descriptor(const struct reporter *reporter, bool *is_json)
+{
+    *is_json = reporter->log.json;
+    return reporter->log.is_active ? fileno(reporter->log.file) : -1;
+}
+
+void reporter_silence_callbacks(struct reporter *reporter)
+{
+    atomic_store(&reporter->only_logs, true);
+}
+
 static bool is_informing(const struct reporter *reporter)
 {
     const struct settings *settings = &reporter->settings;
@@ -245,14 +282,6 @@ static void keep_line(void *context, const char *line)
         kept->count++;
 }
 
-static uint32_t allowed(const struct settings *settings, enum report_flag severity)
-{
-    uint32_t limit = settings->duplicate_message_limit;
-    if (settings->debug_action & DEBUG_ACTION_IGNORE || !(settings->report_flags & severity))
-        return 0;
-    return limit ? limit : NO_LIMIT;
-}
-
 static void allow_messages(struct reporter *reporter)
 {
     const struct settings *settings = &reporter->settings;
@@ -316,6 +345,23 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
     }
     *out = reporter;
     return VK_SUCCESS;
+}
+
+struct reporter *reporter_create_silent(const struct reporter *of)
+{
+    struct reporter *reporter = calloc(1, sizeof(*reporter));
+    if (!reporter)
+        return NULL;
+    messengers_init(&reporter->messengers);
+    duplicates_init(&reporter->duplicates);
+    unchecked_init(&reporter->unchecked);
+    reporter->settings = of->settings;
+    settings_disown(&reporter->settings);
+    reporter->settings.report_flags = 0;
+    reporter->settings.debug_action = DEBUG_ACTION_IGNORE;
+    reporter->settings.log_format = LOG_FORMAT_TEXT;
+    allow_messages(reporter);
+    return reporter;
 }
 
 void reporter_destroy(struct reporter *reporter)

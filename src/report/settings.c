@@ -97,54 +97,34 @@ static const struct choice booleans[] = {
 
 /* ---- keys: each function may modify `value`, and returns false if the value is invalid */
 
-static bool load_level(const struct loader *loader, char *value)
-{
-    uint32_t level;
-    if (!value_read_choice(levels, value, &level))
-        return false;
-    loader->settings->level = (enum level)level;
-    return true;
-}
+/* load_MEMBER for a member that is one of some choices. */
+#define DEFINE_LOAD_CHOICE(member, choices)                                                        \
+    static bool load_##member(const struct loader *loader, char *value)                            \
+    {                                                                                              \
+        uint32_t chosen;                                                                           \
+        if (!value_read_choice(choices, value, &chosen))                                           \
+            return false;                                                                          \
+        loader->settings->member = (__typeof__(loader->settings->member))chosen;                   \
+        return true;                                                                               \
+    }
 
-static bool load_backend(const struct loader *loader, char *value)
-{
-    uint32_t backend;
-    if (!value_read_choice(backends, value, &backend))
-        return false;
-    loader->settings->backend = (enum backend)backend;
-    return true;
-}
+DEFINE_LOAD_CHOICE(level, levels)
+DEFINE_LOAD_CHOICE(backend, backends)
+DEFINE_LOAD_CHOICE(content_when_full, when_full)
+DEFINE_LOAD_CHOICE(vuid_names, vuid_names)
+DEFINE_LOAD_CHOICE(spec_text, spec_texts)
+DEFINE_LOAD_CHOICE(log_format, log_formats)
+DEFINE_LOAD_CHOICE(record_builds, booleans)
+DEFINE_LOAD_CHOICE(crash_report, booleans)
 
 static bool load_content_budget_mib(const struct loader *loader, char *value)
 {
     return value_read_number(value, &loader->settings->content_budget_mib);
 }
 
-static bool load_content_when_full(const struct loader *loader, char *value)
+static bool load_hang_seconds(const struct loader *loader, char *value)
 {
-    uint32_t when;
-    if (!value_read_choice(when_full, value, &when))
-        return false;
-    loader->settings->content_when_full = (enum content_when_full)when;
-    return true;
-}
-
-static bool load_vuid_names(const struct loader *loader, char *value)
-{
-    uint32_t names;
-    if (!value_read_choice(vuid_names, value, &names))
-        return false;
-    loader->settings->vuid_names = (enum vuid_names)names;
-    return true;
-}
-
-static bool load_spec_text(const struct loader *loader, char *value)
-{
-    uint32_t spec_text;
-    if (!value_read_choice(spec_texts, value, &spec_text))
-        return false;
-    loader->settings->spec_text = (enum spec_text)spec_text;
-    return true;
+    return value_read_number(value, &loader->settings->hang_seconds);
 }
 
 static bool load_report_flags(const struct loader *loader, char *value)
@@ -212,24 +192,6 @@ static bool load_message_id_filter(const struct loader *loader, char *value)
     return true;
 }
 
-static bool load_log_format(const struct loader *loader, char *value)
-{
-    uint32_t format;
-    if (!value_read_choice(log_formats, value, &format))
-        return false;
-    loader->settings->log_format = (enum log_format)format;
-    return true;
-}
-
-static bool load_record_builds(const struct loader *loader, char *value)
-{
-    uint32_t enabled;
-    if (!value_read_choice(booleans, value, &enabled))
-        return false;
-    loader->settings->record_builds = enabled;
-    return true;
-}
-
 static const struct key {
     const char *name;
     bool (*load)(const struct loader *loader, char *value); /* NULL: log_filename */
@@ -249,6 +211,8 @@ static const struct key {
     {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
     {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
+    {"hang_seconds", load_hang_seconds, "a number of seconds; 0 is off", "10"},
+    {"crash_report", load_crash_report, "true or false", "false"},
     {"compare_rays", load_compare_rays, "a number up to 1000000; 0 is off", "0"},
 };
 
@@ -332,6 +296,7 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
         .spec_text = SPEC_TEXT_FULL,
         .content_budget_mib = 256,
         .content_when_full = CONTENT_WAIT,
+        .hang_seconds = 10,
         .report_flags = REPORT_ERROR | REPORT_WARNING,
         .debug_action = DEBUG_ACTION_DEFAULT,
         .duplicate_message_limit = 10,
@@ -369,6 +334,11 @@ void settings_release(struct settings *settings)
     free(settings->log_filename);
     free(settings->changes);
     narrow_filters_free(settings->narrow_filters);
+    settings_disown(settings);
+}
+
+void settings_disown(struct settings *settings)
+{
     settings->narrow_filters = NULL;
     settings->log_filename = settings->changes = NULL;
     settings->values = NULL;

@@ -66,6 +66,8 @@ struct settings {
     enum spec_text spec_text;
     uint32_t content_budget_mib; /* MiB for copies of builds' inputs; backend driver */
     enum content_when_full content_when_full;
+    uint32_t hang_seconds; /* without progress, before a wait reports; level content; 0: never */
+    bool crash_report;     /* report when the process gets a signal that ends it */
     uint32_t report_flags; /* enum report_flag */
     uint32_t debug_action; /* enum debug_action */
     char *log_filename;    /* NULL: stderr; owned */
@@ -89,6 +91,8 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
                        void (*warn)(void *context, const char *line), void *context,
                        struct settings *settings);
 void settings_release(struct settings *settings);
+/* Clears the members that refer to memory, for a copy of settings that another owns. */
+void settings_disown(struct settings *settings);
 
 /* Calls `each` for every setting, with its value as text. */
 void settings_each(const struct settings *settings,

@@ -62,6 +62,12 @@ class Environment(Runs):
             self.assertEqual(self.make("--set", f"debug_action={given}")[key], made)
         self.assertEqual(self.make()[key], "default")
 
+    def test_crashes_are_reported(self):
+        key = "VK_ASSAY_VALIDATION_CRASH_REPORT"
+        self.assertEqual(self.make()[key], "true")
+        self.assertEqual(self.make("--set", "crash_report=false")[key], "false")
+        self.assertEqual(self.make(**{key: "false"})[key], "false")
+
     def test_known_findings_use_up_no_limit(self):
         key = "VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT"
         self.assertNotIn(key, self.make())

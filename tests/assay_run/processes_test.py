@@ -68,6 +68,15 @@ class Signals(Runs):
             self.assertIn(VUID, result.err)
             self.assertIn(f"ended by {number.name}", result.err)
 
+    def test_crash_report(self):
+        result = self.run_script("load(); find(); find('ASSAY-crash', Severity='Warning', "
+                                 "MainMessage='It received SIGSEGV:\\n1. build of x'); "
+                                 f"os.kill(os.getpid(), {int(signal.SIGSEGV)})")
+        self.assertEqual(result.status, -signal.SIGSEGV)
+        self.assertIn(VUID, result.err)
+        self.assertIn("1 warning", result.err)
+        self.assertIn("warning: It received SIGSEGV:\nassay-run:   1. build of x\n", result.err)
+
     def start(self, script):
         process = subprocess.Popen(
             [sys.executable, "-B", ASSAY_RUN, "--", sys.executable, "-B", "-c", LAYER + script],

@@ -56,6 +56,8 @@ void assert_default_settings(const struct settings *settings)
     assert_false(settings->record_builds);
     assert_null(settings->narrow_filters);
     assert_int_equal(settings->compare_rays, 0);
+    assert_int_equal(settings->hang_seconds, 10);
+    assert_false(settings->crash_report);
     assert_int_equal(settings->content_budget_mib, 256);
     assert_int_equal(settings->content_when_full, CONTENT_WAIT);
     assert_int_equal(settings_muted(settings), 0);

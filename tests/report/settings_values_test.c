@@ -31,6 +31,8 @@ static void test_values_that_are_not_understood(void **state)
         {"duplicate_message_limit", "99999999999999999999999", "a number", "10"},
         {"duplicate_message_limit", "3x", "a number", "10"},
         {"enable_message_limit", "perhaps", "true or false", "true"},
+        {"hang_seconds", "-1", "a number of seconds", "10"},
+        {"crash_report", "perhaps", "true or false", "false"},
     };
     for (size_t i = 0; i < LENGTH(cases); i++) {
         char line[256], key[128];

@@ -18,6 +18,7 @@ struct replay {
     struct build_undo *undo;               /* records the previous states; or NULL */
     struct timestamp now;                  /* when the batch executes */
     const struct execution_clock *follows; /* what certainly executes before the batch */
+    uint64_t destroy_count;                /* resources_destroy_count() at the submission */
     bool predecessors_known;   /* all work that executes before the batch has been replayed */
     bool never_is_certain;     /* only commands in journals build structures on this device */
     bool unordered;            /* the commands of the batch are unordered among themselves */

@@ -191,6 +191,8 @@ static void write_origin(struct json *json, const struct message *message)
         json_hex(json, "queue", (uint64_t)(uintptr_t)origin->queue);
     if (origin->queue && origin->submission)
         json_number(json, "submission", origin->submission);
+    if (origin->when)
+        json_text(json, "when", origin->when);
     if (origin->command_buffer && message->location.subject != SUBJECT_CALL)
         json_number(json, "build", (uint64_t)origin->build_index + message->location.build);
 }
