@@ -9,6 +9,7 @@
 #include <pthread.h>
 #include <stdlib.h>
 
+#include "layer/execution/build_records.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/layer.h"
@@ -144,6 +145,13 @@ static bool found(void *user, const struct journal *journal, uint32_t first_buil
     return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
 }
 
+static void record_compacted_size(void *user, uint64_t structure, VkDeviceSize size)
+{
+    const struct batch *batch = user;
+    build_records_add_size(batch->submissions->device,
+                           (VkAccelerationStructureKHR)(uintptr_t)structure, size);
+}
+
 static struct replay replay_of(struct batch *batch, const struct batch_run *run)
 {
     struct submissions *submissions = batch->submissions;
@@ -159,6 +167,7 @@ static struct replay replay_of(struct batch *batch, const struct batch_run *run)
         .never_is_certain = !submissions->device->facts.has_other_builders,
         .unordered = run->work != WORK_OF_QUEUE,
         .found = found,
+        .compacted = submissions->device->records_builds ? record_compacted_size : NULL,
         .user = batch,
     };
 }
@@ -296,6 +305,8 @@ static void run_batch(void *user, const struct batch_run *run)
     build_undo_forget(&submissions->undo);
     if (!is_done && !submissions->order_unknown)
         replay_batch(submissions, run, NULL);
+    if (!submissions->order_unknown && submissions->device->records_builds)
+        build_records_add_batch(submissions->device, run);
     submitted_builds_run(submissions->device->submitted_builds, run);
     if (submissions->device->snapshots)
         snapshots_run(submissions->device->snapshots, run);

@@ -11,6 +11,7 @@
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
 #include "layer/execution/submitted_builds.h"
+#include "layer/intercepts/build_notes.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
@@ -29,10 +30,13 @@ VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info
     return NULL;
 }
 
-static void select_rules(struct layer_device *device)
+static void apply_settings(struct layer_device *device)
 {
     const struct settings *settings = reporter_settings(device->instance->reporter);
     device->level = settings->level;
+    device->records_builds = settings->record_builds;
+    if (device->level >= LEVEL_EXECUTION)
+        device->build_recorder = build_notes_recorder(device);
     for (int command = 0; command < COMMAND_COUNT; command++)
         check_select((enum build_command)command, settings->level, settings->muted,
                      device->active_rules[command]);
@@ -181,7 +185,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     VkResult result = layer_collect_device_facts(device, create_info);
     if (result != VK_SUCCESS)
         return result;
-    select_rules(device);
+    apply_settings(device);
     if (device->instance->backend == BACKEND_CPU)
         result = cpu_overlay_create(device, create_info);
     if (result == VK_SUCCESS)

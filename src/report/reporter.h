@@ -79,6 +79,10 @@ void reporter_add_unchecked(struct reporter *reporter, const char *what, uint32_
 void reporter_add_device(struct reporter *reporter, VkDevice device, const char *name,
                          const VkPhysicalDeviceDriverProperties *driver);
 
+/* Logs a record of setting record_builds. */
+struct log_record;
+void reporter_record(struct reporter *reporter, const struct log_record *record);
+
 /* If report_flags has REPORT_INFO, these send one line with severity information: about the layer,
  * when an instance is created, and about its findings, at its end. */
 void reporter_announce(struct reporter *reporter, const char *version);

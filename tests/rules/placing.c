@@ -16,45 +16,22 @@ VkDeviceSize place_size(const struct scene *scene, uint32_t build)
     return scene_sizes(scene, build).accelerationStructureSize;
 }
 
-VkDeviceSize place_behind(VkDeviceSize size)
+static VkDeviceSize offset_of(VkDeviceSize size, VkDeviceSize alignment, enum place place)
 {
-    return (size + ACCEL_ALIGNMENT - 1) / ACCEL_ALIGNMENT * ACCEL_ALIGNMENT;
-}
-
-VkDeviceSize place_within(VkDeviceSize size)
-{
-    return (size - 1) / ACCEL_ALIGNMENT * ACCEL_ALIGNMENT;
-}
-
-static VkDeviceSize scratch_alignment(const struct scene *scene)
-{
-    return scene->fixture->limits.minAccelerationStructureScratchOffsetAlignment;
-}
-
-VkDeviceSize place_scratch_behind(const struct scene *scene, VkDeviceSize size)
-{
-    const VkDeviceSize alignment = scratch_alignment(scene);
-    return (size + alignment - 1) / alignment * alignment;
-}
-
-VkDeviceSize place_scratch_within(const struct scene *scene, VkDeviceSize size)
-{
-    const VkDeviceSize alignment = scratch_alignment(scene);
-    return (size - 1) / alignment * alignment;
+    if (place == AT_BEGINNING)
+        return 0;
+    return (place == WITHIN ? size - 1 : size + alignment - 1) / alignment * alignment;
 }
 
 VkDeviceSize place_offset(VkDeviceSize size, enum place place)
 {
-    if (place == AT_BEGINNING)
-        return 0;
-    return place == WITHIN ? place_within(size) : place_behind(size);
+    return offset_of(size, ACCEL_ALIGNMENT, place);
 }
 
 VkDeviceSize place_scratch_offset(const struct scene *scene, VkDeviceSize size, enum place place)
 {
-    if (place == AT_BEGINNING)
-        return 0;
-    return place == WITHIN ? place_scratch_within(scene, size) : place_scratch_behind(scene, size);
+    return offset_of(size, scene->fixture->limits.minAccelerationStructureScratchOffsetAlignment,
+                     place);
 }
 
 static VkAccelerationStructureKHR place(struct scene *scene, uint32_t build,
@@ -118,14 +95,11 @@ static struct test_memory allocate(struct scene *scene, VkMemoryPropertyFlags wi
                                    VkMemoryPropertyFlags without, uint32_t device_mask)
 {
     const VkPhysicalDeviceMemoryProperties *types = &scene->fixture->memory;
-    const VkMemoryAllocateFlagsInfo flags = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT | VK_MEMORY_ALLOCATE_DEVICE_MASK_BIT,
-        .deviceMask = device_mask,
-    };
-    VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                 .pNext = &flags,
-                                 .allocationSize = PLACE_SIZE};
+    const STRUCT(VkMemoryAllocateFlagsInfo, flags,
+                 .flags =
+                     VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT | VK_MEMORY_ALLOCATE_DEVICE_MASK_BIT,
+                 .deviceMask = device_mask);
+    STRUCT(VkMemoryAllocateInfo, info, .pNext = &flags, .allocationSize = PLACE_SIZE);
     struct test_memory memory = {.size = PLACE_SIZE};
     while (info.memoryTypeIndex < types->memoryTypeCount &&
            ((types->memoryTypes[info.memoryTypeIndex].propertyFlags & with) != with ||
@@ -167,11 +141,9 @@ SCENE_DESTROYS(destroy_accel, DestroyAccelerationStructureKHR, VkAccelerationStr
 VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t build)
 {
     const struct test_buffer buffer = place_buffer(scene);
-    const VkAccelerationStructureCreateInfo2KHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_2_KHR,
-        .addressRange = {.address = buffer.address, .size = place_size(scene, build)},
-        .type = scene->infos[build].type,
-    };
+    const STRUCT(VkAccelerationStructureCreateInfo2KHR, info,
+                 .addressRange = {.address = buffer.address, .size = place_size(scene, build)},
+                 .type = scene->infos[build].type);
     VkAccelerationStructureKHR accel;
     expect_success(
         scene->vk->CreateAccelerationStructure2KHR(scene->fixture->device, &info, NULL, &accel),

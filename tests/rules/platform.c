@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Opening the loader and pointing it to the layer and one driver. */
 #include "platform.h"
+#include "tests/fixture/make.h"
 
 #include <dlfcn.h>
 #include <glob.h>
@@ -35,7 +36,7 @@ static const char *lavapipe_find(void)
 static void hold_driver(const struct platform *platform)
 {
     static VkInstance instance;
-    const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO};
+    const STRUCT(VkInstanceCreateInfo, info);
     const PFN_vkCreateInstance create =
         (PFN_vkCreateInstance)platform->get_instance_proc_addr(NULL, "vkCreateInstance");
     if (create != NULL)

@@ -31,6 +31,8 @@ struct replay {
      * calls it. */
     bool (*found)(void *user, const struct journal *journal, uint32_t first_build, enum rule rule,
                   const struct location *location, const struct finding *finding);
+    /* Receives each compacted size that the host reads, with the structure's handle; or NULL. */
+    void (*compacted)(void *user, uint64_t structure, VkDeviceSize size);
     void *user;
 };
 
