@@ -74,6 +74,8 @@ struct layer_device {
     struct device_facts facts;
     enum level level;
     bool active_rules[COMMAND_COUNT][RULE_COUNT];
+    bool records_builds;                         /* setting record_builds */
+    const struct build_recorder *build_recorder; /* for journals; NULL below level EXECUTION */
     VkPhysicalDeviceMemoryProperties memory;
     uint32_t physical_device_count; /* number in the device's group */
     VkQueueFamilyProperties *queue_families;
@@ -150,6 +152,19 @@ bool layer_other_device_has_operation(const struct layer_device *device,
                                       VkDeferredOperationKHR handle);
 bool layer_other_device_has(const struct layer_device *device, enum resource_kind kind,
                             uint64_t handle);
+
+/* Replace an instance or device of the parent process in the child of a fork
+ * (layer/lifecycle/forks.c). Read nothing but what never changes. Return NULL if memory runs out.
+ */
+struct layer_instance *layer_replace_instance(const struct layer_instance *old);
+struct layer_device *layer_replace_device(const struct layer_device *old,
+                                          struct layer_instance *instance);
+
+/* Allocates a device and what it needs at each level; and frees a device that is not published. */
+struct layer_device *layer_allocate_device(void);
+void layer_free_device(struct layer_device *device);
+VkResult layer_track_submissions(struct layer_device *device);
+void layer_register_consumers(struct layer_device *device);
 
 /* The loader's link information in a creation chain. Returns NULL if the chain lacks it. */
 VkLayerInstanceCreateInfo *layer_instance_link(const VkInstanceCreateInfo *create_info);

@@ -121,7 +121,8 @@ static struct submit_call begin(struct layer_device *device, VkQueue queue)
     call.number = queue_labels_submit(device->queue_labels, queue, &labels);
     call.labels = shared_labels_share(labels);
     call.submission = submission_begin(device->order, SUBMIT_COMMANDS, queue);
-    submission_set_origin(call.submission, call.number, labels);
+    submission_set_origin(call.submission, call.number, labels,
+                          resources_destroy_count(device->resources));
     return call;
 }
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "src/bvh/bvh.h"
+#include "src/bvh/determinant.h"
 
 /* Knuth's two-sum (Shewchuk, theorem 7): sum + error = a + b exactly. */
 static inline double two_sum(double a, double b, double *error)
@@ -175,27 +176,6 @@ double transform_determinant(const VkTransformMatrixKHR *transform)
 {
     double terms[12];
     return expansion_estimate(determinant(transform, terms), terms);
-}
-
-/* The largest rounding error of determinant_estimate(), as a share of the sum of its terms'
- * magnitudes. The products of two floats are exact. Each term is then rounded at most four times,
- * by 2^-53 each; the bound leaves room for the rounding of the sum of magnitudes. */
-#define ESTIMATE_ERROR 1e-15
-
-/* Returns the sign of the determinant, or 0 if rounding errors could have changed it, or if an
- * element is not finite. */
-static int determinant_estimate(const VkTransformMatrixKHR *transform)
-{
-    const float *x = transform->matrix[0], *y = transform->matrix[1], *z = transform->matrix[2];
-    double sum = 0, magnitude = 0;
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        double first = (double)y[j] * z[k], second = (double)y[k] * z[j];
-        sum += x[i] * (first - second);
-        magnitude += fabs((double)x[i]) * (fabs(first) + fabs(second));
-    }
-    double error = magnitude * ESTIMATE_ERROR;
-    return (sum > error) - (sum < -error);
 }
 
 int builder_determinant_sign(const VkTransformMatrixKHR *transform)

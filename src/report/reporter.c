@@ -14,7 +14,8 @@
 #include "src/report/message.h"
 #include "src/report/message_filter.h"
 #include "src/report/messengers.h"
-#include "src/report/reported_lines.h"
+#include "src/report/settings/reported_lines.h"
+#include "src/report/settings_check.h"
 #include "src/report/summary.h"
 
 /* All members but the messengers and the counts are constant. */
@@ -122,7 +123,8 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
         if (message_is_muted(&message, reporter->settings.narrow_filters, vuid))
             return false;
     }
-    if (!duplicates_add(&reporter->duplicates, vuid, origin->device, &subject, &style))
+    const uint32_t shown = reported_vuid(vuid, &style, location, finding);
+    if (!duplicates_add(&reporter->duplicates, vuid, shown, origin->device, &subject, &style))
         return is_failed(reporter, vuid);
     message_of_finding(&message, vuid, location, origin, finding, &style);
     return deliver(reporter, &message, &delivered) || is_failed(reporter, vuid);
@@ -147,7 +149,7 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
         if (message_is_muted(&message, reporter->settings.narrow_filters, id))
             return;
     }
-    if (!duplicates_add(&reporter->duplicates, id, origin->device, &subject, &style))
+    if (!duplicates_add(&reporter->duplicates, id, id, origin->device, &subject, &style))
         return;
     message_of_difference(&message, difference, location, origin, finding, &style);
     deliver(reporter, &message, &delivered);
@@ -255,6 +257,11 @@ void reporter_add_device(struct reporter *reporter, VkDevice device, const char 
     warn_of_log(reporter, log_device(&reporter->log, device, name, driver));
 }
 
+void reporter_record(struct reporter *reporter, const struct log_record *record)
+{
+    warn_of_log(reporter, log_add(&reporter->log, record));
+}
+
 /* ---- creation */
 
 /* Warnings about the settings, kept until all settings are read and the log is open. */
@@ -321,6 +328,8 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
     if (result == VK_SUCCESS)
         result = settings_load(create_info, keep_line, &kept, &reporter->settings);
     if (result == VK_SUCCESS)
+        settings_check(&reporter->settings, keep_line, &kept);
+    if (result == VK_SUCCESS)
         result = log_open(&reporter->log, &reporter->settings, keep_line, &kept);
     if (result == VK_SUCCESS) {
         allow_messages(reporter);
@@ -336,6 +345,23 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
     }
     *out = reporter;
     return VK_SUCCESS;
+}
+
+struct reporter *reporter_create_silent(const struct reporter *of)
+{
+    struct reporter *reporter = calloc(1, sizeof(*reporter));
+    if (!reporter)
+        return NULL;
+    messengers_init(&reporter->messengers);
+    duplicates_init(&reporter->duplicates);
+    unchecked_init(&reporter->unchecked);
+    reporter->settings = of->settings;
+    settings_disown(&reporter->settings);
+    reporter->settings.report_flags = 0;
+    reporter->settings.debug_action = DEBUG_ACTION_IGNORE;
+    reporter->settings.log_format = LOG_FORMAT_TEXT;
+    allow_messages(reporter);
+    return reporter;
 }
 
 void reporter_destroy(struct reporter *reporter)

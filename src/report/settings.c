@@ -114,6 +114,7 @@ DEFINE_LOAD_CHOICE(content_when_full, when_full)
 DEFINE_LOAD_CHOICE(vuid_names, vuid_names)
 DEFINE_LOAD_CHOICE(spec_text, spec_texts)
 DEFINE_LOAD_CHOICE(log_format, log_formats)
+DEFINE_LOAD_CHOICE(record_builds, booleans)
 DEFINE_LOAD_CHOICE(crash_report, booleans)
 
 static bool load_content_budget_mib(const struct loader *loader, char *value)
@@ -177,9 +178,14 @@ static bool load_compare_rays(const struct loader *loader, char *value)
     return true;
 }
 
+/* Colons separate entries if there is no comma, as in all lists; but not in ID@PATTERN, whose
+ * pattern may have some. */
 static bool load_message_id_filter(const struct loader *loader, char *value)
 {
     struct settings *settings = loader->settings;
+    bool has_colons = !strchr(value, ',') && !strchr(value, '@');
+    for (char *colon = value; has_colons && (colon = strchr(colon, ':'));)
+        *colon = ',';
     message_filters_load(&(struct message_filters){settings->muted, settings->muted_differences,
                                                    &settings->narrow_filters},
                          value, loader->warn, loader->context);
@@ -201,6 +207,7 @@ static const struct key {
     {"debug_action", load_debug_action, "default, ignore, callback, log, break, fail", "default"},
     {"log_filename", NULL, "a file name", "stderr"},
     {"log_format", load_log_format, "text or json", "text"},
+    {"record_builds", load_record_builds, "true or false", "false"},
     {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
     {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
@@ -242,7 +249,7 @@ static VkResult load_filename(const struct loader *loader, const struct settings
                               const struct key *key)
 {
     char **filename = &loader->settings->log_filename;
-    VkResult result = settings_source_filename(source, key->name, filename);
+    VkResult result = settings_source_text(source, key->name, filename);
     if (result == VK_SUCCESS && *filename)
         note_value(loader, key, *filename);
     return result;
@@ -255,7 +262,9 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
         return load_filename(loader, source, key);
 
     char *value;
-    VkResult result = settings_source_list(source, key->name, &value);
+    VkResult result = key->load == load_message_id_filter
+                          ? settings_source_text(source, key->name, &value)
+                          : settings_source_list(source, key->name, &value);
     if (result != VK_SUCCESS || !value)
         return result;
     char *as_given = strdup(value);
@@ -266,36 +275,6 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
     free(as_given);
     free(value);
     return VK_SUCCESS;
-}
-
-/* Rays compare the driver's structures with structures built from the inputs that level content
- * reads. */
-static void check_compare_rays(const struct loader *loader)
-{
-    struct settings *settings = loader->settings;
-    if (!settings->compare_rays ||
-        (settings->level == LEVEL_CONTENT && settings->backend == BACKEND_DRIVER))
-        return;
-    settings->compare_rays = 0;
-    loader->warn(loader->context,
-                 "assay_validation.compare_rays needs level = content and backend = driver. No "
-                 "rays are compared.");
-}
-
-/* The file would look as if there were no messages. */
-static void check_log_filename(const struct loader *loader)
-{
-    const struct settings *settings = loader->settings;
-    if (!settings->log_filename ||
-        settings->debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT))
-        return;
-    char line[LINE_SIZE];
-    struct text_buffer text;
-    text_begin(&text, line, sizeof(line));
-    text_append(&text, "assay_validation.log_filename: nothing is written to ");
-    text_append_quoted(&text, settings->log_filename, VALUE_SHOWN);
-    text_append(&text, ", because debug_action has neither log nor default.");
-    loader->warn(loader->context, line);
 }
 
 static void warn_of_ignored(const struct loader *loader, const struct settings_source *source)
@@ -337,8 +316,6 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
     for (unsigned i = 0; i < KEY_COUNT && result == VK_SUCCESS; i++)
         result = load_key(&loader, &source, &keys[i]);
     if (result == VK_SUCCESS) {
-        check_compare_rays(&loader);
-        check_log_filename(&loader);
         warn_of_ignored(&loader, &source);
         if (settings->report_flags & REPORT_INFO && changes.length)
             settings->changes = strdup(changed);
@@ -357,6 +334,11 @@ void settings_release(struct settings *settings)
     free(settings->log_filename);
     free(settings->changes);
     narrow_filters_free(settings->narrow_filters);
+    settings_disown(settings);
+}
+
+void settings_disown(struct settings *settings)
+{
     settings->narrow_filters = NULL;
     settings->log_filename = settings->changes = NULL;
     settings->values = NULL;

@@ -11,7 +11,7 @@ import textwrap
 import time
 import unittest
 
-from runs import ASSAY_RUN, LAYER, VUID, Runs
+from runs import ASSAY_RUN, LAYER, VUID, Runs, main
 
 
 class Statuses(Runs):
@@ -215,4 +215,4 @@ class Folders(Runs):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    main()

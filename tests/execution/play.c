@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "levels.h"
 #include "machine.h"
 
 __attribute__((format(printf, 2, 3))) static void say(struct report *report, const char *format,

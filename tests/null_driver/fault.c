@@ -134,7 +134,7 @@ bool fault_before_copies(void)
 
 static void *copy_of(const void *items, size_t size)
 {
-    void *copy = malloc(size + 1);
+    void *copy = driver_allocate(NULL, size + 1);
     if (copy != NULL && size > 0)
         memcpy(copy, items, size);
     return copy;
@@ -142,7 +142,7 @@ static void *copy_of(const void *items, size_t size)
 
 void fault_keep(const VkSubmitInfo2 *info, const VkCommandBuffer *commands, VkFence fence)
 {
-    struct kept_submission *submission = calloc(1, sizeof(*submission));
+    struct kept_submission *submission = driver_allocate(NULL, sizeof(*submission));
     if (submission == NULL)
         return;
     *submission = (struct kept_submission){

@@ -157,6 +157,10 @@ struct object {
     };
 };
 
+/* As realloc(). The driver allocates by this alone, so that a test can have the layer's allocations
+ * fail, but not these. */
+void *driver_allocate(void *old, size_t size);
+
 /* Returns NULL when out of memory. release, if any, is called when the object goes, with the lock
  * of object.c held. */
 struct object *object_create(struct object *parent, VkObjectType type,

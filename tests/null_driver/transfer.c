@@ -32,8 +32,9 @@ static void add(VkCommandBuffer handle, const struct transfer *transfer, const v
 {
     struct object *commands = OBJECT(handle);
     const size_t size = data != NULL ? transfer->region.size : 0;
-    struct transfer *copy =
-        commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER ? malloc(sizeof(*copy) + size) : NULL;
+    struct transfer *copy = commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER
+                                ? driver_allocate(NULL, sizeof(*copy) + size)
+                                : NULL;
     if (copy == NULL)
         return;
     *copy = *transfer;

@@ -126,13 +126,17 @@ void fake_device_start(struct program *program)
 {
     static struct events *events; /* one for all devices */
     static struct queue_labels *queue_labels;
+    static struct resources *resources;
     program_start(program);
     memset(&device, 0, sizeof(device));
     if (events == NULL)
         assert_int_equal(events_create(&events), VK_SUCCESS);
     if (queue_labels == NULL)
         assert_int_equal(queue_labels_create(&queue_labels), VK_SUCCESS);
+    if (resources == NULL)
+        assert_int_equal(resources_create(&resources), VK_SUCCESS);
     device.events = events;
+    device.resources = resources;
     device.queue_labels = queue_labels;
     device.physical_device_count = 1;
     device.order = program->order;

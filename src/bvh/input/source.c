@@ -259,17 +259,15 @@ bool source_corners(const struct source *source, uint32_t primitive, uint64_t in
     return true;
 }
 
-/* An unusual index makes all triangles use few of many vertices; then they are read one by one. */
+/* If triangles use few of many vertices, it is faster to read the triangles. */
 enum { VERTICES_PER_TRIANGLE = 4 };
 
-bool source_triangles_are_active(const struct source *source)
+bool source_triangles_are_active(const struct source *source, uint32_t index_max)
 {
     const uint64_t corners = (uint64_t)source->count * 3;
     if (!corners)
         return true;
-    const uint64_t vertices =
-        source->indices ? (uint64_t)indices_max(source->indices, source->index_size, corners) + 1
-                        : corners;
+    const uint64_t vertices = source->indices ? (uint64_t)index_max + 1 : corners;
     if (vertices > source->index_limit)
         return false;
     if (!source->format->has_nan)

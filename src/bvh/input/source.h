@@ -75,9 +75,9 @@ struct source {
     bool is_pointer_array, has_motion;
 };
 
-/* Whether all triangles are certainly active. Looks at each index and vertex once, which is faster
- * than reading all triangles. */
-bool source_triangles_are_active(const struct source *source);
+/* Whether all triangles are certainly active. Looks at each vertex once, which is faster than
+ * reading all triangles. `index_max`: the largest index; ignored if there are no indices. */
+bool source_triangles_are_active(const struct source *source, uint32_t index_max);
 
 /* Opens a geometry. Its type must match the structure and its format must be supported. Returns
  * false if the range exceeds the data. */

@@ -26,8 +26,15 @@ struct content {
     const struct range_view *range; /* its build range is known */
     const struct input_memory *memory;
     const struct chained_input *chained; /* NULL: use the geometry's own chain */
-    struct geometry_inputs *retained; /* for later updates, see content_retain_count(); or NULL */
-    bool has_gaps;                    /* the data of some instance is unknown */
+    struct geometry_inputs *retained;    /* for later updates, see content_retain_count() */
+    struct content_indices {             /* of triangles; zeros: none, or not readable */
+        const uint8_t *bytes;
+        uint32_t size; /* of an index, in bytes */
+        uint32_t max;  /* the largest index */
+        uint64_t count;
+        struct kept_indices *same; /* those of the update's source, if they are equal */
+    } indices;
+    bool has_gaps; /* the data of some instance is unknown */
     bool active[RULE_COUNT];
 };
 

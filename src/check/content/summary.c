@@ -101,7 +101,8 @@ static uint64_t *find_inactive(const struct content *content)
         !describe(content, &described) || !content_open_source(content, &described, &source))
         return NULL;
     uint64_t *inactive = make_bits(count);
-    if (triangles_in(content->range->geometry->geometry) && source_triangles_are_active(&source))
+    if (triangles_in(content->range->geometry->geometry) &&
+        source_triangles_are_active(&source, content->indices.max))
         return inactive;
     for (uint32_t i = 0; inactive && i < count; i++) {
         enum source_state state = read_state(&source, i, described.type);
@@ -115,25 +116,14 @@ static uint64_t *find_inactive(const struct content *content)
     return inactive;
 }
 
-static void retain_indices(const struct content *content, struct geometry_inputs *retained)
+static void retain_indices(const struct content_indices *indices, struct geometry_inputs *retained)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        triangles_in(content->range->geometry->geometry);
-    uint32_t size = triangles ? index_type_size(triangles->indexType) : 0;
-    uint64_t count = (uint64_t)retained->primitive_count * 3;
-    const uint8_t *indices =
-        size ? content_find(content, triangles->indexData, content->range->range->primitiveOffset,
-                            count, size, size)
-             : NULL;
-    if (!indices || !count)
+    if (!indices->bytes || !indices->count)
         return;
-    const struct geometry_inputs *source =
-        build_inputs_of(content->walk->source_inputs, content->range->geometry->index);
-    struct kept_indices *kept = source ? source->indices : NULL;
-    bool is_same =
-        kept && kept->size == count * size && memcmp(kept->bytes, indices, kept->size) == 0;
     retained->indices =
-        is_same ? kept_indices_share(kept) : kept_indices_create(indices, count * size);
+        indices->same
+            ? kept_indices_share(indices->same)
+            : kept_indices_create(indices->bytes, indices->count * indices->size, indices->max);
 }
 
 /* Returns the retained inputs of the geometry, or NULL. Creates them for host builds; for device
@@ -167,7 +157,7 @@ void content_retain_inputs(const struct content *content)
     if (!content->retained)
         return;
     content->retained->inactive = find_inactive(content);
-    retain_indices(content, content->retained);
+    retain_indices(&content->indices, content->retained);
 }
 
 void content_retain_instance(const struct content *content, uint32_t index, uint64_t reference)

@@ -24,12 +24,13 @@ struct build_inputs *build_inputs_share(struct build_inputs *inputs)
     return inputs;
 }
 
-struct kept_indices *kept_indices_create(const void *bytes, uint64_t size)
+struct kept_indices *kept_indices_create(const void *bytes, uint64_t size, uint32_t max)
 {
     struct kept_indices *indices = malloc(sizeof(*indices) + size);
     if (!indices)
         return NULL;
     atomic_init(&indices->references, 1);
+    indices->max = max;
     indices->size = size;
     memcpy(indices->bytes, bytes, size);
     return indices;

@@ -16,6 +16,7 @@
 /* The indices of a geometry. An update with the same indices shares those of its source. */
 struct kept_indices {
     atomic_uint references;
+    uint32_t max;  /* the largest index */
     uint64_t size; /* in bytes */
     uint8_t bytes[];
 };
@@ -45,7 +46,7 @@ struct build_inputs *build_inputs_share(struct build_inputs *inputs); /* may be 
 void build_inputs_release(struct build_inputs *inputs);               /* may be NULL */
 
 /* Returns a copy with one reference, or NULL if there is no memory. */
-struct kept_indices *kept_indices_create(const void *bytes, uint64_t size);
+struct kept_indices *kept_indices_create(const void *bytes, uint64_t size, uint32_t max);
 struct kept_indices *kept_indices_share(struct kept_indices *indices);
 
 /* Called when the items are complete and will not change. */

@@ -10,7 +10,25 @@
 #include "tests/tools/fail.h"
 #include "tests/tools/measure.h"
 
-enum { WITHOUT, EXECUTION, CONTENT, SIDES, MOST_FRAMES = 1001 };
+enum { MOST_SIDES = 5, MOST_FRAMES = 1001 };
+
+static const VkBool32 on = VK_TRUE;
+static const char *const execution = "execution", *const content = "content";
+static const VkLayerSettingEXT at_execution = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT,
+                                               1, &execution},
+                               at_content = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT,
+                                             1, &content},
+                               gpu_assisted = {BENCH_PEER, "gpuav_enable",
+                                               VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1, &on};
+
+static const struct side_kind {
+    const char *name, *layer;
+    const VkLayerSettingEXT *setting;
+} side_kinds[MOST_SIDES] = {{"none", NULL, NULL},
+                            {"execution", GPU_LAYER, &at_execution},
+                            {"content", GPU_LAYER, &at_content},
+                            {"khronos", BENCH_PEER, NULL},
+                            {"khronos GPU-AV", BENCH_PEER, &gpu_assisted}};
 
 static const struct frame_kind kinds[] = {
     {"one small build", 1, 12, false, false},
@@ -25,8 +43,17 @@ static const struct frame_kind kinds[] = {
 struct options {
     const char *driver; /* NULL: the environment's */
     uint32_t frames;    /* 0: by the size of the scene */
-    int only;           /* profile: one side alone; -1: all */
+    const char *only;   /* a side; NULL: all */
     const char *scene;  /* part of a scene's name; NULL: all scenes */
+    const char *csv;    /* or NULL */
+    bool with_peer;
+};
+
+struct bench {
+    struct options options;
+    struct side sides[MOST_SIDES];
+    bool is_open[MOST_SIDES];
+    FILE *csv;
 };
 
 struct samples {
@@ -41,22 +68,13 @@ static uint32_t frames_of(const struct options *options, const struct frame_kind
     return primitives >= 1000000 ? 11 : primitives >= 100000 ? 31 : 201;
 }
 
-static void measure(const struct options *options, const struct frame_kind *kind,
-                    struct side sides[SIDES])
+static struct samples samples[MOST_SIDES];
+
+static void take_samples(struct frames *const frames[MOST_SIDES], uint32_t count)
 {
-    static struct samples samples[SIDES];
-    const uint32_t count = frames_of(options, kind);
-    struct frames *frames[SIDES] = {NULL};
-    for (int s = 0; s < SIDES; s++) {
-        if (options->only >= 0 && options->only != s)
-            continue;
-        frames[s] = frames_open(kind, &sides[s]);
-        for (int i = 0; i < 3; i++) /* what is made once */
-            frames_run(frames[s]);
-    }
     for (uint32_t i = 0; i < count; i++) {
-        for (uint32_t turn = 0; turn < SIDES; turn++) {
-            const uint32_t s = (i + turn) % SIDES;
+        for (uint32_t turn = 0; turn < MOST_SIDES; turn++) {
+            const uint32_t s = (i + turn) % MOST_SIDES;
             if (!frames[s])
                 continue;
             const struct frame_times times = frames_run(frames[s]);
@@ -64,13 +82,38 @@ static void measure(const struct options *options, const struct frame_kind *kind
             samples[s].cpu[i] = times.cpu / 1e6;
         }
     }
+}
+
+static void print(const struct bench *bench, const struct frame_kind *kind, uint32_t count)
+{
     printf("%-28s", kind->name);
-    for (int s = 0; s < SIDES; s++)
-        printf(" %9.3f / %9.3f", frames[s] ? quantile(samples[s].wall, count, 0.5) : 0.0,
-               frames[s] ? quantile(samples[s].cpu, count, 0.5) : 0.0);
+    for (int s = 0; s < MOST_SIDES; s++) {
+        if (!bench->is_open[s])
+            continue;
+        const double wall = quantile(samples[s].wall, count, 0.5);
+        const double cpu = quantile(samples[s].cpu, count, 0.5);
+        printf(" %9.3f / %8.3f", wall, cpu);
+        if (bench->csv)
+            fprintf(bench->csv, "\"%s\",%s,%.4f,%.4f\n", kind->name, side_kinds[s].name, wall, cpu);
+    }
     printf("\n");
     fflush(stdout);
-    for (int s = 0; s < SIDES; s++)
+}
+
+static void measure(struct bench *bench, const struct frame_kind *kind)
+{
+    const uint32_t count = frames_of(&bench->options, kind);
+    struct frames *frames[MOST_SIDES] = {NULL};
+    for (int s = 0; s < MOST_SIDES; s++) {
+        if (!bench->is_open[s])
+            continue;
+        frames[s] = frames_open(kind, &bench->sides[s]);
+        for (int i = 0; i < 3; i++) /* what is made once */
+            frames_run(frames[s]);
+    }
+    take_samples(frames, count);
+    print(bench, kind, count);
+    for (int s = 0; s < MOST_SIDES; s++)
         frames_close(frames[s]);
 }
 
@@ -81,31 +124,24 @@ static const char usage[] =
     "\n"
     "Measures frames that record one call of builds, submit it and wait: without the layer,\n"
     "at level execution and at level content, in turn. Prints medians in milliseconds: wall\n"
-    "time / CPU time of all threads of the process, for each of the three.\n"
+    "time / CPU time of all threads of the process.\n"
     "\n"
     "  --driver NAME    null or lavapipe (default: what the environment names)\n"
     "  --scene NAME     only scenes with this in their names\n"
     "  --frames N       of each scene (default: 11 to 201, by its size)\n"
-    "  --only SIDE      for a profiler: none, execution or content alone\n"
+    "  --peer           with VK_LAYER_KHRONOS_validation, too: as it is by default, and with\n"
+    "                   its GPU-assisted checks\n"
+    "  --only SIDE      for a profiler: none, execution, content, khronos or \"khronos GPU-AV\"\n"
+    "  --csv FILE       writes the figures there, too\n"
     "  --help           this text\n";
-
-static void read_side(const struct command_line *line, const char *value, void *member)
-{
-    static const char *const names[SIDES] = {"none", "execution", "content"};
-    for (int s = 0; s < SIDES; s++) {
-        if (strcmp(value, names[s]) == 0) {
-            *(int *)member = s;
-            return;
-        }
-    }
-    command_line_wrong(line, "unknown side", value);
-}
 
 static const struct command_line_option option_table[] = {
     {"driver", command_line_text, offsetof(struct options, driver), true},
     {"scene", command_line_text, offsetof(struct options, scene), true},
     {"frames", command_line_count, offsetof(struct options, frames), true},
-    {"only", read_side, offsetof(struct options, only), true},
+    {"only", command_line_text, offsetof(struct options, only), true},
+    {"peer", command_line_set, offsetof(struct options, with_peer), false},
+    {"csv", command_line_text, offsetof(struct options, csv), true},
 };
 
 /* The null driver's default limits are small. */
@@ -119,28 +155,58 @@ static void raise_limits(void)
     api.configure(&config);
 }
 
+static void open_sides(struct bench *bench)
+{
+    const struct options *options = &bench->options;
+    uint32_t count = 0;
+    for (int s = 0; s < MOST_SIDES; s++) {
+        const struct side_kind *kind = &side_kinds[s];
+        const bool is_peer = kind->layer && strcmp(kind->layer, BENCH_PEER) == 0;
+        bench->is_open[s] =
+            options->only ? strcmp(options->only, kind->name) == 0 : !is_peer || options->with_peer;
+        if (bench->is_open[s])
+            side_open_with(&bench->sides[s], kind->layer, kind->setting);
+        if (bench->is_open[s] && is_peer)
+            bench->sides[s].findings->is_open = false; /* ray queries are not enabled */
+        count += bench->is_open[s];
+    }
+    if (!count)
+        tool_fail("no side has the name %s", options->only);
+}
+
+static void print_heads(const struct bench *bench)
+{
+    printf("milliseconds: wall / CPU\n%-28s", "");
+    for (int s = 0; s < MOST_SIDES; s++)
+        if (bench->is_open[s])
+            printf(" %20s", side_kinds[s].name);
+    printf("\n");
+}
+
 int main(int argc, char **argv)
 {
-    static const char *const levels[SIDES] = {NULL, "execution", "content"};
     const struct command_line line = {"content", usage, option_table,
                                       sizeof(option_table) / sizeof(option_table[0])};
-    struct options options = {.only = -1};
-    struct side sides[SIDES];
-    command_line_read(&line, &options, argc, argv);
-    if (options.frames > MOST_FRAMES)
+    static struct bench bench;
+    const struct options *options = &bench.options;
+    command_line_read(&line, &bench.options, argc, argv);
+    if (options->frames > MOST_FRAMES)
         tool_fail("--frames is at most %d", MOST_FRAMES);
-    if (options.driver)
-        driver_select(options.driver);
-    if (options.driver && strcmp(options.driver, "null") == 0)
+    if (options->driver)
+        driver_select(options->driver);
+    if (options->driver && strcmp(options->driver, "null") == 0)
         raise_limits();
-    for (int s = 0; s < SIDES; s++)
-        side_open(&sides[s], levels[s] ? GPU_LAYER : NULL, levels[s]);
-    printf("%s: wall / CPU, ms\n%-28s %21s %21s %21s\n", sides[0].gpu.properties.deviceName, "",
-           "no layer", "execution", "content");
+    if (options->csv && !(bench.csv = fopen(options->csv, "w")))
+        tool_fail("cannot write %s", options->csv);
+    open_sides(&bench);
+    print_heads(&bench);
     for (size_t i = 0; i < sizeof(kinds) / sizeof(kinds[0]); i++)
-        if (!options.scene || strstr(kinds[i].name, options.scene))
-            measure(&options, &kinds[i], sides);
-    for (int s = 0; s < SIDES; s++)
-        side_close(&sides[s]);
+        if (!options->scene || strstr(kinds[i].name, options->scene))
+            measure(&bench, &kinds[i]);
+    for (int s = 0; s < MOST_SIDES; s++)
+        if (bench.is_open[s])
+            side_close(&bench.sides[s]);
+    if (bench.csv && fclose(bench.csv) != 0)
+        tool_fail("cannot write %s", options->csv);
     return 0;
 }
