@@ -359,9 +359,7 @@ static void read_execution(struct reading *reading, struct execution *execution,
 void input_checks_read(const struct ran_execution *ran, const char *when,
                        struct missed_executions *missed)
 {
-    struct ticket *ticket = ran->execution->ticket;
-    bool is_complete = ticket->wait(ticket, 0) == VK_SUCCESS;
-    if (!when && !is_complete)
+    if (!when && !ran->is_complete)
         when = "read after the device was lost";
     struct reading reading = {.ran = ran,
                               .when = when,
