@@ -7,6 +7,7 @@
 #include "layer/build_sizes.h"
 #include "layer/compare/comparer.h"
 #include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/marks.h"
 #include "src/check/content/executed.h"
 
 /* A finding to be reported later, because the execution is locked while its snapshots are read. */
