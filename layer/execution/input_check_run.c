@@ -7,6 +7,7 @@
 #include "layer/build_sizes.h"
 #include "layer/compare/comparer.h"
 #include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/marks.h"
 #include "src/check/content/executed.h"
 
 /* A finding to be reported later, because the execution is locked while its snapshots are read. */
@@ -359,9 +360,7 @@ static void read_execution(struct reading *reading, struct execution *execution,
 void input_checks_read(const struct ran_execution *ran, const char *when,
                        struct missed_executions *missed)
 {
-    struct ticket *ticket = ran->execution->ticket;
-    bool is_complete = ticket->wait(ticket, 0) == VK_SUCCESS;
-    if (!when && !is_complete)
+    if (!when && !ran->is_complete)
         when = "read after the device was lost";
     struct reading reading = {.ran = ran,
                               .when = when,

@@ -111,13 +111,6 @@ struct build_mark {
 };
 enum { MARK_REACHED, MARK_FINISHED, MARK_WORDS };
 
-enum mark_state {
-    MARK_IS_UNKNOWN, /* the call has no mark, or several executions at once write it */
-    MARK_IS_CLEAR,   /* the device has not executed the copies of the call's inputs */
-    MARK_HAS_COPIES, /* the copies are complete, and the host can read them */
-    MARK_HAS_BUILDS, /* the builds are complete, too */
-};
-
 /* The marks of a recording, in the order of the calls. */
 struct build_marks {
     struct build_mark *items;
@@ -224,17 +217,6 @@ void recording_keep_chunks(struct recording *recording);
 bool recording_open_gate(struct recording *recording);
 /* Whether the device may still execute the latest execution, if its ticket is not `next`. */
 bool recording_is_pending(struct recording *recording, const struct ticket *next);
-
-/* Adds a mark, which the recording then owns. Returns false without memory. */
-bool recording_add_mark(struct recording *recording, const struct build_mark *mark);
-/* Called before a submission: the marks are about that of `ticket` from now on. If the device may
- * still write them for another one (`is_pending`), they are about none. */
-void recording_clear_marks(struct recording *recording, const struct ticket *ticket,
-                           bool is_pending);
-/* How far the device has got with the call of a build, in the submission with this ticket; 0: in
- * the latest one. A signal handler may call this. */
-enum mark_state recording_mark_state(const struct recording *recording, uint32_t position,
-                                     uint64_t ticket);
 
 /* The execution made last, with a reference for the caller. Returns NULL if it no longer exists. */
 struct execution *recording_share_latest(struct recording *recording);

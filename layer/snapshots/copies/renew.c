@@ -4,6 +4,7 @@
 
 #include "layer/snapshots/copies/gather.h"
 #include "layer/snapshots/copies/orders.h"
+#include "layer/snapshots/marks.h"
 
 struct renewal {
     const struct layer_device *device;
