@@ -7,6 +7,7 @@
 #include "layer/build_sizes.h"
 #include "layer/compare/comparer.h"
 #include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/guard/results.h"
 #include "src/check/content/executed.h"
 
 /* A finding to be reported later, because the execution is locked while its snapshots are read. */
@@ -38,6 +39,7 @@ struct reading {
     uint32_t next_note, next_used, next_execution_point;
     struct read_call *open_calls;
     struct pending_finding *findings, **findings_last;
+    struct guard_results guarded;
     bool lacks_memory; /* some inputs could not be validated */
     bool lacks_copies; /* the device has not executed some copies */
 };
@@ -84,6 +86,9 @@ static void report_findings(struct reading *reading)
             .command_buffer = pending->journal->command_buffer,
             .build_index = pending->first,
             .labels = journal_labels_at(pending->journal, pending->first + pending->location.build),
+            .replaced =
+                guard_results_explain(&reading->guarded, pending->journal,
+                                      pending->first + pending->location.build, pending->rule),
         };
         reporter_send(device->instance->reporter, pending->rule, &pending->location, &origin,
                       &pending->finding);
@@ -272,6 +277,7 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
     executed.used_count = find_used(buffer, build, &executed.used);
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     executed_call_read(buffer->call->executed, &executed);
+    guard_results_add(&reading->guarded, buffer->journal, build, buffer->execution->bases);
     const struct executed_input input = {buffer->journal, entry, item, &executed.memory,
                                          buffer->execution->destroy_count};
     comparer_keep(reading->ran->device->comparer, &input);
@@ -349,6 +355,7 @@ void input_checks_read(const struct ran_execution *ran, struct missed_executions
         end_call(call);
     }
     report_findings(&reading);
+    guard_results_end(&reading.guarded, ran->device);
     if (reading.lacks_copies)
         warn_lack_of_copies(ran->device);
     missed->no_memory += reading.lacks_memory;

@@ -11,6 +11,7 @@
 
 #include "layer/execution/input_checks.h"
 #include "layer/layer.h"
+#include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/check/replay/replay.h"
 
@@ -222,8 +223,9 @@ static void *capture(void *user, VkCommandBuffer handle)
     struct submissions *submissions = user;
     struct command_buffer *command_buffer =
         command_buffers_find(submissions->device->command_buffers, handle);
-    return command_buffer && command_buffer->journal ? journal_share(command_buffer->journal)
-                                                     : NULL;
+    struct journal *journal = command_buffer ? command_buffer->journal : NULL;
+    guard_forget_limits(submissions->device, journal);
+    return journal ? journal_share(journal) : NULL;
 }
 
 static bool is_open(void *user, VkQueue queue, const void *captured)
@@ -255,7 +257,12 @@ static void release(void *user, void *captured)
 static bool check(void *user, const struct batch_run *run)
 {
     struct submissions *submissions = user;
-    return !submissions->order_unknown && replay_batch(submissions, run, &submissions->undo);
+    if (submissions->order_unknown)
+        return false;
+    bool skip = replay_batch(submissions, run, &submissions->undo);
+    if (!submissions->order_unknown)
+        guard_check(submissions->device, run);
+    return skip;
 }
 
 static void drop(void *user)
@@ -274,6 +281,7 @@ static void run_batch(void *user, const struct batch_run *run)
     build_undo_forget(&submissions->undo);
     if (!is_done && !submissions->order_unknown)
         replay_batch(submissions, run, NULL);
+    guard_run(submissions->device, run);
     if (submissions->device->snapshots)
         snapshots_run(submissions->device->snapshots, run);
     input_checks_end_batch(submissions->device->input_checks, run);

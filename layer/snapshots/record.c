@@ -7,6 +7,7 @@
 #include "layer/snapshots/copies/gates.h"
 #include "layer/snapshots/copies/orders.h"
 #include "layer/snapshots/copies/staging.h"
+#include "layer/snapshots/guard/copies.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
 
@@ -22,12 +23,21 @@ static void free_gate(void *user, const struct recording_gate *gate)
     gates_give_back(snapshots->gates, gate);
 }
 
-static struct recording *create_recording(struct snapshots *snapshots, bool executes_once)
+static void free_guarded(void *user, struct snapshot_chunk *guarded)
 {
-    const struct recording_memory memory = {free_chunk, free_gate, snapshots};
+    const struct snapshots *snapshots = user;
+    guard_free_copies(snapshots->guard, guarded);
+}
+
+static struct recording *create_recording(struct snapshots *snapshots,
+                                          const struct command_buffer *command_buffer)
+{
+    const struct recording_memory memory = {free_chunk, free_gate, free_guarded, snapshots};
     struct recording *recording = recording_create(&memory);
-    if (recording)
-        recording->executes_once = executes_once;
+    if (!recording)
+        return NULL;
+    recording->executes_once = command_buffer->executes_once;
+    recording->executes_at_once = command_buffer->executes_at_once;
     return recording;
 }
 
@@ -54,8 +64,7 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
         return false;
     struct journal *journal = recorder->command_buffer->journal;
     if (journal && !journal->work) {
-        journal->work =
-            create_recording(device->snapshots, recorder->command_buffer->executes_once);
+        journal->work = create_recording(device->snapshots, recorder->command_buffer);
         journal->release_work = release_work;
     }
     recorder->recording = journal ? journal->work : NULL;

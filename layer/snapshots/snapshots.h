@@ -16,6 +16,7 @@
 
 struct fence_ticket;
 struct gates;
+struct guard;
 struct own_shaders;
 struct snapshots_consumer;
 struct staging;
@@ -37,6 +38,7 @@ struct snapshots {
     PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
     struct staging *staging;
     struct gates *gates;
+    struct guard *guard; /* NULL unless guard = references */
     struct own_shaders *shaders;
     bool has_addresses;           /* bufferDeviceAddress is enabled */
     pthread_mutex_t buffers_lock; /* guards the next member */

@@ -8,6 +8,7 @@
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/renew.h"
 #include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/guard/follow.h"
 #include "layer/snapshots/recorder.h"
 #include "layer/snapshots/tickets.h"
 #include "src/base/array.h"
@@ -155,6 +156,7 @@ static struct submit begin(VkQueue queue)
 {
     struct snapshots *snapshots = snapshots_of(queue);
     snapshots_deliver(snapshots->device);
+    guard_follow(snapshots->device);
     return (struct submit){.snapshots = snapshots, .queue = queue};
 }
 

@@ -91,6 +91,12 @@ static const struct choice debug_actions[] = {
     {NULL, 0},
 };
 
+static const struct choice guards[] = {
+    {"off", GUARD_OFF},
+    {"references", GUARD_REFERENCES},
+    {NULL, 0},
+};
+
 static const struct choice booleans[] = {
     {"true", 1}, {"false", 0}, {"on", 1}, {"off", 0}, {"1", 1}, {"0", 0}, {NULL, 0},
 };
@@ -126,6 +132,15 @@ static bool load_content_when_full(const struct loader *loader, char *value)
     if (!value_read_choice(when_full, value, &when))
         return false;
     loader->settings->content_when_full = (enum content_when_full)when;
+    return true;
+}
+
+static bool load_guard(const struct loader *loader, char *value)
+{
+    uint32_t guard;
+    if (!value_read_choice(guards, value, &guard))
+        return false;
+    loader->settings->guard = (enum guard_setting)guard;
     return true;
 }
 
@@ -234,6 +249,7 @@ static const struct key {
     {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
     {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
+    {"guard", load_guard, "off or references", "off"},
     {"compare_rays", load_compare_rays, "a number up to 1000000; 0 is off", "0"},
 };
 
@@ -310,6 +326,19 @@ static void check_compare_rays(const struct loader *loader)
                  "rays are compared.");
 }
 
+/* Guarded builds need what level content records. */
+static void check_guard(const struct loader *loader)
+{
+    struct settings *settings = loader->settings;
+    if (settings->guard == GUARD_OFF ||
+        (settings->level == LEVEL_CONTENT && settings->backend == BACKEND_DRIVER))
+        return;
+    settings->guard = GUARD_OFF;
+    loader->warn(loader->context,
+                 "assay_validation.guard needs level = content and backend = driver. No builds are "
+                 "guarded.");
+}
+
 /* The file would look as if there were no messages. */
 static void check_log_filename(const struct loader *loader)
 {
@@ -365,6 +394,7 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
         result = load_key(&loader, &source, &keys[i]);
     if (result == VK_SUCCESS) {
         check_compare_rays(&loader);
+        check_guard(&loader);
         check_log_filename(&loader);
         warn_of_ignored(&loader, &source);
         if (settings->report_flags & REPORT_INFO && changes.length)

@@ -58,6 +58,8 @@ void recording_release(struct recording *recording)
     free_chunks(recording, recording->chunk_count);
     if (recording->gate.is_open)
         recording->memory.free_gate(recording->memory.user, &recording->gate);
+    if (recording->guarded)
+        recording->memory.free_guarded(recording->memory.user, recording->guarded);
     free(recording->chunks);
     free(recording->copy_blocks);
     pthread_mutex_destroy(&recording->lock);

@@ -105,6 +105,7 @@ struct recording_gate {
 struct recording_memory {
     void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
     void (*free_gate)(void *user, const struct recording_gate *gate);
+    void (*free_guarded)(void *user, struct snapshot_chunk *guarded);
     void *user;
 };
 
@@ -119,6 +120,10 @@ struct recording {
     bool executes_once; /* ONE_TIME_SUBMIT: the chunks are free after the execution */
     struct recording_memory memory;
     struct recording_gate gate; /* closed when chunks are given back */
+    /* Memory of the device that guarded builds read, as a list that the allocator links. It stays
+     * until the recording is released, because its builds read it whenever they execute. */
+    struct snapshot_chunk *guarded;
+    bool has_guards, executes_at_once; /* SIMULTANEOUS_USE */
     uint32_t secondary_count;
     bool has_gatherings;
     /* Builds whose inputs were not all copied: their number, and the first ones. */

@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-enum transfer_kind { COPY, UPDATE, FILL, DISPATCH, EXECUTE };
+enum transfer_kind { COPY, UPDATE, FILL, DISPATCH, INSTANCES, EXECUTE };
 
 struct transfer {
     struct transfer *next;
@@ -14,7 +14,7 @@ struct transfer {
     VkBufferCopy region;
     uint32_t word;             /* of FILL */
     VkCommandBuffer secondary; /* of EXECUTE */
-    unsigned char data[];      /* of UPDATE; of DISPATCH, a struct dispatch */
+    unsigned char data[];      /* of UPDATE; a struct dispatch, or struct instances */
 };
 
 void transfers_release(struct object *commands)
@@ -126,6 +126,12 @@ void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dis
     add(commands, &(struct transfer){.kind = DISPATCH, .region.size = sizeof(*dispatch)}, dispatch);
 }
 
+void transfers_add_instances(VkCommandBuffer commands, const struct instances *instances)
+{
+    add(commands, &(struct transfer){.kind = INSTANCES, .region.size = sizeof(*instances)},
+        instances);
+}
+
 /* ---- execution */
 
 static atomic_bool executes_nothing;
@@ -173,6 +179,13 @@ static void execute_dispatch(const struct transfer *transfer)
     dispatch_execute(&dispatch);
 }
 
+static void read_instances(const struct transfer *transfer)
+{
+    struct instances instances;
+    memcpy(&instances, transfer->data, sizeof(instances));
+    instances_read(&instances);
+}
+
 /* A command buffer that was destroyed, or reset, has nothing to do. */
 static void execute_one_level(VkCommandBuffer commands, bool primary)
 {
@@ -184,6 +197,8 @@ static void execute_one_level(VkCommandBuffer commands, bool primary)
             fill(at);
         else if (at->kind == DISPATCH)
             execute_dispatch(at);
+        else if (at->kind == INSTANCES)
+            read_instances(at);
         else if (at->kind != EXECUTE)
             copy(at);
         else if (primary)

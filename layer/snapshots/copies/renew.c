@@ -4,6 +4,7 @@
 
 #include "layer/snapshots/copies/gather.h"
 #include "layer/snapshots/copies/orders.h"
+#include "layer/snapshots/guard/orders.h"
 
 struct renewal {
     const struct layer_device *device;
@@ -29,8 +30,8 @@ static void renew_order(const struct renewal *renewal, struct copy_order *order)
 
 static void renew(const struct renewal *renewal, struct recording *recording)
 {
-    bool is_renewed =
-        recording_open_gate(recording) && !recording_is_pending(recording, renewal->next);
+    bool has_chunks = recording_open_gate(recording);
+    bool is_renewed = has_chunks && !recording_is_pending(recording, renewal->next);
     for (uint32_t i = 0; i < recording->copy_block_count && is_renewed; i++) {
         const struct copy_block *block = &recording->copy_blocks[i];
         for (uint32_t j = 0; block->orders.chunk < recording->chunk_count && j < block->used; j++)
@@ -38,6 +39,8 @@ static void renew(const struct renewal *renewal, struct recording *recording)
     }
     if (is_renewed)
         gather_renew_ranges(renewal->device, recording);
+    if (has_chunks)
+        guard_renew(renewal->device, recording, &renewal->seen, !is_renewed);
     for (const struct recorded_item *item = recording->first; item; item = item->next)
         if (item->kind == ITEM_EXECUTE)
             renew(renewal, item->secondary);
