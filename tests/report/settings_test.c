@@ -96,6 +96,28 @@ static void test_compare_rays(void **state)
     ASSERT_WARNED("compare_rays", "1000001", "1000000");
 }
 
+static void test_guard(void **state)
+{
+    surrounding_clear(
+        "assay_validation.guard = references\n"
+        "assay_validation.level = content\n");
+    struct settings settings = settings_read(NULL);
+    assert_int_equal(settings.guard, GUARD_REFERENCES);
+    assert_int_equal(warned.count, 0);
+
+    static const char *const elsewhere[] = {"assay_validation.level = execution\n",
+                                            "assay_validation.level = content\n"
+                                            "assay_validation.backend = cpu\n"};
+    for (int i = 0; i < 2; i++) {
+        char lines[128];
+        snprintf(lines, sizeof(lines), "assay_validation.guard = references\n%s", elsewhere[i]);
+        surrounding_clear(lines);
+        settings = settings_read(NULL);
+        assert_int_equal(settings.guard, GUARD_OFF);
+        ASSERT_WARNED("guard", "level = content", "backend = driver");
+    }
+}
+
 static void test_instance_extension(void **state)
 {
     const char *level = "state", *flags[] = {"error", "info"}, *no_text = NULL;
@@ -192,6 +214,7 @@ int main(void)
         cmocka_unit_test_setup(test_environment, surrounding_set_up),
         cmocka_unit_test_setup(test_content_budget, surrounding_set_up),
         cmocka_unit_test_setup(test_compare_rays, surrounding_set_up),
+        cmocka_unit_test_setup(test_guard, surrounding_set_up),
         cmocka_unit_test_setup(test_file, surrounding_set_up),
         cmocka_unit_test_setup(test_instance_extension, surrounding_set_up),
         cmocka_unit_test_setup(test_precedence, surrounding_set_up),

@@ -15,7 +15,7 @@ void guard_scene_open(const char *guard)
     guard_scene = (struct guard_scene){
         .instances = fixture_buffer(
             &fixture, GUARD_INSTANCES * INSTANCE_SIZE,
-            VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+            VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
                 VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR),
         .pointers = scene_input(GUARD_INSTANCES * sizeof(uint64_t)),
         .range = fixture_buffer(&fixture, sizeof(VkAccelerationStructureBuildRangeInfoKHR),
@@ -155,6 +155,15 @@ void guard_scene_build(VkCommandBuffer commands, uint32_t count)
 void guard_scene_build_given_pointers(VkCommandBuffer commands, uint32_t count)
 {
     struct fixture_build build = build_of(guard_scene.pointers.address, true);
+    build.range.primitiveCount = count;
+    fixture_build(&fixture, commands, &build);
+}
+
+void guard_scene_build_moving(VkCommandBuffer commands, bool are_pointers, uint32_t count)
+{
+    struct fixture_build build = build_of(
+        are_pointers ? guard_scene.pointers.address : guard_scene.instances.address, are_pointers);
+    build.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     build.range.primitiveCount = count;
     fixture_build(&fixture, commands, &build);
 }

@@ -8,7 +8,7 @@
 enum {
     STRUCTURE_SIZE = 1 << 16,
     INSTANCE_SIZE = sizeof(VkAccelerationStructureInstanceKHR),
-    GUARD_INSTANCES = 8,
+    GUARD_INSTANCES = 16,
 };
 
 extern struct guard_scene {
@@ -42,6 +42,7 @@ void guard_scene_build(VkCommandBuffer commands, uint32_t count);
 void guard_scene_build_at(VkCommandBuffer commands, uint32_t offset, uint32_t count);
 void guard_scene_build_pointers(VkCommandBuffer commands, uint32_t count);
 void guard_scene_build_given_pointers(VkCommandBuffer commands, uint32_t count);
+void guard_scene_build_moving(VkCommandBuffer commands, bool are_pointers, uint32_t count);
 void guard_scene_build_indirect(VkCommandBuffer commands, uint32_t count);
 
 /* Submits, waits, and expects a build that read this reference. */
