@@ -101,21 +101,33 @@ uvec2 element_at(uvec2 a, uint index, uint size)
 
 // ---- references
 
+// Read once by each invocation.
+bool checks_references = false;
+uvec2 table_entries;
+uint table_mask, table_kind, built_limit;
+
+void open_table()
+{
+    References table = References(references);
+    table_kind = (flags & NV) != 0 ? KIND_NV : KIND_KHR;
+    checks_references = (table.known_kinds & table_kind) != 0;
+    Table current = table.tables[table.current];
+    table_entries = current.entries;
+    table_mask = current.mask;
+    built_limit = table_kind == KIND_NV ? UNLIMITED : Order(order).limit;
+}
+
 bool is_valid(uvec2 reference)
 {
-    References references = References(references);
-    uint kind = (flags & NV) != 0 ? KIND_NV : KIND_KHR;
-    if (reference == uvec2(0) || (references.known_kinds & kind) == 0)
+    if (reference == uvec2(0) || !checks_references)
         return true;
-    Table table = references.tables[references.current];
     uint hash = reference.x * 0x9e3779b1u ^ reference.y * 0x85ebca77u; // hash_of() of references.c
     hash = (hash ^ hash >> 15) * 0x2c1b3c6du;
     hash ^= hash >> 16;
-    for (uint i = 0; i <= table.mask; i++) {
-        Entry entry = Entries(table.entries).at[(hash + i) & table.mask];
+    for (uint i = 0; i <= table_mask; i++) {
+        Entry entry = Entries(table_entries).at[(hash + i) & table_mask];
         if (entry.reference == reference)
-            return (entry.kinds & kind) != 0 && 
-                   (kind == KIND_NV || entry.built <= Order(order).limit);
+            return (entry.kinds & table_kind) != 0 && entry.built <= built_limit;
         if (entry.reference == uvec2(0))
             return false;
     }
@@ -265,6 +277,7 @@ void main()
     if (is_open) {
         source = Order(order).source;
         readable = Order(order).readable;
+        open_table();
     }
     if (is_open && is_indirect) {
         Source given = Source(Order(order).indirect);
