@@ -6,6 +6,7 @@
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/gather.h"
 #include "layer/snapshots/guard/calls.h"
+#include "layer/snapshots/marks.h"
 #include "layer/snapshots/recorder.h"
 #include "src/base/readable.h"
 #include "src/snapshots/build_input.h"
@@ -111,6 +112,9 @@ void recorder_add_build(struct recorder *recorder, struct recorded_build *build)
     guard_call_add(recorder->guards, recorder, build);
     build->left_out = recorder->left_out;
     const uint32_t position = build->place.position;
+    if (!recorder->build_count)
+        recorder->first_build = position;
+    recorder->build_count = position - recorder->first_build + 1;
     const struct recorded_item item = {
         .kind = build_is_update(info) ? ITEM_UPDATE : ITEM_BUILD,
         .dst = (uint64_t)info->dstAccelerationStructure,
@@ -198,6 +202,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
     snapshots->below.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
                                                        ppBuildRangeInfos);
     guard_call_release(&guards);
+    recorder_mark_finished(commandBuffer);
 }
 
 static bool arrays_are_readable(uint32_t count,
@@ -272,4 +277,5 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresIndirectKHR(
         commandBuffer, infoCount, pInfos, pIndirectDeviceAddresses, pIndirectStrides,
         ppMaxPrimitiveCounts);
     guard_call_release(&guards);
+    recorder_mark_finished(commandBuffer);
 }

@@ -5,6 +5,7 @@
 
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/guard/calls.h"
+#include "layer/snapshots/marks.h"
 #include "layer/snapshots/recorder.h"
 #include "src/base/array.h"
 #include "src/base/readable.h"
@@ -154,4 +155,5 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructureNV(
                                                      instanceOffset, update, dst, src, scratch,
                                                      scratchOffset);
     guard_call_release(&guards);
+    recorder_mark_finished(commandBuffer);
 }

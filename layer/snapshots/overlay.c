@@ -12,6 +12,7 @@
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/guard/references.h"
+#include "layer/snapshots/marks.h"
 #include "layer/snapshots/tickets.h"
 #include "src/base/chain.h"
 
@@ -94,6 +95,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     if (staging_create(device, budget, usage, true, &snapshots->staging) != VK_SUCCESS ||
         guard_create(device, budget, &snapshots->guard) != VK_SUCCESS ||
         gates_create(device, &snapshots->gates) != VK_SUCCESS ||
+        marks_create(device, &snapshots->marks) != VK_SUCCESS ||
         own_shaders_create(device, &snapshots->shaders) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     cover(device);
@@ -112,9 +114,10 @@ void snapshots_destroy(struct snapshots *snapshots)
         missed.held++;
     }
     warn_missed(snapshots->device, &missed);
-    tickets_release(snapshots, true);
+    tickets_destroy(snapshots);
     staging_destroy(snapshots->staging);
     gates_destroy(snapshots->gates);
+    marks_destroy(snapshots->marks);
     own_shaders_destroy(snapshots->shaders);
     guard_destroy(snapshots->guard);
     handle_table_release(&snapshots->queue_families);

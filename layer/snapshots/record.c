@@ -8,6 +8,7 @@
 #include "layer/snapshots/copies/orders.h"
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/guard/copies.h"
+#include "layer/snapshots/marks.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
 
@@ -29,10 +30,17 @@ static void free_guarded(void *user, struct snapshot_chunk *guarded)
     guard_free_copies(snapshots->guard, guarded);
 }
 
+static void free_mark(void *user, const struct build_mark *mark)
+{
+    const struct snapshots *snapshots = user;
+    marks_give_back(snapshots->marks, mark);
+}
+
 static struct recording *create_recording(struct snapshots *snapshots,
                                           const struct command_buffer *command_buffer)
 {
-    const struct recording_memory memory = {free_chunk, free_gate, free_guarded, snapshots};
+    const struct recording_memory memory = {free_chunk, free_gate, free_guarded, free_mark,
+                                            snapshots};
     struct recording *recording = recording_create(&memory);
     if (!recording)
         return NULL;
@@ -151,6 +159,7 @@ void recorder_end(struct recorder *recorder)
             (recorder->has_dispatched ? VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT : 0),
         VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, NULL, 0,
         NULL);
+    recorder_mark_reached(recorder);
 }
 
 /* ---- copies */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Builds of top-level structures, which read the references of their instances if a test asks for
- * that. Other builds, and all of them otherwise, look at nothing: their parameters may be invalid.
- */
+/* Builds, at which a fault may happen. Those of top-level structures read the references of their
+ * instances if a test asks for that. Otherwise they look at nothing: their parameters may be
+ * invalid. */
 #include "internal.h"
 
 #include <pthread.h>
@@ -35,6 +35,7 @@ void null_CmdBuildAccelerationStructuresKHR(
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
     const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
 {
+    transfers_add_build(commandBuffer);
     for (uint32_t i = 0; atomic_load(&is_reading) && i < infoCount; i++) {
         const VkAccelerationStructureGeometryKHR *geometry =
             pInfos[i].pGeometries != NULL ? pInfos[i].pGeometries : pInfos[i].ppGeometries[0];
@@ -58,6 +59,7 @@ void null_CmdBuildAccelerationStructuresIndirectKHR(
     const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
     const uint32_t *const *ppMaxPrimitiveCounts)
 {
+    transfers_add_build(commandBuffer);
     for (uint32_t i = 0; atomic_load(&is_reading) && i < infoCount; i++) {
         const VkAccelerationStructureGeometryKHR *geometry =
             pInfos[i].pGeometries != NULL ? pInfos[i].pGeometries : pInfos[i].ppGeometries[0];
@@ -79,6 +81,7 @@ void null_CmdBuildAccelerationStructureNV(VkCommandBuffer commandBuffer,
                                           VkAccelerationStructureNV src, VkBuffer scratch,
                                           VkDeviceSize scratchOffset)
 {
+    transfers_add_build(commandBuffer);
     if (atomic_load(&is_reading) && pInfo->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV)
         transfers_add_instances(commandBuffer, &(struct instances){.buffer = instanceData,
                                                                    .data = instanceOffset,

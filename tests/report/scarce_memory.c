@@ -11,8 +11,8 @@
 
 enum { OFF = -1 };
 
-static int left = OFF;
-static bool has_failed;
+static _Thread_local int left = OFF;
+static _Thread_local bool has_failed, fails_for_good;
 
 void *__real_malloc(size_t size);
 void *__real_aligned_alloc(size_t alignment, size_t size);
@@ -28,7 +28,13 @@ char *__wrap_strdup(const char *text);
 void memory_fail_after(int count)
 {
     left = count;
-    has_failed = false;
+    has_failed = fails_for_good = false;
+}
+
+void memory_fail_from(int count)
+{
+    memory_fail_after(count);
+    fails_for_good = true;
 }
 
 bool memory_is_scarce(int count)
@@ -47,6 +53,18 @@ bool memory_fail_no_more(void)
     return has_failed;
 }
 
+int memory_pause(void)
+{
+    const int before = left;
+    left = OFF;
+    return before;
+}
+
+void memory_resume(int before)
+{
+    left = before;
+}
+
 static bool fails(void)
 {
     if (left == OFF)
@@ -54,6 +72,8 @@ static bool fails(void)
     if (left-- > 0)
         return false;
     has_failed = true;
+    if (fails_for_good)
+        left = 0;
     return true;
 }
 
