@@ -129,6 +129,9 @@ static int prepare(void **state)
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn", 1);
     setenv("VK_ASSAY_VALIDATION_BACKEND", BACKEND, 1);
     setenv("VK_ASSAY_VALIDATION_LEVEL", LEVEL, 1);
+#ifdef GUARD
+    setenv("VK_ASSAY_VALIDATION_GUARD", GUARD, 1);
+#endif
     return injector_watch(LAYER_LIBRARY) ? 0 : -1;
 }
 

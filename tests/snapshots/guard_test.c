@@ -386,6 +386,54 @@ NULL_TEST(test_unguarded)
     fixture.vk.FreeCommandBuffers(fixture.device, fixture.pool, 1, &commands);
 }
 
+/* Builds that cannot be guarded read what the application wrote. */
+static void build_without(const char *command)
+{
+    uint64_t reference = wild();
+    guard_scene_write(&reference, 1);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    platform.null_driver.fail_next(command, VK_ERROR_OUT_OF_DEVICE_MEMORY);
+    guard_scene_build(commands, 1);
+    platform.null_driver.fail_next(command, VK_SUCCESS);
+    fixture_finish(&fixture, commands);
+    guard_scene_expect_read(&reference, 1);
+    guard_scene_expect("some builds read the application's instances unguarded", "no memory");
+}
+
+NULL_TEST(test_without_memory)
+{
+    build_without("vkAllocateMemory");
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    guard_scene_build(commands, 1);
+    finish(commands, 0);
+    guard_scene_expect(mistakes[0].found, "replaced 1 reference");
+}
+
+NULL_TEST(test_without_pipeline)
+{
+    build_without("vkCreateComputePipelines");
+}
+
+/* A submission waits for a signal that was not submitted, so builds may come before it. The null
+ * driver executes it at once. */
+NULL_TEST(test_order_unknown)
+{
+    uint64_t references[] = {guard_scene_address(guard_scene_make(&guard_scene.spare)), wild()};
+    VkSemaphore timeline = timeline_create(&fixture.vk, fixture.device);
+    const VkSemaphoreSignalInfo signal =
+        MAKE(VkSemaphoreSignalInfo, .semaphore = timeline, .value = 1);
+    guard_scene_write(references, 2);
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    guard_scene_build(commands, 2);
+    GET(fixture.vk.EndCommandBuffer(commands));
+    fixture_submit_waiting(&fixture, commands, timeline, VK_NULL_HANDLE);
+    guard_scene_expect_read((uint64_t[]){references[0], 0}, 2);
+    GET(fixture.vk.SignalSemaphore(fixture.device, &signal));
+    GET(fixture.vk.DeviceWaitIdle(fixture.device));
+    guard_scene_expect(mistakes[0].found, "replaced 1 reference");
+    fixture.vk.DestroySemaphore(fixture.device, timeline, NULL);
+}
+
 /* ---- VK_NV_ray_tracing_motion_blur */
 
 enum { MOTION_STRIDE = 160, MOTION_COUNT = 6 };
