@@ -7,6 +7,7 @@
 #include "layer/build_sizes.h"
 #include "layer/compare/comparer.h"
 #include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/guard/results.h"
 #include "layer/snapshots/marks.h"
 #include "src/check/content/executed.h"
 
@@ -39,6 +40,7 @@ struct reading {
     uint32_t next_note, next_used, next_execution_point;
     struct read_call *open_calls;
     struct pending_finding *findings, **findings_last;
+    struct guard_results guarded;
     bool lacks_memory; /* some inputs could not be validated */
     const char *when;  /* see input_checks_read() */
     bool lacks_marks;  /* the device may not have copied the inputs of some builds */
@@ -87,6 +89,9 @@ static void report_findings(struct reading *reading)
             .command_buffer = pending->journal->command_buffer,
             .build_index = pending->first,
             .labels = journal_labels_at(pending->journal, pending->first + pending->location.build),
+            .replaced =
+                guard_results_explain(&reading->guarded, pending->journal,
+                                      pending->first + pending->location.build, pending->rule),
             .when = reading->when,
             .destroyed = device->destroyed,
             .submissions = reading->ran->execution->submissions,
@@ -279,6 +284,7 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
     executed.used_count = find_used(buffer, build, &executed.used);
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     executed_call_read(buffer->call->executed, &executed);
+    guard_results_add(&reading->guarded, buffer->journal, build, buffer->execution->bases);
     const struct executed_input input = {buffer->journal, entry, item, &executed.memory,
                                          buffer->execution->destroy_count};
     if (!reading->when)
@@ -376,6 +382,7 @@ void input_checks_read(const struct ran_execution *ran, const char *when,
         end_call(call);
     }
     report_findings(&reading);
+    guard_results_end(&reading.guarded, ran->device);
     missed->device_lost += reading.lacks_marks;
     if (reading.lacks_copies && !when)
         warn_lack_of_copies(ran->device);

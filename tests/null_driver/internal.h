@@ -81,8 +81,8 @@ struct private_value {
     uint64_t value;
 };
 
-/* The layer's shaders (compute.c). */
-enum shader { SHADER_NONE, SHADER_COPY, SHADER_GATHER };
+/* The layer's shaders (compute.c, guard.c). */
+enum shader { SHADER_NONE, SHADER_COPY, SHADER_GATHER, SHADER_GUARD };
 
 struct dispatch {
     enum shader shader;
@@ -234,6 +234,26 @@ unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *
 /* Records a dispatch of one of the layer's shaders; and carries it out. */
 void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dispatch);
 void dispatch_execute(const struct dispatch *dispatch);
+
+void guard_execute(const struct dispatch *dispatch);
+
+/* Bytes of memory by their addresses. False where not all of it has memory; what has is copied. */
+bool address_read(VkDeviceAddress address, void *bytes, VkDeviceSize size);
+void address_write(VkDeviceAddress address, const void *bytes, VkDeviceSize size);
+
+/* The instances of a build (builds.c). */
+struct instances {
+    VkBuffer buffer;       /* of VK_NV_ray_tracing, where data is an offset; else null */
+    VkDeviceAddress data;  /* without the offset of an indirect range */
+    VkDeviceAddress range; /* 0: the count is known */
+    uint32_t count;
+    bool are_pointers, have_motion;
+};
+/* Records a build at which a fault may happen. */
+void transfers_add_build(VkCommandBuffer commands);
+/* Records a build that reads instances; and reads them. */
+void transfers_add_instances(VkCommandBuffer commands, const struct instances *instances);
+void instances_read(const struct instances *instances);
 
 /* Does what the command buffer's commands do to buffers. Returns false if the device is lost, or
  * hangs, at one of its builds. */

@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-enum transfer_kind { COPY, UPDATE, FILL, DISPATCH, EXECUTE, BUILD };
+enum transfer_kind { COPY, UPDATE, FILL, DISPATCH, EXECUTE, BUILD, INSTANCES };
 
 struct transfer {
     struct transfer *next;
@@ -14,7 +14,7 @@ struct transfer {
     VkBufferCopy region;
     uint32_t word;             /* of FILL */
     VkCommandBuffer secondary; /* of EXECUTE */
-    unsigned char data[];      /* of UPDATE; of DISPATCH, a struct dispatch */
+    unsigned char data[];      /* of UPDATE; a struct dispatch, or struct instances */
 };
 
 void transfers_release(struct object *commands)
@@ -116,44 +116,21 @@ COMMAND(CmdExecuteCommands)
             NULL);
 }
 
-/* ---- builds, which do nothing: a fault may happen at them */
-
-static void add_build(VkCommandBuffer commands)
+void transfers_add_build(VkCommandBuffer commands)
 {
     if (fault_is_at_build())
         add(commands, &(struct transfer){.kind = BUILD}, NULL);
 }
 
-void null_CmdBuildAccelerationStructuresKHR(
-    VkCommandBuffer commandBuffer, uint32_t infoCount,
-    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
-    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
-{
-    add_build(commandBuffer);
-}
-
-void null_CmdBuildAccelerationStructuresIndirectKHR(
-    VkCommandBuffer commandBuffer, uint32_t infoCount,
-    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
-    const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
-    const uint32_t *const *ppMaxPrimitiveCounts)
-{
-    add_build(commandBuffer);
-}
-
-void null_CmdBuildAccelerationStructureNV(VkCommandBuffer commandBuffer,
-                                          const VkAccelerationStructureInfoNV *pInfo,
-                                          VkBuffer instanceData, VkDeviceSize instanceOffset,
-                                          VkBool32 update, VkAccelerationStructureNV dst,
-                                          VkAccelerationStructureNV src, VkBuffer scratch,
-                                          VkDeviceSize scratchOffset)
-{
-    add_build(commandBuffer);
-}
-
 void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dispatch)
 {
     add(commands, &(struct transfer){.kind = DISPATCH, .region.size = sizeof(*dispatch)}, dispatch);
+}
+
+void transfers_add_instances(VkCommandBuffer commands, const struct instances *instances)
+{
+    add(commands, &(struct transfer){.kind = INSTANCES, .region.size = sizeof(*instances)},
+        instances);
 }
 
 /* ---- execution */
@@ -212,6 +189,13 @@ static void execute_dispatch(const struct transfer *transfer)
     dispatch_execute(&dispatch);
 }
 
+static void read_instances(const struct transfer *transfer)
+{
+    struct instances instances;
+    memcpy(&instances, transfer->data, sizeof(instances));
+    instances_read(&instances);
+}
+
 static bool execute_one_level(VkCommandBuffer commands, bool primary);
 
 /* Returns false if a fault ends the execution. */
@@ -223,6 +207,9 @@ static bool execute(const struct transfer *at, bool primary)
         return true;
     case BUILD:
         return !fault_at_build();
+    case INSTANCES:
+        read_instances(at);
+        return true;
     case EXECUTE:
         return !primary || execute_one_level(at->secondary, false);
     case DISPATCH:

@@ -96,6 +96,28 @@ TEST_OPENED(test_compare_rays, surrounding_set_up)
     ASSERT_WARNED("compare_rays", "1000001", "1000000");
 }
 
+TEST_OPENED(test_guard, surrounding_set_up)
+{
+    surrounding_clear(
+        "assay_validation.guard = references\n"
+        "assay_validation.level = content\n");
+    struct settings settings = settings_read(NULL);
+    assert_int_equal(settings.guard, GUARD_REFERENCES);
+    assert_int_equal(warned.count, 0);
+
+    static const char *const elsewhere[] = {"assay_validation.level = execution\n",
+                                            "assay_validation.level = content\n"
+                                            "assay_validation.backend = cpu\n"};
+    for (int i = 0; i < 2; i++) {
+        char lines[128];
+        snprintf(lines, sizeof(lines), "assay_validation.guard = references\n%s", elsewhere[i]);
+        surrounding_clear(lines);
+        settings = settings_read(NULL);
+        assert_int_equal(settings.guard, GUARD_OFF);
+        ASSERT_WARNED("guard", "level = content", "backend = driver");
+    }
+}
+
 TEST_OPENED(test_instance_extension, surrounding_set_up)
 {
     const char *level = "state", *flags[] = {"error", "info"}, *no_text = NULL;

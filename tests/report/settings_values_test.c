@@ -18,6 +18,7 @@ TEST_OPENED(test_values_that_are_not_understood, surrounding_set_up)
         {"backend", "gpu", "driver or cpu", "driver"},
         {"content_budget_mib", "-1", "a number", "256"},
         {"content_when_full", "drop", "wait or skip", "wait"},
+        {"guard", "on", "off or references", "off"},
         {"vuid_names", "retired", "current or listed", "current"},
         {"spec_text", "brief", "full, short or none", "full"},
         {"report_flags", "error,warnings", "error, warn, info", "error,warn"},

@@ -123,6 +123,9 @@ const char *unit_test_open(const char *argument)
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn", 1);
     setenv("VK_ASSAY_VALIDATION_BACKEND", BACKEND, 1);
     setenv("VK_ASSAY_VALIDATION_LEVEL", LEVEL, 1);
+#ifdef GUARD
+    setenv("VK_ASSAY_VALIDATION_GUARD", GUARD, 1);
+#endif
     if (!injector_watch(LAYER_LIBRARY)) {
         fprintf(stderr, "%s\n", dlerror());
         exit(EXIT_FAILURE);

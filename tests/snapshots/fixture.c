@@ -10,13 +10,17 @@ void fixture_open(struct fixture *fixture, const struct platform *platform,
                   const struct instance_settings *settings)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                             VK_NV_RAY_TRACING_EXTENSION_NAME,
+                                             VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
+    const bool has_more = platform->is_null && settings->guard;
     const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
-                 .accelerationStructure = VK_TRUE);
+                 .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = has_more);
     memset(fixture, 0, sizeof(*fixture));
     instance_fixture_create(&fixture->instance, platform, settings);
-    GET(instance_fixture_create_device(&fixture->instance, &structures, extensions, 2,
-                                       &fixture->device, &fixture->vk));
+    GET(instance_fixture_create_device(&fixture->instance, &structures, extensions,
+                                       has_more ? ARRAY_COUNT(extensions) : 2, &fixture->device,
+                                       &fixture->vk));
     fixture->memory_type = instance_fixture_memory_type(&fixture->instance);
     fixture->vk.GetDeviceQueue(fixture->device, 0, 0, &fixture->queue);
     fixture->pool = command_pool_create(&fixture->vk, fixture->device);
