@@ -80,6 +80,7 @@ static void report_findings(struct reading *reading)
     const struct layer_device *device = reading->ran->device;
     while (reading->findings) {
         struct pending_finding *pending = reading->findings;
+        uint32_t position = pending->first + pending->location.build;
         const struct call_origin origin = {
             .device = device->handle,
             .names = device->names,
@@ -88,10 +89,10 @@ static void report_findings(struct reading *reading)
             .queue_labels = shared_labels_stack(reading->ran->queue_labels),
             .command_buffer = pending->journal->command_buffer,
             .build_index = pending->first,
-            .labels = journal_labels_at(pending->journal, pending->first + pending->location.build),
+            .labels = journal_labels_at(pending->journal, position),
+            .call_site = journal_call_site_at(pending->journal, position),
             .replaced =
-                guard_results_explain(&reading->guarded, pending->journal,
-                                      pending->first + pending->location.build, pending->rule),
+                guard_results_explain(&reading->guarded, pending->journal, position, pending->rule),
             .when = reading->when,
             .destroyed = device->destroyed,
             .submissions = reading->ran->execution->submissions,

@@ -140,6 +140,7 @@ static bool found(void *user, const struct journal *journal, uint32_t first_buil
     batch->origin.command_buffer = journal->command_buffer;
     batch->origin.build_index = first_build;
     batch->origin.labels = journal_labels_at(journal, first_build + location->build);
+    batch->origin.call_site = journal_call_site_at(journal, first_build + location->build);
     struct reporter *reporter = batch->submissions->device->instance->reporter;
     if (reporter_send(reporter, rule, location, &batch->origin, finding))
         batch->skip = true;

@@ -309,6 +309,8 @@ static void append_finding(struct text_buffer *text, struct message *message,
     message->origin = origin;
     message->location = *location;
     append_origin(text, message, location, origin);
+    if (origin->call_site)
+        message_append_call_site(text, origin->call_site);
 }
 
 void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,

@@ -63,6 +63,13 @@ enum log_format {
     LOG_FORMAT_JSON, /* one line for each message: json/findings.schema.json */
 };
 
+/* How the layer finds from where a build command is called. */
+enum call_site_mode {
+    CALL_SITES_OFF,
+    CALL_SITES_FRAMES, /* by frame pointers */
+    CALL_SITES_FULL,   /* by unwinding tables */
+};
+
 struct narrow_filter; /* src/report/message_filter.h */
 
 struct settings {
@@ -79,6 +86,7 @@ struct settings {
     uint32_t debug_action; /* enum debug_action */
     char *log_filename;    /* NULL: stderr; owned */
     enum log_format log_format;
+    enum call_site_mode call_sites;
     bool record_builds; /* the log also has a line for each build, copy and submission */
     uint32_t duplicate_message_limit;         /* per id and object; 0: no limit */
     bool muted[MESSAGE_ID_COUNT];             /* message_id_filter: VUIDs */

@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "src/report/reporter.h"
+#include "src/state/commands/call_sites.h"
 #include "src/state/commands/label_stack.h"
 #include "src/state/commands/object_names.h"
 #include "tests/fixture/make.h"
@@ -71,13 +72,15 @@ static struct reporter *begin(const char *application)
     return reporter;
 }
 
-/* Sends a finding with three objects and as many labels as a message has, all of this name. */
+/* Sends a finding with three objects, as many labels as a message has, and two modules, all of this
+ * name. */
 static void send_named(struct reporter *reporter, const char *name)
 {
     struct object_names *names;
     struct label_stack labels = {0}, queue_labels = {0};
     const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = name);
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
+    const struct call_site site = {3, {{name, UINT64_MAX}, {NULL, 0}, {name, 1}}};
     struct finding finding;
     finding_says(&finding, "scratchData.deviceAddress", "{} is wrong, and {} and {}",
                  object(VK_OBJECT_TYPE_BUFFER, 1), object(VK_OBJECT_TYPE_DEVICE_MEMORY, 1),
@@ -101,6 +104,7 @@ static void send_named(struct reporter *reporter, const char *name)
                       .names = names,
                       .labels = &labels,
                       .queue_labels = &queue_labels,
+                      .call_site = &site,
                   },
                   &finding);
     label_stack_clear(&labels);

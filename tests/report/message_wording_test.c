@@ -5,6 +5,7 @@
 
 #include "hearing.h"
 #include "src/report/message.h"
+#include "src/state/commands/call_sites.h"
 
 static struct message message;
 
@@ -77,4 +78,23 @@ TEST(test_other_ids_of_the_mistake_are_named)
     /* A caller that needs the result of a predicate passes no finding. */
     assert_false(also_violates(NULL, RULE_build_flags_are_valid));
     assert_false(is_reported_with(NULL, RULE_build_flags_are_valid));
+}
+
+TEST(test_a_call_site_is_named_by_its_first_frames)
+{
+    const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
+    struct call_site site = {6,
+                             {{"/a/\"b\n", 0x1139}, {NULL, 7}, {"/c", 8}, {"/d", 9}, {"/e", 10}}};
+    const struct call_origin origin = {.call_site = &site};
+    const struct message_style style = {.spec_text = SPEC_TEXT_NONE};
+    struct finding finding;
+    finding_fill(&finding, "mode", "is odd", NULL, 0);
+    message_of_finding(&message, rule_infos[RULE_build_mode_is_valid].vuid[COMMAND_DEVICE],
+                       &location, &origin, &finding, &style);
+    assert_non_null(strstr(
+        message.text, ". Called from /a/\\\"b\\n+0x1139, unknown module+0x7, /c+0x8, /d+0x9."));
+    site.count = 1;
+    message_of_finding(&message, rule_infos[RULE_build_mode_is_valid].vuid[COMMAND_DEVICE],
+                       &location, &origin, &finding, &style);
+    assert_non_null(strstr(message.text, " Called from /a/\\\"b\\n+0x1139."));
 }
