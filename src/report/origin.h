@@ -23,6 +23,8 @@ struct call_origin {
     VkQueue queue;
     uint64_t submission; /* number of the call that submitted to the queue, from 1; 0: unknown */
     const struct label_stack *queue_labels;
+    /* Number of references that the layer replaced by 0 because of the mistake (setting guard). */
+    uint32_t replaced;
     /* When the data was read, if that was not after completion: static text such as "read after the
      * device was lost". */
     const char *when;

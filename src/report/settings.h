@@ -52,6 +52,12 @@ enum spec_text {
     SPEC_TEXT_NONE,  /* neither */
 };
 
+/* What the builds of top-level structures read. */
+enum guard_setting {
+    GUARD_OFF,        /* the application's instances */
+    GUARD_REFERENCES, /* copies, without references to structures that are not live */
+};
+
 enum log_format {
     LOG_FORMAT_TEXT,
     LOG_FORMAT_JSON, /* one line for each message: json/findings.schema.json */
@@ -73,6 +79,7 @@ struct settings {
     enum spec_text spec_text;
     uint32_t content_budget_mib; /* MiB for copies of builds' inputs; backend driver */
     enum content_when_full content_when_full;
+    enum guard_setting guard;
     uint32_t hang_seconds; /* without progress, before a wait reports; level content; 0: never */
     bool crash_report;     /* report when the process gets a signal that ends it */
     uint32_t report_flags; /* enum report_flag */
