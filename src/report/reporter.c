@@ -250,24 +250,6 @@ void reporter_record(struct reporter *reporter, const struct log_record *record)
 
 /* ---- creation */
 
-/* Warnings about the settings, kept until all settings are read and the log is open. */
-struct kept_lines {
-    char **lines;
-    size_t count;
-};
-
-static void keep_line(void *context, const char *line)
-{
-    struct kept_lines *kept = context;
-    char **lines = realloc(kept->lines, (kept->count + 1) * sizeof(*lines));
-    if (!lines)
-        return;
-    kept->lines = lines;
-    lines[kept->count] = strdup(line);
-    if (lines[kept->count])
-        kept->count++;
-}
-
 static void allow_messages(struct reporter *reporter)
 {
     const struct settings *settings = &reporter->settings;
@@ -312,11 +294,11 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
     struct kept_lines kept = {0};
     VkResult result = messengers_add_chain(&reporter->messengers, create_info->pNext);
     if (result == VK_SUCCESS)
-        result = settings_load(create_info, keep_line, &kept, &reporter->settings);
+        result = settings_load(create_info, kept_lines_add, &kept, &reporter->settings);
     if (result == VK_SUCCESS)
-        settings_check(&reporter->settings, keep_line, &kept);
+        settings_check(&reporter->settings, kept_lines_add, &kept);
     if (result == VK_SUCCESS)
-        result = log_open(&reporter->log, &reporter->settings, keep_line, &kept);
+        result = log_open(&reporter->log, &reporter->settings, kept_lines_add, &kept);
     if (result == VK_SUCCESS) {
         allow_messages(reporter);
         warn_of_log(reporter,

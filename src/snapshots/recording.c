@@ -58,6 +58,8 @@ void recording_release(struct recording *recording)
     free_chunks(recording, recording->chunk_count);
     if (recording->gate.is_open)
         recording->memory.free_gate(recording->memory.user, &recording->gate);
+    if (recording->guarded)
+        recording->memory.free_guarded(recording->memory.user, recording->guarded);
     for (uint32_t i = 0; i < recording->marks.count; i++)
         recording->memory.free_mark(recording->memory.user, &recording->marks.items[i]);
     free(recording->marks.items);

@@ -124,6 +124,7 @@ struct build_marks {
 struct recording_memory {
     void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
     void (*free_gate)(void *user, const struct recording_gate *gate);
+    void (*free_guarded)(void *user, struct snapshot_chunk *guarded);
     void (*free_mark)(void *user, const struct build_mark *mark);
     void *user;
 };
@@ -139,6 +140,10 @@ struct recording {
     bool executes_once; /* ONE_TIME_SUBMIT: the chunks are free after the execution */
     struct recording_memory memory;
     struct recording_gate gate; /* closed when chunks are given back */
+    /* Memory of the device that guarded builds read, as a list that the allocator links. It stays
+     * until the recording is released, because its builds read it whenever they execute. */
+    struct snapshot_chunk *guarded;
+    bool has_guards, executes_at_once; /* SIMULTANEOUS_USE */
     struct build_marks marks;
     uint32_t secondary_count;
     bool has_gatherings;

@@ -73,8 +73,10 @@ void resources_refresh(struct resources *resources, struct buffer_record *buffer
     buffer->where.begin = has_range ? buffer->memory_offset : 0;
     if (buffer->where.address)
         address_map_update(&resources->addresses, &buffer->where);
-    for (struct accel_record *accel = buffer->accels; accel; accel = accel->next)
+    for (struct accel_record *accel = buffer->accels; accel; accel = accel->next) {
         resources_refresh_accel(accel);
+        resources_note_reference(resources, accel->address, false);
+    }
 }
 
 static void describe_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
@@ -338,6 +340,21 @@ void resources_find_ranges(struct resources *resources,
     address_map_each(&resources->addresses, join_range, &joined);
     end_range(&joined);
     resources_end_reading(resources, token);
+}
+
+static void find_unknown_range(const struct address_facts *range, void *context)
+{
+    bool *is_unknown = context;
+    *is_unknown |= range->status == ADDRESS_UNKNOWN || range->is_sparse || range->is_protected;
+}
+
+bool resources_has_unknown_ranges(struct resources *resources)
+{
+    unsigned token = resources_begin_reading(resources);
+    bool is_unknown = resources->incomplete || resources->replays_addresses;
+    address_map_each(&resources->addresses, find_unknown_range, &is_unknown);
+    resources_end_reading(resources, token);
+    return is_unknown;
 }
 
 /* ---- what a command can read */
