@@ -347,11 +347,8 @@ void message_of_difference(struct message *message, enum difference difference,
 
 void message_of_layer(struct message *message, enum report_flag severity, const char *line)
 {
-    message_of_event(message, severity,
-                     severity == REPORT_ERROR     ? "ASSAY-error"
-                     : severity == REPORT_WARNING ? "ASSAY-warning"
-                                                  : "ASSAY-info",
-                     line);
+    const char *id = severity == REPORT_ERROR ? "ASSAY-error" : "ASSAY-warning";
+    message_of_event(message, severity, severity == REPORT_INFO ? "ASSAY-info" : id, line);
 }
 
 void message_of_event(struct message *message, enum report_flag severity, const char *id,
