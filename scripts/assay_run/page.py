@@ -6,6 +6,7 @@ import json
 import pathlib
 import re
 
+from .call_sites import frames_of_application, place_of
 from .verdict import describe_exit, mistake_lines
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -30,9 +31,7 @@ def finding_data(finding, process, place):
             "objects": [f"{item['type']} {item['handle']}" +
                         (f" “{item['name']}”" if item.get("name") else "")
                         for item in finding.get("Objects", [])],
-            "place": [f"{frame['function']} ({frame['file']}:{frame['line']})" if frame.get("file")
-                      else f"{frame['module']}+{frame['offset']}"
-                      for frame in finding.get("call_site", [])],
+            "place": list(map(place_of, frames_of_application(finding))),
             "queue": queue, "submission": submission, "isRecorded": bool(place),
             "process": process}
 
