@@ -128,51 +128,50 @@ static const struct program_of_lines {
     const struct step *steps;
     const char *lines;
     bool is_nv;
-    uint32_t messages;
 } programs[] = {
     {"a build, an update in place and another",
      STEPS(RECORD(A, BUILD(A, X, GOOD), UPDATE(A, X, X), UPDATE(A, X, Y)), RUN(A)),
-     "submit 0: A; build A.0 X 2; update A.1 X>X 2; update A.2 X>Y 2", false, 0},
-    {"recorded and not submitted", STEPS(GOOD_X(A)), "", false, 0},
+     "submit 0: A; build A.0 X 2; update A.1 X>X 2; update A.2 X>Y 2", false},
+    {"recorded and not submitted", STEPS(GOOD_X(A)), "", false},
     {"submitted twice", STEPS(GOOD_X(A), RUN(A), IDLE, RUN(A)),
-     "submit 0: A; build A.0 X 2; submit 0: A; build A.0 X 2", false, 0},
+     "submit 0: A; build A.0 X 2; submit 0: A; build A.0 X 2", false},
     {"one call with two batches",
      STEPS(GOOD_X(A), UPDATE_XY(B), BATCH, WITH(A), BATCH, WITH(B), SUBMIT(0)),
-     "submit 0: A; build A.0 X 2; submit 0: B; update B.0 X>Y 2", false, 0},
+     "submit 0: A; build A.0 X 2; submit 0: B; update B.0 X>Y 2", false},
     {"two builds in one call", STEPS(RECORD(A, BUILD_PAIR(A, X, Y, GOOD)), RUN(A)),
-     "submit 0: A; build A.0 X 2; build A.1 Y 2", false, 0},
+     "submit 0: A; build A.0 X 2; build A.1 Y 2", false},
     {"copies",
      STEPS(RECORD(A, BUILD(A, X, GOOD), CLONE(A, X, Y), COMPACT(A, X, Z), FILL(A, W)), RUN(A)),
-     "submit 0: A; build A.0 X 2; clone A X>Y; compact A X>Z; deserialize A W", false, 0},
+     "submit 0: A; build A.0 X 2; clone A X>Y; compact A X>Z; deserialize A W", false},
     {"a secondary command buffer",
      STEPS(RECORD_BUILD(S, X, GOOD), RECORD(A, EXECUTE(A, S), UPDATE(A, X, Y)), RUN(A)),
-     "submit 0: A; build S.0 X 2; update A.1 X>Y 2", false, 0},
+     "submit 0: A; build S.0 X 2; update A.1 X>Y 2", false},
     {"by the host", STEPS(HOST_GOOD_X, HOST_UPDATE_XY, HOST_CLONE(X, Z), HOST_FILL(W)),
-     "build host.0 X 2; update host.0 X>Y 2; clone host X>Z; deserialize host W", false, 0},
-    {"the host fails", STEPS(HOST_BUILD_FAILS(X, GOOD)), "", false, 0},
-    {"deferred by the host, not joined", STEPS(DEFERRED_BUILD(1, X, GOOD)), "", false, 0},
+     "build host.0 X 2; update host.0 X>Y 2; clone host X>Z; deserialize host W", false},
+    {"the host fails", STEPS(HOST_BUILD_FAILS(X, GOOD)), "", false},
+    {"deferred by the host, not joined", STEPS(DEFERRED_BUILD(1, X, GOOD)), "", false},
     {"and joined", STEPS(DEFERRED_BUILD(1, X, GOOD), HOST_BUILD(Y, GOOD), JOIN(1), ASK(1)),
-     "build host.0 Y 2; build host.0 X 2", false, 0},
-    {"the submission fails", STEPS(GOOD_X(A), BATCH, WITH(A), FAILED_SUBMIT(0)), "", false, 0},
+     "build host.0 Y 2; build host.0 X 2", false},
+    {"the submission fails", STEPS(GOOD_X(A), BATCH, WITH(A), FAILED_SUBMIT(0)), "", false},
     {"held until another queue has signalled",
      STEPS(GOOD_X(A), RECORD_UPDATE(P, X, Y), RUN_AFTER(P, WAIT_FOR(0, 1)),
            RUN_BEFORE(A, SIGNAL_TO(0, 1))),
-     "submit 0: A; build A.0 X 2; submit 1: P; update P.0 X>Y 2", false, 0},
+     "submit 0: A; build A.0 X 2; submit 1: P; update P.0 X>Y 2", false},
     {"destroyed while it was held",
      STEPS(RECORD_BUILD(P, X, GOOD), RUN_AFTER(P, WAIT_FOR(2, 1)), DESTROY(X),
            SIGNAL_FROM_HOST(2, 1)),
-     "submit 1: P; build P.0 X 2 nowhere", false, 1},
+     "submit 1: P; build P.0 X 2 nowhere", false},
     {"a compacted size that the host reads",
      STEPS(RECORD(A, BUILD(A, X, GOOD), RESET_QUERIES(A), QUERY(A, X, 0)), RUN(A), IDLE,
            READ_QUERIES(0)),
-     "submit 0: A; build A.0 X 2; size X as read", false, 0},
+     "submit 0: A; build A.0 X 2; size X as read", false},
     {"a compacted size that the host queries", STEPS(HOST_GOOD_X, HOST_QUERY(X)),
-     "build host.0 X 2; size X as read", false, 0},
+     "build host.0 X 2; size X as read", false},
     {"VK_NV_ray_tracing",
      STEPS(RECORD(A, BUILD(A, X, GOOD), UPDATE(A, X, Y), CLONE(A, X, Z)), RUN(A)),
-     "submit 0: A; build A.0 X 4; update A.1 X>Y 4; clone A X>Z", true, 0},
+     "submit 0: A; build A.0 X 4; update A.1 X>Y 4; clone A X>Z", true},
     /* The last one: the layer no longer knows the order when the machine has waited for it. */
-    {"held forever", STEPS(RECORD_BUILD(P, X, GOOD), RUN_AFTER(P, WAIT_FOR(1, 1))), "", false, 0},
+    {"held forever", STEPS(RECORD_BUILD(P, X, GOOD), RUN_AFTER(P, WAIT_FOR(1, 1))), "", false},
 };
 
 static void play(const struct program_of_lines *program)
@@ -185,7 +184,7 @@ static void play(const struct program_of_lines *program)
     for (const struct step *step = program->steps; step->action != ACTION_END_OF_PROGRAM; step++)
         machine_step(&machine, step);
     expect_lines(program->name, program->lines);
-    if (fixture.messages.count != program->messages)
+    if (fixture.messages.count != 0)
         fail_msg("%s: %s", program->name, fixture.messages.items[0].text);
     machine_close(&machine);
     messages_clear(&fixture.messages);
