@@ -102,7 +102,7 @@ static void append_build(const struct list *list, const struct submitted_build *
     text_append_plain(list->text, words_of(build));
     text_append_plain(list->text, ".");
     if (site)
-        message_append_call_site(list->text, site);
+        message_append_call_site(list->text, site, 1); /* the list is to fit into a message */
 }
 
 /* ---- all builds */

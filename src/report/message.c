@@ -12,7 +12,7 @@
 #include "src/report/specification.h"
 #include "src/state/commands/object_names.h"
 
-enum { LAST_NOTICE_SIZE = 384 };
+enum { LAST_NOTICE_SIZE = 384, FRAMES_SHOWN = 4 };
 
 /* ---- objects and labels */
 
@@ -310,7 +310,7 @@ static void append_finding(struct text_buffer *text, struct message *message,
     message->location = *location;
     append_origin(text, message, location, origin);
     if (origin->call_site)
-        message_append_call_site(text, origin->call_site);
+        message_append_call_site(text, origin->call_site, FRAMES_SHOWN);
 }
 
 void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
@@ -347,11 +347,8 @@ void message_of_difference(struct message *message, enum difference difference,
 
 void message_of_layer(struct message *message, enum report_flag severity, const char *line)
 {
-    message_of_event(message, severity,
-                     severity == REPORT_ERROR     ? "ASSAY-error"
-                     : severity == REPORT_WARNING ? "ASSAY-warning"
-                                                  : "ASSAY-info",
-                     line);
+    const char *id = severity == REPORT_ERROR ? "ASSAY-error" : "ASSAY-warning";
+    message_of_event(message, severity, severity == REPORT_INFO ? "ASSAY-info" : id, line);
 }
 
 void message_of_event(struct message *message, enum report_flag severity, const char *id,

@@ -8,7 +8,7 @@
 #include "src/state/commands/object_names.h"
 #include "src/state/resources/destroyed.h"
 
-enum { FRAMES_SHOWN = 4, MODULE_SHOWN = 512 };
+enum { MODULE_SHOWN = 512 };
 
 void message_append_build(struct text_buffer *text, enum build_command command, uint32_t build)
 {
@@ -86,9 +86,9 @@ void message_append_destroyed(struct text_buffer *text, const struct value *valu
     }
 }
 
-void message_append_call_site(struct text_buffer *text, const struct call_site *site)
+void message_append_call_site(struct text_buffer *text, const struct call_site *site, uint32_t most)
 {
-    for (uint32_t i = 0; i < site->count && i < FRAMES_SHOWN; i++) {
+    for (uint32_t i = 0; i < site->count && i < most; i++) {
         text_append_plain(text, i ? ", " : " Called from ");
         text_append_escaped(text, call_frame_module(&site->frames[i]), MODULE_SHOWN);
         text_append_plain(text, "+");

@@ -16,9 +16,10 @@ void message_append_build(struct text_buffer *text, enum build_command command, 
 void message_append_field(struct text_buffer *text, const char *separator, const char *field);
 void message_append_path(struct text_buffer *text, const struct location *at, const char *field);
 
-/* Appends a sentence: Called from /usr/bin/app+0x1139, /usr/lib/libengine.so+0x52f0. Signal
- * handlers may call this. */
-void message_append_call_site(struct text_buffer *text, const struct call_site *site);
+/* Appends a sentence: Called from /usr/bin/app+0x1139, /usr/lib/libengine.so+0x52f0. It has so many
+ * frames at most. Signal handlers may call this. */
+void message_append_call_site(struct text_buffer *text, const struct call_site *site,
+                              uint32_t most);
 /* If the value is an address that a destroyed object had, appends which one, and when it was
  * destroyed. */
 void message_append_destroyed(struct text_buffer *text, const struct value *value,

@@ -50,6 +50,16 @@ TEST(test_inputs_were_copied)
     expect_output("read when the process crashed");
 }
 
+TEST(test_call_sites)
+{
+    setenv("VK_ASSAY_VALIDATION_CALL_SITES", "frames", 1);
+    run(crash_in_thread, NULL, NULL);
+    unsetenv("VK_ASSAY_VALIDATION_CALL_SITES");
+    expect_signal(SIGSEGV);
+    expect_output("and it had not finished. Called from /");
+    expect_output("/postmortem_crash_test+0x");
+}
+
 TEST(test_inputs_were_not_copied)
 {
     run(crash_before_copies, NULL, NULL);

@@ -79,7 +79,9 @@ void submission_add_batch(struct submission *submission)
     batch->first_operation = submission->operation_count;
     batch->first_commands = submission->command_count;
     batch->operation_count = batch->command_count = 0;
-    batch->is_open = false;
+    batch->is_open = batch->predecessors_known = false;
+    batch->timestamp = timestamp_never();
+    batch->clock.queues = 0;
 }
 
 /* Returns NULL if the submission is incomplete because memory ran out. */
