@@ -195,8 +195,7 @@ static struct execution *allocate_execution(struct recording *recording)
     return execution;
 }
 
-/* Creates an execution and makes it the recording's latest. */
-static struct execution *make_latest(struct recording *recording, const struct ticket *ticket)
+static struct execution *start_execution(struct recording *recording, const struct ticket *ticket)
 {
     pthread_mutex_lock(&recording->lock);
     struct execution *execution = allocate_execution(recording);
@@ -204,11 +203,18 @@ static struct execution *make_latest(struct recording *recording, const struct t
         if (recording->latest && recording->latest->ticket == ticket)
             atomic_store(&recording->latest->is_overwritten, true);
         atomic_init(&execution->references, 1);
-        recording->latest = execution;
         recording->execution_count++;
     }
     pthread_mutex_unlock(&recording->lock);
     return execution;
+}
+
+/* Other threads find the latest execution, so it is complete by now. NULL: it is unknown. */
+static void set_latest(struct recording *recording, struct execution *execution)
+{
+    pthread_mutex_lock(&recording->lock);
+    recording->latest = execution;
+    pthread_mutex_unlock(&recording->lock);
 }
 
 static bool add_children(struct execution *execution)
@@ -226,14 +232,17 @@ static bool add_children(struct execution *execution)
 
 struct execution *execution_create(struct recording *recording, struct ticket *ticket)
 {
-    struct execution *execution = make_latest(recording, ticket);
+    struct execution *execution = start_execution(recording, ticket);
     if (!execution)
         return NULL;
     pthread_rwlock_init(&execution->lock, NULL);
     execution->recording = recording_share(recording);
     execution->ticket = ticket_share(ticket);
-    if (add_children(execution))
+    if (add_children(execution)) {
+        set_latest(recording, execution);
         return execution;
+    }
+    set_latest(recording, NULL);
     execution_release(execution);
     return NULL;
 }

@@ -15,7 +15,7 @@ enum {
     CYCLES_GROWTH = 1024 * KIB,
 };
 
-static unsigned findings = 20000, cycles = 150;
+static unsigned findings = 10000, cycles = 100;
 
 static long resident(void)
 {

@@ -306,7 +306,7 @@ static void read_arguments(int count, char **arguments, uint32_t *streams, uint3
 int main(int count, char **arguments)
 {
     enum { FAILURES_MAX = 5 };
-    uint32_t streams = 40, threaded = 10;
+    uint32_t streams = 24, threaded = 8;
     int64_t only = -1;
     unsigned failed = 0;
     read_arguments(count, arguments, &streams, &threaded, &only);
