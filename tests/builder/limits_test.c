@@ -119,3 +119,77 @@ TEST(test_dense_blocks)
         }
     }
 }
+
+/* Where the arrays of triangles end: bytes of the transforms and of the indices, the first byte
+ * that is read of each, and whether the build finds everything. */
+SCOPE_TEST(test_ends_of_arrays_of_triangles)
+{
+    enum { ONE = sizeof(VkTransformMatrixKHR), INDICES = 3 * sizeof(uint16_t) };
+    static const VkTransformMatrixKHR transforms[2] = {
+        {{{1, 0, 0, 9}, {0, 1, 0, 0}, {0, 0, 1, 0}}}, {{{1, 0, 0, 5}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
+    static const uint16_t indices[3] = {0, 1, 2};
+    static const struct {
+        uint32_t transforms_size, transform_offset, indices_size, first, count;
+        bool is_found;
+    } cases[] = {
+        {2 * ONE, ONE, INDICES, 0, 1, true},     {2 * ONE, ONE + 4, INDICES, 0, 1, false},
+        {ONE - 1, 0, INDICES, 0, 1, false},      {ONE, 0, INDICES - 1, 0, 1, false},
+        {ONE, 0, INDICES, 2, 1, false},          {ONE, 0, INDICES, INDICES + 2, 1, false},
+        {ONE, 0, INDICES, INDICES + 2, 0, true},
+    };
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        struct builder_report report;
+        INPUT(triangles, input, fixture_triangle, cases[i].count);
+        struct builder_triangles *triangles = &input.geometry.triangles;
+        triangles->transforms = transforms;
+        triangles->transforms_size = cases[i].transforms_size;
+        triangles->index_type = VK_INDEX_TYPE_UINT16;
+        triangles->indices = indices;
+        triangles->indices_size = cases[i].indices_size;
+        input.range.transformOffset = cases[i].transform_offset;
+        input.range.primitiveOffset = cases[i].first;
+        const void *structure = fixture_build(&input.input, &report);
+        if ((structure != NULL) != cases[i].is_found)
+            print_message("case %zu\n", i);
+        assert_int_equal(structure != NULL, cases[i].is_found);
+        float lower[3], upper[3];
+        if (structure && builder_bounds(structure, lower, upper))
+            assert_true(lower[0] == (cases[i].transform_offset ? 5 : 9));
+    }
+}
+
+/* Indices of each size lead to the last sphere, and none beyond it. */
+SCOPE_TEST(test_indices_of_spheres)
+{
+    static const VkIndexType types[] = {VK_INDEX_TYPE_UINT8_KHR, VK_INDEX_TYPE_UINT16,
+                                        VK_INDEX_TYPE_UINT32};
+    static const float centers[9] = {0, 0, 0, 10, 0, 0, 20, 0, 0}, radii[3] = {1, 1, 1};
+    for (uint32_t type = 0; type < 3; type++)
+        for (uint8_t index = 2; index < 4; index++) {
+            const uint8_t indices[4] = {index};
+            struct builder_report report;
+            float lower[3] = {0}, upper[3];
+            INPUT(triangles, input, NULL, 1);
+            input.geometry.type = VK_GEOMETRY_TYPE_SPHERES_NV;
+            input.geometry.spheres = (struct builder_spheres){
+                .vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
+                .radius_format = VK_FORMAT_R32_SFLOAT,
+                .index_type = types[type],
+                .vertices = centers,
+                .radii = radii,
+                .indices = indices,
+                .vertices_size = sizeof(centers),
+                .radii_size = sizeof(radii),
+                .indices_size = 1u << type,
+                .vertex_stride = 12,
+                .radius_stride = 4,
+                .index_stride = 1u << type,
+            };
+            const void *structure = fixture_build(&input.input, &report);
+            assert_int_equal(report.out_of_range, index == 3);
+            if (structure && builder_bounds(structure, lower, upper))
+                assert_true(lower[0] > 18 && upper[0] > 20);
+            else
+                assert_int_equal(index, 3);
+        }
+}

@@ -252,13 +252,13 @@ static void test_limit_of_file_sizes(void **state)
 }
 
 /* After a line that was cut by a full disk, a new one begins on its own line. */
-static void test_after_a_cut_line(void **state)
+static void expect_new_line_after(size_t part)
 {
     use_json("a.jsonl");
     struct hearing hearing = {0};
     struct reporter *reporter = reporter_heard_by(&hearing);
     size_t length = strlen(read_file("a.jsonl"));
-    struct rlimit before = limit_files(length + 100);
+    struct rlimit before = limit_files(length + part);
     capture_begin(STDERR_FILENO);
     send_one(reporter);
     capture_end();
@@ -266,9 +266,16 @@ static void test_after_a_cut_line(void **state)
     send_one(reporter);
     reporter_destroy(reporter);
     assert_int_equal(count_lines(read_file("a.jsonl")), 4);
-    assert_int_equal(strlen(line_of(1)), 100);
+    assert_int_equal(strlen(line_of(1)), part);
     assert_has(line_of(2), "{\"Type\":\"Finding\",");
     assert_has(line_of(3), "{\"Type\":\"Summary\",");
+    remove("a.jsonl");
+}
+
+static void test_after_a_cut_line(void **state)
+{
+    expect_new_line_after(100);
+    expect_new_line_after(1);
 }
 
 /* ---- names of files */
