@@ -13,6 +13,8 @@
 #include "src/state/commands/label_stack.h"
 #include "src/state/commands/object_names.h"
 
+#define SENT_COMMAND "VUID-vkCmdBuildAccelerationStructuresKHR-"
+
 static char file_text[64 * 1024];
 
 static const char *read_file(const char *name)
@@ -150,6 +152,34 @@ static void test_lines_of_an_instance(void **state)
     assert_has(line, "\"Type\":\"Summary\"");
     assert_has(line, "\"Findings\":{\"" SENT_ID "\":2},\"HeldBack\":{\"" SENT_ID "\":1}");
     assert_has(line, "\"odd builds (3)\"");
+}
+
+/* The ids of one rule are its current one and those before; "formerly" has all but the one that the
+ * finding is reported with. */
+static void test_former_ids(void **state)
+{
+    static const struct {
+        const char *names, *id, *formerly;
+    } cases[] = {
+        {"current", "pInfos-12258", "\"formerly\":[\"" SENT_COMMAND "pInfos-03671\"]"},
+        {"listed", "pInfos-03671", "\"formerly\":[]"},
+    };
+    for (size_t i = 0; i < LENGTH(cases); i++) {
+        const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
+        char id[100];
+        struct finding finding;
+        use_json("a.jsonl");
+        setenv("VK_ASSAY_VALIDATION_VUID_NAMES", cases[i].names, 1);
+        struct reporter *reporter = reporter_of(NULL);
+        finding_says(&finding, "scratchData.deviceAddress", "is wrong");
+        reporter_send(reporter, RULE_build_scratch_is_in_one_buffer, &location,
+                      &(struct call_origin){0}, &finding);
+        reporter_destroy(reporter);
+        snprintf(id, sizeof(id), "\"VUID\":\"" SENT_COMMAND "%s\"", cases[i].id);
+        read_file("a.jsonl");
+        assert_has(line_of(1), id);
+        assert_has(line_of(1), cases[i].formerly);
+    }
 }
 
 static void test_standard_error(void **state)
@@ -391,6 +421,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lines_of_an_instance),
+        cmocka_unit_test(test_former_ids),
         cmocka_unit_test(test_standard_error),
         cmocka_unit_test(test_flags_do_not_hide_header_and_summary),
         cmocka_unit_test(test_scarce_memory),
