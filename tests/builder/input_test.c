@@ -177,3 +177,25 @@ SCOPE_TEST(test_update_without_active_primitives)
         assert_int_equal(fixture_refit(input, source, source, NULL), BUILDER_OK);
     }
 }
+
+/* An update reports a primitive that has become inactive, and leaves it where it was. */
+SCOPE_TEST(test_update_to_an_inactive_primitive)
+{
+    float corners[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 0, 0, 6, 0, 0, 5, 1, 0};
+    struct builder_report report;
+    struct trace_hit hit;
+    INPUT(triangles, input, corners, 2);
+    input.input.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    void *structure = fixture_build(&input.input, NULL);
+    corners[2] = corners[5] = corners[8] = 1;
+    corners[9] = NAN;
+    assert_int_equal(fixture_refit(&input.input, structure, structure, &report), BUILDER_OK);
+    assert_int_equal(report.active, 1);
+    assert_int_equal(report.inactive, 1);
+    for (uint32_t i = 0; i < 2; i++) {
+        struct trace_ray ray = fixture_ray(5 * (float)i + 0.25f, 0.25f, 3, 0, 0, -1);
+        assert_true(fixture_trace(structure, TRACE_EXACT, &ray, &hit));
+        assert_int_equal(hit.primitive, i);
+        assert_true(hit.t == (i ? 3 : 2));
+    }
+}
