@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* How far into arrays the builder looks: to the last element, and no further. */
+#include <string.h>
+
 #include "src/bvh/input/dense.h"
 #include "src/bvh/input/source.h"
+#include "src/bvh/structure.h"
 #include "tests/builder/scope_test.h"
 
 /* The vertices that spheres name: one more than the largest index, whatever follows the last. */
@@ -192,4 +195,55 @@ SCOPE_TEST(test_indices_of_spheres)
             else
                 assert_int_equal(index, 3);
         }
+}
+
+/* What traversal relies on: bytes that a program has deserialized may be anything. */
+SCOPE_TEST(test_well_formed_structures)
+{
+    enum { COUNT = 3 };
+    float corners[9 * COUNT];
+    for (int i = 0; i < COUNT; i++)
+        memcpy(corners + 9 * i, fixture_triangle, sizeof(fixture_triangle));
+    INPUT(triangles, input, corners, COUNT);
+    struct structure_header *header = fixture_build(&input.input, NULL);
+    const uint64_t size = header->size;
+    struct triangle_record *record = structure_records(header);
+    struct wide_node *node = structure_nodes(header);
+    uint32_t *leaf = node->child;
+    while (*leaf == CHILD_EMPTY)
+        leaf++;
+    const struct {
+        uint32_t *at, value;
+        bool is_well_formed;
+    } edits[] = {
+        {&record->primitive, COUNT - 1, true},
+        {&record->primitive, COUNT, false},
+        {&record->geometry, 1, false},
+        {&header->magic, 0, false},
+        {&header->version, header->version + 1, false},
+        {&header->record_count, COUNT - 1, false},
+        {&header->record_count, header->record_capacity + 1, false},
+        {&header->record_count, 0, false},
+        {&header->node_count, header->node_capacity + 1, false},
+        {&header->node_count, 0, false},
+        {&header->geometry_count, 100, false},
+        {leaf, CHILD_EMPTY, false},
+        {leaf, 0, false},                  /* a circle */
+        {leaf, header->node_count, false}, /* no such node */
+        {leaf, leaf_child(1, COUNT), false},
+        {leaf, leaf_child(0, 1), false},
+    };
+    assert_int_equal(header->node_count, 1);
+    assert_true(structure_is_well_formed(header, size));
+    assert_true(structure_is_well_formed(header, size + 1));
+    assert_false(structure_is_well_formed(header, size - 1));
+    assert_false(structure_is_well_formed(header, sizeof(*header) - 1));
+    for (size_t i = 0; i < sizeof(edits) / sizeof(edits[0]); i++) {
+        const uint32_t before = *edits[i].at;
+        *edits[i].at = edits[i].value;
+        if (structure_is_well_formed(header, size) != edits[i].is_well_formed)
+            fail_msg("edit %zu", i);
+        *edits[i].at = before;
+    }
+    assert_true(structure_is_well_formed(header, size));
 }

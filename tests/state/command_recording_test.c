@@ -187,3 +187,16 @@ COMMAND_BUFFERS_TEST(test_a_secondary_remembers_only_those_that_still_execute_it
     assert_int_equal(facts_of(all, 2).state, COMMAND_BUFFER_INVALID);
     assert_int_equal(secondary->dependents.count, 0);
 }
+
+/* A primary refers to the journal of each secondary that it executes, until it is recorded anew. */
+COMMAND_BUFFERS_TEST(test_a_primary_releases_the_journals_of_its_secondaries)
+{
+    struct command_buffer *first = begin(all, 1), *secondary = begin(all, 3);
+    const atomic_uint *references = &secondary->journal->references;
+    const unsigned before = atomic_load(references);
+    command_buffer_execute(first, secondary);
+    command_buffer_execute(first, secondary);
+    assert_int_equal(atomic_load(references), before + 2);
+    begin(all, 1);
+    assert_int_equal(atomic_load(references), before);
+}
