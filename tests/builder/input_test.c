@@ -40,9 +40,10 @@ SCOPE_TEST(test_formats)
 {
     for (size_t i = 0; i < sizeof(vertices) / sizeof(vertices[0]); i++) {
         const struct vertex_format *format = vertex_format_find(vertices[i].format);
-        float position[3];
+        float position[4] = {[3] = 42};
         assert_non_null(format);
         format->read(vertices[i].bytes, position);
+        assert_true(position[3] == 42);
         for (int axis = 0; axis < 3; axis++)
             assert_true(position[axis] == vertices[i].position[axis]);
     }
