@@ -3,6 +3,7 @@
 #include "scarce_memory.h"
 
 #include "tests/builder/allocations.h"
+#include "tests/builder/guarded.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -76,26 +77,32 @@ static void *counted(void *block)
 
 void *__wrap_malloc(size_t size)
 {
-    return fails() ? NULL : counted(__real_malloc(size));
+    return fails() ? NULL : counted(guarded_open(__real_malloc(guarded_size(size)), size, 0));
 }
 
 void *__wrap_aligned_alloc(size_t alignment, size_t size)
 {
-    return fails() ? NULL : counted(__real_aligned_alloc(alignment, size));
+    const size_t more = (guarded_size(size) - size + alignment - 1) / alignment * alignment;
+    if (fails())
+        return NULL;
+    return counted(guarded_open(__real_aligned_alloc(alignment, size + more), size, 0));
 }
 
 void *__wrap_calloc(size_t count, size_t size)
 {
-    return fails() ? NULL : counted(__real_calloc(count, size));
+    size_t bytes;
+    if (fails() || __builtin_mul_overflow(count, size, &bytes))
+        return NULL;
+    return counted(guarded_open(__real_calloc(1, guarded_size(bytes)), bytes, bytes));
 }
 
 void *__wrap_realloc(void *old, size_t size)
 {
     if (fails())
         return NULL;
-    void *block = __real_realloc(old, size);
-    blocks += block != NULL && old == NULL;
-    return block;
+    void *moved = guarded_realloc(__real_realloc, old, size);
+    blocks += moved != NULL && old == NULL;
+    return moved;
 }
 
 char *__wrap_strdup(const char *text)
@@ -106,5 +113,6 @@ char *__wrap_strdup(const char *text)
 void __wrap_free(void *block)
 {
     blocks -= block != NULL;
+    guarded_close(block);
     __real_free(block);
 }
