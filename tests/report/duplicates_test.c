@@ -153,6 +153,13 @@ static void test_without_memory(void **state)
     reporter_destroy(reporter);
 }
 
+static void test_names_of_ids(void **state)
+{
+    assert_string_equal(reported_id_name(SENT_VUID), SENT_ID);
+    assert_string_equal(reported_id_name(MESSAGE_ID_COUNT), difference_id((enum difference)0));
+    assert_string_equal(reported_id_name(MESSAGE_ID_COUNT + 1), difference_id((enum difference)1));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -163,6 +170,7 @@ int main(void)
         cmocka_unit_test_setup(test_many_findings_on_one_object_end_a_call, surrounding_set_up),
         cmocka_unit_test_setup(test_warnings_of_the_layer, surrounding_set_up),
         cmocka_unit_test_setup(test_without_memory, surrounding_set_up),
+        cmocka_unit_test(test_names_of_ids),
     };
     return cmocka_run_group_tests_name("duplicates", tests, NULL, surrounding_remove);
 }

@@ -141,6 +141,9 @@ static void test_end_without_findings(void **state)
     assert_string_equal(hearing.text,
                         "Assay reported no violations, because report_flags leaves out errors and "
                         "warnings.");
+    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn,info", 1);
+    finish(announced(&hearing, NULL));
+    assert_non_null(strstr(hearing.text, "Assay found no violations in this instance"));
 }
 
 static void test_what_was_not_checked(void **state)

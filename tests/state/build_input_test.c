@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "src/snapshots/build_input.h"
+#include "src/snapshots/nv_info.h"
 #include "tests/fixture/make.h"
 #include "tests/state/unit_test.h"
 
@@ -242,4 +243,28 @@ TEST(micromaps_are_looked_up)
     assert_int_equal(build_input_open(&build, &memory, &input), VK_SUCCESS);
     assert_int_equal(found_count, 2);
     build_input_close(&input);
+}
+
+/* Geometry of another kind is nothing that a build of VK_NV_ray_tracing takes. */
+TEST(other_geometry_of_nv_has_no_primitives)
+{
+    static const VkGeometryTypeKHR types[] = {VK_GEOMETRY_TYPE_TRIANGLES_NV,
+                                              VK_GEOMETRY_TYPE_INSTANCES_KHR};
+    for (int i = 0; i < 2; i++) {
+        const VkGeometryNV geometry =
+            MAKE(VkGeometryNV, .geometryType = types[i],
+                 .geometry = {.triangles = MAKE(VkGeometryTrianglesNV, .vertexCount = 3,
+                                                .indexType = VK_INDEX_TYPE_NONE_NV),
+                              .aabbs = MAKE(VkGeometryAABBNV, .numAABBs = 1)});
+        const VkAccelerationStructureInfoNV info = MAKE(
+            VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+            .geometryCount = 1, .pGeometries = &geometry);
+        struct readable_cache cache = {0};
+        struct build_parameters build;
+        assert_int_equal(nv_info_copy(&cache, &info, NULL, &build), VK_SUCCESS);
+        assert_int_equal(build.ranges[0].primitiveCount, i == 0);
+        assert_int_equal(build.geometries[0].geometryType,
+                         i == 0 ? VK_GEOMETRY_TYPE_TRIANGLES_KHR : VK_GEOMETRY_TYPE_MAX_ENUM_KHR);
+        build_parameters_release(&build);
+    }
 }

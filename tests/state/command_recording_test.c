@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what recording does to a command buffer. */
+#include <stdlib.h>
+
 #include "tests/state/command_fixture.h"
 
 /* ---- states */
@@ -199,4 +201,17 @@ COMMAND_BUFFERS_TEST(test_a_primary_releases_the_journals_of_its_secondaries)
     assert_int_equal(atomic_load(references), before + 2);
     begin(all, 1);
     assert_int_equal(atomic_load(references), before);
+}
+
+/* Journals free the ranges of entries: this program fails if memory is left. */
+COMMAND_BUFFERS_TEST(test_a_journal_frees_what_its_entries_hold)
+{
+    struct command_buffer *first = begin(all, 1);
+    for (int i = 0; i < 2; i++) {
+        struct journal_entry entry = {.kind = JOURNAL_RANGES, .ranges = malloc(16)};
+        journal_add(first->journal, &entry);
+        assert_true(first->journal->has_references);
+        begin(all, 1);
+        assert_false(first->journal->has_references);
+    }
 }
