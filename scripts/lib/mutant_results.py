@@ -35,12 +35,13 @@ def change_of(root, mutation):
 
 
 def read_explained(path):
-    """Why mutants may survive: by source, line and mutated line. The file explains itself."""
+    """The kind and the reason of mutants that survive, by source, line and mutated line. The file
+    explains itself."""
     reasons = {}
     for line in path.read_text(encoding="utf-8").splitlines():
         if line and not line.startswith("#"):
-            name, before, after, reason = line.split("\t")
-            reasons[name, before, after] = reason
+            name, before, after, kind, reason = line.split("\t")
+            reasons[name, before, after] = kind, reason
     return reasons
 
 

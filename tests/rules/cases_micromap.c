@@ -114,6 +114,9 @@ static const struct test_case cases[] = {
                         MICROMAP_FLAG(PREFER_FAST_BUILD_BIT_KHR) |
                         MICROMAP_FLAG(MICROMAP_LOSSY_BIT_KHR)),
          .mutate_twin = use_4_state_usages, .path = "pInfos[2].flags"),
+    CASE("micromap_build_that_prefers_fast_trace", RULE(micromap_build_flags_are_allowed),
+         .silent = true, .prepare = scene_build_micromap,
+         EDITS(SET(infos[AABBS].flags, MICROMAP_FLAG(PREFER_FAST_TRACE_BIT_KHR)))),
     CASE("micromap_build_of_two_geometries", RULE(micromap_build_has_one_geometry),
          .prepare = scene_build_micromap, EDITS(SET(infos[AABBS].geometryCount, 2)),
          .path = "pInfos[2].geometryCount"),

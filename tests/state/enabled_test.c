@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which flags and types are valid on a device with one extension: those of the registry. */
+/* What rules get: the flags and types that are valid on a device with one extension, those of the
+ * registry; properties of formats; and the other rules that a finding names. */
 #include "src/view/enabled.h"
+#include "src/view/finding.h"
 #include "src/view/formats.h"
 #include "tests/state/unit_test.h"
 
@@ -92,4 +94,13 @@ TEST(formats_have_the_alignment_of_their_smallest_component)
         assert_int_equal(format_is_known(cases[i].format), cases[i].size > 0);
     }
     assert_true(format_is_known(VK_FORMAT_UNDEFINED));
+}
+
+TEST(a_finding_names_no_more_rules_than_fit)
+{
+    struct finding finding = {.also_count = 0};
+    for (uint32_t i = 0; i < FINDING_ALSO + 2; i++) {
+        assert_false(also_violates(&finding, (enum rule)i));
+        assert_int_equal(finding.also_count, i < FINDING_ALSO ? i + 1 : FINDING_ALSO);
+    }
 }
