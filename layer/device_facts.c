@@ -71,6 +71,9 @@ static void collect_features(struct device_facts *facts, const void *chain)
 
     const VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV *spheres = chain_find(
         chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV);
+    const VkPhysicalDeviceFaultFeaturesEXT *fault =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FAULT_FEATURES_EXT);
+    facts->device_fault = fault && fault->deviceFault;
     facts->spheres = spheres && spheres->spheres;
     facts->linear_swept_spheres = spheres && spheres->linearSweptSpheres;
 

@@ -3,7 +3,10 @@
 #include "layer/layer.h"
 
 #include <inttypes.h>
+#include <pthread.h>
+#include <sched.h>
 #include <stdatomic.h>
+#include <sys/mman.h>
 
 #include "src/base/readable.h"
 #include "src/base/reader_lock.h"
@@ -12,25 +15,45 @@
 /* Static storage without constructor or destructor. The lists are linked through their members, so
  * publishing cannot fail. It must not fail, because it follows the call down, whose success cannot
  * be undone (loaders free an instance twice if a layer fails then). */
-static struct reader_lock registry_lock;
 static struct layer_link *instances, *devices;
 
 /* A second list of the first few devices, by dispatch key, for look-ups without a lock. No thread
  * withdraws a device while another looks it up (external synchronization), so the slot of that
  * device stays unchanged. */
 enum { QUICK_DEVICES = 8 };
-static struct quick_device {
+struct quick_device {
     const void *_Atomic key; /* NULL: unused */
     struct layer_device *device;
-} quick_devices[QUICK_DEVICES];
+};
 
 /* The devices of the command buffers that were looked up last, for look-ups without a lock that do
  * not dereference the handle, which may be invalid. A word holds the handle; the bits that are 0 in
  * a pointer to an object hold the index of the device in quick_devices. 0 means unused. Freeing a
  * command buffer clears its word, so that a freed handle is not found. */
 enum { OWNER_BITS = 6 };
-static uintptr_t _Atomic recent_owners[1 << OWNER_BITS];
 static const uintptr_t owner_index_mask = QUICK_DEVICES - 1;
+
+/* The kernel clears this page in the child of a fork (MADV_WIPEONFORK). A thread that the child
+ * does not have may have held the lock, or the locks of the instances and devices. So the look-ups
+ * in the child find nothing here, notice the fork, and replace all instances and devices first.
+ * (Handlers of pthread_atfork() are no alternative: a library that is unloaded must not register
+ * any.) */
+enum { PAGE = 4096 };
+enum page_state { PAGE_IS_CLEAR, PAGE_IS_BEING_FILLED, PAGE_IS_FILLED };
+static _Alignas(PAGE) union {
+    struct {
+        _Atomic enum page_state state;
+        pthread_t filled_by; /* while it is being filled */
+        struct reader_lock lock;
+        struct quick_device quick_devices[QUICK_DEVICES];
+        uintptr_t _Atomic recent_owners[1 << OWNER_BITS];
+    };
+    char size[PAGE];
+} page;
+
+/* Instances and devices from before a fork, which stay allocated: their locks may be held for ever,
+ * and their members may be inconsistent. */
+static struct layer_link *abandoned_instances, *abandoned_devices;
 
 /* Handles that the loader created for one instance or device begin with the same pointer. */
 static const void *dispatch_key(const void *dispatchable)
@@ -46,34 +69,118 @@ static const void *dispatch_key_safely(const void *dispatchable)
                                                                                          : NULL;
 }
 
+/* ---- forks */
+
+/* Replaces the members of a list. One that cannot be replaced, because memory ran out, stays. */
+static struct layer_link *replace(struct layer_link *list,
+                                  struct layer_link *(*replacement_of)(struct layer_link *old))
+{
+    struct layer_link *replaced = NULL, **end = &replaced;
+    for (struct layer_link *old = list, *next; old; old = next) {
+        next = old->next;
+        struct layer_link *link = replacement_of(old);
+        *end = link ? link : old;
+        (*end)->key = old->key;
+        (*end)->next = NULL;
+        end = &(*end)->next;
+    }
+    return replaced;
+}
+
+static struct layer_link *replacement_of_instance(struct layer_link *old)
+{
+    struct layer_instance *instance = layer_replace_instance((struct layer_instance *)old);
+    return instance ? &instance->link : NULL;
+}
+
+static struct layer_link *replacement_of_device(struct layer_link *old)
+{
+    const struct layer_link *link = instances;
+    while (link && link->key != ((struct layer_device *)old)->instance->link.key)
+        link = link->next;
+    struct layer_device *device =
+        layer_replace_device((struct layer_device *)old, (struct layer_instance *)link);
+    return device ? &device->link : NULL;
+}
+
+static void add_quick_device(struct layer_device *device);
+
+static void replace_all(void)
+{
+    abandoned_instances = instances;
+    abandoned_devices = devices;
+    instances = replace(instances, replacement_of_instance);
+    devices = replace(devices, replacement_of_device);
+    for (struct layer_link *link = devices; link; link = link->next)
+        add_quick_device((struct layer_device *)link);
+}
+
+/* Replacing calls commands of the next layer, and these may look up instances. Other threads of the
+ * child wait. If the kernel cannot clear pages, the page is filled for good. */
+__attribute__((noinline, cold)) static void fill_page(void)
+{
+    enum page_state found = PAGE_IS_CLEAR;
+    if (!atomic_compare_exchange_strong(&page.state, &found, PAGE_IS_BEING_FILLED)) {
+        while (atomic_load(&page.state) != PAGE_IS_FILLED &&
+               !pthread_equal(page.filled_by, pthread_self()))
+            sched_yield();
+        return;
+    }
+    page.filled_by = pthread_self();
+    madvise(&page, sizeof(page), MADV_WIPEONFORK);
+    replace_all();
+    atomic_store(&page.state, PAGE_IS_FILLED);
+}
+
+static void notice_fork(void)
+{
+    if (atomic_load_explicit(&page.state, memory_order_acquire) != PAGE_IS_FILLED)
+        fill_page();
+}
+
+static unsigned enter(void)
+{
+    notice_fork();
+    return reader_lock_enter(&page.lock);
+}
+
+static void leave(unsigned stripe)
+{
+    reader_lock_leave(&page.lock, stripe);
+}
+
+/* ---- look-ups */
+
 /* Returns the instance or device whose first member is the link with this key. */
 __attribute__((noinline)) static void *find(struct layer_link *const *list, const void *key)
 {
-    unsigned stripe = reader_lock_enter(&registry_lock);
+    unsigned stripe = enter();
     struct layer_link *link = key ? *list : NULL;
     while (link && link->key != key)
         link = link->next;
-    reader_lock_leave(&registry_lock, stripe);
+    leave(stripe);
     return link;
 }
 
 static void add(struct layer_link **list, const void *dispatchable, struct layer_link *link)
 {
-    reader_lock_write(&registry_lock);
+    notice_fork();
+    reader_lock_write(&page.lock);
     link->key = dispatch_key(dispatchable);
     link->next = *list;
     *list = link;
-    reader_lock_write_done(&registry_lock);
+    reader_lock_write_done(&page.lock);
 }
 
 static void take_out(struct layer_link **list, const struct layer_link *link)
 {
-    reader_lock_write(&registry_lock);
+    notice_fork();
+    reader_lock_write(&page.lock);
     while (*list && *list != link)
         list = &(*list)->next;
     if (*list)
         *list = link->next;
-    reader_lock_write_done(&registry_lock);
+    reader_lock_write_done(&page.lock);
 }
 
 struct layer_instance *layer_find_instance(const void *dispatchable)
@@ -85,8 +192,8 @@ struct layer_instance *layer_find_instance(const void *dispatchable)
 static struct quick_device *quick_device(const void *key)
 {
     for (unsigned i = 0; i < QUICK_DEVICES; i++)
-        if (atomic_load_explicit(&quick_devices[i].key, memory_order_acquire) == key)
-            return &quick_devices[i];
+        if (atomic_load_explicit(&page.quick_devices[i].key, memory_order_acquire) == key)
+            return &page.quick_devices[i];
     return NULL;
 }
 
@@ -107,9 +214,9 @@ struct layer_device *layer_find_reporting_device(const void *dispatchable)
     struct layer_device *device = layer_find_device_safely(dispatchable);
     if (device)
         return device;
-    unsigned stripe = reader_lock_enter(&registry_lock);
+    unsigned stripe = enter();
     struct layer_link *link = devices;
-    reader_lock_leave(&registry_lock, stripe);
+    leave(stripe);
     return (struct layer_device *)link;
 }
 
@@ -119,7 +226,7 @@ struct layer_device *layer_find_reporting_device(const void *dispatchable)
 static uintptr_t _Atomic *recent_owner(VkCommandBuffer handle)
 {
     uint64_t hash = (uint64_t)(uintptr_t)handle * 0x9e3779b97f4a7c15u;
-    return &recent_owners[hash >> (64 - OWNER_BITS)];
+    return &page.recent_owners[hash >> (64 - OWNER_BITS)];
 }
 
 static void remember_owner(VkCommandBuffer handle, const struct layer_device *device)
@@ -127,18 +234,18 @@ static void remember_owner(VkCommandBuffer handle, const struct layer_device *de
     const struct quick_device *quick = quick_device(device->link.key);
     if (quick && ((uintptr_t)handle & owner_index_mask) == 0)
         atomic_store_explicit(recent_owner(handle),
-                              (uintptr_t)handle | (uintptr_t)(quick - quick_devices),
+                              (uintptr_t)handle | (uintptr_t)(quick - page.quick_devices),
                               memory_order_release);
 }
 
 /* Searches all devices. The registry is locked so that each of them stays. */
 static struct layer_device *find_owner(VkCommandBuffer handle)
 {
-    unsigned stripe = reader_lock_enter(&registry_lock);
+    unsigned stripe = enter();
     struct layer_link *link = devices;
     while (link && !command_buffers_find(((struct layer_device *)link)->command_buffers, handle))
         link = link->next;
-    reader_lock_leave(&registry_lock, stripe);
+    leave(stripe);
     return (struct layer_device *)link;
 }
 
@@ -161,7 +268,7 @@ struct layer_device *layer_find_build_device(VkCommandBuffer handle)
 {
     uintptr_t owner = atomic_load_explicit(recent_owner(handle), memory_order_acquire);
     return handle && (owner & ~owner_index_mask) == (uintptr_t)handle
-               ? quick_devices[owner & owner_index_mask].device
+               ? page.quick_devices[owner & owner_index_mask].device
                : search_owner(handle);
 }
 
@@ -200,9 +307,9 @@ void layer_forget_command_buffer(VkCommandBuffer handle)
 static void forget_owned_by(const struct quick_device *quick)
 {
     for (unsigned i = 0; i < 1 << OWNER_BITS; i++) {
-        uintptr_t owner = atomic_load_explicit(&recent_owners[i], memory_order_relaxed);
-        if (owner && quick_devices + (owner & owner_index_mask) == quick)
-            atomic_compare_exchange_strong(&recent_owners[i], &owner, 0);
+        uintptr_t owner = atomic_load_explicit(&page.recent_owners[i], memory_order_relaxed);
+        if (owner && page.quick_devices + (owner & owner_index_mask) == quick)
+            atomic_compare_exchange_strong(&page.recent_owners[i], &owner, 0);
     }
 }
 
@@ -216,16 +323,22 @@ void layer_remove_instance(struct layer_instance *instance)
     take_out(&instances, &instance->link);
 }
 
+/* The caller has locked the registry for writing, or is alone. */
+static void add_quick_device(struct layer_device *device)
+{
+    struct quick_device *unused = quick_device(NULL);
+    if (!unused)
+        return;
+    unused->device = device;
+    atomic_store_explicit(&unused->key, device->link.key, memory_order_release);
+}
+
 void layer_add_device(struct layer_device *device)
 {
     add(&devices, device->handle, &device->link);
-    reader_lock_write(&registry_lock);
-    struct quick_device *unused = quick_device(NULL);
-    if (unused) {
-        unused->device = device;
-        atomic_store_explicit(&unused->key, device->link.key, memory_order_release);
-    }
-    reader_lock_write_done(&registry_lock);
+    reader_lock_write(&page.lock);
+    add_quick_device(device);
+    reader_lock_write_done(&page.lock);
 }
 
 void layer_remove_device(struct layer_device *device)
@@ -242,11 +355,11 @@ bool layer_other_device_has_operation(const struct layer_device *device,
                                       VkDeferredOperationKHR handle)
 {
     bool found = false;
-    unsigned stripe = reader_lock_enter(&registry_lock);
+    unsigned stripe = enter();
     for (struct layer_link *link = devices; link && !found; link = link->next)
         found = link != &device->link &&
                 deferred_operations_has(((struct layer_device *)link)->deferred, handle) == YES;
-    reader_lock_leave(&registry_lock, stripe);
+    leave(stripe);
     return found;
 }
 
@@ -254,10 +367,10 @@ bool layer_other_device_has(const struct layer_device *device, enum resource_kin
                             uint64_t handle)
 {
     bool found = false;
-    unsigned stripe = reader_lock_enter(&registry_lock);
+    unsigned stripe = enter();
     for (struct layer_link *link = devices; link && !found; link = link->next)
         found = link != &device->link &&
                 resources_find_id(((struct layer_device *)link)->resources, kind, handle) != 0;
-    reader_lock_leave(&registry_lock, stripe);
+    leave(stripe);
     return found;
 }

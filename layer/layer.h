@@ -13,6 +13,7 @@
 #ifndef ASSAY_LAYER_LAYER_H
 #define ASSAY_LAYER_LAYER_H
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/utility/vk_dispatch_table.h>
@@ -32,6 +33,7 @@
 #include "src/state/commands/queue_labels.h"
 #include "src/state/facts.h"
 #include "src/state/order/order.h"
+#include "src/state/resources/destroyed.h"
 #include "src/state/resources/resources.h"
 
 #define ASSAY_LAYER_NAME "VK_LAYER_ASSAY_validation"
@@ -72,17 +74,21 @@ struct layer_device {
     struct device_facts facts;
     enum level level;
     bool active_rules[COMMAND_COUNT][RULE_COUNT];
+    bool records_builds;                         /* setting record_builds */
+    const struct build_recorder *build_recorder; /* for journals; NULL below level EXECUTION */
     VkPhysicalDeviceMemoryProperties memory;
     uint32_t physical_device_count; /* number in the device's group */
     VkQueueFamilyProperties *queue_families;
     uint32_t queue_family_count;
 
-    _Atomic bool warned_of_skipped; /* see layer_find_recording_device */
+    atomic_bool loss_reported, hang_reported; /* see layer/postmortem/ */
+    _Atomic bool warned_of_skipped;           /* see layer_find_recording_device */
 
     /* Each has its own lock. */
     struct resources *resources;
     struct command_buffers *command_buffers;
     struct size_cache *sizes;
+    struct destroyed_objects *destroyed;
     struct object_names *names;
     struct queue_labels *queue_labels;
     struct query_pools *query_pools;
@@ -93,6 +99,7 @@ struct layer_device {
      * both. */
     struct submissions *submissions;
     struct execution_order *order;
+    struct submitted_builds *submitted_builds; /* for reports of a loss; NULL below EXECUTION */
     /* Which structures allow instances to disable micromaps; NULL below level CONTENT, and without
      * opacity micromaps. */
     struct built_flags *built_flags;
@@ -145,6 +152,19 @@ bool layer_other_device_has_operation(const struct layer_device *device,
                                       VkDeferredOperationKHR handle);
 bool layer_other_device_has(const struct layer_device *device, enum resource_kind kind,
                             uint64_t handle);
+
+/* Replace an instance or device of the parent process in the child of a fork
+ * (layer/lifecycle/forks.c). Read nothing but what never changes. Return NULL if memory runs out.
+ */
+struct layer_instance *layer_replace_instance(const struct layer_instance *old);
+struct layer_device *layer_replace_device(const struct layer_device *old,
+                                          struct layer_instance *instance);
+
+/* Allocates a device and what it needs at each level; and frees a device that is not published. */
+struct layer_device *layer_allocate_device(void);
+void layer_free_device(struct layer_device *device);
+VkResult layer_track_submissions(struct layer_device *device);
+void layer_register_consumers(struct layer_device *device);
 
 /* The loader's link information in a creation chain. Returns NULL if the chain lacks it. */
 VkLayerInstanceCreateInfo *layer_instance_link(const VkInstanceCreateInfo *create_info);

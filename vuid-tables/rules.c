@@ -62,6 +62,11 @@ static const struct {
 #undef RETIRED
 };
 
+const char *vuid_of_retired_row(unsigned row)
+{
+    return retired[row].id;
+}
+
 const char *vuid_retired(enum vuid vuid, unsigned n)
 {
     for (size_t i = 0; i < sizeof(retired) / sizeof(retired[0]); i++)

@@ -134,6 +134,15 @@ extern const struct rule_info rule_infos[RULE_COUNT];
 /* Returns the rule that validates an id. The compiler checks that each id has one. */
 enum rule rule_of_vuid(enum vuid vuid);
 
+/* The rows of retired.def, which may have an id twice. */
+enum {
+    RETIRED_COUNT = 0
+#define RETIRED(id, current, field) +1
+#include "vuid-tables/retired.def"
+#undef RETIRED
+};
+const char *vuid_of_retired_row(unsigned row);
+
 /* Returns the n-th id that the registry has replaced by `vuid`, or NULL. */
 const char *vuid_retired(enum vuid vuid, unsigned n);
 

@@ -39,6 +39,8 @@ struct reading {
     struct read_call *open_calls;
     struct pending_finding *findings, **findings_last;
     bool lacks_memory; /* some inputs could not be validated */
+    const char *when;  /* see input_checks_read() */
+    bool lacks_marks;  /* the device may not have copied the inputs of some builds */
     bool lacks_copies; /* the device has not executed some copies */
 };
 
@@ -84,6 +86,9 @@ static void report_findings(struct reading *reading)
             .command_buffer = pending->journal->command_buffer,
             .build_index = pending->first,
             .labels = journal_labels_at(pending->journal, pending->first + pending->location.build),
+            .when = reading->when,
+            .destroyed = device->destroyed,
+            .submissions = reading->ran->execution->submissions,
         };
         reporter_send(device->instance->reporter, pending->rule, &pending->location, &origin,
                       &pending->finding);
@@ -267,6 +272,7 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
         .dst_id = entry ? entry->dst_id : 0,
         .memory = snapshot_memory_of(&memory),
         .inputs = note ? note->inputs : NULL,
+        .source_inputs = note ? note->source.inputs : NULL,
     };
     executed.point = find_execution_point(buffer, build);
     executed.used_count = find_used(buffer, build, &executed.used);
@@ -274,15 +280,36 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
     executed_call_read(buffer->call->executed, &executed);
     const struct executed_input input = {buffer->journal, entry, item, &executed.memory,
                                          buffer->execution->destroy_count};
-    comparer_keep(reading->ran->device->comparer, &input);
+    if (!reading->when)
+        comparer_keep(reading->ran->device->comparer, &input);
     snapshot_memory_close(&memory);
     if (note)
         replay_judge_inputs(&reading->replay, note);
 }
 
+/* Whether the build is to be validated now. The device executes the calls of a command buffer in
+ * order, so one number says which builds were validated before completion. */
+static bool is_readable(struct read_buffer *buffer, uint32_t position)
+{
+    struct execution *execution = buffer->execution;
+    if (position < execution->judged_end)
+        return false;
+    if (!buffer->reading->when)
+        return true;
+    if (recording_mark_state(execution->recording, position, execution->ticket->number) <
+        MARK_HAS_COPIES) {
+        buffer->reading->lacks_marks = true;
+        return false;
+    }
+    execution->judged_end = position + 1;
+    return true;
+}
+
 static void read_item(struct read_buffer *buffer, const struct recorded_item *item)
 {
     const struct recorded_place *place = &item->build->place;
+    if (!is_readable(buffer, place->position))
+        return;
     if (!is_of_call(buffer->call, place)) {
         leave_call(buffer->call);
         buffer->call = begin_call(buffer->reading, buffer->journal, place);
@@ -329,19 +356,20 @@ static void read_execution(struct reading *reading, struct execution *execution,
     leave_call(buffer.call);
 }
 
-void input_checks_read(const struct ran_execution *ran, struct missed_executions *missed)
+void input_checks_read(const struct ran_execution *ran, const char *when,
+                       struct missed_executions *missed)
 {
     struct ticket *ticket = ran->execution->ticket;
+    bool is_complete = ticket->wait(ticket, 0) == VK_SUCCESS;
+    if (!when && !is_complete)
+        when = "read after the device was lost";
     struct reading reading = {.ran = ran,
+                              .when = when,
                               .replay = {.active = ran->device->active_rules,
                                          .resources = ran->device->resources,
                                          .found = keep_finding,
                                          .user = &reading},
                               .findings_last = &reading.findings};
-    if (ticket->wait(ticket, 0) != VK_SUCCESS) {
-        missed->device_lost++;
-        return;
-    }
     read_execution(&reading, ran->execution, ran->journal);
     while (reading.open_calls) {
         struct read_call *call = reading.open_calls;
@@ -349,8 +377,10 @@ void input_checks_read(const struct ran_execution *ran, struct missed_executions
         end_call(call);
     }
     report_findings(&reading);
-    if (reading.lacks_copies)
+    missed->device_lost += reading.lacks_marks;
+    if (reading.lacks_copies && !when)
         warn_lack_of_copies(ran->device);
     missed->no_memory += reading.lacks_memory;
-    comparer_run(ran->device->comparer, ran->queue);
+    if (!when)
+        comparer_run(ran->device->comparer, ran->queue);
 }

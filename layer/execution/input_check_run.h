@@ -21,7 +21,10 @@ struct ran_execution {
 };
 
 /* Validates the snapshots and reports the findings, with no lock held. Counts in `missed` what
- * could not be validated. */
-void input_checks_read(const struct ran_execution *ran, struct missed_executions *missed);
+ * could not be validated. `when`: NULL, or why the execution is read before it is complete, for the
+ * messages: then only builds are validated whose mark says that their inputs were copied, and each
+ * only once. */
+void input_checks_read(const struct ran_execution *ran, const char *when,
+                       struct missed_executions *missed);
 
 #endif

@@ -8,6 +8,7 @@
 #include <time.h>
 
 #include "layer/execution/input_check_run.h"
+#include "layer/execution/submitted_builds.h"
 #include "layer/snapshots/coverage_warnings.h"
 
 /* The notes of a batch that was replayed and has not run. */
@@ -231,6 +232,13 @@ static void remove_waiting(struct input_checks *input_checks, struct waiting **l
     pthread_mutex_unlock(&input_checks->lock);
 }
 
+static void note_end(const struct waiting *waiting)
+{
+    struct ticket *ticket = waiting->ran.execution->ticket;
+    if (ticket->wait(ticket, 0) == VK_SUCCESS)
+        submitted_builds_end(waiting->ran.device->submitted_builds, waiting->timestamp);
+}
+
 /* Validates complete executions in execution order. Skips incomplete ones, because executions of
  * other queues may be complete. */
 static void deliver(struct input_checks *input_checks)
@@ -245,7 +253,8 @@ static void deliver(struct input_checks *input_checks)
             continue;
         }
         remove_waiting(input_checks, link);
-        input_checks_read(&waiting->ran, &missed);
+        note_end(waiting);
+        input_checks_read(&waiting->ran, NULL, &missed);
         free_waiting(waiting);
     }
     warn_missed(input_checks->device, &missed);
@@ -280,6 +289,46 @@ void input_checks_deliver(struct input_checks *input_checks)
     do {
         deliver(input_checks);
     } while (repeat_delivery(input_checks));
+}
+
+static bool is_delivering(struct input_checks *input_checks)
+{
+    pthread_mutex_lock(&input_checks->lock);
+    bool is_busy = input_checks->busy;
+    pthread_mutex_unlock(&input_checks->lock);
+    return is_busy;
+}
+
+bool input_checks_read_marked(struct input_checks *input_checks, const char *when)
+{
+    struct missed_executions missed = {0};
+    if (!begin_delivery(input_checks))
+        return !is_delivering(input_checks);
+    struct waiting *const *link = &input_checks->waiting;
+    for (struct waiting *waiting; (waiting = waiting_at(input_checks, link));
+         link = next_link(input_checks, (struct waiting **)(uintptr_t)link))
+        if (has_sources(waiting))
+            input_checks_read(&waiting->ran, when, &missed);
+    while (repeat_delivery(input_checks))
+        deliver(input_checks);
+    return true;
+}
+
+struct ticket *input_checks_next_ticket(struct input_checks *input_checks, VkQueue queue,
+                                        uint64_t after)
+{
+    struct ticket *next = NULL;
+    pthread_mutex_lock(&input_checks->lock);
+    for (const struct waiting *at = input_checks->waiting; at; at = at->next) {
+        struct ticket *ticket = at->ran.execution->ticket;
+        if (ticket->number > after && (!queue || at->ran.queue == queue) &&
+            (!next || ticket->number < next->number))
+            next = ticket;
+    }
+    if (next)
+        ticket_share(next);
+    pthread_mutex_unlock(&input_checks->lock);
+    return next;
 }
 
 /* An execution in the list depends on no later submission. But another batch of its submission may,

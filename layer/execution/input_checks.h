@@ -33,4 +33,13 @@ void input_checks_end_batch(struct input_checks *input_checks, const struct batc
  * may have used. Accepts NULL. */
 void input_checks_deliver(struct input_checks *input_checks);
 
+/* Validates the builds whose inputs have been copied, though their executions are not complete.
+ * `when` says why. Returns false if another thread validates now. */
+bool input_checks_read_marked(struct input_checks *input_checks, const char *when);
+
+/* The first ticket with a higher number than `after` of an execution that waits to be validated, on
+ * a queue or, if that is VK_NULL_HANDLE, on any. The caller releases it. NULL: none. */
+struct ticket *input_checks_next_ticket(struct input_checks *input_checks, VkQueue queue,
+                                        uint64_t after);
+
 #endif

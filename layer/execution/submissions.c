@@ -9,7 +9,9 @@
 #include <pthread.h>
 #include <stdlib.h>
 
+#include "layer/execution/build_records.h"
 #include "layer/execution/input_checks.h"
+#include "layer/execution/submitted_builds.h"
 #include "layer/layer.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/check/replay/replay.h"
@@ -143,6 +145,13 @@ static bool found(void *user, const struct journal *journal, uint32_t first_buil
     return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
 }
 
+static void record_compacted_size(void *user, uint64_t structure, VkDeviceSize size)
+{
+    const struct batch *batch = user;
+    build_records_add_size(batch->submissions->device,
+                           (VkAccelerationStructureKHR)(uintptr_t)structure, size);
+}
+
 static struct replay replay_of(struct batch *batch, const struct batch_run *run)
 {
     struct submissions *submissions = batch->submissions;
@@ -154,9 +163,11 @@ static struct replay replay_of(struct batch *batch, const struct batch_run *run)
         .now = run->timestamp,
         .follows = run->clock,
         .predecessors_known = run->predecessors_known,
+        .destroy_count = run->destroy_count,
         .never_is_certain = !submissions->device->facts.has_other_builders,
         .unordered = run->work != WORK_OF_QUEUE,
         .found = found,
+        .compacted = submissions->device->records_builds ? record_compacted_size : NULL,
         .user = batch,
     };
 }
@@ -174,20 +185,26 @@ static void replay_work(struct replay *replay, const struct journal *journal,
     replay_begin_work(replay, journal);
 }
 
+static struct batch batch_of(struct submissions *submissions, const struct batch_run *run)
+{
+    return (struct batch){
+        .submissions = submissions,
+        .origin = {.device = submissions->device->handle,
+                   .names = submissions->device->names,
+                   .destroyed = submissions->device->destroyed,
+                   .queue = run->queue,
+                   .submission = run->submission,
+                   .queue_labels = shared_labels_stack(run->queue_labels)},
+    };
+}
+
 /* Judges a batch and applies it; a check of the host's work (`undo` set) is not applied. If a
  * command buffer lacks a complete journal, it may have written anything, so the order becomes
  * unknown. */
 static bool replay_batch(struct submissions *submissions, const struct batch_run *run,
                          struct build_undo *undo)
 {
-    struct batch batch = {
-        .submissions = submissions,
-        .origin = {.device = submissions->device->handle,
-                   .names = submissions->device->names,
-                   .queue = run->queue,
-                   .submission = run->submission,
-                   .queue_labels = shared_labels_stack(run->queue_labels)},
-    };
+    struct batch batch = batch_of(submissions, run);
     struct replay replay = replay_of(&batch, run);
     struct input_notes *notes =
         run->work == WORK_OF_QUEUE ? input_checks_note_batch(submissions->device->input_checks, run)
@@ -202,7 +219,6 @@ static bool replay_batch(struct submissions *submissions, const struct batch_run
         }
         replay.notes = notes ? &notes[i] : NULL;
         if (run->work == WORK_OF_QUEUE) {
-            replay_destroyed(&replay, journal);
             replay_submitted(&replay, journal);
         } else if (undo) {
             replay_judge_work(&replay, journal);
@@ -250,6 +266,21 @@ static void release(void *user, void *captured)
     journal_release(captured);
 }
 
+/* Looks for destroyed objects now: they are used from the submission on. When the batch runs, its
+ * commands may have completed, and the application may have destroyed its objects. */
+static bool inspect(void *user, const struct batch_run *run)
+{
+    struct submissions *submissions = user;
+    struct batch batch = batch_of(submissions, run);
+    struct replay replay = replay_of(&batch, run);
+    for (uint32_t i = 0; i < run->command_count; i++) {
+        const struct journal *journal = run->commands[i].captured;
+        if (journal && !journal->incomplete)
+            replay_destroyed(&replay, journal);
+    }
+    return batch.skip;
+}
+
 /* Judges a batch before its call goes down, so that a callback can have the call skipped. Applies
  * it at once, because all earlier batches have run. */
 static bool check(void *user, const struct batch_run *run)
@@ -274,6 +305,9 @@ static void run_batch(void *user, const struct batch_run *run)
     build_undo_forget(&submissions->undo);
     if (!is_done && !submissions->order_unknown)
         replay_batch(submissions, run, NULL);
+    if (!submissions->order_unknown && submissions->device->records_builds)
+        build_records_add_batch(submissions->device, run);
+    submitted_builds_run(submissions->device->submitted_builds, run);
     if (submissions->device->snapshots)
         snapshots_run(submissions->device->snapshots, run);
     input_checks_end_batch(submissions->device->input_checks, run);
@@ -294,6 +328,7 @@ struct execution_hooks submissions_hooks(struct submissions *submissions)
         .capture = capture,
         .release = release,
         .is_open = is_open,
+        .inspect = inspect,
         .check = check,
         .drop = drop,
         .run = run_batch,

@@ -39,6 +39,7 @@ static struct call_origin origin_of(const struct build_call *call)
         .command_buffer = facts->handle,
         .build_index = facts->build_index,
         .names = call->device->names,
+        .destroyed = call->device->destroyed,
         .labels = call->command_buffer ? &call->command_buffer->labels : NULL,
     };
 }

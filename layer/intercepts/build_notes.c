@@ -79,7 +79,7 @@ static void note_address(const struct build_call *call, const struct build_view 
     journal_end_inputs(call->journal, noting.next);
 }
 
-void build_notes_record_geometry(void *user, const struct geometry_view *geometry)
+static void record_geometry(void *user, const struct geometry_view *geometry)
 {
     const struct build_call *call = user;
     const struct chained_inputs *chained = geometry->chained;
@@ -95,7 +95,7 @@ void build_notes_record_geometry(void *user, const struct geometry_view *geometr
                      &chained->items[i].facts);
 }
 
-void build_notes_record_indirect(void *user, const struct indirect_view *indirect)
+static void record_indirect(void *user, const struct indirect_view *indirect)
 {
     note_address(user, indirect->build, 0, INPUT_INDIRECT, &indirect->facts);
 }
@@ -217,8 +217,8 @@ static inline void note_inputs(const struct build_call *call, const struct build
     journal_end_inputs(call->journal, noting.next);
 }
 
-ON_RECORDING_PATH void build_notes_record_build(void *user, const struct build_view *build,
-                                                const struct geometry_view *geometry)
+ON_RECORDING_PATH static void record_build(void *user, const struct build_view *build,
+                                           const struct geometry_view *geometry)
 {
     const struct build_call *call = user;
     const struct command_buffer *command_buffer = call->command_buffer;
@@ -233,7 +233,7 @@ ON_RECORDING_PATH void build_notes_record_build(void *user, const struct build_v
 }
 
 /* If the ranges cannot be kept, rules about them stay silent. */
-void build_notes_record_ranges(void *user, struct noted_ranges *ranges)
+static void record_ranges(void *user, struct noted_ranges *ranges)
 {
     const struct build_call *call = user;
     if (!ranges)
@@ -244,4 +244,54 @@ void build_notes_record_ranges(void *user, struct noted_ranges *ranges)
                                    .command = (unsigned char)call->view.command,
                                    .ranges = ranges,
                                });
+}
+
+/* ---- with numbers of primitives, for setting record_builds */
+
+static const VkAccelerationStructureGeometryKHR *geometry_of(const struct build_view *build,
+                                                             uint32_t i)
+{
+    return build->geometries ? &build->geometries[i] : build->geometry_pointers[i];
+}
+
+/* Returns false if the number is unknown: the counts are in device memory, or in the data of dense
+ * geometries, or they are unreadable. */
+static bool count_primitives(const struct build_view *build, VkDeviceSize *count)
+{
+    *count = 0;
+    if (!is_readable(build) || (build->geometry_count && !build->ranges))
+        return false;
+    for (uint32_t i = 0; i < build->geometry_count; i++) {
+        if (geometry_is_dense(geometry_of(build, i)))
+            return false;
+        *count += build->ranges[i].primitiveCount;
+    }
+    return true;
+}
+
+static void record_counted_build(void *user, const struct build_view *build,
+                                 const struct geometry_view *geometry)
+{
+    const struct build_call *call = user;
+    struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES};
+    if (build->dst.id && count_primitives(build, &entry.size))
+        journal_add(call->journal, &entry);
+    record_build(user, build, geometry);
+}
+
+const struct build_recorder *build_notes_recorder(const struct layer_device *device)
+{
+    static const struct build_recorder recorder = {
+        .record_build = record_build,
+        .record_geometry = record_geometry,
+        .record_indirect = record_indirect,
+        .record_ranges = record_ranges,
+    };
+    static const struct build_recorder counting_recorder = {
+        .record_build = record_counted_build,
+        .record_geometry = record_geometry,
+        .record_indirect = record_indirect,
+        .record_ranges = record_ranges,
+    };
+    return device->records_builds ? &counting_recorder : &recorder;
 }

@@ -5,7 +5,6 @@
 #include "layer/build_sizes.h"
 #include "layer/formats.h"
 #include "layer/intercepts/build_call.h"
-#include "layer/intercepts/build_notes.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/intercepts.h"
 #include "src/base/readable.h"
@@ -58,23 +57,15 @@ static const struct check_hooks hooks = {
     .of_another_device = build_call_of_another_device,
 };
 
-static const struct build_recorder recorder = {
-    .record_build = build_notes_record_build,
-    .record_geometry = build_notes_record_geometry,
-    .record_indirect = build_notes_record_indirect,
-    .record_ranges = build_notes_record_ranges,
-};
-
 /* Inlined, because most of it fills in values that are constant for each command. */
 static inline __attribute__((always_inline)) void run_checks(struct build_call *call,
                                                              struct readable_cache *readable)
 {
     const struct layer_device *device = call->device;
-    /* Below level EXECUTION backend cpu has a journal too, but views have no state. */
-    bool is_noted = call->journal && device->level >= LEVEL_EXECUTION;
     struct check_context context = {
         .hooks = &hooks,
-        .recorder = is_noted ? &recorder : NULL,
+        /* Below level EXECUTION backend cpu has a journal too, but views have no state. */
+        .recorder = call->journal ? device->build_recorder : NULL,
         .user = call,
         .level = device->level,
         .active = device->active_rules[call->view.command],

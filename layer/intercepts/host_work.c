@@ -29,6 +29,8 @@ bool host_work_prepare(struct host_work *work, bool skip)
         journal_release(work->journal);
         return skip;
     }
+    submission_set_origin(work->submission, 0, NULL,
+                          resources_destroy_count(work->device->resources));
     submission_add_batch(work->submission);
     submission_add_work(work->submission, work->journal);
     if (skip)

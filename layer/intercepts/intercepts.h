@@ -48,6 +48,16 @@
     INTERCEPT(QueueSubmit2)                                                                        \
     INTERCEPT(QueueSubmit2KHR)                                                                     \
     INTERCEPT(QueuePresentKHR)                                                                     \
+    INTERCEPT(CreateSwapchainKHR)                                                                  \
+    INTERCEPT(CreateSharedSwapchainsKHR)                                                           \
+    INTERCEPT(GetSwapchainStatusKHR)                                                               \
+    INTERCEPT(GetSwapchainCounterEXT)                                                              \
+    INTERCEPT(WaitForPresentKHR)                                                                   \
+    INTERCEPT(WaitForPresent2KHR)                                                                  \
+    INTERCEPT(GetPastPresentationTimingEXT)                                                        \
+    INTERCEPT(GetRefreshCycleDurationGOOGLE)                                                       \
+    INTERCEPT(GetPastPresentationTimingGOOGLE)                                                     \
+    INTERCEPT(QueueSetPerfHintQCOM)                                                                \
     INTERCEPT(AcquireNextImageKHR)                                                                 \
     INTERCEPT(AcquireNextImage2KHR)                                                                \
     INTERCEPT(CreateSemaphore)                                                                     \
@@ -69,6 +79,7 @@
     INTERCEPT(DeviceWaitIdle)                                                                      \
     INTERCEPT(CreateEvent)                                                                         \
     INTERCEPT(DestroyEvent)                                                                        \
+    INTERCEPT(GetEventStatus)                                                                      \
     INTERCEPT(SetEvent)                                                                            \
     INTERCEPT(ResetEvent)                                                                          \
     INTERCEPT(CmdSetEvent)                                                                         \

@@ -37,20 +37,42 @@ static uint64_t id_of(const struct layer_device *device, VkMicromapEXT micromap)
 }
 
 /* The journal needs to know that the micromap is written, but not its contents. */
-static struct journal_entry write_entry(const struct layer_device *device, VkMicromapEXT micromap)
+static struct journal_entry write_entry(const struct layer_device *device, enum journal_fill fill,
+                                        VkMicromapEXT micromap, VkMicromapEXT src)
 {
     return (struct journal_entry){.kind = JOURNAL_FILL,
+                                  .info = fill,
                                   .dst = (uint64_t)(uintptr_t)micromap,
+                                  .src = (uint64_t)(uintptr_t)src,
                                   .dst_id = id_of(device, micromap)};
+}
+
+static struct journal_entry build_entry(const struct layer_device *device,
+                                        const VkMicromapBuildInfoEXT *info)
+{
+    return write_entry(device, FILL_BUILDS_MICROMAP, info->dstMicromap, VK_NULL_HANDLE);
+}
+
+static struct journal_entry copy_entry(const struct layer_device *device,
+                                       const VkCopyMicromapInfoEXT *info)
+{
+    bool compacts = info->mode == VK_COPY_MICROMAP_MODE_COMPACT_EXT;
+    return write_entry(device, compacts ? FILL_COMPACTS_MICROMAP : FILL_CLONES_MICROMAP, info->dst,
+                       info->src);
+}
+
+static struct journal_entry read_entry(const struct layer_device *device,
+                                       const VkCopyMemoryToMicromapInfoEXT *info)
+{
+    return write_entry(device, FILL_READS_MICROMAP, info->dst, VK_NULL_HANDLE);
 }
 
 /* ---- in command buffers */
 
 static void note_write(const struct layer_device *device, VkCommandBuffer handle,
-                       VkMicromapEXT micromap)
+                       struct journal_entry entry)
 {
     struct command_buffer *command_buffer = layer_find_recording(device, handle);
-    const struct journal_entry entry = write_entry(device, micromap);
     if (!command_buffer || !entry.dst_id)
         return;
     struct journal_mark mark = journal_mark(command_buffer->journal);
@@ -66,7 +88,7 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildMicromapsEXT(VkCommandBuffer commandBuf
     if (!device)
         return;
     for (uint32_t i = 0; i < infoCount; i++)
-        note_write(device, commandBuffer, pInfos[i].dstMicromap);
+        note_write(device, commandBuffer, build_entry(device, &pInfos[i]));
     device->vk.CmdBuildMicromapsEXT(commandBuffer, infoCount, pInfos);
 }
 
@@ -76,7 +98,7 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMicromapEXT(VkCommandBuffer commandBuffe
     struct layer_device *device = layer_find_recording_device(commandBuffer);
     if (!device)
         return;
-    note_write(device, commandBuffer, pInfo->dst);
+    note_write(device, commandBuffer, copy_entry(device, pInfo));
     device->vk.CmdCopyMicromapEXT(commandBuffer, pInfo);
 }
 
@@ -86,15 +108,14 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToMicromapEXT(
     struct layer_device *device = layer_find_recording_device(commandBuffer);
     if (!device)
         return;
-    note_write(device, commandBuffer, pInfo->dst);
+    note_write(device, commandBuffer, read_entry(device, pInfo));
     device->vk.CmdCopyMemoryToMicromapEXT(commandBuffer, pInfo);
 }
 
 /* ---- on the host */
 
-static void add_write(struct host_work *work, VkMicromapEXT micromap)
+static void add_write(const struct host_work *work, struct journal_entry entry)
 {
-    const struct journal_entry entry = write_entry(work->device, micromap);
     if (work->journal && entry.dst_id)
         journal_add(work->journal, &entry);
 }
@@ -107,7 +128,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildMicromapsEXT(VkDevice device,
     struct layer_device *state = layer_find_device(device);
     struct host_work work = host_work_begin(state);
     for (uint32_t i = 0; i < infoCount; i++)
-        add_write(&work, pInfos[i].dstMicromap);
+        add_write(&work, build_entry(state, &pInfos[i]));
     host_work_prepare(&work, false);
     VkResult result = state->vk.BuildMicromapsEXT(device, deferredOperation, infoCount, pInfos);
     return host_work_finish(&work, deferredOperation, result);
@@ -119,7 +140,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CopyMicromapEXT(VkDevice device,
 {
     struct layer_device *state = layer_find_device(device);
     struct host_work work = host_work_begin(state);
-    add_write(&work, pInfo->dst);
+    add_write(&work, copy_entry(state, pInfo));
     host_work_prepare(&work, false);
     VkResult result = state->vk.CopyMicromapEXT(device, deferredOperation, pInfo);
     return host_work_finish(&work, deferredOperation, result);
@@ -131,7 +152,7 @@ assay_CopyMemoryToMicromapEXT(VkDevice device, VkDeferredOperationKHR deferredOp
 {
     struct layer_device *state = layer_find_device(device);
     struct host_work work = host_work_begin(state);
-    add_write(&work, pInfo->dst);
+    add_write(&work, read_entry(state, pInfo));
     host_work_prepare(&work, false);
     VkResult result = state->vk.CopyMemoryToMicromapEXT(device, deferredOperation, pInfo);
     return host_work_finish(&work, deferredOperation, result);

@@ -132,12 +132,28 @@ static struct built describe(const struct build_call *call, const struct nv_call
                           .shapes = shapes};
 }
 
+/* For setting record_builds. */
+static void note_primitives(struct journal *journal, const struct nv_call_view *view)
+{
+    struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES};
+    if (!view->info || view->geometries_unreadable)
+        return;
+    if (view->info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV)
+        entry.size = view->info->instanceCount;
+    else
+        for (uint32_t i = 0; i < view->info->geometryCount; i++)
+            entry.size += nv_primitive_count(&view->info->pGeometries[i]);
+    journal_add(journal, &entry);
+}
+
 static void record_build(void *user, const struct nv_call_view *view)
 {
     struct build_call *call = user;
     struct journal *journal = call->journal;
     if (!view->dst_facts.id)
         return;
+    if (call->device->records_builds)
+        note_primitives(journal, view);
     struct journal_entry entry = {
         .kind = view->update ? JOURNAL_UPDATE : JOURNAL_BUILD,
         .command = COMMAND_NV,

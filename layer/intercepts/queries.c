@@ -10,6 +10,7 @@
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/intercepts/journal_access.h"
+#include "layer/postmortem/loss.h"
 
 /* ---- pools */
 
@@ -183,8 +184,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetQueryPoolResults(VkDevice device, VkQuer
         journal = begin_reading(state);
     VkResult result = state->vk.GetQueryPoolResults(device, queryPool, firstQuery, queryCount,
                                                     dataSize, pData, stride, flags);
-    if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
+    postmortem_see(state, result);
     input_checks_deliver(state->input_checks);
     if (!journal)
         return result;

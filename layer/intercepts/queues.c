@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Intercepts of submissions. Each is prepared before the call goes down, which judges its batches,
  * and finished with the call's result. */
+#include "layer/execution/submitted_builds.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
+#include "layer/postmortem/loss.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/base/chain.h"
 
@@ -101,44 +103,75 @@ static void add_submit(struct submission *submission, const struct layer_device 
             spread ? SCOPE_NOTHING : SCOPE_ALL);
 }
 
-/* Counts the call, whether or not it will succeed. */
-static struct submission *begin(struct layer_device *device, VkQueue queue)
-{
+/* A call that submits. */
+struct submit_call {
+    struct layer_device *device;
+    VkQueue queue;
+    uint64_t number; /* among those of the queue */
     struct shared_labels *labels;
-    uint64_t number = queue_labels_submit(device->queue_labels, queue, &labels);
-    struct submission *submission = submission_begin(device->order, SUBMIT_COMMANDS, queue);
-    submission_set_origin(submission, number, labels);
-    return submission;
+    struct submission *submission;
+};
+
+/* Counts the call, whether or not it will succeed. */
+static struct submit_call begin(struct layer_device *device, VkQueue queue)
+{
+    struct submit_call call = {.device = device, .queue = queue};
+    struct shared_labels *labels;
+    destroyed_objects_count_submission(device->destroyed);
+    call.number = queue_labels_submit(device->queue_labels, queue, &labels);
+    call.labels = shared_labels_share(labels);
+    call.submission = submission_begin(device->order, SUBMIT_COMMANDS, queue);
+    submission_set_origin(call.submission, call.number, labels,
+                          resources_destroy_count(device->resources));
+    return call;
+}
+
+static void add_builds(const struct submit_call *call, VkCommandBuffer handle)
+{
+    submitted_builds_add(call->device->submitted_builds, call->queue, call->number, call->labels,
+                         handle);
 }
 
 /* Returns whether to skip the call. */
-static bool prepare(struct layer_device *device, struct submission *submission)
+static bool prepare(const struct submit_call *call)
 {
-    bool skip = submission_prepare(submission);
-    if (skip)
-        events_forget(device->events);
+    bool skip = submission_prepare(call->submission);
+    if (skip) {
+        events_forget(call->device->events);
+        submitted_builds_remove(call->device->submitted_builds, call->queue, call->number);
+        shared_labels_release(call->labels);
+    }
     return skip;
 }
 
-static void finish(struct layer_device *device, struct submission *submission, VkResult result)
+/* If the device is lost, it may have executed a part of the submission. */
+static void finish(const struct submit_call *call, VkResult result)
 {
-    if (result < VK_SUCCESS)
-        events_forget(device->events);
-    submission_finish(submission, result);
+    postmortem_see(call->device, result);
+    if (result < VK_SUCCESS) {
+        events_forget(call->device->events);
+        if (result != VK_ERROR_DEVICE_LOST)
+            submitted_builds_remove(call->device->submitted_builds, call->queue, call->number);
+    }
+    submission_finish(call->submission, result);
+    shared_labels_release(call->labels);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit(VkQueue queue, uint32_t submitCount,
                                                  const VkSubmitInfo *pSubmits, VkFence fence)
 {
     struct layer_device *state = layer_find_device(queue);
-    struct submission *submission = begin(state, queue);
-    for (uint32_t i = 0; submission && i < submitCount; i++)
-        add_submit(submission, state, &pSubmits[i]);
-    submission_set_fence(submission, fence);
-    if (prepare(state, submission))
+    const struct submit_call call = begin(state, queue);
+    for (uint32_t i = 0; call.submission && i < submitCount; i++) {
+        add_submit(call.submission, state, &pSubmits[i]);
+        for (uint32_t j = 0; j < pSubmits[i].commandBufferCount; j++)
+            add_builds(&call, pSubmits[i].pCommandBuffers[j]);
+    }
+    submission_set_fence(call.submission, fence);
+    if (prepare(&call))
         return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = state->vk.QueueSubmit(queue, submitCount, pSubmits, fence);
-    finish(state, submission, result);
+    finish(&call, result);
     return result;
 }
 
@@ -165,14 +198,17 @@ static void add_submit2(struct submission *submission, const struct layer_device
 static VkResult submit2(struct layer_device *state, PFN_vkQueueSubmit2 submit, VkQueue queue,
                         uint32_t count, const VkSubmitInfo2 *infos, VkFence fence)
 {
-    struct submission *submission = begin(state, queue);
-    for (uint32_t i = 0; submission && i < count; i++)
-        add_submit2(submission, state, &infos[i]);
-    submission_set_fence(submission, fence);
-    if (prepare(state, submission))
+    const struct submit_call call = begin(state, queue);
+    for (uint32_t i = 0; call.submission && i < count; i++) {
+        add_submit2(call.submission, state, &infos[i]);
+        for (uint32_t j = 0; j < infos[i].commandBufferInfoCount; j++)
+            add_builds(&call, infos[i].pCommandBufferInfos[j].commandBuffer);
+    }
+    submission_set_fence(call.submission, fence);
+    if (prepare(&call))
         return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = submit(queue, count, infos, fence);
-    finish(state, submission, result);
+    finish(&call, result);
     return result;
 }
 
@@ -265,6 +301,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueueBindSparse(VkQueue queue, uint32_t bin
     submission_set_fence(submission, fence);
     submission_prepare(submission);
     VkResult result = state->vk.QueueBindSparse(queue, bindInfoCount, pBindInfo, fence);
+    postmortem_see(state, result);
     submission_finish(submission, result);
     return result;
 }
@@ -279,9 +316,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueuePresentKHR(VkQueue queue,
      * order. */
     for (uint32_t i = 0; i < pPresentInfo->waitSemaphoreCount; i++)
         execution_order_forget_signal(state->order, pPresentInfo->pWaitSemaphores[i]);
-    VkResult result = state->vk.QueuePresentKHR(queue, pPresentInfo);
-    if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
+    VkResult result = postmortem_see(state, state->vk.QueuePresentKHR(queue, pPresentInfo));
     snapshots_deliver(state);
     return result;
 }
@@ -293,9 +328,7 @@ static VkResult observe_acquisition(struct layer_device *state, VkSemaphore sema
 {
     if (semaphore && result >= VK_SUCCESS)
         execution_order_forget_signal(state->order, semaphore);
-    if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
-    return result;
+    return postmortem_see(state, result);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_AcquireNextImageKHR(VkDevice device, VkSwapchainKHR swapchain,

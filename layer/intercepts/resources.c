@@ -6,6 +6,7 @@
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
+#include "layer/postmortem/loss.h"
 #include "src/base/chain.h"
 
 /* ---- memory */
@@ -67,7 +68,7 @@ static VkResult observe_map(struct layer_device *state, VkDeviceMemory memory, V
 {
     if (result == VK_SUCCESS)
         resources_map_memory(state->resources, memory, offset, size, *data);
-    return result;
+    return postmortem_see(state, result);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_MapMemory(VkDevice device, VkDeviceMemory memory,
@@ -130,6 +131,22 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_UnmapMemory2KHR(VkDevice device,
     return unmap2(state->vk.UnmapMemory2KHR, state, pMemoryUnmapInfo);
 }
 
+/* ---- destroyed objects */
+
+/* Remembers an object that is about to be destroyed, and forgets its name. */
+static void note_destroyed(struct layer_device *device, VkObjectType type, uint64_t handle)
+{
+    struct destroyed_object object = {.type = type, .handle = handle};
+    struct resource_span span;
+    if (resources_find_span(device->resources, type, handle, true, &span) && span.address) {
+        object.address = span.address;
+        object.size = span.size;
+        object_names_get(device->names, type, handle, object.name, sizeof(object.name));
+        destroyed_objects_add(device->destroyed, &object);
+    }
+    object_names_set(device->names, type, handle, NULL);
+}
+
 /* ---- buffers */
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_CreateBuffer(VkDevice device,
@@ -149,8 +166,8 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyBuffer(VkDevice device, VkBuffer buffer,
 {
     struct layer_device *state = layer_find_device(device);
     input_checks_deliver(state->input_checks);
+    note_destroyed(state, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer);
     resources_remove_buffer(state->resources, buffer);
-    object_names_set(state->names, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer, NULL);
     state->vk.DestroyBuffer(device, buffer, pAllocator);
 }
 
@@ -314,9 +331,9 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureKHR(
 {
     struct layer_device *state = layer_find_device(device);
     input_checks_deliver(state->input_checks);
+    note_destroyed(state, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                   (uint64_t)(uintptr_t)accelerationStructure);
     submissions_forget(state->submissions,
                        resources_remove_accel(state->resources, accelerationStructure), 1);
-    object_names_set(state->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                     (uint64_t)(uintptr_t)accelerationStructure, NULL);
     state->vk.DestroyAccelerationStructureKHR(device, accelerationStructure, pAllocator);
 }

@@ -1,10 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Intercepts of semaphores and fences: creation, signals by the host, and completions that the host
  * observes. */
+#include "layer/execution/submitted_builds.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
+#include "layer/postmortem/hang.h"
+#include "layer/postmortem/loss.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/base/chain.h"
+
+/* Called when the host may have observed a completion. */
+static void end_observation(struct layer_device *state)
+{
+    submitted_builds_prune(state->submitted_builds);
+    snapshots_deliver(state);
+}
 
 /* ---- semaphores */
 
@@ -76,12 +86,11 @@ static VkResult observe_wait(struct layer_device *state, const VkSemaphoreWaitIn
                              VkResult result)
 {
     bool any = (info->flags & VK_SEMAPHORE_WAIT_ANY_BIT) && info->semaphoreCount > 1;
-    if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
+    postmortem_see(state, result);
     for (uint32_t i = 0; result == VK_SUCCESS && !any && i < info->semaphoreCount; i++)
         execution_order_observe_semaphore(state->order, info->pSemaphores[i], info->pValues[i],
                                           false);
-    snapshots_deliver(state);
+    end_observation(state);
     return result;
 }
 
@@ -90,7 +99,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WaitSemaphores(VkDevice device,
                                                     uint64_t timeout)
 {
     struct layer_device *state = layer_find_device(device);
-    return observe_wait(state, pWaitInfo, state->vk.WaitSemaphores(device, pWaitInfo, timeout));
+    return observe_wait(state, pWaitInfo,
+                        hang_wait_semaphores(state, state->vk.WaitSemaphores, pWaitInfo, timeout));
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_WaitSemaphoresKHR(VkDevice device,
@@ -98,7 +108,9 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WaitSemaphoresKHR(VkDevice device,
                                                        uint64_t timeout)
 {
     struct layer_device *state = layer_find_device(device);
-    return observe_wait(state, pWaitInfo, state->vk.WaitSemaphoresKHR(device, pWaitInfo, timeout));
+    return observe_wait(
+        state, pWaitInfo,
+        hang_wait_semaphores(state, state->vk.WaitSemaphoresKHR, pWaitInfo, timeout));
 }
 
 static VkResult observe_value(struct layer_device *state, VkSemaphore semaphore,
@@ -106,9 +118,8 @@ static VkResult observe_value(struct layer_device *state, VkSemaphore semaphore,
 {
     if (result == VK_SUCCESS)
         execution_order_observe_semaphore(state->order, semaphore, *value, true);
-    if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
-    snapshots_deliver(state);
+    postmortem_see(state, result);
+    end_observation(state);
     return result;
 }
 
@@ -179,9 +190,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetFenceStatus(VkDevice device, VkFence fen
     VkResult result = state->vk.GetFenceStatus(device, fence);
     if (result == VK_SUCCESS)
         execution_order_observe_fence(state->order, fence);
-    if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
-    snapshots_deliver(state);
+    postmortem_see(state, result);
+    end_observation(state);
     return result;
 }
 
@@ -190,13 +200,12 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WaitForFences(VkDevice device, uint32_t fen
                                                    uint64_t timeout)
 {
     struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.WaitForFences(device, fenceCount, pFences, waitAll, timeout);
+    VkResult result = hang_wait_for_fences(state, fenceCount, pFences, waitAll, timeout);
     bool knows_all = waitAll || fenceCount == 1;
     for (uint32_t i = 0; result == VK_SUCCESS && knows_all && i < fenceCount; i++)
         execution_order_observe_fence(state->order, pFences[i]);
-    if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
-    snapshots_deliver(state);
+    postmortem_see(state, result);
+    end_observation(state);
     return result;
 }
 
@@ -206,9 +215,8 @@ static void observe_idle(struct layer_device *state, const struct idle_wait *wai
 {
     if (result == VK_SUCCESS)
         execution_order_observe_idle(state->order, wait);
-    if (result == VK_ERROR_DEVICE_LOST)
-        execution_order_set_unknown(state->order, ORDER_UNKNOWN_DEVICE_LOST);
-    snapshots_deliver(state);
+    postmortem_see(state, result);
+    end_observation(state);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_QueueWaitIdle(VkQueue queue)
@@ -216,6 +224,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueueWaitIdle(VkQueue queue)
     struct layer_device *state = layer_find_device(queue);
     struct idle_wait wait;
     execution_order_start_idle(state->order, queue, &wait);
+    hang_wait_before_idle(state, queue);
     VkResult result = state->vk.QueueWaitIdle(queue);
     observe_idle(state, &wait, result);
     return result;
@@ -226,6 +235,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_DeviceWaitIdle(VkDevice device)
     struct layer_device *state = layer_find_device(device);
     struct idle_wait wait;
     execution_order_start_idle(state->order, VK_NULL_HANDLE, &wait);
+    hang_wait_before_idle(state, VK_NULL_HANDLE);
     VkResult result = state->vk.DeviceWaitIdle(device);
     observe_idle(state, &wait, result);
     return result;

@@ -10,10 +10,13 @@
 #include "layer/cpu/results.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
+#include "layer/execution/submitted_builds.h"
+#include "layer/intercepts/build_notes.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/physical_device.h"
+#include "layer/postmortem/crash.h"
 #include "layer/snapshots/snapshots.h"
 
 VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info)
@@ -27,20 +30,24 @@ VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info
     return NULL;
 }
 
-static void select_rules(struct layer_device *device)
+static void apply_settings(struct layer_device *device)
 {
     const struct settings *settings = reporter_settings(device->instance->reporter);
     device->level = settings->level;
+    device->records_builds = settings->record_builds;
+    if (device->level >= LEVEL_EXECUTION)
+        device->build_recorder = build_notes_recorder(device);
     for (int command = 0; command < COMMAND_COUNT; command++)
         check_select((enum build_command)command, settings->level, settings->muted,
                      device->active_rules[command]);
 }
 
-static void free_device(struct layer_device *device)
+void layer_free_device(struct layer_device *device)
 {
     deferred_operations_destroy(device->deferred);
     execution_order_destroy(device->order);
     submissions_destroy(device->submissions);
+    submitted_builds_destroy(device->submitted_builds);
     built_flags_destroy(device->built_flags);
     input_checks_destroy(device->input_checks);
     command_buffers_destroy(device->command_buffers); /* and their recordings */
@@ -49,6 +56,7 @@ static void free_device(struct layer_device *device)
     snapshots_destroy(device->snapshots);
     resources_destroy(device->resources);
     size_cache_destroy(device->sizes);
+    destroyed_objects_destroy(device->destroyed);
     object_names_destroy(device->names);
     queue_labels_destroy(device->queue_labels);
     query_pools_destroy(device->query_pools);
@@ -60,7 +68,7 @@ static void free_device(struct layer_device *device)
 }
 
 /* Allocates everything that may run out of memory, before the device is created below. */
-static struct layer_device *allocate_device(void)
+struct layer_device *layer_allocate_device(void)
 {
     struct layer_device *device = calloc(1, sizeof(*device));
     if (!device)
@@ -68,21 +76,24 @@ static struct layer_device *allocate_device(void)
     if (resources_create(&device->resources) == VK_SUCCESS &&
         command_buffers_create(&device->command_buffers) == VK_SUCCESS &&
         size_cache_create(&device->sizes) == VK_SUCCESS &&
+        destroyed_objects_create(&device->destroyed) == VK_SUCCESS &&
         object_names_create(&device->names) == VK_SUCCESS &&
         queue_labels_create(&device->queue_labels) == VK_SUCCESS &&
         query_pools_create(&device->query_pools) == VK_SUCCESS &&
         events_create(&device->events) == VK_SUCCESS &&
         deferred_operations_create(&device->deferred, host_work_end) == VK_SUCCESS)
         return device;
-    free_device(device);
+    layer_free_device(device);
     return NULL;
 }
 
-static VkResult track_submissions(struct layer_device *device)
+VkResult layer_track_submissions(struct layer_device *device)
 {
     if (device->level < LEVEL_EXECUTION && !device->cpu)
         return VK_SUCCESS;
     VkResult result = submissions_create(device, &device->submissions);
+    if (result == VK_SUCCESS && device->level >= LEVEL_EXECUTION)
+        result = submitted_builds_create(device, &device->submitted_builds);
     if (result != VK_SUCCESS)
         return result;
     if (device->level >= LEVEL_CONTENT &&
@@ -114,7 +125,7 @@ static VkResult create_device(struct layer_device *device, PFN_vkCreateDevice cr
 
 /* Adds consumers in the order in which they are called: builds are executed before they are
  * validated. */
-static void register_consumers(struct layer_device *device)
+void layer_register_consumers(struct layer_device *device)
 {
     if (device->cpu)
         snapshots_add_consumer(device->snapshots, cpu_overlay_consumer(device));
@@ -174,7 +185,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     VkResult result = layer_collect_device_facts(device, create_info);
     if (result != VK_SUCCESS)
         return result;
-    select_rules(device);
+    apply_settings(device);
     if (device->instance->backend == BACKEND_CPU)
         result = cpu_overlay_create(device, create_info);
     if (result == VK_SUCCESS)
@@ -184,11 +195,12 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     if (result == VK_SUCCESS)
         result = comparer_create(device, enabling);
     if (result == VK_SUCCESS)
-        result = track_submissions(device);
+        result = layer_track_submissions(device);
     if (result != VK_SUCCESS)
         return result;
-    register_consumers(device);
+    layer_register_consumers(device);
     layer_add_device(device);
+    crash_add_device(device);
     report_device(device);
     return VK_SUCCESS;
 }
@@ -210,7 +222,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDevice(VkPhysicalDevice physicalDevic
     if (!create)
         return VK_ERROR_INITIALIZATION_FAILED;
 
-    struct layer_device *device = allocate_device();
+    struct layer_device *device = layer_allocate_device();
     if (!device)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     link->u.pLayerInfo = link->u.pLayerInfo->pNext;
@@ -231,13 +243,13 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDevice(VkPhysicalDevice physicalDevic
 fail_set_up:;
     PFN_vkDestroyDevice destroy = device->vk.DestroyDevice;
     compare_enabling_end(&enabling);
-    free_device(device);
+    layer_free_device(device);
     destroy(*pDevice, pAllocator);
     *pDevice = VK_NULL_HANDLE;
     return result;
 fail_create:
     compare_enabling_end(&enabling);
-    free_device(device);
+    layer_free_device(device);
     return result;
 }
 
@@ -250,8 +262,9 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
     while (state->snapshots && snapshots_wait(state->snapshots))
         continue;
     snapshots_deliver(state);
+    crash_remove_device(state);
     layer_remove_device(state);
     PFN_vkDestroyDevice destroy = state->vk.DestroyDevice;
-    free_device(state); /* first, because it owns objects of the device */
+    layer_free_device(state); /* first, because it owns objects of the device */
     destroy(device, pAllocator);
 }

@@ -5,6 +5,7 @@
 
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/gather.h"
+#include "layer/snapshots/marks.h"
 #include "layer/snapshots/recorder.h"
 #include "src/base/readable.h"
 #include "src/snapshots/build_input.h"
@@ -109,6 +110,9 @@ void recorder_add_build(struct recorder *recorder, struct recorded_build *build)
     copy_inputs(recorder, build);
     build->left_out = recorder->left_out;
     const uint32_t position = build->place.position;
+    if (!recorder->build_count)
+        recorder->first_build = position;
+    recorder->build_count = position - recorder->first_build + 1;
     const struct recorded_item item = {
         .kind = build_is_update(info) ? ITEM_UPDATE : ITEM_BUILD,
         .dst = (uint64_t)info->dstAccelerationStructure,
@@ -190,6 +194,7 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
     record(commandBuffer, infoCount, pInfos, ppBuildRangeInfos);
     snapshots->below.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
                                                        ppBuildRangeInfos);
+    recorder_mark_finished(commandBuffer);
 }
 
 static bool arrays_are_readable(uint32_t count,
@@ -259,4 +264,5 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresIndirectKHR(
     snapshots->below.CmdBuildAccelerationStructuresIndirectKHR(
         commandBuffer, infoCount, pInfos, pIndirectDeviceAddresses, pIndirectStrides,
         ppMaxPrimitiveCounts);
+    recorder_mark_finished(commandBuffer);
 }

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "layer/snapshots/commands.h"
+#include "layer/snapshots/marks.h"
 #include "layer/snapshots/recorder.h"
 #include "src/base/array.h"
 #include "src/base/readable.h"
@@ -145,4 +146,5 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructureNV(
     snapshots->below.CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData,
                                                      instanceOffset, update, dst, src, scratch,
                                                      scratchOffset);
+    recorder_mark_finished(commandBuffer);
 }

@@ -11,6 +11,7 @@
 #include "layer/snapshots/copies/gates.h"
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/marks.h"
 #include "layer/snapshots/tickets.h"
 #include "src/base/chain.h"
 
@@ -89,6 +90,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     device->snapshots = snapshots;
     if (staging_create(device, budget, &snapshots->staging) != VK_SUCCESS ||
         gates_create(device, &snapshots->gates) != VK_SUCCESS ||
+        marks_create(device, &snapshots->marks) != VK_SUCCESS ||
         own_shaders_create(device, &snapshots->shaders) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     cover(device);
@@ -107,9 +109,10 @@ void snapshots_destroy(struct snapshots *snapshots)
         missed.held++;
     }
     warn_missed(snapshots->device, &missed);
-    tickets_release(snapshots, true);
+    tickets_destroy(snapshots);
     staging_destroy(snapshots->staging);
     gates_destroy(snapshots->gates);
+    marks_destroy(snapshots->marks);
     own_shaders_destroy(snapshots->shaders);
     handle_table_release(&snapshots->queue_families);
     handle_table_release(&snapshots->copyable);

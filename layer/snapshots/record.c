@@ -7,6 +7,7 @@
 #include "layer/snapshots/copies/gates.h"
 #include "layer/snapshots/copies/orders.h"
 #include "layer/snapshots/copies/staging.h"
+#include "layer/snapshots/marks.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
 
@@ -22,9 +23,15 @@ static void free_gate(void *user, const struct recording_gate *gate)
     gates_give_back(snapshots->gates, gate);
 }
 
+static void free_mark(void *user, const struct build_mark *mark)
+{
+    const struct snapshots *snapshots = user;
+    marks_give_back(snapshots->marks, mark);
+}
+
 static struct recording *create_recording(struct snapshots *snapshots, bool executes_once)
 {
-    const struct recording_memory memory = {free_chunk, free_gate, snapshots};
+    const struct recording_memory memory = {free_chunk, free_gate, free_mark, snapshots};
     struct recording *recording = recording_create(&memory);
     if (recording)
         recording->executes_once = executes_once;
@@ -142,6 +149,7 @@ void recorder_end(struct recorder *recorder)
             (recorder->has_dispatched ? VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT : 0),
         VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, NULL, 0,
         NULL);
+    recorder_mark_reached(recorder);
 }
 
 /* ---- copies */

@@ -22,6 +22,7 @@ struct recorder {
     bool cannot_inject;                         /* no commands may be added at this point */
     bool has_copied;                            /* the barrier before the first copy is recorded */
     bool has_dispatched;                        /* a dispatch of the layer's own is recorded */
+    uint32_t first_build, build_count;          /* positions of the builds of this command */
     uint32_t first_order; /* in the last block of copy orders: the first one not dispatched yet */
     struct copy_orders mark; /* order that marks the copies by vkCmdCopyBuffer; count 0: there are
                                 no such copies */

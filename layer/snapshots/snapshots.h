@@ -16,6 +16,7 @@
 
 struct fence_ticket;
 struct gates;
+struct marks;
 struct own_shaders;
 struct snapshots_consumer;
 struct staging;
@@ -37,6 +38,7 @@ struct snapshots {
     PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
     struct staging *staging;
     struct gates *gates;
+    struct marks *marks;
     struct own_shaders *shaders;
     bool has_addresses;           /* bufferDeviceAddress is enabled */
     pthread_mutex_t buffers_lock; /* guards the next member */
@@ -52,10 +54,13 @@ struct snapshots {
     atomic_bool lack_of_copies_reported;
     bool uses_queues; /* see snapshots_lock_queues() */
     pthread_mutex_t queue_lock;
-    pthread_mutex_t families_lock;      /* guards the next member */
+    pthread_mutex_t families_lock; /* guards the next member */
+    _Atomic uint64_t ticket_count;
+    atomic_bool device_lost;            /* no fence will signal any more */
     struct handle_table queue_families; /* queue family indices by queue, plus 1 */
-    pthread_mutex_t tickets_lock;       /* guards the next member */
+    pthread_mutex_t tickets_lock;       /* guards the next two members */
     struct fence_ticket *unfinished;    /* released, but the device still uses their fences */
+    struct fence_ticket *spare;         /* released, with fences to be used again */
     pthread_mutex_t submitted_lock;     /* guards the next two members */
     /* Submitted, but not yet handed to the consumers. */
     struct execution *submitted, **submitted_last;

@@ -7,6 +7,7 @@
 
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/renew.h"
+#include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/recorder.h"
 #include "layer/snapshots/tickets.h"
@@ -54,6 +55,7 @@ static bool add_execution(struct submit *submit, struct recording *recording)
         return false;
     submit->missed.repeated += execution_count_repeated(execution);
     execution->destroy_count = resources_destroy_count(submit->snapshots->device->resources);
+    execution->submissions = destroyed_objects_submissions(submit->snapshots->device->destroyed);
     submit->executions[submit->count++] = execution;
     return true;
 }
@@ -122,7 +124,8 @@ static VkResult submit_fences(const struct submit *submit, VkFence fence)
     return result == VK_SUCCESS ? VK_SUCCESS : VK_ERROR_DEVICE_LOST;
 }
 
-/* `result`: the result of the application's batches. */
+/* `result`: the result of the application's batches. If the device is lost, it may have executed a
+ * part of them. */
 static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
 {
     struct snapshots *snapshots = submit->snapshots;
@@ -130,14 +133,14 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
         return abandon(submit, result);
     if (result == VK_SUCCESS)
         result = submit_fences(submit, fence);
-    if (result != VK_SUCCESS)
+    if (result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST)
         return abandon(submit, result);
     for (uint32_t i = 0; i < submit->count; i++)
         snapshots_add_submitted(snapshots, submit->executions[i]);
     release(submit);
     if (atomic_load(&snapshots->order_unknown))
         snapshots_run_all(snapshots);
-    return VK_SUCCESS;
+    return result;
 }
 
 /* Finishes with the queues locked, then unlocks them, because no message may be sent with the lock
@@ -155,6 +158,7 @@ static struct submit begin(VkQueue queue)
 {
     struct snapshots *snapshots = snapshots_of(queue);
     snapshots_deliver(snapshots->device);
+    staging_note_submission(snapshots->staging);
     return (struct submit){.snapshots = snapshots, .queue = queue};
 }
 

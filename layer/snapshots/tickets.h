@@ -5,7 +5,7 @@
 
 #include "layer/snapshots/snapshots.h"
 
-/* Creates a ticket that is not submitted yet. Returns NULL without host or device memory. */
+/* Returns a ticket that is not submitted yet. Returns NULL without host or device memory. */
 struct ticket *ticket_create(struct snapshots *snapshots, VkQueue queue);
 /* Submits the ticket's fence, which signals when all earlier submissions to its queue are complete.
  * Call with the queues locked. */
@@ -14,8 +14,7 @@ VkResult ticket_submit(struct ticket *ticket);
 /* The queue of the submission that a ticket is for. */
 VkQueue ticket_queue(const struct ticket *ticket);
 
-/* Destroys released tickets whose fences the device no longer uses; with `all` every one, before
- * the device is destroyed. */
-void tickets_release(struct snapshots *snapshots, bool all);
+/* Destroys all tickets, before the device is destroyed. */
+void tickets_destroy(struct snapshots *snapshots);
 
 #endif

@@ -2,7 +2,11 @@
 """Baselines: known findings, one a line.
 
 A line is an id, or ID@GLOB, where GLOB matches the debug name of one of the finding's objects, or
-one of its labels. # begins a comment."""
+one of its labels. # begins a comment.
+
+A mistake may violate several ids: the finding has one, and names the others ("also"). A line with
+one of the others is used, because what it knows is still there, but only a line with the finding's
+own id, or a retired one, makes the finding known: a new mistake must not hide behind an old id."""
 
 import fnmatch
 import pathlib
@@ -21,10 +25,16 @@ class Entry:
         self.id, _, self.glob = text.partition("@")
 
     def matches(self, finding):
-        ids = [finding["VUID"], *finding.get("formerly", [])]
-        return self.id in ids and (not self.glob or
-                                   any(fnmatch.fnmatchcase(name, self.glob)
-                                       for name in names_of(finding)))
+        return (self.id in [finding["VUID"], *finding.get("formerly", [])] and
+                self.matches_names(finding))
+
+    def matches_names(self, finding):
+        return not self.glob or any(fnmatch.fnmatchcase(name, self.glob)
+                                    for name in names_of(finding))
+
+    def is_used_by(self, finding):
+        return (self.matches(finding) or
+                (self.id in finding.get("also", []) and self.matches_names(finding)))
 
 
 def names_of(finding):
@@ -59,10 +69,10 @@ def split_known(findings, entries):
     """Returns the new findings and the known ones, and counts the uses of each entry."""
     new, known = [], []
     for finding in findings:
-        matching = [entry for entry in entries if entry.matches(finding)]
-        for entry in matching:
-            entry.used += 1
-        (known if matching else new).append(finding)
+        for entry in entries:
+            entry.used += entry.is_used_by(finding)
+        is_known = any(entry.matches(finding) for entry in entries)
+        (known if is_known else new).append(finding)
     return new, known
 
 

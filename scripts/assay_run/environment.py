@@ -8,6 +8,7 @@ import pathlib
 LAYER = "VK_LAYER_ASSAY_validation"
 KHRONOS = "VK_LAYER_KHRONOS_validation"
 MANIFEST = "VkLayer_assay.json"
+KHRONOS_MANIFEST = "VkLayer_khronos_validation.json"
 LIBRARY = "libVkLayer_assay.so"
 PREFIX = "VK_ASSAY_VALIDATION_"
 
@@ -59,6 +60,21 @@ def add_layer_path(environment, folder):
                         search_folders(environment, "explicit_layer.d"))
     environment["VK_LAYER_PATH"] = os.pathsep.join(
         dict.fromkeys([str(folder), *folders]))
+
+
+def add_khronos_path(environment):
+    """Adds the folder of the Khronos layer if VK_LAYER_PATH hides it. Loaders only warn of a layer that
+    they do not find."""
+    given = split_paths(environment.get("VK_LAYER_PATH"))
+    installed = search_folders(environment, "explicit_layer.d")
+    folders = given or split_paths(environment.get("VK_ADD_LAYER_PATH")) + installed
+    if any(os.path.isfile(f"{folder}/{KHRONOS_MANIFEST}") for folder in folders):
+        return
+    found = [folder for folder in installed if os.path.isfile(f"{folder}/{KHRONOS_MANIFEST}")]
+    if not found:
+        raise EnvironmentFailure("the Khronos validation layer is not installed (on Debian: "
+                                 "vulkan-validationlayers)")
+    environment["VK_LAYER_PATH"] = os.pathsep.join([*given, found[0]])
 
 
 def enable_layers(environment, with_khronos):
@@ -115,6 +131,8 @@ def layer_settings(arguments, records, environment):
                                   ("debug_action", "default", with_log)):
         given = environment.get(PREFIX + key.upper(), default)
         settings[key] = correct(settings.get(key, given))
+    if PREFIX + "CRASH_REPORT" not in environment:
+        settings.setdefault("crash_report", "true")
     if arguments.baseline or arguments.write_baseline:
         # Otherwise known findings would use up the limit, and new ones of the same id be held back.
         settings.setdefault("enable_message_limit", "false")
@@ -127,6 +145,8 @@ def application_environment(arguments, records, base=os.environ):
     folder = find_manifest_folder(pathlib.Path(__file__).resolve().parent.parent)
     if folder and str(folder) not in search_folders(environment, "explicit_layer.d"):
         add_layer_path(environment, folder)
+    if arguments.with_khronos:
+        add_khronos_path(environment)
     enable_layers(environment, arguments.with_khronos)
     if arguments.lavapipe:
         environment["VK_DRIVER_FILES"] = environment["VK_ICD_FILENAMES"] = find_lavapipe(base)

@@ -10,41 +10,65 @@ from .verdict import describe_exit, mistake_lines
 
 HERE = pathlib.Path(__file__).resolve().parent
 
-# The columns of a build in the page's data. The record's lines name each member; for thousands of
-# builds the names would take most of the page.
-BUILD_MEMBERS = ("Type", "queue", "submission", "mode", "type", "dst", "dst_name", "src", "primitives",
-                 "size", "compacted_size", "command_buffer", "build", "device", "memory", "pid")
+# The members of the lines of record_builds that the page shows: words, then numbers. The record's lines
+# name each member; for thousands of builds the names would take most of the page.
+WORDS = ("Type", "mode", "type", "queue", "dst", "dst_name", "src", "command_buffer",
+         "command_buffer_name", "device", "memory")
+NUMBERS = ("submission", "build", "primitives", "size", "compacted_size", "memory_offset")
+MISSING = -1
+RECORDED = ("Submission", "Build", "Copy", "CompactedSize")
 
 
-def finding_data(finding):
+def finding_data(finding, process, place):
+    """`place` is the submission of a finding that the record does not tie to one."""
+    queue, submission = place or (finding.get("queue"), finding.get("submission"))
     return {"id": finding["VUID"], "severity": finding["Severity"],
             "message": finding["MainMessage"], "spec": finding.get("SpecText", ""),
             "url": finding.get("SpecUrl", ""), "labels": finding.get("DebugRegion", ""),
+            "also": finding.get("also", []),
             "objects": [f"{item['type']} {item['handle']}" +
                         (f" “{item['name']}”" if item.get("name") else "")
                         for item in finding.get("Objects", [])],
             "place": [f"{frame['function']} ({frame['file']}:{frame['line']})" if frame.get("file")
                       else f"{frame['module']}+{frame['offset']}"
                       for frame in finding.get("call_site", [])],
-            "queue": finding.get("queue"), "submission": finding.get("submission"),
-            "pid": finding.get("pid")}
+            "queue": queue, "submission": submission, "isRecorded": bool(place),
+            "process": process}
 
 
-def build_data(builds):
-    """Returns the distinct words once, and each build as a list of numbers and places of words."""
-    words, places, rows = [], {}, []
-    for build in builds:
-        row = []
-        for member in BUILD_MEMBERS:
-            value = build.get(member)
-            if isinstance(value, str):
-                if value not in places:
-                    places[value] = len(words)
-                    words.append(value)
-                value = [places[value]]
-            row.append(value)
-        rows.append(row)
-    return {"members": BUILD_MEMBERS, "words": words, "rows": rows}
+def build_data(lines):
+    """Returns the distinct words once, and each line as a list: the places of its words, and numbers."""
+    words, rows = {}, []
+    for process, line in lines:
+        if line["Type"] not in RECORDED:
+            continue
+        row = [words.setdefault(str(line[member]), len(words)) if member in line else MISSING
+               for member in WORDS]
+        rows.append(row + [line.get(member, MISSING) for member in NUMBERS] + [process])
+    return {"words": list(words), "wordMembers": WORDS, "numberMembers": [*NUMBERS, "process"],
+            "rows": rows}
+
+
+def command_buffer_of(finding):
+    """The first that a finding names is the one that it arose in."""
+    return next((item["handle"] for item in finding.get("Objects", [])
+                 if item["type"] == "VkCommandBuffer"), None)
+
+
+def submissions_of_findings(lines):
+    """A finding that arises while a command buffer is recorded has no submission: returns the first that
+    executes the command buffer afterwards, as (queue, submission) by the finding's identity."""
+    waiting, places = {}, {}
+    for process, line in lines:
+        key = process, line.get("device")
+        if line["Type"] == "Finding" and "submission" not in line and command_buffer_of(line):
+            waiting.setdefault((*key, command_buffer_of(line)), []).append(line)
+        if line["Type"] not in RECORDED or "submission" not in line:
+            continue
+        for handle in [line.get("command_buffer"), *line.get("command_buffers", [])]:
+            for finding in waiting.pop((*key, handle), []):
+                places[id(finding)] = line["queue"], line["submission"]
+    return places
 
 
 def describe_driver(device):
@@ -54,21 +78,26 @@ def describe_driver(device):
 def page_data(verdict, command):
     record = verdict.record
     header = record.headers[0] if record.headers else {}
+    processes = {id(line): process for process, line in record.lines}
+    places = submissions_of_findings(record.lines)
+
+    def show(findings):
+        return [finding_data(one, processes[id(one)], places.get(id(one))) for one in findings]
+
     return {"command": " ".join(command) if command else "merged records",
             "mistakes": mistake_lines(verdict) +
                         ([describe_exit(verdict.status)] if verdict.status else []),
-            "processes": len(record.processes),
+            "processes": [str(pid) for _, pid in record.processes],
             "version": header.get("LayerVersion", ""), "settings": header.get("Settings", {}),
             "drivers": sorted({describe_driver(device) for device in record.devices}),
-            "new": list(map(finding_data, verdict.new)),
-            "known": list(map(finding_data, verdict.known)),
+            "new": show(verdict.new), "known": show(verdict.known),
             "warnings": list(dict.fromkeys(line["MainMessage"] for line in record.warnings())),
             "heldBack": dict(record.held_back()),
             "unchecked": list(dict.fromkeys(reason for summary in record.summaries
                                             for reason in summary.get("Unchecked", []))),
             "unused": [f"{entry.text} ({entry.path}:{entry.line})"
                        for entry in verdict.unused_entries],
-            "builds": build_data(record.builds)}
+            "builds": build_data(record.lines)}
 
 
 def write_page(path, verdict, command):

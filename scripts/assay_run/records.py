@@ -21,17 +21,19 @@ class Record:
 
     def __init__(self):
         self.headers, self.devices, self.findings, self.summaries = [], [], [], []
-        self.builds = []
+        self.lines = []  # all of them in their order, each with the number of its process
         self.damaged = []  # "file:line" of lines that were not written whole, folders on a full disk
         self.runs = {}  # by folder: the command, the status if it has ended, the number of records
-        self.processes = set()
+        self.processes = {}  # numbers, by file and pid
 
     def add(self, line, path):
         lists = {"Header": self.headers, "Device": self.devices, "Finding": self.findings,
                  "Summary": self.summaries}
-        lists.get(line["Type"], self.builds).append(line)
+        if line["Type"] in lists:
+            lists[line["Type"]].append(line)
         # Several hosts may use the same pid, and several processes the same file.
-        self.processes.add((str(path), line.get("pid")))
+        process = self.processes.setdefault((str(path), line.get("pid")), len(self.processes))
+        self.lines.append((process, line))
 
     def errors(self):
         return [finding for finding in self.findings if finding["Severity"] == "Error"]

@@ -89,8 +89,9 @@ def summary_lines(verdict):
         lines.append(f"{count:6,}  {name}")
     if record.headers:
         lines.append(total_line(verdict))
-    lines += [f"warning: {text}" for text in
-              dict.fromkeys(finding["MainMessage"] for finding in record.warnings())]
+    for text in dict.fromkeys(finding["MainMessage"] for finding in record.warnings()):
+        first, *others = text.splitlines() or [""]
+        lines += [f"warning: {first}", *(f"  {line}" for line in others)]
     lines += [f"not checked: {reason}" for reason in
               dict.fromkeys(reason for summary in record.summaries
                             for reason in summary.get("Unchecked", []))]

@@ -31,6 +31,7 @@ FOLDERS = (
     "layer/cpu/driver",
     "layer/compare",
     "layer/execution",
+    "layer/postmortem",
     "layer/intercepts",
     "layer/lifecycle",
 )

@@ -54,6 +54,12 @@ unsigned reader_lock_enter(struct reader_lock *lock)
     return stripe;
 }
 
+bool reader_lock_try_enter(struct reader_lock *lock, unsigned *stripe)
+{
+    *stripe = 0;
+    return try_acquire_flag(&lock->stripes[0].is_taken);
+}
+
 void reader_lock_leave(struct reader_lock *lock, unsigned stripe)
 {
     release_flag(&lock->stripes[stripe].is_taken);

@@ -2,7 +2,6 @@
 /* Text in a bounded buffer. */
 #include "src/base/text_buffer.h"
 
-#include <inttypes.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -32,6 +31,15 @@ size_t text_cut_length(const char *text, size_t length)
     return cut;
 }
 
+/* Ends a text of which only a part fitted. */
+static void cut(struct text_buffer *buffer)
+{
+    buffer->cut = true;
+    buffer->length = text_cut_length(buffer->text, buffer->size - sizeof(dots));
+    memcpy(buffer->text + buffer->length, dots, sizeof(dots));
+    buffer->length += sizeof(dots) - 1;
+}
+
 void text_append(struct text_buffer *buffer, const char *format, ...)
 {
     if (buffer->cut)
@@ -43,14 +51,59 @@ void text_append(struct text_buffer *buffer, const char *format, ...)
     int length = vsnprintf(buffer->text + buffer->length, room, format, arguments);
     va_end(arguments);
 
-    if (length >= 0 && (size_t)length < room) {
+    if (length >= 0 && (size_t)length < room)
         buffer->length += (size_t)length;
+    else
+        cut(buffer);
+}
+
+/* ---- without printf */
+
+static void append_bytes(struct text_buffer *buffer, const char *bytes, size_t length)
+{
+    if (buffer->cut)
         return;
-    }
-    buffer->cut = true;
-    buffer->length = text_cut_length(buffer->text, buffer->size - sizeof(dots));
-    memcpy(buffer->text + buffer->length, dots, sizeof(dots));
-    buffer->length += sizeof(dots) - 1;
+    size_t room = buffer->size - buffer->length - 1;
+    size_t fitting = length < room ? length : room;
+    memcpy(buffer->text + buffer->length, bytes, fitting);
+    buffer->text[buffer->length + fitting] = '\0';
+    if (fitting == length)
+        buffer->length += length;
+    else
+        cut(buffer);
+}
+
+void text_append_plain(struct text_buffer *buffer, const char *text)
+{
+    append_bytes(buffer, text, strlen(text));
+}
+
+static void append_digits(struct text_buffer *buffer, uint64_t number, unsigned base,
+                          unsigned least)
+{
+    char digits[20];
+    size_t at = sizeof(digits);
+    do {
+        digits[--at] = "0123456789abcdef"[number % base];
+        number /= base;
+    } while (number || sizeof(digits) - at < least);
+    append_bytes(buffer, digits + at, sizeof(digits) - at);
+}
+
+void text_append_decimal(struct text_buffer *buffer, uint64_t number)
+{
+    append_digits(buffer, number, 10, 1);
+}
+
+void text_append_padded(struct text_buffer *buffer, uint64_t number, unsigned digits)
+{
+    append_digits(buffer, number, 10, digits);
+}
+
+void text_append_hex(struct text_buffer *buffer, uint64_t number)
+{
+    text_append_plain(buffer, "0x");
+    append_digits(buffer, number, 16, 1);
 }
 
 /* The plurals that do not end in "s" alone. */
@@ -68,12 +121,11 @@ static const char *irregular_plural(const char *noun)
 void text_append_count(struct text_buffer *buffer, uint64_t count, const char *noun)
 {
     const char *irregular = irregular_plural(noun);
-    if (count == 1)
-        text_append(buffer, "1 %s", noun);
-    else if (irregular)
-        text_append(buffer, "%" PRIu64 " %s", count, irregular);
-    else
-        text_append(buffer, "%" PRIu64 " %ss", count, noun);
+    text_append_decimal(buffer, count);
+    text_append_plain(buffer, " ");
+    text_append_plain(buffer, count != 1 && irregular ? irregular : noun);
+    if (count != 1 && !irregular)
+        text_append_plain(buffer, "s");
 }
 
 /* ---- quoted text */
@@ -110,23 +162,31 @@ static bool is_control(uint32_t character)
            (character >= 0x2066 && character <= 0x2069);
 }
 
+/* Appends an escape sequence such as \x1b. */
+static void append_code(struct text_buffer *buffer, char letter, uint32_t code, unsigned digits)
+{
+    const char start[] = {'\\', letter, '\0'};
+    text_append_plain(buffer, start);
+    append_digits(buffer, code, 16, digits);
+}
+
 static void append_character(struct text_buffer *buffer, const unsigned char *bytes, size_t length,
                              uint32_t character)
 {
     if (!length)
-        text_append(buffer, "\\x%02x", (unsigned)bytes[0]);
+        append_code(buffer, 'x', bytes[0], 2);
     else if (character == '"' || character == '\\')
-        text_append(buffer, "\\%c", (int)character);
+        text_append_plain(buffer, character == '"' ? "\\\"" : "\\\\");
     else if (character == '\n')
-        text_append(buffer, "\\n");
+        text_append_plain(buffer, "\\n");
     else if (character == '\r')
-        text_append(buffer, "\\r");
+        text_append_plain(buffer, "\\r");
     else if (character == '\t')
-        text_append(buffer, "\\t");
+        text_append_plain(buffer, "\\t");
     else if (is_control(character))
-        text_append(buffer, character < 0x80 ? "\\x%02x" : "\\u%04x", (unsigned)character);
+        append_code(buffer, character < 0x80 ? 'x' : 'u', character, character < 0x80 ? 2 : 4);
     else
-        text_append(buffer, "%.*s", (int)length, (const char *)bytes);
+        append_bytes(buffer, (const char *)bytes, length);
 }
 
 void text_append_quoted(struct text_buffer *buffer, const char *quoted, size_t size)
@@ -135,7 +195,7 @@ void text_append_quoted(struct text_buffer *buffer, const char *quoted, size_t s
     size_t left = strnlen(quoted, size);
     if (left == size && left > 0)
         left = text_cut_length(quoted, size);
-    text_append(buffer, "\"");
+    text_append_plain(buffer, "\"");
     while (left > 0) {
         uint32_t character = 0;
         size_t length = text_decode(bytes, left, &character);
@@ -143,5 +203,5 @@ void text_append_quoted(struct text_buffer *buffer, const char *quoted, size_t s
         bytes += length ? length : 1;
         left -= length ? length : 1;
     }
-    text_append(buffer, "\"");
+    text_append_plain(buffer, "\"");
 }

@@ -22,6 +22,14 @@ void text_begin(struct text_buffer *buffer, char *text, size_t size);
 __attribute__((format(printf, 2, 3))) void text_append(struct text_buffer *buffer,
                                                        const char *format, ...);
 
+/* The functions below call nothing that allocates or locks, so a signal handler may use them. */
+void text_append_plain(struct text_buffer *buffer, const char *text);
+void text_append_decimal(struct text_buffer *buffer, uint64_t number);
+/* The same with zeros in front, if the number has fewer digits. */
+void text_append_padded(struct text_buffer *buffer, uint64_t number, unsigned digits);
+/* A number such as 0x1f. */
+void text_append_hex(struct text_buffer *buffer, uint64_t number);
+
 /* Appends a count with its noun, such as "1 byte" or "2 bytes". `noun` is the singular. */
 void text_append_count(struct text_buffer *buffer, uint64_t count, const char *noun);
 

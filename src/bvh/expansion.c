@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "src/bvh/bvh.h"
+#include "src/bvh/determinant.h"
 
 /* Knuth's two-sum (Shewchuk, theorem 7): sum + error = a + b exactly. */
 static inline double two_sum(double a, double b, double *error)
@@ -180,5 +181,8 @@ double transform_determinant(const VkTransformMatrixKHR *transform)
 int builder_determinant_sign(const VkTransformMatrixKHR *transform)
 {
     double terms[12];
+    int sign = determinant_estimate(transform);
+    if (sign)
+        return sign;
     return expansion_sign(determinant(transform, terms), terms);
 }

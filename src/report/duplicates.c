@@ -2,6 +2,8 @@
 /* Counts findings by id and object. */
 #include "src/report/duplicates.h"
 
+#include <string.h>
+
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
@@ -12,8 +14,24 @@ enum {
     HELD_IN_A_ROW_MAX = 1000 /* see duplicates_wanted() */
 };
 
+enum { FIRST_RETIRED = MESSAGE_ID_COUNT + DIFFERENCE_COUNT };
+
+uint32_t reported_vuid(enum vuid vuid, const struct message_style *style,
+                       const struct location *location, const struct finding *finding)
+{
+    const char *retired = NULL;
+    if (style->vuid_names == VUID_NAMES_LISTED)
+        retired = vuid_listed(vuid, location->command, finding->field ? finding->field : "");
+    for (unsigned row = 0; retired && row < RETIRED_COUNT; row++)
+        if (strcmp(vuid_of_retired_row(row), retired) == 0)
+            return FIRST_RETIRED + row;
+    return vuid;
+}
+
 const char *reported_id_name(uint32_t id)
 {
+    if (id >= FIRST_RETIRED)
+        return vuid_of_retired_row(id - FIRST_RETIRED);
     return id < MESSAGE_ID_COUNT ? vuid_texts[id].id
                                  : difference_id((enum difference)(id - MESSAGE_ID_COUNT));
 }
@@ -41,7 +59,7 @@ void duplicates_enable(struct duplicates *duplicates, const struct settings *set
     duplicates->limit = settings->duplicate_message_limit;
     duplicates->counts_all =
         settings->report_flags & REPORT_INFO || settings->log_format == LOG_FORMAT_JSON;
-    for (uint32_t id = 0; id < REPORTED_IDS; id++) {
+    for (uint32_t id = 0; id < FIRST_RETIRED; id++) {
         duplicates->ids[id].is_enabled = is_enabled(settings, id);
         atomic_init(&duplicates->ids[id].left, duplicates->ids[id].is_enabled ? left : 0);
     }
@@ -121,19 +139,19 @@ static bool is_allowed(struct duplicates *duplicates, uint32_t id, VkDevice devi
     return true;
 }
 
-bool duplicates_add(struct duplicates *duplicates, uint32_t id, VkDevice device,
+bool duplicates_add(struct duplicates *duplicates, uint32_t id, uint32_t shown, VkDevice device,
                     const struct message_subject *subject, struct message_style *style)
 {
     struct reported_id *counts = &duplicates->ids[id];
     if (!counts->is_enabled)
         return false;
     bool is_sent = is_allowed(duplicates, id, device, subject, style);
-    atomic_fetch_add_explicit(&counts->found, 1, memory_order_relaxed);
+    atomic_fetch_add_explicit(&duplicates->ids[shown].found, 1, memory_order_relaxed);
     if (is_sent) {
         atomic_store_explicit(&counts->held_in_a_row, 0, memory_order_relaxed);
     } else {
         atomic_fetch_add_explicit(&counts->held_in_a_row, 1, memory_order_relaxed);
-        atomic_fetch_add_explicit(&counts->held, 1, memory_order_relaxed);
+        atomic_fetch_add_explicit(&duplicates->ids[shown].held, 1, memory_order_relaxed);
     }
     return is_sent;
 }

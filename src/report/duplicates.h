@@ -16,12 +16,16 @@
 #include "src/report/message.h"
 #include "src/report/settings.h"
 
-/* The ids of messages: VUIDs and warnings (enum vuid), then differences. */
-enum { REPORTED_IDS = MESSAGE_ID_COUNT + DIFFERENCE_COUNT };
+/* The ids of messages: VUIDs and warnings (enum vuid), then differences, then retired ids, which
+ * only count findings. */
+enum { REPORTED_IDS = MESSAGE_ID_COUNT + DIFFERENCE_COUNT + RETIRED_COUNT };
 static inline uint32_t reported_difference(enum difference difference)
 {
     return MESSAGE_ID_COUNT + (uint32_t)difference;
 }
+/* Returns the id that the message of a finding has: `vuid`, or a retired one. */
+uint32_t reported_vuid(enum vuid vuid, const struct message_style *style,
+                       const struct location *location, const struct finding *finding);
 /* Returns the id as text, in static storage. */
 const char *reported_id_name(uint32_t id);
 
@@ -51,9 +55,10 @@ void duplicates_destroy(struct duplicates *duplicates);
  * were held back in a row, unless all are counted. */
 bool duplicates_wanted(const struct duplicates *duplicates, uint32_t id);
 
-/* Counts a finding, which is about an object of the device. Returns false if it is held back;
- * otherwise sets what the style of its message says about later ones. */
-bool duplicates_add(struct duplicates *duplicates, uint32_t id, VkDevice device,
+/* Counts a finding, which is about an object of the device, for the summary as one of `shown`: its
+ * id or, with vuid_names = listed, a retired one. Returns false if it is held back; otherwise sets
+ * what the style of its message says about later ones. */
+bool duplicates_add(struct duplicates *duplicates, uint32_t id, uint32_t shown, VkDevice device,
                     const struct message_subject *subject, struct message_style *style);
 
 #endif

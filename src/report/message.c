@@ -122,6 +122,7 @@ static void append_value(struct text_buffer *text, struct message *message,
                          const struct object_names *names)
 {
     switch (value->kind) {
+    case VALUE_ADDRESS:
     case VALUE_HEX:
         text_append(text, "0x%" PRIx64, value->number);
         return;
@@ -195,6 +196,8 @@ static void append_origin(struct text_buffer *text, struct message *message,
     append_labels(text, "labels", message->labels, message->label_count, origin->labels);
     if (origin->queue)
         append_submission(text, message, origin);
+    if (origin->when)
+        text_append(text, ", %s", origin->when);
     text_append(text, ".");
 }
 
@@ -288,6 +291,8 @@ static void append_finding(struct text_buffer *text, struct message *message,
     if (text->length > before)
         text_append(text, " ");
     append_statement(text, message, location->command, origin, finding);
+    for (uint32_t i = 0; i < finding->value_count; i++)
+        message_append_destroyed(text, &finding->values[i], origin);
     if (hint)
         text_append(text, " %s", hint);
     message->main_length = text->length - before;
@@ -330,11 +335,18 @@ void message_of_difference(struct message *message, enum difference difference,
 
 void message_of_layer(struct message *message, enum report_flag severity, const char *line)
 {
+    message_of_event(message, severity,
+                     severity == REPORT_ERROR     ? "ASSAY-error"
+                     : severity == REPORT_WARNING ? "ASSAY-warning"
+                                                  : "ASSAY-info",
+                     line);
+}
+
+void message_of_event(struct message *message, enum report_flag severity, const char *id,
+                      const char *line)
+{
     struct text_buffer text;
-    begin(message, &text, severity,
-          severity == REPORT_ERROR     ? "ASSAY-error"
-          : severity == REPORT_WARNING ? "ASSAY-warning"
-                                       : "ASSAY-info");
+    begin(message, &text, severity, id);
     text_append(&text, "%s", line);
     message->main = message->text;
     message->main_length = text.length - (size_t)(message->text - message->buffer);

@@ -83,6 +83,10 @@ void message_of_difference(struct message *message, enum difference difference,
 /* A message of the layer about itself, not about a rule. */
 void message_of_layer(struct message *message, enum report_flag severity, const char *line);
 
+/* The same with an id of its own, such as ASSAY-device-lost. */
+void message_of_event(struct message *message, enum report_flag severity, const char *id,
+                      const char *line);
+
 /* Returns whether a filter for this id (see narrow_filters_have) matches the debug name of an
  * object of the message, or a label. */
 bool message_is_muted(const struct message *message, const struct narrow_filter *filters,

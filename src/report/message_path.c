@@ -4,6 +4,9 @@
 
 #include <inttypes.h>
 
+#include "src/state/commands/object_names.h"
+#include "src/state/resources/destroyed.h"
+
 void message_append_build(struct text_buffer *text, enum build_command command, uint32_t build)
 {
     if (command == COMMAND_NV)
@@ -53,5 +56,29 @@ void message_append_path(struct text_buffer *text, const struct location *at, co
     case SUBJECT_ELEMENT:
         text_append(text, "%s[%" PRIu32 "]", field, at->build);
         return;
+    }
+}
+
+void message_append_destroyed(struct text_buffer *text, const struct value *value,
+                              const struct call_origin *origin)
+{
+    struct destroyed_object object;
+    if (value->kind != VALUE_ADDRESS || !origin->destroyed ||
+        !destroyed_objects_find(origin->destroyed, value->object_type, value->number, &object))
+        return;
+    uint64_t submissions = origin->submissions ? origin->submissions
+                                               : destroyed_objects_submissions(origin->destroyed);
+    text_append(text, " %s 0x%" PRIx64, object_type_name(object.type), object.handle);
+    if (object.name[0]) {
+        text_append(text, "[");
+        text_append_quoted(text, object.name, sizeof(object.name) - 1);
+        text_append(text, "]");
+    }
+    text_append(text, " had this address and was destroyed ");
+    if (submissions > object.submissions) {
+        text_append_count(text, submissions - object.submissions, "submission");
+        text_append(text, " ago.");
+    } else {
+        text_append(text, "since the last submission.");
     }
 }

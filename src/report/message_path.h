@@ -4,6 +4,8 @@
 #define ASSAY_REPORT_MESSAGE_PATH_H
 
 #include "src/base/text_buffer.h"
+#include "src/report/origin.h"
+#include "src/view/finding.h"
 #include "src/view/location.h"
 
 /* Appends the build's element of the call's parameters. */
@@ -11,5 +13,10 @@ void message_append_build(struct text_buffer *text, enum build_command command, 
 /* Appends nothing if the field is "", which stands for the structure itself. */
 void message_append_field(struct text_buffer *text, const char *separator, const char *field);
 void message_append_path(struct text_buffer *text, const struct location *at, const char *field);
+
+/* If the value is an address that a destroyed object had, appends which one, and when it was
+ * destroyed. */
+void message_append_destroyed(struct text_buffer *text, const struct value *value,
+                              const struct call_origin *origin);
 
 #endif

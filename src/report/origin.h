@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+struct destroyed_objects;
 struct object_names;
 struct label_stack;
 
@@ -20,6 +21,13 @@ struct call_origin {
     VkQueue queue;
     uint64_t submission; /* number of the call that submitted to the queue, from 1; 0: unknown */
     const struct label_stack *queue_labels;
+    /* When the data was read, if that was not after completion: static text such as "read after the
+     * device was lost". */
+    const char *when;
+    /* The objects that were destroyed, for addresses; and the number of calls that had submitted
+     * work when the build was submitted, or now. NULL: unknown. */
+    struct destroyed_objects *destroyed;
+    uint64_t submissions;
 };
 
 #endif

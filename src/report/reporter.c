@@ -14,7 +14,8 @@
 #include "src/report/message.h"
 #include "src/report/message_filter.h"
 #include "src/report/messengers.h"
-#include "src/report/reported_lines.h"
+#include "src/report/settings/reported_lines.h"
+#include "src/report/settings_check.h"
 #include "src/report/summary.h"
 
 /* All members but the messengers and the counts are constant. */
@@ -27,6 +28,7 @@ struct reporter {
     bool has_begun; /* the log is open and has its header */
     /* How many messages of the layer about itself may still be sent. */
     _Atomic uint32_t warnings_left, unsupported_left;
+    atomic_bool only_logs; /* the process crashes */
 };
 
 enum { LINE_SIZE = 1024 };
@@ -86,7 +88,9 @@ static void warn_of_log(struct reporter *reporter, int error)
 /* Sets `delivered` if a messenger got the message. Returns true to skip the call. */
 static bool deliver(struct reporter *reporter, const struct message *message, bool *delivered)
 {
-    bool skip = messengers_call(&reporter->messengers, message, delivered);
+    *delivered = false;
+    bool skip = !atomic_load(&reporter->only_logs) &&
+                messengers_call(&reporter->messengers, message, delivered);
     if (is_logged(reporter, *delivered))
         warn_of_log(reporter, log_message(&reporter->log, message, &reporter->settings));
     if (reporter->settings.debug_action & DEBUG_ACTION_BREAK && message->severity == REPORT_ERROR)
@@ -119,7 +123,8 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
         if (message_is_muted(&message, reporter->settings.narrow_filters, vuid))
             return false;
     }
-    if (!duplicates_add(&reporter->duplicates, vuid, origin->device, &subject, &style))
+    const uint32_t shown = reported_vuid(vuid, &style, location, finding);
+    if (!duplicates_add(&reporter->duplicates, vuid, shown, origin->device, &subject, &style))
         return is_failed(reporter, vuid);
     message_of_finding(&message, vuid, location, origin, finding, &style);
     return deliver(reporter, &message, &delivered) || is_failed(reporter, vuid);
@@ -144,7 +149,7 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
         if (message_is_muted(&message, reporter->settings.narrow_filters, id))
             return;
     }
-    if (!duplicates_add(&reporter->duplicates, id, origin->device, &subject, &style))
+    if (!duplicates_add(&reporter->duplicates, id, id, origin->device, &subject, &style))
         return;
     message_of_difference(&message, difference, location, origin, finding, &style);
     deliver(reporter, &message, &delivered);
@@ -169,6 +174,40 @@ void reporter_warn(struct reporter *reporter, const char *line)
 void reporter_report_unsupported(struct reporter *reporter, const char *line)
 {
     send_line(reporter, &reporter->unsupported_left, REPORT_ERROR, line);
+}
+
+static uint32_t allowed(const struct settings *settings, enum report_flag severity)
+{
+    uint32_t limit = settings->duplicate_message_limit;
+    if (settings->debug_action & DEBUG_ACTION_IGNORE || !(settings->report_flags & severity))
+        return 0;
+    return limit ? limit : NO_LIMIT;
+}
+
+bool reporter_has_warnings(const struct reporter *reporter)
+{
+    return allowed(&reporter->settings, REPORT_WARNING) != 0;
+}
+
+void reporter_report_event(struct reporter *reporter, const char *id, const char *text)
+{
+    struct message message;
+    bool delivered;
+    if (!reporter_has_warnings(reporter))
+        return;
+    message_of_event(&message, REPORT_WARNING, id, text);
+    deliver(reporter, &message, &delivered);
+}
+
+int reporter_log_descriptor(const struct reporter *reporter, bool *is_json)
+{
+    *is_json = reporter->log.json;
+    return reporter->log.is_active ? fileno(reporter->log.file) : -1;
+}
+
+void reporter_silence_callbacks(struct reporter *reporter)
+{
+    atomic_store(&reporter->only_logs, true);
 }
 
 static bool is_informing(const struct reporter *reporter)
@@ -218,6 +257,11 @@ void reporter_add_device(struct reporter *reporter, VkDevice device, const char 
     warn_of_log(reporter, log_device(&reporter->log, device, name, driver));
 }
 
+void reporter_record(struct reporter *reporter, const struct log_record *record)
+{
+    warn_of_log(reporter, log_add(&reporter->log, record));
+}
+
 /* ---- creation */
 
 /* Warnings about the settings, kept until all settings are read and the log is open. */
@@ -236,14 +280,6 @@ static void keep_line(void *context, const char *line)
     lines[kept->count] = strdup(line);
     if (lines[kept->count])
         kept->count++;
-}
-
-static uint32_t allowed(const struct settings *settings, enum report_flag severity)
-{
-    uint32_t limit = settings->duplicate_message_limit;
-    if (settings->debug_action & DEBUG_ACTION_IGNORE || !(settings->report_flags & severity))
-        return 0;
-    return limit ? limit : NO_LIMIT;
 }
 
 static void allow_messages(struct reporter *reporter)
@@ -292,6 +328,8 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
     if (result == VK_SUCCESS)
         result = settings_load(create_info, keep_line, &kept, &reporter->settings);
     if (result == VK_SUCCESS)
+        settings_check(&reporter->settings, keep_line, &kept);
+    if (result == VK_SUCCESS)
         result = log_open(&reporter->log, &reporter->settings, keep_line, &kept);
     if (result == VK_SUCCESS) {
         allow_messages(reporter);
@@ -307,6 +345,23 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
     }
     *out = reporter;
     return VK_SUCCESS;
+}
+
+struct reporter *reporter_create_silent(const struct reporter *of)
+{
+    struct reporter *reporter = calloc(1, sizeof(*reporter));
+    if (!reporter)
+        return NULL;
+    messengers_init(&reporter->messengers);
+    duplicates_init(&reporter->duplicates);
+    unchecked_init(&reporter->unchecked);
+    reporter->settings = of->settings;
+    settings_disown(&reporter->settings);
+    reporter->settings.report_flags = 0;
+    reporter->settings.debug_action = DEBUG_ACTION_IGNORE;
+    reporter->settings.log_format = LOG_FORMAT_TEXT;
+    allow_messages(reporter);
+    return reporter;
 }
 
 void reporter_destroy(struct reporter *reporter)

@@ -21,6 +21,9 @@ struct reporter;
  * `create_info`; these are called while the instance is created and destroyed. */
 VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporter **out);
 void reporter_destroy(struct reporter *reporter);
+/* The same without messengers and log, with the settings of another reporter, of which it reads
+ * nothing else. Returns NULL if memory runs out. */
+struct reporter *reporter_create_silent(const struct reporter *of);
 
 /* Call with true when the instance has been created, and with false before it is destroyed. In
  * between, the messengers of the create info are silent. */
@@ -55,6 +58,16 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
  * with severity warning. */
 void reporter_warn(struct reporter *reporter, const char *line);
 
+/* Sends a message about the device, such as its loss, with severity warning and an id of its own.
+ * duplicate_message_limit does not apply. */
+void reporter_report_event(struct reporter *reporter, const char *id, const char *text);
+bool reporter_has_warnings(const struct reporter *reporter);
+
+/* For a signal handler: where messages are logged, and whether as JSON. Returns -1: nowhere. */
+int reporter_log_descriptor(const struct reporter *reporter, bool *is_json);
+/* From now on no callback of the application is called. */
+void reporter_silence_callbacks(struct reporter *reporter);
+
 /* The same with severity error, for a call that the layer cannot execute. */
 void reporter_report_unsupported(struct reporter *reporter, const char *line);
 
@@ -65,6 +78,10 @@ void reporter_add_unchecked(struct reporter *reporter, const char *what, uint32_
 /* Logs a device that the application has created, if log_format is json. */
 void reporter_add_device(struct reporter *reporter, VkDevice device, const char *name,
                          const VkPhysicalDeviceDriverProperties *driver);
+
+/* Logs a record of setting record_builds. */
+struct log_record;
+void reporter_record(struct reporter *reporter, const struct log_record *record);
 
 /* If report_flags has REPORT_INFO, these send one line with severity information: about the layer,
  * when an instance is created, and about its findings, at its end. */

@@ -97,54 +97,34 @@ static const struct choice booleans[] = {
 
 /* ---- keys: each function may modify `value`, and returns false if the value is invalid */
 
-static bool load_level(const struct loader *loader, char *value)
-{
-    uint32_t level;
-    if (!value_read_choice(levels, value, &level))
-        return false;
-    loader->settings->level = (enum level)level;
-    return true;
-}
+/* load_MEMBER for a member that is one of some choices. */
+#define DEFINE_LOAD_CHOICE(member, choices)                                                        \
+    static bool load_##member(const struct loader *loader, char *value)                            \
+    {                                                                                              \
+        uint32_t chosen;                                                                           \
+        if (!value_read_choice(choices, value, &chosen))                                           \
+            return false;                                                                          \
+        loader->settings->member = (__typeof__(loader->settings->member))chosen;                   \
+        return true;                                                                               \
+    }
 
-static bool load_backend(const struct loader *loader, char *value)
-{
-    uint32_t backend;
-    if (!value_read_choice(backends, value, &backend))
-        return false;
-    loader->settings->backend = (enum backend)backend;
-    return true;
-}
+DEFINE_LOAD_CHOICE(level, levels)
+DEFINE_LOAD_CHOICE(backend, backends)
+DEFINE_LOAD_CHOICE(content_when_full, when_full)
+DEFINE_LOAD_CHOICE(vuid_names, vuid_names)
+DEFINE_LOAD_CHOICE(spec_text, spec_texts)
+DEFINE_LOAD_CHOICE(log_format, log_formats)
+DEFINE_LOAD_CHOICE(record_builds, booleans)
+DEFINE_LOAD_CHOICE(crash_report, booleans)
 
 static bool load_content_budget_mib(const struct loader *loader, char *value)
 {
     return value_read_number(value, &loader->settings->content_budget_mib);
 }
 
-static bool load_content_when_full(const struct loader *loader, char *value)
+static bool load_hang_seconds(const struct loader *loader, char *value)
 {
-    uint32_t when;
-    if (!value_read_choice(when_full, value, &when))
-        return false;
-    loader->settings->content_when_full = (enum content_when_full)when;
-    return true;
-}
-
-static bool load_vuid_names(const struct loader *loader, char *value)
-{
-    uint32_t names;
-    if (!value_read_choice(vuid_names, value, &names))
-        return false;
-    loader->settings->vuid_names = (enum vuid_names)names;
-    return true;
-}
-
-static bool load_spec_text(const struct loader *loader, char *value)
-{
-    uint32_t spec_text;
-    if (!value_read_choice(spec_texts, value, &spec_text))
-        return false;
-    loader->settings->spec_text = (enum spec_text)spec_text;
-    return true;
+    return value_read_number(value, &loader->settings->hang_seconds);
 }
 
 static bool load_report_flags(const struct loader *loader, char *value)
@@ -198,21 +178,17 @@ static bool load_compare_rays(const struct loader *loader, char *value)
     return true;
 }
 
+/* Colons separate entries if there is no comma, as in all lists; but not in ID@PATTERN, whose
+ * pattern may have some. */
 static bool load_message_id_filter(const struct loader *loader, char *value)
 {
     struct settings *settings = loader->settings;
+    bool has_colons = !strchr(value, ',') && !strchr(value, '@');
+    for (char *colon = value; has_colons && (colon = strchr(colon, ':'));)
+        *colon = ',';
     message_filters_load(&(struct message_filters){settings->muted, settings->muted_differences,
                                                    &settings->narrow_filters},
                          value, loader->warn, loader->context);
-    return true;
-}
-
-static bool load_log_format(const struct loader *loader, char *value)
-{
-    uint32_t format;
-    if (!value_read_choice(log_formats, value, &format))
-        return false;
-    loader->settings->log_format = (enum log_format)format;
     return true;
 }
 
@@ -231,9 +207,12 @@ static const struct key {
     {"debug_action", load_debug_action, "default, ignore, callback, log, break, fail", "default"},
     {"log_filename", NULL, "a file name", "stderr"},
     {"log_format", load_log_format, "text or json", "text"},
+    {"record_builds", load_record_builds, "true or false", "false"},
     {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
     {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
+    {"hang_seconds", load_hang_seconds, "a number of seconds; 0 is off", "10"},
+    {"crash_report", load_crash_report, "true or false", "false"},
     {"compare_rays", load_compare_rays, "a number up to 1000000; 0 is off", "0"},
 };
 
@@ -270,7 +249,7 @@ static VkResult load_filename(const struct loader *loader, const struct settings
                               const struct key *key)
 {
     char **filename = &loader->settings->log_filename;
-    VkResult result = settings_source_filename(source, key->name, filename);
+    VkResult result = settings_source_text(source, key->name, filename);
     if (result == VK_SUCCESS && *filename)
         note_value(loader, key, *filename);
     return result;
@@ -283,7 +262,9 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
         return load_filename(loader, source, key);
 
     char *value;
-    VkResult result = settings_source_list(source, key->name, &value);
+    VkResult result = key->load == load_message_id_filter
+                          ? settings_source_text(source, key->name, &value)
+                          : settings_source_list(source, key->name, &value);
     if (result != VK_SUCCESS || !value)
         return result;
     char *as_given = strdup(value);
@@ -294,36 +275,6 @@ static VkResult load_key(const struct loader *loader, const struct settings_sour
     free(as_given);
     free(value);
     return VK_SUCCESS;
-}
-
-/* Rays compare the driver's structures with structures built from the inputs that level content
- * reads. */
-static void check_compare_rays(const struct loader *loader)
-{
-    struct settings *settings = loader->settings;
-    if (!settings->compare_rays ||
-        (settings->level == LEVEL_CONTENT && settings->backend == BACKEND_DRIVER))
-        return;
-    settings->compare_rays = 0;
-    loader->warn(loader->context,
-                 "assay_validation.compare_rays needs level = content and backend = driver. No "
-                 "rays are compared.");
-}
-
-/* The file would look as if there were no messages. */
-static void check_log_filename(const struct loader *loader)
-{
-    const struct settings *settings = loader->settings;
-    if (!settings->log_filename ||
-        settings->debug_action & (DEBUG_ACTION_LOG | DEBUG_ACTION_DEFAULT))
-        return;
-    char line[LINE_SIZE];
-    struct text_buffer text;
-    text_begin(&text, line, sizeof(line));
-    text_append(&text, "assay_validation.log_filename: nothing is written to ");
-    text_append_quoted(&text, settings->log_filename, VALUE_SHOWN);
-    text_append(&text, ", because debug_action has neither log nor default.");
-    loader->warn(loader->context, line);
 }
 
 static void warn_of_ignored(const struct loader *loader, const struct settings_source *source)
@@ -345,6 +296,7 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
         .spec_text = SPEC_TEXT_FULL,
         .content_budget_mib = 256,
         .content_when_full = CONTENT_WAIT,
+        .hang_seconds = 10,
         .report_flags = REPORT_ERROR | REPORT_WARNING,
         .debug_action = DEBUG_ACTION_DEFAULT,
         .duplicate_message_limit = 10,
@@ -364,8 +316,6 @@ VkResult settings_load(const VkInstanceCreateInfo *create_info,
     for (unsigned i = 0; i < KEY_COUNT && result == VK_SUCCESS; i++)
         result = load_key(&loader, &source, &keys[i]);
     if (result == VK_SUCCESS) {
-        check_compare_rays(&loader);
-        check_log_filename(&loader);
         warn_of_ignored(&loader, &source);
         if (settings->report_flags & REPORT_INFO && changes.length)
             settings->changes = strdup(changed);
@@ -384,6 +334,11 @@ void settings_release(struct settings *settings)
     free(settings->log_filename);
     free(settings->changes);
     narrow_filters_free(settings->narrow_filters);
+    settings_disown(settings);
+}
+
+void settings_disown(struct settings *settings)
+{
     settings->narrow_filters = NULL;
     settings->log_filename = settings->changes = NULL;
     settings->values = NULL;

@@ -66,10 +66,13 @@ struct settings {
     enum spec_text spec_text;
     uint32_t content_budget_mib; /* MiB for copies of builds' inputs; backend driver */
     enum content_when_full content_when_full;
+    uint32_t hang_seconds; /* without progress, before a wait reports; level content; 0: never */
+    bool crash_report;     /* report when the process gets a signal that ends it */
     uint32_t report_flags; /* enum report_flag */
     uint32_t debug_action; /* enum debug_action */
     char *log_filename;    /* NULL: stderr; owned */
     enum log_format log_format;
+    bool record_builds; /* the log also has a line for each build, copy and submission */
     uint32_t duplicate_message_limit;         /* per id and object; 0: no limit */
     bool muted[MESSAGE_ID_COUNT];             /* message_id_filter: VUIDs */
     bool muted_differences[DIFFERENCE_COUNT]; /* message_id_filter: differences */
@@ -83,11 +86,13 @@ struct settings {
 
 /* Reads the settings of an instance that is about to be created. An unknown key or an invalid value
  * falls back to the default and calls `warn` with one line. Fails only if memory runs out. The
- * caller releases `settings` with settings_release. */
+ * caller releases `settings` with settings_release, and calls settings_check (settings_check.h). */
 VkResult settings_load(const VkInstanceCreateInfo *create_info,
                        void (*warn)(void *context, const char *line), void *context,
                        struct settings *settings);
 void settings_release(struct settings *settings);
+/* Clears the members that refer to memory, for a copy of settings that another owns. */
+void settings_disown(struct settings *settings);
 
 /* Calls `each` for every setting, with its value as text. */
 void settings_each(const struct settings *settings,

@@ -14,7 +14,8 @@ bool input_address_is_in_a_buffer(const struct address_view *address, struct fin
     return address->facts->status != ADDRESS_NOWHERE || !address->geometry ||
            address->role == INPUT_TRANSFORM ||
            violated(finding, input_field(address->role),
-                    "{} is in no buffer whose address was retrieved", hex(address->facts->address));
+                    "{} is in no buffer whose address was retrieved",
+                    address_of_missing(VK_OBJECT_TYPE_BUFFER, address->facts->address));
 }
 
 bool input_buffer_is_bound(const struct address_view *address, struct finding *finding)

@@ -19,7 +19,8 @@ struct copy_order {
 };
 _Static_assert(sizeof(struct copy_order) == 32, "as the shader has it");
 
-enum { COPY_SIZE_MAX = 1 << 16 };
+/* Short orders run at the same time. */
+enum { COPY_SIZE_MAX = 1 << 14 };
 
 /* Location of `count` consecutive copy orders. */
 struct copy_orders {

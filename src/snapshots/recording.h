@@ -101,10 +101,37 @@ struct recording_gate {
     uint64_t address; /* for the device */
 };
 
+/* Two words that the device writes around the builds of one call, and that the host can read even
+ * after the device was lost. */
+struct build_mark {
+    _Atomic uint32_t *words; /* MARK_REACHED and MARK_FINISHED: 0 or 1 */
+    VkBuffer buffer;
+    uint64_t offset;
+    uint32_t first, last; /* positions of the call's builds */
+};
+enum { MARK_REACHED, MARK_FINISHED, MARK_WORDS };
+
+enum mark_state {
+    MARK_IS_UNKNOWN, /* the call has no mark, or several executions at once write it */
+    MARK_IS_CLEAR,   /* the device has not executed the copies of the call's inputs */
+    MARK_HAS_COPIES, /* the copies are complete, and the host can read them */
+    MARK_HAS_BUILDS, /* the builds are complete, too */
+};
+
+/* The marks of a recording, in the order of the calls. */
+struct build_marks {
+    struct build_mark *items;
+    uint32_t count, capacity;
+    bool is_open; /* the builds behind the last mark are being recorded */
+    /* The number of the ticket whose submission the marks are about. 0: none, or several. */
+    _Atomic uint64_t ticket;
+};
+
 /* Frees a recording's memory. */
 struct recording_memory {
     void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
     void (*free_gate)(void *user, const struct recording_gate *gate);
+    void (*free_mark)(void *user, const struct build_mark *mark);
     void *user;
 };
 
@@ -119,6 +146,7 @@ struct recording {
     bool executes_once; /* ONE_TIME_SUBMIT: the chunks are free after the execution */
     struct recording_memory memory;
     struct recording_gate gate; /* closed when chunks are given back */
+    struct build_marks marks;
     uint32_t secondary_count;
     bool has_gatherings;
     /* Builds whose inputs were not all copied: their number, and the first ones. */
@@ -149,6 +177,8 @@ struct execution {
     bool is_repeated; /* the chunks were given back before: there are no snapshots */
     struct ticket *ticket;
     uint64_t destroy_count;     /* resources_destroy_count() at the submission */
+    uint64_t submissions;       /* destroyed_objects_submissions() at the submission */
+    uint32_t judged_end;        /* builds before this position were validated before completion */
     atomic_bool is_overwritten; /* by another execution of the same submission */
     atomic_bool is_reached;     /* all work on which it depends has been submitted */
     /* Guards the members below. Held for reading while BVHs are built from the snapshots, which may
@@ -194,6 +224,20 @@ void recording_keep_chunks(struct recording *recording);
 bool recording_open_gate(struct recording *recording);
 /* Whether the device may still execute the latest execution, if its ticket is not `next`. */
 bool recording_is_pending(struct recording *recording, const struct ticket *next);
+
+/* Adds a mark, which the recording then owns. Returns false without memory. */
+bool recording_add_mark(struct recording *recording, const struct build_mark *mark);
+/* Called before a submission: the marks are about that of `ticket` from now on. If the device may
+ * still write them for another one (`is_pending`), they are about none. */
+void recording_clear_marks(struct recording *recording, const struct ticket *ticket,
+                           bool is_pending);
+/* How far the device has got with the call of a build, in the submission with this ticket; 0: in
+ * the latest one. A signal handler may call this. */
+enum mark_state recording_mark_state(const struct recording *recording, uint32_t position,
+                                     uint64_t ticket);
+
+/* The execution made last, with a reference for the caller. Returns NULL if it no longer exists. */
+struct execution *recording_share_latest(struct recording *recording);
 
 /* Creates an execution of the current items, with executions of secondaries. Returns NULL without
  * memory. */

@@ -11,6 +11,7 @@
 
 struct ticket {
     atomic_uint references;
+    uint64_t number; /* unique on the device, from 1; 0: unknown */
     /* Returns VK_SUCCESS, VK_TIMEOUT after `nanoseconds`, or an error that is final. May be called
      * from any thread. */
     VkResult (*wait)(struct ticket *ticket, uint64_t nanoseconds);

@@ -12,21 +12,23 @@
 #include "vuid-tables/rules.h"
 
 enum value_kind {
-    VALUE_HEX,    /* an address or a bit pattern: 0x1010 */
-    VALUE_NUMBER, /* a number without a noun: 256 */
-    VALUE_COUNT,  /* a number with its noun: 1 byte, 2 bytes */
-    VALUE_REAL,   /* a number with a fraction: 0.5 */
-    VALUE_TEXT,   /* a string that outlives the report, such as an enumerant's spelling */
-    VALUE_OBJECT, /* a handle, shown with its type and debug name, and listed as an object */
-    VALUE_FIELD,  /* a field of another build of the call: pInfos[build].text */
-    VALUE_BUILT,  /* the command buffer or host call of an earlier build: see built_at() */
+    VALUE_ADDRESS, /* a device address, shown like VALUE_HEX, which destroyed objects may have had
+                    */
+    VALUE_HEX,     /* an address or a bit pattern: 0x1010 */
+    VALUE_NUMBER,  /* a number without a noun: 256 */
+    VALUE_COUNT,   /* a number with its noun: 1 byte, 2 bytes */
+    VALUE_REAL,    /* a number with a fraction: 0.5 */
+    VALUE_TEXT,    /* a string that outlives the report, such as an enumerant's spelling */
+    VALUE_OBJECT,  /* a handle, shown with its type and debug name, and listed as an object */
+    VALUE_FIELD,   /* a field of another build of the call: pInfos[build].text */
+    VALUE_BUILT,   /* the command buffer or host call of an earlier build: see built_at() */
 };
 
 struct value {
     enum value_kind kind;
     uint32_t build;           /* VALUE_FIELD, VALUE_BUILT */
-    VkObjectType object_type; /* VALUE_OBJECT */
-    uint64_t number;          /* VALUE_HEX, _NUMBER, _COUNT, _OBJECT, _BUILT */
+    VkObjectType object_type; /* VALUE_OBJECT; VALUE_ADDRESS: what should have the address */
+    uint64_t number;          /* VALUE_ADDRESS, _HEX, _NUMBER, _COUNT, _OBJECT, _BUILT */
     union {
         const char *text; /* VALUE_TEXT, VALUE_FIELD; VALUE_COUNT: the noun's singular */
         double real;      /* VALUE_REAL */
@@ -54,6 +56,12 @@ struct finding {
 static inline struct value hex(uint64_t number)
 {
     return (struct value){.kind = VALUE_HEX, .number = number};
+}
+
+/* A device address at which no object of the type is: the message says which one was there. */
+static inline struct value address_of_missing(VkObjectType type, uint64_t address)
+{
+    return (struct value){.kind = VALUE_ADDRESS, .object_type = type, .number = address};
 }
 
 static inline struct value number(uint64_t number)

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import unittest
 
-from runs import LAYER, ROOT, Runs
+from runs import LAYER, ROOT, Runs, main
 from assay_run.options import make_parser
 
 
@@ -79,4 +79,4 @@ class Elsewhere(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    main()

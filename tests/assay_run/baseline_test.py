@@ -4,7 +4,7 @@
 
 import unittest
 
-from runs import VUID, Runs, finding
+from runs import VUID, Runs, finding, main
 from assay_run.baseline import Entry, baseline_line, read_baseline, split_known
 
 NAMED = {"Objects": [{"type": "VkBuffer", "handle": "0x1", "name": "mesh 1"},
@@ -23,6 +23,16 @@ class Lines(unittest.TestCase):
 
     def test_retired_id(self):
         self.assertTrue(self.matches("VUID-old", formerly=["VUID-old"]))
+
+    def test_second_id_of_a_mistake(self):
+        """It makes the line used, but the finding not known: its first id is another rule's."""
+        entries = [Entry("VUID-second", "", 1), Entry("VUID-second@mesh 2", "", 2)]
+        one = finding(also=["VUID-second"], **NAMED)
+        self.assertEqual(split_known([one], entries), ([one], []))
+        self.assertEqual([entry.used for entry in entries], [1, 0])
+        entries.append(Entry(VUID, "", 3))
+        self.assertEqual(split_known([one], entries), ([], [one]))
+        self.assertEqual(baseline_line(one), f"{VUID}@mesh 1")
 
     def test_glob(self):
         for glob, expected in (("mesh 1", True), ("mesh*", True), ("mesh ?", True), ("mesh", False),
@@ -102,4 +112,4 @@ class Files(Runs):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    main()

@@ -10,7 +10,7 @@ import sys
 import unittest
 
 from browser import CHROMIUM, Browser
-from runs import Runs
+from runs import Runs, main
 
 DEMO, LAYERS = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
 MESH = pathlib.Path("/usr/share/glmark2/models/bunny.obj")
@@ -43,4 +43,4 @@ if __name__ == "__main__":
     if not CHROMIUM or not lavapipe or not MESH.exists():
         print("needs Chromium, lavapipe and the mesh of glmark2-data")
         sys.exit(77)
-    unittest.main(argv=sys.argv[:1])
+    main()

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import unittest
 
-from runs import Runs, ROOT
+from runs import ROOT, Runs, main
 from assay_run import environment
 from assay_run.environment import KHRONOS, LAYER, MANIFEST, application_environment
 from assay_run.options import parse_arguments
@@ -61,6 +61,12 @@ class Environment(Runs):
                             ("VK_DBG_LAYER_ACTION_IGNORE", "log"), ("default", "default")):
             self.assertEqual(self.make("--set", f"debug_action={given}")[key], made)
         self.assertEqual(self.make()[key], "default")
+
+    def test_crashes_are_reported(self):
+        key = "VK_ASSAY_VALIDATION_CRASH_REPORT"
+        self.assertEqual(self.make()[key], "true")
+        self.assertEqual(self.make("--set", "crash_report=false")[key], "false")
+        self.assertEqual(self.make(**{key: "false"})[key], "false")
 
     def test_known_findings_use_up_no_limit(self):
         key = "VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT"
@@ -130,6 +136,18 @@ class Environment(Runs):
         environment.add_layer_path(made, "/here")
         self.assertEqual(made["VK_LAYER_PATH"], str(tree))
 
+    def test_khronos_path(self):
+        """It is added if VK_LAYER_PATH hides it; without it assay-run does not start the application."""
+        with self.assertRaisesRegex(environment.EnvironmentFailure, "vulkan-validationlayers"):
+            self.make("--with-khronos", XDG_DATA_DIRS="/nowhere", HOME="/nowhere",
+                      VK_LAYER_PATH="/wrong")
+        folder = self.folder / "vulkan/explicit_layer.d"
+        folder.mkdir(parents=True)
+        (folder / "VkLayer_khronos_validation.json").touch()
+        made = self.make("--with-khronos", XDG_DATA_DIRS=str(self.folder), HOME="/nowhere",
+                         VK_LAYER_PATH=str(self.make_tree("release")))
+        self.assertEqual(made["VK_LAYER_PATH"].split(":")[-1], str(folder))
+
     def test_wrong_layer_path_and_no_layer(self):
         """assay-run without a layer beside it, and a VK_LAYER_PATH that leads nowhere."""
         shutil.copytree(ROOT / "scripts/assay_run", self.folder / "share/assay/assay_run")
@@ -142,4 +160,4 @@ class Environment(Runs):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    main()

@@ -4,18 +4,20 @@
 
 import json
 import pathlib
+import re
 import signal
 import subprocess
 import sys
 import unittest
 
-from runs import ASSAY_RUN, ROOT, VUID, Runs
+from runs import ASSAY_RUN, ROOT, VUID, Runs, main
 
 try:
     import jsonschema
 except ImportError:
     jsonschema = None
 
+KHRONOS = pathlib.Path("/usr/share/vulkan/explicit_layer.d")
 APPLICATION, LAYERS, DRIVER = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
 
 
@@ -39,6 +41,12 @@ class Layer(Runs):
         result = self.run_steps("mistake")
         self.assertEqual(result.status, 99)
         self.assertIn(VUID, result.err)
+
+    def test_scratch_mistake(self):
+        result = self.run_words("--error-exitcode", 7, "--",
+                                APPLICATION.with_name("assay_run_many_builds"), 1000)
+        self.assertEqual(result.status, 7)
+        self.assertIn("scratchData.deviceAddress", result.err)
 
     def test_clean(self):
         result = self.run_steps("clean")
@@ -171,6 +179,26 @@ class Layer(Runs):
         self.assertEqual(lines[-1]["Type"], "Summary")
         self.assertEqual(lines[0]["Settings"]["report_flags"], "error,warn")
 
+    @unittest.skipUnless((KHRONOS / "VkLayer_khronos_validation.json").exists(),
+                         "the Khronos validation layer is not installed")
+    def test_with_khronos(self):
+        """Both find the mistake, and Assay's finding counts. Loaders order the layers by VK_INSTANCE_LAYERS
+        or by the folders; both orders are good. VK_LAYER_PATH need not have the Khronos layer."""
+        (self.folder / "vk_layer_settings.txt").write_text(
+            "khronos_validation.debug_action = VK_DBG_LAYER_ACTION_LOG_MSG\n"
+            "khronos_validation.log_filename = khronos.txt\n"
+            "khronos_validation.report_flags = error\n")
+        result = self.run_words("--with-khronos", "--",
+                                APPLICATION.with_name("assay_run_many_builds"), 1000,
+                                VK_LOADER_DEBUG="layer")
+        self.assertEqual(result.status, 99)
+        self.assertIn("1 finding in 1 process", result.err)
+        self.assertIn("-pInfos-03710", result.err)
+        self.assertIn("-pInfos-03710", (self.folder / "khronos.txt").read_text(encoding="utf-8"))
+        stack = result.err.partition("vkCreateInstance layer callstack setup to:")[2]
+        stack = stack.partition("<Drivers>")[0]
+        self.assertEqual(sorted(re.findall(r"VK_LAYER_(\w+)_validation", stack)), ["ASSAY", "KHRONOS"])
+
     def test_lines_of_readme(self):
         section = (ROOT / "README.md").read_text(encoding="utf-8").partition("\n## In CI\n")[2]
         lines = section.partition("```sh\n")[2].partition("```")[0]
@@ -199,4 +227,4 @@ class Layer(Runs):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    main()

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of --html in headless Chromium."""
 
-import sys
 import unittest
 
 from browser import CHROMIUM, Browser
-from runs import NASTY, TIME, VUID, Runs, finding, header
+from runs import NASTY, TIME, VUID, Runs, finding, header, main
 
 QUEUE = "0x7f0000000010"
 
@@ -17,8 +16,13 @@ def build(number, **members):
             "build": number % 10, "mode": "update" if number % 3 else "build",
             "type": "bottom level", "dst": f"0x7f{number // 3:010x}",
             "dst_name": f"mesh {number // 3}", "src": f"0x7f{number // 3:010x}", "geometries": 1,
-            "primitives": 1000 + number, "size": 65536 + number, "compacted_size": 32768 + number,
-            "memory": f"0x7f{number // 300:010x} + {number * 65536}", **members}
+            "primitives": 1000 + number, "size": 65536 + number // 3,
+            "memory": f"0x7f{number // 300:010x}", "memory_offset": number // 3 * 65536, **members}
+
+
+def compacted_size(number, **members):
+    return {"Type": "CompactedSize", "pid": 7, "time": TIME, "device": "0x7f0000000001",
+            "dst": f"0x7f{number:010x}", "compacted_size": 32768 + number, **members}
 
 
 def findings():
@@ -29,7 +33,7 @@ def findings():
                 SpecUrl="https://docs.vulkan.org/spec", queue=QUEUE, submission=5),
         finding("VUID-second", MainMessage="scratchData is misaligned.", queue=QUEUE, submission=6,
                 SpecUrl="javascript:alert(1)",
-                call_site=[{"module": "/app", "offset": "0x10"}]),
+                call_site=[{"module": "/app", "offset": "0x10"}], also=["VUID-third"]),
         finding("VUID-second", MainMessage="scratchData is misaligned, too."),
         finding("VUID-known", MainMessage="A known finding."),
     ]
@@ -49,7 +53,7 @@ class Page(Runs):
         self.browser.open(self.folder / "a.html", width)
 
     def open_example(self, **options):
-        self.open(header(), *findings(), *map(build, range(600)), **options)
+        self.open(header(), *findings(), *map(build, range(600)), compacted_size(42), **options)
 
     def tearDown(self):
         self.assertEqual(self.browser.console, [])
@@ -69,7 +73,7 @@ class Page(Runs):
         self.assertEqual(self.count("#groups .finding"), 3)
         text = self.text("#groups")
         for part in (VUID, "vertices of the duck", "infoCount must be greater than 0", "frame",
-                     "/app+0x10", "</script>", "submission 5"):
+                     "/app+0x10", "</script>", "submission 5", "also violates VUID-third"):
             self.assertIn(part, text)
         self.assertEqual(self.count("#groups a"), 1)  # and none to a script
 
@@ -82,6 +86,9 @@ class Page(Runs):
         self.browser.run("text.value = ''; id.value = 'VUID-second'; "
                          "id.dispatchEvent(new Event('input', {bubbles: true}))")
         self.assertEqual(self.count(".finding"), 2)
+        self.browser.run("id.value = 'VUID-third'; "
+                         "id.dispatchEvent(new Event('input', {bubbles: true}))")
+        self.assertEqual(self.count(".finding"), 1)
         self.browser.run("id.value = ''; known.click()")
         self.assertEqual(self.count(".finding"), 4)
 
@@ -99,8 +106,31 @@ class Page(Runs):
         self.browser.type("mesh 42")
         self.assertEqual(self.count("#structures tr"), 1)
         row = self.text("#structures tr")
-        for part in ("mesh 42", "65,664", "32,896", "1,128"):
+        for part in ("mesh 42", "65,578", "32,810", "1,128", "0x7f0000000000 + 2,752,512"):
             self.assertIn(part, row)
+
+    def test_handle_used_again(self):
+        """A structure in other memory is another one; a build of the same structure is not."""
+        self.open(header(), build(0), build(0, submission=1), build(0, size=4), build(0, memory_offset=1))
+        self.assertIn("3 structures, 131,076 bytes", self.text("#totals"))
+
+    def test_finding_at_recording(self):
+        """It belongs to the first submission of its command buffer afterwards."""
+        buffer = {"Objects": [{"type": "VkCommandBuffer", "handle": "0x7f0000000000"}],
+                  "device": "0x7f0000000001"}
+        self.open(header(), build(0, submission=1), finding(**buffer), finding(pid=8, **buffer),
+                  build(0, submission=2), build(0, submission=3))
+        self.assertEqual(self.count("#timeline button.bad"), 1)
+        self.browser.run("document.querySelector('#timeline button.bad').focus()")
+        self.assertIn("Submission 2: 1 build or copy, 1 finding", self.text("#selected"))
+
+    def test_host(self):
+        host = {"queue": None, "submission": None, "command_buffer": None}
+        lines = [{key: value for key, value in build(i, **host).items() if value is not None}
+                 for i in range(3)]
+        self.open(header(), *lines)
+        self.assertEqual(self.text("#timeline h3"), "Host")
+        self.assertEqual(self.count("#timeline button"), 3)
 
     def test_clean(self):
         self.open(header())
@@ -156,6 +186,7 @@ class Page(Runs):
         self.assertEqual(self.count("#structures tr"), 200)
         self.browser.run("document.querySelector('#timeline button.bad').focus()")
         self.assertIn("1 finding", self.text("#selected"))
+        self.assertEqual(self.count("#commands li"), 10)
 
     def test_printing(self):
         self.open_example()
@@ -171,6 +202,7 @@ class Page(Runs):
     def test_several_processes(self):
         self.open(header(), header(pid=8), build(0), build(0, pid=8))
         self.assertEqual(self.count("#timeline .queue"), 2)
+        self.assertIn("process 8", self.text("#timeline"))
         self.assertIn("2 structures", self.text("#totals"))
 
     def test_dark(self):
@@ -182,7 +214,4 @@ class Page(Runs):
 
 
 if __name__ == "__main__":
-    if not CHROMIUM:
-        print("Chromium is not installed")
-        sys.exit(77)
-    unittest.main()
+    main()

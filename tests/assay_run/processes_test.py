@@ -11,7 +11,7 @@ import textwrap
 import time
 import unittest
 
-from runs import ASSAY_RUN, LAYER, VUID, Runs
+from runs import ASSAY_RUN, LAYER, VUID, Runs, main
 
 
 class Statuses(Runs):
@@ -67,6 +67,15 @@ class Signals(Runs):
             self.assertEqual(result.status, -number)
             self.assertIn(VUID, result.err)
             self.assertIn(f"ended by {number.name}", result.err)
+
+    def test_crash_report(self):
+        result = self.run_script("load(); find(); find('ASSAY-crash', Severity='Warning', "
+                                 "MainMessage='It received SIGSEGV:\\n1. build of x'); "
+                                 f"os.kill(os.getpid(), {int(signal.SIGSEGV)})")
+        self.assertEqual(result.status, -signal.SIGSEGV)
+        self.assertIn(VUID, result.err)
+        self.assertIn("1 warning", result.err)
+        self.assertIn("warning: It received SIGSEGV:\nassay-run:   1. build of x\n", result.err)
 
     def start(self, script):
         process = subprocess.Popen(
@@ -206,4 +215,4 @@ class Folders(Runs):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    main()

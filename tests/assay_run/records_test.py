@@ -5,7 +5,8 @@
 import json
 import unittest
 
-from runs import NASTY, ROOT, Runs, finding, header
+from page_test import build, compacted_size
+from runs import NASTY, ROOT, Runs, finding, header, main
 from assay_run.records import read_records
 
 try:
@@ -105,7 +106,7 @@ class Reading(Runs):
     def test_unknown_lines_are_kept_apart(self):
         """A newer layer may write more."""
         record = read_records([self.write_record(header(), {"Type": "New", "pid": 1})])
-        self.assertEqual((len(record.builds), record.damaged), (1, []))
+        self.assertEqual((len(record.lines), record.findings, record.damaged), (2, [], []))
 
     def test_foreign_run_file(self):
         (self.folder / "run.json").write_text("[]")
@@ -126,9 +127,9 @@ class Reading(Runs):
     @unittest.skipIf(jsonschema is None, "python3-jsonschema is not installed")
     def test_records_of_these_tests_are_as_the_layer_writes_them(self):
         schema = json.loads((ROOT / "json/findings.schema.json").read_text(encoding="utf-8"))
-        for line in (header(), finding(), finding(MainMessage=NASTY)):
+        for line in (header(), finding(), finding(MainMessage=NASTY), build(1), compacted_size(1)):
             jsonschema.validate(line, schema)
 
 
 if __name__ == "__main__":
-    unittest.main()
+    main()

@@ -15,7 +15,7 @@ import sys
 import unittest
 import xml.etree.ElementTree as ElementTree
 
-from runs import NASTY, VUID, Runs, finding, header
+from runs import NASTY, VUID, Runs, finding, header, main
 
 try:
     import jsonschema
@@ -191,4 +191,4 @@ int main(void)
 
 
 if __name__ == "__main__":
-    unittest.main()
+    main()

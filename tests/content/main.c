@@ -7,8 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "play.h"
-#include "texts.h"
+#include "variant.h"
 #include "wording.h"
 
 #define LIST(name) &cases_##name,
@@ -27,9 +26,9 @@ struct run {
     bool fired[MESSAGE_ID_COUNT], stayed_silent[MESSAGE_ID_COUNT];
 };
 
-static void write_results(struct run *run, const char *name, const struct content_play *play)
+static void write_results(struct run *run, const char *name, const struct play *play)
 {
-    const struct test_case *test_case = play->play.test_case;
+    const struct test_case *test_case = play->test_case;
     const struct report *report = &run->report;
     const bool is_silent = test_case->silent || play->variant->change == CHANGE_FOR_THE_BETTER;
 
@@ -62,19 +61,21 @@ static void play_variant(struct run *run, const struct case_list *list,
     snprintf(name, sizeof(name), "%s.%s/%s", list->name, test_case->name, variant->name);
     if (!variant_fits(variant, &run->platform, test_case) || !tally_starts(&run->tally, name))
         return;
-    const struct content_play play = {.play = {.platform = &run->platform,
-                                               .test_case = test_case,
-                                               .command = variant->command,
-                                               .geometry_pointers = variant->geometry_pointers},
-                                      .variant = variant,
-                                      .base_is_known = run->setup == test_case->setup &&
-                                                       test_case->twin_setup == NULL &&
-                                                       (run->known >> index & 1) != 0};
-    play_content(&play, &run->fixture, &run->report);
+    const struct play play = {.make_call = content_call,
+                              .platform = &run->platform,
+                              .test_case = test_case,
+                              .command = variant->command,
+                              .geometry_pointers = variant->geometry_pointers,
+                              .variant = variant,
+                              .base_is_known = run->setup == test_case->setup &&
+                                               test_case->right_setup == NULL &&
+                                               (run->known >> index & 1) != 0,
+                              .is_made_better = variant->change == CHANGE_FOR_THE_BETTER};
+    judge_play(&play, &run->fixture, &run->report);
     if (run->setup != test_case->setup)
         run->known = 0;
     run->setup = test_case->setup;
-    if (run->report.stayed_silent && test_case->twin_setup == NULL)
+    if (run->report.stayed_silent && test_case->right_setup == NULL)
         run->known |= UINT64_C(1) << index;
     write_results(run, name, &play);
     tally_count(&run->tally, run->report.outcome, name, run->report.text);
@@ -130,11 +131,9 @@ int main(int argc, char **argv)
         return status;
     for (size_t i = 0; i < LIST_COUNT; i++)
         for (size_t j = 0; j < lists[i]->count; j++) {
-            struct test_case test_case;
-            if (!case_read(lists[i], j, &test_case) || !is_about_inputs(&test_case))
-                continue;
-            for (uint32_t k = 0; k < variant_count; k++)
-                play_one(&run, lists[i], &test_case, k);
+            const struct test_case *test_case = &lists[i]->cases[j];
+            for (uint32_t k = 0; k < variant_count && is_about_inputs(test_case); k++)
+                play_one(&run, lists[i], test_case, k);
         }
     texts_play(&run.platform, &run.fixture, &run.tally);
     fixture_close(&run.fixture);

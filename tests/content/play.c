@@ -1,21 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The valid call, the twin and the mutation, each recorded and submitted in a scene of its own. */
-#include "play.h"
-
+/* One call of a case, recorded and submitted in a scene of its own. */
 #include <string.h>
 
 #include "submission.h"
 
-/* One of the calls of a case. */
-struct call {
-    const char *what;
-    const struct test_case *prepared_for; /* NULL: the call is as the scene opens */
-    void (*mutate)(struct scene *scene);
-    const struct edit *edits;
-    void (*then)(struct scene *scene);
-    enum change change;
-    bool breaks;
-};
+/* What the host does to the data of this call. */
+static enum change change_of(const struct play *play, const struct call *call)
+{
+    return call->is_mutation ? play->variant->change : CHANGE_NOTHING;
+}
 
 /* ---- the scene ---- */
 
@@ -72,7 +65,7 @@ static bool has_null_pointers(const struct scene *scene)
     return false;
 }
 
-static struct scene *open_scene(const struct content_play *play, struct fixture *fixture,
+static struct scene *open_scene(const struct play *play, struct fixture *fixture,
                                 const struct call *call)
 {
     const struct variant *variant = play->variant;
@@ -82,16 +75,15 @@ static struct scene *open_scene(const struct content_play *play, struct fixture 
     fixture->uses_two_queues = variant->uses_two_queues;
     fixture->records_secondary = variant->in_secondary;
     struct scene *scene = scene_open(fixture, variant->command);
-    if (call->prepared_for != NULL)
-        judge_prepare(scene, call->prepared_for);
+    if (call->prepare != NULL)
+        call->prepare(scene);
     memcpy(parameters.infos, scene->infos, sizeof(parameters.infos));
     memcpy(parameters.geometries, scene->geometries, sizeof(parameters.geometries));
     memcpy(parameters.ranges, scene->ranges, sizeof(parameters.ranges));
     scene_inputs_remember(scene);
     if (call->mutate != NULL)
         call->mutate(scene);
-    judge_apply(scene, call->edits);
-    if (call->change != CHANGE_NOTHING &&
+    if (change_of(play, call) != CHANGE_NOTHING &&
         (have_changed(scene, &parameters) || !scene_inputs_differ(scene)))
         scene_skip(scene, "not the data of the scene alone is what is bad");
     if (variant->geometry_pointers)
@@ -116,19 +108,18 @@ static bool expect_none(const struct fixture *fixture, const struct call *call, 
 }
 
 /* A command that refuses the kind of build says so at the call. */
-static bool expect_refusal_alone(const struct content_play *play, const struct fixture *fixture,
+static bool expect_refusal_alone(const struct play *play, const struct fixture *fixture,
                                  const struct call *call, const char *when, struct report *report)
 {
-    const struct refusal *refusal = play->play.test_case->refusal;
-    if (!judge_is_refused(&play->play) || call->prepared_for == NULL ||
-        call->prepared_for->prepare == NULL ||
+    const struct refusal *refusal = play->test_case->refusal;
+    if (!judge_is_refused(play) || call->prepare == NULL ||
         messages_count(&fixture->messages, rule_id(refusal->rule, refusal->command), NULL) !=
             fixture->messages.count)
         return expect_none(fixture, call, when, report);
     return true;
 }
 
-static bool submit(const struct content_play *play, struct fixture *fixture, struct scene *scene,
+static bool submit(const struct play *play, struct fixture *fixture, struct scene *scene,
                    const struct call *call, struct report *report)
 {
     scene_inputs_upload(scene);
@@ -140,21 +131,22 @@ static bool submit(const struct content_play *play, struct fixture *fixture, str
 }
 
 /* Of the two kinds of data, the better one is submitted first, or is what is recorded with. */
-static bool record_and_submit(const struct content_play *play, struct fixture *fixture,
-                              struct scene *scene, const struct call *call, struct report *report)
+static bool record_and_submit(const struct play *play, struct fixture *fixture, struct scene *scene,
+                              const struct call *call, struct report *report)
 {
     bool good = true;
 
-    if (call->change == CHANGE_FOR_THE_WORSE || call->change == CHANGE_AND_RESUBMIT)
+    if (change_of(play, call) == CHANGE_FOR_THE_WORSE ||
+        change_of(play, call) == CHANGE_AND_RESUBMIT)
         scene_inputs_exchange(scene);
     scene_call(scene);
     if (call->then != NULL)
         call->then(scene);
     submission_prepare(scene);
-    if (call->change == CHANGE_AND_RESUBMIT)
+    if (change_of(play, call) == CHANGE_AND_RESUBMIT)
         good = submit(play, fixture, scene, call, report) &&
                expect_refusal_alone(play, fixture, call, "at the first submission", report);
-    if (call->change != CHANGE_NOTHING)
+    if (change_of(play, call) != CHANGE_NOTHING)
         scene_inputs_exchange(scene);
     return submit(play, fixture, scene, call, report) && good;
 }
@@ -173,9 +165,8 @@ static bool close_scene(struct fixture *fixture, struct scene *scene, const stru
     return false;
 }
 
-/* Its messages are in the world afterwards. False where it can't be judged. */
-static bool make_call(const struct content_play *play, struct fixture *fixture,
-                      const struct call *call, struct report *report)
+bool content_call(const struct play *play, struct fixture *fixture, const struct call *call,
+                  struct report *report)
 {
     messages_clear(&fixture->messages);
     fixture->messages.answer = VK_FALSE;
@@ -188,74 +179,4 @@ static bool make_call(const struct content_play *play, struct fixture *fixture,
         good = record_and_submit(play, fixture, scene, call, report);
     }
     return close_scene(fixture, scene, call, report) && good;
-}
-
-static bool expect_silence(const struct content_play *play, struct fixture *fixture,
-                           const struct call *call, struct report *report)
-{
-    return make_call(play, fixture, call, report) &&
-           expect_none(fixture, call, "instead of silence", report);
-}
-
-/* ---- the case ---- */
-
-static void play_twin(const struct content_play *play, struct fixture *fixture,
-                      struct report *report)
-{
-    const struct test_case *test_case = play->play.test_case;
-    const struct call base = {.what = "valid call"};
-    const struct call twin = {.what = "twin",
-                              .prepared_for = test_case,
-                              .mutate = test_case->mutate_twin,
-                              .edits = test_case->twin_edits,
-                              .then = test_case->twin_then};
-
-    report->stayed_silent =
-        (play->base_is_known || expect_silence(play, fixture, &base, report)) &&
-        (!judge_has_twin(&play->play) || expect_silence(play, fixture, &twin, report));
-}
-
-static void play_mutation(const struct content_play *play, struct fixture *fixture,
-                          struct report *report)
-{
-    const struct test_case *test_case = play->play.test_case;
-    const bool breaks = !test_case->silent && play->variant->change != CHANGE_FOR_THE_BETTER;
-    const struct call call = {.what = breaks ? "mutation" : "valid mutation",
-                              .prepared_for = test_case,
-                              .mutate = test_case->mutate,
-                              .edits = test_case->edits,
-                              .then = test_case->then,
-                              .change = play->variant->change,
-                              .breaks = breaks};
-    if (!breaks)
-        report->fired = expect_silence(play, fixture, &call, report);
-    else
-        report->fired =
-            make_call(play, fixture, &call, report) && judge_messages(&play->play, fixture, report);
-}
-
-void play_content(const struct content_play *play, struct fixture *fixture, struct report *report)
-{
-    const struct test_case *test_case = play->play.test_case;
-    const struct setup *setup = judge_setup(test_case->setup);
-    const struct setup *twin_setup = test_case->twin_setup != NULL ? test_case->twin_setup : setup;
-    const char *missing = judge_enter_fixture(&play->play, fixture, twin_setup);
-
-    *report = (struct report){.outcome = OUTCOME_FAILED};
-    if (missing == NULL)
-        missing = judge_cannot_play(&play->play, fixture);
-    if (missing == NULL) {
-        play_twin(play, fixture, report);
-        if (report->outcome != OUTCOME_SKIPPED)
-            missing = judge_enter_fixture(&play->play, fixture, setup);
-    }
-    if (missing != NULL) {
-        report->outcome = OUTCOME_SKIPPED;
-        judge_say(report, "%s", missing);
-    }
-    if (report->outcome == OUTCOME_SKIPPED)
-        return;
-    play_mutation(play, fixture, report);
-    if (report->outcome != OUTCOME_SKIPPED && report->fired && report->stayed_silent)
-        report->outcome = OUTCOME_PASSED;
 }

@@ -7,11 +7,9 @@ SCENE_CREATES(create_semaphore, Semaphore, VkSemaphore, VkSemaphoreCreateInfo)
 
 static void create_fence_and_timeline(struct scene *scene)
 {
-    const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-    const VkSemaphoreTypeCreateInfo type = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
-                                            .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
-    const VkSemaphoreCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
-                                               .pNext = &type};
+    const STRUCT(VkFenceCreateInfo, fence_info);
+    const STRUCT(VkSemaphoreTypeCreateInfo, type, .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE);
+    const STRUCT(VkSemaphoreCreateInfo, create_info, .pNext = &type);
     scene->fence = create_fence(scene, &fence_info);
     scene->timeline = create_semaphore(scene, &create_info);
 }
@@ -46,21 +44,15 @@ void submission_begin(struct scene *scene)
         [0 ... SCENE_SEMAPHORES_MAX - 1] = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT};
     const uint64_t value = ++scene->timeline_value;
     const uint64_t no_values[SCENE_SEMAPHORES_MAX] = {0};
-    const VkTimelineSemaphoreSubmitInfo values = {
-        .sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO,
-        .waitSemaphoreValueCount = scene->inputs.semaphore_count,
-        .pWaitSemaphoreValues = no_values,
-        .signalSemaphoreValueCount = 1,
-        .pSignalSemaphoreValues = &value};
-    const VkSubmitInfo submit_info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                                      .pNext = &values,
-                                      .signalSemaphoreCount = 1,
-                                      .pSignalSemaphores = &scene->timeline,
-                                      .waitSemaphoreCount = scene->inputs.semaphore_count,
-                                      .pWaitSemaphores = scene->inputs.semaphores,
-                                      .pWaitDstStageMask = stages,
-                                      .commandBufferCount = 1,
-                                      .pCommandBuffers = &scene->command_buffer};
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, values,
+                 .waitSemaphoreValueCount = scene->inputs.semaphore_count,
+                 .pWaitSemaphoreValues = no_values, .signalSemaphoreValueCount = 1,
+                 .pSignalSemaphoreValues = &value);
+    const STRUCT(VkSubmitInfo, submit_info, .pNext = &values, .signalSemaphoreCount = 1,
+                 .pSignalSemaphores = &scene->timeline,
+                 .waitSemaphoreCount = scene->inputs.semaphore_count,
+                 .pWaitSemaphores = scene->inputs.semaphores, .pWaitDstStageMask = stages,
+                 .commandBufferCount = 1, .pCommandBuffers = &scene->command_buffer);
 
     expect_success(scene->vk->ResetFences(scene->fixture->device, 1, &scene->fence),
                    "vkResetFences");
@@ -80,10 +72,8 @@ static void poll(const struct scene *scene)
 
 static void wait_for_timeline(const struct scene *scene)
 {
-    const VkSemaphoreWaitInfo info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
-                                      .semaphoreCount = 1,
-                                      .pSemaphores = &scene->timeline,
-                                      .pValues = &scene->timeline_value};
+    const STRUCT(VkSemaphoreWaitInfo, info, .semaphoreCount = 1, .pSemaphores = &scene->timeline,
+                 .pValues = &scene->timeline_value);
     expect_success(scene->vk->WaitSemaphores(scene->fixture->device, &info, UINT64_MAX),
                    "vkWaitSemaphores");
 }

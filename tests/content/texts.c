@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Messages about what builds have read, whole: they name the command buffer, its labels, the build,
  * the geometry, the primitive and the value. */
-#include "texts.h"
-
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>
@@ -66,18 +64,15 @@ static const struct text texts[] = {
 
 static void begin_label(struct scene *scene, const char *name)
 {
-    const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
-                                        .pLabelName = name};
+    const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = name);
     scene->vk->CmdBeginDebugUtilsLabelEXT(scene->command_buffer, &label);
 }
 
 static void name_command_buffer(struct scene *scene)
 {
-    const VkDebugUtilsObjectNameInfoEXT name = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
-        .objectHandle = (uint64_t)(uintptr_t)scene->command_buffer,
-        .pObjectName = "frame"};
+    const STRUCT(VkDebugUtilsObjectNameInfoEXT, name, .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
+                 .objectHandle = (uint64_t)(uintptr_t)scene->command_buffer,
+                 .pObjectName = "frame");
     expect_success(scene->vk->SetDebugUtilsObjectNameEXT(scene->fixture->device, &name),
                    "vkSetDebugUtilsObjectNameEXT");
 }

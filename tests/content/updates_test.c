@@ -2,11 +2,12 @@
 /* Updates by command buffers and by the host, mixed: each is measured by the data that its source
  * was last built with when it executes, whoever built it, however often its command buffer runs. */
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
 
 #include "device_fixture.h"
+#include "tests/fixture/make.h"
+#include "tests/state/unit_test.h"
 
 static struct device_fixture device;
 static struct fixture *const fixture = &device.fixture;
@@ -26,9 +27,8 @@ static struct {
     VkCommandBuffer commands[2];
 } scene;
 
-static int open_scene(void **state)
+static void open_scene(void)
 {
-    (void)state;
     fixture_triangles(&scene.host, TRIANGLES, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR);
     scene.blas = fixture_create_for(fixture, &scene.host);
     scene.other =
@@ -37,19 +37,16 @@ static int open_scene(void **state)
     for (int i = 0; i < 2; i++)
         scene.commands[i] = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     messages_clear(&fixture->instance_fixture.messages);
-    return 0;
 }
 
-static int close_scene(void **state)
+static void close_scene(void)
 {
-    (void)state;
     fixture->vk.DeviceWaitIdle(fixture->device);
     fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 2, scene.commands);
     device_build_destroy(&device, &scene.build);
     fixture_destroy(fixture, &scene.other);
     fixture_destroy(fixture, &scene.blas);
     fixture_free(&scene.host);
-    return 0;
 }
 
 /* Of the second triangle; in the host's data, or in what is copied when commands run. */
@@ -90,9 +87,8 @@ static void build_by_the_host(VkAccelerationStructureKHR src)
 
 static void submit(int commands)
 {
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &scene.commands[commands]};
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
+                 .pCommandBuffers = &scene.commands[commands]);
     assert_int_equal(fixture->vk.QueueSubmit(device.queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
 }
 
@@ -108,9 +104,10 @@ static void update_with_a_sleeping_triangle(int commands, VkAccelerationStructur
 
 /* ---- tests */
 
-static void test_built_by_the_host(void **state)
+#define UPDATE_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
+
+UPDATE_TEST(test_built_by_the_host)
 {
-    (void)state;
     build_by_the_host(VK_NULL_HANDLE);
     set_asleep(scene.host.data, true);
     record(0, scene.blas.handle);
@@ -119,9 +116,8 @@ static void test_built_by_the_host(void **state)
     expect(DEVICE PUT_TO_SLEEP);
 }
 
-static void test_updated_by_the_host(void **state)
+UPDATE_TEST(test_updated_by_the_host)
 {
-    (void)state;
     set_asleep(scene.host.data, true);
     record(0, VK_NULL_HANDLE);
     run(0);
@@ -133,9 +129,8 @@ static void test_updated_by_the_host(void **state)
     expect(HOST WOKEN);
 }
 
-static void test_in_one_command_buffer(void **state)
+UPDATE_TEST(test_in_one_command_buffer)
 {
-    (void)state;
     record(0, VK_NULL_HANDLE);
     update_with_a_sleeping_triangle(0, scene.blas.handle);
     expect(NULL);
@@ -146,9 +141,8 @@ static void test_in_one_command_buffer(void **state)
 }
 
 /* What was last built counts, not what was last updated. */
-static void test_updated_twice(void **state)
+UPDATE_TEST(test_updated_twice)
 {
-    (void)state;
     record(0, VK_NULL_HANDLE);
     run(0);
     set_asleep(scene.host.data, true);
@@ -163,9 +157,8 @@ static void test_updated_twice(void **state)
 }
 
 /* Each execution of the build has data of its own. */
-static void test_built_again_with_other_data(void **state)
+UPDATE_TEST(test_built_again_with_other_data)
 {
-    (void)state;
     record(0, VK_NULL_HANDLE);
     record(1, scene.blas.handle);
     run(0);
@@ -185,20 +178,15 @@ static void test_built_again_with_other_data(void **state)
 
 static void copy(VkCommandBuffer commands)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene.blas.handle,
-        .dst = scene.other.handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
+    const STRUCT(VkCopyAccelerationStructureInfoKHR, info, .src = scene.blas.handle,
+                 .dst = scene.other.handle, .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     fixture->vk.CmdCopyAccelerationStructureKHR(commands, &info);
     device_barrier(&device, commands);
 }
 
 /* A clone was built with what its source was built with then. */
-static void test_cloned(void **state)
+UPDATE_TEST(test_cloned)
 {
-    (void)state;
     record(0, VK_NULL_HANDLE);
     copy(scene.commands[0]);
     run(0);
@@ -211,9 +199,8 @@ static void test_cloned(void **state)
 }
 
 /* Nobody waits in between. */
-static void test_all_at_once(void **state)
+UPDATE_TEST(test_all_at_once)
 {
-    (void)state;
     record(0, VK_NULL_HANDLE);
     copy(scene.commands[0]);
     update_with_a_sleeping_triangle(1, scene.other.handle);
@@ -226,13 +213,12 @@ static void test_all_at_once(void **state)
 }
 
 /* How many primitives an indirect build had is known when its ranges were read. */
-static void test_built_indirectly(void **state)
+UPDATE_TEST(test_built_indirectly)
 {
     static const char id[] = "VUID-vkCmdBuildAccelerationStructuresKHR-primitiveCount-03769";
     const struct messages *messages = &fixture->instance_fixture.messages;
     const uint32_t most = TRIANGLES, stride = sizeof(VkAccelerationStructureBuildRangeInfoKHR);
     const uint32_t *const counts = &most;
-    (void)state;
     struct device_buffer range = device_buffer_create(&device, stride);
     *(VkAccelerationStructureBuildRangeInfoKHR *)range.bytes =
         (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = TRIANGLES};
@@ -255,10 +241,9 @@ static void test_built_indirectly(void **state)
 }
 
 /* What an application destroys it knows to be complete, however it came to know. */
-static void test_told_at_destruction(void **state)
+UPDATE_TEST(test_told_at_destruction)
 {
     static const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
-    (void)state;
     record(0, VK_NULL_HANDLE);
     run(0);
     set_asleep(scene.host.data, true);
@@ -275,28 +260,13 @@ static void test_told_at_destruction(void **state)
     expect(DEVICE PUT_TO_SLEEP);
 }
 
-#define TEST(function) cmocka_unit_test_setup_teardown(function, open_scene, close_scene)
-
-int main(int argc, char **argv)
+const char *unit_test_open(const char *argument)
 {
-    const struct CMUnitTest tests[] = {
-        TEST(test_built_by_the_host),
-        TEST(test_updated_by_the_host),
-        TEST(test_in_one_command_buffer),
-        TEST(test_updated_twice),
-        TEST(test_built_again_with_other_data),
-        TEST(test_cloned),
-        TEST(test_all_at_once),
-        TEST(test_built_indirectly),
-        TEST(test_told_at_destruction),
-    };
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
-    const char *reason = argc == 2 ? device_fixture_open(&device, argv[1]) : "name a platform";
-    if (reason) {
-        printf("skipped: %s\n", reason);
-        return 77;
-    }
-    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    return argument ? device_fixture_open(&device, argument) : "name a platform";
+}
+
+void unit_test_close(void)
+{
     device_fixture_close(&device);
-    return failed;
 }

@@ -74,15 +74,6 @@ static bool is_for_command(const struct test_case *test_case, enum build_command
            (test_case->refusal != NULL && test_case->refusal->command == command);
 }
 
-/* Whether edits assign to members of the call; others change what the call reads. */
-static bool have_parameters(const struct edit *edits)
-{
-    for (; edits != NULL && edits->kind != EDIT_END; edits++)
-        if (edits->kind < EDIT_CALL)
-            return true;
-    return false;
-}
-
 bool variant_fits(const struct variant *variant, const struct platform *platform,
                   const struct test_case *test_case)
 {
@@ -92,7 +83,7 @@ bool variant_fits(const struct variant *variant, const struct platform *platform
     if (!is_for_command(test_case, variant->command) ||
         (variant->instance_pointers && !has_plain_instances(test_case)))
         return false;
-    if (changes && (test_case->silent || have_parameters(test_case->edits)))
+    if (changes && (test_case->silent || test_case->has_parameters))
         return false; /* parameters are what is bad, or nothing is */
     for (uint32_t i = 0; i < test_case->rule_count; i++)
         if (rule_id(test_case->rules[i], variant->command) == NULL)

@@ -43,4 +43,12 @@ extern const uint32_t variant_count;
 bool variant_fits(const struct variant *variant, const struct platform *platform,
                   const struct test_case *test_case);
 
+/* The make_call of content_test (play.c): what is found is found when the submission is complete,
+ * and not before. */
+bool content_call(const struct play *play, struct fixture *fixture, const struct call *call,
+                  struct report *report);
+
+/* Plays cases of whole messages in a fixture that is opened for them (texts.c). */
+void texts_play(const struct platform *platform, struct fixture *fixture, struct tally *tally);
+
 #endif

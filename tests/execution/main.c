@@ -7,7 +7,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "levels.h"
 #include "machine.h"
 #include "play.h"
 

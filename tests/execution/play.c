@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "levels.h"
 #include "machine.h"
 
 __attribute__((format(printf, 2, 3))) static void say(struct report *report, const char *format,
@@ -294,10 +293,11 @@ static bool is_host_command(const struct step *step)
     return step->action >= ACTION_HOST_BUILD && step->action <= ACTION_HOST_FILL;
 }
 
-/* But for what level content says of a lost device, which is no finding. */
+/* But for what is said of a lost device, which is no finding. */
 static bool is_silent(const struct messages *messages)
 {
-    return messages->count == messages_count(messages, "ASSAY-warning", " is lost");
+    return messages->count == messages_count(messages, "ASSAY-warning", " is lost") +
+                                  messages_count(messages, "ASSAY-device-lost", NULL);
 }
 
 static bool play_step(const struct play *play, struct machine *machine, const struct step *step,

@@ -11,6 +11,8 @@
 #include "strict_layer.h"
 
 #define OVERLAY_NAME "VK_LAYER_MESA_overlay"
+#define CAPTURE_NAME "VK_LAYER_LUNARG_gfxreconstruct"
+#define SELECT_NAME "VK_LAYER_MESA_device_select"
 
 static void need_layer(const char *name)
 {
@@ -75,6 +77,36 @@ static void test_above_the_overlay(void **state)
     find_mistake(false, OVERLAY_NAME, SYSTEM_FOLDER);
 }
 
+/* The capture of gfxreconstruct, which copies what calls point to. */
+static void need_capture(void)
+{
+    need_layer(CAPTURE_NAME);
+    setenv("GFXRECON_CAPTURE_FILE", "/dev/null", 1);
+    setenv("GFXRECON_CAPTURE_FILE_TIMESTAMP", "false", 1);
+    setenv("GFXRECON_LOG_LEVEL", "fatal", 1);
+}
+
+static void test_below_the_capture(void **state)
+{
+    need_capture();
+    find_mistake(true, CAPTURE_NAME, SYSTEM_FOLDER);
+}
+
+static void test_above_the_capture(void **state)
+{
+    need_capture();
+    find_mistake(false, CAPTURE_NAME, SYSTEM_FOLDER);
+}
+
+/* An implicit layer, which loaders put above explicit ones. */
+static void test_below_device_select(void **state)
+{
+    unsetenv("VK_LOADER_LAYERS_DISABLE");
+    need_layer(SELECT_NAME);
+    find_mistake(true, STRICT_LAYER_NAME, STRICT_FOLDER);
+    setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
+}
+
 /* All that is intercepted is answered without an instance, and nothing else. */
 static void test_names_without_an_instance(void **state)
 {
@@ -109,6 +141,9 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_above_the_strict_layer),
         cmocka_unit_test(test_below_the_overlay),
         cmocka_unit_test(test_above_the_overlay),
+        cmocka_unit_test(test_below_the_capture),
+        cmocka_unit_test(test_above_the_capture),
+        cmocka_unit_test(test_below_device_select),
     };
     const int unusable = platform_of_arguments(argc, argv);
     if (unusable != 0)

@@ -87,7 +87,7 @@ static bool reserve(void)
     if (placed_count < placed_capacity)
         return true;
     const size_t capacity = placed_capacity != 0 ? placed_capacity * 2 : 256;
-    struct placed *grown = realloc(placed, capacity * sizeof(*grown));
+    struct placed *grown = driver_allocate(placed, capacity * sizeof(*grown));
     if (grown == NULL)
         return false;
     placed = grown;

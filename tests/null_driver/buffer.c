@@ -48,7 +48,7 @@ void init_CreateBuffer(struct object *buffer, const VkBufferCreateInfo *pCreateI
 
 void buffer_bind(struct object *buffer, const struct binding *binding)
 {
-    struct binding *copy = malloc(sizeof(*copy));
+    struct binding *copy = driver_allocate(NULL, sizeof(*copy));
     if (copy == NULL)
         return;
     *copy = *binding;

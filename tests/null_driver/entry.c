@@ -69,6 +69,8 @@ void null_driver_reset(void)
         atomic_store(&calls[i], 0);
         atomic_store(&failures[i], VK_SUCCESS);
     }
+    null_driver_plan_fault(NULL);
+    null_driver_end_hang();
     null_driver_set_device_lost(false);
     null_driver_set_executes_nothing(false);
 }

@@ -89,7 +89,7 @@ VkResult null_CreateInstance(const VkInstanceCreateInfo *pCreateInfo,
         if (!extension_is_known(pCreateInfo->ppEnabledExtensionNames[i]))
             return VK_ERROR_EXTENSION_NOT_PRESENT;
     }
-    struct null_driver_config *config = malloc(sizeof(*config));
+    struct null_driver_config *config = driver_allocate(NULL, sizeof(*config));
     struct object *instance = object_create(NULL, VK_OBJECT_TYPE_INSTANCE, release_instance);
     if (config == NULL || instance == NULL) {
         free(config);

@@ -157,6 +157,10 @@ struct object {
     };
 };
 
+/* As realloc(). The driver allocates by this alone, so that a test can have the layer's allocations
+ * fail, but not these. */
+void *driver_allocate(void *old, size_t size);
+
 /* Returns NULL when out of memory. release, if any, is called when the object goes, with the lock
  * of object.c held. */
 struct object *object_create(struct object *parent, VkObjectType type,
@@ -231,8 +235,9 @@ unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *
 void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dispatch);
 void dispatch_execute(const struct dispatch *dispatch);
 
-/* Does what the command buffer's commands do to buffers. */
-void transfers_execute(VkCommandBuffer commands);
+/* Does what the command buffer's commands do to buffers. Returns false if the device is lost, or
+ * hangs, at one of its builds. */
+bool transfers_execute(VkCommandBuffer commands);
 void transfers_release(struct object *commands);
 
 /* What is behind sType and pNext of a structure that has both (`is_chained`), or all of it. */
@@ -262,7 +267,19 @@ void requirements_fill_chain(void *pNext);
 void sync_signal_fence(VkFence fence);
 void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value);
 void sync_wake(void);
+VkResult sync_wait_idle(void); /* waits while the device hangs */
 bool device_is_lost(void);
+
+/* Planned faults (fault.c). The functions return whether one happens now. */
+bool fault_is_at_build(void); /* whether builds are recorded */
+bool fault_at_submit(void);
+void fault_at_wait(uint64_t timeout);
+bool fault_at_build(void);
+bool fault_before_copies(void); /* of the next build, if that is the planned place */
+bool device_hangs(void);
+bool loss_is_at_once(void);
+/* Keeps a submission until the hang ends. `commands` has the command buffers of `info`. */
+void fault_keep(const VkSubmitInfo2 *info, const VkCommandBuffer *commands, VkFence fence);
 
 /* ---- entry points
  *

@@ -133,6 +133,28 @@ static inline void null_driver_hide_extension(struct null_driver_config *config,
     }
 }
 
+/* What goes wrong, once: at the n-th call that submits command buffers, at the n-th wait (whose
+ * timeout is not 0), or at the n-th build command that is executed. Plan it before the builds are
+ * recorded: only then are they executed at all. */
+enum null_driver_place { NULL_DRIVER_AT_SUBMIT, NULL_DRIVER_AT_WAIT, NULL_DRIVER_AT_BUILD };
+enum null_driver_event {
+    NULL_DRIVER_LOSE,  /* the device is lost, as by set_device_lost */
+    NULL_DRIVER_HANG,  /* nothing is executed or signaled any more; all waits go on */
+    NULL_DRIVER_CRASH, /* a signal */
+};
+struct null_driver_fault {
+    enum null_driver_event kind;
+    enum null_driver_place at;
+    uint32_t number;   /* from 1; 0 is 1 */
+    bool skips_copies; /* at a build: it happens before the copies and dispatches in front of it */
+    /* Of a loss: what vkGetDeviceFaultInfoEXT says, if the address is not 0. */
+    VkDeviceAddress address;
+    VkDeviceSize precision;
+    int signal;      /* of a crash; 0: SIGSEGV, by writing to an address without memory */
+    bool is_at_once; /* of a loss: the call that submits the build returns it */
+    bool in_thread;  /* the crash is that of a thread of the driver, for which the call waits */
+};
+
 /* What the library exports. Names are entry points' names ("vkCreateBuffer"); the aliases of a
  * command (KHR, EXT) count and fail as one with it. */
 struct null_driver_api {
@@ -145,10 +167,16 @@ struct null_driver_api {
     void (*set_device_lost)(bool lost);
     /* While true, submissions complete and nothing in them is executed, as on a mock driver. */
     void (*set_executes_nothing)(bool executes_nothing);
+    /* NULL: nothing is planned any more. */
+    void (*plan_fault)(const struct null_driver_fault *fault);
+    /* Executes what was submitted since the device hung, the submission that hung from its
+     * beginning; unless the device is lost. */
+    void (*end_hang)(void);
     /* Calls that reached the driver since the last reset, failed ones included; UINT64_MAX for a
      * name that it does not have. */
     uint64_t (*calls)(const char *name);
-    /* Sets all counts to 0, forgets pending failures and the lost device, and executes again. */
+    /* Sets all counts to 0, forgets pending and planned failures and the lost device, ends a
+     * hang, and executes again. */
     void (*reset)(void);
 };
 
@@ -157,6 +185,8 @@ NULL_DRIVER_EXPORT void null_driver_configure(const struct null_driver_config *c
 NULL_DRIVER_EXPORT void null_driver_fail_next(const char *name, VkResult result);
 NULL_DRIVER_EXPORT void null_driver_set_device_lost(bool lost);
 NULL_DRIVER_EXPORT void null_driver_set_executes_nothing(bool executes_nothing);
+NULL_DRIVER_EXPORT void null_driver_plan_fault(const struct null_driver_fault *fault);
+NULL_DRIVER_EXPORT void null_driver_end_hang(void);
 NULL_DRIVER_EXPORT uint64_t null_driver_calls(const char *name);
 NULL_DRIVER_EXPORT void null_driver_reset(void);
 
@@ -173,6 +203,8 @@ static inline void *null_driver_load(const char *path, struct null_driver_api *a
         {"null_driver_fail_next", (void **)&api->fail_next},
         {"null_driver_set_device_lost", (void **)&api->set_device_lost},
         {"null_driver_set_executes_nothing", (void **)&api->set_executes_nothing},
+        {"null_driver_plan_fault", (void **)&api->plan_fault},
+        {"null_driver_end_hang", (void **)&api->end_hang},
         {"null_driver_calls", (void **)&api->calls},
         {"null_driver_reset", (void **)&api->reset},
     };

@@ -7,6 +7,7 @@
  */
 #include "internal.h"
 
+#include <stdlib.h>
 #include <sys/mman.h>
 
 enum { CHUNK_SIZE = 1024, MAX_CHUNKS = 8192 };
@@ -19,6 +20,11 @@ static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of all below, and th
 static uint32_t slot_count;
 static struct object
     *free_lists[VK_OBJECT_TYPE_COMMAND_BUFFER + 1]; /* linked by next; 0: all others */
+
+void *driver_allocate(void *old, size_t size)
+{
+    return realloc(old, size);
+}
 
 static bool is_dispatchable(VkObjectType type)
 {

@@ -30,8 +30,8 @@ static VkResult set(struct object *slot, const struct private_value *new)
 {
     struct private_value *value = find(slot, new->type, new->handle);
     if (value == NULL) {
-        struct private_value *values =
-            realloc(slot->private_data.values, (slot->private_data.count + 1) * sizeof(*values));
+        struct private_value *values = driver_allocate(
+            slot->private_data.values, (slot->private_data.count + 1) * sizeof(*values));
         if (values == NULL)
             return VK_ERROR_OUT_OF_HOST_MEMORY;
         slot->private_data.values = values;

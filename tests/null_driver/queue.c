@@ -21,34 +21,91 @@ static VkResult finish(VkFence fence)
     return VK_SUCCESS;
 }
 
+enum { COMMANDS_MAX = 256, SIGNALS_MAX = 64 };
+
+/* Returns whether the batch was executed; if the device hangs, it is kept for later. */
+static bool execute(const VkSubmitInfo2 *info)
+{
+    VkCommandBuffer commands[COMMANDS_MAX];
+    bool goes_on = !device_hangs();
+    for (uint32_t i = 0; i < info->commandBufferInfoCount; i++) {
+        const VkCommandBuffer own = info->pCommandBufferInfos[i].commandBuffer;
+        if (i < COMMANDS_MAX)
+            commands[i] = own;
+        goes_on = goes_on && transfers_execute(own);
+    }
+    if (!goes_on && device_hangs() && info->commandBufferInfoCount <= COMMANDS_MAX)
+        fault_keep(info, commands, VK_NULL_HANDLE);
+    for (uint32_t i = 0; goes_on && i < info->signalSemaphoreInfoCount; i++) {
+        const VkSemaphoreSubmitInfo *signal = &info->pSignalSemaphoreInfos[i];
+        sync_signal_semaphore(signal->semaphore, signal->value);
+    }
+    return goes_on;
+}
+
+static VkResult end(VkFence fence, bool goes_on)
+{
+    if (goes_on && !device_hangs())
+        return finish(fence);
+    if (device_hangs())
+        fault_keep(&(VkSubmitInfo2){0}, NULL, fence);
+    return loss_is_at_once() ? VK_ERROR_DEVICE_LOST : VK_SUCCESS;
+}
+
+/* The same batch in the newer form; false: it is too large for that, and cannot be kept. */
+static bool execute1(const VkSubmitInfo *info)
+{
+    const VkTimelineSemaphoreSubmitInfo *timeline =
+        chain_find(info->pNext, VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO);
+    VkCommandBufferSubmitInfo commands[COMMANDS_MAX];
+    VkSemaphoreSubmitInfo signals[SIGNALS_MAX];
+    VkSubmitInfo2 own = {.pCommandBufferInfos = commands, .pSignalSemaphoreInfos = signals};
+    bool goes_on = true;
+    for (uint32_t i = 0; i < info->commandBufferCount; i++) {
+        if (own.commandBufferInfoCount == COMMANDS_MAX) {
+            goes_on = execute(&own) && goes_on;
+            own.commandBufferInfoCount = 0;
+        }
+        commands[own.commandBufferInfoCount++] =
+            (VkCommandBufferSubmitInfo){.commandBuffer = info->pCommandBuffers[i]};
+    }
+    for (uint32_t i = 0; timeline != NULL && timeline->pSignalSemaphoreValues != NULL &&
+                         info->pSignalSemaphores != NULL && i < info->signalSemaphoreCount &&
+                         i < timeline->signalSemaphoreValueCount && i < SIGNALS_MAX;
+         i++)
+        signals[own.signalSemaphoreInfoCount++] = (VkSemaphoreSubmitInfo){
+            .semaphore = info->pSignalSemaphores[i], .value = timeline->pSignalSemaphoreValues[i]};
+    return execute(&own) && goes_on;
+}
+
 VkResult null_QueueSubmit(VkQueue queue, uint32_t submitCount, const VkSubmitInfo *pSubmits,
                           VkFence fence)
 {
+    bool goes_on = true, has_commands = false;
+    for (uint32_t i = 0; i < submitCount; i++)
+        has_commands |= pSubmits[i].commandBufferCount > 0;
+    if (has_commands)
+        fault_at_submit();
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
-    for (uint32_t i = 0; i < submitCount; i++) {
-        for (uint32_t j = 0; j < pSubmits[i].commandBufferCount; j++)
-            transfers_execute(pSubmits[i].pCommandBuffers[j]);
-        signal_semaphores(pSubmits[i].signalSemaphoreCount, pSubmits[i].pSignalSemaphores,
-                          pSubmits[i].pNext);
-    }
-    return finish(fence);
+    for (uint32_t i = 0; i < submitCount && !device_is_lost(); i++)
+        goes_on = execute1(&pSubmits[i]) && goes_on;
+    return end(fence, goes_on);
 }
 
 VkResult null_QueueSubmit2(VkQueue queue, uint32_t submitCount, const VkSubmitInfo2 *pSubmits,
                            VkFence fence)
 {
+    bool goes_on = true, has_commands = false;
+    for (uint32_t i = 0; i < submitCount; i++)
+        has_commands |= pSubmits[i].commandBufferInfoCount > 0;
+    if (has_commands)
+        fault_at_submit();
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
-    for (uint32_t i = 0; i < submitCount; i++) {
-        for (uint32_t j = 0; j < pSubmits[i].commandBufferInfoCount; j++)
-            transfers_execute(pSubmits[i].pCommandBufferInfos[j].commandBuffer);
-        for (uint32_t j = 0; j < pSubmits[i].signalSemaphoreInfoCount; j++) {
-            const VkSemaphoreSubmitInfo *info = &pSubmits[i].pSignalSemaphoreInfos[j];
-            sync_signal_semaphore(info->semaphore, info->value);
-        }
-    }
-    return finish(fence);
+    for (uint32_t i = 0; i < submitCount && !device_is_lost(); i++)
+        goes_on = execute(&pSubmits[i]) && goes_on;
+    return end(fence, goes_on);
 }
 
 static void bind_sparse(const VkSparseBufferMemoryBindInfo *info)
@@ -79,10 +136,10 @@ VkResult null_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
 
 VkResult null_QueueWaitIdle(VkQueue queue)
 {
-    return device_is_lost() ? VK_ERROR_DEVICE_LOST : VK_SUCCESS;
+    return sync_wait_idle();
 }
 
 VkResult null_DeviceWaitIdle(VkDevice device)
 {
-    return device_is_lost() ? VK_ERROR_DEVICE_LOST : VK_SUCCESS;
+    return sync_wait_idle();
 }

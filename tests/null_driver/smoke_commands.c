@@ -3,6 +3,10 @@
 #include "smoke.h"
 
 #include <pthread.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 static void test_build_commands(void **state)
 {
@@ -159,12 +163,123 @@ static void test_timeline(void **state)
     assert_int_equal(f->vk.WaitSemaphores(f->device, &wait, 1000), VK_TIMEOUT);
 }
 
+/* Two builds, each behind a fill and an update, and a fill at the end. */
+struct fault_program {
+    VkCommandBuffer commands;
+    VkFence fence;
+    const uint32_t *words;
+};
+
+static struct fault_program make_fault_program(struct fixture *f)
+{
+    struct fault_program program;
+    const VkCommandBufferBeginInfo begin = MAKE(VkCommandBufferBeginInfo);
+    const VkFenceCreateInfo fence = MAKE(VkFenceCreateInfo);
+    const VkAccelerationStructureBuildGeometryInfoKHR info =
+        MAKE(VkAccelerationStructureBuildGeometryInfoKHR);
+    const VkAccelerationStructureBuildRangeInfoKHR *ranges = NULL;
+    VkBuffer buffer = make_buffer(f, 0, 64);
+    VkDeviceMemory memory = make_memory(f, 1, 64);
+    CHECK(f->vk.BindBufferMemory(f->device, buffer, memory, 0));
+    CHECK(f->vk.MapMemory(f->device, memory, 0, 64, 0, (void **)&program.words));
+    CHECK(f->vk.CreateFence(f->device, &fence, NULL, &program.fence));
+    program.commands = make_command_buffer(f, make_pool(f));
+    CHECK(f->vk.BeginCommandBuffer(program.commands, &begin));
+    for (uint32_t i = 0; i < 2; i++) {
+        f->vk.CmdFillBuffer(program.commands, buffer, 8 * i, 4, 1);
+        f->vk.CmdUpdateBuffer(program.commands, buffer, 8 * i + 4, 4, &(uint32_t){1});
+        f->vk.CmdBuildAccelerationStructuresKHR(program.commands, 1, &info, &ranges);
+    }
+    f->vk.CmdFillBuffer(program.commands, buffer, 16, 4, 1);
+    CHECK(f->vk.EndCommandBuffer(program.commands));
+    return program;
+}
+
+static VkResult submit(struct fixture *f, const struct fault_program *program)
+{
+    const VkSubmitInfo info =
+        MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &program->commands);
+    return f->vk.QueueSubmit(f->queue, 1, &info, program->fence);
+}
+
+static void expect_words(const struct fault_program *program, const uint32_t words[5])
+{
+    assert_memory_equal(program->words, words, 5 * sizeof(*words));
+}
+
+static void test_planned_loss(void **state)
+{
+    struct fixture *f = *state;
+    driver.plan_fault(&(struct null_driver_fault){
+        .kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_BUILD, .number = 2, .skips_copies = true});
+    const struct fault_program program = make_fault_program(f);
+    CHECK(submit(f, &program));
+    expect_words(&program, (const uint32_t[]){1, 1, 1, 0, 0});
+    assert_int_equal(f->vk.DeviceWaitIdle(f->device), VK_ERROR_DEVICE_LOST);
+    driver.set_device_lost(false);
+    driver.plan_fault(&(struct null_driver_fault){.at = NULL_DRIVER_AT_SUBMIT, .number = 2});
+    CHECK(submit(f, &program));
+    assert_int_equal(submit(f, &program), VK_ERROR_DEVICE_LOST);
+    driver.set_device_lost(false);
+    driver.plan_fault(&(struct null_driver_fault){.at = NULL_DRIVER_AT_WAIT, .number = 2});
+    CHECK(f->vk.DeviceWaitIdle(f->device));
+    assert_int_equal(f->vk.WaitForFences(f->device, 1, &program.fence, VK_TRUE, 1),
+                     VK_ERROR_DEVICE_LOST);
+    driver.set_device_lost(false);
+}
+
+static void test_planned_hang(void **state)
+{
+    struct fixture *f = *state;
+    driver.plan_fault(
+        &(struct null_driver_fault){.kind = NULL_DRIVER_HANG, .at = NULL_DRIVER_AT_BUILD});
+    const struct fault_program program = make_fault_program(f);
+    CHECK(submit(f, &program));
+    expect_words(&program, (const uint32_t[]){1, 1, 0, 0, 0});
+    assert_int_equal(f->vk.WaitForFences(f->device, 1, &program.fence, VK_TRUE, 1), VK_TIMEOUT);
+    driver.end_hang();
+    CHECK(f->vk.WaitForFences(f->device, 1, &program.fence, VK_TRUE, UINT64_MAX));
+    CHECK(f->vk.DeviceWaitIdle(f->device));
+    expect_words(&program, (const uint32_t[]){1, 1, 1, 1, 1});
+}
+
+static void test_planned_crash(void **state)
+{
+    struct fixture *f = *state;
+    const struct {
+        int signal, expected;
+        bool in_thread;
+    } rows[] = {{0, SIGSEGV, false}, {0, SIGSEGV, true}, {SIGABRT, SIGABRT, true}};
+    for (size_t i = 0; i < COUNT_OF(rows); i++) {
+        driver.plan_fault(&(struct null_driver_fault){.kind = NULL_DRIVER_CRASH,
+                                                      .at = NULL_DRIVER_AT_BUILD,
+                                                      .signal = rows[i].signal,
+                                                      .in_thread = rows[i].in_thread});
+        const struct fault_program program = make_fault_program(f);
+        const pid_t child = fork();
+        if (child == 0) {
+            signal(SIGSEGV, SIG_DFL);
+            signal(SIGABRT, SIG_DFL);
+            setrlimit(RLIMIT_CORE, &(struct rlimit){0});
+            submit(f, &program);
+            _exit(0);
+        }
+        int status;
+        assert_int_equal(waitpid(child, &status, 0), child);
+        assert_true(WIFSIGNALED(status) && WTERMSIG(status) == rows[i].expected);
+    }
+    driver.plan_fault(NULL);
+}
+
 int run_command_tests(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_build_commands, set_up_device, tear_down),
         cmocka_unit_test_setup_teardown(test_failures, set_up_device, tear_down),
         cmocka_unit_test_setup_teardown(test_timeline, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_planned_loss, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_planned_hang, set_up_device, tear_down),
+        cmocka_unit_test_setup_teardown(test_planned_crash, set_up_device, tear_down),
         cmocka_unit_test_setup_teardown(test_scopes, set_up_device, tear_down),
         cmocka_unit_test_setup_teardown(test_threads, set_up_device, tear_down),
     };

@@ -58,6 +58,7 @@ static struct timespec deadline_of(uint64_t timeout)
 /* Waits until done(what), which is asked with the lock held. */
 static VkResult wait_until(bool (*done)(const void *what), const void *what, uint64_t timeout)
 {
+    fault_at_wait(timeout);
     const struct timespec deadline = deadline_of(timeout);
     pthread_once(&changed_once, make_changed);
     pthread_mutex_lock(&lock);
@@ -71,6 +72,16 @@ static VkResult wait_until(bool (*done)(const void *what), const void *what, uin
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
     return reached ? VK_SUCCESS : VK_TIMEOUT;
+}
+
+static bool no_longer_hangs(const void *what)
+{
+    return !device_hangs();
+}
+
+VkResult sync_wait_idle(void)
+{
+    return wait_until(no_longer_hangs, NULL, UINT64_MAX);
 }
 
 /* ---- fences */

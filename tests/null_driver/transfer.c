@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-enum transfer_kind { COPY, UPDATE, FILL, DISPATCH, EXECUTE };
+enum transfer_kind { COPY, UPDATE, FILL, DISPATCH, EXECUTE, BUILD };
 
 struct transfer {
     struct transfer *next;
@@ -32,8 +32,9 @@ static void add(VkCommandBuffer handle, const struct transfer *transfer, const v
 {
     struct object *commands = OBJECT(handle);
     const size_t size = data != NULL ? transfer->region.size : 0;
-    struct transfer *copy =
-        commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER ? malloc(sizeof(*copy) + size) : NULL;
+    struct transfer *copy = commands->type == VK_OBJECT_TYPE_COMMAND_BUFFER
+                                ? driver_allocate(NULL, sizeof(*copy) + size)
+                                : NULL;
     if (copy == NULL)
         return;
     *copy = *transfer;
@@ -121,6 +122,41 @@ void null_CmdExecuteCommands(VkCommandBuffer commandBuffer, uint32_t commandBuff
             NULL);
 }
 
+/* ---- builds, which do nothing: a fault may happen at them */
+
+static void add_build(VkCommandBuffer commands)
+{
+    if (fault_is_at_build())
+        add(commands, &(struct transfer){.kind = BUILD}, NULL);
+}
+
+void null_CmdBuildAccelerationStructuresKHR(
+    VkCommandBuffer commandBuffer, uint32_t infoCount,
+    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
+    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
+{
+    add_build(commandBuffer);
+}
+
+void null_CmdBuildAccelerationStructuresIndirectKHR(
+    VkCommandBuffer commandBuffer, uint32_t infoCount,
+    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
+    const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
+    const uint32_t *const *ppMaxPrimitiveCounts)
+{
+    add_build(commandBuffer);
+}
+
+void null_CmdBuildAccelerationStructureNV(VkCommandBuffer commandBuffer,
+                                          const VkAccelerationStructureInfoNV *pInfo,
+                                          VkBuffer instanceData, VkDeviceSize instanceOffset,
+                                          VkBool32 update, VkAccelerationStructureNV dst,
+                                          VkAccelerationStructureNV src, VkBuffer scratch,
+                                          VkDeviceSize scratchOffset)
+{
+    add_build(commandBuffer);
+}
+
 void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dispatch)
 {
     add(commands, &(struct transfer){.kind = DISPATCH, .region.size = sizeof(*dispatch)}, dispatch);
@@ -152,6 +188,15 @@ static void copy(const struct transfer *transfer)
     }
 }
 
+/* The host may read marks while the device hangs. */
+static void store_word(unsigned char *to, uint32_t word)
+{
+    if ((uintptr_t)to % sizeof(word) == 0)
+        __atomic_store_n((uint32_t *)(void *)to, word, __ATOMIC_RELEASE);
+    else
+        memcpy(to, &word, sizeof(word));
+}
+
 static void fill(const struct transfer *transfer)
 {
     VkDeviceSize size;
@@ -162,7 +207,7 @@ static void fill(const struct transfer *transfer)
             return;
         size -= size % sizeof(uint32_t);
         for (VkDeviceSize i = 0; i < size; i += sizeof(uint32_t))
-            memcpy(to + i, &transfer->word, sizeof(uint32_t));
+            store_word(to + i, transfer->word);
     }
 }
 
@@ -173,28 +218,47 @@ static void execute_dispatch(const struct transfer *transfer)
     dispatch_execute(&dispatch);
 }
 
-/* A command buffer that was destroyed, or reset, has nothing to do. */
-static void execute_one_level(VkCommandBuffer commands, bool primary)
+static bool execute_one_level(VkCommandBuffer commands, bool primary);
+
+/* Returns false if a fault ends the execution. */
+static bool execute(const struct transfer *at, bool primary)
 {
-    const struct object *object = OBJECT(commands);
-    if (object == NULL || object->type != VK_OBJECT_TYPE_COMMAND_BUFFER)
-        return;
-    for (const struct transfer *at = object->command_buffer.first; at != NULL; at = at->next) {
-        if (at->kind == FILL)
-            fill(at);
-        else if (at->kind == DISPATCH)
-            execute_dispatch(at);
-        else if (at->kind != EXECUTE)
-            copy(at);
-        else if (primary)
-            execute_one_level(at->secondary, false);
+    switch (at->kind) {
+    case FILL:
+        fill(at);
+        return true;
+    case BUILD:
+        return !fault_at_build();
+    case EXECUTE:
+        return !primary || execute_one_level(at->secondary, false);
+    case DISPATCH:
+        if (fault_before_copies())
+            return false;
+        execute_dispatch(at);
+        return true;
+    default:
+        if (fault_before_copies())
+            return false;
+        copy(at);
+        return true;
     }
 }
 
-void transfers_execute(VkCommandBuffer commands)
+/* A command buffer that was destroyed, or reset, has nothing to do. */
+static bool execute_one_level(VkCommandBuffer commands, bool primary)
 {
-    if (!atomic_load(&executes_nothing))
-        execute_one_level(commands, true);
+    const struct object *object = OBJECT(commands);
+    if (object == NULL || object->type != VK_OBJECT_TYPE_COMMAND_BUFFER)
+        return true;
+    for (const struct transfer *at = object->command_buffer.first; at != NULL; at = at->next)
+        if (!execute(at, primary))
+            return false;
+    return true;
+}
+
+bool transfers_execute(VkCommandBuffer commands)
+{
+    return atomic_load(&executes_nothing) || execute_one_level(commands, true);
 }
 
 /* ---- command buffers */

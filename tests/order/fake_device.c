@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The fake commands, and the calls. */
+#include "layer/execution/submitted_builds.h"
+#include "layer/postmortem/hang.h"
+#include "layer/postmortem/loss.h"
 #include "layer/snapshots/snapshots.h"
 
 #include "fake_device.h"
@@ -14,6 +17,34 @@ const char *reached;
 
 /* Devices here are of backend driver. */
 void snapshots_deliver_complete(struct layer_device *of_device) {}
+
+void submitted_builds_add(struct submitted_builds *submitted, VkQueue queue, uint64_t submission,
+                          struct shared_labels *queue_labels, VkCommandBuffer handle)
+{
+}
+void submitted_builds_remove(struct submitted_builds *submitted, VkQueue queue, uint64_t submission)
+{
+}
+void submitted_builds_prune(struct submitted_builds *submitted) {}
+
+void postmortem_report_loss(struct layer_device *of_device)
+{
+    execution_order_set_unknown(of_device->order, ORDER_UNKNOWN_DEVICE_LOST);
+}
+
+void hang_wait_before_idle(struct layer_device *of_device, VkQueue queue) {}
+
+VkResult hang_wait_for_fences(struct layer_device *of_device, uint32_t count, const VkFence *fences,
+                              VkBool32 all, uint64_t timeout)
+{
+    return of_device->vk.WaitForFences(of_device->handle, count, fences, all, timeout);
+}
+
+VkResult hang_wait_semaphores(struct layer_device *of_device, PFN_vkWaitSemaphores wait,
+                              const VkSemaphoreWaitInfo *info, uint64_t timeout)
+{
+    return wait(of_device->handle, info, timeout);
+}
 
 struct layer_device *layer_find_device(const void *dispatchable)
 {
@@ -95,13 +126,17 @@ void fake_device_start(struct program *program)
 {
     static struct events *events; /* one for all devices */
     static struct queue_labels *queue_labels;
+    static struct resources *resources;
     program_start(program);
     memset(&device, 0, sizeof(device));
     if (events == NULL)
         assert_int_equal(events_create(&events), VK_SUCCESS);
     if (queue_labels == NULL)
         assert_int_equal(queue_labels_create(&queue_labels), VK_SUCCESS);
+    if (resources == NULL)
+        assert_int_equal(resources_create(&resources), VK_SUCCESS);
     device.events = events;
+    device.resources = resources;
     device.queue_labels = queue_labels;
     device.physical_device_count = 1;
     device.order = program->order;

@@ -134,6 +134,7 @@ void surrounding_clear(const char *settings_text)
         "DEBUG_ACTION",
         "LOG_FILENAME",
         "LOG_FORMAT",
+        "RECORD_BUILDS",
         "DUPLICATE_MESSAGE_LIMIT",
         "ENABLE_MESSAGE_LIMIT",
         "SPEC_TEXT",

@@ -72,6 +72,30 @@ static void test_ranges_of_characters(void **state)
     }
 }
 
+/* What a signal handler may use. */
+static void test_numbers_and_plain_text(void **state)
+{
+    char line[32];
+    struct text_buffer text;
+    (void)state;
+    text_begin(&text, line, sizeof(line));
+    text_append_plain(&text, "a");
+    text_append_decimal(&text, UINT64_MAX);
+    assert_string_equal(line, "a18446744073709551615");
+    text_begin(&text, line, sizeof(line));
+    text_append_hex(&text, 0);
+    text_append_hex(&text, 0x123456789abcdef0);
+    text_append_padded(&text, 7, 3);
+    text_append_padded(&text, 1234, 3);
+    assert_string_equal(line, "0x00x123456789abcdef00071234");
+    text_append_plain(&text, "12");
+    text_append_plain(&text, "3\xc3\xa9");
+    assert_string_equal(line, "0x00x123456789abcdef00071234...");
+    text_append_plain(&text, "no more");
+    text_append_count(&text, 1, "byte");
+    assert_int_equal(strlen(line), text.length);
+}
+
 static void test_cuts(void **state)
 {
     assert_string_equal(quote("abc", 3), "\"abc\"");
@@ -180,6 +204,7 @@ int main(void)
         cmocka_unit_test(test_escape_sequences),
         cmocka_unit_test(test_ranges_of_characters),
         cmocka_unit_test(test_cuts),
+        cmocka_unit_test(test_numbers_and_plain_text),
         cmocka_unit_test(test_names_and_labels_stay_on_one_line),
         cmocka_unit_test(test_the_longest_name_fits_a_line_of_the_log),
         cmocka_unit_test_setup(test_settings_stay_on_one_line, surrounding_set_up),

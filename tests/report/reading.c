@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "src/report/settings_check.h"
+
 struct warned warned;
 
 static void warn(void *context, const char *line)
@@ -18,7 +20,10 @@ VkResult settings_try(const void *chain, struct settings *settings)
 {
     const VkInstanceCreateInfo create_info = {.pNext = chain};
     warned.count = 0;
-    return settings_load(&create_info, warn, &warned, settings);
+    VkResult result = settings_load(&create_info, warn, &warned, settings);
+    if (result == VK_SUCCESS)
+        settings_check(settings, warn, &warned);
+    return result;
 }
 
 struct settings settings_read(const void *chain)
@@ -48,8 +53,11 @@ void assert_default_settings(const struct settings *settings)
     assert_int_equal(settings->duplicate_message_limit, 10);
     assert_null(settings->log_filename);
     assert_int_equal(settings->log_format, LOG_FORMAT_TEXT);
+    assert_false(settings->record_builds);
     assert_null(settings->narrow_filters);
     assert_int_equal(settings->compare_rays, 0);
+    assert_int_equal(settings->hang_seconds, 10);
+    assert_false(settings->crash_report);
     assert_int_equal(settings->content_budget_mib, 256);
     assert_int_equal(settings->content_when_full, CONTENT_WAIT);
     assert_int_equal(settings_muted(settings), 0);

@@ -176,6 +176,37 @@ static void test_retired_ids_in_place_of_current_ones(void **state)
     reporter_destroy(reporter);
 }
 
+/* Two current ids may have one retired id, and one current id may have several. */
+static void test_retired_ids_in_the_summary(void **state)
+{
+    static const struct {
+        enum rule rule;
+        const char *field;
+    } sent[] = {
+        {RULE_build_scratch_is_in_one_buffer, "scratchData.deviceAddress"},
+        {RULE_build_scratch_is_in_one_buffer, "scratchData.deviceAddress"},
+        {SENT_RULE, "scratchData.deviceAddress"},
+    };
+    static struct hearing hearing;
+    setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "listed", 1);
+    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,info", 1);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    for (size_t i = 0; i < LENGTH(sent); i++) {
+        struct finding finding;
+        violated_plainly(&finding, sent[i].field, "is wrong");
+        reporter_send(reporter, sent[i].rule, &(struct location){.command = COMMAND_DEVICE},
+                      &(struct call_origin){0}, &finding);
+    }
+    capture_begin(STDERR_FILENO);
+    reporter_summarize(reporter);
+    const char *summary = capture_end();
+    assert_non_null(strstr(summary,
+                           "Assay found 3 violations in this instance: " SENT_ID " 1 time, "
+                           "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671 2 times."));
+    assert_null(strstr(summary, "12258"));
+    reporter_destroy(reporter);
+}
+
 static void test_a_command_without_the_statement_is_not_told(void **state)
 {
     struct hearing hearing = {.answer = VK_TRUE};
@@ -201,6 +232,7 @@ int main(void)
         cmocka_unit_test_setup(test_refusals, surrounding_set_up),
         cmocka_unit_test_setup(test_muted_ids, surrounding_set_up),
         cmocka_unit_test_setup(test_retired_ids_in_place_of_current_ones, surrounding_set_up),
+        cmocka_unit_test_setup(test_retired_ids_in_the_summary, surrounding_set_up),
         cmocka_unit_test_setup(test_a_command_without_the_statement_is_not_told,
                                surrounding_set_up),
     };

@@ -15,8 +15,8 @@
 
 enum { OFF = -1 };
 
-static int left = OFF;
-static bool has_failed;
+static _Thread_local int left = OFF;
+static _Thread_local bool has_failed, fails_for_good;
 static atomic_int blocks;
 
 int allocations_now(void)
@@ -40,7 +40,13 @@ void __wrap_free(void *block);
 void memory_fail_after(int count)
 {
     left = count;
-    has_failed = false;
+    has_failed = fails_for_good = false;
+}
+
+void memory_fail_from(int count)
+{
+    memory_fail_after(count);
+    fails_for_good = true;
 }
 
 bool memory_is_scarce(int count)
@@ -59,6 +65,18 @@ bool memory_fail_no_more(void)
     return has_failed;
 }
 
+int memory_pause(void)
+{
+    const int before = left;
+    left = OFF;
+    return before;
+}
+
+void memory_resume(int before)
+{
+    left = before;
+}
+
 static bool fails(void)
 {
     if (left == OFF)
@@ -66,6 +84,8 @@ static bool fails(void)
     if (left-- > 0)
         return false;
     has_failed = true;
+    if (fails_for_good)
+        left = 0;
     return true;
 }
 

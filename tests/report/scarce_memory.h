@@ -5,8 +5,16 @@
 
 #include <stdbool.h>
 
-/* The allocation after `count` others fails, once. Not for tests with threads. */
+/* The calling thread's allocation after `count` others fails, once. */
 void memory_fail_after(int count);
+
+/* The same, and all later ones. */
+void memory_fail_from(int count);
+
+/* Until memory_resume() with what memory_pause() returned, no allocation of the thread fails or
+ * counts. */
+int memory_pause(void);
+void memory_resume(int before);
 
 /* The condition of a loop over counts from 0 on: true until no allocation failed in the last round.
  * In the round that begins, memory_fail_after(count) holds. Fails the test if there were fewer than

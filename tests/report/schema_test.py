@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a program with log_format = json, and validates each line against the schema.
 
-usage: schema_test.py [--one-file] [--killed] [--findings N] SCHEMA PROGRAM [ARGUMENT...]
+usage: schema_test.py [--one-file] [--killed] [--findings N] [--records N] SCHEMA PROGRAM [ARGUMENT...]
 
   --one-file    the processes write one file
   --killed      the processes are killed, so there is no summary
   --findings N  there are exactly so many
+  --records N   with record_builds = true; the lines have at least N modes and types of builds and
+                copies
 
 Exits with 77 (skipped) if python3-jsonschema is missing, or if the program is skipped."""
 
@@ -99,11 +101,29 @@ def check_counts(lines):
         raise Failure(f"counts of lines and of summaries differ: {differing}")
 
 
+def check_records(lines, least):
+    """What a queue executes belongs to a submission that has a line before."""
+    submitted, kinds = set(), set()
+    for line in lines:
+        place = line["pid"], line.get("device"), line.get("queue"), line.get("submission")
+        if line["Type"] == "Header":
+            submitted.clear()  # handles may be used again
+        elif line["Type"] == "Submission":
+            submitted.add(place)
+        elif line["Type"] in ("Build", "Copy"):
+            kinds.add((line["mode"], line["type"], "queue" in line))
+            if "queue" in line and place not in submitted:
+                raise Failure(f"no submission before: {line}")
+    if len(kinds) < least:
+        raise Failure(f"only {len(kinds)} kinds of builds and copies: {sorted(kinds)}")
+
+
 def read_arguments():
     parser = argparse.ArgumentParser()
     parser.add_argument("--one-file", action="store_true")
     parser.add_argument("--killed", action="store_true")
     parser.add_argument("--findings", type=int)
+    parser.add_argument("--records", type=int, default=0)
     parser.add_argument("schema", type=pathlib.Path)
     parser.add_argument("command", nargs=argparse.REMAINDER)
     return parser.parse_args()
@@ -118,6 +138,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         environment = {**os.environ, "VK_ASSAY_VALIDATION_LOG_FORMAT": "json",
                        "VK_ASSAY_VALIDATION_LOG_FILENAME": f"{folder}/{filename}"}
+        if arguments.records:
+            environment["VK_ASSAY_VALIDATION_RECORD_BUILDS"] = "true"
         if arguments.findings:
             environment["VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT"] = "0"
         run = subprocess.run(arguments.command, env=environment, stdout=subprocess.DEVNULL,
@@ -130,6 +152,7 @@ def main():
         lines = [line for file in files for line in check_file(checker, file, arguments.killed)]
     if not arguments.killed:
         check_counts(lines)
+    check_records(lines, arguments.records)
     findings = [line for line in lines if line["Type"] == "Finding"]
     if not findings or arguments.findings not in (None, len(findings)):
         raise Failure(f"there are {len(findings)} findings")

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include "reading.h"
+#include "src/report/message_filter.h"
 
 static void test_values_that_are_not_understood(void **state)
 {
@@ -23,12 +24,15 @@ static void test_values_that_are_not_understood(void **state)
         {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break, fail",
          "default"},
         {"log_format", "xml", "text or json", "text"},
+        {"record_builds", "all", "true or false", "false"},
         {"duplicate_message_limit", "ten", "a number", "10"},
         {"duplicate_message_limit", "-1", "a number", "10"},
         {"duplicate_message_limit", "4294967296", "a number", "10"},
         {"duplicate_message_limit", "99999999999999999999999", "a number", "10"},
         {"duplicate_message_limit", "3x", "a number", "10"},
         {"enable_message_limit", "perhaps", "true or false", "true"},
+        {"hang_seconds", "-1", "a number of seconds", "10"},
+        {"crash_report", "perhaps", "true or false", "false"},
     };
     for (size_t i = 0; i < LENGTH(cases); i++) {
         char line[256], key[128];
@@ -98,6 +102,31 @@ static void test_a_log_file_that_no_action_writes(void **state)
     }
 }
 
+/* Journals begin at level execution, and only lines of JSON have a schema. */
+static void test_record_builds_that_nothing_records(void **state)
+{
+    static const struct {
+        const char *level, *format, *action;
+        bool is_on;
+    } cases[] = {
+        {"execution", "json", "default", true}, {"content", "json", "log", true},
+        {"state", "json", "default", false},    {"parameters", "json", "default", false},
+        {"content", "text", "default", false},  {"execution", "json", "callback", false},
+    };
+    setenv("VK_ASSAY_VALIDATION_RECORD_BUILDS", "true", 1);
+    for (size_t i = 0; i < LENGTH(cases); i++) {
+        setenv("VK_ASSAY_VALIDATION_LEVEL", cases[i].level, 1);
+        setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", cases[i].format, 1);
+        setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", cases[i].action, 1);
+        struct settings settings = settings_read(NULL);
+        assert_int_equal(settings.record_builds, cases[i].is_on);
+        assert_int_equal(warned.count, !cases[i].is_on);
+        if (!cases[i].is_on)
+            ASSERT_WARNED("assay_validation.record_builds needs level", "log_format = json",
+                          "No builds are recorded");
+    }
+}
+
 static void test_flags_of_the_khronos_layer_are_accepted(void **state)
 {
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,perf,verbose,debug", 1);
@@ -116,6 +145,41 @@ static void test_filter_lists(void **state)
     assert_int_equal(settings_muted(&settings), 3);
     assert_true(settings.muted[SENT_VUID]);
     assert_true(settings.muted[VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12258]);
+}
+
+/* The utility library splits a text without a comma at its colons; names in C++ have some, too. */
+static void test_separators(void **state)
+{
+    static const struct {
+        const char *value;
+        unsigned muted, narrow;
+        const char *glob;
+    } filters[] = {
+        {SENT_ID "@scene::rocks", 0, 1, "scene::rocks"},
+        {SENT_ID "@a:b, 12258", 2, 1, "a:b"},
+        {SENT_ID ":12258", 3, 0, NULL}, /* a list, as elsewhere in the environment */
+        {SENT_ID "@scene", 0, 1, "scene"},
+    };
+    static const char *const names[] = {"a,b.log", "a:b.log", "a:b,c:d.log", "a.log"};
+    for (size_t i = 0; i < 2 * LENGTH(filters); i++) {
+        char line[256];
+        snprintf(line, sizeof(line), "assay_validation.message_id_filter = %s\n",
+                 filters[i / 2].value);
+        surrounding_clear(i % 2 ? line : NULL);
+        if (i % 2 == 0)
+            setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", filters[i / 2].value, 1);
+        struct settings settings = settings_read(NULL);
+        assert_int_equal(warned.count, 0);
+        assert_int_equal(settings_muted(&settings), filters[i / 2].muted);
+        assert_int_equal(settings.narrow_filters != NULL, filters[i / 2].narrow);
+        if (filters[i / 2].narrow)
+            assert_string_equal(settings.narrow_filters->glob, filters[i / 2].glob);
+    }
+    for (size_t i = 0; i < LENGTH(names); i++) {
+        surrounding_clear(NULL);
+        setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", names[i], 1);
+        assert_string_equal(settings_read(NULL).log_filename, names[i]);
+    }
 }
 
 static void test_filter_that_names_nothing(void **state)
@@ -210,8 +274,10 @@ int main(void)
         cmocka_unit_test_setup(test_debug_actions, surrounding_set_up),
         cmocka_unit_test_setup(test_debug_output_has_no_effect, surrounding_set_up),
         cmocka_unit_test_setup(test_a_log_file_that_no_action_writes, surrounding_set_up),
+        cmocka_unit_test_setup(test_record_builds_that_nothing_records, surrounding_set_up),
         cmocka_unit_test_setup(test_flags_of_the_khronos_layer_are_accepted, surrounding_set_up),
         cmocka_unit_test_setup(test_filter_lists, surrounding_set_up),
+        cmocka_unit_test_setup(test_separators, surrounding_set_up),
         cmocka_unit_test_setup(test_filter_that_names_nothing, surrounding_set_up),
         cmocka_unit_test_setup(test_unknown_keys, surrounding_set_up),
         cmocka_unit_test_setup(test_places_of_the_file, surrounding_set_up),

@@ -1,117 +1,147 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The members of VkAccelerationStructureBuildGeometryInfoKHR on their own. */
+/* VkAccelerationStructureBuildGeometryInfoKHR: its members, structures, scratch and updates. */
 #include "case.h"
+#include "placing.h"
 
 static const VkBaseInStructure stray = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO};
 static const VkBaseInStructure unknown = {.sType = (VkStructureType)2000000123};
+#include "build.inc"
 
-static void prefer_one_each(struct scene *scene)
+static VkAccelerationStructureKHR make_unbound(struct scene *scene, uint32_t build,
+                                               struct test_buffer *buffer)
 {
-    scene->infos[AABBS].flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR;
-    scene->infos[TLAS].flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
-    scene_give_objects(scene, AABBS);
-    scene_give_objects(scene, TLAS);
+    const VkDeviceSize size = scene_sizes(scene, build).accelerationStructureSize;
+    *buffer = scene_create_buffer(scene, size, ACCEL_USAGE);
+    return scene_accel_in(scene, buffer, 0, size, scene->infos[build].type);
 }
 
-#define FAST_BOTH                                                                                  \
-    (VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |                                   \
-     VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR)
-#define MICROMAP_FLAGS                                                                             \
-    (VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_EXT |                       \
-     VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_EXT)
+static void leave_dst_unbound(struct scene *scene)
+{
+    struct test_buffer buffer;
+    scene->infos[AABBS].dstAccelerationStructure = make_unbound(scene, AABBS, &buffer);
+}
 
-static const struct test_case cases[] = {
-    CASE("info_stype_0", RULE(build_info_has_its_stype), EDITS(SET(infos[INDEXED].sType, 0)),
-         .path = "pInfos[0].sType"),
-    CASE("info_stype_of_geometry", RULE(build_info_has_its_stype),
-         EDITS(SET(infos[TLAS].sType, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR)),
-         .path = "pInfos[3].sType"),
-    CASE("info_chain", RULE(build_info_has_no_chain), EDITS(SET(infos[AABBS].pNext, &stray)),
-         .path = "pInfos[2].pNext"),
-    CASE("info_chain_unknown", RULE(build_info_has_no_chain),
-         EDITS(SET(infos[TLAS].pNext, &unknown))),
-    CASE("info_chain_unreadable", RULE(build_info_has_no_chain),
-         EDITS(SET(infos[UPDATE].pNext, 0x10)), .path = "pInfos[4].pNext"),
-    CASE("type_out_of_range", RULE(build_type_is_valid), EDITS(SET(infos[AABBS].type, 3)),
-         .path = "pInfos[2].type"),
-    CASE("type_max_enum", RULE(build_type_is_valid),
-         EDITS(SET(infos[TLAS].type, VK_ACCELERATION_STRUCTURE_TYPE_MAX_ENUM_KHR))),
-    CASE("type_of_extension_not_enabled", RULE(build_type_is_valid),
-         EDITS(SET(infos[AABBS].type, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR))),
-    CASE("type_out_of_range_though_there_are_more", RULE(build_type_is_valid),
-         SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR), EDITS(SET(infos[AABBS].type, 3))),
-    CASE("type_of_an_unknown_extension", RULE(build_type_is_valid), .silent = true,
-         SETUP(.enable = ENABLE_FUTURE), EDITS(SET(infos[AABBS].type, 1999999000))),
-    CASE("type_generic", RULE(build_type_is_not_generic),
-         EDITS(SET(infos[INDEXED].type, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR)),
-         .path = "pInfos[0].type"),
-    /* Sizes depend on flags. */
-    CASE("flags_unknown_bit", RULE(build_flags_are_valid),
-         EDITS(SET(infos[INDEXED].flags, 1u << 30)),
-         TWIN_EDITS(SET(infos[INDEXED].flags, 0), CALL_WITH(scene_give_objects, INDEXED)),
-         .path = "pInfos[0].flags"),
-    CASE("flags_of_extension_not_enabled", RULE(build_flags_are_valid),
-         EDITS(SET(infos[AABBS].flags, VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV))),
-    CASE("flags_of_micromaps_not_enabled", RULE(build_flags_are_valid),
-         EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAGS))),
-    CASE("flags_of_micromaps_on_a_build_without_one", RULE(build_flags_are_valid), .silent = true,
-         SETUP(.enable = ENABLE_OPACITY_MICROMAP_EXT),
-         EDITS(SET(infos[INDEXED].flags, MICROMAP_FLAGS))),
-    CASE("flags_of_unknown_extension", RULE(build_flags_are_valid), .silent = true,
-         SETUP(.enable = ENABLE_FUTURE), EDITS(SET(infos[AABBS].flags, 1u << 30))),
-    CASE("flags_prefer_both", RULE(fast_trace_excludes_fast_build),
-         EDITS(SET(infos[AABBS].flags, FAST_BOTH)), .mutate_twin = prefer_one_each,
-         .path = "pInfos[2].flags"),
-    CASE("flags_prefer_both_and_low_memory", RULE(fast_trace_excludes_fast_build),
-         EDITS(SET(infos[TLAS].flags,
-                   FAST_BOTH | VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR))),
-    CASE("mode_out_of_range", RULE(build_mode_is_valid), EDITS(SET(infos[AABBS].mode, 2)),
-         .path = "pInfos[2].mode"),
-    CASE("mode_max_enum", RULE(build_mode_is_valid),
-         EDITS(SET(infos[REFIT].mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_MAX_ENUM_KHR))),
+static void bind_dst_late(struct scene *scene)
+{
+    struct test_buffer buffer;
+    scene->infos[AABBS].dstAccelerationStructure = make_unbound(scene, AABBS, &buffer);
+    const struct test_memory memory =
+        scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
+    scene_bind(scene, &buffer, &memory, 0);
+}
 
-    SHARED(SETUP(.enable = ENABLE_OPACITY_MICROMAP_KHR), .prepare = scene_build_micromap,
-           .path = "pInfos[2]."),
-    CASE("micromap_updated", RULE(micromap_build_is_no_update),
-         NAMES(RULE_micromap_build_has_no_source),
-         EDITS(MAKE_STRUCTURE_WITH(infos[AABBS].srcAccelerationStructure, scene_accel_for, INDEXED),
-               SET(infos[AABBS].mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR))),
-    /* By the letter: an update has a source, whatever it updates. */
-    CASE("micromap_update_without_source", RULES(RULE_micromap_build_is_no_update),
-         NAMES(RULE_update_has_a_source),
-         EDITS(SET(infos[AABBS].mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR))),
-    CASE(
-        "micromap_with_source", RULE(micromap_build_has_no_source),
-        EDITS(MAKE_STRUCTURE_WITH(infos[AABBS].srcAccelerationStructure, scene_accel_for, INDEXED)),
-        .path = "pInfos[2].srcAccelerationStructure"),
+/* On the host it has been built, and lost its memory since. */
+static void leave_update_src_unbound(struct scene *scene)
+{
+    struct test_buffer buffer;
+    if (scene->command == COMMAND_HOST) {
+        buffer = place_buffer(scene);
+        place_src(scene, UPDATE, &buffer, 0);
+        scene_destroy(scene, (uint64_t)buffer.memory);
+        return;
+    }
+    scene->infos[UPDATE].srcAccelerationStructure = make_unbound(scene, UPDATE, &buffer);
+}
 
-    SHARED(RULE(exactly_one_geometry_array_is_given)),
-    CASE("update_without_source", RULE(update_has_a_source),
-         EDITS(SET(infos[UPDATE].srcAccelerationStructure, 0)),
-         .path = "pInfos[4].srcAccelerationStructure"),
-    CASE("build_without_source", RULE(update_has_a_source), .silent = true,
-         EDITS(SET(infos[INDEXED].srcAccelerationStructure, 0))),
-    CASE("geometry_arrays_none", PREPARE_EDITS(SET(infos[AABBS].pGeometries, 0)),
-         TWIN_EDITS(SET(infos[AABBS].geometryCount, 0)), .path = "pInfos[2]"),
-    CASE("geometry_arrays_both",
-         PREPARE_EDITS(POINT(infos[AABBS].ppGeometries, geometry_pointers[AABBS])),
-         TWIN_EDITS(SET(infos[AABBS].pGeometries, 0))),
-    CASE("geometry_arrays_both_without_geometries", .silent = true,
-         EDITS(POINT(infos[AABBS].ppGeometries, geometry_pointers[AABBS]),
-               SET(infos[AABBS].geometryCount, 0))),
+static void leave_ignored_src_unbound(struct scene *scene)
+{
+    struct test_buffer buffer;
+    scene->infos[INDEXED].srcAccelerationStructure = make_unbound(scene, INDEXED, &buffer);
+}
 
-    SHARED(RULE(tlas_has_one_geometry)),
-    CASE("tlas_with_no_geometry", EDITS(SET(infos[TLAS].geometryCount, 0)),
-         .path = "pInfos[3].geometryCount"),
-    CASE("tlas_with_two_geometries",
-         EDITS(COPY(geometries[TLAS][1], geometries[TLAS][0]),
-               COPY(ranges[TLAS][1], ranges[TLAS][0]), SET(infos[TLAS].geometryCount, 2))),
-    CASE("blas_with_no_geometry", .silent = true, EDITS(SET(infos[INDEXED].geometryCount, 0))),
-    /* A bottom-level build of a triangle geometry and one of boxes. */
-    CASE("blas_of_two_types", RULE(blas_geometries_have_one_type),
-         PREPARE_EDITS(COPY(geometries[UNINDEXED][1], geometries[AABBS][0])),
-         EDITS(COPY(ranges[UNINDEXED][1], ranges[AABBS][0])),
-         TWIN_EDITS(SET(infos[UNINDEXED].geometryCount, 1)), .path = "pInfos[1].pGeometries"),
-};
+enum { MANY_GEOMETRIES = 40 };
 
-CASE_LIST(cases_build, cases);
+/* INDEXED, of so many geometries that each is alike; its dst and scratch as they were. */
+static void give_many_geometries(struct scene *scene)
+{
+    static VkAccelerationStructureGeometryKHR geometries[MANY_GEOMETRIES];
+    static VkAccelerationStructureBuildRangeInfoKHR ranges[MANY_GEOMETRIES];
+
+    for (uint32_t i = 0; i < MANY_GEOMETRIES; i++) {
+        geometries[i] = scene->geometries[INDEXED][0];
+        ranges[i] = scene->ranges[INDEXED][0];
+    }
+    scene->infos[INDEXED].geometryCount = MANY_GEOMETRIES;
+    scene->infos[INDEXED].pGeometries = geometries;
+    scene->range_pointers[INDEXED] = ranges;
+    const struct test_buffer scratch = scene_buffer(scene, 1 << 20, SCRATCH_USAGE);
+    scene->infos[INDEXED].scratchData.deviceAddress = scene_address(scene, &scratch, 0);
+}
+
+static void give_many_geometries_and_room(struct scene *scene)
+{
+    const struct test_buffer buffer = scene_buffer(scene, 1 << 20, ACCEL_USAGE);
+    give_many_geometries(scene);
+    scene->infos[INDEXED].dstAccelerationStructure = scene_accel_in(
+        scene, &buffer, 0, buffer.size, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+#include "build_state.inc"
+
+static uint64_t alignment_of(const struct scene *scene)
+{
+    return scene->fixture->limits.minAccelerationStructureScratchOffsetAlignment;
+}
+
+static void give_exact_size(struct scene *scene, uint32_t build, VkDeviceSize less)
+{
+    const VkDeviceSize size = scene_scratch_size(scene, build);
+    if (size <= less) {
+        scene_skip(scene, "the driver wants no scratch");
+        return;
+    }
+    const struct test_buffer buffer = scene_buffer(scene, size - less, SCRATCH_USAGE);
+    scene->infos[build].scratchData.deviceAddress = scene_address(scene, &buffer, 0);
+}
+
+/* The same addresses, and a buffer over all of them. */
+static void cross_within_aliasing_buffer(struct scene *scene)
+{
+    const VkDeviceSize half = 65536;
+    struct test_buffer whole = scene_create_buffer(scene, 2 * half, SCRATCH_USAGE);
+    struct test_buffer first = scene_create_buffer(scene, half, SCRATCH_USAGE);
+    const struct test_memory memory = scene_allocate(scene, 2 * half);
+
+    scene_bind(scene, &whole, &memory, 0);
+    scene_bind(scene, &first, &memory, 0);
+    if (whole.address != first.address) {
+        scene_skip(scene, "aliasing buffers have different addresses");
+        return;
+    }
+    scene->infos[AABBS].scratchData.deviceAddress = first.address + half - alignment_of(scene);
+}
+
+static void want_no_update_scratch(struct null_driver_config *config)
+{
+    config->sizes.update_scratch = (struct null_driver_size){0, 0};
+}
+#include "scratch.inc"
+
+/* A build like INDEXED that is not part of the call; to be changed, then built before it. */
+static uint32_t begin_source(struct scene *scene)
+{
+    const uint32_t build = scene_reserve_build(scene, INDEXED);
+    return build;
+}
+
+/* What counts is the last build of the source, which has room for either. */
+static void build_source_twice(struct scene *scene)
+{
+    const struct test_buffer buffer = place_buffer(scene);
+    const VkAccelerationStructureKHR source = scene_accel_in(
+        scene, &buffer, 0, PLACE_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+
+    for (uint32_t i = 0; i < 2; i++) {
+        const uint32_t build = begin_source(scene);
+        if (i == 0) {
+            scene->infos[build].flags = 0;
+            scene->geometries[build][0].geometry.triangles.maxVertex = 20;
+            scene_give_objects(scene, build);
+        }
+        scene->infos[build].dstAccelerationStructure = source;
+        scene_build_before(scene, build, 1);
+    }
+    scene->infos[UPDATE].srcAccelerationStructure = source;
+}
+
+/* A rule of level state that takes more to decide here. */
+#include "update.inc"

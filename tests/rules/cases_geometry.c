@@ -1,11 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The members of a geometry and of the structure of its type, addresses and chains aside. */
+/* Geometries: their members, chains, addresses and build ranges. */
 #include "case.h"
-
-#define T_INDEXED TRIANGLES(INDEXED, 0)
-#define GEOMETRY_PATH "pInfos[0].pGeometries[0].geometry.triangles."
-
-/* ---- vertex formats ---- */
+#include "placing.h"
 
 static const VkFormat formats_that_all_have[] = {
     VK_FORMAT_R32G32_SFLOAT,       VK_FORMAT_R32G32B32_SFLOAT, VK_FORMAT_R16G16_SFLOAT,
@@ -19,130 +15,114 @@ static void use_every_mandatory_format(struct scene *scene)
         scene->geometries[build][0].geometry.triangles.vertexFormat = formats_that_all_have[i];
     }
 }
+#include "geometry.inc"
 
-static const struct setup with_packed_format = {.configure = offer_packed_format};
+static const VkBaseInStructure stray = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO};
+static const VkBaseInStructure unknown = {.sType = (VkStructureType)2000000123};
 
-static const struct test_case cases[] = {
-    CASE("geometry_stype_0", RULE(geometry_has_its_stype),
-         EDITS(SET(geometries[INDEXED][0].sType, 0)), .path = "pInfos[0].pGeometries[0].sType"),
-    CASE("geometry_stype_of_second", RULE(geometry_has_its_stype),
-         EDITS(SET(geometries[AABBS][1].sType, 77)),
-         TWIN_EDITS(SET(geometries[AABBS][2].sType, 77)), .path = "pInfos[2].pGeometries[1].sType"),
-    CASE("geometry_type_out_of_range", RULE(geometry_type_is_valid),
-         EDITS(SET(geometries[INDEXED][0].geometryType, 3)),
-         .path = "pInfos[0].pGeometries[0].geometryType"),
-    CASE("geometry_type_of_extension_not_enabled", RULE(geometry_type_is_valid),
-         EDITS(SET(geometries[INDEXED][0].geometryType, VK_GEOMETRY_TYPE_SPHERES_NV))),
-    CASE("geometry_type_of_unknown_extension", RULE(geometry_type_is_valid), .silent = true,
-         SETUP(.enable = ENABLE_FUTURE),
-         EDITS(SET(geometries[INDEXED][0].geometryType, 1999999000)), .may_fail_on_cpu = true),
-    CASE("geometry_flags_unknown", RULE(geometry_flags_are_valid),
-         EITHER_SET(geometries[TLAS][0].flags, 4, 3), .path = "pInfos[3].pGeometries[0].flags"),
-    CASE("geometry_flags_of_unknown_extension", RULE(geometry_flags_are_valid), .silent = true,
-         SETUP(.enable = ENABLE_FUTURE), EDITS(SET(geometries[TLAS][0].flags, 0x100))),
-    CASE("tlas_of_boxes", RULE(tlas_geometry_is_instances),
-         EDITS(COPY(geometries[TLAS][0], geometries[AABBS][0])),
-         .path = "pInfos[3].pGeometries[0].geometryType"),
-    CASE("tlas_of_triangles", RULE(tlas_geometry_is_instances),
-         EDITS(COPY(geometries[TLAS][0], geometries[INDEXED][0]),
-               COPY(ranges[TLAS][0], ranges[INDEXED][0]))),
-    CASE("blas_of_instances", RULE(blas_geometry_is_not_instances),
-         EDITS(COPY(geometries[INDEXED][0], geometries[TLAS][0]),
-               COPY(ranges[INDEXED][0], ranges[TLAS][0])),
-         .path = "pInfos[0].pGeometries[0].geometryType"),
-    CASE("triangles_member_holds_boxes", RULE(triangles_member_is_filled),
-         EDITS(COPY(geometries[INDEXED][0].geometry, geometries[AABBS][0].geometry)),
-         .path = "pInfos[0].pGeometries[0].geometry"),
-    CASE("triangles_member_holds_instances", RULE(triangles_member_is_filled),
-         EDITS(COPY(geometries[UNINDEXED][1].geometry, geometries[TLAS][0].geometry))),
-    CASE("aabbs_member_holds_triangles", RULE(aabbs_member_is_filled),
-         EDITS(COPY(geometries[AABBS][1].geometry, geometries[INDEXED][0].geometry)),
-         .path = "pInfos[2].pGeometries[1].geometry"),
-    CASE("instances_member_holds_triangles", RULE(instances_member_is_filled),
-         EDITS(COPY(geometries[TLAS][0].geometry, geometries[INDEXED][0].geometry)),
-         .path = "pInfos[3].pGeometries[0].geometry"),
-    CASE("triangles_stype_garbage", RULE(triangles_have_their_stype),
-         EDITS(SET(T_INDEXED.sType, 12345)), .path = GEOMETRY_PATH "sType"),
-    CASE("aabbs_stype_0", RULE(aabbs_have_their_stype), EDITS(SET(BOXES(AABBS, 0).sType, 0)),
-         .path = "pInfos[2].pGeometries[0].geometry.aabbs.sType"),
-    CASE("instances_stype_garbage", RULE(instances_have_their_stype),
-         EDITS(SET(INSTANCES(TLAS, 0).sType, VK_STRUCTURE_TYPE_APPLICATION_INFO)),
-         .path = "pInfos[3].pGeometries[0].geometry.instances.sType"),
-    CASE("vertex_format_out_of_range", RULE(vertex_format_is_valid),
-         EDITS(SET(T_INDEXED.vertexFormat, 999)), .path = GEOMETRY_PATH "vertexFormat"),
-    CASE("vertex_format_max_enum", RULE(vertex_format_is_valid),
-         EDITS(SET(TRIANGLES(UNINDEXED, 1).vertexFormat, VK_FORMAT_MAX_ENUM))),
-    CASE("vertex_format_of_extension_not_enabled", RULE(vertex_format_is_supported),
-         EITHER_SET(T_INDEXED.vertexFormat, VK_FORMAT_A8_UNORM_KHR, VK_FORMAT_R32G32_SFLOAT)),
-    CASE("vertex_format_of_extension_enabled_but_unsupported", RULE(vertex_format_is_supported),
-         SETUP(.enable = ENABLE_MAINTENANCE5),
-         EDITS(SET(T_INDEXED.vertexFormat, VK_FORMAT_A8_UNORM_KHR))),
-    CASE("vertex_format_undefined", RULE(vertex_format_is_supported),
-         EDITS(SET(T_INDEXED.vertexFormat, VK_FORMAT_UNDEFINED))),
+static const STRUCT(VkAccelerationStructureGeometryMotionTrianglesDataNV, some_motion);
+static const STRUCT(VkAccelerationStructureGeometryMotionTrianglesDataNV, motion_twice,
+                    .pNext = &some_motion);
+static const STRUCT(VkAccelerationStructureTrianglesOpacityMicromapEXT, micromap,
+                    .indexType = VK_INDEX_TYPE_NONE_KHR);
+static const STRUCT(VkAccelerationStructureTrianglesOpacityMicromapEXT, micromap_and_stray,
+                    .pNext = (void *)&stray, .indexType = VK_INDEX_TYPE_NONE_KHR);
+static const STRUCT(VkAccelerationStructureTrianglesDisplacementMicromapNV, displacement,
+                    .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
+                    .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                    .indexType = VK_INDEX_TYPE_NONE_KHR);
+static const STRUCT(VkAccelerationStructureGeometrySpheresDataNV, some_spheres);
+static const STRUCT(VkAccelerationStructureGeometrySpheresDataNV, spheres_twice,
+                    .pNext = &some_spheres);
+/* Each of these points to itself. */
+static const STRUCT(VkAccelerationStructureGeometryMotionTrianglesDataNV, motion_loop,
+                    .pNext = &motion_loop);
 
-    SHARED(RULE(vertex_stride_is_aligned)),
-    CASE("vertex_format_unsupported", RULE(vertex_format_is_supported),
-         EDITS(SET(T_INDEXED.vertexFormat, VK_FORMAT_R32G32B32A32_UINT),
-               SET(T_INDEXED.vertexStride, 16)),
-         .mutate_twin = use_every_mandatory_format, .path = GEOMETRY_PATH "vertexFormat"),
-    CASE("vertex_format_compressed", RULE(vertex_format_is_supported),
-         EDITS(SET(TRIANGLES(UNINDEXED, 0).vertexFormat, VK_FORMAT_BC1_RGB_UNORM_BLOCK),
-               SET(TRIANGLES(UNINDEXED, 0).vertexStride, 16)),
-         .path = "pInfos[1].pGeometries[0].geometry.triangles.vertexFormat"),
-    CASE("vertex_stride_misaligned", EITHER_SET(T_INDEXED.vertexStride, 14, 16),
-         .path = GEOMETRY_PATH "vertexStride"),
-    CASE("vertex_stride_misaligned_to_16_bits",
-         PREPARE_EDITS(SET(T_INDEXED.vertexFormat, VK_FORMAT_R16G16B16A16_SFLOAT)),
-         EITHER_SET(T_INDEXED.vertexStride, 9, 10)),
-    CASE("vertex_stride_misaligned_to_64_bits", .setup = &with_packed_format,
-         PREPARE_EDITS(SET(T_INDEXED.vertexFormat, VK_FORMAT_R64G64B64_SFLOAT)),
-         EITHER_SET(T_INDEXED.vertexStride, 28, 32)),
-    CASE("vertex_stride_of_bytes", .silent = true, .setup = &with_packed_format,
-         EDITS(SET(T_INDEXED.vertexFormat, VK_FORMAT_R8G8B8A8_SNORM),
-               SET(T_INDEXED.vertexStride, 5))),
-    CASE("vertex_stride_0", .silent = true, EDITS(SET(T_INDEXED.vertexStride, 0))),
-    CASE("vertex_stride_over_32_bits", RULE(vertex_stride_fits_32_bits),
-         EITHER_SET(T_INDEXED.vertexStride, 0x100000000, 0xfffffffc), .may_fail_on_cpu = true,
-         .path = GEOMETRY_PATH "vertexStride"),
+/* The motion data points to real vertices, where the address has to be good. */
+static void triangles_motion_filled(struct scene *scene)
+{
+    static VkAccelerationStructureGeometryMotionTrianglesDataNV filled;
+    filled = some_motion;
+    filled.vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0);
+    scene->geometries[INDEXED][0].geometry.triangles.pNext = &filled;
+}
+#include "chain.inc"
 
-    SHARED(RULE(index_type_is_16_or_32_bits_or_none)),
-    CASE("vertex_stride_of_all_32_bits", RULE(vertex_stride_fits_32_bits), .silent = true,
-         .setup = &with_packed_format,
-         EDITS(SET(T_INDEXED.vertexFormat, VK_FORMAT_R8G8B8A8_SNORM),
-               SET(T_INDEXED.vertexStride, 0xffffffff))),
-    CASE("vertex_stride_over_32_bits_and_misaligned",
-         RULES(RULE_vertex_stride_fits_32_bits, RULE_vertex_stride_is_aligned),
-         EDITS(SET(TRIANGLES(UNINDEXED, 1).vertexStride, 0x100000001)),
-         .path = "pInfos[1].pGeometries[1].geometry.triangles.vertexStride"),
-    CASE("index_type_out_of_range", RULE(index_type_is_valid), EDITS(SET(T_INDEXED.indexType, 2)),
-         .path = GEOMETRY_PATH "indexType"),
-    CASE("index_type_uint8_not_enabled",
-         EITHER_SET(T_INDEXED.indexType, VK_INDEX_TYPE_UINT8_KHR, VK_INDEX_TYPE_UINT16)),
-    CASE("index_type_uint8_khr", SETUP(.enable = ENABLE_UINT8_KHR),
-         EDITS(SET(T_INDEXED.indexType, VK_INDEX_TYPE_UINT8_KHR)),
-         .path = GEOMETRY_PATH "indexType"),
-    CASE("index_type_uint8_ext", SETUP(.enable = ENABLE_UINT8_EXT),
-         EDITS(SET(T_INDEXED.indexType, VK_INDEX_TYPE_UINT8_EXT))),
-    CASE("index_type_uint8_core",
-         SETUP(.enable = ENABLE_UINT8_CORE, .api_version = VK_API_VERSION_1_4),
-         EDITS(SET(T_INDEXED.indexType, VK_INDEX_TYPE_UINT8))),
-    CASE("index_type_uint8_core_without_feature", SETUP(.api_version = VK_API_VERSION_1_4),
-         EDITS(SET(T_INDEXED.indexType, VK_INDEX_TYPE_UINT8))),
+/* In the middle of an allocation of which only the first bytes are a buffer's. */
+static struct test_buffer buffer_with_nothing_behind(struct scene *scene)
+{
+    struct test_buffer buffer = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    const struct test_memory memory = scene_allocate(scene, 65536);
+    scene_bind(scene, &buffer, &memory, 0);
+    return buffer;
+}
 
-    SHARED(RULE(aabb_stride_is_aligned)),
-    CASE("aabb_stride_misaligned", EITHER_SET(BOXES(AABBS, 1).stride, 28, 40),
-         .below_content = true, .path = "pInfos[2].pGeometries[1].geometry.aabbs.stride"),
-    CASE("aabb_stride_0", .silent = true, EDITS(SET(BOXES(AABBS, 1).stride, 0))),
+/* Two buffers at one address, of which one may be read by builds. */
+static VkDeviceAddress of_aliasing_buffers(struct scene *scene)
+{
+    struct test_buffer input = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    struct test_buffer storage = scene_create_buffer(scene, 8192, SCRATCH_USAGE);
+    const struct test_memory memory = scene_allocate(scene, 65536);
+    scene_bind(scene, &input, &memory, 0);
+    scene_bind(scene, &storage, &memory, 0);
+    return input.address;
+}
 
-    SHARED(RULE(aabb_stride_fits_32_bits),
-           .path = "pInfos[2].pGeometries[0].geometry.aabbs.stride"),
-    CASE("aabb_stride_over_32_bits", .commands = ON_COMMAND_BUFFERS,
-         EITHER_SET(BOXES(AABBS, 0).stride, 0x100000000, 0xfffffff8)),
-    /* One box is read whatever the stride. */
-    CASE("aabb_stride_too_large_for_the_host", .commands = ON_HOST,
-         EDITS(SET(BOXES(AABBS, 0).stride, 0x100000000), SET(ranges[AABBS][0].primitiveCount, 1)),
-         TWIN_EDITS(SET(BOXES(AABBS, 0).stride, 0xfffffff8),
-                    SET(ranges[AABBS][0].primitiveCount, 1))),
-};
+/* The buffer that was there is gone, another one is bound to the same memory. */
+static VkDeviceAddress recycled(struct scene *scene)
+{
+    struct test_buffer first = scene_create_buffer(scene, 4096, SCRATCH_USAGE);
+    struct test_buffer second = scene_create_buffer(scene, 4096, INPUT_USAGE);
+    const struct test_memory memory = scene_allocate(scene, 65536);
+    scene_bind(scene, &first, &memory, 0);
+    scene_destroy(scene, (uint64_t)first.handle);
+    scene_bind(scene, &second, &memory, 0);
+    return second.address;
+}
 
-CASE_LIST(cases_geometry, cases);
+/* Usage from VkBufferUsageFlags2CreateInfo, which replaces VkBufferCreateInfo::usage. */
+static VkDeviceAddress of_flags2(struct scene *scene, VkBufferUsageFlags2 usage2)
+{
+    const STRUCT(VkBufferUsageFlags2CreateInfo, flags2,
+                 .usage = usage2 | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT);
+    const STRUCT(VkBufferCreateInfo, create_info, .pNext = &flags2, .size = 4096,
+                 .usage = INPUT_USAGE);
+    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
+    const struct test_memory memory =
+        scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
+    scene_bind(scene, &buffer, &memory, 0);
+    return buffer.address;
+}
+#include "address.inc"
+#include "alignment.inc"
+
+/* A maximum says how many are read at most, so that a count of 0 in device memory excuses nothing.
+ */
+static void lose_vertices_below_a_maximum(struct scene *scene)
+{
+    static const uint32_t maxima[SCENE_GEOMETRIES] = {1, 1};
+    scene->TRIANGLES(UNINDEXED, 0).vertexData.deviceAddress = 0;
+    scene->ranges[UNINDEXED][0].primitiveCount = 0;
+    scene->count_pointers[UNINDEXED] = maxima;
+}
+#include "empty.inc"
+
+static void limit_instances(struct null_driver_config *config)
+{
+    config->as_properties.maxInstanceCount = 5;
+    config->sizes.structure.per_primitive = 0;
+    config->sizes.build_scratch.per_primitive = 0;
+}
+#include "range.inc"
+
+#define ADDRESS(build) indirect_addresses[build]
+
+enum { STEP = sizeof(VkAccelerationStructureBuildRangeInfoKHR) };
+
+static void set_dst_size(struct scene *scene, uint32_t build, VkDeviceSize less)
+{
+    const struct test_buffer buffer = place_buffer(scene);
+    scene->infos[build].dstAccelerationStructure = scene_accel_in(
+        scene, &buffer, 0, place_size(scene, build) - less, scene->infos[build].type);
+}
+#include "indirect.inc"

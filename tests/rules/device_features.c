@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Asking for extensions and features. */
 #include "device_features.h"
+#include "tests/fixture/make.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -200,10 +201,8 @@ static bool has_extension(const VkExtensionProperties *offered, uint32_t count, 
 
 static const char *core_missing(const struct fixture *fixture)
 {
-    VkPhysicalDeviceProtectedMemoryFeatures protected_memory = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROTECTED_MEMORY_FEATURES};
-    VkPhysicalDeviceFeatures2 core = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
-                                      .pNext = &protected_memory};
+    STRUCT(VkPhysicalDeviceProtectedMemoryFeatures, protected_memory);
+    STRUCT(VkPhysicalDeviceFeatures2, core, .pNext = &protected_memory);
     VkPhysicalDeviceProperties properties;
     const uint32_t enable = fixture->setup.enable;
 

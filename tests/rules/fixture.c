@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "device_features.h"
+#include "tests/fixture/make.h"
 #include "vuid-tables/registry.h"
 
 void expect_success(VkResult result, const char *what)
@@ -35,27 +36,16 @@ static void instance_create(struct fixture *fixture)
          fixture->setup.muted != NULL ? 1 : 0, &fixture->setup.muted},
         {LAYER_NAME, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &fixture->setup.level},
     };
-    const VkLayerSettingsCreateInfoEXT layer_settings = {
-        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-        .settingCount = fixture->setup.level != NULL ? 3 : 2,
-        .pSettings = settings,
-    };
+    const STRUCT(VkLayerSettingsCreateInfoEXT, layer_settings,
+                 .settingCount = fixture->setup.level != NULL ? 3 : 2, .pSettings = settings);
     VkDebugUtilsMessengerCreateInfoEXT messenger = messages_messenger(&fixture->messages);
     messenger.pNext = &layer_settings;
-    const VkApplicationInfo application = {
-        .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-        .apiVersion = setup_api_version(&fixture->setup),
-    };
+    const STRUCT(VkApplicationInfo, application, .apiVersion = setup_api_version(&fixture->setup));
     const char *layer = LAYER_NAME, *extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-    const VkInstanceCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-        .pNext = &messenger,
-        .pApplicationInfo = &application,
-        .enabledLayerCount = fixture->setup.by_environment ? 0 : 1,
-        .ppEnabledLayerNames = &layer,
-        .enabledExtensionCount = 1,
-        .ppEnabledExtensionNames = &extension,
-    };
+    const STRUCT(
+        VkInstanceCreateInfo, create_info, .pNext = &messenger, .pApplicationInfo = &application,
+        .enabledLayerCount = fixture->setup.by_environment ? 0 : 1, .ppEnabledLayerNames = &layer,
+        .enabledExtensionCount = 1, .ppEnabledExtensionNames = &extension);
     const PFN_vkGetInstanceProcAddr proc_addr = fixture->platform->get_instance_proc_addr;
     const PFN_vkCreateInstance create = (PFN_vkCreateInstance)proc_addr(NULL, "vkCreateInstance");
     expect_success(create(&create_info, NULL, &fixture->instance), "vkCreateInstance");
@@ -76,10 +66,8 @@ static void instance_create(struct fixture *fixture)
 static void report_device(const struct fixture *fixture)
 {
     static bool told;
-    VkPhysicalDeviceDriverProperties driver = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
-    VkPhysicalDeviceProperties2 properties = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &driver};
+    STRUCT(VkPhysicalDeviceDriverProperties, driver);
+    STRUCT(VkPhysicalDeviceProperties2, properties, .pNext = &driver);
 
     if (told || !fixture->platform->is_named)
         return;
@@ -99,20 +87,16 @@ static void physical_device_choose(struct fixture *fixture)
         exit(1);
     }
 
-    fixture->limits = (VkPhysicalDeviceAccelerationStructurePropertiesKHR){
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR};
-    VkPhysicalDeviceProperties2 properties = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &fixture->limits};
+    fixture->limits = MAKE(VkPhysicalDeviceAccelerationStructurePropertiesKHR);
+    STRUCT(VkPhysicalDeviceProperties2, properties, .pNext = &fixture->limits);
     fixture->vki.GetPhysicalDeviceProperties2(fixture->physical_device, &properties);
     fixture->vki.GetPhysicalDeviceMemoryProperties(fixture->physical_device, &fixture->memory);
     fixture->family_count = FIXTURE_QUEUE_FAMILIES;
     fixture->vki.GetPhysicalDeviceQueueFamilyProperties(fixture->physical_device,
                                                         &fixture->family_count, fixture->families);
 
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR offered = {
-        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR};
-    VkPhysicalDeviceFeatures2 features = {.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
-                                          .pNext = &offered};
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, offered);
+    STRUCT(VkPhysicalDeviceFeatures2, features, .pNext = &offered);
     fixture->vki.GetPhysicalDeviceFeatures2(fixture->physical_device, &features);
     fixture->has_indirect = offered.accelerationStructureIndirectBuild;
     fixture->has_host = offered.accelerationStructureHostCommands;
@@ -138,24 +122,16 @@ VkDevice fixture_create_device(struct fixture *fixture)
     for (uint32_t i = 0; i < fixture->family_count; i++) {
         const bool is_protected = (fixture->setup.enable & ENABLE_PROTECTED) != 0 &&
                                   (fixture->families[i].queueFlags & VK_QUEUE_PROTECTED_BIT) != 0;
-        queues[i] = (VkDeviceQueueCreateInfo){
-            .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-            .flags = is_protected ? VK_DEVICE_QUEUE_CREATE_PROTECTED_BIT : 0,
-            .queueFamilyIndex = i,
-            .queueCount = 1,
-            .pQueuePriorities = &priority,
-        };
+        queues[i] = MAKE(VkDeviceQueueCreateInfo,
+                         .flags = is_protected ? VK_DEVICE_QUEUE_CREATE_PROTECTED_BIT : 0,
+                         .queueFamilyIndex = i, .queueCount = 1, .pQueuePriorities = &priority);
     }
-    VkDeviceCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-        .queueCreateInfoCount = fixture->family_count,
-        .pQueueCreateInfos = queues,
-    };
+    STRUCT(VkDeviceCreateInfo, create_info, .queueCreateInfoCount = fixture->family_count,
+           .pQueueCreateInfos = queues);
     struct features features;
     features_fill(&features, fixture, &create_info);
 
-    VkDeviceGroupDeviceCreateInfo group_info = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_GROUP_DEVICE_CREATE_INFO};
+    STRUCT(VkDeviceGroupDeviceCreateInfo, group_info);
     VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
     if ((fixture->setup.enable & ENABLE_GROUP) != 0) {
         group_info.physicalDeviceCount = NULL_DRIVER_MAX_PHYSICAL_DEVICES;

@@ -85,7 +85,7 @@ struct fixture {
     enum input_route inputs;
     bool uses_two_queues;   /* of families 0 and 1: what comes before the call is for the other */
     bool fails;             /* debug_action is fail: calls that break rules are skipped */
-    bool misaligns;         /* calls lead to misaligned copies, see misaligned.h */
+    bool misaligns;         /* calls lead to misaligned copies, see scene_misalign() */
     bool records_secondary; /* the command buffer of the call is a secondary one */
 };
 

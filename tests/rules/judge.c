@@ -7,7 +7,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "levels.h"
 #include "wording.h"
 
 static const struct setup default_setup;
@@ -53,9 +52,9 @@ static bool is_same_setup(const struct setup *a, const struct setup *b)
            a->by_environment == b->by_environment;
 }
 
-/* NULL, or why there is no such world here. */
-const char *judge_enter_fixture(const struct play *play, struct fixture *fixture,
-                                const struct setup *setup)
+/* Makes the fixture be as the setup asks. NULL, or why there is no such fixture here. */
+static const char *enter_fixture(const struct play *play, struct fixture *fixture,
+                                 const struct setup *setup)
 {
     struct setup wanted = *setup;
     if (play->level != NULL)
@@ -68,7 +67,8 @@ const char *judge_enter_fixture(const struct play *play, struct fixture *fixture
     return fixture_open(fixture, play->platform, &wanted);
 }
 
-const char *judge_cannot_play(const struct play *play, const struct fixture *fixture)
+/* NULL, or what the fixture lacks for the case. */
+static const char *cannot_play(const struct play *play, const struct fixture *fixture)
 {
     if (play->test_case->needs_null_driver && !play->platform->is_null)
         return "needs the null driver";
@@ -83,103 +83,11 @@ const char *judge_cannot_play(const struct play *play, const struct fixture *fix
 
 /* ---- mutations ---- */
 
-/* Members that are read and written as numbers have no more bytes than a number. */
-static uint64_t read_member(const struct scene *scene, const struct edit *edit)
-{
-    uint64_t value = 0;
-    memcpy(&value, (const unsigned char *)scene + edit->offset, edit->size);
-    return value;
-}
-
-static void write_to_buffer(struct scene *scene, const struct edit *edit)
-{
-    const struct test_buffer *buffer = (const void *)((const unsigned char *)scene + edit->offset);
-    if (edit->kind == EDIT_WRITE)
-        memcpy(buffer->host + edit->build, &edit->value, edit->size);
-    else
-        memcpy(buffer->host + edit->build, &edit->number, sizeof(edit->number));
-}
-
-/* False if the edit is an assignment. */
-static bool call_function(struct scene *scene, const struct edit *edit)
-{
-    switch (edit->kind) {
-    case EDIT_DESTROY:
-        scene_destroy(scene, read_member(scene, edit));
-        return true;
-    case EDIT_CALL:
-        edit->call(scene);
-        return true;
-    case EDIT_CALL_WITH:
-        edit->call_with(scene, (uint32_t)edit->value);
-        return true;
-    case EDIT_CALL_WITH_SIZE:
-        edit->call_with_size(scene, edit->value);
-        return true;
-    case EDIT_CALL_FOR:
-        edit->call_for(scene, edit->build, edit->value);
-        return true;
-    case EDIT_RECORD:
-        edit->record(scene, scene->command_buffer);
-        return true;
-    case EDIT_WRITE:
-    case EDIT_WRITE_FLOAT:
-        write_to_buffer(scene, edit);
-        return true;
-    default:
-        return false;
-    }
-}
-
-static uint64_t value_of(struct scene *scene, const struct edit *edit)
-{
-    switch (edit->kind) {
-    case EDIT_ADD:
-        return read_member(scene, edit) + edit->value;
-    case EDIT_POINT:
-        return (uintptr_t)((unsigned char *)scene + edit->value);
-    case EDIT_UNREADABLE:
-        return (uintptr_t)unreadable_page();
-    case EDIT_MAKE_ADDRESS:
-        return edit->make_address(scene);
-    case EDIT_MAKE_STRUCTURE_WITH:
-        return (uint64_t)edit->make_structure_with(scene, (uint32_t)edit->value);
-    default:
-        return edit->value;
-    }
-}
-
-static void apply_edit(struct scene *scene, const struct edit *edit)
-{
-    unsigned char *bytes = (unsigned char *)scene;
-
-    if (edit->kind == EDIT_COPY) {
-        memmove(bytes + edit->offset, bytes + edit->value, edit->size);
-    } else if (!call_function(scene, edit)) {
-        const uint64_t value = value_of(scene, edit);
-        memcpy(bytes + edit->offset, &value, edit->size);
-    }
-}
-
-void judge_apply(struct scene *scene, const struct edit *edits)
-{
-    for (; edits != NULL && edits->kind != EDIT_END; edits++)
-        apply_edit(scene, edits);
-}
-
-void judge_prepare(struct scene *scene, const struct test_case *test_case)
-{
-    if (test_case->prepare != NULL)
-        test_case->prepare(scene);
-    judge_apply(scene, test_case->prepare_edits);
-}
-
-bool judge_has_twin(const struct play *play)
+/* Whether the case has a valid call of its own, here. */
+static bool has_twin(const struct play *play)
 {
     const struct test_case *test_case = play->test_case;
-    return !judge_is_refused(play) &&
-           (test_case->prepare != NULL || test_case->prepare_edits != NULL ||
-            test_case->mutate_twin != NULL || test_case->twin_edits != NULL);
+    return !judge_is_refused(play) && (test_case->prepare != NULL || test_case->right != NULL);
 }
 
 /* ---- messages ---- */
@@ -236,7 +144,9 @@ static const char *spell_path(const struct play *play, char *buffer, size_t size
     return buffer;
 }
 
-bool judge_messages(const struct play *play, const struct fixture *fixture, struct report *report)
+/* Whether the messages are those that the case's mutation is to bring about. */
+static bool expect_findings(const struct play *play, const struct fixture *fixture,
+                            struct report *report)
 {
     const struct test_case *test_case = play->test_case;
     char buffer[256];
@@ -279,4 +189,98 @@ bool judge_messages(const struct play *play, const struct fixture *fixture, stru
 const struct setup *judge_setup(const struct setup *setup)
 {
     return setup != NULL ? setup : &default_setup;
+}
+
+void offer_packed_format(struct null_driver_config *config)
+{
+    static const VkFormat formats[] = {VK_FORMAT_A2B10G10R10_SNORM_PACK32,
+                                       VK_FORMAT_R64G64B64_SFLOAT, VK_FORMAT_R8G8B8A8_SNORM};
+    for (size_t i = 0; i < sizeof(formats) / sizeof(formats[0]); i++)
+        config->formats[config->format_count++] = (struct null_driver_format){
+            formats[i], VK_FORMAT_FEATURE_2_ACCELERATION_STRUCTURE_VERTEX_BUFFER_BIT_KHR};
+}
+
+/* ---- the case ---- */
+
+static bool expect_silence(const struct play *play, struct fixture *fixture,
+                           const struct call *call, struct report *report)
+{
+    const bool made = play->make_call(play, fixture, call, report);
+    if (report->outcome == OUTCOME_SKIPPED || fixture->messages.count == 0)
+        return made;
+    judge_say(report, "%s: %u messages instead of silence\n", call->what, fixture->messages.count);
+    judge_say_messages(fixture, report);
+    return false;
+}
+
+static void play_twin(const struct play *play, struct fixture *fixture, struct report *report)
+{
+    const struct test_case *test_case = play->test_case;
+    const struct call base = {.what = "valid call"};
+    const struct call twin = {.what = "twin",
+                              .prepare = test_case->prepare,
+                              .mutate = test_case->right,
+                              .then = test_case->right_then,
+                              .may_fail_on_cpu = test_case->may_fail_on_cpu};
+
+    report->stayed_silent = (play->base_is_known || expect_silence(play, fixture, &base, report)) &&
+                            (!has_twin(play) || expect_silence(play, fixture, &twin, report));
+}
+
+/* If a case asks for level execution, its rules may be of a lower one: what that level knows is
+ * what breaks them. */
+static bool play_mutation(const struct play *play, struct fixture *fixture, struct report *report)
+{
+    const struct test_case *test_case = play->test_case;
+    bool breaks = judge_is_refused(play) && judge_expects(play, test_case->refusal->rule);
+
+    for (uint32_t i = 0; i < test_case->rule_count && !test_case->silent; i++)
+        breaks = breaks || judge_expects(play, test_case->rules[i]);
+    breaks = breaks && !play->is_made_better;
+    const struct call call = {.what = breaks ? "mutation" : "valid mutation",
+                              .prepare = test_case->prepare,
+                              .mutate = test_case->wrong,
+                              .then = test_case->then,
+                              .is_mutation = true,
+                              .breaks = breaks,
+                              .forwards = test_case->forwards,
+                              .may_fail_on_cpu = test_case->silent && test_case->may_fail_on_cpu};
+    if (!breaks)
+        return expect_silence(play, fixture, &call, report);
+    const bool made = play->make_call(play, fixture, &call, report);
+    return report->outcome != OUTCOME_SKIPPED && expect_findings(play, fixture, report) && made;
+}
+
+void judge_play(const struct play *play, struct fixture *fixture, struct report *report)
+{
+    const struct test_case *test_case = play->test_case;
+    const struct setup *setup = judge_setup(test_case->setup);
+    const struct setup *twin_setup =
+        test_case->right_setup != NULL ? test_case->right_setup : setup;
+    const char *missing = enter_fixture(play, fixture, twin_setup);
+
+    *report = (struct report){.outcome = OUTCOME_FAILED};
+    if (missing == NULL)
+        missing = cannot_play(play, fixture);
+    if (missing == NULL && test_case->forwards && fixture->fails)
+        missing = "debug_action = fail lets no such call pass";
+    if (missing == NULL && !play->is_mutation_alone) {
+        play_twin(play, fixture, report);
+        if (report->outcome == OUTCOME_SKIPPED)
+            return;
+        if (!report->stayed_silent)
+            judge_say(report, "(before the mutation)\n");
+    }
+    if (missing == NULL)
+        missing = enter_fixture(play, fixture, setup);
+    if (missing != NULL) {
+        report->outcome = OUTCOME_SKIPPED;
+        judge_say(report, "%s", missing);
+        return;
+    }
+    report->fired = play_mutation(play, fixture, report);
+    if (report->outcome == OUTCOME_SKIPPED)
+        return;
+    if (report->fired && (report->stayed_silent || play->is_mutation_alone))
+        report->outcome = OUTCOME_PASSED;
 }

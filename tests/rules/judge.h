@@ -7,14 +7,34 @@
 #include "case.h"
 #include "tally.h"
 
+struct call;
+struct report;
+struct variant; /* content_test's */
+
 /* One way to play a case. */
 struct play {
+    /* Makes one call of the case, whose messages are in the fixture afterwards. Returns false if
+     * the call cannot be judged. */
+    bool (*make_call)(const struct play *play, struct fixture *fixture, const struct call *call,
+                      struct report *report);
     const struct platform *platform;
     const struct test_case *test_case;
     enum build_command command;
     bool geometry_pointers; /* ppGeometries instead of pGeometries */
     const char *level;      /* NULL, or a setting instead of the case's own */
     bool is_mutation_alone; /* neither the valid call nor the twin is played */
+    const struct variant *variant;
+    bool base_is_known;  /* the valid call was silent in this form before */
+    bool is_made_better; /* the data of the mutation is exchanged for valid data */
+};
+
+/* One of the three calls of a case. */
+struct call {
+    const char *what;
+    void (*prepare)(struct scene *scene); /* these three: NULL: nothing is done */
+    void (*mutate)(struct scene *scene);
+    void (*then)(struct scene *scene);
+    bool is_mutation, breaks, forwards, may_fail_on_cpu;
 };
 
 enum { REPORT_TEXT_MAX = 16384 };
@@ -33,20 +53,6 @@ __attribute__((format(printf, 2, 3))) void judge_say(struct report *report, cons
                                                      ...);
 void judge_say_messages(const struct fixture *fixture, struct report *report);
 
-/* The default one for NULL. */
-const struct setup *judge_setup(const struct setup *setup);
-/* Makes the world be as the setup asks. NULL, or why there is no such world here. */
-const char *judge_enter_fixture(const struct play *play, struct fixture *fixture,
-                                const struct setup *setup);
-/* NULL, or what the world lacks for the case. */
-const char *judge_cannot_play(const struct play *play, const struct fixture *fixture);
-
-void judge_apply(struct scene *scene, const struct edit *edits);
-void judge_prepare(struct scene *scene, const struct test_case *test_case);
-
-/* Whether the case has a valid call of its own, here. */
-bool judge_has_twin(const struct play *play);
-
 /* Whether the command takes no build of the case's kind. */
 bool judge_is_refused(const struct play *play);
 
@@ -54,7 +60,15 @@ bool judge_is_refused(const struct play *play);
  */
 bool judge_expects(const struct play *play, enum rule rule);
 
-/* Whether the world's messages are those that the case's mutation is to bring about. */
-bool judge_messages(const struct play *play, const struct fixture *fixture, struct report *report);
+/* Plays a case: the valid call, the twin, the mutation, each in a scene of its own. `fixture` is
+ * reused from play to play; zero-initialized before the first, closed after the last. */
+void judge_play(const struct play *play, struct fixture *fixture, struct report *report);
+
+/* The default one for NULL. */
+const struct setup *judge_setup(const struct setup *setup);
+
+/* The make_call of rules_test (play.c). */
+bool play_call(const struct play *play, struct fixture *fixture, const struct call *call,
+               struct report *report);
 
 #endif

@@ -11,8 +11,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "levels.h"
-#include "play.h"
 #include "wording.h"
 
 #define LIST(name) &cases_##name,
@@ -161,7 +159,7 @@ static void play_one(struct run *run, const struct case_list *list, const struct
              play->level != NULL ? play->level : "");
     if (!tally_starts(&run->tally, current_name))
         return;
-    play_case(play, &run->fixture, &run->report);
+    judge_play(play, &run->fixture, &run->report);
     write_results(run, play);
     tell(run);
 }
@@ -180,7 +178,8 @@ static void play_all_forms(struct run *run, const struct case_list *list,
                            const struct test_case *test_case)
 {
     for (enum build_command command = COMMAND_DEVICE; command <= COMMAND_NV; command++) {
-        struct play play = {.platform = &run->platform,
+        struct play play = {.make_call = play_call,
+                            .platform = &run->platform,
                             .test_case = test_case,
                             .command = command,
                             .level = run->tally.level};
@@ -199,7 +198,8 @@ static void play_at_level(struct run *run, const struct case_list *list,
                           const struct test_case *test_case, const char *level)
 {
     const bool is_nv = !fits_command(test_case, COMMAND_DEVICE);
-    const struct play play = {.platform = &run->platform,
+    const struct play play = {.make_call = play_call,
+                              .platform = &run->platform,
                               .test_case = test_case,
                               .command = is_nv ? COMMAND_NV : COMMAND_DEVICE,
                               .level = level,
@@ -221,11 +221,8 @@ static void for_all_cases(struct run *run,
                                        const struct test_case *test_case))
 {
     for (size_t i = 0; i < LIST_COUNT; i++)
-        for (size_t j = 0; j < lists[i]->count; j++) {
-            struct test_case test_case;
-            if (case_read(lists[i], j, &test_case))
-                play(run, lists[i], &test_case);
-        }
+        for (size_t j = 0; j < lists[i]->count; j++)
+            play(run, lists[i], &lists[i]->cases[j]);
 }
 
 /* ---- every rule has a case ---- */
@@ -244,11 +241,9 @@ static bool fires(const struct test_case *test_case, enum rule rule)
 static bool has_firing_case(enum rule rule)
 {
     for (size_t i = 0; i < LIST_COUNT; i++)
-        for (size_t j = 0; j < lists[i]->count; j++) {
-            struct test_case test_case;
-            if (case_read(lists[i], j, &test_case) && fires(&test_case, rule))
+        for (size_t j = 0; j < lists[i]->count; j++)
+            if (fires(&lists[i]->cases[j], rule))
                 return true;
-        }
     return false;
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The debug messenger of the cases. */
 #include "messages.h"
+#include "tests/fixture/make.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -40,21 +41,23 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL message_arrives(
 
 VkDebugUtilsMessengerCreateInfoEXT messages_messenger(struct messages *messages)
 {
-    return (VkDebugUtilsMessengerCreateInfoEXT){
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT |
-                       VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
-                       VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT,
-        .pfnUserCallback = message_arrives,
-        .pUserData = messages,
-    };
+    return MAKE(VkDebugUtilsMessengerCreateInfoEXT,
+                .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                                   VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+                .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT |
+                               VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                               VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT,
+                .pfnUserCallback = message_arrives, .pUserData = messages);
 }
 
 void messages_clear(struct messages *messages)
 {
     messages->count = 0;
+}
+
+void messages_after_fork(void)
+{
+    pthread_mutex_init(&arriving, NULL);
 }
 
 uint32_t messages_kept(const struct messages *messages)

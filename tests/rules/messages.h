@@ -26,6 +26,9 @@ VkDebugUtilsMessengerCreateInfoEXT messages_messenger(struct messages *messages)
 
 void messages_clear(struct messages *messages);
 
+/* In the child of a fork: another thread may have been in a callback. */
+void messages_after_fork(void);
+
 uint32_t messages_kept(const struct messages *messages);
 
 /* How many kept messages have this id; if `text` is not NULL, of those that contain it. */

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Copying into a thread's memory, one byte behind what is aligned. */
-#include "misaligned.h"
+#include "scene.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+#include "vuid-tables/registry.h"
 
 enum { ROOM = 1 << 18, ALIGNMENT = 16 };
 
@@ -52,26 +54,8 @@ static void *redirect(const struct scene *scene, void *pointer, size_t size)
 
 static size_t size_of(VkStructureType type)
 {
-    switch ((int)type) {
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX:
-        return sizeof(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX);
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV:
-        return sizeof(VkAccelerationStructureGeometryLinearSweptSpheresDataNV);
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV:
-        return sizeof(VkAccelerationStructureGeometrySpheresDataNV);
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR:
-        return sizeof(VkAccelerationStructureGeometryMicromapDataKHR);
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV:
-        return sizeof(VkAccelerationStructureGeometryMotionTrianglesDataNV);
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV:
-        return sizeof(VkAccelerationStructureTrianglesDisplacementMicromapNV);
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT:
-        return sizeof(VkAccelerationStructureTrianglesOpacityMicromapEXT);
-    case VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR:
-        return sizeof(VkAccelerationStructureTrianglesOpacityMicromapKHR);
-    default:
-        return sizeof(VkBaseInStructure);
-    }
+    const struct registry_structure *structure = registry_find_structure(type);
+    return structure != NULL ? structure->size : sizeof(VkBaseInStructure);
 }
 
 static void redirect_usages(const struct scene *scene, char *structure, uint32_t count,

@@ -118,14 +118,11 @@ static struct test_memory allocate(struct scene *scene, VkMemoryPropertyFlags wi
                                    VkMemoryPropertyFlags without, uint32_t device_mask)
 {
     const VkPhysicalDeviceMemoryProperties *types = &scene->fixture->memory;
-    const VkMemoryAllocateFlagsInfo flags = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT | VK_MEMORY_ALLOCATE_DEVICE_MASK_BIT,
-        .deviceMask = device_mask,
-    };
-    VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                 .pNext = &flags,
-                                 .allocationSize = PLACE_SIZE};
+    const STRUCT(VkMemoryAllocateFlagsInfo, flags,
+                 .flags =
+                     VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT | VK_MEMORY_ALLOCATE_DEVICE_MASK_BIT,
+                 .deviceMask = device_mask);
+    STRUCT(VkMemoryAllocateInfo, info, .pNext = &flags, .allocationSize = PLACE_SIZE);
     struct test_memory memory = {.size = PLACE_SIZE};
     while (info.memoryTypeIndex < types->memoryTypeCount &&
            ((types->memoryTypes[info.memoryTypeIndex].propertyFlags & with) != with ||
@@ -167,11 +164,9 @@ SCENE_DESTROYS(destroy_accel, DestroyAccelerationStructureKHR, VkAccelerationStr
 VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t build)
 {
     const struct test_buffer buffer = place_buffer(scene);
-    const VkAccelerationStructureCreateInfo2KHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_2_KHR,
-        .addressRange = {.address = buffer.address, .size = place_size(scene, build)},
-        .type = scene->infos[build].type,
-    };
+    const STRUCT(VkAccelerationStructureCreateInfo2KHR, info,
+                 .addressRange = {.address = buffer.address, .size = place_size(scene, build)},
+                 .type = scene->infos[build].type);
     VkAccelerationStructureKHR accel;
     expect_success(
         scene->vk->CreateAccelerationStructure2KHR(scene->fixture->device, &info, NULL, &accel),

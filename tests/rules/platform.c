@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Opening the loader and pointing it to the layer and one driver. */
 #include "platform.h"
+#include "tests/fixture/make.h"
 
 #include <dlfcn.h>
 #include <glob.h>
@@ -35,7 +36,7 @@ static const char *lavapipe_find(void)
 static void hold_driver(const struct platform *platform)
 {
     static VkInstance instance;
-    const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO};
+    const STRUCT(VkInstanceCreateInfo, info);
     const PFN_vkCreateInstance create =
         (PFN_vkCreateInstance)platform->get_instance_proc_addr(NULL, "vkCreateInstance");
     if (create != NULL)
@@ -68,7 +69,12 @@ const char *platform_open(struct platform *platform, const char *name)
     const char *folder = getenv("ASSAY_TEST_LAYERS");
     setenv("VK_LAYER_PATH", folder != NULL ? folder : LAYER_FOLDER, !platform->is_named);
     setenv("VK_LOADER_LAYERS_DISABLE", "~implicit~", 1);
-    unsetenv("VK_INSTANCE_LAYERS");
+    /* Other layers beside the layer, above it or below. */
+    const char *layers = getenv("ASSAY_TEST_INSTANCE_LAYERS");
+    if (layers)
+        setenv("VK_INSTANCE_LAYERS", layers, 1);
+    else
+        unsetenv("VK_INSTANCE_LAYERS");
     unsetenv("VK_LOADER_LAYERS_ENABLE");
 
     void *loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);

@@ -1,18 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Playing one case: the valid call, the mutation, the twin, each in a scene of its own. */
-#include "play.h"
-
-/* ---- one call ---- */
-
-/* One of the three calls of a case. */
-struct call {
-    const char *what;
-    const struct test_case *prepared_for; /* NULL: the call is as the scene opens */
-    void (*mutate)(struct scene *scene);
-    const struct edit *edits;
-    bool breaks, forwards, may_fail_on_cpu;
-    void (*then)(struct scene *scene);
-};
+/* One call of a case of rules_test. */
+#include "judge.h"
 
 static bool is_submitted(const struct play *play)
 {
@@ -67,9 +55,8 @@ static bool submit(struct fixture *fixture, struct scene *scene, const struct ca
     return false;
 }
 
-/* Makes one call; its messages are in the world afterwards. False where it cannot be judged. */
-static bool make_call(const struct play *play, struct fixture *fixture, const struct call *call,
-                      struct report *report)
+bool play_call(const struct play *play, struct fixture *fixture, const struct call *call,
+               struct report *report)
 {
     const struct null_driver_api *driver = &play->platform->null_driver;
     const char *name = build_command_name(play->command);
@@ -78,11 +65,10 @@ static bool make_call(const struct play *play, struct fixture *fixture, const st
     messages_clear(&fixture->messages);
     fixture->messages.answer = VK_FALSE;
     struct scene *scene = scene_open(fixture, play->command);
-    if (call->prepared_for != NULL)
-        judge_prepare(scene, call->prepared_for);
+    if (call->prepare != NULL)
+        call->prepare(scene);
     if (call->mutate != NULL)
         call->mutate(scene);
-    judge_apply(scene, call->edits);
     if (play->geometry_pointers)
         scene_use_geometry_pointers(scene);
     if (scene->skip != NULL) {
@@ -109,92 +95,4 @@ static bool make_call(const struct play *play, struct fixture *fixture, const st
     }
     scene_close(scene);
     return good;
-}
-
-static bool expect_silence(const struct play *play, struct fixture *fixture,
-                           const struct call *call, struct report *report)
-{
-    const bool made = make_call(play, fixture, call, report);
-    if (report->outcome == OUTCOME_SKIPPED || fixture->messages.count == 0)
-        return made;
-    judge_say(report, "%s: %u messages instead of silence\n", call->what, fixture->messages.count);
-    judge_say_messages(fixture, report);
-    return false;
-}
-
-/* ---- the mutation ---- */
-
-/* Where a case asks for level execution, its rules may be of a lower one: what that level knows is
- * what breaks them. */
-static bool play_mutation(const struct play *play, struct fixture *fixture, struct report *report)
-{
-    const struct test_case *test_case = play->test_case;
-    bool breaks = false;
-
-    for (uint32_t i = 0; i < test_case->rule_count && !test_case->silent; i++)
-        breaks = breaks || judge_expects(play, test_case->rules[i]);
-    if (judge_is_refused(play))
-        breaks = breaks || judge_expects(play, test_case->refusal->rule);
-    const struct call call = {breaks ? "mutation" : "valid mutation",
-                              test_case,
-                              test_case->mutate,
-                              test_case->edits,
-                              breaks,
-                              test_case->forwards,
-                              test_case->silent && test_case->may_fail_on_cpu,
-                              test_case->then};
-    if (!breaks)
-        return expect_silence(play, fixture, &call, report);
-    const bool made = make_call(play, fixture, &call, report);
-    return report->outcome != OUTCOME_SKIPPED && judge_messages(play, fixture, report) && made;
-}
-
-/* ---- the case ---- */
-
-static void play_twin(const struct play *play, struct fixture *fixture, struct report *report)
-{
-    const struct test_case *test_case = play->test_case;
-    const struct call base = {.what = "valid call"};
-    const struct call twin = {.what = "twin",
-                              .prepared_for = test_case,
-                              .mutate = test_case->mutate_twin,
-                              .edits = test_case->twin_edits,
-                              .may_fail_on_cpu = test_case->may_fail_on_cpu,
-                              .then = test_case->twin_then};
-
-    report->stayed_silent = expect_silence(play, fixture, &base, report) &&
-                            (!judge_has_twin(play) || expect_silence(play, fixture, &twin, report));
-}
-
-void play_case(const struct play *play, struct fixture *fixture, struct report *report)
-{
-    const struct test_case *test_case = play->test_case;
-    const struct setup *setup = judge_setup(test_case->setup);
-    const struct setup *twin_setup = test_case->twin_setup != NULL ? test_case->twin_setup : setup;
-    const char *missing = judge_enter_fixture(play, fixture, twin_setup);
-
-    *report = (struct report){.outcome = OUTCOME_FAILED};
-    if (missing == NULL)
-        missing = judge_cannot_play(play, fixture);
-    if (missing == NULL && test_case->forwards && fixture->fails)
-        missing = "debug_action = fail lets no such call pass";
-    if (missing == NULL && !play->is_mutation_alone) {
-        play_twin(play, fixture, report);
-        if (report->outcome == OUTCOME_SKIPPED)
-            return;
-        if (!report->stayed_silent)
-            judge_say(report, "(before the mutation)\n");
-    }
-    if (missing == NULL)
-        missing = judge_enter_fixture(play, fixture, setup);
-    if (missing != NULL) {
-        report->outcome = OUTCOME_SKIPPED;
-        judge_say(report, "%s", missing);
-        return;
-    }
-    report->fired = play_mutation(play, fixture, report);
-    if (report->outcome == OUTCOME_SKIPPED)
-        return;
-    if (report->fired && (report->stayed_silent || play->is_mutation_alone))
-        report->outcome = OUTCOME_PASSED;
 }

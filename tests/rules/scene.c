@@ -2,8 +2,6 @@
 /* The valid build call and its parts. */
 #include "scene.h"
 
-#include "misaligned.h"
-
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,9 +18,7 @@ uint64_t scene_address(const struct scene *scene, const struct test_buffer *buff
 
 uint64_t scene_reference(const struct scene *scene, VkAccelerationStructureKHR accel)
 {
-    const VkAccelerationStructureDeviceAddressInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = accel};
+    const STRUCT(VkAccelerationStructureDeviceAddressInfoKHR, info, .accelerationStructure = accel);
     return scene->command == COMMAND_HOST || accel == VK_NULL_HANDLE
                ? (uint64_t)accel
                : scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->fixture->device, &info);
@@ -106,17 +102,15 @@ static void make_inputs(struct scene *scene)
 static void set_triangles(struct scene *scene, uint32_t build, uint32_t index,
                           VkIndexType index_type, VkDeviceSize index_offset)
 {
-    *GEOMETRY(scene, build, index) = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles =
-            {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-             .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0),
-             .vertexStride = 12,
-             .maxVertex = 5,
-             .indexType = index_type},
-    };
+    *GEOMETRY(scene, build, index) =
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+             .geometry.triangles = {
+                 .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+                 .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                 .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0),
+                 .vertexStride = 12,
+                 .maxVertex = 5,
+                 .indexType = index_type});
     if (index_type != VK_INDEX_TYPE_NONE_KHR)
         GEOMETRY(scene, build, index)->geometry.triangles.indexData.deviceAddress =
             scene_address(scene, &scene->indices, index_offset);
@@ -125,27 +119,23 @@ static void set_triangles(struct scene *scene, uint32_t build, uint32_t index,
 
 static void set_boxes(struct scene *scene, uint32_t index, VkDeviceSize offset, VkDeviceSize stride)
 {
-    *GEOMETRY(scene, AABBS, index) = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+    *GEOMETRY(scene, AABBS, index) = MAKE(
+        VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
         .geometry.aabbs = {.sType =
                                VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
                            .data.deviceAddress = scene_address(scene, &scene->boxes, offset),
                            .stride = stride},
-        .flags = VK_GEOMETRY_OPAQUE_BIT_KHR,
-    };
+        .flags = VK_GEOMETRY_OPAQUE_BIT_KHR);
     scene->ranges[AABBS][index].primitiveCount = 3;
 }
 
 static void set_instances(struct scene *scene)
 {
-    *GEOMETRY(scene, TLAS, 0) = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-        .geometry.instances =
-            {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
-             .data.deviceAddress = scene_address(scene, &scene->instances, 0)},
-    };
+    *GEOMETRY(scene, TLAS, 0) =
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+             .geometry.instances = {
+                 .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR,
+                 .data.deviceAddress = scene_address(scene, &scene->instances, 0)});
     scene->ranges[TLAS][0].primitiveCount = 3;
 }
 
@@ -169,8 +159,7 @@ static void set_geometries(struct scene *scene)
 
 VkAccelerationStructureBuildSizesInfoKHR scene_sizes(const struct scene *scene, uint32_t build)
 {
-    VkAccelerationStructureBuildSizesInfoKHR sizes = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};
+    STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
     uint32_t counts[SCENE_GEOMETRIES];
 
     for (uint32_t i = 0; i < SCENE_GEOMETRIES; i++)
@@ -228,15 +217,13 @@ void scene_fit(struct scene *scene, uint32_t build)
 
 static void set_info(struct scene *scene, uint32_t build, uint32_t geometry_count)
 {
-    scene->infos[build] = (VkAccelerationStructureBuildGeometryInfoKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = build == TLAS ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
-                              : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-        .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-        .geometryCount = geometry_count,
-        .pGeometries = scene->geometries[build],
-    };
+    scene->infos[build] =
+        MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+             .type = build == TLAS ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                                   : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+             .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+             .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+             .geometryCount = geometry_count, .pGeometries = scene->geometries[build]);
 }
 
 uint32_t scene_add_build(struct scene *scene, uint32_t model)

@@ -8,7 +8,7 @@
 #define RULES_SCENE_H
 
 #include "scene_inputs.h"
-#include "scene_micromap.h"
+#include "tests/fixture/make.h"
 #include "tests/rules/fixture.h"
 #include "vuid-tables/rules.h"
 
@@ -54,7 +54,7 @@ struct scene_cleanup {
     uint64_t handle;
 };
 
-enum { SCENE_NV_GEOMETRIES = 4 };
+enum { SCENE_NV_GEOMETRIES = 4, SCENE_USAGES = 4, SCENE_MICROMAP_INPUT_SIZE = 1 << 16 };
 
 /* A call of vkCmdBuildAccelerationStructureNV, and what it uses. */
 struct scene_nv {
@@ -68,6 +68,22 @@ struct scene_nv {
     VkBuffer scratch;
     VkDeviceSize scratch_offset;
     struct test_buffer vertices, indices, transforms, boxes, instances, scratch_buffer;
+};
+
+/* The micromaps of a scene: none until a case asks for one. */
+struct scene_micromaps {
+    /* Of scene_build_micromap. */
+    VkAccelerationStructureGeometryMicromapDataKHR data;
+    VkMicromapTriangleKHR *triangles; /* what it leads to, as the host writes it */
+    struct test_buffer triangle_buffer;
+    VkMicromapUsageKHR usages[SCENE_USAGES];
+    const VkMicromapUsageKHR *usage_pointers[SCENE_USAGES];
+    /* Of the others. */
+    VkAccelerationStructureTrianglesOpacityMicromapKHR opacity, opacity_of_update;
+    VkAccelerationStructureTrianglesOpacityMicromapEXT opacity_ext;
+    VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
+    VkMicromapUsageEXT usages_ext[SCENE_USAGES];
+    const VkMicromapUsageEXT *usage_pointers_ext[SCENE_USAGES];
 };
 
 struct scene {
@@ -132,6 +148,10 @@ void scene_close(struct scene *scene);
 
 /* Makes the call. VK_SUCCESS for the commands that return nothing. */
 VkResult scene_call(struct scene *scene);
+
+/* Makes the call lead to misaligned copies of all of its arrays, structures and chains that are the
+ * scene's own, as they are now. The copies last until the thread calls it again (misaligned.c). */
+void scene_misalign(struct scene *scene);
 
 /* Says that the case cannot be played here, and why. */
 void scene_skip(struct scene *scene, const char *reason);
@@ -257,6 +277,49 @@ const VkuDeviceDispatchTable *scene_table_of(const struct scene *scene, VkDevice
 
 /* An acceleration structure of another VkDevice, like the dst of `build`. */
 VkAccelerationStructureKHR scene_accel_of_other_device(struct scene *scene, uint32_t build);
+
+/* ---- micromaps (scene_micromap.c) ---- */
+
+/* Makes AABBS the build of an opacity micromap of VK_KHR_opacity_micromap, of one triangle. */
+void scene_build_micromap(struct scene *scene);
+
+/* A structure that such a build may have as its dst. */
+VkAccelerationStructureKHR scene_micromap_structure(struct scene *scene,
+                                                    VkAccelerationStructureTypeKHR type);
+
+/* Each gives a micromap of its extension to the triangles of INDEXED, with 32-bit indices. Builds
+ * on the host take no micromaps of VK_KHR_opacity_micromap: there it is null. */
+void scene_use_micromap(struct scene *scene);
+void scene_use_micromap_ext(struct scene *scene);
+void scene_use_displacement(struct scene *scene);
+
+VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type);
+
+/* A structure that the command buffer of the scene has made an opacity micromap of so many
+ * triangles. */
+VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count);
+
+/* Records a deserialization. */
+void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure);
+
+/* ---- extensions (scene_extensions.c) ---- */
+
+/* The build that these add: one geometry of 4 primitives, its data in the scene's structures. */
+enum { SPHERES = SCENE_BASE_BUILDS };
+void scene_add_spheres(struct scene *scene);
+void scene_add_swept_spheres(struct scene *scene);
+
+/* An instance of TLAS; and making it refer to a structure. */
+VkAccelerationStructureInstanceKHR *scene_instance(struct scene *scene, uint32_t index);
+void scene_refer(struct scene *scene, uint32_t index, VkAccelerationStructureKHR accel);
+/* A structure like `model` that is built before the call. */
+VkAccelerationStructureKHR scene_built(struct scene *scene, uint32_t model);
+/* Has TLAS read its instances, at their places, by pointers in the second half of the buffer; the
+ * other pointers there are null. */
+void scene_use_instance_pointers(struct scene *scene);
+
+/* Gives a build a dst that was created for motion, and scratch. */
+void scene_give_motion_dst(struct scene *scene, uint32_t build);
 
 /* ---- VK_NV_ray_tracing (scene_nv.c) ---- */
 

@@ -9,23 +9,17 @@ SCENE_CREATES(create_framebuffer, Framebuffer, VkFramebuffer, VkFramebufferCreat
 
 VkCommandPool scene_pool(struct scene *scene, uint32_t family, VkCommandPoolCreateFlags flags)
 {
-    const VkCommandPoolCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-        .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT | flags,
-        .queueFamilyIndex = family,
-    };
+    const STRUCT(VkCommandPoolCreateInfo, create_info,
+                 .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT | flags,
+                 .queueFamilyIndex = family);
     return create_pool(scene, &create_info);
 }
 
 VkCommandBuffer scene_allocate_command_buffer(struct scene *scene, VkCommandPool pool,
                                               VkCommandBufferLevel level)
 {
-    const VkCommandBufferAllocateInfo allocate_info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = pool,
-        .level = level,
-        .commandBufferCount = 1,
-    };
+    const STRUCT(VkCommandBufferAllocateInfo, allocate_info, .commandPool = pool, .level = level,
+                 .commandBufferCount = 1);
     VkCommandBuffer command_buffer;
     expect_success(
         scene->vk->AllocateCommandBuffers(scene->fixture->device, &allocate_info, &command_buffer),
@@ -42,13 +36,9 @@ VkCommandBuffer scene_command_buffer(struct scene *scene, uint32_t family)
 void scene_begin(struct scene *scene, VkCommandBuffer command_buffer,
                  VkCommandBufferUsageFlags flags)
 {
-    const VkCommandBufferInheritanceInfo inheritance = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_INHERITANCE_INFO};
-    const VkCommandBufferBeginInfo begin_info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-        .flags = flags,
-        .pInheritanceInfo = &inheritance,
-    };
+    const STRUCT(VkCommandBufferInheritanceInfo, inheritance);
+    const STRUCT(VkCommandBufferBeginInfo, begin_info, .flags = flags,
+                 .pInheritanceInfo = &inheritance);
     expect_success(scene->vk->BeginCommandBuffer(command_buffer, &begin_info),
                    "vkBeginCommandBuffer");
 }
@@ -60,9 +50,8 @@ void scene_end(struct scene *scene, VkCommandBuffer command_buffer)
 
 static VkResult try_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer)
 {
-    const VkSubmitInfo submit_info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                                      .commandBufferCount = 1,
-                                      .pCommandBuffers = &command_buffer};
+    const STRUCT(VkSubmitInfo, submit_info, .commandBufferCount = 1,
+                 .pCommandBuffers = &command_buffer);
     VkQueue queue;
     scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
     const VkResult result = scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE);
@@ -98,26 +87,16 @@ void scene_record_in_family(struct scene *scene, uint32_t family, VkCommandPoolC
 VkRenderPass scene_render_pass(struct scene *scene)
 {
     const VkSubpassDescription subpass = {.pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS};
-    const VkRenderPassCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_RENDER_PASS_CREATE_INFO,
-        .subpassCount = 1,
-        .pSubpasses = &subpass,
-    };
+    const STRUCT(VkRenderPassCreateInfo, create_info, .subpassCount = 1, .pSubpasses = &subpass);
     return create_render_pass(scene, &create_info);
 }
 
 static VkRenderPassBeginInfo begin_info_of(struct scene *scene)
 {
-    VkRenderPassBeginInfo begin_info = {.sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO,
-                                        .renderPass = scene_render_pass(scene),
-                                        .renderArea.extent = {4, 4}};
-    const VkFramebufferCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO,
-        .renderPass = begin_info.renderPass,
-        .width = 4,
-        .height = 4,
-        .layers = 1,
-    };
+    STRUCT(VkRenderPassBeginInfo, begin_info, .renderPass = scene_render_pass(scene),
+           .renderArea.extent = {4, 4});
+    const STRUCT(VkFramebufferCreateInfo, create_info, .renderPass = begin_info.renderPass,
+                 .width = 4, .height = 4, .layers = 1);
     begin_info.framebuffer = create_framebuffer(scene, &create_info);
     return begin_info;
 }
@@ -131,8 +110,7 @@ void scene_begin_render_pass(struct scene *scene, VkCommandBuffer command_buffer
 void scene_begin_render_pass2(struct scene *scene, VkCommandBuffer command_buffer)
 {
     const VkRenderPassBeginInfo begin_info = begin_info_of(scene);
-    const VkSubpassBeginInfo subpass = {.sType = VK_STRUCTURE_TYPE_SUBPASS_BEGIN_INFO,
-                                        .contents = VK_SUBPASS_CONTENTS_INLINE};
+    const STRUCT(VkSubpassBeginInfo, subpass, .contents = VK_SUBPASS_CONTENTS_INLINE);
     if (scene->fixture->setup.route == ROUTE_KHR)
         scene->vk->CmdBeginRenderPass2KHR(command_buffer, &begin_info, &subpass);
     else
@@ -142,12 +120,8 @@ void scene_begin_render_pass2(struct scene *scene, VkCommandBuffer command_buffe
 void scene_begin_rendering(struct scene *scene, VkCommandBuffer command_buffer,
                            VkRenderingFlags flags)
 {
-    const VkRenderingInfo info = {
-        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
-        .flags = flags,
-        .renderArea.extent = {4, 4},
-        .layerCount = 1,
-    };
+    const STRUCT(VkRenderingInfo, info, .flags = flags, .renderArea.extent = {4, 4},
+                 .layerCount = 1);
     if (scene->fixture->setup.route == ROUTE_KHR)
         scene->vk->CmdBeginRenderingKHR(command_buffer, &info);
     else
@@ -166,12 +140,10 @@ void scene_end_rendering(struct scene *scene, VkCommandBuffer command_buffer)
 
 void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
 {
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
-                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-    };
+    const STRUCT(VkMemoryBarrier, barrier,
+                 .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+                 .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                                  VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     if (scene->command == COMMAND_HOST) {
         expect_success(scene->vk->BuildAccelerationStructuresKHR(
                            scene->fixture->device, VK_NULL_HANDLE, count, &scene->infos[first],
@@ -202,12 +174,7 @@ void scene_build_source(struct scene *scene, uint32_t update)
 VkResult scene_copy(struct scene *scene, VkAccelerationStructureKHR src,
                     VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = src,
-        .dst = dst,
-        .mode = mode,
-    };
+    const STRUCT(VkCopyAccelerationStructureInfoKHR, info, .src = src, .dst = dst, .mode = mode);
     if (scene->command == COMMAND_HOST)
         return scene->vk->CopyAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
                                                        &info);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Valid builds of extensions, for cases to break: of spheres, of linear swept spheres, with motion.
  */
-#include "scene_extensions.h"
+#include "scene.h"
 
 #include <string.h>
 
@@ -9,48 +9,36 @@ static void add_build(struct scene *scene, VkGeometryTypeKHR type, const void *d
 {
     scene_add_build(scene, UNINDEXED);
     scene->infos[SPHERES].geometryCount = 1;
-    scene->geometries[SPHERES][0] = (VkAccelerationStructureGeometryKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .pNext = data,
-        .geometryType = type,
-    };
+    scene->geometries[SPHERES][0] =
+        MAKE(VkAccelerationStructureGeometryKHR, .pNext = data, .geometryType = type);
     scene->ranges[SPHERES][0].primitiveCount = 4;
     scene_give_objects(scene, SPHERES);
 }
 
 void scene_add_spheres(struct scene *scene)
 {
-    scene->spheres = (VkAccelerationStructureGeometrySpheresDataNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_SPHERES_DATA_NV,
-        .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0),
-        .vertexStride = 12,
+    scene->spheres = MAKE(
+        VkAccelerationStructureGeometrySpheresDataNV, .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+        .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0), .vertexStride = 12,
         .radiusFormat = VK_FORMAT_R32_SFLOAT,
-        .radiusData.deviceAddress = scene_address(scene, &scene->boxes, 0),
-        .radiusStride = 4,
+        .radiusData.deviceAddress = scene_address(scene, &scene->boxes, 0), .radiusStride = 4,
         .indexType = VK_INDEX_TYPE_UINT32,
-        .indexData.deviceAddress = scene_address(scene, &scene->indices, 0),
-        .indexStride = 4,
-    };
+        .indexData.deviceAddress = scene_address(scene, &scene->indices, 0), .indexStride = 4);
     add_build(scene, VK_GEOMETRY_TYPE_SPHERES_NV, &scene->spheres);
 }
 
 void scene_add_swept_spheres(struct scene *scene)
 {
-    scene->swept_spheres = (VkAccelerationStructureGeometryLinearSweptSpheresDataNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_LINEAR_SWEPT_SPHERES_DATA_NV,
+    scene->swept_spheres = MAKE(
+        VkAccelerationStructureGeometryLinearSweptSpheresDataNV,
         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0),
-        .vertexStride = 12,
+        .vertexData.deviceAddress = scene_address(scene, &scene->vertices, 0), .vertexStride = 12,
         .radiusFormat = VK_FORMAT_R16_SFLOAT,
-        .radiusData.deviceAddress = scene_address(scene, &scene->boxes, 0),
-        .radiusStride = 4,
+        .radiusData.deviceAddress = scene_address(scene, &scene->boxes, 0), .radiusStride = 4,
         .indexType = VK_INDEX_TYPE_UINT16,
         .indexData.deviceAddress = scene_address(scene, &scene->indices, SCENE_BUFFER_SIZE / 2),
-        .indexStride = 2,
-        .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV,
-        .endCapsMode = VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_CHAINED_NV,
-    };
+        .indexStride = 2, .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV,
+        .endCapsMode = VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_CHAINED_NV);
     add_build(scene, VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, &scene->swept_spheres);
 }
 
@@ -71,16 +59,11 @@ static void give_motion_objects(struct scene *scene, uint32_t build)
 void scene_give_motion_dst(struct scene *scene, uint32_t build)
 {
     give_motion_objects(scene, build);
-    const VkAccelerationStructureMotionInfoNV motion_info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV, .maxInstances = 3};
-    const VkAccelerationStructureCreateInfoKHR create_info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-        .pNext = &motion_info,
-        .createFlags = VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV,
-        .buffer = scene->dst_buffers[build].handle,
-        .size = scene->dst_buffers[build].size,
-        .type = scene->infos[build].type,
-    };
+    const STRUCT(VkAccelerationStructureMotionInfoNV, motion_info, .maxInstances = 3);
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, create_info, .pNext = &motion_info,
+                 .createFlags = VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV,
+                 .buffer = scene->dst_buffers[build].handle, .size = scene->dst_buffers[build].size,
+                 .type = scene->infos[build].type);
     scene->infos[build].dstAccelerationStructure = scene_create_accel(scene, &create_info);
 }
 

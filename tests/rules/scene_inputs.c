@@ -36,14 +36,9 @@ static struct test_buffer shared_buffer(struct scene *scene, VkDeviceSize size,
 {
     static const uint32_t families[] = {0, 1};
     const bool is_shared = scene->fixture->uses_two_queues;
-    const VkBufferCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-        .size = size,
-        .usage = usage,
-        .sharingMode = is_shared ? VK_SHARING_MODE_CONCURRENT : VK_SHARING_MODE_EXCLUSIVE,
-        .queueFamilyIndexCount = is_shared ? 2 : 0,
-        .pQueueFamilyIndices = families,
-    };
+    const STRUCT(VkBufferCreateInfo, create_info, .size = size, .usage = usage,
+                 .sharingMode = is_shared ? VK_SHARING_MODE_CONCURRENT : VK_SHARING_MODE_EXCLUSIVE,
+                 .queueFamilyIndexCount = is_shared ? 2 : 0, .pQueueFamilyIndices = families);
     return scene_create_buffer_with(scene, &create_info);
 }
 
@@ -95,13 +90,11 @@ static void barrier(struct scene *scene, VkCommandBuffer command_buffer, bool is
 {
     const VkPipelineStageFlags builds = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
     const VkPipelineStageFlags transfers = VK_PIPELINE_STAGE_TRANSFER_BIT;
-    const VkMemoryBarrier memory = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = is_for_builds ? VK_ACCESS_TRANSFER_WRITE_BIT : 0,
-        .dstAccessMask = is_for_builds
-                             ? VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT
-                             : VK_ACCESS_TRANSFER_WRITE_BIT,
-    };
+    const STRUCT(VkMemoryBarrier, memory,
+                 .srcAccessMask = is_for_builds ? VK_ACCESS_TRANSFER_WRITE_BIT : 0,
+                 .dstAccessMask =
+                     is_for_builds ? VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT
+                                   : VK_ACCESS_TRANSFER_WRITE_BIT);
     scene->vk->CmdPipelineBarrier(command_buffer, is_for_builds ? transfers : builds,
                                   is_for_builds ? builds : transfers, 0, 1, &memory, 0, NULL, 0,
                                   NULL);
@@ -134,7 +127,7 @@ SCENE_CREATES(create, Semaphore, VkSemaphore, VkSemaphoreCreateInfo)
 
 static VkSemaphore create_semaphore(struct scene *scene)
 {
-    const VkSemaphoreCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO};
+    const STRUCT(VkSemaphoreCreateInfo, create_info);
     struct scene_inputs *inputs = &scene->inputs;
     if (inputs->semaphore_count == SCENE_SEMAPHORES_MAX)
         abort();
@@ -155,11 +148,9 @@ static void submit_before(struct scene *scene, VkCommandBuffer command_buffer)
         return;
     }
     const VkSemaphore semaphore = create_semaphore(scene);
-    const VkSubmitInfo submit_info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                                      .commandBufferCount = 1,
-                                      .pCommandBuffers = &command_buffer,
-                                      .signalSemaphoreCount = 1,
-                                      .pSignalSemaphores = &semaphore};
+    const STRUCT(VkSubmitInfo, submit_info, .commandBufferCount = 1,
+                 .pCommandBuffers = &command_buffer, .signalSemaphoreCount = 1,
+                 .pSignalSemaphores = &semaphore);
     VkQueue queue;
     scene->vk->GetDeviceQueue(scene->fixture->device, 1, 0, &queue);
     expect_success(scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE), "vkQueueSubmit");

@@ -35,25 +35,19 @@ void scene_build_micromap(struct scene *scene)
             (VkMicromapUsageKHR){.count = 1, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
         micromaps->usage_pointers[i] = &micromaps->usages[i];
     }
-    micromaps->data = (VkAccelerationStructureGeometryMicromapDataKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
-        .usageCountsCount = 1,
-        .pUsageCounts = micromaps->usages,
-        .data = data.address,
-        .triangleArray = triangles.address,
-        .triangleArrayStride = sizeof(VkMicromapTriangleKHR),
-    };
+    micromaps->data = MAKE(VkAccelerationStructureGeometryMicromapDataKHR, .usageCountsCount = 1,
+                           .pUsageCounts = micromaps->usages, .data = data.address,
+                           .triangleArray = triangles.address,
+                           .triangleArrayStride = sizeof(VkMicromapTriangleKHR));
     info->type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
     info->flags = 0;
     info->geometryCount = 1;
     info->dstAccelerationStructure =
         scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
     for (uint32_t i = 0; i < 2; i++)
-        scene->geometries[AABBS][i] = (VkAccelerationStructureGeometryKHR){
-            .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-            .pNext = &micromaps->data,
-            .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR,
-        };
+        scene->geometries[AABBS][i] =
+            MAKE(VkAccelerationStructureGeometryKHR, .pNext = &micromaps->data,
+                 .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR);
     if (scene->command != COMMAND_HOST) /* which requires a pointer */
         scene->range_pointers[AABBS] = NULL;
 }
@@ -66,28 +60,17 @@ VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t t
     fill_triangles((VkMicromapTriangleKHR *)(void *)input.host);
     const VkMicromapUsageKHR usage = {.count = triangle_count,
                                       .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
-    const VkAccelerationStructureGeometryMicromapDataKHR data = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR,
-        .usageCountsCount = 1,
-        .pUsageCounts = &usage,
-        .data = input.address,
-        .triangleArray = input.address,
-        .triangleArrayStride = sizeof(VkMicromapTriangleKHR),
-    };
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .pNext = &data,
-        .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR,
-    };
-    const VkAccelerationStructureBuildGeometryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
+    const STRUCT(VkAccelerationStructureGeometryMicromapDataKHR, data, .usageCountsCount = 1,
+                 .pUsageCounts = &usage, .data = input.address, .triangleArray = input.address,
+                 .triangleArrayStride = sizeof(VkMicromapTriangleKHR));
+    const STRUCT(VkAccelerationStructureGeometryKHR, geometry, .pNext = &data,
+                 .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR);
+    const STRUCT(
+        VkAccelerationStructureBuildGeometryInfoKHR, info,
         .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
         .dstAccelerationStructure =
             scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR),
-        .geometryCount = 1,
-        .pGeometries = &geometry,
-        .scratchData.deviceAddress = scratch.address,
-    };
+        .geometryCount = 1, .pGeometries = &geometry, .scratchData.deviceAddress = scratch.address);
     const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
     const VkCommandBuffer command_buffer = scene_begin_before(scene);
     scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &no_range);
@@ -97,24 +80,18 @@ VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t t
 
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure)
 {
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_MEMORY_TO_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src.deviceAddress = scene->vertices.address,
-        .dst = structure,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR,
-    };
+    const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
+                 .src.deviceAddress = scene->vertices.address, .dst = structure,
+                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     scene->vk->CmdCopyMemoryToAccelerationStructureKHR(scene->command_buffer, &info);
 }
 
 void scene_use_micromap(struct scene *scene)
 {
     struct scene_micromaps *micromaps = &scene->micromaps;
-    micromaps->opacity = (VkAccelerationStructureTrianglesOpacityMicromapKHR){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR,
-        .indexType = VK_INDEX_TYPE_UINT32,
-        .indexBuffer = scene->indices.address,
-        .indexStride = 4,
-    };
+    micromaps->opacity =
+        MAKE(VkAccelerationStructureTrianglesOpacityMicromapKHR, .indexType = VK_INDEX_TYPE_UINT32,
+             .indexBuffer = scene->indices.address, .indexStride = 4);
     if (scene->command != COMMAND_HOST)
         micromaps->opacity.micromap =
             scene_micromap_structure(scene, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
@@ -131,12 +108,8 @@ VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type)
     const struct test_buffer buffer = scene_buffer(scene, MICROMAP_SIZE,
                                                    VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
                                                        VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
-    const VkMicromapCreateInfoEXT create_info = {
-        .sType = VK_STRUCTURE_TYPE_MICROMAP_CREATE_INFO_EXT,
-        .buffer = buffer.handle,
-        .size = buffer.size,
-        .type = type,
-    };
+    const STRUCT(VkMicromapCreateInfoEXT, create_info, .buffer = buffer.handle, .size = buffer.size,
+                 .type = type);
     return create(scene, &create_info);
 }
 
@@ -153,15 +126,11 @@ void scene_use_micromap_ext(struct scene *scene)
 {
     struct scene_micromaps *micromaps = &scene->micromaps;
     set_usages_ext(micromaps);
-    micromaps->opacity_ext = (VkAccelerationStructureTrianglesOpacityMicromapEXT){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT,
-        .indexType = VK_INDEX_TYPE_UINT32,
-        .indexBuffer.deviceAddress = scene_address(scene, &scene->indices, 0),
-        .indexStride = 4,
-        .usageCountsCount = 1,
-        .pUsageCounts = micromaps->usages_ext,
-        .micromap = scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT),
-    };
+    micromaps->opacity_ext =
+        MAKE(VkAccelerationStructureTrianglesOpacityMicromapEXT, .indexType = VK_INDEX_TYPE_UINT32,
+             .indexBuffer.deviceAddress = scene_address(scene, &scene->indices, 0),
+             .indexStride = 4, .usageCountsCount = 1, .pUsageCounts = micromaps->usages_ext,
+             .micromap = scene_micromap_ext(scene, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT));
     scene->geometries[INDEXED][0].geometry.triangles.pNext = &micromaps->opacity_ext;
     scene_fit(scene, INDEXED);
 }
@@ -172,16 +141,10 @@ static void build_displacement(struct scene *scene, VkMicromapEXT micromap)
     static const VkMicromapTriangleEXT triangle = {
         .format = VK_DISPLACEMENT_MICROMAP_FORMAT_64_TRIANGLES_64_BYTES_NV};
     static const unsigned char block[64];
-    const VkMicromapBuildInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT,
-        .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
-        .dstMicromap = micromap,
-        .usageCountsCount = 1,
-        .pUsageCounts = scene->micromaps.usages_ext,
-        .data.hostAddress = block,
-        .triangleArray.hostAddress = &triangle,
-        .triangleArrayStride = sizeof(triangle),
-    };
+    const STRUCT(VkMicromapBuildInfoEXT, info, .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
+                 .dstMicromap = micromap, .usageCountsCount = 1,
+                 .pUsageCounts = scene->micromaps.usages_ext, .data.hostAddress = block,
+                 .triangleArray.hostAddress = &triangle, .triangleArrayStride = sizeof(triangle));
     expect_success(scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, &info),
                    "vkBuildMicromapsEXT");
 }

@@ -13,12 +13,9 @@ VkMemoryRequirements scene_nv_requirements(const struct scene *scene,
                                            VkAccelerationStructureNV accel,
                                            VkAccelerationStructureMemoryRequirementsTypeNV type)
 {
-    const VkAccelerationStructureMemoryRequirementsInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_INFO_NV,
-        .type = type,
-        .accelerationStructure = accel,
-    };
-    VkMemoryRequirements2 requirements = {.sType = VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2};
+    const STRUCT(VkAccelerationStructureMemoryRequirementsInfoNV, info, .type = type,
+                 .accelerationStructure = accel);
+    STRUCT(VkMemoryRequirements2, requirements);
     scene->vk->GetAccelerationStructureMemoryRequirementsNV(scene->fixture->device, &info,
                                                             &requirements);
     return requirements.memoryRequirements;
@@ -26,8 +23,7 @@ VkMemoryRequirements scene_nv_requirements(const struct scene *scene,
 
 VkAccelerationStructureNV scene_nv_create(struct scene *scene)
 {
-    const VkAccelerationStructureCreateInfoNV create_info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_NV, .info = scene->nv.info};
+    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .info = scene->nv.info);
     return create(scene, &create_info);
 }
 
@@ -43,12 +39,8 @@ struct test_memory scene_nv_allocate(struct scene *scene, VkAccelerationStructur
 void scene_nv_bind(struct scene *scene, VkAccelerationStructureNV accel, VkDeviceMemory memory,
                    VkDeviceSize offset)
 {
-    const VkBindAccelerationStructureMemoryInfoNV bind_info = {
-        .sType = VK_STRUCTURE_TYPE_BIND_ACCELERATION_STRUCTURE_MEMORY_INFO_NV,
-        .accelerationStructure = accel,
-        .memory = memory,
-        .memoryOffset = offset,
-    };
+    const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind_info, .accelerationStructure = accel,
+                 .memory = memory, .memoryOffset = offset);
     expect_success(
         scene->vk->BindAccelerationStructureMemoryNV(scene->fixture->device, 1, &bind_info),
         "vkBindAccelerationStructureMemoryNV");
@@ -112,12 +104,9 @@ static struct test_buffer copy_of(struct scene *scene, const struct test_buffer 
 
 static VkGeometryNV empty_geometry(VkGeometryTypeKHR type)
 {
-    return (VkGeometryNV){
-        .sType = VK_STRUCTURE_TYPE_GEOMETRY_NV,
-        .geometryType = type,
-        .geometry = {.triangles = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV},
-                     .aabbs = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV}},
-    };
+    return MAKE(VkGeometryNV, .geometryType = type,
+                .geometry = {.triangles = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV},
+                             .aabbs = {.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV}});
 }
 
 static void set_triangles(struct scene *scene)
@@ -143,14 +132,10 @@ static void set_triangles(struct scene *scene)
 static void set_info(struct scene *scene, VkAccelerationStructureTypeNV type,
                      uint32_t geometry_count, uint32_t instance_count)
 {
-    scene->nv.info = (VkAccelerationStructureInfoNV){
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
-        .type = type,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV,
-        .instanceCount = instance_count,
-        .geometryCount = geometry_count,
-        .pGeometries = geometry_count != 0 ? scene->nv.geometries : NULL,
-    };
+    scene->nv.info = MAKE(VkAccelerationStructureInfoNV, .type = type,
+                          .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV,
+                          .instanceCount = instance_count, .geometryCount = geometry_count,
+                          .pGeometries = geometry_count != 0 ? scene->nv.geometries : NULL);
 }
 
 void scene_nv_open(struct scene *scene)
@@ -194,12 +179,10 @@ void scene_nv_use_instances(struct scene *scene)
 void scene_nv_build(struct scene *scene, VkAccelerationStructureNV dst)
 {
     const struct scene_nv *nv = &scene->nv;
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-        .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
-                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-    };
+    const STRUCT(VkMemoryBarrier, barrier,
+                 .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+                 .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                                  VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     const VkCommandBuffer command_buffer = scene_begin_before(scene);
     scene->vk->CmdBuildAccelerationStructureNV(command_buffer, &nv->info, nv->instance_data, 0,
                                                VK_FALSE, dst, VK_NULL_HANDLE, nv->scratch, 0);

@@ -63,17 +63,11 @@ static struct test_memory allocate(struct scene *scene, VkDeviceSize size, uint3
                                    const void *chain)
 {
     struct test_memory memory = {.size = size};
-    const VkMemoryAllocateFlagsInfo flags_info = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
-        .pNext = chain,
-        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT,
-    };
-    const VkMemoryAllocateInfo allocate_info = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-        .pNext = scene->fixture->setup.route == ROUTE_EXT ? chain : &flags_info,
-        .allocationSize = size,
-        .memoryTypeIndex = type,
-    };
+    const STRUCT(VkMemoryAllocateFlagsInfo, flags_info, .pNext = chain,
+                 .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
+    const STRUCT(VkMemoryAllocateInfo, allocate_info,
+                 .pNext = scene->fixture->setup.route == ROUTE_EXT ? chain : &flags_info,
+                 .allocationSize = size, .memoryTypeIndex = type);
     const VkDevice device = scene->fixture->device;
 
     expect_success(scene->vk->AllocateMemory(device, &allocate_info, NULL, &memory.handle),
@@ -125,15 +119,13 @@ struct test_buffer scene_create_buffer_with(struct scene *scene,
 struct test_buffer scene_create_buffer(struct scene *scene, VkDeviceSize size,
                                        VkBufferUsageFlags usage)
 {
-    const VkBufferCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size, .usage = usage};
+    const STRUCT(VkBufferCreateInfo, create_info, .size = size, .usage = usage);
     return scene_create_buffer_with(scene, &create_info);
 }
 
 VkDeviceAddress scene_buffer_address(struct scene *scene, VkBuffer buffer)
 {
-    const VkBufferDeviceAddressInfo info = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
-                                            .buffer = buffer};
+    const STRUCT(VkBufferDeviceAddressInfo, info, .buffer = buffer);
     const VkDevice device = scene->fixture->device;
 
     switch (scene->fixture->setup.route) {
@@ -205,13 +197,10 @@ VkDeviceAddress scene_address_without_usage(struct scene *scene)
 
 struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage)
 {
-    const VkBufferUsageFlags2CreateInfo flags2 = {
-        .sType = VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO,
-        .usage = usage | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT};
-    const VkBufferCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                            .pNext = &flags2,
-                                            .size = SCENE_BUFFER_SIZE,
-                                            .usage = INPUT_USAGE};
+    const STRUCT(VkBufferUsageFlags2CreateInfo, flags2,
+                 .usage = usage | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT);
+    const STRUCT(VkBufferCreateInfo, create_info, .pNext = &flags2, .size = SCENE_BUFFER_SIZE,
+                 .usage = INPUT_USAGE);
     struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
     const struct test_memory memory = scene_allocate(scene, 65536);
     scene_bind(scene, &buffer, &memory, 0);
@@ -231,13 +220,8 @@ VkAccelerationStructureKHR scene_accel_in(struct scene *scene, const struct test
                                           VkDeviceSize offset, VkDeviceSize size,
                                           VkAccelerationStructureTypeKHR type)
 {
-    const VkAccelerationStructureCreateInfoKHR create_info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-        .buffer = buffer->handle,
-        .offset = offset,
-        .size = size,
-        .type = type,
-    };
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, create_info, .buffer = buffer->handle,
+                 .offset = offset, .size = size, .type = type);
     return scene_create_accel(scene, &create_info);
 }
 
@@ -279,10 +263,9 @@ VkAccelerationStructureKHR scene_accel_of_other_device(struct scene *scene, uint
 struct test_buffer scene_sparse_buffer(struct scene *scene, VkDeviceSize size,
                                        VkBufferUsageFlags usage, VkBufferCreateFlags flags)
 {
-    const VkBufferCreateInfo create_info = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                            .flags = VK_BUFFER_CREATE_SPARSE_BINDING_BIT | flags,
-                                            .size = size,
-                                            .usage = usage};
+    const STRUCT(VkBufferCreateInfo, create_info,
+                 .flags = VK_BUFFER_CREATE_SPARSE_BINDING_BIT | flags, .size = size,
+                 .usage = usage);
     struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
     buffer.address = scene_buffer_address(scene, buffer.handle);
     return buffer;
@@ -305,9 +288,7 @@ void scene_bind_sparse(struct scene *scene, const struct test_buffer *buffer,
                                      .memoryOffset = memory_offset};
     const VkSparseBufferMemoryBindInfo buffer_bind = {
         .buffer = buffer->handle, .bindCount = 1, .pBinds = &bind};
-    const VkBindSparseInfo info = {.sType = VK_STRUCTURE_TYPE_BIND_SPARSE_INFO,
-                                   .bufferBindCount = 1,
-                                   .pBufferBinds = &buffer_bind};
+    const STRUCT(VkBindSparseInfo, info, .bufferBindCount = 1, .pBufferBinds = &buffer_bind);
     const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_SPARSE_BINDING_BIT, 0);
     VkQueue queue;
 

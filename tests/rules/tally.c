@@ -4,7 +4,14 @@
 
 #include <string.h>
 
-#include "levels.h"
+enum level level_named(const char *name)
+{
+    static const char *const names[LEVEL_COUNT] = {"parameters", "state", "execution", "content"};
+    enum level level = LEVEL_PARAMETERS;
+    while (level < LEVEL_COUNT && strcmp(names[level], name) != 0)
+        level++;
+    return level;
+}
 
 bool tally_read_arguments(struct tally *tally, int argc, char **argv)
 {

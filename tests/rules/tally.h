@@ -14,6 +14,9 @@ enum outcome { OUTCOME_PASSED, OUTCOME_FAILED, OUTCOME_SKIPPED };
 
 enum { TALLY_REASONS_MAX = 64 };
 
+/* The level of that name in the layer's settings; LEVEL_COUNT if there is none. */
+enum level level_named(const char *name);
+
 struct tally {
     const char *filter; /* part of the names to be played, or after "!" not played; NULL: all */
     bool list, verbose;

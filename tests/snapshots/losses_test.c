@@ -62,6 +62,13 @@ static void expect_told(const char *text)
     messages_clear(&fixture.instance.messages);
 }
 
+static void expect_in_message(uint32_t i, const char *text)
+{
+    assert_true(i < messages_kept(&fixture.instance.messages));
+    if (!strstr(fixture.instance.messages.items[i].text, text))
+        fail_msg("\"%s\" is not in: %s", text, fixture.instance.messages.items[i].text);
+}
+
 /* ---- tests */
 
 TEST(test_complete_for_no_known_reason)
@@ -104,10 +111,26 @@ TEST(test_device_lost)
     fixture_expect_silence(&fixture);
     platform.null_driver.set_device_lost(true);
     assert_int_equal(wait(), VK_ERROR_DEVICE_LOST);
-    expect_told(LEFT_OUT "1 on a device that is lost.");
+    expect_in_message(0, ", read after the device was lost.");
+    expect_in_message(1, "1 build was submitted");
+    assert_int_equal(fixture.instance.messages.count, 2);
+    messages_clear(&fixture.instance.messages);
     close_scene();
     platform.null_driver.set_device_lost(false);
     fixture_expect_silence(&fixture);
+}
+
+/* Its copies are not complete. tests/postmortem has the other cases. */
+TEST(test_device_lost_before_the_copies)
+{
+    open_scene();
+    platform.null_driver.plan_fault(&(struct null_driver_fault){
+        .kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_BUILD, .skips_copies = true});
+    GET(fixture_submit(&fixture, record(), fence));
+    assert_int_equal(wait(), VK_ERROR_DEVICE_LOST);
+    expect_in_message(0, LEFT_OUT "1 on a device that is lost.");
+    close_scene();
+    platform.null_driver.reset();
 }
 
 TEST(test_held_to_the_end)

@@ -5,7 +5,7 @@
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-layout(local_size_x = 64) in;
+layout(local_size_x = 128) in; // the most that each device supports
 
 struct CopyOrder { // struct copy_order of recorded_build.h
     uvec2 source, target, left;

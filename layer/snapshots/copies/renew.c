@@ -29,8 +29,9 @@ static void renew_order(const struct renewal *renewal, struct copy_order *order)
 
 static void renew(const struct renewal *renewal, struct recording *recording)
 {
-    bool is_renewed =
-        recording_open_gate(recording) && !recording_is_pending(recording, renewal->next);
+    bool is_pending = recording_is_pending(recording, renewal->next);
+    bool is_renewed = recording_open_gate(recording) && !is_pending;
+    recording_clear_marks(recording, renewal->next, is_pending);
     for (uint32_t i = 0; i < recording->copy_block_count && is_renewed; i++) {
         const struct copy_block *block = &recording->copy_blocks[i];
         for (uint32_t j = 0; block->orders.chunk < recording->chunk_count && j < block->used; j++)

@@ -5,19 +5,25 @@
 #include <pthread.h>
 #include <stdlib.h>
 
-/* A chunk is large enough for a command buffer of small builds. Chunks that are given back are kept
- * up to RETAINED_MAX bytes. */
+/* A chunk is large enough for a command buffer of small builds. */
 #define CHUNK_SIZE ((uint64_t)256 << 10)
-#define RETAINED_MAX ((uint64_t)64 << 20)
-/* A kept chunk is reused only if it is at most this many times as large as a new one. */
-#define KEPT_FACTOR 4
+/* A kept chunk of up to this size serves any smaller need. */
+#define SMALL_SIZE ((uint64_t)1 << 20)
+
+/* Chunks that are given back are kept, because drivers take long to allocate memory: an H200 takes
+ * 20 ms for 64 MiB. Above KEPT_ALWAYS bytes, those are freed that nobody took in KEPT_PERIODS times
+ * the usual number of submissions between two takes. */
+#define KEPT_ALWAYS ((uint64_t)16 << 20)
+enum { KEPT_PERIODS = 4 };
 
 struct staging {
     struct layer_device *device;
-    pthread_mutex_t lock; /* guards the members below; no call is made with it held */
-    struct staging_chunk *kept;
+    pthread_mutex_t lock;       /* guards the members below; no call is made with it held */
+    struct staging_chunk *kept; /* the one given back last comes first */
     uint64_t kept_size;
-    uint64_t size; /* of all chunks */
+    uint64_t submissions, last_take; /* number of submissions, now and at the last take */
+    uint64_t period;                 /* submissions between two takes */
+    uint64_t size;                   /* of all chunks */
     uint64_t budget;
 };
 
@@ -71,18 +77,27 @@ static struct staging_chunk *create_chunk(const struct layer_device *device, uin
     return NULL;
 }
 
-/* Takes the first kept chunk of `size` to `size_max` bytes. Called with the lock held. */
+/* Removes the chunk that a link points to from the kept ones. Called with the lock held. */
+static struct staging_chunk *unlink_kept(struct staging *staging, struct staging_chunk **link)
+{
+    struct staging_chunk *chunk = *link;
+    *link = chunk->next;
+    staging->kept_size -= chunk->chunk.size;
+    return chunk;
+}
+
+/* Takes the smallest kept chunk of `size` to `size_max` bytes. Called with the lock held. */
 static struct staging_chunk *take_kept(struct staging *staging, uint64_t size, uint64_t size_max)
 {
-    struct staging_chunk **at = &staging->kept;
-    while (*at && ((*at)->chunk.size < size || (*at)->chunk.size > size_max))
-        at = &(*at)->next;
-    struct staging_chunk *chunk = *at;
-    if (chunk) {
-        *at = chunk->next;
-        staging->kept_size -= chunk->chunk.size;
-        chunk->chunk.used = 0;
-    }
+    struct staging_chunk **best = NULL;
+    for (struct staging_chunk **at = &staging->kept; *at; at = &(*at)->next)
+        if ((*at)->chunk.size >= size && (*at)->chunk.size <= size_max &&
+            (!best || (*at)->chunk.size < (*best)->chunk.size))
+            best = at;
+    if (!best)
+        return NULL;
+    struct staging_chunk *chunk = unlink_kept(staging, best);
+    chunk->chunk.used = 0;
     return chunk;
 }
 
@@ -111,15 +126,38 @@ static void free_chunks(const struct staging *staging, struct staging_chunk *chu
     }
 }
 
+/* The size of a new chunk: `size`, rounded up by at most a sixteenth, so that it also serves
+ * slightly larger inputs of later frames. */
+static uint64_t size_of_new(uint64_t size)
+{
+    if (size <= CHUNK_SIZE)
+        return CHUNK_SIZE;
+    const uint64_t step = (UINT64_C(1) << (63 - __builtin_clzll(size))) / 16;
+    return size > UINT64_MAX - step ? size : (size + step - 1) / step * step;
+}
+
+/* Measures how far apart takes are, in submissions. Called with the lock held. */
+static void note_take(struct staging *staging)
+{
+    const uint64_t gap = staging->submissions - staging->last_take;
+    const uint64_t decayed = staging->period - (staging->period + 7) / 8;
+    if (gap)
+        staging->period = gap > decayed ? gap : decayed;
+    staging->last_take = staging->submissions;
+}
+
 VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chunk **chunk)
 {
-    uint64_t new_size = size > CHUNK_SIZE ? size : CHUNK_SIZE;
+    uint64_t new_size = size_of_new(size);
     struct staging_chunk *freed = NULL;
     bool has_room = true;
     pthread_mutex_lock(&staging->lock);
-    *chunk = take_kept(staging, size, KEPT_FACTOR * new_size);
-    if (!*chunk)
+    note_take(staging);
+    *chunk = take_kept(staging, size, new_size > SMALL_SIZE ? new_size : SMALL_SIZE);
+    if (!*chunk && !make_room(staging, new_size, &freed)) {
+        new_size = size > CHUNK_SIZE ? size : CHUNK_SIZE;
         has_room = make_room(staging, new_size, &freed);
+    }
     pthread_mutex_unlock(&staging->lock);
     free_chunks(staging, freed);
     if (*chunk || !has_room)
@@ -136,15 +174,36 @@ VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chu
 void staging_give_back(struct staging *staging, struct staging_chunk *chunk)
 {
     pthread_mutex_lock(&staging->lock);
-    bool is_kept = chunk->chunk.size <= RETAINED_MAX - staging->kept_size;
-    if (is_kept) {
-        chunk->next = staging->kept;
-        staging->kept = chunk;
-        staging->kept_size += chunk->chunk.size;
-    } else {
-        staging->size -= chunk->chunk.size;
-    }
+    chunk->given_back = staging->submissions;
+    chunk->next = staging->kept;
+    staging->kept = chunk;
+    staging->kept_size += chunk->chunk.size;
     pthread_mutex_unlock(&staging->lock);
-    if (!is_kept)
-        free_chunk(staging->device, chunk);
+}
+
+/* Removes the kept chunks that have not been taken for long. Called with the lock held. */
+static struct staging_chunk *take_old(struct staging *staging)
+{
+    const uint64_t age_max = KEPT_PERIODS * (staging->period + 1);
+    struct staging_chunk *old = NULL, **at = &staging->kept;
+    while (*at && staging->kept_size > KEPT_ALWAYS) {
+        if (staging->submissions - (*at)->given_back <= age_max) {
+            at = &(*at)->next;
+            continue;
+        }
+        struct staging_chunk *chunk = unlink_kept(staging, at);
+        staging->size -= chunk->chunk.size;
+        chunk->next = old;
+        old = chunk;
+    }
+    return old;
+}
+
+void staging_note_submission(struct staging *staging)
+{
+    pthread_mutex_lock(&staging->lock);
+    staging->submissions++;
+    struct staging_chunk *old = take_old(staging);
+    pthread_mutex_unlock(&staging->lock);
+    free_chunks(staging, old);
 }

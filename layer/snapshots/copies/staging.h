@@ -11,6 +11,7 @@ struct staging_chunk {
     struct snapshot_chunk chunk; /* first */
     struct own_buffer buffer;
     struct staging_chunk *next;
+    uint64_t given_back; /* the number of submissions when the chunk was given back */
 };
 
 /* `budget`: the most bytes that all chunks may have, including those kept for later. */
@@ -21,5 +22,8 @@ void staging_destroy(struct staging *staging); /* accepts NULL */
  * now, or an error without host or device memory. Both functions may be called from any thread. */
 VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chunk **chunk);
 void staging_give_back(struct staging *staging, struct staging_chunk *chunk);
+
+/* Called before each submission: frees kept chunks that have not been taken for long. */
+void staging_note_submission(struct staging *staging);
 
 #endif

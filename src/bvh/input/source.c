@@ -6,6 +6,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "src/bvh/input/indices.h"
+
 uint64_t source_elements_in(uint64_t room, uint64_t size, uint64_t stride)
 {
     if (room < size)
@@ -255,6 +257,24 @@ bool source_corners(const struct source *source, uint32_t primitive, uint64_t in
             return false;
     }
     return true;
+}
+
+/* If triangles use few of many vertices, it is faster to read the triangles. */
+enum { VERTICES_PER_TRIANGLE = 4 };
+
+bool source_triangles_are_active(const struct source *source, uint32_t index_max)
+{
+    const uint64_t corners = (uint64_t)source->count * 3;
+    if (!corners)
+        return true;
+    const uint64_t vertices = source->indices ? (uint64_t)index_max + 1 : corners;
+    if (vertices > source->index_limit)
+        return false;
+    if (!source->format->has_nan)
+        return true;
+    return source->format->format == VK_FORMAT_R32G32B32_SFLOAT &&
+           vertices <= (uint64_t)source->count * VERTICES_PER_TRIANGLE &&
+           !positions_have_nan(source->vertices, source->stride, vertices);
 }
 
 enum source_state source_triangle(const struct source *source, uint32_t primitive,

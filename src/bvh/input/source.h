@@ -75,6 +75,10 @@ struct source {
     bool is_pointer_array, has_motion;
 };
 
+/* Whether all triangles are certainly active. Looks at each vertex once, which is faster than
+ * reading all triangles. `index_max`: the largest index; ignored if there are no indices. */
+bool source_triangles_are_active(const struct source *source, uint32_t index_max);
+
 /* Opens a geometry. Its type must match the structure and its format must be supported. Returns
  * false if the range exceeds the data. */
 bool source_open(struct source *source, bool has_motion, const struct builder_geometry *geometry,

@@ -26,7 +26,15 @@ struct content {
     const struct range_view *range; /* its build range is known */
     const struct input_memory *memory;
     const struct chained_input *chained; /* NULL: use the geometry's own chain */
-    bool has_gaps;                       /* the data of some instance is unknown */
+    struct geometry_inputs *retained;    /* for later updates, see content_retain_count() */
+    struct content_indices {             /* of triangles; zeros: none, or not readable */
+        const uint8_t *bytes;
+        uint32_t size; /* of an index, in bytes */
+        uint32_t max;  /* the largest index */
+        uint64_t count;
+        struct kept_indices *same; /* those of the update's source, if they are equal */
+    } indices;
+    bool has_gaps; /* the data of some instance is unknown */
     bool active[RULE_COUNT];
 };
 
@@ -78,18 +86,22 @@ void content_check_transform(struct content *content, uint32_t index, uint64_t r
 void content_check_instance(struct content *content, uint32_t index, bool has_motion,
                             const VkAccelerationStructureInstanceKHR *instance);
 
-/* Store the inputs that later updates are compared with: of every geometry, of triangles and AABBs,
- * and of one instance. */
+/* Store the inputs that later updates are compared with: of every geometry, which comes first, of
+ * triangles and AABBs, and of one instance. */
 void content_retain_count(struct content *content);
-void content_retain_inputs(struct content *content);
-void content_retain_instance(struct content *content, uint32_t index, uint64_t reference);
+void content_retain_inputs(const struct content *content);
+void content_retain_instance(const struct content *content, uint32_t index, uint64_t reference);
 void content_retain_unknown_instance(struct content *content);
 void content_release_inputs(struct walk *walk); /* called after the build is recorded */
 
 /* The structures that instances of the current build refer to, each once. */
 struct instance_uses {
-    struct accel_facts *items;
+    struct instance_use {
+        struct accel_facts referenced;
+        uint64_t checked; /* the last instance whose flags were validated, see instances.c */
+    } * items;
     uint32_t count, capacity;
+    uint32_t geometry;           /* the number of geometries with instances so far */
     struct handle_table indices; /* reference to index in `items` + 1 */
 };
 /* Removes all structures. Keeps the memory of `items`. */

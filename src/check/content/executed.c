@@ -223,6 +223,7 @@ static void walk_pairs(struct executed_call *call)
 void executed_call_read(struct executed_call *call, const struct executed_build *build)
 {
     call->walk.inputs = build->inputs;
+    call->walk.source_inputs = build->source_inputs;
     call->walk.point = build->point;
     if (build->build->is_indirect)
         read_indirect(call, build);
@@ -230,6 +231,7 @@ void executed_call_read(struct executed_call *call, const struct executed_build 
         read_direct(call, build);
     build_inputs_mark_known(build->inputs);
     call->walk.inputs = NULL;
+    call->walk.source_inputs = NULL;
     call->walk.point = NULL;
     collect_instances(call, build->build);
     retain_build(call, build);

@@ -10,10 +10,11 @@
 /* One build of one execution. */
 struct executed_build {
     const struct recorded_build *build;
-    uint64_t dst_id;                       /* of the dst structure; 0 if unknown */
-    struct input_memory memory;            /* the input data it read */
-    struct build_inputs *inputs;           /* filled for later updates; NULL: not needed */
-    const struct used_micromap_note *used; /* the micromaps that its geometries use */
+    uint64_t dst_id;                          /* of the dst structure; 0 if unknown */
+    struct input_memory memory;               /* the input data it read */
+    struct build_inputs *inputs;              /* filled for later updates; NULL: not needed */
+    const struct build_inputs *source_inputs; /* of an update; NULL: not needed, or unknown */
+    const struct used_micromap_note *used;    /* the micromaps that its geometries use */
     uint32_t used_count;
     const struct execution_point *point; /* of a build of instances; NULL: unknown */
 };

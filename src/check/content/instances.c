@@ -4,12 +4,16 @@
 #include <string.h>
 
 #include "src/base/array.h"
+#include "src/bvh/determinant.h"
 #include "src/bvh/input/source.h"
 #include "src/check/content/content.h"
 #include "src/state/builds/built_flags.h"
 
 /* Stride of instances with motion in bytes (VkAccelerationStructureGeometryInstancesDataKHR). */
 enum { MOTION_STRIDE = 160 };
+
+/* How many instances ahead of the current one are fetched from memory. */
+enum { PREFETCHED = 16 };
 
 /* ---- referenced structures */
 
@@ -32,13 +36,13 @@ void content_free_instances(struct instance_uses *instances)
 static void add_use(struct instance_uses *uses, uint64_t reference,
                     const struct accel_facts *referenced)
 {
-    struct accel_facts *items =
+    struct instance_use *items =
         array_make_room(uses->items, uses->count, &uses->capacity, sizeof(*items));
     if (!items)
         return;
     uses->items = items;
     if (handle_table_set(&uses->indices, reference, (void *)(uintptr_t)(uses->count + 1)))
-        uses->items[uses->count++] = *referenced;
+        uses->items[uses->count++] = (struct instance_use){.referenced = *referenced};
 }
 
 /* The reference is a handle in host builds, else a device address. */
@@ -54,6 +58,13 @@ static void look_up(const struct content *content, uint64_t reference,
                                   referenced);
 }
 
+static struct instance_use *find_use(const struct content *content, uint64_t reference)
+{
+    const struct instance_uses *uses = content->walk->instances;
+    uintptr_t found = uses ? (uintptr_t)handle_table_find(&uses->indices, reference) : 0;
+    return found ? &uses->items[found - 1] : NULL;
+}
+
 void content_find_reference(struct content *content, uint64_t reference,
                             struct accel_facts *referenced)
 {
@@ -63,12 +74,10 @@ void content_find_reference(struct content *content, uint64_t reference,
         return;
     if (!walk->instances)
         walk->instances = calloc(1, sizeof(*walk->instances));
-    if (walk->instances) {
-        uintptr_t found = (uintptr_t)handle_table_find(&walk->instances->indices, reference);
-        if (found) {
-            *referenced = walk->instances->items[found - 1];
-            return;
-        }
+    const struct instance_use *use = find_use(content, reference);
+    if (use) {
+        *referenced = use->referenced;
+        return;
     }
     look_up(content, reference, referenced);
     if (walk->instances && referenced->alive == YES)
@@ -119,8 +128,9 @@ static enum tristate find_disabling(const struct content *content,
                : UNKNOWN;
 }
 
-void content_check_instance(struct content *content, uint32_t index, bool has_motion,
-                            const VkAccelerationStructureInstanceKHR *instance)
+/* Evaluates all rules about an instance, except the one about its transform. */
+static void check_flags_and_reference(struct content *content, uint32_t index, bool has_motion,
+                                      const VkAccelerationStructureInstanceKHR *instance)
 {
     struct instance_view view = {.geometry = content->range->geometry,
                                  .index = index,
@@ -133,14 +143,48 @@ void content_check_instance(struct content *content, uint32_t index, bool has_mo
     content_walk_instance(content, &view);
     content_check_reference(content, index, &view.referenced);
     check_nv_reference(content, index, reference);
-    content_check_transform(content, index, reference, &instance->transform);
+}
+
+void content_check_instance(struct content *content, uint32_t index, bool has_motion,
+                            const VkAccelerationStructureInstanceKHR *instance)
+{
+    check_flags_and_reference(content, index, has_motion, instance);
+    content_check_transform(content, index, instance->accelerationStructureReference,
+                            &instance->transform);
+}
+
+/* Never 0. */
+static uint64_t checked_mark(const struct content *content,
+                             const VkAccelerationStructureInstanceKHR *instance)
+{
+    return ((uint64_t)content->walk->instances->geometry + 1) << 8 | instance->flags;
+}
+
+/* If the estimate of a determinant has a sign, the transform is invertible.
+ *
+ * Most instances refer to a structure that an earlier instance of the geometry refers to, with the
+ * same flags. Except for their transforms, they cannot add a finding, because each rule reports one
+ * finding at most. */
+static void check_plain_instance(struct content *content, uint32_t index,
+                                 const VkAccelerationStructureInstanceKHR *instance)
+{
+    const uint64_t reference = instance->accelerationStructureReference;
+    struct instance_use *use = find_use(content, reference);
+    if (!use || use->checked != checked_mark(content, instance)) {
+        check_flags_and_reference(content, index, false, instance);
+        use = find_use(content, reference);
+        if (use)
+            use->checked = checked_mark(content, instance);
+    }
+    if (!determinant_estimate(&instance->transform))
+        content_check_transform(content, index, reference, &instance->transform);
 }
 
 static void read_instance(struct content *content, uint32_t index, const void *bytes)
 {
     VkAccelerationStructureInstanceKHR instance;
     memcpy(&instance, bytes, sizeof(instance));
-    content_check_instance(content, index, false, &instance);
+    check_plain_instance(content, index, &instance);
     content_retain_instance(content, index, instance.accelerationStructureReference);
 }
 
@@ -210,8 +254,10 @@ static void read_plain_instances(struct content *content, VkDeviceOrHostAddressC
     const size_t size = sizeof(VkAccelerationStructureInstanceKHR);
     const uint8_t *next =
         content_find(content, data, range->primitiveOffset, range->primitiveCount, size, size);
-    for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += size)
+    for (uint32_t i = 0; next && i < range->primitiveCount; i++, next += size) {
+        __builtin_prefetch(next + PREFETCHED * size); /* processors do not, across pages */
         read_instance(content, i, next);
+    }
 }
 
 /* Skips host pointers to instances with motion. Instances have no motion without the extension. */
@@ -219,6 +265,8 @@ void content_read_instances(struct content *content,
                             const VkAccelerationStructureGeometryInstancesDataKHR *instances)
 {
     const struct build_view *build = content->range->geometry->build;
+    if (content->walk->instances)
+        content->walk->instances->geometry++;
     if (!(build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV)) {
         if (instances->arrayOfPointers)
             read_array_of_pointers(content, instances->data, read_pointed_instance);

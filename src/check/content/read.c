@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "src/base/recording_path.h"
+#include "src/bvh/input/indices.h"
 #include "src/check/content/micromap.h"
 #include "src/check/walk/rows.h"
 #include "src/rules/input.h"
@@ -111,14 +112,38 @@ static uint64_t count_vertices(const uint8_t *indices, uint32_t size, uint64_t c
     return found;
 }
 
-/* More vertices than exist can be used only if an index exceeds maxVertex. */
-static void view_indices(const uint8_t *indices, uint32_t size, struct indices_view *view)
+/* Finds the indices of triangles and the largest one. An update mostly has the indices of its
+ * source, whose largest one is known. */
+static void find_indices(struct content *content,
+                         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
 {
-    uint64_t count = (uint64_t)view->range->primitiveCount * 3;
+    const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
+    struct content_indices *indices = &content->indices;
+    indices->size = index_type_size(triangles->indexType);
+    indices->count = (uint64_t)range->primitiveCount * 3;
+    if (indices->size)
+        indices->bytes = content_find(content, triangles->indexData, range->primitiveOffset,
+                                      indices->count, indices->size, indices->size);
+    if (!indices->bytes)
+        return;
+    const struct geometry_inputs *source =
+        build_inputs_of(content->walk->source_inputs, content->range->geometry->index);
+    struct kept_indices *kept = source ? source->indices : NULL;
+    bool is_same = kept && kept->size == indices->count * indices->size &&
+                   memcmp(kept->bytes, indices->bytes, kept->size) == 0;
+    indices->same = is_same ? kept : NULL;
+    indices->max = is_same ? kept->max : indices_max(indices->bytes, indices->size, indices->count);
+}
+
+/* More vertices than exist can be used only if an index exceeds maxVertex. */
+static void view_indices(const struct content_indices *indices, struct indices_view *view)
+{
     uint32_t first = view->range->firstVertex, max = view->max_vertex;
     uint64_t limit = first <= max ? (uint64_t)max - first + 1 : 0;
-    for (uint64_t i = 0; i < count; i++) {
-        uint32_t index = content_read_index(indices, size, i);
+    if (indices->max < limit)
+        return;
+    for (uint64_t i = 0; i < indices->count; i++) {
+        uint32_t index = content_read_index(indices->bytes, indices->size, i);
         if (index < limit)
             continue;
         view->is_beyond = true;
@@ -126,28 +151,24 @@ static void view_indices(const uint8_t *indices, uint32_t size, struct indices_v
         view->index = index;
         break;
     }
-    if (view->is_beyond && count > (uint64_t)max + 1)
-        view->consumed = count_vertices(indices, size, count, (uint64_t)max + 2);
+    if (view->is_beyond && indices->count > (uint64_t)max + 1)
+        view->consumed =
+            count_vertices(indices->bytes, indices->size, indices->count, (uint64_t)max + 2);
 }
 
 /* Not for VK_NV_ray_tracing: its geometries have no build ranges, which these rules are about. */
-static void read_indices(struct content *content,
-                         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+static void check_indices(struct content *content,
+                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
 {
     const VkAccelerationStructureBuildRangeInfoKHR *range = content->range->range;
-    uint32_t size = index_type_size(triangles->indexType);
-    uint64_t count = (uint64_t)range->primitiveCount * 3;
     struct indices_view view = {
         .geometry = content->range->geometry, .range = range, .max_vertex = triangles->maxVertex};
-    if (size) {
-        const uint8_t *indices =
-            content_find(content, triangles->indexData, range->primitiveOffset, count, size, size);
-        if (!indices)
-            return;
-        view_indices(indices, size, &view);
-    } else if (triangles->indexType == VK_INDEX_TYPE_NONE_KHR) {
-        view.consumed = count;
-    }
+    if (content->indices.bytes)
+        view_indices(&content->indices, &view);
+    else if (content->indices.size)
+        return;
+    else if (triangles->indexType == VK_INDEX_TYPE_NONE_KHR)
+        view.consumed = content->indices.count;
     content_walk_indices(content, &view);
 }
 
@@ -195,8 +216,9 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
     memcpy(content.active, walk->active, sizeof(content.active));
     content_retain_count(&content);
     if (triangles) {
+        find_indices(&content, triangles);
         if (range->geometry->build->call->command != COMMAND_NV)
-            read_indices(&content, triangles);
+            check_indices(&content, triangles);
         read_transform(&content, triangles);
     }
     if (aabbs)

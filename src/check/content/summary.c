@@ -101,6 +101,9 @@ static uint64_t *find_inactive(const struct content *content)
         !describe(content, &described) || !content_open_source(content, &described, &source))
         return NULL;
     uint64_t *inactive = make_bits(count);
+    if (triangles_in(content->range->geometry->geometry) &&
+        source_triangles_are_active(&source, content->indices.max))
+        return inactive;
     for (uint32_t i = 0; inactive && i < count; i++) {
         enum source_state state = read_state(&source, i, described.type);
         if (state == SOURCE_INACTIVE) {
@@ -113,22 +116,14 @@ static uint64_t *find_inactive(const struct content *content)
     return inactive;
 }
 
-static void retain_indices(const struct content *content, struct geometry_inputs *retained)
+static void retain_indices(const struct content_indices *indices, struct geometry_inputs *retained)
 {
-    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        triangles_in(content->range->geometry->geometry);
-    uint32_t size = triangles ? index_type_size(triangles->indexType) : 0;
-    uint64_t count = (uint64_t)retained->primitive_count * 3;
-    const uint8_t *indices =
-        size ? content_find(content, triangles->indexData, content->range->range->primitiveOffset,
-                            count, size, size)
-             : NULL;
-    if (!indices || !count)
+    if (!indices->bytes || !indices->count)
         return;
-    retained->indices_size = count * size;
-    retained->indices = malloc(retained->indices_size);
-    if (retained->indices)
-        memcpy(retained->indices, indices, retained->indices_size);
+    retained->indices =
+        indices->same
+            ? kept_indices_share(indices->same)
+            : kept_indices_create(indices->bytes, indices->count * indices->size, indices->max);
 }
 
 /* Returns the retained inputs of the geometry, or NULL. Creates them for host builds; for device
@@ -150,25 +145,24 @@ static struct geometry_inputs *retained_inputs_of(struct content *content)
 
 void content_retain_count(struct content *content)
 {
-    struct geometry_inputs *retained = retained_inputs_of(content);
+    struct geometry_inputs *retained = content->retained = retained_inputs_of(content);
     if (!retained)
         return;
     retained->count_known = true;
     retained->primitive_count = content->range->range->primitiveCount;
 }
 
-void content_retain_inputs(struct content *content)
+void content_retain_inputs(const struct content *content)
 {
-    struct geometry_inputs *retained = retained_inputs_of(content);
-    if (!retained)
+    if (!content->retained)
         return;
-    retained->inactive = find_inactive(content);
-    retain_indices(content, retained);
+    content->retained->inactive = find_inactive(content);
+    retain_indices(&content->indices, content->retained);
 }
 
-void content_retain_instance(struct content *content, uint32_t index, uint64_t reference)
+void content_retain_instance(const struct content *content, uint32_t index, uint64_t reference)
 {
-    struct geometry_inputs *retained = retained_inputs_of(content);
+    struct geometry_inputs *retained = content->retained;
     if (!retained || content->has_gaps)
         return;
     if (!retained->inactive)
@@ -179,12 +173,11 @@ void content_retain_instance(struct content *content, uint32_t index, uint64_t r
 
 void content_retain_unknown_instance(struct content *content)
 {
-    struct geometry_inputs *retained = retained_inputs_of(content);
     content->has_gaps = true;
-    if (!retained)
+    if (!content->retained)
         return;
-    free(retained->inactive);
-    retained->inactive = NULL;
+    free(content->retained->inactive);
+    content->retained->inactive = NULL;
 }
 
 void content_release_inputs(struct walk *walk)

@@ -193,7 +193,7 @@ void pairs_collect_instances(struct sweep *sweep, const struct build_view *build
                              const struct instance_uses *instances)
 {
     for (uint32_t i = 0; i < instances->count; i++) {
-        const struct accel_facts *accel = &instances->items[i];
+        const struct accel_facts *accel = &instances->items[i].referenced;
         struct used_range *range = begin_range(sweep, build, ROLE_SRC, accel->handle);
         if (!range)
             return;

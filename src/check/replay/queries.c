@@ -26,6 +26,7 @@ void replay_query(struct replay *replay, const struct journal_entry *entry)
 {
     struct built query = {
         .state = BUILT_UNKNOWN,
+        .queried = entry->src,
         .sole = !build_states_find(replay->states, entry->dst_id),
         .compacted_size = compacted_size_of(replay, entry),
     };
@@ -52,6 +53,10 @@ void replay_answer(struct replay *replay, const struct host_view *host,
         return;
     struct compacted_size *compacted =
         entry->src ? compacted_size_of(replay, entry) : state->built.compacted_size;
-    if (compacted)
-        compacted_size_update(compacted, entry->size);
+    if (!compacted)
+        return;
+    compacted_size_update(compacted, entry->size);
+    if (replay->compacted && entry->size)
+        replay->compacted(replay->user, entry->src ? entry->src : state->built.queried,
+                          entry->size);
 }

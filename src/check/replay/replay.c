@@ -51,6 +51,7 @@ static void apply_entry(struct build_states *known, const struct journal_entry *
     case JOURNAL_WAIT_EVENT:
         build_states_release(known);
         break;
+    case JOURNAL_PRIMITIVES:
     case JOURNAL_USE_MICROMAP:
     case JOURNAL_RANGES:
     case JOURNAL_BIND:
@@ -154,6 +155,7 @@ static void write_entry(struct replay *replay, const struct journal *journal,
     case JOURNAL_USE_MICROMAP:
         replay_note_micromap(replay, journal, entry);
         break;
+    case JOURNAL_PRIMITIVES:
     case JOURNAL_RANGES:
     case JOURNAL_SET_EVENT:
     case JOURNAL_RESET_EVENT:
@@ -259,6 +261,7 @@ static bool writes_a_structure(const struct journal_entry *entry)
     case JOURNAL_COMPACT:
     case JOURNAL_FILL:
         return true;
+    case JOURNAL_PRIMITIVES:
     case JOURNAL_USE_MICROMAP:
     case JOURNAL_RANGES:
     case JOURNAL_BIND:

@@ -50,10 +50,13 @@ static void check_structure(struct replay *replay, const struct journal *journal
         report_missing(replay, journal, entry, handle, rule, &missing);
 }
 
+/* Silent if objects were destroyed since the submission: by now the batch may have completed, and
+ * its memory may have been freed. */
 void replay_backing(struct replay *replay, const struct journal *journal,
                     const struct journal_entry *entry)
 {
-    if (!replay->predecessors_known)
+    if (!replay->predecessors_known ||
+        replay->destroy_count != resources_destroy_count(replay->resources))
         return;
     if (entry->dst_is_sparse)
         check_structure(replay, journal, entry, entry->dst, entry->dst_id,

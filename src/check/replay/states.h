@@ -18,6 +18,7 @@ struct replay {
     struct build_undo *undo;               /* records the previous states; or NULL */
     struct timestamp now;                  /* when the batch executes */
     const struct execution_clock *follows; /* what certainly executes before the batch */
+    uint64_t destroy_count;                /* resources_destroy_count() at the submission */
     bool predecessors_known;   /* all work that executes before the batch has been replayed */
     bool never_is_certain;     /* only commands in journals build structures on this device */
     bool unordered;            /* the commands of the batch are unordered among themselves */
@@ -30,6 +31,8 @@ struct replay {
      * calls it. */
     bool (*found)(void *user, const struct journal *journal, uint32_t first_build, enum rule rule,
                   const struct location *location, const struct finding *finding);
+    /* Receives each compacted size that the host reads, with the structure's handle; or NULL. */
+    void (*compacted)(void *user, uint64_t structure, VkDeviceSize size);
     void *user;
 };
 

@@ -23,11 +23,12 @@ struct walk {
                        * shape hold (fast_path.h) */
     bool passes;      /* all rules about parameters of the current build and its geometries
                        * evaluated so far hold */
-    struct micromap_uses micromaps;      /* of the current build, see check_micromap_build */
-    struct build_inputs *inputs;         /* inputs of the current build to be retained; or NULL */
-    const struct execution_point *point; /* when the current build executed; NULL: unknown */
-    struct instance_uses *instances;     /* structures that its instances refer to, see
-                                          * check_host_inputs; NULL: none */
+    struct micromap_uses micromaps; /* of the current build, see check_micromap_build */
+    struct build_inputs *inputs;    /* inputs of the current build to be retained; or NULL */
+    const struct build_inputs *source_inputs; /* of the update's source; NULL: no update, unknown */
+    const struct execution_point *point;      /* when the current build executed; NULL: unknown */
+    struct instance_uses *instances;          /* structures that its instances refer to, see
+                                               * check_host_inputs; NULL: none */
 };
 
 /* Starts a walk with all active rules of the context, which must outlive it. */

@@ -20,7 +20,7 @@ enum {
     NAME_SHOWN = MESSAGE_NAME_SIZE - 1,
 };
 
-static void begin(struct json *json, const char *type)
+void line_begin(struct json *json, const char *type)
 {
     char text[TIME_SIZE + 32], seconds[TIME_SIZE];
     struct timespec now = {0};
@@ -69,7 +69,7 @@ static void write_setting(void *context, const char *key, const char *value)
 bool line_of_header(struct json *json, const VkApplicationInfo *application,
                     const struct settings *settings)
 {
-    begin(json, "Header");
+    line_begin(json, "Header");
     json_text(json, "Layer", "VK_LAYER_ASSAY_validation");
     json_text(json, "LayerVersion", ASSAY_VERSION);
     json_text(json, "RegistryVersion", registry_version);
@@ -83,7 +83,7 @@ bool line_of_header(struct json *json, const VkApplicationInfo *application,
 bool line_of_device(struct json *json, VkDevice device, const char *name,
                     const VkPhysicalDeviceDriverProperties *driver)
 {
-    begin(json, "Device");
+    line_begin(json, "Device");
     json_hex(json, "device", (uint64_t)(uintptr_t)device);
     json_text(json, "DeviceName", name);
     json_text_of_size(json, "Driver", driver->driverName, sizeof(driver->driverName));
@@ -191,6 +191,8 @@ static void write_origin(struct json *json, const struct message *message)
         json_hex(json, "queue", (uint64_t)(uintptr_t)origin->queue);
     if (origin->queue && origin->submission)
         json_number(json, "submission", origin->submission);
+    if (origin->when)
+        json_text(json, "when", origin->when);
     if (origin->command_buffer && message->location.subject != SUBJECT_CALL)
         json_number(json, "build", (uint64_t)origin->build_index + message->location.build);
 }
@@ -205,7 +207,7 @@ static void write_level(struct json *json, const struct message *message)
 
 bool line_of_message(struct json *json, const struct message *message, enum spec_text spec_text)
 {
-    begin(json, "Finding");
+    line_begin(json, "Finding");
     json_text(json, "Severity", severity_name(message->severity));
     json_text(json, "VUID", message->id);
     json_hex(json, "MessageID", (uint32_t)message->id_number);
@@ -231,7 +233,7 @@ bool line_of_message(struct json *json, const struct message *message, enum spec
 bool line_of_summary(struct json *json, const struct settings *settings,
                      const struct duplicates *duplicates, struct unchecked_counts *unchecked)
 {
-    begin(json, "Summary");
+    line_begin(json, "Summary");
     json_begin_object(json, "Findings");
     for (uint32_t id = 0; id < REPORTED_IDS; id++) {
         uint64_t found = atomic_load(&duplicates->ids[id].found);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The lines of log_format = json; json/findings.schema.json describes them.
  *
- * Each function begins and ends a line. It returns false if the line is not complete. */
+ * The functions that return bool begin and end a line. They return false if the line is not
+ * complete. */
 #ifndef ASSAY_REPORT_LOG_LINES_H
 #define ASSAY_REPORT_LOG_LINES_H
 
@@ -9,6 +10,9 @@
 #include "src/report/message.h"
 #include "src/report/settings.h"
 #include "src/report/summary.h"
+
+/* Begins a line with the members that all lines have. The other functions call it. */
+void line_begin(struct json *json, const char *type);
 
 /* `application` may be NULL. */
 bool line_of_header(struct json *json, const VkApplicationInfo *application,

@@ -204,3 +204,11 @@ int log_summary(struct log *log, const struct settings *settings,
     pthread_mutex_lock(&log->lock);
     return finish_line(log, line_of_summary(log->json, settings, duplicates, unchecked));
 }
+
+int log_add(struct log *log, const struct log_record *record)
+{
+    if (!log->json)
+        return 0;
+    pthread_mutex_lock(&log->lock);
+    return finish_line(log, line_of_record(log->json, record));
+}

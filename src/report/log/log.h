@@ -11,6 +11,7 @@
 #include <stdio.h>
 
 #include "src/report/log/lines.h"
+#include "src/report/log/records.h"
 
 struct log {
     FILE *file;
@@ -37,5 +38,6 @@ int log_device(struct log *log, VkDevice device, const char *name,
                const VkPhysicalDeviceDriverProperties *driver);
 int log_summary(struct log *log, const struct settings *settings,
                 const struct duplicates *duplicates, struct unchecked_counts *unchecked);
+int log_add(struct log *log, const struct log_record *record);
 
 #endif

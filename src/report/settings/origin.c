@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Finds out where a setting came from. The Vulkan utility library merges the sources and does not
- * say which one it took, so they are searched again here, in its order. */
+/* Finds out where a setting came from, and how it was written. The Vulkan utility library merges
+ * the sources and does not say which one it took, so they are searched again here, in its order. */
 #include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,7 +27,8 @@ static bool find_variable(const char *key, char name[NAME_SIZE])
     return false;
 }
 
-static bool file_has(const char *key, char path[SETTINGS_PATH_SIZE])
+/* Sets `has_comma` if the value has one. */
+static bool file_has(const char *key, char path[SETTINGS_PATH_SIZE], bool *has_comma)
 {
     static const char prefix[] = "assay_validation.";
     struct settings_line line;
@@ -41,6 +42,7 @@ static bool file_has(const char *key, char path[SETTINGS_PATH_SIZE])
     while (!found && settings_file_next(file, &buffer, &size, &line))
         found = line.value && strncmp(line.name, prefix, strlen(prefix)) == 0 &&
                 strcmp(line.name + strlen(prefix), key) == 0;
+    *has_comma = found && strchr(line.value, ',');
     free(buffer);
     fclose(file);
     return found;
@@ -49,13 +51,22 @@ static bool file_has(const char *key, char path[SETTINGS_PATH_SIZE])
 void settings_append_origin(struct text_buffer *text, const char *key)
 {
     char name[NAME_SIZE], path[SETTINGS_PATH_SIZE];
-    bool is_elevated = process_is_elevated();
+    bool is_elevated = process_is_elevated(), has_comma;
     if (!is_elevated && find_variable(key, name)) {
         text_append(text, "environment variable %s", name);
-    } else if (!is_elevated && file_has(key, path)) {
+    } else if (!is_elevated && file_has(key, path, &has_comma)) {
         text_append(text, "file ");
         text_append_quoted(text, path, PATH_SHOWN);
     } else {
         text_append(text, "VkLayerSettingsCreateInfoEXT");
     }
+}
+
+bool settings_has_comma(const char *key)
+{
+    char name[NAME_SIZE], path[SETTINGS_PATH_SIZE];
+    bool has_comma;
+    if (find_variable(key, name))
+        return strchr(getenv(name), ',');
+    return file_has(key, path, &has_comma) ? has_comma : true;
 }

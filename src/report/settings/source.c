@@ -86,17 +86,7 @@ static VkResult join(const char *const *texts, uint32_t count, char separator, c
     return VK_SUCCESS;
 }
 
-/* The library splits a text at its commas or, if it has none, at its colons. If a part still has a
- * colon, the text was split at commas. */
-static char filename_separator(const char *const *parts, uint32_t count)
-{
-    for (uint32_t i = 0; i < count; i++)
-        if (strchr(parts[i], ':'))
-            return ',';
-    return ':';
-}
-
-static VkResult read_texts(const struct settings_source *source, const char *key, bool is_filename,
+static VkResult read_texts(const struct settings_source *source, const char *key, bool is_text,
                            char **joined)
 {
     if (!source->set)
@@ -113,10 +103,9 @@ static VkResult read_texts(const struct settings_source *source, const char *key
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     VkResult result = settings_guard_texts(source->set, key, &count, texts);
     if (result == VK_SUCCESS) {
-        char separator = ',';
-        if (is_filename)
-            separator = filename_separator(texts, count);
-        result = join(texts, count, separator, joined);
+        /* The library has split the text at its commas or, if it has none, at its colons. */
+        bool was_split_at_colons = is_text && count > 1 && !settings_has_comma(key);
+        result = join(texts, count, was_split_at_colons ? ':' : ',', joined);
     }
     free(texts);
     /* A value of an unknown type counts as not set. */
@@ -128,8 +117,7 @@ VkResult settings_source_list(const struct settings_source *source, const char *
     return read_texts(source, key, false, list);
 }
 
-VkResult settings_source_filename(const struct settings_source *source, const char *key,
-                                  char **filename)
+VkResult settings_source_text(const struct settings_source *source, const char *key, char **text)
 {
-    return read_texts(source, key, true, filename);
+    return read_texts(source, key, true, text);
 }

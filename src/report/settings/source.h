@@ -28,9 +28,11 @@ VkResult settings_source_list(const struct settings_source *source, const char *
 /* The same, but only from VK_EXT_layer_settings. */
 VkResult settings_source_given(const struct settings_source *source, const char *key, char **list);
 
-/* The same for a key whose value is a file name, which may contain commas and colons. */
-VkResult settings_source_filename(const struct settings_source *source, const char *key,
-                                  char **filename);
+/* The same for a key whose value is one text, with the commas and colons that it was given with. */
+VkResult settings_source_text(const struct settings_source *source, const char *key, char **text);
+
+/* Whether the value of a key came with a comma, or as several values. The key must be set. */
+bool settings_has_comma(const char *key);
 
 /* Appends where the value of a key came from, such as: environment variable
  * VK_ASSAY_VALIDATION_LEVEL. The key must be set. */

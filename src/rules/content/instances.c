@@ -128,7 +128,8 @@ bool instance_references_are_zero_or_a_blas(const struct instance_view *instance
            violated(finding, content_field(instance->geometry, INPUT_INSTANCES),
                     "leads to instance {}, whose accelerationStructureReference {} is not the "
                     "address of an acceleration structure of this device",
-                    number(instance->index), hex(reference));
+                    number(instance->index),
+                    address_of_missing(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, reference));
 }
 
 /* ---- pointers to instances */

@@ -73,14 +73,14 @@ bool index_values_match_source(const struct updated_geometry_view *updated_geome
 {
     const struct geometry_inputs *asked, *source;
     if (!find_both(updated_geometry, &asked, &source) || !asked->indices || !source->indices ||
-        asked->indices_size != source->indices_size ||
+        asked->indices == source->indices || asked->indices->size != source->indices->size ||
         updated_geometry->asked->index_type != updated_geometry->source->index_type ||
-        memcmp(asked->indices, source->indices, asked->indices_size) == 0)
+        memcmp(asked->indices->bytes, source->indices->bytes, asked->indices->size) == 0)
         return true;
     uint64_t at = 0;
-    while (asked->indices[at] == source->indices[at])
+    while (asked->indices->bytes[at] == source->indices->bytes[at])
         at++;
-    uint64_t bytes_each = asked->indices_size / asked->primitive_count;
+    uint64_t bytes_each = asked->indices->size / asked->primitive_count;
     return changed(updated_geometry, finding,
                    "gives primitive {} other indices than it had when {} was last built ({})",
                    (uint32_t)(at / bytes_each));

@@ -78,7 +78,10 @@ enum built_state {
 struct built {
     /* Where the build was recorded: the command buffer and the build's position in it. For a host
      * build: NULL and the index in pInfos. */
-    VkCommandBuffer command_buffer;
+    union {
+        VkCommandBuffer command_buffer;
+        uint64_t queried; /* of a query: the handle of the structure */
+    };
     uint32_t position;
 
     uint32_t geometry_count;

@@ -3,6 +3,7 @@
 #include "src/state/builds/inputs.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 struct build_inputs *build_inputs_create(uint32_t count)
 {
@@ -23,13 +24,37 @@ struct build_inputs *build_inputs_share(struct build_inputs *inputs)
     return inputs;
 }
 
+struct kept_indices *kept_indices_create(const void *bytes, uint64_t size, uint32_t max)
+{
+    struct kept_indices *indices = malloc(sizeof(*indices) + size);
+    if (!indices)
+        return NULL;
+    atomic_init(&indices->references, 1);
+    indices->max = max;
+    indices->size = size;
+    memcpy(indices->bytes, bytes, size);
+    return indices;
+}
+
+struct kept_indices *kept_indices_share(struct kept_indices *indices)
+{
+    atomic_fetch_add_explicit(&indices->references, 1, memory_order_relaxed);
+    return indices;
+}
+
+static void release_indices(struct kept_indices *indices)
+{
+    if (indices && atomic_fetch_sub_explicit(&indices->references, 1, memory_order_acq_rel) == 1)
+        free(indices);
+}
+
 void build_inputs_release(struct build_inputs *inputs)
 {
     if (!inputs || atomic_fetch_sub_explicit(&inputs->references, 1, memory_order_acq_rel) != 1)
         return;
     for (uint32_t i = 0; i < inputs->count; i++) {
         free(inputs->items[i].inactive);
-        free(inputs->items[i].indices);
+        release_indices(inputs->items[i].indices);
     }
     free(inputs);
 }

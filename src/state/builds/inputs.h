@@ -13,13 +13,20 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/* The indices of a geometry. An update with the same indices shares those of its source. */
+struct kept_indices {
+    atomic_uint references;
+    uint32_t max;  /* the largest index */
+    uint64_t size; /* in bytes */
+    uint8_t bytes[];
+};
+
 /* Members are NULL if unknown or absent. */
 struct geometry_inputs {
     bool count_known;
     uint32_t primitive_count;
     uint64_t *inactive; /* bit i of word i / 64: primitive 64 * (i / 64) + i % 64 */
-    uint8_t *indices;
-    uint64_t indices_size; /* in bytes */
+    struct kept_indices *indices;
 };
 
 /* The reader of the data fills the items and then calls build_inputs_mark_known(); from then on
@@ -37,6 +44,10 @@ struct build_inputs {
 struct build_inputs *build_inputs_create(uint32_t count);
 struct build_inputs *build_inputs_share(struct build_inputs *inputs); /* may be NULL */
 void build_inputs_release(struct build_inputs *inputs);               /* may be NULL */
+
+/* Returns a copy with one reference, or NULL if there is no memory. */
+struct kept_indices *kept_indices_create(const void *bytes, uint64_t size, uint32_t max);
+struct kept_indices *kept_indices_share(struct kept_indices *indices);
 
 /* Called when the items are complete and will not change. */
 void build_inputs_mark_known(struct build_inputs *inputs); /* may be NULL */

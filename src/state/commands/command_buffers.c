@@ -253,6 +253,13 @@ bool command_buffers_incomplete(struct command_buffers *command_buffers)
     return incomplete;
 }
 
+void command_buffers_set_incomplete(struct command_buffers *command_buffers)
+{
+    reader_lock_write(&command_buffers->lock);
+    command_buffers->incomplete = true;
+    reader_lock_write_done(&command_buffers->lock);
+}
+
 /* Sets the facts of a handle without a record. */
 __attribute__((cold)) static void set_unknown_facts(struct command_buffers *command_buffers,
                                                     VkCommandBuffer handle,

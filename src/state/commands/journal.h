@@ -22,10 +22,11 @@
 enum journal_kind {
     JOURNAL_BUILD,
     JOURNAL_UPDATE,
-    JOURNAL_COPY,    /* a clone */
-    JOURNAL_COMPACT, /* a compacting copy */
-    JOURNAL_FILL,    /* dst is written from memory: a deserialization; any write of a micromap */
-    JOURNAL_EXECUTE, /* a secondary command buffer */
+    JOURNAL_COPY,       /* a clone */
+    JOURNAL_COMPACT,    /* a compacting copy */
+    JOURNAL_FILL,       /* dst is written from memory: a deserialization; any write of a micromap */
+    JOURNAL_EXECUTE,    /* a secondary command buffer */
+    JOURNAL_PRIMITIVES, /* `size`: the number of primitives of the next build; for record_builds */
     JOURNAL_USE_MICROMAP, /* the build of a later entry reads the micromap src */
     JOURNAL_RANGES,       /* the ranges of a call that uses sparse buffers; after its builds */
     JOURNAL_BIND,         /* dst: a sparse buffer, src: memory */
@@ -37,6 +38,16 @@ enum journal_kind {
     JOURNAL_SET_EVENT,
     JOURNAL_RESET_EVENT,
     JOURNAL_WAIT_EVENT,
+};
+
+/* What writes dst; the member `info` of a JOURNAL_FILL. */
+enum journal_fill {
+    FILL_READS_ACCEL, /* a deserialization of an acceleration structure */
+    /* dst is a VkMicromapEXT. */
+    FILL_BUILDS_MICROMAP,
+    FILL_CLONES_MICROMAP,
+    FILL_COMPACTS_MICROMAP,
+    FILL_READS_MICROMAP,
 };
 
 /* How a build uses a micromap. */
@@ -56,7 +67,8 @@ struct journal_entry {
     bool dst_backed, src_backed;       /* known at recording to lie in live memory */
     bool geometry_by_pointer;          /* the geometry is in ppGeometries */
     bool dst_is_sparse, src_is_sparse; /* lies in a sparse buffer */
-    uint32_t info;                     /* builds and updates: index in pInfos */
+    uint32_t info;                     /* builds and updates: index in pInfos; JOURNAL_FILL: enum
+                                        * journal_fill */
     uint32_t labels;                   /* see journal_note_labels */
     /* Structures by handle (VkAccelerationStructureNV for COMMAND_NV) and by id; the id changes if
      * the handle is reused. */

@@ -123,22 +123,43 @@ void object_names_set(struct object_names *names, VkObjectType type, uint64_t ha
     pthread_mutex_unlock(&names->lock);
 }
 
+/* Called with the lock held. */
+static size_t copy_name(const struct object_names *names, VkObjectType type, uint64_t handle,
+                        char *buffer, size_t size)
+{
+    const struct object_name *name = handle_table_find(&names->table, handle);
+    while (name && name->type != type)
+        name = name->next;
+    if (!name || !size)
+        return 0;
+    size_t length = strlen(name->text);
+    if (length >= size)
+        length = text_cut_length(name->text, size - 1);
+    memcpy(buffer, name->text, length);
+    return length;
+}
+
 size_t object_names_get(const struct object_names *names, VkObjectType type, uint64_t handle,
                         char *buffer, size_t size)
 {
     pthread_mutex_t *lock = (pthread_mutex_t *)&names->lock;
-    size_t length = 0;
     pthread_mutex_lock(lock);
-    const struct object_name *name = handle_table_find(&names->table, handle);
-    while (name && name->type != type)
-        name = name->next;
-    if (name && size) {
-        length = strlen(name->text);
-        if (length >= size)
-            length = text_cut_length(name->text, size - 1);
-        memcpy(buffer, name->text, length);
-    }
+    size_t length = copy_name(names, type, handle, buffer, size);
     pthread_mutex_unlock(lock);
+    if (size)
+        buffer[length] = '\0';
+    return length;
+}
+
+size_t object_names_try_get(const struct object_names *names, VkObjectType type, uint64_t handle,
+                            char *buffer, size_t size)
+{
+    pthread_mutex_t *lock = (pthread_mutex_t *)&names->lock;
+    size_t length = 0;
+    if (pthread_mutex_trylock(lock) == 0) {
+        length = copy_name(names, type, handle, buffer, size);
+        pthread_mutex_unlock(lock);
+    }
     if (size)
         buffer[length] = '\0';
     return length;

@@ -63,6 +63,8 @@ struct batch_run {
     const struct execution_clock *clock; /* all work that certainly executes before the batch */
     const struct submitted_commands *commands;
     uint32_t command_count;
+    /* See submission_set_origin(): objects may have been destroyed since the submission. */
+    uint64_t destroy_count;
     bool checked; /* `check` was called with this batch */
     /* False: batches that have not been submitted yet may execute before this one, so nothing about
      * it may be reported. Its effects still count. */
@@ -92,6 +94,10 @@ struct execution_hooks {
      * submission, such as vkSetEvent. Work before the rest of the queue is unknown then. Called
      * right after `capture`. */
     bool (*is_open)(void *user, VkQueue queue, const void *captured);
+    /* Called on the submitting thread before the call goes down, for each batch of commands, even
+     * if it is held: for what depends on the time of the submission, but not on the order. Several
+     * threads may be in this hook. Returns true to skip the call. */
+    bool (*inspect)(void *user, const struct batch_run *batch);
     /* Called before the call goes down, if all earlier batches have run, or belong to the same call
      * and were checked just before. Returns true to skip the call. */
     bool (*check)(void *user, const struct batch_run *batch);
@@ -146,16 +152,17 @@ void submission_add_signal(struct submission *submission, VkSemaphore semaphore,
 /* Makes submission_prepare skip the call, whatever the checks return. */
 void submission_set_skip(struct submission *submission);
 
-/* The number of the submitting call among those of its queue, and the labels that are open in the
- * queue. The submission takes over the reference; if it is NULL, the reference is released. */
+/* The number of the submitting call among those of its queue, the labels that are open in the
+ * queue, and the number of objects that were destroyed before. The submission takes over the
+ * reference to the labels; if the submission is NULL, the reference is released. */
 void submission_set_origin(struct submission *submission, uint64_t number,
-                           struct shared_labels *queue_labels);
+                           struct shared_labels *queue_labels, uint64_t destroy_count);
 
 /* The fence is signaled when the whole submission has executed. */
 void submission_set_fence(struct submission *submission, VkFence fence);
 
-/* Call before the call goes down, without a lock: calls `check`. Returns true if the call is to be
- * skipped; the submission has ended then. */
+/* Call before the call goes down, without a lock: calls `inspect` and `check`. Returns true if the
+ * call is to be skipped; the submission has ended then. */
 bool submission_prepare(struct submission *submission);
 
 /* Call after the call, without a lock: runs the batches that are ready. An error in `result` means

@@ -198,7 +198,11 @@ bool submission_prepare(struct submission *submission)
     if (!order->order_unknown)
         start(submission);
     bool is_prepared = submission->state == SUBMISSION_PREPARED;
-    bool skip = (is_prepared && submission_check(submission)) || submission->skip;
+    bool skip = submission->skip;
+    if (is_prepared) {
+        skip |= submission_inspect(submission);
+        skip |= submission_check(submission);
+    }
     if (skip) {
         if (is_prepared)
             fail(submission);

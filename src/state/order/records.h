@@ -77,8 +77,9 @@ struct submission {
     enum submission_state state;
     VkQueue queue;
     VkFence fence;
-    uint64_t number;                  /* among the calls that submit to the queue */
-    struct shared_labels *labels;     /* open in the queue */
+    uint64_t number;              /* among the calls that submit to the queue */
+    struct shared_labels *labels; /* open in the queue */
+    uint64_t destroy_count;
     struct order_queue *queue_record; /* NULL: the host */
     uint64_t serial;                  /* number among the calls that succeeded */
     uint32_t references; /* one of the caller until it finishes, one per held or runnable batch */
@@ -156,6 +157,8 @@ void execution_order_append_run(struct execution_order *order, struct order_batc
 void execution_order_set_unknown_locked(struct execution_order *order,
                                         enum order_unknown_reason why);
 void execution_order_drain(struct execution_order *order);
+/* Calls `inspect` for all batches. Returns whether to skip the call. */
+bool submission_inspect(struct submission *submission);
 /* Calls `check` for the ready batches if they are first in the run list and no thread is in a hook.
  * Returns whether to skip the call. */
 bool submission_check(struct submission *submission);

@@ -75,6 +75,7 @@ static struct batch_run describe(const struct order_batch *batch)
         .commands = batch->command_count ? &submission->commands[batch->first_commands] : NULL,
         .command_count = batch->command_count,
         .checked = submission->checked && batch < &submission->batches[submission->ready_count],
+        .destroy_count = submission->destroy_count,
         .predecessors_known = batch->predecessors_known,
     };
 }
@@ -139,6 +140,21 @@ void execution_order_drain(struct execution_order *order)
 }
 
 /* ---- around the call */
+
+bool submission_inspect(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    if (!order->hooks.inspect || order->order_unknown || submission->kind != SUBMIT_COMMANDS)
+        return false;
+    bool skip = false;
+    pthread_mutex_unlock(&order->lock);
+    for (uint32_t i = 0; i < submission->batch_count; i++) {
+        struct batch_run description = describe(&submission->batches[i]);
+        skip |= order->hooks.inspect(order->hooks.user, &description);
+    }
+    pthread_mutex_lock(&order->lock);
+    return skip;
+}
 
 bool submission_check(struct submission *submission)
 {

@@ -11,7 +11,7 @@ static void start_over(struct submission *submission)
     submission->next = NULL;
     submission->state = SUBMISSION_COLLECTING;
     submission->fence = VK_NULL_HANDLE;
-    submission->number = 0;
+    submission->number = submission->destroy_count = 0;
     submission->labels = NULL;
     submission->queue_record = NULL;
     submission->references = 1;
@@ -158,7 +158,7 @@ void submission_set_skip(struct submission *submission)
 }
 
 void submission_set_origin(struct submission *submission, uint64_t number,
-                           struct shared_labels *queue_labels)
+                           struct shared_labels *queue_labels, uint64_t destroy_count)
 {
     if (!submission) {
         shared_labels_release(queue_labels);
@@ -166,6 +166,7 @@ void submission_set_origin(struct submission *submission, uint64_t number,
     }
     submission->number = number;
     submission->labels = queue_labels;
+    submission->destroy_count = destroy_count;
 }
 
 void submission_set_fence(struct submission *submission, VkFence fence)

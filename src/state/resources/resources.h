@@ -197,6 +197,24 @@ uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress addr
  * found alive is alive. Takes no lock. */
 uint64_t resources_destroy_count(struct resources *resources);
 
+/* Finds the device address, or 0, and the size of a live buffer or structure that has one. Returns
+ * false if the handle is unknown or, unless `waits`, if the lock is taken: a signal handler may
+ * then call this. */
+struct resource_span {
+    VkDeviceAddress address;
+    VkDeviceSize size;
+};
+bool resources_find_span(struct resources *resources, VkObjectType type, uint64_t handle,
+                         bool waits, struct resource_span *span);
+
+/* Finds the live buffer at a device address, and the structure there: VK_NULL_HANDLE if there is
+ * none. */
+struct resources_at {
+    VkBuffer buffer;
+    VkAccelerationStructureKHR structure;
+};
+struct resources_at resources_find_at(struct resources *resources, VkDeviceAddress address);
+
 /* Returns the id of a live object of the device, or 0 if the handle is unknown. */
 enum resource_kind { RESOURCE_ACCEL, RESOURCE_ACCEL_NV, RESOURCE_BUFFER, RESOURCE_MICROMAP };
 uint64_t resources_find_id(struct resources *resources, enum resource_kind kind, uint64_t handle);

@@ -10,8 +10,8 @@ enum { GEOMETRIES_MAX = 4, BLOCKS = 64 };
 
 void *build_block(struct build_arguments *arguments, size_t size)
 {
-    void *block = calloc(1, size ? size : 1);
-    if (!block || arguments->block_count == BLOCKS)
+    void *block = calls_allocate(size);
+    if (arguments->block_count == BLOCKS)
         abort();
     arguments->blocks[arguments->block_count++] = block;
     return block;
@@ -157,9 +157,7 @@ static void take_info(struct calls *calls, struct build_arguments *arguments, bo
 
 struct build_arguments *build_arguments_take(struct calls *calls, bool is_host)
 {
-    struct build_arguments *arguments = calloc(1, sizeof(*arguments));
-    if (!arguments)
-        abort();
+    struct build_arguments *arguments = calls_allocate(sizeof(*arguments));
     uint8_t byte = take(calls);
     calls->has_stride_0 = false;
     calls->is_host_build = is_host;

@@ -65,7 +65,11 @@ struct calls {
     PFN_vkTraceRaysASSAY trace;
     VkQueue queues[QUEUES];
     bool is_cpu;
-    VkBool32 answer;                  /* of the messenger */
+    VkResult status;   /* of the last call that returned one */
+    VkBool32 answer;   /* of the messenger */
+    bool has_no_limit; /* of equal messages */
+    /* NULL, or gets each message. */
+    void (*hear)(const VkDebugUtilsMessengerCallbackDataEXT *data);
     bool is_host_build, has_stride_0; /* the build in hand */
 
     struct slot slots[KINDS][SLOTS_MAX];
@@ -140,6 +144,8 @@ struct build_arguments {
     void *blocks[64];
     uint32_t block_count;
 };
+/* Zeros; never NULL. The application allocates by this alone. */
+void *calls_allocate(size_t size);
 struct build_arguments *build_arguments_take(struct calls *calls, bool is_host);
 void build_arguments_free(struct build_arguments *arguments);
 /* Memory that lives as long as the arguments. */

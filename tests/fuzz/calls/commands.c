@@ -43,21 +43,21 @@ void call_begin(struct calls *calls)
     const VkCommandBufferBeginInfo info =
         MAKE(VkCommandBufferBeginInfo, .flags = take(calls) % 8, .pInheritanceInfo = &inheritance);
     if (commands)
-        calls->vk.BeginCommandBuffer(commands, &info);
+        calls->status = calls->vk.BeginCommandBuffer(commands, &info);
 }
 
 void call_end(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
     if (commands)
-        calls->vk.EndCommandBuffer(commands);
+        calls->status = calls->vk.EndCommandBuffer(commands);
 }
 
 void call_reset_commands(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
     if (commands)
-        calls->vk.ResetCommandBuffer(
+        calls->status = calls->vk.ResetCommandBuffer(
             commands, take(calls) % 2 ? VK_COMMAND_BUFFER_RESET_RELEASE_RESOURCES_BIT : 0);
 }
 

@@ -29,6 +29,8 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
                                            void *user)
 {
     const struct calls *calls = user;
+    if (calls->hear)
+        calls->hear(data);
     return strlen(data->pMessage) ? calls->answer : VK_FALSE;
 }
 
@@ -39,7 +41,7 @@ static VkResult create_instance(struct calls *calls, const char *level, bool ski
     static const char *const extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
     const char *backend = calls->is_cpu ? "cpu" : "driver";
     const char *when_full = skips_when_full ? "skip" : "wait";
-    const uint32_t budget_mib = 2, limit = 3;
+    const uint32_t budget_mib = 2, limit = calls->has_no_limit ? 0 : 3;
     const VkLayerSettingEXT settings[] = {
         {layers[0], "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &level},
         {layers[0], "backend", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &backend},

@@ -129,6 +129,7 @@ struct slot *pick(struct calls *calls, enum kind kind)
 
 void keep(struct calls *calls, struct slot *slot, VkDeviceSize size, VkResult result)
 {
+    calls->status = result;
     if (result == VK_SUCCESS)
         *slot = (struct slot){.handle = (uint64_t)(uintptr_t)calls->created,
                               .is_alive = true,
@@ -151,6 +152,14 @@ VkCommandBuffer pick_any_commands(struct calls *calls)
 }
 
 /* ---- the application's memory */
+
+void *calls_allocate(size_t size)
+{
+    void *block = calloc(1, size ? size : 1);
+    if (!block)
+        abort();
+    return block;
+}
 
 /* On both sides lies what no build can step over to reach other memory, which can be read but isn't
  * the application's, and which a sanitizer guards. */

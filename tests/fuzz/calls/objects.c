@@ -82,11 +82,12 @@ void call_bind_buffer(struct calls *calls)
     const VkDeviceMemory memory = PICK(VkDeviceMemory, calls, MEMORIES);
     const VkDeviceSize offset = take_offset(calls);
     if (take(calls) % 2)
-        calls->vk.BindBufferMemory2(calls->device, 1,
-                                    &MAKE(VkBindBufferMemoryInfo, .buffer = buffer,
-                                          .memory = memory, .memoryOffset = offset));
+        calls->status =
+            calls->vk.BindBufferMemory2(calls->device, 1,
+                                        &MAKE(VkBindBufferMemoryInfo, .buffer = buffer,
+                                              .memory = memory, .memoryOffset = offset));
     else
-        calls->vk.BindBufferMemory(calls->device, buffer, memory, offset);
+        calls->status = calls->vk.BindBufferMemory(calls->device, buffer, memory, offset);
     ask_address(calls, slot);
 }
 

@@ -34,8 +34,9 @@ void call_submit(struct calls *calls)
              .pCommandBuffers = commands, .signalSemaphoreCount = byte >> 1 & 1,
              .pSignalSemaphores = &signal);
     const VkSubmitInfo infos[] = {info, info};
-    calls->vk.QueueSubmit(calls->queues[(byte >> 4) % QUEUES], byte & 128 ? 2 : 1, infos,
-                          byte & 4 ? PICK(VkFence, calls, FENCES) : VK_NULL_HANDLE);
+    calls->status =
+        calls->vk.QueueSubmit(calls->queues[(byte >> 4) % QUEUES], byte & 128 ? 2 : 1, infos,
+                              byte & 4 ? PICK(VkFence, calls, FENCES) : VK_NULL_HANDLE);
 }
 
 void call_submit2(struct calls *calls)
@@ -56,8 +57,9 @@ void call_submit2(struct calls *calls)
         MAKE(VkSubmitInfo2, .waitSemaphoreInfoCount = byte & 1, .pWaitSemaphoreInfos = &wait,
              .commandBufferInfoCount = count, .pCommandBufferInfos = infos,
              .signalSemaphoreInfoCount = byte >> 1 & 1, .pSignalSemaphoreInfos = &signal);
-    calls->vk.QueueSubmit2(calls->queues[(byte >> 4) % QUEUES], 1, &info,
-                           byte & 4 ? PICK(VkFence, calls, FENCES) : VK_NULL_HANDLE);
+    calls->status =
+        calls->vk.QueueSubmit2(calls->queues[(byte >> 4) % QUEUES], 1, &info,
+                               byte & 4 ? PICK(VkFence, calls, FENCES) : VK_NULL_HANDLE);
 }
 
 /* ---- waits */
@@ -66,9 +68,9 @@ void call_wait_idle(struct calls *calls)
 {
     const uint8_t byte = take(calls);
     if (byte % 4 == 0)
-        calls->vk.DeviceWaitIdle(calls->device);
+        calls->status = calls->vk.DeviceWaitIdle(calls->device);
     else
-        calls->vk.QueueWaitIdle(calls->queues[byte % QUEUES]);
+        calls->status = calls->vk.QueueWaitIdle(calls->queues[byte % QUEUES]);
 }
 
 void call_wait_fence(struct calls *calls)

@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "tests/tools/measure.h"
 #include "workload.h"
@@ -20,13 +21,13 @@
 /* How many rays level `content + compare` traces after each build. */
 #define COMPARED_RAYS "1000"
 
-enum { MOST_SIDES = 6, MOST_SAMPLES = 101 };
+enum { MOST_SIDES = 7, MOST_SAMPLES = 101 };
 
 /* A world without the layer, or with it at a level. */
 struct side {
     const char *name; /* NULL: without */
     const char *level;
-    bool compares;
+    bool compares, records;
     struct fixture fixture;
     struct workload workload;
     double samples[MOST_SAMPLES], all_samples[MOST_SAMPLES]; /* of the thread; of all threads */
@@ -42,6 +43,23 @@ struct bench {
 
 /* ---- fixtures */
 
+static char record_name[] = "/tmp/assay-accuracy-XXXXXX";
+
+static const char *const record_settings[][2] = {
+    {"VK_ASSAY_VALIDATION_LOG_FORMAT", "json"},
+    {"VK_ASSAY_VALIDATION_LOG_FILENAME", record_name},
+    {"VK_ASSAY_VALIDATION_RECORD_BUILDS", "true"},
+};
+
+static void set_record(bool is_set)
+{
+    for (size_t i = 0; i < sizeof(record_settings) / sizeof(record_settings[0]); i++)
+        if (is_set)
+            setenv(record_settings[i][0], record_settings[i][1], 1);
+        else
+            unsetenv(record_settings[i][0]);
+}
+
 static void take_many_instances(struct null_driver_config *config)
 {
     config->as_properties.maxInstanceCount = 1 << 24;
@@ -55,19 +73,27 @@ static void open_fixture(const struct bench *bench, const struct side *side,
                                 .configure = bench->platform.is_null ? take_many_instances : NULL};
     if (side->compares)
         setenv(COMPARE, COMPARED_RAYS, 1);
+    set_record(side->records);
     const char *missing = fixture_open(fixture, &bench->platform, &setup);
     unsetenv(COMPARE);
+    set_record(false);
     if (missing != NULL) {
         fprintf(stderr, "accuracy_checks: no world: %s\n", missing);
         exit(1);
     }
 }
 
-static void open_side(struct bench *bench, const char *name, const char *level, bool compares)
+static struct side *add_side(struct bench *bench, const char *name, const char *level)
 {
     struct side *side = &bench->sides[bench->side_count++];
-    *side = (struct side){.name = name, .level = level, .compares = compares};
-    open_fixture(bench, side, &side->fixture);
+    *side = (struct side){.name = name, .level = level};
+    return side;
+}
+
+static void open_sides(struct bench *bench)
+{
+    for (uint32_t i = 0; i < bench->side_count; i++)
+        open_fixture(bench, &bench->sides[i], &bench->sides[i].fixture);
 }
 
 /* Whether this build of the layer has the setting: its manifest lists all. */
@@ -92,11 +118,19 @@ static void open_bench(struct bench *bench, const char *platform, bool is_quick)
         fprintf(stderr, "accuracy_checks: %s: %s\n", platform, missing);
         exit(77);
     }
-    open_side(bench, NULL, NULL, false);
+    const int record = mkstemp(record_name);
+    if (record < 0) {
+        perror("accuracy_checks: no file for the record");
+        exit(1);
+    }
+    close(record);
+    add_side(bench, NULL, NULL);
     for (size_t i = 0; i < sizeof(levels) / sizeof(levels[0]); i++)
-        open_side(bench, levels[i], levels[i], false);
+        add_side(bench, levels[i], levels[i]);
+    add_side(bench, "execution + record", "execution")->records = true;
     if (has_compare())
-        open_side(bench, "content + compare", "content", true);
+        add_side(bench, "content + compare", "content")->compares = true;
+    open_sides(bench);
 }
 
 /* Valid scenes have no findings. */
@@ -112,6 +146,7 @@ static void close_bench(struct bench *bench)
         }
         fixture_close(&side->fixture);
     }
+    unlink(record_name);
 }
 
 /* ---- time and memory */

@@ -12,7 +12,7 @@
 #include <string.h>
 
 #include "probes.h"
-#include "scene_extensions.h"
+#include "scene.h"
 #include "tests/fixture/make.h"
 
 enum { BUILDS = 24, FIRST = SCENE_BASE_BUILDS };

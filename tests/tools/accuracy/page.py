@@ -15,6 +15,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 LEVELS = ("parameters", "state", "execution", "content")
 COMPARE = "content + compare"
+RECORD = "execution + record"
 SCENES = {"small": "1,000 small meshes", "mesh": "one mesh", "instances": "100,000 instances"}
 ACCURACIES = ("fast", "robust", "exact")
 
@@ -88,6 +89,11 @@ def costs_of(costs, level, scene, by):
     elif cost := find_cost(costs, "lavapipe", scene, by, level):
         cost = {**cost, "added_ns": cost["added_all_threads_ns"]}
     return cost or fail(f"level {level}, {scene}, by the {by}: no cost")
+
+
+def record_cost(costs):
+    """What setting record_builds costs a small mesh, beside what its level costs."""
+    return float(find_cost(costs, "null", SCENES["small"], "device", RECORD)["added_ns"])
 
 
 def can_compare(costs):
@@ -282,6 +288,7 @@ def main():
 
     template = (pathlib.Path(__file__).parent / "page.md").read_text(encoding="utf-8")
     page = make_page({"CHECKS": checks_table(checks), "HOST": host_table(checks),
+                      "RECORD": duration(record_cost(costs)),
                       "MISTAKES": f"{checks[0]['mistakes']:,}", "VALID": f"{checks[0]['valid']:,}",
                       "RAYS": rays_table(rays), "TRACED": number(rays[0]["traced"]),
                       "BUILDER": builder_table(builder), "EFFECTS": effects_table(effects),

@@ -96,11 +96,16 @@ void side_open(struct side *side, const char *layer, const char *level)
 {
     const VkLayerSettingEXT setting = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1,
                                        &level};
+    side_open_with(side, layer, layer && level ? &setting : NULL);
+}
+
+void side_open_with(struct side *side, const char *layer, const VkLayerSettingEXT *setting)
+{
     const VkLayerSettingsCreateInfoEXT settings =
-        MAKE(VkLayerSettingsCreateInfoEXT, .settingCount = 1, .pSettings = &setting);
+        MAKE(VkLayerSettingsCreateInfoEXT, .settingCount = 1, .pSettings = setting);
     *side = (struct side){.layer = layer, .findings = tool_alloc(1, sizeof(*side->findings))};
     const VkDebugUtilsMessengerCreateInfoEXT messenger =
-        MAKE(VkDebugUtilsMessengerCreateInfoEXT, .pNext = layer && level ? &settings : NULL,
+        MAKE(VkDebugUtilsMessengerCreateInfoEXT, .pNext = setting ? &settings : NULL,
              .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
                                 VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
              .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,

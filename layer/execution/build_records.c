@@ -1,0 +1,238 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Makes the records of a batch from its journals. What a journal does not say, such as the memory
+ * of a structure, is looked up when the batch executes: the structure must exist then. */
+#include "layer/execution/build_records.h"
+
+#include "layer/layer.h"
+#include "src/report/log/records.h"
+#include "src/state/resources/nv_shape.h"
+
+struct writer {
+    const struct layer_device *device;
+    struct log_record record; /* with the members that are the same for the whole journal */
+    const struct journal_entry *primitives; /* of the next build; or NULL */
+};
+
+/* ---- structures */
+
+static const char *type_name(VkAccelerationStructureTypeKHR type)
+{
+    switch ((int)type) {
+    case VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR:
+        return "top level";
+    case VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR:
+        return "bottom level";
+    case VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR:
+        return "generic";
+    case VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR:
+        return "micromap";
+    }
+    return "unknown";
+}
+
+static void describe_accel(const struct writer *writer, const struct journal_entry *entry,
+                           struct log_record *record)
+{
+    struct accel_facts accel;
+    record->object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+    resources_look_up_accel(writer->device->resources,
+                            (VkAccelerationStructureKHR)(uintptr_t)entry->dst, &accel);
+    if (accel.id != entry->dst_id || !accel.details_known)
+        return;
+    record->type = type_name(accel.type);
+    record->size = accel.size;
+    record->memory = accel.memory;
+    record->memory_offset = accel.begin;
+}
+
+static void describe_nv(const struct writer *writer, const struct journal_entry *entry,
+                        struct log_record *record)
+{
+    struct nv_accel_facts accel;
+    record->object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
+    resources_ask_nv_accel(writer->device->resources,
+                           (VkAccelerationStructureNV)(uintptr_t)entry->dst, &accel);
+    if (accel.id == entry->dst_id && accel.created)
+        record->type = type_name(accel.created->type);
+    nv_shape_release(accel.created);
+    if (accel.id != entry->dst_id)
+        return;
+    record->size = accel.sizes.known ? accel.sizes.object : 0;
+    record->memory = accel.span.memory;
+    record->memory_offset = accel.span.begin;
+}
+
+static struct log_record describe(const struct writer *writer, enum record_kind kind,
+                                  const char *mode, const struct journal_entry *entry)
+{
+    struct log_record record = writer->record;
+    record.kind = kind;
+    record.mode = mode;
+    record.type = "unknown";
+    record.dst = entry->dst;
+    record.src = entry->src;
+    if (entry->command == COMMAND_NV)
+        describe_nv(writer, entry, &record);
+    else
+        describe_accel(writer, entry, &record);
+    return record;
+}
+
+/* ---- entries */
+
+static void add(const struct writer *writer, const struct log_record *record)
+{
+    reporter_record(writer->device->instance->reporter, record);
+}
+
+static void add_build(struct writer *writer, const struct journal_entry *entry)
+{
+    bool is_update = entry->kind == JOURNAL_UPDATE;
+    struct log_record record =
+        describe(writer, RECORD_BUILD, is_update ? "update" : "build", entry);
+    record.has_position = true;
+    record.position = entry->built.position;
+    if (entry->built.state == BUILT_BEFORE) {
+        record.type = type_name(entry->built.type);
+        record.has_geometries = true;
+        record.geometries = entry->built.geometry_count;
+    }
+    if (writer->primitives) {
+        record.has_primitives = true;
+        record.primitives = writer->primitives->size;
+    }
+    writer->primitives = NULL;
+    add(writer, &record);
+}
+
+static void add_copy(const struct writer *writer, const char *mode,
+                     const struct journal_entry *entry)
+{
+    struct log_record record = describe(writer, RECORD_COPY, mode, entry);
+    add(writer, &record);
+}
+
+/* A write of a VkMicromapEXT. */
+static void add_micromap(const struct writer *writer, const struct journal_entry *entry)
+{
+    static const char *const modes[] = {
+        [FILL_BUILDS_MICROMAP] = "build",
+        [FILL_CLONES_MICROMAP] = "clone",
+        [FILL_COMPACTS_MICROMAP] = "compact",
+        [FILL_READS_MICROMAP] = "deserialize",
+    };
+    struct log_record record = writer->record;
+    record.kind = entry->info == FILL_BUILDS_MICROMAP ? RECORD_BUILD : RECORD_COPY;
+    record.mode = modes[entry->info];
+    record.type = "micromap";
+    record.object_type = VK_OBJECT_TYPE_MICROMAP_EXT;
+    record.dst = entry->dst;
+    record.src = entry->src;
+    add(writer, &record);
+}
+
+static void add_journal(const struct layer_device *device, const struct batch_run *run,
+                        const struct journal *journal);
+
+static void add_entry(struct writer *writer, const struct batch_run *run,
+                      const struct journal_entry *entry)
+{
+    switch ((enum journal_kind)entry->kind) {
+    case JOURNAL_PRIMITIVES:
+        writer->primitives = entry;
+        break;
+    case JOURNAL_BUILD:
+    case JOURNAL_UPDATE:
+        add_build(writer, entry);
+        break;
+    case JOURNAL_COPY:
+        add_copy(writer, "clone", entry);
+        break;
+    case JOURNAL_COMPACT:
+        add_copy(writer, "compact", entry);
+        break;
+    case JOURNAL_FILL:
+        if (entry->info == FILL_READS_ACCEL)
+            add_copy(writer, "deserialize", entry);
+        else
+            add_micromap(writer, entry);
+        break;
+    case JOURNAL_EXECUTE:
+        add_journal(writer->device, run, entry->secondary);
+        break;
+    case JOURNAL_USE_MICROMAP:
+    case JOURNAL_RANGES:
+    case JOURNAL_BIND:
+    case JOURNAL_QUERY:
+    case JOURNAL_RESET_QUERIES:
+    case JOURNAL_ANSWER:
+    case JOURNAL_SET_EVENT:
+    case JOURNAL_RESET_EVENT:
+    case JOURNAL_WAIT_EVENT:
+        break;
+    }
+}
+
+/* Recursive: the device limits how deep secondary command buffers nest. */
+static void add_journal(const struct layer_device *device, const struct batch_run *run,
+                        const struct journal *journal)
+{
+    struct writer writer = {
+        .device = device,
+        .record = {.device = device->handle,
+                   .queue = run->queue,
+                   .submission = run->submission,
+                   .names = device->names,
+                   .command_buffer = journal->command_buffer},
+    };
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        add_entry(&writer, run, entry);
+}
+
+/* ---- batches */
+
+static void add_submission(const struct layer_device *device, const struct batch_run *run)
+{
+    reporter_record(device->instance->reporter, &(struct log_record){
+                                                    .kind = RECORD_SUBMISSION,
+                                                    .device = device->handle,
+                                                    .queue = run->queue,
+                                                    .submission = run->submission,
+                                                    .commands = run->commands,
+                                                    .command_count = run->command_count,
+                                                });
+}
+
+/* Sparse bindings are in the order, too. */
+static bool binds(const struct batch_run *run)
+{
+    const struct journal *journal = run->command_count ? run->commands[0].captured : NULL;
+    return journal && journal->binds;
+}
+
+/* Work of the host is recorded when it has ended. */
+void build_records_add_batch(const struct layer_device *device, const struct batch_run *run)
+{
+    if (run->work == WORK_BEGINS || run->work == WORK_FAILS || binds(run))
+        return;
+    if (run->work == WORK_OF_QUEUE)
+        add_submission(device, run);
+    for (uint32_t i = 0; i < run->command_count; i++)
+        if (run->commands[i].captured)
+            add_journal(device, run, run->commands[i].captured);
+}
+
+void build_records_add_size(const struct layer_device *device, VkAccelerationStructureKHR structure,
+                            VkDeviceSize compacted_size)
+{
+    reporter_record(device->instance->reporter,
+                    &(struct log_record){
+                        .kind = RECORD_SIZE,
+                        .device = device->handle,
+                        .names = device->names,
+                        .object_type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                        .dst = (uint64_t)(uintptr_t)structure,
+                        .compacted_size = compacted_size,
+                    });
+}

@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The list, without printf, which may allocate. */
+#include "layer/postmortem/pending_list.h"
+
+#include "layer/execution/submitted_builds.h"
+
+enum { NAME_SIZE = 256, RANKS = 4 };
+
+struct list {
+    const struct layer_device *device;
+    bool waits;
+    struct text_buffer *text;
+    uint32_t rank, listed, count;
+};
+
+/* ---- one build */
+
+static void append_object(const struct list *list, VkObjectType type, uint64_t handle)
+{
+    char name[NAME_SIZE];
+    const struct object_names *names = list->device->names;
+    size_t length = list->waits ? object_names_get(names, type, handle, name, sizeof(name))
+                                : object_names_try_get(names, type, handle, name, sizeof(name));
+    text_append_plain(list->text, object_type_name(type));
+    text_append_plain(list->text, " ");
+    text_append_hex(list->text, handle);
+    if (!length)
+        return;
+    text_append_plain(list->text, "[");
+    text_append_quoted(list->text, name, length);
+    text_append_plain(list->text, "]");
+}
+
+static void append_labels(const struct list *list, const char *what,
+                          const struct label_stack *labels)
+{
+    for (uint32_t i = 0; labels && i < labels->count; i++) {
+        text_append_plain(list->text, i ? " > " : what);
+        text_append_quoted(list->text, labels->labels[i].pLabelName, NAME_SIZE - 1);
+    }
+}
+
+static void append_structure(const struct list *list, const struct journal_entry *entry)
+{
+    const VkObjectType type = entry->command == COMMAND_NV
+                                  ? VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV
+                                  : VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+    struct resource_span span;
+    text_append_plain(list->text, entry->kind == JOURNAL_UPDATE ? "update of " : "build of ");
+    append_object(list, type, entry->dst);
+    if (!resources_find_span(list->device->resources, type, entry->dst, list->waits, &span))
+        return;
+    text_append_plain(list->text, " (");
+    text_append_count(list->text, span.size, "byte");
+    text_append_plain(list->text, ")");
+}
+
+static const char *words_of(const struct submitted_build *build)
+{
+    switch (build->state) {
+    case MARK_IS_UNKNOWN:
+        return "";
+    case MARK_IS_CLEAR:
+        return ": the device had not reached it";
+    case MARK_HAS_COPIES:
+        return build->lacks_inputs ? ": the device had reached it, and it had not finished"
+                                   : ": its inputs had been copied, and it had not finished";
+    case MARK_HAS_BUILDS:
+        return ": it had finished";
+    }
+    return "";
+}
+
+static void append_build(const struct list *list, const struct submitted_build *build)
+{
+    const struct journal_entry *entry = build->entry;
+    text_append_plain(list->text, "\n");
+    text_append_decimal(list->text, list->listed);
+    text_append_plain(list->text, ". ");
+    append_structure(list, entry);
+    text_append_plain(list->text, " from ");
+    text_append_count(list->text, entry->built.geometry_count, "geometry");
+    text_append_plain(list->text, ", ");
+    append_object(list, VK_OBJECT_TYPE_COMMAND_BUFFER,
+                  (uint64_t)(uintptr_t)build->journal->command_buffer);
+    text_append_plain(list->text, ", build ");
+    text_append_decimal(list->text, entry->built.position);
+    append_labels(list, ", labels ", journal_labels_at(build->journal, entry->built.position));
+    if (build->primary != build->journal->command_buffer) {
+        text_append_plain(list->text, ", executed by ");
+        append_object(list, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)build->primary);
+    }
+    text_append_plain(list->text, ", as submitted to ");
+    append_object(list, VK_OBJECT_TYPE_QUEUE, (uint64_t)(uintptr_t)build->queue);
+    if (build->submission) {
+        text_append_plain(list->text, ", submission ");
+        text_append_decimal(list->text, build->submission);
+    }
+    append_labels(list, ", queue labels ", build->queue_labels);
+    text_append_plain(list->text, words_of(build));
+    text_append_plain(list->text, ".");
+}
+
+/* ---- all builds */
+
+/* The likeliest culprit has rank 0. */
+static uint32_t rank_of(const struct submitted_build *build)
+{
+    switch (build->state) {
+    case MARK_HAS_COPIES:
+        return 0;
+    case MARK_IS_UNKNOWN:
+        return 1;
+    case MARK_IS_CLEAR:
+        return 2;
+    case MARK_HAS_BUILDS:
+        break;
+    }
+    return 3;
+}
+
+static bool count_build(void *user, const struct submitted_build *build)
+{
+    struct list *list = user;
+    (void)build;
+    list->count++;
+    return true;
+}
+
+static bool list_build(void *user, const struct submitted_build *build)
+{
+    struct list *list = user;
+    if (rank_of(build) != list->rank)
+        return true;
+    if (list->listed == PENDING_LISTED)
+        return false;
+    list->listed++;
+    append_build(list, build);
+    return true;
+}
+
+uint32_t pending_list_append(const struct layer_device *device, bool waits,
+                             struct text_buffer *text)
+{
+    struct submitted_builds *submitted = device->submitted_builds;
+    struct list list = {.device = device, .waits = waits, .text = text};
+    if (!submitted || !submitted_builds_each(submitted, waits, count_build, &list) || !list.count)
+        return 0;
+    text_append_count(text, list.count, "build");
+    text_append_plain(text, list.count == 1 ? " was" : " were");
+    text_append_plain(text, " submitted to ");
+    append_object(&list, VK_OBJECT_TYPE_DEVICE, (uint64_t)(uintptr_t)device->handle);
+    text_append_plain(text, " and may not be complete");
+    text_append_plain(text, list.count == 1 ? ":" : ", the likeliest culprit first:");
+    for (; list.rank < RANKS; list.rank++)
+        submitted_builds_each(submitted, waits, list_build, &list);
+    if (list.listed < list.count) {
+        text_append_plain(text, "\nand ");
+        text_append_decimal(text, list.count - list.listed);
+        text_append_plain(text, " more.");
+    }
+    return list.count;
+}

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The buffers and acceleration structures that were destroyed last, by their device addresses, for
+ * messages about an address that is no longer valid. Has its own lock. */
+#ifndef ASSAY_STATE_RESOURCES_DESTROYED_H
+#define ASSAY_STATE_RESOURCES_DESTROYED_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <vulkan/vulkan_core.h>
+
+enum { DESTROYED_MAX = 256, DESTROYED_NAME_SIZE = 64 };
+
+struct destroyed_object {
+    VkObjectType type; /* VK_OBJECT_TYPE_BUFFER or VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR */
+    uint64_t handle;
+    uint64_t address, size;         /* address 0: it had none */
+    uint64_t submissions;           /* calls that had submitted work when it was destroyed */
+    char name[DESTROYED_NAME_SIZE]; /* debug name; "" if it had none */
+};
+
+struct destroyed_objects;
+
+VkResult destroyed_objects_create(struct destroyed_objects **destroyed);
+void destroyed_objects_destroy(struct destroyed_objects *destroyed); /* accepts NULL */
+
+/* Adds an object, whose `submissions` is set here; forgets the oldest if there are too many. An
+ * object without an address is not added. */
+void destroyed_objects_add(struct destroyed_objects *destroyed,
+                           const struct destroyed_object *object);
+
+/* Finds the object that had an address last: a structure, if `type` is that of structures, whose
+ * address is exactly this one; else a buffer that contained it. Returns false if there is none. */
+bool destroyed_objects_find(struct destroyed_objects *destroyed, VkObjectType type,
+                            uint64_t address, struct destroyed_object *object);
+
+/* Finds the object, of either type, whose range had an address last. */
+bool destroyed_objects_find_range(struct destroyed_objects *destroyed, uint64_t address,
+                                  struct destroyed_object *object);
+
+/* Counts a call that submits work; and returns their number. The first accepts NULL. */
+void destroyed_objects_count_submission(struct destroyed_objects *destroyed);
+uint64_t destroyed_objects_submissions(const struct destroyed_objects *destroyed);
+
+#endif

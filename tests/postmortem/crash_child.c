@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Runs children, and looks at what is left of them. */
+#include "tests/postmortem/crash_child.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+enum { BUFFER_SIZE = 1 << 16 };
+
+char output[OUTPUT_SIZE];
+int status;
+
+/* ---- the child */
+
+void crash(int signal, bool in_thread, bool skips_copies)
+{
+    platform.null_driver.plan_fault(&(struct null_driver_fault){.kind = NULL_DRIVER_CRASH,
+                                                                .at = NULL_DRIVER_AT_BUILD,
+                                                                .skips_copies = skips_copies,
+                                                                .signal = signal,
+                                                                .in_thread = in_thread});
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    scene_build_boxes(commands, 1);
+    scene_submit(commands);
+}
+
+void open_at(const char *level)
+{
+    scene_open(&(struct scene_setup){
+        .settings.level = level, .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
+    fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance,
+                                                      fixture.instance.messenger, NULL);
+    fixture.instance.messenger = VK_NULL_HANDLE;
+    scene_invalidate_box(0);
+}
+
+/* Runs a function in a child process, with crash_report and a setting. Fills in `output`, what the
+ * child has written to stderr, and `status`. */
+void run(void (*child)(void), const char *setting, const char *value)
+{
+    int ends[2];
+    assert_int_equal(pipe(ends), 0);
+    fflush(NULL);
+    const pid_t pid = fork();
+    if (pid == 0) {
+        const int numbers[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT};
+        for (size_t i = 0; i < ARRAY_COUNT(numbers); i++)
+            signal(numbers[i], SIG_DFL); /* cmocka and sanitizers have theirs */
+        setrlimit(RLIMIT_CORE, &(struct rlimit){0});
+        dup2(ends[1], STDERR_FILENO);
+        setenv("VK_ASSAY_VALIDATION_CRASH_REPORT", "true", 1);
+        if (setting)
+            setenv(setting, value, 1);
+        child();
+        _exit(0);
+    }
+    close(ends[1]);
+    size_t length = 0;
+    ssize_t got;
+    while ((got = read(ends[0], output + length, sizeof(output) - 1 - length)) > 0)
+        length += (size_t)got;
+    output[length] = '\0';
+    close(ends[0]);
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+}
+
+void expect_signal(int number)
+{
+    if (!WIFSIGNALED(status) || WTERMSIG(status) != number)
+        fail_msg("status 0x%x, output: %s", (unsigned)status, output);
+}
+
+void expect_output(const char *part)
+{
+    if (!strstr(output, part))
+        fail_msg("\"%s\" is not in: %s", part, output);
+}
+
+void expect_no_output(const char *part)
+{
+    if (strstr(output, part))
+        fail_msg("\"%s\" is in: %s", part, output);
+}

@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Waits while the device makes no progress: one report, and results as without the layer. */
+#include "tests/snapshots/scene.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum { BUFFER_SIZE = 1 << 16, MILLISECOND = 1000 * 1000 };
+
+static VkFence fence;
+static VkSemaphore timeline;
+
+static void open_with(const char *seconds)
+{
+    setenv("VK_ASSAY_VALIDATION_HANG_SECONDS", seconds, 1);
+    scene_open(&(struct scene_setup){.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
+    fence = fence_create(&fixture.vk, fixture.device);
+    timeline = timeline_create(&fixture.vk, fixture.device);
+    scene_invalidate_box(0);
+}
+
+static void open_scene(void)
+{
+    open_with("1");
+}
+
+static void close_scene(void)
+{
+    platform.null_driver.reset();
+    fixture.vk.DestroyFence(fixture.device, fence, NULL);
+    fixture.vk.DestroySemaphore(fixture.device, timeline, NULL);
+    scene_close();
+}
+
+#define HANG_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
+
+/* Submits a build at which the device hangs, behind which a fence and a semaphore are signaled. */
+static void hang(bool skips_copies)
+{
+    const uint64_t one = 1;
+    const VkTimelineSemaphoreSubmitInfo values =
+        MAKE(VkTimelineSemaphoreSubmitInfo, .signalSemaphoreValueCount = 1,
+             .pSignalSemaphoreValues = &one);
+    platform.null_driver.plan_fault(&(struct null_driver_fault){
+        .kind = NULL_DRIVER_HANG, .at = NULL_DRIVER_AT_BUILD, .skips_copies = skips_copies});
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    scene_build_boxes(commands, 1);
+    GET(fixture.vk.EndCommandBuffer(commands));
+    const VkSubmitInfo info =
+        MAKE(VkSubmitInfo, .pNext = &values, .commandBufferCount = 1, .pCommandBuffers = &commands,
+             .signalSemaphoreCount = 1, .pSignalSemaphores = &timeline);
+    GET(fixture.vk.QueueSubmit(fixture.queue, 1, &info, fence));
+    fixture_expect_silence(&fixture);
+}
+
+static uint32_t count_of(const char *id)
+{
+    uint32_t count = 0;
+    const struct messages *messages = &fixture.instance.messages;
+    for (uint32_t i = 0; i < messages_kept(messages); i++)
+        count += strstr(messages->items[i].id, id) != NULL;
+    return count;
+}
+
+/* ---- another thread, which ends the hang when the layer has reported it */
+
+static VkBool32 VKAPI_CALL report_arrives(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
+                                          VkDebugUtilsMessageTypeFlagsEXT types,
+                                          const VkDebugUtilsMessengerCallbackDataEXT *data,
+                                          void *reported)
+{
+    if (strcmp(data->pMessageIdName, "ASSAY-hang") == 0)
+        *(atomic_bool *)reported = true;
+    return VK_FALSE;
+}
+
+static void *end_hang(void *reported)
+{
+    while (!atomic_load((atomic_bool *)reported))
+        nanosleep(&(struct timespec){.tv_nsec = MILLISECOND}, NULL);
+    platform.null_driver.end_hang();
+    return NULL;
+}
+
+static VkResult wait_for_fence(void)
+{
+    return fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, UINT64_MAX);
+}
+
+static VkResult wait_for_any_fence(void)
+{
+    VkFence fences[] = {fence_create(&fixture.vk, fixture.device), fence};
+    VkResult result = fixture.vk.WaitForFences(fixture.device, 2, fences, VK_FALSE, UINT64_MAX / 2);
+    fixture.vk.DestroyFence(fixture.device, fences[0], NULL);
+    return result;
+}
+
+static VkResult wait_for_semaphore(void)
+{
+    const uint64_t one = 1;
+    const VkSemaphoreWaitInfo info =
+        MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1, .pSemaphores = &timeline, .pValues = &one);
+    return fixture.vk.WaitSemaphores(fixture.device, &info, UINT64_MAX);
+}
+
+static VkResult wait_for_queue(void)
+{
+    return fixture.vk.QueueWaitIdle(fixture.queue);
+}
+
+static VkResult wait_for_device(void)
+{
+    return fixture.vk.DeviceWaitIdle(fixture.device);
+}
+
+/* The report comes while the call waits, and the finding only once. */
+static void expect_report(VkResult (*wait)(void))
+{
+    atomic_bool reported = false;
+    VkDebugUtilsMessengerEXT messenger;
+    pthread_t thread;
+    const VkDebugUtilsMessengerCreateInfoEXT info =
+        MAKE(VkDebugUtilsMessengerCreateInfoEXT,
+             .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+             .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                            VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
+             .pfnUserCallback = report_arrives, .pUserData = &reported);
+    hang(false);
+    GET(fixture.instance.vk.CreateDebugUtilsMessengerEXT(fixture.instance.instance, &info, NULL,
+                                                         &messenger));
+    assert_int_equal(pthread_create(&thread, NULL, end_hang, &reported), 0);
+    GET(wait());
+    pthread_join(thread, NULL);
+    GET(fixture.vk.DeviceWaitIdle(fixture.device));
+    fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance, messenger, NULL);
+    assert_int_equal(fixture.instance.messages.count, 2);
+    assert_int_equal(messages_count(&fixture.instance.messages, "ASSAY-hang",
+                                    ": its inputs had been copied, and it had not finished."),
+                     1);
+    assert_int_equal(count_of("VUID"), 1);
+    const char *finding = fixture.instance.messages.items[0].text;
+    assert_non_null(strstr(finding, "read while the device made no progress"));
+}
+
+HANG_TEST(test_fence)
+{
+    expect_report(wait_for_fence);
+}
+
+HANG_TEST(test_any_fence)
+{
+    expect_report(wait_for_any_fence);
+}
+
+HANG_TEST(test_semaphore)
+{
+    expect_report(wait_for_semaphore);
+}
+
+HANG_TEST(test_queue)
+{
+    expect_report(wait_for_queue);
+}
+
+HANG_TEST(test_device)
+{
+    expect_report(wait_for_device);
+}
+
+/* ---- timeouts */
+
+HANG_TEST(test_timeouts_stay)
+{
+    hang(true);
+    const uint64_t timeouts[] = {0, 1, 20 * MILLISECOND, 600 * (uint64_t)MILLISECOND};
+    const uint64_t calls = platform.null_driver.calls("vkWaitForFences");
+    assert_int_equal(fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, 0), VK_TIMEOUT);
+    assert_true(platform.null_driver.calls("vkWaitForFences") > calls);
+    for (size_t i = 0; i < ARRAY_COUNT(timeouts); i++) {
+        struct timespec begin, end;
+        clock_gettime(CLOCK_MONOTONIC, &begin);
+        assert_int_equal(fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, timeouts[i]),
+                         VK_TIMEOUT);
+        clock_gettime(CLOCK_MONOTONIC, &end);
+        const uint64_t passed = (uint64_t)(end.tv_sec - begin.tv_sec) * 1000 * MILLISECOND +
+                                (uint64_t)end.tv_nsec - (uint64_t)begin.tv_nsec;
+        assert_true(passed >= timeouts[i]);
+    }
+    platform.null_driver.end_hang();
+    GET(wait_for_fence());
+}
+
+/* A wait that is longer than hang_seconds reports, and still times out; and only one does. */
+HANG_TEST(test_reports_once)
+{
+    hang(true);
+    for (int i = 0; i < 2; i++)
+        assert_int_equal(fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE,
+                                                  1500 * (uint64_t)MILLISECOND),
+                         VK_TIMEOUT);
+    expect_messages(1,
+                    "The device has made no progress for 1 second, while the application waits "
+                    "for it. 1 build was submitted");
+    platform.null_driver.set_device_lost(true);
+    assert_int_equal(wait_for_fence(), VK_ERROR_DEVICE_LOST);
+    assert_int_equal(wait_for_device(), VK_ERROR_DEVICE_LOST);
+}
+
+TEST_CLOSED(test_off, close_scene)
+{
+    open_with("0");
+    hang(false);
+    assert_int_equal(
+        fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, 1500 * (uint64_t)MILLISECOND),
+        VK_TIMEOUT);
+    fixture_expect_silence(&fixture);
+}
+
+/* What the application waits for is signaled while it waits, so errors reach it. */
+HANG_TEST(test_lost_while_waiting)
+{
+    hang(false);
+    platform.null_driver.plan_fault(&(struct null_driver_fault){
+        .kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_WAIT, .number = 2});
+    assert_int_equal(wait_for_device(), VK_ERROR_DEVICE_LOST);
+    assert_int_equal(count_of("ASSAY-device-lost"), 1);
+    assert_int_equal(count_of("ASSAY-hang"), 0);
+}

@@ -1,0 +1,236 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "frames.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/tools/fail.h"
+#include "tests/tools/measure.h"
+
+enum { REFERRED = 1000 }; /* structures that instances refer to */
+
+struct frames {
+    struct frame_kind kind;
+    struct gpu *gpu;
+    struct gpu_buffer vertices, indices, instances, scratch, storage;
+    struct gpu_structure *structures; /* kind.builds */
+    struct frames *referred;          /* of a top-level structure */
+    VkAccelerationStructureGeometryKHR geometry;
+    VkAccelerationStructureBuildGeometryInfoKHR *infos;
+    VkAccelerationStructureBuildRangeInfoKHR range;
+    const VkAccelerationStructureBuildRangeInfoKHR **ranges;
+    VkCommandPool pool;
+    VkCommandBuffer commands;
+    VkFence fence;
+    bool is_built;
+};
+
+/* ---- inputs */
+
+/* Fills a buffer of the device's by a copy, as an application does. */
+static struct gpu_buffer upload(struct gpu *gpu, const char *name, const void *bytes,
+                                VkDeviceSize size)
+{
+    struct gpu_buffer from =
+        gpu_create_buffer(gpu, "upload", GPU_PLACE_HOST, VK_BUFFER_USAGE_TRANSFER_SRC_BIT, size);
+    struct gpu_buffer to = gpu_create_buffer(
+        gpu, name, GPU_PLACE_DEVICE,
+        VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR,
+        size);
+    memcpy(from.data, bytes, size);
+    VkCommandBuffer commands = gpu_begin(gpu);
+    const VkBufferCopy region = {.size = size};
+    gpu->calls.CmdCopyBuffer(commands, from.handle, to.handle, 1, &region);
+    gpu_barrier(gpu, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+                VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, VK_ACCESS_SHADER_READ_BIT);
+    gpu_submit(gpu, commands);
+    gpu_destroy_buffer(gpu, &from);
+    return to;
+}
+
+/* A strip of triangles: triangle i has the vertices i, i + 1, i + 2. */
+static void open_triangles(struct frames *frames)
+{
+    const uint32_t count = frames->kind.primitives;
+    float(*vertices)[3] = tool_alloc(count + 2, sizeof(*vertices));
+    uint32_t(*indices)[3] = tool_alloc(count, sizeof(*indices));
+    for (uint32_t i = 0; i < count + 2; i++)
+        memcpy(vertices[i], (float[3]){(float)(i / 2), (float)(i % 2), (float)(i % 7)}, 12);
+    for (uint32_t i = 0; i < count; i++)
+        memcpy(indices[i], (uint32_t[3]){i, i + 1, i + 2}, 12);
+    frames->vertices = upload(frames->gpu, "vertices", vertices, (count + 2) * sizeof(*vertices));
+    frames->indices = upload(frames->gpu, "indices", indices, count * sizeof(*indices));
+    free(vertices);
+    free(indices);
+    frames->geometry =
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR);
+    frames->geometry.geometry.triangles = MAKE(
+        VkAccelerationStructureGeometryTrianglesDataKHR, .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+        .vertexData.deviceAddress = frames->vertices.address, .vertexStride = 12,
+        .maxVertex = count + 1, .indexType = VK_INDEX_TYPE_UINT32,
+        .indexData.deviceAddress = frames->indices.address);
+}
+
+/* Instances refer to many structures, in no order. */
+static void open_instances(struct frames *frames, struct side *side)
+{
+    const struct frame_kind kind = {.builds = REFERRED, .primitives = 12};
+    const uint32_t count = frames->kind.primitives;
+    VkAccelerationStructureInstanceKHR *instances = tool_alloc(count, sizeof(*instances));
+    frames->referred = frames_open(&kind, side);
+    frames_run(frames->referred);
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t referred = (uint32_t)((i * UINT64_C(2654435761)) >> 7) % REFERRED;
+        instances[i] = (VkAccelerationStructureInstanceKHR){
+            .transform = {{{1, 0, 0, (float)i}, {0, 2, 0, 0}, {0, 0.5F, 1, 0}}},
+            .instanceCustomIndex = i & 0xffffff,
+            .mask = 0xff,
+            .accelerationStructureReference =
+                gpu_structure_address(frames->gpu, &frames->referred->structures[referred])};
+    }
+    frames->instances = upload(frames->gpu, "instances", instances, count * sizeof(*instances));
+    free(instances);
+    frames->geometry =
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR);
+    frames->geometry.geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                                               .data.deviceAddress = frames->instances.address);
+}
+
+/* ---- structures */
+
+static VkDeviceSize align(VkDeviceSize size, VkDeviceSize alignment)
+{
+    return (size + alignment - 1) / alignment * alignment;
+}
+
+static VkAccelerationStructureTypeKHR type_of(const struct frames *frames)
+{
+    return frames->kind.is_top_level ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                                     : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
+}
+
+static void open_structures(struct frames *frames)
+{
+    struct gpu *gpu = frames->gpu;
+    const uint32_t builds = frames->kind.builds;
+    VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
+    VkAccelerationStructureBuildGeometryInfoKHR info = MAKE(
+        VkAccelerationStructureBuildGeometryInfoKHR, .type = type_of(frames),
+        .flags = frames->kind.updates ? VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR
+                                      : VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR,
+        .geometryCount = 1, .pGeometries = &frames->geometry);
+    gpu->calls.GetAccelerationStructureBuildSizesKHR(
+        gpu->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info,
+        &frames->kind.primitives, &sizes);
+    const VkDeviceSize scratch =
+        align(sizes.buildScratchSize > sizes.updateScratchSize ? sizes.buildScratchSize
+                                                               : sizes.updateScratchSize,
+              256);
+    const VkDeviceSize size = align(sizes.accelerationStructureSize, 256);
+    frames->scratch = gpu_create_scratch(gpu, "scratch", scratch * builds);
+    frames->storage = gpu_create_buffer(gpu, "structures", GPU_PLACE_DEVICE,
+                                        VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+                                            VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+                                        size * builds);
+    frames->structures = tool_alloc(builds, sizeof(*frames->structures));
+    frames->infos = tool_alloc(builds, sizeof(*frames->infos));
+    frames->ranges = tool_alloc(builds, sizeof(*frames->ranges));
+    for (uint32_t i = 0; i < builds; i++) {
+        frames->structures[i] = gpu_create_structure_in(gpu, "structure", type_of(frames),
+                                                        frames->storage.handle, i * size, size);
+        frames->infos[i] = info;
+        frames->infos[i].dstAccelerationStructure = frames->structures[i].handle;
+        frames->infos[i].scratchData.deviceAddress =
+            gpu_scratch_address(gpu, &frames->scratch) + i * scratch;
+        frames->ranges[i] = &frames->range;
+    }
+    frames->range.primitiveCount = frames->kind.primitives;
+}
+
+struct frames *frames_open(const struct frame_kind *kind, struct side *side)
+{
+    struct frames *frames = tool_alloc(1, sizeof(*frames));
+    struct gpu *gpu = frames->gpu = &side->gpu;
+    frames->kind = *kind;
+    if (kind->is_top_level)
+        open_instances(frames, side);
+    else
+        open_triangles(frames);
+    open_structures(frames);
+    const VkCommandPoolCreateInfo pool =
+        MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
+             .queueFamilyIndex = gpu->queue_family);
+    TOOL_CALL(gpu->calls, CreateCommandPool, gpu->device, &pool, NULL, &frames->pool);
+    const VkCommandBufferAllocateInfo allocate =
+        MAKE(VkCommandBufferAllocateInfo, .commandPool = frames->pool, .commandBufferCount = 1);
+    TOOL_CALL(gpu->calls, AllocateCommandBuffers, gpu->device, &allocate, &frames->commands);
+    const VkFenceCreateInfo fence = MAKE(VkFenceCreateInfo);
+    TOOL_CALL(gpu->calls, CreateFence, gpu->device, &fence, NULL, &frames->fence);
+    return frames;
+}
+
+void frames_close(struct frames *frames)
+{
+    if (!frames)
+        return;
+    struct gpu *gpu = frames->gpu;
+    gpu->calls.DestroyFence(gpu->device, frames->fence, NULL);
+    gpu->calls.DestroyCommandPool(gpu->device, frames->pool, NULL);
+    for (uint32_t i = 0; i < frames->kind.builds; i++)
+        gpu_destroy_structure(gpu, &frames->structures[i]);
+    gpu_destroy_buffer(gpu, &frames->vertices);
+    gpu_destroy_buffer(gpu, &frames->indices);
+    gpu_destroy_buffer(gpu, &frames->instances);
+    gpu_destroy_buffer(gpu, &frames->scratch);
+    gpu_destroy_buffer(gpu, &frames->storage);
+    frames_close(frames->referred);
+    free(frames->structures);
+    free(frames->infos);
+    free(frames->ranges);
+    free(frames);
+}
+
+/* ---- frames */
+
+static void choose_mode(struct frames *frames)
+{
+    const bool updates = frames->kind.updates && frames->is_built;
+    for (uint32_t i = 0; i < frames->kind.builds; i++) {
+        frames->infos[i].mode = updates ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                                        : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+        frames->infos[i].srcAccelerationStructure =
+            updates ? frames->structures[i].handle : VK_NULL_HANDLE;
+    }
+    frames->is_built = true;
+}
+
+static void record(struct frames *frames)
+{
+    struct gpu *gpu = frames->gpu;
+    const VkCommandBufferBeginInfo begin = MAKE(VkCommandBufferBeginInfo);
+    TOOL_CALL(gpu->calls, BeginCommandBuffer, frames->commands, &begin);
+    gpu_barrier(gpu, frames->commands, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+                VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+                VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+                VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                    VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
+    gpu->calls.CmdBuildAccelerationStructuresKHR(frames->commands, frames->kind.builds,
+                                                 frames->infos, frames->ranges);
+    TOOL_CALL(gpu->calls, EndCommandBuffer, frames->commands);
+}
+
+struct frame_times frames_run(struct frames *frames)
+{
+    struct gpu *gpu = frames->gpu;
+    choose_mode(frames);
+    const double wall = read_clock(CLOCK_MONOTONIC), cpu = read_clock(CLOCK_PROCESS_CPUTIME_ID);
+    record(frames);
+    const VkSubmitInfo submit =
+        MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &frames->commands);
+    TOOL_CALL(gpu->calls, QueueSubmit, gpu->queue, 1, &submit, frames->fence);
+    TOOL_CALL(gpu->calls, WaitForFences, gpu->device, 1, &frames->fence, VK_TRUE, UINT64_MAX);
+    TOOL_CALL(gpu->calls, ResetFences, gpu->device, 1, &frames->fence);
+    return (struct frame_times){read_clock(CLOCK_MONOTONIC) - wall,
+                                read_clock(CLOCK_PROCESS_CPUTIME_ID) - cpu};
+}
