@@ -2,6 +2,7 @@
 """A mutated copy of the repository, built and tested. Each worker of scripts/mutants has one."""
 import json
 import os
+import re
 import signal
 import subprocess
 import threading
@@ -84,6 +85,8 @@ class Test:
         self.name, self.command = description["name"], description["command"]
         self.folder = properties["WORKING_DIRECTORY"]
         self.skipped = properties.get("SKIP_RETURN_CODE")
+        self.failures = [re.compile(text)
+                         for text in properties.get("FAIL_REGULAR_EXPRESSION", [])]
         self.environment = {name: value for name, value in os.environ.items()
                             if not name.startswith(("VK_", "ASSAY_"))}
         self.environment.update(LAYERS_DISABLED, ASSAY_TEST_SEED=str(seed))
@@ -97,6 +100,8 @@ class Test:
         if limited:
             limits = max(SHORTEST_TIMEOUT, 20 * self.seconds), 3 + int(10 * self.seconds)
         status, self.output = run_process(self.command, self.folder, self.environment, *limits)
+        if any(failure.search(self.output) for failure in self.failures):
+            return False
         return status == 0 or (status is not None and status == self.skipped)
 
 

@@ -75,6 +75,18 @@ class Repository(unittest.TestCase):
         self.assertIsNone(again.find(dropped))
 
 
+class Explained(unittest.TestCase):
+    def test_lines_are_there(self):
+        """A line that changes is to be looked at again; one that counts for nothing occurs once."""
+        for (name, before, _), (kind, reason) in mutants.read_explained(mutants.EXPLAINED).items():
+            lines = [line.strip() for line in (ROOT / name).read_text().splitlines()]
+            self.assertIn(kind, ("same", "kept"))
+            self.assertTrue(reason)
+            self.assertIn(before, lines, name)
+            if kind == "same":
+                self.assertEqual(lines.count(before), 1, name)
+
+
 class Count(unittest.TestCase):
     """Mutations are numbers, of which every third one counts."""
 
