@@ -47,6 +47,13 @@ TEST(test_vertices_of_spheres)
     }
 }
 
+TEST(test_types_of_indices)
+{
+    assert_true(source_index_is_known(VK_INDEX_TYPE_NONE_KHR));
+    assert_true(source_index_is_known(VK_INDEX_TYPE_UINT8_KHR));
+    assert_false(source_index_is_known(VK_INDEX_TYPE_MAX_ENUM));
+}
+
 /* Each corner may name the last vertex, and not the one after it, whatever the size of indices. */
 SCOPE_TEST(test_indices_of_triangles)
 {

@@ -163,6 +163,12 @@ static void test_what_was_not_checked(void **state)
     assert_non_null(strstr(hearing.text, "; 1 VUID that message_id_filter names"));
     assert_non_null(strstr(hearing.text, "; builds without memory for copies (7)"));
     assert_non_null(strstr(hearing.text, "; executions on a lost device (1)."));
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "execution", 1);
+    finish(announced(&hearing, NULL));
+    assert_non_null(strstr(hearing.text, " VUIDs of higher levels (level = execution)"));
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+    finish(announced(&hearing, NULL));
+    assert_null(strstr(hearing.text, "of higher levels"));
 }
 
 static void test_report_callbacks(void **state)
