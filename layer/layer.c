@@ -168,6 +168,7 @@ static void add(struct layer_link **list, const void *dispatchable, struct layer
     reader_lock_write(&page.lock);
     link->key = dispatch_key(dispatchable);
     link->next = *list;
+    atomic_thread_fence(memory_order_release); /* a fork finds a whole list at any time */
     *list = link;
     reader_lock_write_done(&page.lock);
 }

@@ -39,6 +39,8 @@
 #define ASSAY_LAYER_NAME "VK_LAYER_ASSAY_validation"
 #define ASSAY_LAYER_DESCRIPTION "Validates acceleration-structure builds"
 
+struct call_sites;
+
 /* A member of the list of all instances, or of the list of all devices (layer.c). */
 struct layer_link {
     struct layer_link *next;
@@ -103,6 +105,9 @@ struct layer_device {
     /* Which structures allow instances to disable micromaps; NULL below level CONTENT, and without
      * opacity micromaps. */
     struct built_flags *built_flags;
+    /* From where build commands are called; NULL if setting call_sites is off, and without memory.
+     */
+    struct call_sites *call_sites;
 
     /* Memory that a large call leaves to the next one; NULL while a call uses it. Each stripe of
      * threads has its own, in cache lines of its own. */

@@ -209,6 +209,7 @@ void comparer_report(const struct comparer *comparer, const struct retained_buil
         .build_index = build->place.position - build->place.info,
         .names = device->names,
         .labels = journal_labels_at(build->journal, build->place.position),
+        .call_site = journal_call_site_at(build->journal, build->place.position),
         .queue = queue,
     };
     for (enum difference d = 0; d < DIFFERENCE_COUNT; d++) {

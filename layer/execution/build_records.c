@@ -163,6 +163,7 @@ static void add_entry(struct writer *writer, const struct batch_run *run,
     case JOURNAL_USE_MICROMAP:
     case JOURNAL_RANGES:
     case JOURNAL_BIND:
+    case JOURNAL_CALL:
     case JOURNAL_QUERY:
     case JOURNAL_RESET_QUERIES:
     case JOURNAL_ANSWER:

@@ -7,6 +7,8 @@
 #include "layer/build_sizes.h"
 #include "layer/compare/comparer.h"
 #include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/guard/results.h"
+#include "layer/snapshots/marks.h"
 #include "src/check/content/executed.h"
 
 /* A finding to be reported later, because the execution is locked while its snapshots are read. */
@@ -38,6 +40,7 @@ struct reading {
     uint32_t next_note, next_used, next_execution_point;
     struct read_call *open_calls;
     struct pending_finding *findings, **findings_last;
+    struct guard_results guarded;
     bool lacks_memory; /* some inputs could not be validated */
     const char *when;  /* see input_checks_read() */
     bool lacks_marks;  /* the device may not have copied the inputs of some builds */
@@ -77,6 +80,7 @@ static void report_findings(struct reading *reading)
     const struct layer_device *device = reading->ran->device;
     while (reading->findings) {
         struct pending_finding *pending = reading->findings;
+        uint32_t position = pending->first + pending->location.build;
         const struct call_origin origin = {
             .device = device->handle,
             .names = device->names,
@@ -85,7 +89,10 @@ static void report_findings(struct reading *reading)
             .queue_labels = shared_labels_stack(reading->ran->queue_labels),
             .command_buffer = pending->journal->command_buffer,
             .build_index = pending->first,
-            .labels = journal_labels_at(pending->journal, pending->first + pending->location.build),
+            .labels = journal_labels_at(pending->journal, position),
+            .call_site = journal_call_site_at(pending->journal, position),
+            .replaced =
+                guard_results_explain(&reading->guarded, pending->journal, position, pending->rule),
             .when = reading->when,
             .destroyed = device->destroyed,
             .submissions = reading->ran->execution->submissions,
@@ -278,6 +285,7 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
     executed.used_count = find_used(buffer, build, &executed.used);
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     executed_call_read(buffer->call->executed, &executed);
+    guard_results_add(&reading->guarded, buffer->journal, build, buffer->execution->bases);
     const struct executed_input input = {buffer->journal, entry, item, &executed.memory,
                                          buffer->execution->destroy_count};
     if (!reading->when)
@@ -359,9 +367,7 @@ static void read_execution(struct reading *reading, struct execution *execution,
 void input_checks_read(const struct ran_execution *ran, const char *when,
                        struct missed_executions *missed)
 {
-    struct ticket *ticket = ran->execution->ticket;
-    bool is_complete = ticket->wait(ticket, 0) == VK_SUCCESS;
-    if (!when && !is_complete)
+    if (!when && !ran->is_complete)
         when = "read after the device was lost";
     struct reading reading = {.ran = ran,
                               .when = when,
@@ -377,6 +383,7 @@ void input_checks_read(const struct ran_execution *ran, const char *when,
         end_call(call);
     }
     report_findings(&reading);
+    guard_results_end(&reading.guarded, ran->device);
     missed->device_lost += reading.lacks_marks;
     if (reading.lacks_copies && !when)
         warn_lack_of_copies(ran->device);

@@ -18,6 +18,7 @@ struct ran_execution {
     uint64_t submission;                /* number, as in struct call_origin */
     struct shared_labels *queue_labels; /* owned; NULL: none */
     struct input_notes notes;
+    bool is_complete; /* false: not yet, or the device was lost */
 };
 
 /* Validates the snapshots and reports the findings, with no lock held. Counts in `missed` what

@@ -179,7 +179,7 @@ struct delivery {
 _Static_assert(EXECUTION_QUEUES <= 64, "each queue has a bit");
 
 /* Whether the result of the execution's ticket is final. */
-static bool is_complete(struct delivery *delivery, const struct waiting *waiting)
+static bool is_complete(struct delivery *delivery, struct waiting *waiting)
 {
     struct ticket *ticket = waiting->ran.execution->ticket;
     uint64_t queue = UINT64_C(1) << waiting->timestamp.queue;
@@ -188,8 +188,10 @@ static bool is_complete(struct delivery *delivery, const struct waiting *waiting
     VkResult end;
     if (is_busy && !was_seen)
         return false;
-    if (ticket_has_ended(ticket, was_seen && !is_busy, &end))
+    if (ticket_has_ended(ticket, was_seen && !is_busy, &end)) {
+        waiting->ran.is_complete = end == VK_SUCCESS;
         return true;
+    }
     delivery->busy_queues |= queue;
     return false;
 }
@@ -232,13 +234,6 @@ static void remove_waiting(struct input_checks *input_checks, struct waiting **l
     pthread_mutex_unlock(&input_checks->lock);
 }
 
-static void note_end(const struct waiting *waiting)
-{
-    struct ticket *ticket = waiting->ran.execution->ticket;
-    if (ticket->wait(ticket, 0) == VK_SUCCESS)
-        submitted_builds_end(waiting->ran.device->submitted_builds, waiting->timestamp);
-}
-
 /* Validates complete executions in execution order. Skips incomplete ones, because executions of
  * other queues may be complete. */
 static void deliver(struct input_checks *input_checks)
@@ -253,7 +248,8 @@ static void deliver(struct input_checks *input_checks)
             continue;
         }
         remove_waiting(input_checks, link);
-        note_end(waiting);
+        if (waiting->ran.is_complete)
+            submitted_builds_end(waiting->ran.device->submitted_builds, waiting->timestamp);
         input_checks_read(&waiting->ran, NULL, &missed);
         free_waiting(waiting);
     }

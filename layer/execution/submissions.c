@@ -13,6 +13,7 @@
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/layer.h"
+#include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/check/replay/replay.h"
 
@@ -139,6 +140,7 @@ static bool found(void *user, const struct journal *journal, uint32_t first_buil
     batch->origin.command_buffer = journal->command_buffer;
     batch->origin.build_index = first_build;
     batch->origin.labels = journal_labels_at(journal, first_build + location->build);
+    batch->origin.call_site = journal_call_site_at(journal, first_build + location->build);
     struct reporter *reporter = batch->submissions->device->instance->reporter;
     if (reporter_send(reporter, rule, location, &batch->origin, finding))
         batch->skip = true;
@@ -238,8 +240,9 @@ static void *capture(void *user, VkCommandBuffer handle)
     struct submissions *submissions = user;
     struct command_buffer *command_buffer =
         command_buffers_find(submissions->device->command_buffers, handle);
-    return command_buffer && command_buffer->journal ? journal_share(command_buffer->journal)
-                                                     : NULL;
+    struct journal *journal = command_buffer ? command_buffer->journal : NULL;
+    guard_forget_limits(submissions->device, journal);
+    return journal ? journal_share(journal) : NULL;
 }
 
 static bool is_open(void *user, VkQueue queue, const void *captured)
@@ -286,7 +289,12 @@ static bool inspect(void *user, const struct batch_run *run)
 static bool check(void *user, const struct batch_run *run)
 {
     struct submissions *submissions = user;
-    return !submissions->order_unknown && replay_batch(submissions, run, &submissions->undo);
+    if (submissions->order_unknown)
+        return false;
+    bool skip = replay_batch(submissions, run, &submissions->undo);
+    if (!submissions->order_unknown)
+        guard_check(submissions->device, run);
+    return skip;
 }
 
 static void drop(void *user)
@@ -305,6 +313,7 @@ static void run_batch(void *user, const struct batch_run *run)
     build_undo_forget(&submissions->undo);
     if (!is_done && !submissions->order_unknown)
         replay_batch(submissions, run, NULL);
+    guard_run(submissions->device, run);
     if (!submissions->order_unknown && submissions->device->records_builds)
         build_records_add_batch(submissions->device, run);
     submitted_builds_run(submissions->device->submitted_builds, run);

@@ -5,6 +5,7 @@
 #define ASSAY_LAYER_EXECUTION_SUBMITTED_BUILDS_H
 
 #include "layer/layer.h"
+#include "layer/snapshots/marks.h"
 #include "src/snapshots/recording.h"
 
 struct submitted_builds;

@@ -2,6 +2,7 @@
 /* Shared by the intercepts of the build commands. */
 #include "layer/intercepts/build_call.h"
 
+#include "layer/intercepts/call_sites.h"
 #include "src/base/clear.h"
 #include "src/check/replay/replay.h"
 
@@ -41,6 +42,7 @@ static struct call_origin origin_of(const struct build_call *call)
         .names = call->device->names,
         .destroyed = call->device->destroyed,
         .labels = call->command_buffer ? &call->command_buffer->labels : NULL,
+        .call_site = call_site_of_thread(),
     };
 }
 
@@ -114,7 +116,7 @@ static struct replay replay_of(struct build_call *call)
     };
 }
 
-__attribute__((cold)) static void settle(struct build_call *call)
+__attribute__((cold)) void build_call_settle_entries(struct build_call *call)
 {
     if (call->journal->has_sources_to_check) {
         struct replay replay = replay_of(call);
@@ -124,15 +126,6 @@ __attribute__((cold)) static void settle(struct build_call *call)
         journal_take_back(call->journal, &call->mark);
     else
         replay_keep(call->command_buffer, &call->mark);
-}
-
-/* Most journals have no updates to judge. */
-void build_call_settle_journal(struct build_call *call)
-{
-    const struct command_buffer *command_buffer = call->command_buffer;
-    if (command_buffer && call->journal &&
-        (call->journal->has_sources_to_check || call->skip || command_buffer->has_known_states))
-        settle(call);
 }
 
 void build_call_count_builds(struct build_call *call, uint32_t count)

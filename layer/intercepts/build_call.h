@@ -37,8 +37,16 @@ bool build_call_found(void *user, enum rule rule, const struct location *locatio
 bool build_call_of_another_device(void *user, enum resource_kind kind, uint64_t handle);
 
 /* For recorded calls: judges updates whose sources the command buffer has built itself. Then keeps
- * the call's journal entries, or removes them if the call will be skipped. */
-void build_call_settle_journal(struct build_call *call);
+ * the call's journal entries, or removes them if the call will be skipped. Most journals have no
+ * updates to judge. */
+void build_call_settle_entries(struct build_call *call);
+static inline void build_call_settle_journal(struct build_call *call)
+{
+    const struct command_buffer *command_buffer = call->command_buffer;
+    if (command_buffer && call->journal &&
+        (call->journal->has_sources_to_check || call->skip || command_buffer->has_known_states))
+        build_call_settle_entries(call);
+}
 
 void build_call_count_builds(struct build_call *call, uint32_t count);
 

@@ -5,6 +5,7 @@
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/build_call.h"
 #include "layer/intercepts/intercepts.h"
+#include "layer/snapshots/guard/follow.h"
 #include "src/base/chain.h"
 #include "src/base/readable.h"
 #include "src/state/resources/nv_shape.h"
@@ -103,10 +104,15 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetAccelerationStructureHandleNV(
     uint64_t reference;
     VkResult result =
         state->vk.GetAccelerationStructureHandleNV(device, accelerationStructure, dataSize, pData);
-    if (result == VK_SUCCESS && state->level >= LEVEL_CONTENT && dataSize >= sizeof(reference)) {
+    if (result != VK_SUCCESS || state->level < LEVEL_CONTENT)
+        return result;
+    if (dataSize >= sizeof(reference)) {
         memcpy(&reference, pData, sizeof(reference));
         resources_add_nv_reference(state->resources, accelerationStructure, reference);
+    } else {
+        resources_forget_nv_references(state->resources);
     }
+    guard_follow(state);
     return result;
 }
 

@@ -7,6 +7,7 @@
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/postmortem/loss.h"
+#include "layer/snapshots/guard/follow.h"
 #include "src/base/chain.h"
 
 /* ---- memory */
@@ -285,6 +286,7 @@ static void note_address(struct layer_device *state, VkAccelerationStructureKHR 
     if (state->vk.GetAccelerationStructureDeviceAddressKHR && is_bound(state, structure))
         address = state->vk.GetAccelerationStructureDeviceAddressKHR(state->handle, &info);
     resources_set_accel_address(state->resources, structure, address);
+    guard_follow(state);
 }
 
 VKAPI_ATTR VkDeviceAddress VKAPI_CALL assay_GetAccelerationStructureDeviceAddressKHR(
@@ -294,6 +296,7 @@ VKAPI_ATTR VkDeviceAddress VKAPI_CALL assay_GetAccelerationStructureDeviceAddres
     VkDeviceAddress address = state->vk.GetAccelerationStructureDeviceAddressKHR(device, pInfo);
     if (state->input_checks)
         resources_set_accel_address(state->resources, pInfo->accelerationStructure, address);
+    guard_follow(state);
     return address;
 }
 

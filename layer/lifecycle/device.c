@@ -12,12 +12,14 @@
 #include "layer/execution/submissions.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/intercepts/build_notes.h"
+#include "layer/intercepts/call_sites.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/physical_device.h"
 #include "layer/postmortem/crash.h"
 #include "layer/snapshots/snapshots.h"
+#include "src/state/commands/call_sites.h"
 
 VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info)
 {
@@ -61,6 +63,7 @@ void layer_free_device(struct layer_device *device)
     queue_labels_destroy(device->queue_labels);
     query_pools_destroy(device->query_pools);
     events_destroy(device->events);
+    call_sites_destroy(device->call_sites);
     for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
         check_free_sweep(atomic_load(&device->spare_sweeps[i].sweep));
     free(device->queue_families);
@@ -186,6 +189,7 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
     if (result != VK_SUCCESS)
         return result;
     apply_settings(device);
+    call_sites_enable(device);
     if (device->instance->backend == BACKEND_CPU)
         result = cpu_overlay_create(device, create_info);
     if (result == VK_SUCCESS)

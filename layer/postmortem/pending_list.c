@@ -3,6 +3,7 @@
 #include "layer/postmortem/pending_list.h"
 
 #include "layer/execution/submitted_builds.h"
+#include "src/report/message_path.h"
 
 enum { NAME_SIZE = 256, RANKS = 4 };
 
@@ -74,6 +75,7 @@ static const char *words_of(const struct submitted_build *build)
 static void append_build(const struct list *list, const struct submitted_build *build)
 {
     const struct journal_entry *entry = build->entry;
+    const struct call_site *site = journal_call_site_at(build->journal, entry->built.position);
     text_append_plain(list->text, "\n");
     text_append_decimal(list->text, list->listed);
     text_append_plain(list->text, ". ");
@@ -99,6 +101,8 @@ static void append_build(const struct list *list, const struct submitted_build *
     append_labels(list, ", queue labels ", build->queue_labels);
     text_append_plain(list->text, words_of(build));
     text_append_plain(list->text, ".");
+    if (site)
+        message_append_call_site(list->text, site);
 }
 
 /* ---- all builds */

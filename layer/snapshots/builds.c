@@ -5,6 +5,7 @@
 
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/gather.h"
+#include "layer/snapshots/guard/calls.h"
 #include "layer/snapshots/marks.h"
 #include "layer/snapshots/recorder.h"
 #include "src/base/readable.h"
@@ -108,6 +109,7 @@ void recorder_add_build(struct recorder *recorder, struct recorded_build *build)
     const VkAccelerationStructureBuildGeometryInfoKHR *info = &build->parameters.info;
     recorder->left_out = LEFT_OUT_NOTHING;
     copy_inputs(recorder, build);
+    guard_call_add(recorder->guards, recorder, build);
     build->left_out = recorder->left_out;
     const uint32_t position = build->place.position;
     if (!recorder->build_count)
@@ -164,7 +166,8 @@ copy_parameters(struct recorder *recorder, enum build_command command, uint32_t 
 
 static void record(VkCommandBuffer handle, uint32_t count,
                    const VkAccelerationStructureBuildGeometryInfoKHR *infos,
-                   const VkAccelerationStructureBuildRangeInfoKHR *const *ranges)
+                   const VkAccelerationStructureBuildRangeInfoKHR *const *ranges,
+                   struct guard_call *guards)
 {
     struct recorder recorder;
     struct readable_cache *cache = readable_cache_of_thread();
@@ -172,6 +175,7 @@ static void record(VkCommandBuffer handle, uint32_t count,
         !readable(cache, infos, count * sizeof(*infos)) ||
         !readable(cache, ranges, count * sizeof(*ranges)))
         return;
+    recorder.guards = guards;
     for (uint32_t i = 0; i < count; i++) {
         const VkAccelerationStructureBuildRangeInfoKHR *own;
         memcpy(&own, &ranges[i], sizeof(own)); /* the array may be misaligned */
@@ -181,6 +185,7 @@ static void record(VkCommandBuffer handle, uint32_t count,
             recorder_add_build(&recorder, build);
     }
     recorder_end(&recorder);
+    guard_call_end(guards, &recorder);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
@@ -191,9 +196,12 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
     struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
     if (!snapshots)
         return;
-    record(commandBuffer, infoCount, pInfos, ppBuildRangeInfos);
+    struct guard_call guards = {0};
+    record(commandBuffer, infoCount, pInfos, ppBuildRangeInfos, &guards);
+    guard_call_direct(&guards, infoCount, &pInfos, &ppBuildRangeInfos);
     snapshots->below.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
                                                        ppBuildRangeInfos);
+    guard_call_release(&guards);
     recorder_mark_finished(commandBuffer);
 }
 
@@ -223,12 +231,13 @@ static bool copy_counts(const uint32_t *counts, struct recorded_build *build)
 static void record_indirect(VkCommandBuffer handle, uint32_t info_count,
                             const VkAccelerationStructureBuildGeometryInfoKHR *infos,
                             const VkDeviceAddress *addresses, const uint32_t *strides,
-                            const uint32_t *const *counts)
+                            const uint32_t *const *counts, struct guard_call *guards)
 {
     struct recorder recorder;
     if (!recorder_begin_builds(&recorder, handle) ||
         !arrays_are_readable(info_count, infos, addresses, strides, counts))
         return;
+    recorder.guards = guards;
     for (uint32_t i = 0; i < info_count; i++) {
         struct recorded_build *build =
             copy_parameters(&recorder, COMMAND_INDIRECT, info_count, i, &infos[i], NULL);
@@ -248,6 +257,7 @@ static void record_indirect(VkCommandBuffer handle, uint32_t info_count,
         recorder_add_build(&recorder, build);
     }
     recorder_end(&recorder);
+    guard_call_end(guards, &recorder);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresIndirectKHR(
@@ -259,10 +269,13 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresIndirectKHR(
     struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
     if (!snapshots)
         return;
+    struct guard_call guards = {0};
     record_indirect(commandBuffer, infoCount, pInfos, pIndirectDeviceAddresses, pIndirectStrides,
-                    ppMaxPrimitiveCounts);
+                    ppMaxPrimitiveCounts, &guards);
+    guard_call_indirect(&guards, infoCount, &pInfos, &pIndirectDeviceAddresses);
     snapshots->below.CmdBuildAccelerationStructuresIndirectKHR(
         commandBuffer, infoCount, pInfos, pIndirectDeviceAddresses, pIndirectStrides,
         ppMaxPrimitiveCounts);
+    guard_call_release(&guards);
     recorder_mark_finished(commandBuffer);
 }

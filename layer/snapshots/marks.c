@@ -7,6 +7,8 @@
 
 #include <stdlib.h>
 
+#include "src/base/array.h"
+
 enum { BLOCK_MARKS = 1024, MARK_SIZE = MARK_WORDS * sizeof(uint32_t) };
 
 struct mark_block {
@@ -110,6 +112,18 @@ void marks_give_back(struct marks *marks, const struct build_mark *mark)
 
 /* ---- commands */
 
+static bool add_mark(struct recording *recording, const struct build_mark *mark)
+{
+    struct build_marks *marks = &recording->marks;
+    struct build_mark *items =
+        array_make_room(marks->items, marks->count, &marks->capacity, sizeof(*items));
+    if (!items)
+        return false;
+    marks->items = items;
+    marks->items[marks->count++] = *mark;
+    return true;
+}
+
 static void fill(const struct recorder *recorder, const struct build_mark *mark, int word)
 {
     recorder->device->snapshots->next.CmdFillBuffer(
@@ -127,7 +141,7 @@ void recorder_mark_reached(const struct recorder *recorder)
         return;
     mark.first = recorder->first_build;
     mark.last = recorder->first_build + recorder->build_count - 1;
-    if (!recording_add_mark(recorder->recording, &mark)) {
+    if (!add_mark(recorder->recording, &mark)) {
         marks_give_back(recorder->device->snapshots->marks, &mark);
         return;
     }
@@ -155,4 +169,44 @@ void recorder_mark_finished(VkCommandBuffer handle)
         NULL);
     fill(&recorder, &recording->marks.items[recording->marks.count - 1], MARK_FINISHED);
     recording->marks.is_open = false;
+}
+
+/* ---- what the marks of a recording say */
+
+void recording_clear_marks(struct recording *recording, const struct ticket *ticket,
+                           bool is_pending)
+{
+    struct build_marks *marks = &recording->marks;
+    uint64_t number = ticket ? ticket->number : 0;
+    bool is_only = !is_pending && atomic_load(&marks->ticket) != number;
+    for (uint32_t i = 0; is_only && i < marks->count; i++)
+        for (int word = 0; word < MARK_WORDS; word++)
+            atomic_store(&marks->items[i].words[word], 0);
+    atomic_store(&marks->ticket, is_only ? number : 0);
+}
+
+/* Returns NULL if the build has none. */
+static const struct build_mark *find_mark(const struct build_marks *marks, uint32_t position)
+{
+    uint32_t low = 0, high = marks->count;
+    while (low < high) {
+        uint32_t middle = (low + high) / 2;
+        if (marks->items[middle].first <= position)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low && position <= marks->items[low - 1].last ? &marks->items[low - 1] : NULL;
+}
+
+enum mark_state recording_mark_state(const struct recording *recording, uint32_t position,
+                                     uint64_t ticket)
+{
+    uint64_t own = atomic_load(&recording->marks.ticket);
+    const struct build_mark *mark = find_mark(&recording->marks, position);
+    if (!mark || !own || (ticket && own != ticket))
+        return MARK_IS_UNKNOWN;
+    if (atomic_load(&mark->words[MARK_FINISHED]))
+        return MARK_HAS_BUILDS;
+    return atomic_load(&mark->words[MARK_REACHED]) ? MARK_HAS_COPIES : MARK_IS_CLEAR;
 }

@@ -19,4 +19,22 @@ void recorder_mark_reached(const struct recorder *recorder);
 /* Called behind the call itself: records the second fill, if the first one was recorded. */
 void recorder_mark_finished(VkCommandBuffer handle);
 
+/* ---- what the marks of a recording say */
+
+enum mark_state {
+    MARK_IS_UNKNOWN, /* the call has no mark, or several executions at once write it */
+    MARK_IS_CLEAR,   /* the device has not executed the copies of the call's inputs */
+    MARK_HAS_COPIES, /* the copies are complete, and the host can read them */
+    MARK_HAS_BUILDS, /* the builds are complete, too */
+};
+
+/* Called before a submission: the marks are about that of `ticket` from now on. If the device may
+ * still write them for another one (`is_pending`), they are about none. */
+void recording_clear_marks(struct recording *recording, const struct ticket *ticket,
+                           bool is_pending);
+/* How far the device has got with the call of a build, in the submission with this ticket; 0: in
+ * the latest one. A signal handler may call this. */
+enum mark_state recording_mark_state(const struct recording *recording, uint32_t position,
+                                     uint64_t ticket);
+
 #endif

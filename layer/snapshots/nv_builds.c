@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "layer/snapshots/commands.h"
+#include "layer/snapshots/guard/calls.h"
 #include "layer/snapshots/marks.h"
 #include "layer/snapshots/recorder.h"
 #include "src/base/array.h"
@@ -105,16 +106,17 @@ static struct recorded_build *translate(struct recorder *recorder,
 
 /* Takes mode and structures from `build`, and the rest from `info`. */
 static void record(VkCommandBuffer handle, const VkAccelerationStructureInfoNV *info,
-                   VkBuffer instances, VkDeviceSize offset,
+                   struct guard_call *guards,
                    const VkAccelerationStructureBuildGeometryInfoKHR *build)
 {
     struct recorder recorder;
     struct inputs inputs = {.recorder = &recorder, .next_address = FIRST_ADDRESS};
     const struct recorder_addresses addresses = {find, &inputs};
-    const struct nv_data data = {address_of, &inputs, instances, offset};
+    const struct nv_data data = {address_of, &inputs, guards->instances, guards->offset};
     if (!recorder_begin_builds(&recorder, handle))
         return;
     recorder.addresses = &addresses;
+    recorder.guards = guards;
     struct recorded_build *recorded = translate(&recorder, info, &data);
     if (recorded) {
         VkAccelerationStructureBuildGeometryInfoKHR *own = &recorded->parameters.info;
@@ -124,6 +126,7 @@ static void record(VkCommandBuffer handle, const VkAccelerationStructureInfoNV *
         recorder_add_build(&recorder, recorded);
     }
     recorder_end(&recorder);
+    guard_call_end(guards, &recorder);
     free(inputs.buffers);
 }
 
@@ -142,9 +145,15 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructureNV(
         .dstAccelerationStructure = (VkAccelerationStructureKHR)dst,
         .srcAccelerationStructure = (VkAccelerationStructureKHR)src,
     };
-    record(commandBuffer, pInfo, instanceData, instanceOffset, &build);
+    struct guard_call guards = {.instances = instanceData, .offset = instanceOffset};
+    record(commandBuffer, pInfo, &guards, &build);
+    if (guards.count) {
+        instanceData = guards.builds[0].copy.buffer;
+        instanceOffset = guards.builds[0].copy.offset;
+    }
     snapshots->below.CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData,
                                                      instanceOffset, update, dst, src, scratch,
                                                      scratchOffset);
+    guard_call_release(&guards);
     recorder_mark_finished(commandBuffer);
 }

@@ -11,6 +11,7 @@
 #include "layer/snapshots/copies/gates.h"
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/guard/references.h"
 #include "layer/snapshots/marks.h"
 #include "layer/snapshots/tickets.h"
 #include "src/base/chain.h"
@@ -88,7 +89,11 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     snapshots->set_loader_data = find_loader_data_setter(create_info);
     snapshots->submitted_last = &snapshots->submitted;
     device->snapshots = snapshots;
-    if (staging_create(device, budget, &snapshots->staging) != VK_SUCCESS ||
+    const VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
+                                     VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                                     VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+    if (staging_create(device, budget, usage, true, &snapshots->staging) != VK_SUCCESS ||
+        guard_create(device, budget, &snapshots->guard) != VK_SUCCESS ||
         gates_create(device, &snapshots->gates) != VK_SUCCESS ||
         marks_create(device, &snapshots->marks) != VK_SUCCESS ||
         own_shaders_create(device, &snapshots->shaders) != VK_SUCCESS)
@@ -114,6 +119,7 @@ void snapshots_destroy(struct snapshots *snapshots)
     gates_destroy(snapshots->gates);
     marks_destroy(snapshots->marks);
     own_shaders_destroy(snapshots->shaders);
+    guard_destroy(snapshots->guard);
     handle_table_release(&snapshots->queue_families);
     handle_table_release(&snapshots->copyable);
     handle_table_release(&snapshots->uncounting_pools);

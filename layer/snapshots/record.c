@@ -7,6 +7,7 @@
 #include "layer/snapshots/copies/gates.h"
 #include "layer/snapshots/copies/orders.h"
 #include "layer/snapshots/copies/staging.h"
+#include "layer/snapshots/guard/copies.h"
 #include "layer/snapshots/marks.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
@@ -23,18 +24,28 @@ static void free_gate(void *user, const struct recording_gate *gate)
     gates_give_back(snapshots->gates, gate);
 }
 
+static void free_guarded(void *user, struct snapshot_chunk *guarded)
+{
+    const struct snapshots *snapshots = user;
+    guard_free_copies(snapshots->guard, guarded);
+}
+
 static void free_mark(void *user, const struct build_mark *mark)
 {
     const struct snapshots *snapshots = user;
     marks_give_back(snapshots->marks, mark);
 }
 
-static struct recording *create_recording(struct snapshots *snapshots, bool executes_once)
+static struct recording *create_recording(struct snapshots *snapshots,
+                                          const struct command_buffer *command_buffer)
 {
-    const struct recording_memory memory = {free_chunk, free_gate, free_mark, snapshots};
+    const struct recording_memory memory = {free_chunk, free_gate, free_guarded, free_mark,
+                                            snapshots};
     struct recording *recording = recording_create(&memory);
-    if (recording)
-        recording->executes_once = executes_once;
+    if (!recording)
+        return NULL;
+    recording->executes_once = command_buffer->executes_once;
+    recording->executes_at_once = command_buffer->executes_at_once;
     return recording;
 }
 
@@ -61,8 +72,7 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
         return false;
     struct journal *journal = recorder->command_buffer->journal;
     if (journal && !journal->work) {
-        journal->work =
-            create_recording(device->snapshots, recorder->command_buffer->executes_once);
+        journal->work = create_recording(device->snapshots, recorder->command_buffer);
         journal->release_work = release_work;
     }
     recorder->recording = journal ? journal->work : NULL;

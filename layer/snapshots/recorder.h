@@ -7,6 +7,8 @@
 #include "layer/snapshots/snapshots.h"
 #include "src/snapshots/recording.h"
 
+struct guard_call;
+
 /* Maps an address to a byte of a buffer. */
 struct recorder_addresses {
     bool (*find)(void *context, uint64_t address, struct buffer_target *target);
@@ -24,9 +26,10 @@ struct recorder {
     bool has_dispatched;                        /* a dispatch of the layer's own is recorded */
     uint32_t first_build, build_count;          /* positions of the builds of this command */
     uint32_t first_order; /* in the last block of copy orders: the first one not dispatched yet */
-    struct copy_orders mark; /* order that marks the copies by vkCmdCopyBuffer; count 0: there are
-                                no such copies */
-    enum left_out left_out;  /* of the current build */
+    struct copy_orders mark;   /* order that marks the copies by vkCmdCopyBuffer; count 0: there are
+                                  no such copies */
+    enum left_out left_out;    /* of the current build */
+    struct guard_call *guards; /* of the call; NULL: nothing is guarded */
 };
 
 /* Begins to record a command. Returns false if nothing can be recorded: the command buffer is

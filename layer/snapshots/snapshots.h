@@ -16,6 +16,7 @@
 
 struct fence_ticket;
 struct gates;
+struct guard;
 struct marks;
 struct own_shaders;
 struct snapshots_consumer;
@@ -38,6 +39,7 @@ struct snapshots {
     PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
     struct staging *staging;
     struct gates *gates;
+    struct guard *guard; /* NULL unless guard = references */
     struct marks *marks;
     struct own_shaders *shaders;
     bool has_addresses;           /* bufferDeviceAddress is enabled */

@@ -9,6 +9,7 @@
 #include "layer/snapshots/copies/renew.h"
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/guard/follow.h"
 #include "layer/snapshots/recorder.h"
 #include "layer/snapshots/tickets.h"
 #include "src/base/array.h"
@@ -158,6 +159,7 @@ static struct submit begin(VkQueue queue)
 {
     struct snapshots *snapshots = snapshots_of(queue);
     snapshots_deliver(snapshots->device);
+    guard_follow(snapshots->device);
     staging_note_submission(snapshots->staging);
     return (struct submit){.snapshots = snapshots, .queue = queue};
 }

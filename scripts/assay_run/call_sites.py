@@ -6,6 +6,8 @@ import re
 import shutil
 import subprocess
 
+# Frames of the C library are the start of the program or thread: nobody's mistake is in there.
+START = re.compile(r"/(libc|libpthread|ld-linux[^/]*|ld-musl[^/]*)[.-][^/]*$")
 DISCRIMINATOR = re.compile(r" \(discriminator \d+\)$")
 
 
@@ -16,6 +18,26 @@ def unresolved_frames(findings):
         for frame in finding.get("call_site", []):
             modules.setdefault(frame["module"], set()).add(frame["offset"])
     return modules
+
+
+def place_of(frame):
+    """Returns the frame in words: the line if it is known, else what is."""
+    function = frame.get("function")
+    if frame.get("file"):
+        return f"{frame['file']}:{frame['line']} in {function}"
+    module = f"{frame['module']}+{frame['offset']}"
+    return f"{module} in {function}" if function else module
+
+
+def frames_of_application(finding):
+    """Returns the frames up to the start of the program or thread; all if there are no others."""
+    frames = finding.get("call_site", [])
+    return [frame for frame in frames if not START.search(frame["module"])] or frames
+
+
+def first_place(finding):
+    """Returns the first frame whose source is known, or None."""
+    return next((frame for frame in frames_of_application(finding) if frame.get("file")), None)
 
 
 def before_call(offset):
@@ -51,7 +73,7 @@ def resolve_call_sites(findings):
         return True
     if not shutil.which("addr2line"):
         return False
-    places = {module: resolve_module(module, sorted(offsets))
+    places = {module: resolve_module(module, sorted(offsets)) if os.path.isabs(module) else {}
               for module, offsets in modules.items()}
     for finding in findings:
         for frame in finding.get("call_site", []):

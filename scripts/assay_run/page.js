@@ -80,8 +80,8 @@ function groupElement(id, findings) {
 }
 
 function matchesText(finding, words) {
-  const all = [finding.id, ...finding.also, finding.message, finding.labels, ...finding.objects, ...finding.place]
-    .join("\n").toLowerCase();
+  const all = [finding.id, ...finding.also, finding.message, finding.labels, ...finding.objects,
+    ...finding.place].join("\n").toLowerCase();
   return words.every(word => all.includes(word));
 }
 
@@ -89,7 +89,8 @@ function showFindings() {
   const words = get("text").value.toLowerCase().split(/\s+/).filter(Boolean);
   const id = get("id").value;
   const findings = [...data.new, ...(get("known").checked ? data.known : [])]
-    .filter(finding => (!id || finding.id === id || finding.also.includes(id)) && matchesText(finding, words));
+    .filter(finding => !id || finding.id === id || finding.also.includes(id))
+    .filter(finding => matchesText(finding, words));
   const groups = [...groupById(findings)].sort((a, b) => b[1].length - a[1].length);
   get("groups").replaceChildren(...groups.map(([name, group]) => groupElement(name, group)));
   get("count").textContent = plural(findings.length, "finding");
@@ -251,7 +252,8 @@ function structuresOf(builds, names) {
       const source = line.src && line.src !== line.dst ? named(line.src, names.get(line.src)) : "";
       if (source && !one.chain.includes(source)) one.chain.push(source);
     } else if (line.mode) {
-      Object.assign(one, { by: describeOrigin(line, names), updates: 0, chain: [], compacted_size: undefined });
+      Object.assign(one, { by: describeOrigin(line, names), updates: 0, chain: [],
+        compacted_size: undefined });
     }
     for (const member of ["primitives", "size", "compacted_size", "memory", "memory_offset"])
       if (line[member] !== undefined) one[member] = line[member];
@@ -300,7 +302,8 @@ function showStructures(builds, names) {
   let shown = ROWS_AT_ONCE;
   const show = () => {
     const word = get("structure").value.toLowerCase();
-    const found = structures.filter(one => `${named(one.handle, one.name)} ${one.by}`.toLowerCase().includes(word));
+    const matches = one => `${named(one.handle, one.name)} ${one.by}`.toLowerCase().includes(word);
+    const found = structures.filter(matches);
     get("structures").replaceChildren(...found.slice(0, shown).map(structureRow));
     get("more").hidden = found.length <= shown;
   };
@@ -311,8 +314,17 @@ function showStructures(builds, names) {
   show();
 }
 
+function recordNotes() {
+  const { rows, leftOut } = data.builds;
+  if (data.version && rows.length === 0)
+    return ["The record has no builds. With assay-run --set record_builds=true this page also shows " +
+      "submissions, builds and acceleration structures."];
+  return leftOut ? [`${leftOut.toLocaleString("en")} later lines of builds are left out.`] : [];
+}
+
 function showNotes() {
   const notes = [...data.warnings, ...data.unchecked.map(reason => `Not checked: ${reason}`),
+    ...recordNotes(),
     ...data.unused.map(line => `This line of the baseline matches no finding any more: ${line}`)];
   get("notes-section").hidden = notes.length === 0;
   for (const note of notes) get("notes").append(element("li", note));

@@ -6,6 +6,7 @@ import json
 import pathlib
 import re
 
+from .call_sites import frames_of_application, place_of
 from .verdict import describe_exit, mistake_lines
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -16,6 +17,7 @@ WORDS = ("Type", "mode", "type", "queue", "dst", "dst_name", "src", "command_buf
          "command_buffer_name", "device", "memory")
 NUMBERS = ("submission", "build", "primitives", "size", "compacted_size", "memory_offset")
 MISSING = -1
+MOST_ROWS = 100_000  # about 8 MB
 RECORDED = ("Submission", "Build", "Copy", "CompactedSize")
 
 
@@ -29,24 +31,25 @@ def finding_data(finding, process, place):
             "objects": [f"{item['type']} {item['handle']}" +
                         (f" “{item['name']}”" if item.get("name") else "")
                         for item in finding.get("Objects", [])],
-            "place": [f"{frame['function']} ({frame['file']}:{frame['line']})" if frame.get("file")
-                      else f"{frame['module']}+{frame['offset']}"
-                      for frame in finding.get("call_site", [])],
+            "place": list(map(place_of, frames_of_application(finding))),
             "queue": queue, "submission": submission, "isRecorded": bool(place),
             "process": process}
 
 
 def build_data(lines):
     """Returns the distinct words once, and each line as a list: the places of its words, and numbers."""
-    words, rows = {}, []
+    words, rows, left_out = {}, [], 0
     for process, line in lines:
         if line["Type"] not in RECORDED:
+            continue
+        if len(rows) == MOST_ROWS:
+            left_out += 1
             continue
         row = [words.setdefault(str(line[member]), len(words)) if member in line else MISSING
                for member in WORDS]
         rows.append(row + [line.get(member, MISSING) for member in NUMBERS] + [process])
     return {"words": list(words), "wordMembers": WORDS, "numberMembers": [*NUMBERS, "process"],
-            "rows": rows}
+            "rows": rows, "leftOut": left_out}
 
 
 def command_buffer_of(finding):

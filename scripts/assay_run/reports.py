@@ -10,7 +10,8 @@ import shlex
 import urllib.parse
 import xml.etree.ElementTree as ElementTree
 
-from .verdict import describe_exit, mistake_lines
+from .call_sites import first_place, frames_of_application, place_of
+from .verdict import call_site_lines, describe_exit, mistake_lines
 
 # XML 1.0 allows no other control characters, escaped or not.
 NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -20,11 +21,6 @@ def xml_text(text):
     return NOT_XML.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
-def first_place(finding):
-    """Returns the first frame of the call site whose source is known, or None."""
-    return next((frame for frame in finding.get("call_site", []) if frame.get("file")), None)
-
-
 def full_text(finding):
     """Returns the message with the specification's sentence and the place in the source."""
     text = finding["MainMessage"]
@@ -32,10 +28,7 @@ def full_text(finding):
         text += f"\nThe Vulkan spec states: {finding['SpecText']}"
     if finding.get("SpecUrl"):
         text += f" ({finding['SpecUrl']})"
-    place = first_place(finding)
-    if place:
-        text += f"\nat {place['file']}:{place['line']} in {place['function']}"
-    return text
+    return "\n".join([text, *call_site_lines(finding)])
 
 
 def by_id(findings):
@@ -107,6 +100,18 @@ def sarif_location(finding, application):
     return location
 
 
+def sarif_stack(finding):
+    """All callers, those without a known line, too."""
+    frames = []
+    for frame in frames_of_application(finding):
+        location = {"message": {"text": place_of(frame)}}
+        if frame.get("file"):
+            location["physicalLocation"] = {"artifactLocation": artifact_location(frame["file"]),
+                                            "region": {"startLine": frame["line"]}}
+        frames.append({"location": location, "module": frame["module"]})
+    return {"message": {"text": "The call that recorded the build"}, "frames": frames}
+
+
 def fingerprint(finding):
     """Stays the same from run to run: handles and addresses are left out."""
     place = first_place(finding)
@@ -123,6 +128,8 @@ def sarif_result(finding, is_known, application):
               "message": {"text": finding["MainMessage"]},
               "partialFingerprints": {"assay/v1": fingerprint(finding)},
               "locations": [sarif_location(finding, application)]}
+    if finding.get("call_site"):
+        result["stacks"] = [sarif_stack(finding)]
     if is_known:
         result["suppressions"] = [{"kind": "external", "justification": "in the baseline"}]
     return result

@@ -4,8 +4,11 @@
 import signal
 from collections import Counter
 
+from .call_sites import frames_of_application, place_of
+
 NOT_LOADED = 98  # exit status if a run has not loaded the layer in any process
 DAMAGED = 97     # exit status if a record is damaged, so that it may miss findings
+FRAMES_SHOWN = 4  # of a call site, in text
 
 
 class Verdict:
@@ -39,15 +42,17 @@ def describe_exit(status):
     return f"the application's exit status is {status}"
 
 
+def call_site_lines(finding):
+    """Returns lines that name the first callers: where the source is known, if there is any."""
+    return [f"{'from' if i else 'at'} {place_of(frame)}"
+            for i, frame in enumerate(frames_of_application(finding)[:FRAMES_SHOWN])]
+
+
 def finding_lines(finding):
     """Returns the lines that describe a finding."""
-    lines = [f"{finding['Severity']}: {finding['VUID']}",
-             *(f"  {line}" for line in finding["MainMessage"].splitlines())]
-    for frame in finding.get("call_site", []):
-        if frame.get("file"):
-            lines.append(f"  at {frame['file']}:{frame['line']} in {frame['function']}")
-            break
-    return lines
+    return [f"{finding['Severity']}: {finding['VUID']}",
+            *(f"  {line}" for line in finding["MainMessage"].splitlines()),
+            *(f"  {line}" for line in call_site_lines(finding))]
 
 
 def total_line(verdict):

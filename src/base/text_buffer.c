@@ -189,13 +189,12 @@ static void append_character(struct text_buffer *buffer, const unsigned char *by
         append_bytes(buffer, (const char *)bytes, length);
 }
 
-void text_append_quoted(struct text_buffer *buffer, const char *quoted, size_t size)
+void text_append_escaped(struct text_buffer *buffer, const char *text, size_t size)
 {
-    const unsigned char *bytes = (const unsigned char *)quoted;
-    size_t left = strnlen(quoted, size);
+    const unsigned char *bytes = (const unsigned char *)text;
+    size_t left = strnlen(text, size);
     if (left == size && left > 0)
-        left = text_cut_length(quoted, size);
-    text_append_plain(buffer, "\"");
+        left = text_cut_length(text, size);
     while (left > 0) {
         uint32_t character = 0;
         size_t length = text_decode(bytes, left, &character);
@@ -203,5 +202,11 @@ void text_append_quoted(struct text_buffer *buffer, const char *quoted, size_t s
         bytes += length ? length : 1;
         left -= length ? length : 1;
     }
+}
+
+void text_append_quoted(struct text_buffer *buffer, const char *quoted, size_t size)
+{
+    text_append_plain(buffer, "\"");
+    text_append_escaped(buffer, quoted, size);
     text_append_plain(buffer, "\"");
 }

@@ -39,6 +39,9 @@ void text_append_count(struct text_buffer *buffer, uint64_t count, const char *n
  * as escape sequences: \" \n \x1b \u2028. */
 void text_append_quoted(struct text_buffer *buffer, const char *quoted, size_t size);
 
+/* The same without quotation marks around the text. */
+void text_append_escaped(struct text_buffer *buffer, const char *text, size_t size);
+
 /* Returns the greatest length up to `length` at which UTF-8 text can be cut without splitting a
  * character. Text that is not UTF-8 is cut at `length`. */
 size_t text_cut_length(const char *text, size_t length);

@@ -100,9 +100,7 @@ static uint32_t count_object(struct duplicates *duplicates, uint64_t key)
     return (uint32_t)count;
 }
 
-/* Decrements the count of messages left; sets `left` to the new count. Returns false if none was
- * left. */
-static bool take(_Atomic uint32_t *messages, uint32_t *left)
+bool duplicates_take(_Atomic uint32_t *messages, uint32_t *left)
 {
     *left = atomic_load_explicit(messages, memory_order_relaxed);
     do {
@@ -126,7 +124,7 @@ static bool is_allowed(struct duplicates *duplicates, uint32_t id, VkDevice devi
         return false;
     if (duplicates->limit)
         of_object = count_object(duplicates, key_of(id, device, subject));
-    if (of_object > duplicates->limit || !take(&counts->left, &style->left))
+    if (of_object > duplicates->limit || !duplicates_take(&counts->left, &style->left))
         return false;
     if (style->left == 0) {
         style->last = LAST_OF_ID;

@@ -50,6 +50,10 @@ void duplicates_init(struct duplicates *duplicates);
 void duplicates_enable(struct duplicates *duplicates, const struct settings *settings);
 void duplicates_destroy(struct duplicates *duplicates);
 
+/* Decrements a count of messages left, unless it is UINT32_MAX, and sets `left` to the new count.
+ * Returns false if none was left. */
+bool duplicates_take(_Atomic uint32_t *messages, uint32_t *left);
+
 /* Returns false if further findings of this id, in this call of the application, make no
  * difference. A call may have millions of findings, so the answer is also false after many that
  * were held back in a row, unless all are counted. */

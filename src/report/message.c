@@ -279,6 +279,15 @@ static void mention_origin(struct message *message, const struct call_origin *or
     message->queue_label_count = copy_labels(message->queue_labels, origin->queue_labels);
 }
 
+static void append_replaced(struct text_buffer *text, uint32_t count)
+{
+    if (!count)
+        return;
+    text_append(text, " The layer replaced ");
+    text_append_count(text, count, "reference");
+    text_append(text, " of this build by 0 (setting guard).");
+}
+
 static void append_finding(struct text_buffer *text, struct message *message,
                            const struct location *location, const struct call_origin *origin,
                            const struct finding *finding, const char *hint)
@@ -295,10 +304,13 @@ static void append_finding(struct text_buffer *text, struct message *message,
         message_append_destroyed(text, &finding->values[i], origin);
     if (hint)
         text_append(text, " %s", hint);
+    append_replaced(text, origin->replaced);
     message->main_length = text->length - before;
     message->origin = origin;
     message->location = *location;
     append_origin(text, message, location, origin);
+    if (origin->call_site)
+        message_append_call_site(text, origin->call_site);
 }
 
 void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,

@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Words the paths of fields. */
+/* Words the paths of fields, and call sites. */
 #include "src/report/message_path.h"
 
 #include <inttypes.h>
 
+#include "src/state/commands/call_sites.h"
 #include "src/state/commands/object_names.h"
 #include "src/state/resources/destroyed.h"
+
+enum { FRAMES_SHOWN = 4, MODULE_SHOWN = 512 };
 
 void message_append_build(struct text_buffer *text, enum build_command command, uint32_t build)
 {
@@ -81,4 +84,15 @@ void message_append_destroyed(struct text_buffer *text, const struct value *valu
     } else {
         text_append(text, "since the last submission.");
     }
+}
+
+void message_append_call_site(struct text_buffer *text, const struct call_site *site)
+{
+    for (uint32_t i = 0; i < site->count && i < FRAMES_SHOWN; i++) {
+        text_append_plain(text, i ? ", " : " Called from ");
+        text_append_escaped(text, call_frame_module(&site->frames[i]), MODULE_SHOWN);
+        text_append_plain(text, "+");
+        text_append_hex(text, site->frames[i].offset);
+    }
+    text_append_plain(text, ".");
 }

@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
+struct call_site;
 struct destroyed_objects;
 struct object_names;
 struct label_stack;
@@ -16,11 +17,14 @@ struct call_origin {
     VkCommandBuffer command_buffer;
     uint32_t build_index; /* builds recorded in the command buffer before this call */
     const struct object_names *names;
-    const struct label_stack *labels; /* of the command buffer */
+    const struct label_stack *labels;  /* of the command buffer */
+    const struct call_site *call_site; /* of the call that recorded the build, or made it */
     /* The submission, if the finding arose from one. */
     VkQueue queue;
     uint64_t submission; /* number of the call that submitted to the queue, from 1; 0: unknown */
     const struct label_stack *queue_labels;
+    /* Number of references that the layer replaced by 0 because of the mistake (setting guard). */
+    uint32_t replaced;
     /* When the data was read, if that was not after completion: static text such as "read after the
      * device was lost". */
     const char *when;

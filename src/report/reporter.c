@@ -37,20 +37,6 @@ static const uint32_t NO_LIMIT = UINT32_MAX;
 
 /* ---- sending */
 
-/* Returns false if no message was left. */
-static bool take(_Atomic uint32_t *messages)
-{
-    uint32_t left = atomic_load_explicit(messages, memory_order_relaxed);
-    do {
-        if (left == 0)
-            return false;
-        if (left == NO_LIMIT)
-            return true;
-    } while (!atomic_compare_exchange_weak_explicit(messages, &left, left - 1, memory_order_relaxed,
-                                                    memory_order_relaxed));
-    return true;
-}
-
 static struct message_style style_of(const struct reporter *reporter)
 {
     return (struct message_style){
@@ -159,7 +145,8 @@ static void send_line(struct reporter *reporter, _Atomic uint32_t *messages,
                       enum report_flag severity, const char *line)
 {
     bool delivered;
-    if (!take(messages))
+    uint32_t left;
+    if (!duplicates_take(messages, &left))
         return;
     struct message message;
     message_of_layer(&message, severity, line);
@@ -193,10 +180,9 @@ void reporter_report_event(struct reporter *reporter, const char *id, const char
 {
     struct message message;
     bool delivered;
-    if (!reporter_has_warnings(reporter))
-        return;
     message_of_event(&message, REPORT_WARNING, id, text);
-    deliver(reporter, &message, &delivered);
+    if (reporter_has_warnings(reporter))
+        deliver(reporter, &message, &delivered);
 }
 
 int reporter_log_descriptor(const struct reporter *reporter, bool *is_json)
@@ -264,24 +250,6 @@ void reporter_record(struct reporter *reporter, const struct log_record *record)
 
 /* ---- creation */
 
-/* Warnings about the settings, kept until all settings are read and the log is open. */
-struct kept_lines {
-    char **lines;
-    size_t count;
-};
-
-static void keep_line(void *context, const char *line)
-{
-    struct kept_lines *kept = context;
-    char **lines = realloc(kept->lines, (kept->count + 1) * sizeof(*lines));
-    if (!lines)
-        return;
-    kept->lines = lines;
-    lines[kept->count] = strdup(line);
-    if (lines[kept->count])
-        kept->count++;
-}
-
 static void allow_messages(struct reporter *reporter)
 {
     const struct settings *settings = &reporter->settings;
@@ -326,11 +294,11 @@ VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporte
     struct kept_lines kept = {0};
     VkResult result = messengers_add_chain(&reporter->messengers, create_info->pNext);
     if (result == VK_SUCCESS)
-        result = settings_load(create_info, keep_line, &kept, &reporter->settings);
+        result = settings_load(create_info, kept_lines_add, &kept, &reporter->settings);
     if (result == VK_SUCCESS)
-        settings_check(&reporter->settings, keep_line, &kept);
+        settings_check(&reporter->settings, kept_lines_add, &kept);
     if (result == VK_SUCCESS)
-        result = log_open(&reporter->log, &reporter->settings, keep_line, &kept);
+        result = log_open(&reporter->log, &reporter->settings, kept_lines_add, &kept);
     if (result == VK_SUCCESS) {
         allow_messages(reporter);
         warn_of_log(reporter,

@@ -61,6 +61,13 @@ static const struct choice log_formats[] = {
     {NULL, 0},
 };
 
+static const struct choice call_site_modes[] = {
+    {"off", CALL_SITES_OFF},
+    {"frames", CALL_SITES_FRAMES},
+    {"full", CALL_SITES_FULL},
+    {NULL, 0},
+};
+
 /* The last three are flags of the Khronos layer only; users share its settings with this layer. */
 static const struct choice report_flags[] = {
     {"error", REPORT_ERROR},
@@ -91,6 +98,12 @@ static const struct choice debug_actions[] = {
     {NULL, 0},
 };
 
+static const struct choice guards[] = {
+    {"off", GUARD_OFF},
+    {"references", GUARD_REFERENCES},
+    {NULL, 0},
+};
+
 static const struct choice booleans[] = {
     {"true", 1}, {"false", 0}, {"on", 1}, {"off", 0}, {"1", 1}, {"0", 0}, {NULL, 0},
 };
@@ -114,8 +127,10 @@ DEFINE_LOAD_CHOICE(content_when_full, when_full)
 DEFINE_LOAD_CHOICE(vuid_names, vuid_names)
 DEFINE_LOAD_CHOICE(spec_text, spec_texts)
 DEFINE_LOAD_CHOICE(log_format, log_formats)
+DEFINE_LOAD_CHOICE(call_sites, call_site_modes)
 DEFINE_LOAD_CHOICE(record_builds, booleans)
 DEFINE_LOAD_CHOICE(crash_report, booleans)
+DEFINE_LOAD_CHOICE(guard, guards)
 
 static bool load_content_budget_mib(const struct loader *loader, char *value)
 {
@@ -211,8 +226,10 @@ static const struct key {
     {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
     {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
+    {"guard", load_guard, "off or references", "off"},
     {"hang_seconds", load_hang_seconds, "a number of seconds; 0 is off", "10"},
     {"crash_report", load_crash_report, "true or false", "false"},
+    {"call_sites", load_call_sites, "off, frames or full", "off"},
     {"compare_rays", load_compare_rays, "a number up to 1000000; 0 is off", "0"},
 };
 

@@ -52,9 +52,22 @@ enum spec_text {
     SPEC_TEXT_NONE,  /* neither */
 };
 
+/* What the builds of top-level structures read. */
+enum guard_setting {
+    GUARD_OFF,        /* the application's instances */
+    GUARD_REFERENCES, /* copies, without references to structures that are not live */
+};
+
 enum log_format {
     LOG_FORMAT_TEXT,
     LOG_FORMAT_JSON, /* one line for each message: json/findings.schema.json */
+};
+
+/* How the layer finds from where a build command is called. */
+enum call_site_mode {
+    CALL_SITES_OFF,
+    CALL_SITES_FRAMES, /* by frame pointers */
+    CALL_SITES_FULL,   /* by unwinding tables */
 };
 
 struct narrow_filter; /* src/report/message_filter.h */
@@ -66,12 +79,14 @@ struct settings {
     enum spec_text spec_text;
     uint32_t content_budget_mib; /* MiB for copies of builds' inputs; backend driver */
     enum content_when_full content_when_full;
+    enum guard_setting guard;
     uint32_t hang_seconds; /* without progress, before a wait reports; level content; 0: never */
     bool crash_report;     /* report when the process gets a signal that ends it */
     uint32_t report_flags; /* enum report_flag */
     uint32_t debug_action; /* enum debug_action */
     char *log_filename;    /* NULL: stderr; owned */
     enum log_format log_format;
+    enum call_site_mode call_sites;
     bool record_builds; /* the log also has a line for each build, copy and submission */
     uint32_t duplicate_message_limit;         /* per id and object; 0: no limit */
     bool muted[MESSAGE_ID_COUNT];             /* message_id_filter: VUIDs */

@@ -56,11 +56,26 @@ static void check_record_builds(const struct checker *checker)
                   "json, and a debug_action that logs. No builds are recorded.");
 }
 
+/* Guarded builds need what level content records. */
+static void check_guard(const struct checker *checker)
+{
+    struct settings *settings = checker->settings;
+    if (settings->guard == GUARD_OFF ||
+        (settings->level == LEVEL_CONTENT && settings->backend == BACKEND_DRIVER))
+        return;
+    settings->guard = GUARD_OFF;
+    checker->warn(
+        checker->context,
+        "assay_validation.guard needs level = content and backend = driver. No builds are "
+        "guarded.");
+}
+
 void settings_check(struct settings *settings, void (*warn)(void *context, const char *line),
                     void *context)
 {
     const struct checker checker = {warn, context, settings};
     check_compare_rays(&checker);
+    check_guard(&checker);
     check_log_filename(&checker);
     check_record_builds(&checker);
 }

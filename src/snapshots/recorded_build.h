@@ -50,6 +50,44 @@ struct gathering {
     bool is_typed;
 };
 
+/* ---- guards (setting guard): a shader copies the instances of a top-level build just before it,
+ * without references to structures that are not live, and the build reads the copy. */
+
+enum {
+    GUARD_UNLIMITED = UINT32_MAX,  /* of guard_order.readable and range_count */
+    GUARD_ALL_LIVE = UINT32_MAX,   /* of guard_order.limit: each live structure counts as built */
+    GUARD_NEVER_BUILT = UINT32_MAX /* no build of the structure has been submitted */
+};
+
+/* What guard.comp reads and returns for one build. It lies in a chunk, in the shader's layout. The
+ * host writes it before each submission. */
+struct guard_order {
+    uint64_t source, ranges, indirect; /* device addresses */
+    uint32_t readable;       /* bytes that can be read at the source; GUARD_UNLIMITED: unknown */
+    uint32_t range_count;    /* ranges of readable memory; GUARD_UNLIMITED: unknown */
+    uint32_t limit;          /* structures that were built at this count or before are built */
+    uint32_t can_read_range; /* the range of an indirect build is not known to be unreadable */
+    /* Written by the device. */
+    uint32_t replaced;       /* references that became 0 */
+    uint32_t first_replaced; /* index of the first instance among them */
+    uint32_t unreadable;     /* instances in memory that cannot be read: they became zeros */
+    uint32_t is_done;
+};
+_Static_assert(sizeof(struct guard_order) == 56, "as the shader has it");
+
+/* `order` is a chunk and an offset in it; has_order is false if the build is not guarded. */
+struct build_guard {
+    bool has_order, is_nv;
+    uint32_t order_chunk, ranges_chunk;
+    uint64_t order_offset, ranges_offset, ranges_size; /* ranges_size 0: no pointers */
+    uint64_t source, source_size, indirect;
+    /* The count of the coming submission, if its position in execution order is known. */
+    bool has_limit;
+    uint32_t limit;
+};
+
+/* ---- builds */
+
 /* Identifies the build among the application's builds. */
 struct recorded_place {
     enum build_command command;
@@ -80,6 +118,7 @@ struct recorded_build {
     struct snapshot *snapshots;
     uint32_t snapshot_count, snapshot_capacity;
     struct gathering gathering; /* for a TLAS, which has one geometry; count 0: none */
+    struct build_guard guard;   /* for a TLAS */
 };
 
 /* Adds the offsets of ranges to the addresses, so that the data which the build reads from each

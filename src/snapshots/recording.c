@@ -58,6 +58,8 @@ void recording_release(struct recording *recording)
     free_chunks(recording, recording->chunk_count);
     if (recording->gate.is_open)
         recording->memory.free_gate(recording->memory.user, &recording->gate);
+    if (recording->guarded)
+        recording->memory.free_guarded(recording->memory.user, recording->guarded);
     for (uint32_t i = 0; i < recording->marks.count; i++)
         recording->memory.free_mark(recording->memory.user, &recording->marks.items[i]);
     free(recording->marks.items);
@@ -157,58 +159,6 @@ bool recording_open_gate(struct recording *recording)
         atomic_store(recording->gate.is_open, 1);
     pthread_mutex_unlock(&recording->lock);
     return opens;
-}
-
-/* ---- marks */
-
-bool recording_add_mark(struct recording *recording, const struct build_mark *mark)
-{
-    struct build_marks *marks = &recording->marks;
-    struct build_mark *items =
-        array_make_room(marks->items, marks->count, &marks->capacity, sizeof(*items));
-    if (!items)
-        return false;
-    marks->items = items;
-    marks->items[marks->count++] = *mark;
-    return true;
-}
-
-void recording_clear_marks(struct recording *recording, const struct ticket *ticket,
-                           bool is_pending)
-{
-    struct build_marks *marks = &recording->marks;
-    uint64_t number = ticket ? ticket->number : 0;
-    bool is_only = !is_pending && atomic_load(&marks->ticket) != number;
-    for (uint32_t i = 0; is_only && i < marks->count; i++)
-        for (int word = 0; word < MARK_WORDS; word++)
-            atomic_store(&marks->items[i].words[word], 0);
-    atomic_store(&marks->ticket, is_only ? number : 0);
-}
-
-/* Returns NULL if the build has none. */
-static const struct build_mark *find_mark(const struct build_marks *marks, uint32_t position)
-{
-    uint32_t low = 0, high = marks->count;
-    while (low < high) {
-        uint32_t middle = (low + high) / 2;
-        if (marks->items[middle].first <= position)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low && position <= marks->items[low - 1].last ? &marks->items[low - 1] : NULL;
-}
-
-enum mark_state recording_mark_state(const struct recording *recording, uint32_t position,
-                                     uint64_t ticket)
-{
-    uint64_t own = atomic_load(&recording->marks.ticket);
-    const struct build_mark *mark = find_mark(&recording->marks, position);
-    if (!mark || !own || (ticket && own != ticket))
-        return MARK_IS_UNKNOWN;
-    if (atomic_load(&mark->words[MARK_FINISHED]))
-        return MARK_HAS_BUILDS;
-    return atomic_load(&mark->words[MARK_REACHED]) ? MARK_HAS_COPIES : MARK_IS_CLEAR;
 }
 
 /* ---- executions */

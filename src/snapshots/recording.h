@@ -111,13 +111,6 @@ struct build_mark {
 };
 enum { MARK_REACHED, MARK_FINISHED, MARK_WORDS };
 
-enum mark_state {
-    MARK_IS_UNKNOWN, /* the call has no mark, or several executions at once write it */
-    MARK_IS_CLEAR,   /* the device has not executed the copies of the call's inputs */
-    MARK_HAS_COPIES, /* the copies are complete, and the host can read them */
-    MARK_HAS_BUILDS, /* the builds are complete, too */
-};
-
 /* The marks of a recording, in the order of the calls. */
 struct build_marks {
     struct build_mark *items;
@@ -131,6 +124,7 @@ struct build_marks {
 struct recording_memory {
     void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
     void (*free_gate)(void *user, const struct recording_gate *gate);
+    void (*free_guarded)(void *user, struct snapshot_chunk *guarded);
     void (*free_mark)(void *user, const struct build_mark *mark);
     void *user;
 };
@@ -146,6 +140,10 @@ struct recording {
     bool executes_once; /* ONE_TIME_SUBMIT: the chunks are free after the execution */
     struct recording_memory memory;
     struct recording_gate gate; /* closed when chunks are given back */
+    /* Memory of the device that guarded builds read, as a list that the allocator links. It stays
+     * until the recording is released, because its builds read it whenever they execute. */
+    struct snapshot_chunk *guarded;
+    bool has_guards, executes_at_once; /* SIMULTANEOUS_USE */
     struct build_marks marks;
     uint32_t secondary_count;
     bool has_gatherings;
@@ -224,17 +222,6 @@ void recording_keep_chunks(struct recording *recording);
 bool recording_open_gate(struct recording *recording);
 /* Whether the device may still execute the latest execution, if its ticket is not `next`. */
 bool recording_is_pending(struct recording *recording, const struct ticket *next);
-
-/* Adds a mark, which the recording then owns. Returns false without memory. */
-bool recording_add_mark(struct recording *recording, const struct build_mark *mark);
-/* Called before a submission: the marks are about that of `ticket` from now on. If the device may
- * still write them for another one (`is_pending`), they are about none. */
-void recording_clear_marks(struct recording *recording, const struct ticket *ticket,
-                           bool is_pending);
-/* How far the device has got with the call of a build, in the submission with this ticket; 0: in
- * the latest one. A signal handler may call this. */
-enum mark_state recording_mark_state(const struct recording *recording, uint32_t position,
-                                     uint64_t ticket);
 
 /* The execution made last, with a reference for the caller. Returns NULL if it no longer exists. */
 struct execution *recording_share_latest(struct recording *recording);

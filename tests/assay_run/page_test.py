@@ -3,9 +3,11 @@
 """The page of --html in headless Chromium."""
 
 import unittest
+import unittest.mock
 
 from browser import CHROMIUM, Browser
 from runs import NASTY, TIME, VUID, Runs, finding, header, main
+from assay_run.page import build_data
 
 QUEUE = "0x7f0000000010"
 
@@ -37,6 +39,13 @@ def findings():
         finding("VUID-second", MainMessage="scratchData is misaligned, too."),
         finding("VUID-known", MainMessage="A known finding."),
     ]
+
+
+class Rows(unittest.TestCase):
+    def test_too_many(self):
+        with unittest.mock.patch("assay_run.page.MOST_ROWS", 3):
+            made = build_data([(0, build(i)) for i in range(5)] + [(0, header())])
+        self.assertEqual((len(made["rows"]), made["leftOut"]), (3, 2))
 
 
 @unittest.skipUnless(CHROMIUM, "Chromium is not installed")
@@ -135,7 +144,8 @@ class Page(Runs):
     def test_clean(self):
         self.open(header())
         self.assertEqual(self.text("#verdict"), "No findings.")
-        self.assertEqual(self.count("section:not([hidden])"), 2)  # findings, and the unused line
+        self.assertEqual(self.count("section:not([hidden])"), 2)  # findings and notes
+        self.assertIn("--set record_builds=true", self.text("#notes"))
 
     def test_not_loaded(self):
         self.open()

@@ -186,8 +186,21 @@ int main(void)
                       (self.folder / "elsewhere/a.sarif").read_text(encoding="utf-8"))
 
     def test_unknown_module(self):
-        _, place = self.run_with({"module": "/gone", "offset": "0x1"})
+        result, place = self.run_with({"module": "/gone", "offset": "0x1"},
+                                      {"module": "unknown module", "offset": "0x2"})
         self.assertEqual(place["region"]["startLine"], 1)
+        self.assertIn("  at /gone+0x1\n", result.err)
+        self.assertIn("  from unknown module+0x2\n", result.err)
+
+    def test_start_of_the_program(self):
+        """If only the C library has debug information, its lines are nobody's mistake."""
+        frame = self.make_program("source")
+        library = self.folder / "libc.so.6"
+        pathlib.Path(frame["module"]).rename(library)
+        result, place = self.run_with({"module": "/gone", "offset": "0x1"},
+                                      {**frame, "module": str(library)})
+        self.assertEqual(place["region"]["startLine"], 1)
+        self.assertNotIn("app.c", result.err)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Opening the device, and comparing inputs on it. */
 #include "bench.h"
+#include "tests/fixture/messenger.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,33 +21,27 @@ static const char *const extensions[] = {
 
 static VkResult create_device(void)
 {
-    VkPhysicalDeviceRayQueryFeaturesKHR query =
-        MAKE(VkPhysicalDeviceRayQueryFeaturesKHR, .rayQuery = VK_TRUE);
-    VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipelines =
-        MAKE(VkPhysicalDeviceRayTracingPipelineFeaturesKHR, .rayTracingPipeline = VK_TRUE);
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .accelerationStructure = VK_TRUE);
-    VkPhysicalDeviceVulkan12Features features = MAKE(
-        VkPhysicalDeviceVulkan12Features, .pNext = &structures, .bufferDeviceAddress = VK_TRUE);
+    STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = VK_TRUE);
+    STRUCT(VkPhysicalDeviceRayTracingPipelineFeaturesKHR, pipelines, .rayTracingPipeline = VK_TRUE);
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
+           .accelerationStructure = VK_TRUE);
+    STRUCT(VkPhysicalDeviceVulkan12Features, features, .pNext = &structures,
+           .bufferDeviceAddress = VK_TRUE);
     const float priority = 1;
-    const VkDeviceQueueCreateInfo queue =
-        MAKE(VkDeviceQueueCreateInfo, .queueCount = 1, .pQueuePriorities = &priority);
+    const STRUCT(VkDeviceQueueCreateInfo, queue, .queueCount = 1, .pQueuePriorities = &priority);
     const char *names[] = {extensions[0], extensions[1], extensions[2]};
     if (bench.kind == BENCH_PIPELINES || bench.kind == BENCH_LAYER_PIPELINES)
         names[2] = extensions[3];
     if (bench.kind != BENCH_LAYER)
         structures.pNext = bench.kind == BENCH_QUERIES ? (void *)&query : (void *)&pipelines;
-    const VkDeviceCreateInfo info = MAKE(VkDeviceCreateInfo, .pNext = &features,
-                                         .queueCreateInfoCount = 1, .pQueueCreateInfos = &queue,
-                                         .enabledExtensionCount = bench.kind == BENCH_LAYER ? 2 : 3,
-                                         .ppEnabledExtensionNames = names);
+    const STRUCT(VkDeviceCreateInfo, info, .pNext = &features, .queueCreateInfoCount = 1,
+                 .pQueueCreateInfos = &queue,
+                 .enabledExtensionCount = bench.kind == BENCH_LAYER ? 2 : 3,
+                 .ppEnabledExtensionNames = names);
     return vkCreateDevice(bench.physical, &info, NULL, &bench.device);
 }
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                           VkDebugUtilsMessageTypeFlagsEXT types,
-                                           const VkDebugUtilsMessengerCallbackDataEXT *data,
-                                           void *user)
+MESSENGER_CALLBACK(hear)
 {
     struct heard *heard = user;
     heard->count++;
@@ -61,13 +56,12 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
 
 static VkResult create_messenger(void)
 {
-    const VkDebugUtilsMessengerCreateInfoEXT info =
-        MAKE(VkDebugUtilsMessengerCreateInfoEXT,
-             .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                                VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-             .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
-                            VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
-             .pfnUserCallback = hear, .pUserData = &bench.heard);
+    const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, info,
+                 .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                                    VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+                 .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                                VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
+                 .pfnUserCallback = hear, .pUserData = &bench.heard);
     PFN_vkCreateDebugUtilsMessengerEXT create =
         (PFN_vkCreateDebugUtilsMessengerEXT)vkGetInstanceProcAddr(bench.instance,
                                                                   "vkCreateDebugUtilsMessengerEXT");
@@ -79,11 +73,10 @@ static VkResult create_instance(void)
     static const char *const layer = "VK_LAYER_ASSAY_validation";
     static const char *const extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
     const uint32_t has_layer = bench.kind >= BENCH_LAYER;
-    const VkInstanceCreateInfo info =
-        MAKE(VkInstanceCreateInfo,
-             .pApplicationInfo = &MAKE(VkApplicationInfo, .apiVersion = VK_API_VERSION_1_3),
-             .enabledLayerCount = has_layer, .ppEnabledLayerNames = &layer,
-             .enabledExtensionCount = has_layer, .ppEnabledExtensionNames = &extension);
+    const STRUCT(VkInstanceCreateInfo, info,
+                 .pApplicationInfo = &MAKE(VkApplicationInfo, .apiVersion = VK_API_VERSION_1_3),
+                 .enabledLayerCount = has_layer, .ppEnabledLayerNames = &layer,
+                 .enabledExtensionCount = has_layer, .ppEnabledExtensionNames = &extension);
     uint32_t count = 1;
     VkResult result = vkCreateInstance(&info, NULL, &bench.instance);
     if (result == VK_SUCCESS)
@@ -104,12 +97,9 @@ const char *bench_open(enum bench_kind kind)
         return "no driver";
     if (create_device() != VK_SUCCESS)
         return "the driver doesn't trace so";
-    VkPhysicalDeviceAccelerationStructurePropertiesKHR limits =
-        MAKE(VkPhysicalDeviceAccelerationStructurePropertiesKHR);
-    VkPhysicalDeviceRayTracingPipelinePropertiesKHR groups =
-        MAKE(VkPhysicalDeviceRayTracingPipelinePropertiesKHR, .pNext = &limits);
-    VkPhysicalDeviceDriverProperties driver =
-        MAKE(VkPhysicalDeviceDriverProperties, .pNext = &groups);
+    STRUCT(VkPhysicalDeviceAccelerationStructurePropertiesKHR, limits);
+    STRUCT(VkPhysicalDeviceRayTracingPipelinePropertiesKHR, groups, .pNext = &limits);
+    STRUCT(VkPhysicalDeviceDriverProperties, driver, .pNext = &groups);
     vkGetPhysicalDeviceProperties2(bench.physical,
                                    &MAKE(VkPhysicalDeviceProperties2, .pNext = &driver));
     snprintf(bench.driver, sizeof(bench.driver), "%s", driver.driverInfo);

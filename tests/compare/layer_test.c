@@ -101,9 +101,8 @@ TEST(test_boxes)
 static void copy_structure(VkCommandBuffer commands, const struct compare_structure *from,
                            const struct compare_structure *to)
 {
-    const VkCopyAccelerationStructureInfoKHR info =
-        MAKE(VkCopyAccelerationStructureInfoKHR, .src = from->handle, .dst = to->handle,
-             .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    const STRUCT(VkCopyAccelerationStructureInfoKHR, info, .src = from->handle, .dst = to->handle,
+                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     bench.vk.CmdCopyAccelerationStructureKHR(commands, &info);
     commands_barrier(&bench.vk, commands);
 }

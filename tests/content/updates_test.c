@@ -9,9 +9,6 @@
 #include "tests/fixture/make.h"
 #include "tests/state/unit_test.h"
 
-static struct device_fixture device;
-static struct fixture *const fixture = &device.fixture;
-
 enum { TRIANGLES = 3, FLOATS = 9, DATA_SIZE = TRIANGLES * FLOATS * sizeof(float) };
 
 #define DEVICE "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-"
@@ -30,24 +27,28 @@ static struct {
 static void open_scene(void)
 {
     fixture_triangles(&scene.host, TRIANGLES, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR);
-    scene.blas = fixture_create_for(fixture, &scene.host);
-    scene.other =
-        fixture_create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-    device_build_create(&device, &scene.host, DATA_SIZE, &scene.build);
+    scene.blas = fixture_create_for(&scene.host);
+    scene.other = fixture_create(VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+    device_build_create(&scene.host, DATA_SIZE, &scene.build);
     for (int i = 0; i < 2; i++)
-        scene.commands[i] = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    messages_clear(&fixture->instance_fixture.messages);
+        scene.commands[i] = device_begin(VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    messages_clear(messages);
 }
 
 static void close_scene(void)
 {
-    fixture->vk.DeviceWaitIdle(fixture->device);
-    fixture->vk.FreeCommandBuffers(fixture->device, device.pool, 2, scene.commands);
-    device_build_destroy(&device, &scene.build);
-    fixture_destroy(fixture, &scene.other);
-    fixture_destroy(fixture, &scene.blas);
-    fixture_free(&scene.host);
+    vk.DeviceWaitIdle(device);
+    vk.FreeCommandBuffers(device, command_pool, 2, scene.commands);
+    destroy_all();
 }
+
+/* Before the instance is there. */
+__attribute__((constructor)) static void choose_level(void)
+{
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+}
+
+#define SCENE_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
 
 /* Of the second triangle; in the host's data, or in what is copied when commands run. */
 static void set_asleep(void *data, bool is_asleep)
@@ -57,20 +58,19 @@ static void set_asleep(void *data, bool is_asleep)
 
 static void record(int commands, VkAccelerationStructureKHR src)
 {
-    device_upload(&device, scene.commands[commands], &scene.build);
-    device_build(&device, scene.commands[commands], &scene.build, scene.blas.handle, src);
+    device_upload(scene.commands[commands], &scene.build);
+    device_build(scene.commands[commands], &scene.build, scene.blas.handle, src);
 }
 
 static void run(int commands)
 {
-    device_end(&device, scene.commands[commands]);
-    device_run(&device, scene.commands[commands]);
+    device_end(scene.commands[commands]);
+    device_run(scene.commands[commands]);
 }
 
 /* What came since the last time: one message, or none. */
 static void expect(const char *id)
 {
-    struct messages *messages = &fixture->instance_fixture.messages;
     if (messages->count != (id != NULL) || (id && !messages_count(messages, id, "primitive 1")))
         for (uint32_t i = 0; i < messages_kept(messages); i++)
             print_error("%s\n", messages->items[i].text);
@@ -81,32 +81,31 @@ static void expect(const char *id)
 
 static void build_by_the_host(VkAccelerationStructureKHR src)
 {
-    assert_int_equal(fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, src),
+    assert_int_equal(fixture_build(VK_NULL_HANDLE, &scene.host, scene.blas.handle, src),
                      VK_SUCCESS);
 }
 
 static void submit(int commands)
 {
-    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
-                 .pCommandBuffers = &scene.commands[commands]);
-    assert_int_equal(fixture->vk.QueueSubmit(device.queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
+    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+                               .commandBufferCount = 1,
+                               .pCommandBuffers = &scene.commands[commands]};
+    assert_int_equal(vk.QueueSubmit(queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
 }
 
 /* Behind the data that is copied, by the command itself. */
 static void update_with_a_sleeping_triangle(int commands, VkAccelerationStructureKHR src)
 {
     const float asleep = NAN;
-    fixture->vk.CmdUpdateBuffer(scene.commands[commands], scene.build.data.handle,
-                                FLOATS * sizeof(float), sizeof(asleep), &asleep);
-    device_barrier(&device, scene.commands[commands]);
-    device_build(&device, scene.commands[commands], &scene.build, scene.blas.handle, src);
+    vk.CmdUpdateBuffer(scene.commands[commands], scene.build.data.handle, FLOATS * sizeof(float),
+                       sizeof(asleep), &asleep);
+    device_barrier(scene.commands[commands]);
+    device_build(scene.commands[commands], &scene.build, scene.blas.handle, src);
 }
 
 /* ---- tests */
 
-#define UPDATE_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
-
-UPDATE_TEST(test_built_by_the_host)
+SCENE_TEST(test_built_by_the_host)
 {
     build_by_the_host(VK_NULL_HANDLE);
     set_asleep(scene.host.data, true);
@@ -116,7 +115,7 @@ UPDATE_TEST(test_built_by_the_host)
     expect(DEVICE PUT_TO_SLEEP);
 }
 
-UPDATE_TEST(test_updated_by_the_host)
+SCENE_TEST(test_updated_by_the_host)
 {
     set_asleep(scene.host.data, true);
     record(0, VK_NULL_HANDLE);
@@ -125,23 +124,23 @@ UPDATE_TEST(test_updated_by_the_host)
     build_by_the_host(scene.blas.handle);
     expect(NULL);
     set_asleep(scene.host.data, false);
-    fixture_build(fixture, VK_NULL_HANDLE, &scene.host, scene.blas.handle, scene.blas.handle);
+    fixture_build(VK_NULL_HANDLE, &scene.host, scene.blas.handle, scene.blas.handle);
     expect(HOST WOKEN);
 }
 
-UPDATE_TEST(test_in_one_command_buffer)
+SCENE_TEST(test_in_one_command_buffer)
 {
     record(0, VK_NULL_HANDLE);
     update_with_a_sleeping_triangle(0, scene.blas.handle);
     expect(NULL);
     run(0);
     expect(DEVICE PUT_TO_SLEEP);
-    device_run(&device, scene.commands[0]);
+    device_run(scene.commands[0]);
     expect(DEVICE PUT_TO_SLEEP);
 }
 
 /* What was last built counts, not what was last updated. */
-UPDATE_TEST(test_updated_twice)
+SCENE_TEST(test_updated_twice)
 {
     record(0, VK_NULL_HANDLE);
     run(0);
@@ -149,15 +148,15 @@ UPDATE_TEST(test_updated_twice)
     record(1, scene.blas.handle);
     run(1);
     expect(DEVICE PUT_TO_SLEEP);
-    device_run(&device, scene.commands[1]);
+    device_run(scene.commands[1]);
     expect(DEVICE PUT_TO_SLEEP);
     set_asleep(scene.build.staging.bytes, false);
-    device_run(&device, scene.commands[1]);
+    device_run(scene.commands[1]);
     expect(NULL);
 }
 
 /* Each execution of the build has data of its own. */
-UPDATE_TEST(test_built_again_with_other_data)
+SCENE_TEST(test_built_again_with_other_data)
 {
     record(0, VK_NULL_HANDLE);
     record(1, scene.blas.handle);
@@ -165,27 +164,31 @@ UPDATE_TEST(test_built_again_with_other_data)
     run(1);
     expect(NULL);
     set_asleep(scene.build.staging.bytes, true);
-    device_run(&device, scene.commands[0]);
-    device_run(&device, scene.commands[1]);
+    device_run(scene.commands[0]);
+    device_run(scene.commands[1]);
     expect(NULL);
     set_asleep(scene.build.staging.bytes, false);
-    device_run(&device, scene.commands[1]);
+    device_run(scene.commands[1]);
     expect(DEVICE WOKEN);
-    device_run(&device, scene.commands[0]);
-    device_run(&device, scene.commands[1]);
+    device_run(scene.commands[0]);
+    device_run(scene.commands[1]);
     expect(NULL);
 }
 
 static void copy(VkCommandBuffer commands)
 {
-    const STRUCT(VkCopyAccelerationStructureInfoKHR, info, .src = scene.blas.handle,
-                 .dst = scene.other.handle, .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-    fixture->vk.CmdCopyAccelerationStructureKHR(commands, &info);
-    device_barrier(&device, commands);
+    const VkCopyAccelerationStructureInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
+        .src = scene.blas.handle,
+        .dst = scene.other.handle,
+        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
+    };
+    vk.CmdCopyAccelerationStructureKHR(commands, &info);
+    device_barrier(commands);
 }
 
 /* A clone was built with what its source was built with then. */
-UPDATE_TEST(test_cloned)
+SCENE_TEST(test_cloned)
 {
     record(0, VK_NULL_HANDLE);
     copy(scene.commands[0]);
@@ -199,74 +202,61 @@ UPDATE_TEST(test_cloned)
 }
 
 /* Nobody waits in between. */
-UPDATE_TEST(test_all_at_once)
+SCENE_TEST(test_all_at_once)
 {
     record(0, VK_NULL_HANDLE);
     copy(scene.commands[0]);
     update_with_a_sleeping_triangle(1, scene.other.handle);
     for (int i = 0; i < 2; i++)
-        device_end(&device, scene.commands[i]);
+        device_end(scene.commands[i]);
     submit(0);
     submit(1);
-    fixture->vk.QueueWaitIdle(device.queue);
+    vk.QueueWaitIdle(queue);
     expect(DEVICE PUT_TO_SLEEP);
 }
 
 /* How many primitives an indirect build had is known when its ranges were read. */
-UPDATE_TEST(test_built_indirectly)
+SCENE_TEST(test_built_indirectly)
 {
     static const char id[] = "VUID-vkCmdBuildAccelerationStructuresKHR-primitiveCount-03769";
-    const struct messages *messages = &fixture->instance_fixture.messages;
     const uint32_t most = TRIANGLES, stride = sizeof(VkAccelerationStructureBuildRangeInfoKHR);
     const uint32_t *const counts = &most;
-    struct device_buffer range = device_buffer_create(&device, stride);
+    struct device_buffer range = device_buffer_create(stride);
     *(VkAccelerationStructureBuildRangeInfoKHR *)range.bytes =
         (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = TRIANGLES};
-    device_upload(&device, scene.commands[0], &scene.build);
+    device_upload(scene.commands[0], &scene.build);
     scene.build.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
     scene.build.info.dstAccelerationStructure = scene.blas.handle;
-    fixture->vk.CmdBuildAccelerationStructuresIndirectKHR(scene.commands[0], 1, &scene.build.info,
-                                                          &range.address, &stride, &counts);
-    device_barrier(&device, scene.commands[0]);
+    vk.CmdBuildAccelerationStructuresIndirectKHR(scene.commands[0], 1, &scene.build.info,
+                                                 &range.address, &stride, &counts);
+    device_barrier(scene.commands[0]);
     run(0);
     record(1, scene.blas.handle);
     run(1);
     expect(NULL);
     ((VkAccelerationStructureBuildRangeInfoKHR *)range.bytes)->primitiveCount = TRIANGLES - 1;
-    device_run(&device, scene.commands[0]);
-    device_run(&device, scene.commands[1]);
+    device_run(scene.commands[0]);
+    device_run(scene.commands[1]);
     assert_int_equal(messages->count, 1);
     assert_int_equal(messages_count(messages, id, "has primitiveCount 3"), 1);
-    device_buffer_destroy(&device, &range);
 }
 
 /* What an application destroys it knows to be complete, however it came to know. */
-UPDATE_TEST(test_told_at_destruction)
+SCENE_TEST(test_told_at_destruction)
 {
     static const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
     record(0, VK_NULL_HANDLE);
     run(0);
     set_asleep(scene.host.data, true);
     record(1, scene.blas.handle);
-    device_end(&device, scene.commands[1]);
+    device_end(scene.commands[1]);
     submit(1);
     /* Two minutes at least: a busy machine may take long to complete the submission. */
-    for (int i = 0; i < 12000 && !fixture->instance_fixture.messages.count; i++) {
+    for (int i = 0; i < 12000 && !messages->count; i++) {
         nanosleep(&pause, NULL);
-        struct fixture_structure other = fixture_create(
-            fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-        fixture_destroy(fixture, &other);
+        struct fixture_structure other =
+            fixture_create(VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
+        fixture_destroy(&other);
     }
     expect(DEVICE PUT_TO_SLEEP);
-}
-
-const char *unit_test_open(const char *argument)
-{
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
-    return argument ? device_fixture_open(&device, argument) : "name a platform";
-}
-
-void unit_test_close(void)
-{
-    device_fixture_close(&device);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Only what a scene uses is computed: pairs of scenes that differ in one thing, and all that the
  * counters of backend cpu say of the difference. */
-#include "device_program.h"
+#include "device_fixture.h"
 
 #include <string.h>
 
@@ -20,42 +20,33 @@ static AssayCounters run(const struct deeds *deeds)
 {
     struct fixture_build host;
     struct device_build build;
-    const AssayCounters before = fixture_counters(fixture);
+    const AssayCounters before = fixture_counters();
     fixture_triangles(&host, TRIANGLES, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR);
-    struct fixture_structure blas = fixture_create_for(fixture, &host);
-    struct fixture_structure copy = fixture_create_blas(fixture, blas.size);
-    struct device_buffer transform = device_buffer_create(&device, sizeof(moved));
-    device_build_create(&device, &host, DATA_SIZE, &build);
+    struct fixture_structure blas = fixture_create_for(&host);
+    struct fixture_structure copy = fixture_create_blas(blas.size);
+    struct device_buffer transform = device_buffer_create(sizeof(moved));
+    device_build_create(&host, DATA_SIZE, &build);
     memcpy(transform.bytes, &moved, sizeof(moved));
     if (deeds->transforms)
         build.geometry.geometry.triangles.transformData.deviceAddress = transform.address;
 
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    device_upload(&device, commands, &build);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    device_upload(commands, &build);
     for (int i = 0; i < (deeds->builds_twice ? 2 : 1); i++)
-        device_build(&device, commands, &build, blas.handle, VK_NULL_HANDLE);
+        device_build(commands, &build, blas.handle, VK_NULL_HANDLE);
     if (deeds->clones || deeds->compacts)
-        device_copy(&device, commands, blas.handle, copy.handle,
+        device_copy(commands, blas.handle, copy.handle,
                     deeds->compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
                                     : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-    device_finish(&device, commands);
+    device_finish(commands);
     const float y = deeds->transforms ? 3 : 0;
     if (deeds->is_traced)
-        fixture_trace(fixture, deeds->clones || deeds->compacts ? copy.handle : blas.handle,
+        fixture_trace(deeds->clones || deeds->compacts ? copy.handle : blas.handle,
                       y + (deeds->grazes_an_edge ? 0.5f : 0.25f),
                       deeds->grazes_an_edge ? 0.5f : 0.25f);
-    AssayCounters after = fixture_counters(fixture);
-    uint64_t *values = (uint64_t *)&after;
-    for (size_t i = 0; i < sizeof(after) / sizeof(*values); i++)
-        values[i] -= ((const uint64_t *)&before)[i];
-
-    device_build_destroy(&device, &build);
-    device_buffer_destroy(&device, &transform);
-    fixture_destroy(fixture, &copy);
-    fixture_destroy(fixture, &blas);
-    fixture_free(&host);
-    assert_int_equal(fixture->instance_fixture.messages.count, 0);
-    return after;
+    const AssayCounters did = fixture_counters_since(&before);
+    close_silent_test();
+    return did;
 }
 
 /* `extra`: what the second scene does beyond the first. */

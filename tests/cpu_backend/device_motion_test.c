@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What moves, built by command buffers on backend cpu, through the loader: the same as by the host,
  * from what was there when they executed. */
-#include "device_program.h"
+#include "device_fixture.h"
 #include "motion_scene.h"
 
 #include <stdlib.h>
@@ -18,36 +18,27 @@ static struct {
 
 static void open_device_scene(void)
 {
-    moving_scene_open(fixture, &moving.host, 0);
-    device_build_create(&device, &moving.host.triangles, MOTION_VERTICES_SIZE, &moving.triangles);
-    device_build_create(&device, &moving.host.instances, MOTION_INSTANCES_SIZE, &moving.instances);
-    moving.then = device_buffer_create(&device, MOTION_VERTICES_SIZE);
+    moving_scene_open(&moving.host, 0);
+    device_build_create(&moving.host.triangles, MOTION_VERTICES_SIZE, &moving.triangles);
+    device_build_create(&moving.host.instances, MOTION_INSTANCES_SIZE, &moving.instances);
+    moving.then = device_buffer_create(MOTION_VERTICES_SIZE);
     memcpy(moving.then.bytes, moving.host.then, MOTION_VERTICES_SIZE);
     moving.motion = moving.host.motion;
     moving.motion.vertexData.deviceAddress = moving.then.address;
     moving.triangles.geometry.geometry.triangles.pNext = &moving.motion;
 }
 
-static void close_device_scene(void)
-{
-    device_buffer_destroy(&device, &moving.then);
-    device_build_destroy(&device, &moving.triangles);
-    device_build_destroy(&device, &moving.instances);
-    moving_scene_close(fixture, &moving.host);
-    device_expect_silence(&device);
-}
-
-#define SCENE_TEST(name) TEST_BETWEEN(name, open_device_scene, close_device_scene)
+#define SCENE_TEST(name) TEST_BETWEEN(name, open_device_scene, close_silent_test)
 
 /* Once they have executed, nothing is left of the data. */
 static void build_scene(void)
 {
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    device_upload(&device, commands, &moving.triangles);
-    device_upload(&device, commands, &moving.instances);
-    device_build(&device, commands, &moving.triangles, moving.host.blas.handle, VK_NULL_HANDLE);
-    device_build(&device, commands, &moving.instances, moving.host.tlas.handle, VK_NULL_HANDLE);
-    device_finish(&device, commands);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    device_upload(commands, &moving.triangles);
+    device_upload(commands, &moving.instances);
+    device_build(commands, &moving.triangles, moving.host.blas.handle, VK_NULL_HANDLE);
+    device_build(commands, &moving.instances, moving.host.tlas.handle, VK_NULL_HANDLE);
+    device_finish(commands);
     memset(moving.then.bytes, 0, MOTION_VERTICES_SIZE);
     memset(moving.triangles.data.bytes, 0, MOTION_VERTICES_SIZE);
     memset(moving.instances.data.bytes, 0, MOTION_INSTANCES_SIZE);
@@ -57,29 +48,27 @@ static void expect_same_as_by_the_host(struct moving_scene *host)
 {
     size_t sizes[4];
     void *bytes[4];
-    bytes[0] = device_serialize(&device, host->blas.handle, &sizes[0]);
-    bytes[1] = device_serialize(&device, host->tlas.handle, &sizes[1]);
-    moving_scene_build(fixture, host);
-    bytes[2] = device_serialize(&device, host->blas.handle, &sizes[2]);
-    bytes[3] = device_serialize(&device, host->tlas.handle, &sizes[3]);
+    bytes[0] = fixture_serialize(host->blas.handle, &sizes[0]);
+    bytes[1] = fixture_serialize(host->tlas.handle, &sizes[1]);
+    moving_scene_build(host);
+    bytes[2] = fixture_serialize(host->blas.handle, &sizes[2]);
+    bytes[3] = fixture_serialize(host->tlas.handle, &sizes[3]);
     for (int i = 0; i < 2; i++) {
         assert_int_equal(sizes[i], sizes[i + 2]);
         assert_memory_equal(bytes[i], bytes[i + 2], sizes[i]);
     }
-    for (int i = 0; i < 4; i++)
-        free(bytes[i]);
 }
 
 /* ---- tests */
 
 SCENE_TEST(test_same_as_host_build)
 {
-    const AssayCounters before = fixture_counters(fixture);
+    const AssayCounters before = fixture_counters();
     build_scene();
-    assert_int_equal(fixture_counters(fixture).bytesSnapshot - before.bytesSnapshot,
+    assert_int_equal(fixture_counters().bytesSnapshot - before.bytesSnapshot,
                      2 * MOTION_VERTICES_SIZE + MOTION_INSTANCES_SIZE);
-    expect_moving_blas(fixture, moving.host.blas.handle, 4);
-    expect_moving_tlas(fixture, moving.host.tlas.handle);
+    expect_moving_blas(moving.host.blas.handle, 4);
+    expect_moving_tlas(moving.host.tlas.handle);
     expect_same_as_by_the_host(&moving.host);
 }
 
@@ -93,7 +82,7 @@ SCENE_TEST(test_offsets)
         .primitiveCount = MOVING_INSTANCES - 1, .primitiveOffset = MOTION_INSTANCE_STRIDE};
     build_scene();
     /* The last of the triangles, by the first of the instances: 2 from where the others begin. */
-    const AssayHit hit = fixture_trace_at(fixture, moving.host.tlas.handle, 2.25f, 0.25f, 1);
+    const AssayHit hit = fixture_trace_at(moving.host.tlas.handle, 2.25f, 0.25f, 1);
     assert_true(hit.isHit);
     assert_float_equal(hit.t, 1 + 2 + 4 + 8, 1e-5);
     expect_same_as_by_the_host(&moving.host);
@@ -101,23 +90,21 @@ SCENE_TEST(test_offsets)
 
 SCENE_TEST(test_indirect)
 {
-    struct device_buffer ranges =
-        device_buffer_create(&device, sizeof(moving.host.triangles.range));
+    struct device_buffer ranges = device_buffer_create(sizeof(moving.host.triangles.range));
     const VkAccelerationStructureBuildRangeInfoKHR range = {
         .primitiveCount = 1, .primitiveOffset = 9 * sizeof(float), .firstVertex = 3};
     memcpy(ranges.bytes, &range, sizeof(range));
     const uint32_t stride = sizeof(range), most = MOVING_TRIANGLES;
     const uint32_t *const maxima = &most;
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    device_upload(&device, commands, &moving.triangles);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    device_upload(commands, &moving.triangles);
     moving.triangles.info.dstAccelerationStructure = moving.host.blas.handle;
-    fixture->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &moving.triangles.info,
-                                                          &ranges.address, &stride, &maxima);
-    device_finish(&device, commands);
-    const AssayHit hit = fixture_trace_at(fixture, moving.host.blas.handle, 0.25f, 0.25f, 0.5f);
+    vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &moving.triangles.info,
+                                                 &ranges.address, &stride, &maxima);
+    device_finish(commands);
+    const AssayHit hit = fixture_trace_at(moving.host.blas.handle, 0.25f, 0.25f, 0.5f);
     assert_true(hit.isHit);
     assert_float_equal(hit.t, 1 + 2 + 2, 1e-5);
-    device_buffer_destroy(&device, &ranges);
 }
 
 /* ---- pointers, whose low 4 bits are types */
@@ -132,33 +119,27 @@ static void point_to_instances(const struct device_buffer *instances, uint64_t p
                                    sizeof(VkAccelerationStructureMatrixMotionInstanceNV),
                                    sizeof(VkAccelerationStructureSRTMotionInstanceNV)};
     for (uint32_t i = 0; i < MOVING_INSTANCES; i++) {
-        VkAccelerationStructureMotionInstanceNV instance;
+        VkAccelerationStructureMotionInstanceNV element;
         const size_t at = (size_t)(MOVING_INSTANCES - i) * APART - sizes[i];
-        memcpy(&instance, (char *)moving.host.instances.data + (size_t)i * MOTION_INSTANCE_STRIDE,
-               sizeof(instance));
-        memcpy(instances->bytes + at, &instance.data, sizes[i]);
-        pointers[i] = (instances->address + at) | instance.type;
+        memcpy(&element, (char *)moving.host.instances.data + (size_t)i * MOTION_INSTANCE_STRIDE,
+               sizeof(element));
+        memcpy(instances->bytes + at, &element.data, sizes[i]);
+        pointers[i] = (instances->address + at) | element.type;
     }
     pointers[MOVING_INSTANCES] = VK_ACCELERATION_STRUCTURE_MOTION_INSTANCE_TYPE_SRT_MOTION_NV;
 }
 
-SCENE_TEST(test_array_of_pointers)
+/* Content may tell of the null pointer. */
+TEST_BETWEEN(test_array_of_pointers, open_device_scene, close_noisy_test)
 {
-    struct device_buffer instances =
-        device_buffer_create(&device, (VkDeviceSize)MOVING_INSTANCES * APART);
-    struct device_buffer pointers = device_buffer_create(&device, POINTERS * sizeof(uint64_t));
+    struct device_buffer instances = device_buffer_create((VkDeviceSize)MOVING_INSTANCES * APART);
+    struct device_buffer pointers = device_buffer_create(POINTERS * sizeof(uint64_t));
     point_to_instances(&instances, (uint64_t *)pointers.bytes);
     moving.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
     moving.instances.geometry.geometry.instances.data.deviceAddress = pointers.address;
     moving.host.instances.range.primitiveCount = POINTERS;
-    fixture_destroy(fixture, &moving.host.tlas);
-    free(moving.host.instances.scratch);
-    moving.host.tlas = fixture_create_for(fixture, &moving.host.instances);
+    moving.host.tlas = fixture_create_for(&moving.host.instances);
     build_scene();
     memset(instances.bytes, 0, (size_t)MOVING_INSTANCES * APART); /* too late to matter */
-    expect_moving_tlas(fixture, moving.host.tlas.handle);
-    /* Content may tell of the null pointer. */
-    messages_clear(&fixture->instance_fixture.messages);
-    device_buffer_destroy(&device, &instances);
-    device_buffer_destroy(&device, &pointers);
+    expect_moving_tlas(moving.host.tlas.handle);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Arrays of pointers in builds of command buffers on backend cpu, through the loader: instances are
  * gathered at that point of the command buffer, and what the application has bound stays bound. */
-#include "device_program.h"
+#include "device_fixture.h"
 
 #include <string.h>
 
@@ -23,16 +23,15 @@ static struct {
 static void open_scene(void)
 {
     fixture_triangles(&scene.triangles, 1, 0);
-    scene.blas = fixture_create_for(fixture, &scene.triangles);
-    GET(fixture_build(fixture, VK_NULL_HANDLE, &scene.triangles, scene.blas.handle,
-                      VK_NULL_HANDLE));
+    scene.blas = fixture_create_for(&scene.triangles);
+    GET(fixture_build(VK_NULL_HANDLE, &scene.triangles, scene.blas.handle, VK_NULL_HANDLE));
     const VkAccelerationStructureKHR blases[] = {scene.blas.handle, scene.blas.handle};
     fixture_instances(&scene.pairs, blases, 2, 0);
     scene.pairs.range.primitiveCount = COUNT;
-    scene.tlas = fixture_create_for(fixture, &scene.pairs);
-    device_build_create(&device, &scene.pairs, 1, &scene.build);
-    scene.instances = device_buffer_create(&device, COUNT * APART);
-    scene.pointers = device_buffer_create(&device, COUNT * sizeof(uint64_t));
+    scene.tlas = fixture_create_for(&scene.pairs);
+    device_build_create(&scene.pairs, 1, &scene.build);
+    scene.instances = device_buffer_create(COUNT * APART);
+    scene.pointers = device_buffer_create(COUNT * sizeof(uint64_t));
     const VkAccelerationStructureInstanceKHR *from = scene.pairs.data;
     const uint64_t pointers[COUNT] = {scene.instances.address + APART, 0,
                                       scene.instances.address + 2 * APART, 0x123450};
@@ -43,22 +42,10 @@ static void open_scene(void)
     scene.build.geometry.geometry.instances.data.deviceAddress = scene.pointers.address;
 }
 
-static void close_scene(void)
-{
-    device_buffer_destroy(&device, &scene.instances);
-    device_buffer_destroy(&device, &scene.pointers);
-    device_build_destroy(&device, &scene.build);
-    fixture_destroy(fixture, &scene.blas);
-    fixture_destroy(fixture, &scene.tlas);
-    fixture_free(&scene.triangles);
-    fixture_free(&scene.pairs);
-    device_expect_silence(&device);
-}
-
 static void expect_instances(void)
 {
-    const AssayHit upper = fixture_trace(fixture, scene.tlas.handle, 2.25f, 0.25f);
-    const AssayHit lower = fixture_trace(fixture, scene.tlas.handle, 0.25f, 0.25f);
+    const AssayHit upper = fixture_trace(scene.tlas.handle, 2.25f, 0.25f);
+    const AssayHit lower = fixture_trace(scene.tlas.handle, 0.25f, 0.25f);
     assert_true(upper.isHit && lower.isHit);
     assert_int_equal(upper.instance, 0);
     assert_int_equal(upper.customIndex, 101);
@@ -68,37 +55,34 @@ static void expect_instances(void)
 
 /* ---- tests */
 
-TEST_BETWEEN(test_gathered, open_scene, close_scene)
+TEST_BETWEEN(test_gathered, open_scene, close_noisy_test)
 {
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    device_build(&device, commands, &scene.build, scene.tlas.handle, VK_NULL_HANDLE);
-    device_finish(&device, commands);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    device_build(commands, &scene.build, scene.tlas.handle, VK_NULL_HANDLE);
+    device_finish(commands);
     memset(scene.instances.bytes, 0, COUNT * APART); /* too late to matter */
     expect_instances();
     /* Content tells of the null pointer and the wild one, where it is asked. */
-    messages_clear(&fixture->instance_fixture.messages);
 }
 
-TEST_BETWEEN(test_gathered_by_indirect_build, open_scene, close_scene)
+TEST_BETWEEN(test_gathered_by_indirect_build, open_scene, close_noisy_test)
 {
-    struct device_buffer range = device_buffer_create(&device, 64);
+    struct device_buffer range = device_buffer_create(64);
     const VkAccelerationStructureBuildRangeInfoKHR two = {.primitiveCount = 2,
                                                           .primitiveOffset = 2 * sizeof(uint64_t)};
     const uint32_t stride = sizeof(two), most = COUNT;
     const uint32_t *const maxima = &most;
     memcpy(range.bytes, &two, sizeof(two));
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    VkCommandBuffer commands = device_begin(PRIMARY);
     scene.build.info.dstAccelerationStructure = scene.tlas.handle;
-    fixture->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.build.info,
-                                                          &range.address, &stride, &maxima);
-    device_finish(&device, commands);
-    const AssayHit lower = fixture_trace(fixture, scene.tlas.handle, 0.25f, 0.25f);
+    vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.build.info, &range.address,
+                                                 &stride, &maxima);
+    device_finish(commands);
+    const AssayHit lower = fixture_trace(scene.tlas.handle, 0.25f, 0.25f);
     assert_true(lower.isHit);
     assert_int_equal(lower.instance, 0);
     assert_int_equal(lower.customIndex, 100);
-    assert_false(fixture_trace(fixture, scene.tlas.handle, 2.25f, 0.25f).isHit);
-    messages_clear(&fixture->instance_fixture.messages);
-    device_buffer_destroy(&device, &range);
+    assert_false(fixture_trace(scene.tlas.handle, 2.25f, 0.25f).isHit);
 }
 
 /* ---- a pipeline of the application's own */
@@ -117,63 +101,52 @@ struct fill {
 
 static struct fill create_fill(void)
 {
-    struct fill fill = {constants_layout_create(&fixture->vk, fixture->device, CONSTANTS_AT,
-                                                sizeof(struct constants))};
-    fill.pipeline = compute_pipeline_create(&fixture->vk, fixture->device, fill.layout, fill_code,
-                                            sizeof(fill_code));
+    struct fill fill = {
+        constants_layout_create(&vk, device, CONSTANTS_AT, sizeof(struct constants))};
+    fill.pipeline = compute_pipeline_create(&vk, device, fill.layout, fill_code, sizeof(fill_code));
+    OWN(DestroyPipelineLayout, fill.layout);
+    OWN(DestroyPipeline, fill.pipeline);
     return fill;
 }
 
-TEST_BETWEEN(test_bound_state_stays, open_scene, close_scene)
+TEST_BETWEEN(test_bound_state_stays, open_scene, close_noisy_test)
 {
-    const VkuDeviceDispatchTable *vk = &fixture->vk;
     const struct fill fill = create_fill();
-    struct device_buffer target = device_buffer_create(&device, 4);
+    struct device_buffer target = device_buffer_create(4);
     const struct constants constants = {target.address, 0xabcdef};
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    vk->CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, fill.pipeline);
-    vk->CmdPushConstants(commands, fill.layout, VK_SHADER_STAGE_COMPUTE_BIT, CONSTANTS_AT,
-                         sizeof(constants), &constants);
-    device_build(&device, commands, &scene.build, scene.tlas.handle, VK_NULL_HANDLE);
-    vk->CmdDispatch(commands, 1, 1, 1);
-    device_finish(&device, commands);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, fill.pipeline);
+    vk.CmdPushConstants(commands, fill.layout, VK_SHADER_STAGE_COMPUTE_BIT, CONSTANTS_AT,
+                        sizeof(constants), &constants);
+    device_build(commands, &scene.build, scene.tlas.handle, VK_NULL_HANDLE);
+    vk.CmdDispatch(commands, 1, 1, 1);
+    device_finish(commands);
     assert_int_equal(*(uint32_t *)target.bytes, constants.value);
     expect_instances();
-    messages_clear(&fixture->instance_fixture.messages);
-    vk->DestroyPipeline(fixture->device, fill.pipeline, NULL);
-    vk->DestroyPipelineLayout(fixture->device, fill.layout, NULL);
-    device_buffer_destroy(&device, &target);
 }
 
 /* Builds follow no condition, and so what gathers for them must not; all else does. */
-TEST_BETWEEN(test_condition_stays, open_scene, close_scene)
+TEST_BETWEEN(test_condition_stays, open_scene, close_noisy_test)
 {
-    if (!instance_fixture_has_conditions(&fixture->instance_fixture))
+    if (!instance_fixture_has_conditions(&instance))
         skip();
-    const VkuDeviceDispatchTable *vk = &fixture->vk;
     const struct fill fill = create_fill();
-    struct device_buffer condition = device_buffer_create(&device, 16),
-                         target = device_buffer_create(&device, 4);
+    struct device_buffer condition = device_buffer_create(16), target = device_buffer_create(4);
     const STRUCT(VkConditionalRenderingBeginInfoEXT, begin, .buffer = condition.handle, .offset = 8,
                  .flags = VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT);
     const struct constants constants = {target.address, 0xabcdef};
     memset(condition.bytes, 0, 16);
     memset(condition.bytes + 8, 0xff, 4);
     memset(target.bytes, 0, 4);
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    vk->CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, fill.pipeline);
-    vk->CmdPushConstants(commands, fill.layout, VK_SHADER_STAGE_COMPUTE_BIT, CONSTANTS_AT,
-                         sizeof(constants), &constants);
-    vk->CmdBeginConditionalRenderingEXT(commands, &begin);
-    device_build(&device, commands, &scene.build, scene.tlas.handle, VK_NULL_HANDLE);
-    vk->CmdDispatch(commands, 1, 1, 1);
-    vk->CmdEndConditionalRenderingEXT(commands);
-    device_finish(&device, commands);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, fill.pipeline);
+    vk.CmdPushConstants(commands, fill.layout, VK_SHADER_STAGE_COMPUTE_BIT, CONSTANTS_AT,
+                        sizeof(constants), &constants);
+    vk.CmdBeginConditionalRenderingEXT(commands, &begin);
+    device_build(commands, &scene.build, scene.tlas.handle, VK_NULL_HANDLE);
+    vk.CmdDispatch(commands, 1, 1, 1);
+    vk.CmdEndConditionalRenderingEXT(commands);
+    device_finish(commands);
     assert_int_equal(*(uint32_t *)target.bytes, 0);
     expect_instances();
-    messages_clear(&fixture->instance_fixture.messages);
-    vk->DestroyPipeline(fixture->device, fill.pipeline, NULL);
-    vk->DestroyPipelineLayout(fixture->device, fill.layout, NULL);
-    device_buffer_destroy(&device, &condition);
-    device_buffer_destroy(&device, &target);
 }

@@ -9,116 +9,110 @@ static const VkQueryType SERIALIZATION_SIZE =
 
 #define NOT_READY(call) assert_int_equal(call, VK_NOT_READY)
 
-TEST_CLOSED(test_queries, result_scene_close)
+SILENT_TEST(test_queries)
 {
     result_scene_open(COMPACTED_SIZE);
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    VkCommandBuffer commands = device_begin(PRIMARY);
     result_scene_record_build(commands);
     result_scene_record_queries(commands, COMPACTED_SIZE);
-    device_finish(&device, commands);
+    device_finish(commands);
 
-    const VkDeviceSize expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE);
+    const VkDeviceSize expected = fixture_property(scene.blas.handle, COMPACTED_SIZE);
     assert_in_range(expected, 1, scene.blas.size - 1);
     uint64_t wide[2][2];
-    GET(fixture->vk.GetQueryPoolResults(
-        fixture->device, scene.pool, 0, 2, sizeof(wide), wide, sizeof(wide[0]),
-        VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT));
+    GET(vk.GetQueryPoolResults(device, scene.pool, 0, 2, sizeof(wide), wide, sizeof(wide[0]),
+                               VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT |
+                                   VK_QUERY_RESULT_WITH_AVAILABILITY_BIT));
     for (int i = 0; i < 2; i++) {
         assert_int_equal(wide[i][0], expected);
         assert_int_equal(wide[i][1], 1);
     }
     uint32_t narrow[QUERIES] = {7, 7, 7};
-    NOT_READY(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, QUERIES,
-                                              sizeof(narrow), narrow, sizeof(narrow[0]), 0));
+    NOT_READY(vk.GetQueryPoolResults(device, scene.pool, 0, QUERIES, sizeof(narrow), narrow,
+                                     sizeof(narrow[0]), 0));
     assert_int_equal(narrow[1], expected);
     assert_int_equal(narrow[2], 7);
     uint32_t partial[2] = {7, 7};
-    NOT_READY(fixture->vk.GetQueryPoolResults(
-        fixture->device, scene.pool, 2, 1, sizeof(partial), partial, sizeof(partial),
+    NOT_READY(vk.GetQueryPoolResults(
+        device, scene.pool, 2, 1, sizeof(partial), partial, sizeof(partial),
         VK_QUERY_RESULT_PARTIAL_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT));
     assert_int_equal(partial[0], 0);
     assert_int_equal(partial[1], 0);
 }
 
 /* A query tells of the structure as it was when the query was written. */
-TEST_CLOSED(test_query_keeps_its_timestamp, result_scene_close)
+SILENT_TEST(test_query_keeps_its_timestamp)
 {
     result_scene_open(SERIALIZATION_SIZE);
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    VkCommandBuffer commands = device_begin(PRIMARY);
     result_scene_record_build(commands);
     result_scene_record_queries(commands, SERIALIZATION_SIZE);
     scene.host.range.primitiveCount = 1;
     result_scene_record_build(commands);
-    device_finish(&device, commands);
-    const uint64_t value = device_query(&device, scene.pool, 1);
-    assert_in_range(value, result_scene_property(scene.blas.handle, SERIALIZATION_SIZE) + 1,
-                    UINT64_MAX);
+    device_finish(commands);
+    const uint64_t value = device_query(scene.pool, 1);
+    assert_in_range(value, fixture_property(scene.blas.handle, SERIALIZATION_SIZE) + 1, UINT64_MAX);
     scene.host.range.primitiveCount = TRIANGLES;
 }
 
-TEST(test_other_queries)
+SILENT_TEST(test_other_queries)
 {
-    VkQueryPool pool = query_pool_create(&fixture->vk, fixture->device, VK_QUERY_TYPE_OCCLUSION, 1);
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    fixture->vk.CmdResetQueryPool(commands, pool, 0, 1);
-    device_finish(&device, commands);
+    VkQueryPool pool = query_pool_create(&vk, device, VK_QUERY_TYPE_OCCLUSION, 1);
+    OWN(DestroyQueryPool, pool);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    vk.CmdResetQueryPool(commands, pool, 0, 1);
+    device_finish(commands);
     uint32_t value;
-    NOT_READY(fixture->vk.GetQueryPoolResults(fixture->device, pool, 0, 1, sizeof(value), &value,
-                                              sizeof(value), 0));
-    fixture->vk.DestroyQueryPool(fixture->device, pool, NULL);
-    device_expect_silence(&device);
+    NOT_READY(vk.GetQueryPoolResults(device, pool, 0, 1, sizeof(value), &value, sizeof(value), 0));
 }
 
-TEST_CLOSED(test_copied_queries, result_scene_close)
+SILENT_TEST(test_copied_queries)
 {
     result_scene_open(COMPACTED_SIZE);
-    struct device_buffer buffer = device_buffer_create(&device, 256);
+    struct device_buffer buffer = device_buffer_create(256);
     memset(buffer.bytes, 0xee, 256);
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    VkCommandBuffer commands = device_begin(PRIMARY);
     result_scene_record_build(commands);
     result_scene_record_queries(commands, COMPACTED_SIZE);
-    fixture->vk.CmdCopyQueryPoolResults(commands, scene.pool, 0, QUERIES, buffer.handle, 32, 32,
-                                        VK_QUERY_RESULT_64_BIT |
-                                            VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
-    fixture->vk.CmdResetQueryPool(commands, scene.pool, 0, QUERIES);
-    device_finish(&device, commands);
-    const uint64_t expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE),
+    vk.CmdCopyQueryPoolResults(commands, scene.pool, 0, QUERIES, buffer.handle, 32, 32,
+                               VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
+    vk.CmdResetQueryPool(commands, scene.pool, 0, QUERIES);
+    device_finish(commands);
+    const uint64_t expected = fixture_property(scene.blas.handle, COMPACTED_SIZE),
                    untouched = ~0ull / 255 * 0xee;
     const uint64_t *words = (uint64_t *)buffer.bytes;
     const uint64_t found[] = {words[4], words[5],  words[6], words[8],
                               words[9], words[12], words[13]};
     const uint64_t wanted[] = {expected, 1, untouched, expected, 1, untouched, 0};
     assert_memory_equal(found, wanted, sizeof(found));
-    device_buffer_destroy(&device, &buffer);
 }
 
 /* Counts beyond the end of the pool mean no more than up to there, take no time, and nothing is
  * written for queries that there aren't. */
-TEST_CLOSED(test_wild_counts, result_scene_close)
+SILENT_TEST(test_wild_counts)
 {
     result_scene_open(COMPACTED_SIZE);
-    struct device_buffer buffer = device_buffer_create(&device, 256);
+    struct device_buffer buffer = device_buffer_create(256);
     memset(buffer.bytes, 0xee, 256);
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    VkCommandBuffer commands = device_begin(PRIMARY);
     result_scene_record_build(commands);
     result_scene_record_queries(commands, COMPACTED_SIZE);
-    fixture->vk.CmdCopyQueryPoolResults(commands, scene.pool, 1, QUERIES, buffer.handle, 0, 8,
-                                        VK_QUERY_RESULT_64_BIT);
-    fixture->vk.CmdResetQueryPool(commands, scene.pool, 1, UINT32_MAX);
-    device_finish(&device, commands);
-    const uint64_t expected = result_scene_property(scene.blas.handle, COMPACTED_SIZE),
+    vk.CmdCopyQueryPoolResults(commands, scene.pool, 1, QUERIES, buffer.handle, 0, 8,
+                               VK_QUERY_RESULT_64_BIT);
+    vk.CmdResetQueryPool(commands, scene.pool, 1, UINT32_MAX);
+    device_finish(commands);
+    const uint64_t expected = fixture_property(scene.blas.handle, COMPACTED_SIZE),
                    untouched = ~0ull / 255 * 0xee;
     const uint64_t wanted[] = {expected, untouched, untouched};
     assert_memory_equal(buffer.bytes, wanted, sizeof(wanted));
     uint64_t values[2] = {0};
-    NOT_READY(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 2, sizeof(values),
-                                              values, 8, VK_QUERY_RESULT_64_BIT));
+    NOT_READY(vk.GetQueryPoolResults(device, scene.pool, 0, 2, sizeof(values), values, 8,
+                                     VK_QUERY_RESULT_64_BIT));
     assert_int_equal(values[0], expected);
-    fixture->vk.ResetQueryPool(fixture->device, scene.pool, 1, UINT32_MAX);
-    GET(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(values), values,
-                                        8, VK_QUERY_RESULT_64_BIT));
-    fixture->vk.ResetQueryPool(fixture->device, scene.pool, 0, UINT32_MAX);
-    NOT_READY(fixture->vk.GetQueryPoolResults(fixture->device, scene.pool, 0, 1, sizeof(values),
-                                              values, 8, VK_QUERY_RESULT_64_BIT));
-    device_buffer_destroy(&device, &buffer);
+    vk.ResetQueryPool(device, scene.pool, 1, UINT32_MAX);
+    GET(vk.GetQueryPoolResults(device, scene.pool, 0, 1, sizeof(values), values, 8,
+                               VK_QUERY_RESULT_64_BIT));
+    vk.ResetQueryPool(device, scene.pool, 0, UINT32_MAX);
+    NOT_READY(vk.GetQueryPoolResults(device, scene.pool, 0, 1, sizeof(values), values, 8,
+                                     VK_QUERY_RESULT_64_BIT));
 }

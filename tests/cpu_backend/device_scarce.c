@@ -20,15 +20,10 @@ enum {
     DISPLACED = 4, /* a structure of as many triangles */
 };
 
-static struct {
-    PFN_vkTraceRaysASSAY trace_rays;
-    struct scarce_commands commands;
-    VkDeviceMemory data_memory;
-    VkBuffer data;
-    VkDeviceAddress address;
-    VkFence fence;
-    VkMicromapEXT micromap;
-} own;
+static VkBuffer data;
+static VkDeviceAddress address;
+static VkFence fence;
+static VkMicromapEXT micromap;
 
 /* One triangle of a micromap for all, and it stays where it is. */
 static const VkMicromapUsageEXT usage = {BOXES, 0,
@@ -36,69 +31,41 @@ static const VkMicromapUsageEXT usage = {BOXES, 0,
 
 /* ---- objects */
 
-static VkDeviceMemory bind_memory(struct application *app, VkBuffer buffer, VkDeviceSize size)
+void create_objects(void)
 {
-    const VkDeviceMemory memory = allocate(app, size, HOST_MEMORY);
-    bind_buffer(app, buffer, memory, 0);
-    return memory;
-}
-
-static void create_structures(struct application *app)
-{
-    app->inputs = create_buffer(app, STRUCTURES * STRUCTURE_SIZE,
-                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, 0);
-    app->memory = bind_memory(app, app->inputs, STRUCTURES * STRUCTURE_SIZE);
+    const VkBuffer buffer =
+        create_bound_buffer(STRUCTURES * STRUCTURE_SIZE,
+                            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, HOST_MEMORY);
     for (unsigned i = 0; i < STRUCTURES; i++)
-        app->sets[i].accel =
-            create_accel(app, app->inputs, i * STRUCTURE_SIZE, STRUCTURE_SIZE,
+        app.sets[i].accel =
+            create_accel(buffer, i * STRUCTURE_SIZE, STRUCTURE_SIZE,
                          i == TLAS ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
                                    : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-}
-
-void create_objects(struct application *app)
-{
-    create_structures(app);
-    own.data =
-        create_buffer(app, DATA_SIZE,
-                      VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
-                          VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-                      0);
-    own.data_memory = bind_memory(app, own.data, DATA_SIZE);
-    own.address = address_of(app, own.data);
-    scarce_commands_create(app, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-                           &own.commands);
-    const STRUCT(VkFenceCreateInfo, fence);
-    CALL(app, CreateFence, app->device, &fence, NULL, &own.fence);
-    own.trace_rays = scarce_find_tracing(app);
-    own.micromap = create_micromap(app, app->inputs, 0, STRUCTURE_SIZE,
-                                   VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
-}
-
-void destroy_objects(struct application *app)
-{
-    app->vk.DestroyFence(app->device, own.fence, NULL);
-    app->vk.DestroyMicromapEXT(app->device, own.micromap, NULL);
-    scarce_commands_destroy(app, &own.commands);
-    for (unsigned i = 0; i < STRUCTURES; i++)
-        app->vk.DestroyAccelerationStructureKHR(app->device, app->sets[i].accel, NULL);
-    app->vk.DestroyBuffer(app->device, app->inputs, NULL);
-    app->vk.FreeMemory(app->device, app->memory, NULL);
-    app->vk.DestroyBuffer(app->device, own.data, NULL);
-    app->vk.FreeMemory(app->device, own.data_memory, NULL);
+    data =
+        create_bound_buffer(DATA_SIZE,
+                            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                                VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                                VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                            HOST_MEMORY);
+    address = address_of(data);
+    scarce_create_commands(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
+    CREATE(Fence, &MAKE(VkFenceCreateInfo), &fence);
+    scarce_find_tracing();
+    micromap =
+        create_micromap(buffer, 0, STRUCTURE_SIZE, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
 }
 
 /* ---- recordings */
 
-static void build_micromap(struct application *app)
+static void build_micromap(void)
 {
     static const VkMicromapTriangleEXT triangles[BOXES] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
     static const uint8_t block[64];
     const STRUCT(VkMicromapBuildInfoEXT, info, .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
-                 .dstMicromap = own.micromap, .usageCountsCount = 1, .pUsageCounts = &usage,
+                 .dstMicromap = micromap, .usageCountsCount = 1, .pUsageCounts = &usage,
                  .data.hostAddress = block, .triangleArray.hostAddress = triangles,
                  .triangleArrayStride = sizeof(triangles[0]));
-    CALL(app, BuildMicromapsEXT, app->device, VK_NULL_HANDLE, 1, &info);
+    CALL(BuildMicromapsEXT, device, VK_NULL_HANDLE, 1, &info);
 }
 
 /* With vertices and vectors from the same zeros. */
@@ -108,18 +75,17 @@ static void displace(VkAccelerationStructureGeometryKHR *geometry,
     *displacement = MAKE(VkAccelerationStructureTrianglesDisplacementMicromapNV,
                          .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
                          .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                         .displacementVectorBuffer.deviceAddress = own.address,
+                         .displacementVectorBuffer.deviceAddress = address,
                          .displacementVectorStride = 12, .indexType = VK_INDEX_TYPE_NONE_KHR,
-                         .usageCountsCount = 1, .pUsageCounts = &usage, .micromap = own.micromap);
+                         .usageCountsCount = 1, .pUsageCounts = &usage, .micromap = micromap);
     geometry->geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
     geometry->geometry.triangles =
         MAKE(VkAccelerationStructureGeometryTrianglesDataKHR, .pNext = displacement,
-             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.deviceAddress = own.address,
+             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.deviceAddress = address,
              .vertexStride = 12, .maxVertex = 3 * BOXES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
 }
 
-static void record_build(struct application *app, VkCommandBuffer commands, unsigned n,
-                         VkAccelerationStructureKHR src)
+static void record_build(VkCommandBuffer commands, unsigned n, VkAccelerationStructureKHR src)
 {
     VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;
     const bool is_top = n == TLAS;
@@ -127,10 +93,10 @@ static void record_build(struct application *app, VkCommandBuffer commands, unsi
            .geometryType = is_top ? VK_GEOMETRY_TYPE_INSTANCES_KHR : VK_GEOMETRY_TYPE_AABBS_KHR);
     if (is_top)
         geometry.geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
-                                           .data.deviceAddress = own.address + INSTANCES_AT);
+                                           .data.deviceAddress = address + INSTANCES_AT);
     else
         geometry.geometry.aabbs =
-            MAKE(VkAccelerationStructureGeometryAabbsDataKHR, .data.deviceAddress = own.address,
+            MAKE(VkAccelerationStructureGeometryAabbsDataKHR, .data.deviceAddress = address,
                  .stride = sizeof(VkAabbPositionsKHR));
     if (n == DISPLACED)
         displace(&geometry, &displacement);
@@ -141,85 +107,83 @@ static void record_build(struct application *app, VkCommandBuffer commands, unsi
                           VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
                  .mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
                              : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-                 .srcAccelerationStructure = src, .dstAccelerationStructure = app->sets[n].accel,
+                 .srcAccelerationStructure = src, .dstAccelerationStructure = app.sets[n].accel,
                  .geometryCount = 1, .pGeometries = &geometry,
-                 .scratchData.deviceAddress = own.address + DATA_SIZE / 2);
+                 .scratchData.deviceAddress = address + DATA_SIZE / 2);
     const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = BOXES};
     const VkAccelerationStructureBuildRangeInfoKHR *ranges = &range;
-    app->vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
+    vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
 }
 
-static VkResult record_secondary(struct application *app)
+static VkResult record_secondary(void)
 {
-    VkResult result = begin_commands(app, own.commands.secondary);
+    VkResult result = begin_commands(secondary);
     for (unsigned i = 0; result == VK_SUCCESS && i < BLASES; i++)
-        record_build(app, own.commands.secondary, i, VK_NULL_HANDLE);
-    return result == VK_SUCCESS ? app->vk.EndCommandBuffer(own.commands.secondary) : result;
+        record_build(secondary, i, VK_NULL_HANDLE);
+    return result == VK_SUCCESS ? vk.EndCommandBuffer(secondary) : result;
 }
 
-static void record_copies(struct application *app)
+static void record_copies(void)
 {
-    const VkCopyAccelerationStructureInfoKHR clone =
-        copy_info(app->sets[1].accel, app->sets[CLONE].accel,
-                  VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    const VkCopyAccelerationStructureInfoKHR clone = copy_info(
+        app.sets[1].accel, app.sets[CLONE].accel, VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
     const VkCopyAccelerationStructureToMemoryInfoKHR save =
-        serialize_info(app->sets[2].accel, own.address + SAVED_AT);
+        serialize_info(app.sets[2].accel, address + SAVED_AT);
     const VkCopyMemoryToAccelerationStructureInfoKHR load =
-        deserialize_info(own.address + SAVED_AT, app->sets[LOADED].accel);
-    app->vk.CmdCopyAccelerationStructureKHR(own.commands.primary, &clone);
-    app->vk.CmdCopyAccelerationStructureToMemoryKHR(own.commands.primary, &save);
-    app->vk.CmdCopyMemoryToAccelerationStructureKHR(own.commands.primary, &load);
+        deserialize_info(address + SAVED_AT, app.sets[LOADED].accel);
+    vk.CmdCopyAccelerationStructureKHR(primary, &clone);
+    vk.CmdCopyAccelerationStructureToMemoryKHR(primary, &save);
+    vk.CmdCopyMemoryToAccelerationStructureKHR(primary, &load);
 }
 
-static VkResult record_primary(struct application *app)
+static VkResult record_primary(void)
 {
     VkAccelerationStructureKHR queried[QUERIES];
     for (unsigned i = 0; i < QUERIES; i++)
-        queried[i] = app->sets[i].accel;
-    VkResult result = begin_commands(app, own.commands.primary);
+        queried[i] = app.sets[i].accel;
+    VkResult result = begin_commands(primary);
     if (result != VK_SUCCESS)
         return result;
-    app->vk.CmdExecuteCommands(own.commands.primary, 1, &own.commands.secondary);
-    record_build(app, own.commands.primary, 0, app->sets[0].accel);
-    record_build(app, own.commands.primary, TLAS, VK_NULL_HANDLE);
-    record_copies(app);
-    app->vk.CmdResetQueryPool(own.commands.primary, own.commands.queries, 0, QUERIES);
-    app->vk.CmdWriteAccelerationStructuresPropertiesKHR(
-        own.commands.primary, QUERIES, queried,
-        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, own.commands.queries, 0);
-    app->vk.CmdCopyQueryPoolResults(own.commands.primary, own.commands.queries, 0, QUERIES,
-                                    own.data, QUERIED_AT, 8, VK_QUERY_RESULT_64_BIT);
-    return app->vk.EndCommandBuffer(own.commands.primary);
+    vk.CmdExecuteCommands(primary, 1, &secondary);
+    record_build(primary, 0, app.sets[0].accel);
+    record_build(primary, TLAS, VK_NULL_HANDLE);
+    record_copies();
+    vk.CmdResetQueryPool(primary, queries, 0, QUERIES);
+    vk.CmdWriteAccelerationStructuresPropertiesKHR(
+        primary, QUERIES, queried, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, queries,
+        0);
+    vk.CmdCopyQueryPoolResults(primary, queries, 0, QUERIES, data, QUERIED_AT, 8,
+                               VK_QUERY_RESULT_64_BIT);
+    return vk.EndCommandBuffer(primary);
 }
 
 /* ---- what became of it */
 
-static void submit(struct application *app)
+static void submit(void)
 {
-    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
-                 .pCommandBuffers = &own.commands.primary);
-    CALL(app, QueueSubmit, app->queue, 1, &info, own.fence);
-    CALL(app, WaitForFences, app->device, 1, &own.fence, VK_TRUE, UINT64_MAX);
-    CALL(app, ResetFences, app->device, 1, &own.fence);
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1, .pCommandBuffers = &primary);
+    CALL(QueueSubmit, queue, 1, &info, fence);
+    CALL(WaitForFences, device, 1, &fence, VK_TRUE, UINT64_MAX);
+    CALL(ResetFences, device, 1, &fence);
 }
 
-static void look(struct application *app)
+static void look(void)
 {
     for (unsigned i = 0; i < STRUCTURES; i++)
-        scarce_trace(app, own.trace_rays, (uint64_t)app->sets[i].accel);
-    scarce_get_results(app, &own.commands);
+        scarce_trace((uint64_t)app.sets[i].accel);
+    scarce_get_results();
 }
 
-void record_all(struct application *app)
+void record_all(void)
 {
-    if (!own.trace_rays)
+    if (!trace_rays)
         return;
-    build_micromap(app);
-    GET(app, "a secondary command buffer", record_secondary(app));
-    GET(app, "a primary command buffer", record_primary(app));
-    submit(app);
-    submit(app);
-    look(app);
-    submit(app);
-    look(app);
+    build_micromap();
+    GET("a secondary command buffer", record_secondary());
+    GET("a primary command buffer", record_primary());
+    submit();
+    submit();
+    look();
+    submit();
+    look();
 }

@@ -2,7 +2,7 @@
 /* Threads that record, submit, query and trace at once on backend cpu, each with structures of its
  * own over one BLAS that all of them share, for thread sanitizers: over the null driver, which
  * copies nothing, so that boxes are points at the origin. */
-#include "device_program.h"
+#include "device_fixture.h"
 
 #include <pthread.h>
 
@@ -12,7 +12,7 @@ static pthread_mutex_t queue_lock = PTHREAD_MUTEX_INITIALIZER;
 static struct fixture_structure shared;
 
 struct worker {
-    struct device_fixture own; /* with a command pool of its own */
+    VkCommandPool pool;
     struct fixture_build host_triangles, host_instances;
     struct device_build triangles, instances;
     struct fixture_structure blas, tlas;
@@ -23,62 +23,46 @@ struct worker {
 
 static void open_worker(struct worker *worker)
 {
-    worker->own = device;
-    worker->own.pool = command_pool_create(&fixture->vk, fixture->device);
-    worker->fence = fence_create(&fixture->vk, fixture->device);
-    worker->queries =
-        query_pool_create(&fixture->vk, fixture->device,
-                          VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, 1);
+    worker->pool = command_pool_create(&vk, device);
+    OWN(DestroyCommandPool, worker->pool);
+    worker->fence = fence_create(&vk, device);
+    OWN(DestroyFence, worker->fence);
+    worker->queries = query_pool_create(
+        &vk, device, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, 1);
+    OWN(DestroyQueryPool, worker->queries);
     fixture_triangles(&worker->host_triangles, 4, 0);
-    worker->blas = fixture_create_for(fixture, &worker->host_triangles);
-    device_build_create(&device, &worker->host_triangles, 4 * 9 * sizeof(float),
-                        &worker->triangles);
+    worker->blas = fixture_create_for(&worker->host_triangles);
+    device_build_create(&worker->host_triangles, 4 * 9 * sizeof(float), &worker->triangles);
     const VkAccelerationStructureKHR blases[] = {worker->blas.handle, shared.handle};
     fixture_instances(&worker->host_instances, blases, 2, 0);
-    worker->tlas = fixture_create_for(fixture, &worker->host_instances);
-    device_build_create(&device, &worker->host_instances,
-                        2 * sizeof(VkAccelerationStructureInstanceKHR), &worker->instances);
-}
-
-static void close_worker(struct worker *worker)
-{
-    const VkuDeviceDispatchTable *vk = &fixture->vk;
-    vk->DestroyCommandPool(fixture->device, worker->own.pool, NULL);
-    vk->DestroyFence(fixture->device, worker->fence, NULL);
-    vk->DestroyQueryPool(fixture->device, worker->queries, NULL);
-    device_build_destroy(&device, &worker->triangles);
-    device_build_destroy(&device, &worker->instances);
-    fixture_destroy(fixture, &worker->tlas);
-    fixture_destroy(fixture, &worker->blas);
-    fixture_free(&worker->host_triangles);
-    fixture_free(&worker->host_instances);
+    worker->tlas = fixture_create_for(&worker->host_instances);
+    device_build_create(&worker->host_instances, 2 * sizeof(VkAccelerationStructureInstanceKHR),
+                        &worker->instances);
 }
 
 static VkCommandBuffer record(struct worker *worker)
 {
-    const VkuDeviceDispatchTable *vk = &fixture->vk;
-    VkCommandBuffer commands = device_begin(&worker->own, PRIMARY);
-    device_build(&worker->own, commands, &worker->triangles, worker->blas.handle, VK_NULL_HANDLE);
-    device_build(&worker->own, commands, &worker->instances, worker->tlas.handle, VK_NULL_HANDLE);
-    vk->CmdResetQueryPool(commands, worker->queries, 0, 1);
-    vk->CmdWriteAccelerationStructuresPropertiesKHR(
+    VkCommandBuffer commands = commands_begin(&vk, device, worker->pool, PRIMARY, 0, NULL);
+    device_build(commands, &worker->triangles, worker->blas.handle, VK_NULL_HANDLE);
+    device_build(commands, &worker->instances, worker->tlas.handle, VK_NULL_HANDLE);
+    vk.CmdResetQueryPool(commands, worker->queries, 0, 1);
+    vk.CmdWriteAccelerationStructuresPropertiesKHR(
         commands, 1, &worker->blas.handle,
         VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, worker->queries, 0);
-    vk->CmdCopyQueryPoolResults(commands, worker->queries, 0, 1, worker->triangles.scratch.handle,
-                                0, 8, VK_QUERY_RESULT_64_BIT);
-    device_end(&worker->own, commands);
+    vk.CmdCopyQueryPoolResults(commands, worker->queries, 0, 1, worker->triangles.scratch.handle, 0,
+                               8, VK_QUERY_RESULT_64_BIT);
+    device_end(commands);
     return commands;
 }
 
 static bool run(struct worker *worker, VkCommandBuffer commands)
 {
     pthread_mutex_lock(&queue_lock);
-    VkResult result = commands_submit(&fixture->vk, device.queue, commands, worker->fence);
+    VkResult result = commands_submit(&vk, queue, commands, worker->fence);
     pthread_mutex_unlock(&queue_lock);
     return result == VK_SUCCESS &&
-           fixture->vk.WaitForFences(fixture->device, 1, &worker->fence, VK_TRUE, UINT64_MAX) ==
-               VK_SUCCESS &&
-           fixture->vk.ResetFences(fixture->device, 1, &worker->fence) == VK_SUCCESS;
+           vk.WaitForFences(device, 1, &worker->fence, VK_TRUE, UINT64_MAX) == VK_SUCCESS &&
+           vk.ResetFences(device, 1, &worker->fence) == VK_SUCCESS;
 }
 
 /* The host rebuilds what all TLASes may refer to. */
@@ -86,7 +70,7 @@ static bool rebuild_shared(struct fixture_build *build)
 {
     static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
     pthread_mutex_lock(&lock);
-    VkResult result = fixture_build(fixture, VK_NULL_HANDLE, build, shared.handle, VK_NULL_HANDLE);
+    VkResult result = fixture_build(VK_NULL_HANDLE, build, shared.handle, VK_NULL_HANDLE);
     pthread_mutex_unlock(&lock);
     return result == VK_SUCCESS;
 }
@@ -94,10 +78,9 @@ static bool rebuild_shared(struct fixture_build *build)
 static bool look(const struct worker *worker)
 {
     uint64_t size = 0;
-    fixture_trace(fixture, worker->tlas.handle, 0, 0);
-    return fixture->vk.GetQueryPoolResults(fixture->device, worker->queries, 0, 1, sizeof(size),
-                                           &size, sizeof(size),
-                                           VK_QUERY_RESULT_64_BIT) == VK_SUCCESS &&
+    fixture_trace(worker->tlas.handle, 0, 0);
+    return vk.GetQueryPoolResults(device, worker->queries, 0, 1, sizeof(size), &size, sizeof(size),
+                                  VK_QUERY_RESULT_64_BIT) == VK_SUCCESS &&
            size > 0;
 }
 
@@ -109,30 +92,21 @@ static void *work(void *argument)
         bool is_well = run(worker, commands);
         is_well = is_well && run(worker, commands);
         is_well = is_well && rebuild_shared(&worker->host_triangles) && look(worker);
-        fixture->vk.FreeCommandBuffers(fixture->device, worker->own.pool, 1, &commands);
+        vk.FreeCommandBuffers(device, worker->pool, 1, &commands);
         worker->failures += !is_well;
     }
     return NULL;
 }
 
-TEST(test_threads)
+SILENT_TEST(test_threads)
 {
     static struct worker workers[THREADS];
-    pthread_t threads[THREADS];
     struct fixture_build build;
     fixture_triangles(&build, 4, 0);
-    shared = fixture_create_for(fixture, &build);
+    shared = fixture_create_for(&build);
     for (int i = 0; i < THREADS; i++)
         open_worker(&workers[i]);
+    unit_test_run_threads(THREADS, work, workers, sizeof(workers[0]));
     for (int i = 0; i < THREADS; i++)
-        assert_int_equal(pthread_create(&threads[i], NULL, work, &workers[i]), 0);
-    for (int i = 0; i < THREADS; i++)
-        pthread_join(threads[i], NULL);
-    for (int i = 0; i < THREADS; i++) {
         assert_int_equal(workers[i].failures, 0);
-        close_worker(&workers[i]);
-    }
-    fixture_destroy(fixture, &shared);
-    fixture_free(&build);
-    assert_int_equal(fixture->instance_fixture.messages.count, 0);
 }

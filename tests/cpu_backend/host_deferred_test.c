@@ -57,99 +57,93 @@ static struct cpu_work work_of(struct counted *counted, uint32_t parts)
     return (struct cpu_work){parts, parts, run, NULL, finish, release, counted};
 }
 
-struct joined {
-    struct cpu_deferred_operations *operations;
-    uint64_t operation;
-};
+static struct cpu_deferred_operations *operations;
+static uint64_t operation;
 
-static void *join(void *context)
+static void open_operation(void)
 {
-    const struct joined *joined = context;
-    return (void *)(intptr_t)cpu_deferred_join(joined->operations, joined->operation);
+    GET(cpu_deferred_operations_create(&operations));
+    GET(cpu_deferred_add(operations, &operation));
 }
 
-static struct joined open_operation(void)
+static void close_operations(void)
 {
-    struct joined joined;
-    GET(cpu_deferred_operations_create(&joined.operations));
-    GET(cpu_deferred_add(joined.operations, &joined.operation));
-    return joined;
+    cpu_deferred_operations_destroy(operations);
+    operations = NULL;
 }
 
-static void expect_done(const struct joined *joined, const struct counted *counted, uint32_t parts,
-                        VkResult result)
+#define OPERATION_TEST(name) TEST_BETWEEN(name, open_operation, close_operations)
+
+static void start(const struct cpu_work *work)
+{
+    assert_int_equal(cpu_deferred_start(operations, operation, work), VK_OPERATION_DEFERRED_KHR);
+}
+
+static void *join(void *result)
+{
+    *(VkResult *)result = cpu_deferred_join(operations, operation);
+    return NULL;
+}
+
+static void expect_done(const struct counted *counted, uint32_t parts, VkResult result)
 {
     for (uint32_t i = 0; i < parts; i++)
         assert_int_equal(counted->runs[i], 1);
     assert_int_equal(counted->finishes, 1);
     assert_int_equal(counted->releases, 1);
-    assert_int_equal(cpu_deferred_result(joined->operations, joined->operation), result);
-    assert_int_equal(cpu_deferred_concurrency(joined->operations, joined->operation), 0);
-    GET(cpu_deferred_join(joined->operations, joined->operation));
+    assert_int_equal(cpu_deferred_result(operations, operation), result);
+    assert_int_equal(cpu_deferred_concurrency(operations, operation), 0);
+    GET(cpu_deferred_join(operations, operation));
 }
 
-TEST(test_one_thread)
+OPERATION_TEST(test_one_thread)
 {
-    struct joined joined = open_operation();
-    GET(cpu_deferred_result(joined.operations, joined.operation));
-    assert_int_equal(cpu_deferred_concurrency(joined.operations, joined.operation), 0);
-    GET(cpu_deferred_join(joined.operations, joined.operation));
+    GET(cpu_deferred_result(operations, operation));
+    assert_int_equal(cpu_deferred_concurrency(operations, operation), 0);
+    GET(cpu_deferred_join(operations, operation));
     for (int i = 0; i < 3; i++) { /* an operation is used again */
         struct counted counted = {.failing = i == 1 ? 7 : PARTS};
         struct cpu_work work = work_of(&counted, PARTS);
-        assert_int_equal(cpu_deferred_start(joined.operations, joined.operation, &work),
-                         VK_OPERATION_DEFERRED_KHR);
-        assert_int_equal(cpu_deferred_result(joined.operations, joined.operation), VK_NOT_READY);
-        assert_int_equal(cpu_deferred_concurrency(joined.operations, joined.operation), PARTS);
-        GET(cpu_deferred_join(joined.operations, joined.operation));
-        expect_done(&joined, &counted, PARTS, i == 1 ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
+        start(&work);
+        assert_int_equal(cpu_deferred_result(operations, operation), VK_NOT_READY);
+        assert_int_equal(cpu_deferred_concurrency(operations, operation), PARTS);
+        GET(cpu_deferred_join(operations, operation));
+        expect_done(&counted, PARTS, i == 1 ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
     }
-    cpu_deferred_operations_destroy(joined.operations);
 }
 
 /* All threads get a part before the first is done: the work is spread. */
-TEST(test_spread)
+OPERATION_TEST(test_spread)
 {
-    struct joined joined = open_operation();
     struct counted counted = {.failing = PARTS, .gate = THREADS};
     struct cpu_work work = work_of(&counted, PARTS);
-    cpu_deferred_start(joined.operations, joined.operation, &work);
-    pthread_t threads[THREADS];
+    start(&work);
+    VkResult results[THREADS];
     int successes = 0;
-    for (int i = 0; i < THREADS; i++)
-        pthread_create(&threads[i], NULL, join, &joined);
+    unit_test_run_threads(THREADS, join, results, sizeof(results[0]));
     for (int i = 0; i < THREADS; i++) {
-        void *result;
-        pthread_join(threads[i], &result);
-        assert_true((intptr_t)result == VK_SUCCESS || (intptr_t)result == VK_THREAD_DONE_KHR);
-        successes += (intptr_t)result == VK_SUCCESS;
+        assert_true(results[i] == VK_SUCCESS || results[i] == VK_THREAD_DONE_KHR);
+        successes += results[i] == VK_SUCCESS;
     }
     assert_true(successes >= 1);
-    expect_done(&joined, &counted, PARTS, VK_SUCCESS);
-    cpu_deferred_operations_destroy(joined.operations);
+    expect_done(&counted, PARTS, VK_SUCCESS);
 }
 
 /* Threads that find no part left take part in those that run. */
-TEST(test_help)
+OPERATION_TEST(test_help)
 {
-    struct joined joined = open_operation();
     struct counted counted = {.failing = PARTS, .gate = THREADS};
     struct cpu_work work = work_of(&counted, 1);
     work.help = help;
     work.concurrency = THREADS;
-    cpu_deferred_start(joined.operations, joined.operation, &work);
-    assert_int_equal(cpu_deferred_concurrency(joined.operations, joined.operation), THREADS);
-    pthread_t threads[THREADS];
+    start(&work);
+    assert_int_equal(cpu_deferred_concurrency(operations, operation), THREADS);
+    VkResult results[THREADS];
+    unit_test_run_threads(THREADS, join, results, sizeof(results[0]));
     for (int i = 0; i < THREADS; i++)
-        pthread_create(&threads[i], NULL, join, &joined);
-    for (int i = 0; i < THREADS; i++) {
-        void *result;
-        pthread_join(threads[i], &result);
-        GET((intptr_t)result);
-    }
+        GET(results[i]);
     assert_int_equal(counted.helps, THREADS - 1);
-    expect_done(&joined, &counted, 1, VK_SUCCESS);
-    cpu_deferred_operations_destroy(joined.operations);
+    expect_done(&counted, 1, VK_SUCCESS);
 }
 
 static void look_in(void *context)
@@ -158,65 +152,60 @@ static void look_in(void *context)
 }
 
 /* A thread that finds nothing to help with goes, but may find something later. */
-TEST(test_nothing_to_do_for_now)
+OPERATION_TEST(test_nothing_to_do_for_now)
 {
-    struct joined joined = open_operation();
     struct counted counted = {.failing = PARTS, .gate = 2};
     struct cpu_work work = work_of(&counted, 1);
     work.help = look_in;
-    cpu_deferred_start(joined.operations, joined.operation, &work);
+    start(&work);
     pthread_t thread;
-    pthread_create(&thread, NULL, join, &joined);
+    VkResult result;
+    pthread_create(&thread, NULL, join, &result);
     while (!atomic_load(&counted.arrived))
         sched_yield();
     for (int i = 0; i < 3; i++)
-        assert_int_equal(cpu_deferred_join(joined.operations, joined.operation),
-                         VK_THREAD_IDLE_KHR);
+        assert_int_equal(cpu_deferred_join(operations, operation), VK_THREAD_IDLE_KHR);
     assert_int_equal(counted.helps, 3);
     atomic_fetch_add(&counted.arrived, 1);
-    void *result;
-    pthread_join(thread, &result);
-    GET((intptr_t)result);
-    expect_done(&joined, &counted, 1, VK_SUCCESS);
-    cpu_deferred_operations_destroy(joined.operations);
+    pthread_join(thread, NULL);
+    GET(result);
+    expect_done(&counted, 1, VK_SUCCESS);
 }
 
-TEST(test_mistakes)
+OPERATION_TEST(test_mistakes)
 {
-    struct joined joined = open_operation();
     struct counted pending = {.failing = PARTS}, late = {.failing = PARTS}, wild = late;
     struct cpu_work work = work_of(&pending, 2);
-    cpu_deferred_start(joined.operations, joined.operation, &work);
+    start(&work);
     work = work_of(&late, 2);
-    REFUSED(cpu_deferred_start(joined.operations, joined.operation, &work));
+    REFUSED(cpu_deferred_start(operations, operation, &work));
     assert_int_equal(late.releases, 1);
     assert_int_equal(pending.releases, 0);
-    cpu_deferred_remove(joined.operations, joined.operation); /* destroyed while pending */
+    cpu_deferred_remove(operations, operation); /* destroyed while pending */
     assert_int_equal(pending.releases, 1);
     assert_int_equal(pending.runs[0], 0);
 
     work = work_of(&wild, 2);
-    REFUSED(cpu_deferred_start(joined.operations, joined.operation, &work));
+    REFUSED(cpu_deferred_start(operations, operation, &work));
     assert_int_equal(wild.releases, 1);
-    REFUSED(cpu_deferred_join(joined.operations, joined.operation));
-    REFUSED(cpu_deferred_result(joined.operations, 42));
-    assert_int_equal(cpu_deferred_concurrency(joined.operations, 42), 0);
-    cpu_deferred_remove(joined.operations, joined.operation);
-    cpu_deferred_operations_destroy(joined.operations);
+    REFUSED(cpu_deferred_join(operations, operation));
+    REFUSED(cpu_deferred_result(operations, 42));
+    assert_int_equal(cpu_deferred_concurrency(operations, 42), 0);
+    cpu_deferred_remove(operations, operation);
 }
 
 /* An operation that is destroyed while threads are in it, and one that goes with its device. */
-TEST(test_destroyed_in_use)
+OPERATION_TEST(test_destroyed_in_use)
 {
-    struct joined joined = open_operation();
     struct counted counted = {.failing = PARTS, .gate = 2};
     struct cpu_work work = work_of(&counted, 1);
-    cpu_deferred_start(joined.operations, joined.operation, &work);
+    start(&work);
     pthread_t thread;
-    pthread_create(&thread, NULL, join, &joined);
+    VkResult result;
+    pthread_create(&thread, NULL, join, &result);
     while (!atomic_load(&counted.arrived))
         sched_yield();
-    cpu_deferred_remove(joined.operations, joined.operation);
+    cpu_deferred_remove(operations, operation);
     assert_int_equal(counted.releases, 0);
     atomic_fetch_add(&counted.arrived, 1);
     pthread_join(thread, NULL);
@@ -224,8 +213,8 @@ TEST(test_destroyed_in_use)
 
     struct counted left = {.failing = PARTS};
     work = work_of(&left, 1);
-    GET(cpu_deferred_add(joined.operations, &joined.operation));
-    cpu_deferred_start(joined.operations, joined.operation, &work);
-    cpu_deferred_operations_destroy(joined.operations);
+    GET(cpu_deferred_add(operations, &operation));
+    start(&work);
+    close_operations();
     assert_int_equal(left.releases, 1);
 }

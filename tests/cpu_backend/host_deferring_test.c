@@ -3,7 +3,6 @@
  * by several at once. The valid calls are silent. */
 #include "host_scene.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,43 +12,36 @@ static VkDeferredOperationKHR operation; /* of a test */
 
 static void create_operation(void)
 {
-    GET(fixture.vk.CreateDeferredOperationKHR(fixture.device, NULL, &operation));
+    GET(vk.CreateDeferredOperationKHR(device, NULL, &operation));
 }
 
 static void destroy_operation(void)
 {
-    fixture.vk.DestroyDeferredOperationKHR(fixture.device, operation, NULL);
+    vk.DestroyDeferredOperationKHR(device, operation, NULL);
 }
 
 /* As an application's threads do: again while there may be more to do. */
-static void *join(void *unused)
+static void *join(void *result)
 {
-    VkResult result;
     do {
-        result = fixture.vk.DeferredOperationJoinKHR(fixture.device, operation);
-    } while (result == VK_THREAD_IDLE_KHR);
-    return (void *)(intptr_t)result;
+        *(VkResult *)result = vk.DeferredOperationJoinKHR(device, operation);
+    } while (*(VkResult *)result == VK_THREAD_IDLE_KHR);
+    return NULL;
 }
 
 /* Returns the operation's result. */
 static VkResult complete(void)
 {
-    pthread_t threads[THREADS];
+    VkResult results[THREADS];
     int successes = 0;
-    assert_int_equal(fixture.vk.GetDeferredOperationResultKHR(fixture.device, operation),
-                     VK_NOT_READY);
-    assert_true(fixture.vk.GetDeferredOperationMaxConcurrencyKHR(fixture.device, operation) >= 1);
+    assert_int_equal(vk.GetDeferredOperationResultKHR(device, operation), VK_NOT_READY);
+    assert_true(vk.GetDeferredOperationMaxConcurrencyKHR(device, operation) >= 1);
+    unit_test_run_threads(THREADS, join, results, sizeof(results[0]));
     for (int i = 0; i < THREADS; i++)
-        pthread_create(&threads[i], NULL, join, NULL);
-    for (int i = 0; i < THREADS; i++) {
-        void *result;
-        pthread_join(threads[i], &result);
-        successes += (intptr_t)result == VK_SUCCESS;
-    }
+        successes += results[i] == VK_SUCCESS;
     assert_true(successes >= 1);
-    assert_int_equal(fixture.vk.GetDeferredOperationMaxConcurrencyKHR(fixture.device, operation),
-                     0);
-    return fixture.vk.GetDeferredOperationResultKHR(fixture.device, operation);
+    assert_int_equal(vk.GetDeferredOperationMaxConcurrencyKHR(device, operation), 0);
+    return vk.GetDeferredOperationResultKHR(device, operation);
 }
 
 static void expect_deferred(VkResult result)
@@ -75,7 +67,7 @@ static struct many *open_many(uint32_t triangles)
     for (uint32_t i = 0; i < BUILDS; i++) {
         fixture_triangles(&many->builds[i], triangles + i, 0);
         fixture_move(&many->builds[i], (float)i, 0, 0);
-        many->structures[i] = fixture_create_for(&fixture, &many->builds[i]);
+        many->structures[i] = fixture_create_for(&many->builds[i]);
         many->infos[i] = many->builds[i].info;
         many->infos[i].dstAccelerationStructure = many->structures[i].handle;
         many->ranges[i] = &many->builds[i].range;
@@ -86,8 +78,6 @@ static struct many *open_many(uint32_t triangles)
 static void close_many(struct many *many)
 {
     for (uint32_t i = 0; i < BUILDS; i++) {
-        fixture_destroy(&fixture, &many->structures[i]);
-        fixture_free(&many->builds[i]);
     }
     free(many);
     destroy_operation();
@@ -95,26 +85,25 @@ static void close_many(struct many *many)
 
 static VkResult build_many(struct many *many)
 {
-    return fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, BUILDS, many->infos,
-                                                     many->ranges);
+    return vk.BuildAccelerationStructuresKHR(device, operation, BUILDS, many->infos, many->ranges);
 }
 
 static AssayHit trace_one(const struct many *many, uint32_t index)
 {
-    return fixture_trace(&fixture, many->structures[index].handle, 0.25f, 0.25f);
+    return fixture_trace(many->structures[index].handle, 0.25f, 0.25f);
 }
 
 /* Parameters may go when the call returns; what the addresses lead to is read later. */
-TEST_CLOSED(test_many_builds, expect_silence)
+SILENT_TEST(test_many_builds)
 {
     struct many *many = open_many(1000);
     assert_int_equal(build_many(many), VK_OPERATION_DEFERRED_KHR);
     memset(many->infos, 0xff, sizeof(many->infos));
     memset(many->ranges, 0xff, sizeof(many->ranges));
     fixture_move(&many->builds[3], 30, 0, 0);
-    AssayCounters before = fixture_counters(&fixture);
+    AssayCounters before = fixture_counters();
     GET(complete());
-    assert_int_equal(fixture_counters(&fixture).builds - before.builds, BUILDS);
+    assert_int_equal(fixture_counters().builds - before.builds, BUILDS);
     for (uint32_t i = 0; i < BUILDS; i++) {
         float t = i == 3 ? 31 : (float)i + 1;
         assert_float_equal(trace_one(many, i).t, t, 0);
@@ -125,28 +114,25 @@ TEST_CLOSED(test_many_builds, expect_silence)
 static void expect_same(VkAccelerationStructureKHR a, VkAccelerationStructureKHR b)
 {
     size_t size;
-    void *bytes = serialize(a, &size), *others = serialize(b, &size);
+    void *bytes = fixture_serialize(a, &size), *others = fixture_serialize(b, &size);
     assert_memory_equal(bytes, others, size);
-    free(bytes);
-    free(others);
 }
 
 /* The same bytes, whoever built it, and wherever. */
 static void build_both_ways(struct fixture_build *build, struct fixture_structure *structure)
 {
-    *structure = fixture_create_for(&fixture, build);
-    struct fixture_structure shared = fixture_create(&fixture, build->info.type, structure->size);
+    *structure = fixture_create_for(build);
+    struct fixture_structure shared = fixture_create(build->info.type, structure->size);
     GET(host_build(build, structure->handle, VK_NULL_HANDLE));
     create_operation();
-    expect_deferred(fixture_build(&fixture, operation, build, shared.handle, VK_NULL_HANDLE));
+    expect_deferred(fixture_build(operation, build, shared.handle, VK_NULL_HANDLE));
     expect_same(structure->handle, shared.handle);
-    expect_deferred(fixture_build(&fixture, operation, build, shared.handle, shared.handle));
+    expect_deferred(fixture_build(operation, build, shared.handle, shared.handle));
     expect_same(structure->handle, shared.handle);
     destroy_operation();
-    fixture_destroy(&fixture, &shared);
 }
 
-TEST_CLOSED(test_same_bytes, expect_silence)
+SILENT_TEST(test_same_bytes)
 {
     static const VkBuildAccelerationStructureFlagsKHR qualities[] = {
         0, VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR,
@@ -159,41 +145,34 @@ TEST_CLOSED(test_same_bytes, expect_silence)
         const VkAccelerationStructureKHR blases[] = {blas.handle, blas.handle, blas.handle};
         fixture_instances(&instances, blases, 3, UPDATABLE | qualities[i]);
         build_both_ways(&instances, &tlas);
-        fixture_destroy(&fixture, &tlas);
-        fixture_destroy(&fixture, &blas);
-        fixture_free(&instances);
-        fixture_free(&triangles);
     }
 }
 
 /* ---- copies */
 
-TEST_CLOSED(test_copies, close_silent_scene)
+SILENT_TEST(test_copies)
 {
     open_scene(100, 0);
     struct fixture_structure clone =
-        fixture_create(&fixture, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, scene.tlas.size);
+        fixture_create(VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, scene.tlas.size);
     create_operation();
-    expect_deferred(fixture_copy(&fixture, operation, scene.tlas.handle, clone.handle,
+    expect_deferred(fixture_copy(operation, scene.tlas.handle, clone.handle,
                                  VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
     expect_scene(clone.handle, 1);
 
     size_t size;
-    void *bytes = serialize(scene.tlas.handle, &size), *late = malloc(size);
-    expect_deferred(fixture_save(&fixture, operation, clone.handle, late));
+    void *bytes = fixture_serialize(scene.tlas.handle, &size), *late = own_block(malloc(size));
+    expect_deferred(fixture_save(operation, clone.handle, late));
     assert_memory_equal(bytes, late, size);
-    expect_deferred(fixture_load(&fixture, operation, late, clone.handle));
+    expect_deferred(fixture_load(operation, late, clone.handle));
     expect_scene(clone.handle, 1);
-    free(bytes);
-    free(late);
     destroy_operation();
-    fixture_destroy(&fixture, &clone);
 }
 
 /* ---- mistakes */
 
 /* What fails is told by the operation, and the call's other builds are done. */
-TEST_CLOSED(test_failing, forget_messages)
+NOISY_TEST(test_failing)
 {
     struct many *many = open_many(10);
     many->builds[5].geometry.geometry.triangles.vertexData.hostAddress = (void *)(uintptr_t)0x1000;
@@ -202,12 +181,12 @@ TEST_CLOSED(test_failing, forget_messages)
     assert_true(trace_one(many, 6).isHit);
     const AssayTraceInfo trace =
         trace_info((uint64_t)many->structures[5].handle, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
-    expect_mistake(fixture.trace_rays(fixture.device, &trace));
+    expect_mistake(trace_rays(device, &trace));
     close_many(many);
 }
 
 /* Destroyed before it was joined, used again while pending, and structures gone by the time. */
-TEST_CLOSED(test_destroyed, forget_messages)
+NOISY_TEST(test_destroyed)
 {
     struct many *many = open_many(10);
     build_many(many);
@@ -215,19 +194,19 @@ TEST_CLOSED(test_destroyed, forget_messages)
     destroy_operation();
 
     create_operation();
-    assert_int_equal(fixture.vk.BuildAccelerationStructuresKHR(fixture.device, operation, 0,
-                                                               many->infos, many->ranges),
-                     VK_OPERATION_NOT_DEFERRED_KHR);
-    GET(fixture.vk.DeferredOperationJoinKHR(fixture.device, operation));
+    assert_int_equal(
+        vk.BuildAccelerationStructuresKHR(device, operation, 0, many->infos, many->ranges),
+        VK_OPERATION_NOT_DEFERRED_KHR);
+    GET(vk.DeferredOperationJoinKHR(device, operation));
     build_many(many);
-    fixture_destroy(&fixture, &many->structures[0]);
+    destroy((uint64_t)many->structures[0].handle);
     expect_mistake(complete());
-    many->structures[0] = fixture_create_blas(&fixture, many->structures[0].size);
+    many->structures[0] = fixture_create_blas(many->structures[0].size);
     close_many(many);
 }
 
 /* Overlapping scratch is a mistake, but not one that may break trees. */
-TEST_CLOSED(test_shared_scratch, forget_messages)
+NOISY_TEST(test_shared_scratch)
 {
     struct many *many = open_many(1000);
     for (uint32_t i = 0; i < BUILDS; i++) /* the last is the largest */

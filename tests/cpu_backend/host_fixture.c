@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Devices of backend cpu, and their structures. */
+/* The device of backend cpu, and structures there. */
 #include "tests/cpu_backend/host_fixture.h"
 #include "tests/fixture/copies.h"
 
@@ -8,73 +8,157 @@
 
 /* ---- the device */
 
-void fixture_use_device(struct fixture *fixture, VkDevice device, const VkuDeviceDispatchTable *vk)
+struct platform platform;
+struct instance_fixture instance;
+struct messages *const messages = &instance.messages;
+VkDevice device;
+VkuDeviceDispatchTable vk;
+PFN_vkTraceRaysASSAY trace_rays;
+PFN_vkGetCountersASSAY get_counters;
+uint32_t host_memory_type;
+VkQueue queue;
+VkCommandPool command_pool;
+
+void fixture_use_device(VkDevice other, const VkuDeviceDispatchTable *other_vk)
 {
-    PFN_vkGetDeviceProcAddr proc_addr = fixture->instance_fixture.get_device_proc_addr;
-    fixture->device = device;
-    fixture->vk = *vk;
-    fixture->trace_rays = (PFN_vkTraceRaysASSAY)proc_addr(device, "vkTraceRaysASSAY");
-    fixture->get_counters = (PFN_vkGetCountersASSAY)proc_addr(device, "vkGetCountersASSAY");
-    assert_non_null(fixture->trace_rays);
-    assert_non_null(fixture->get_counters);
+    device = other;
+    vk = *other_vk;
+    trace_rays = (PFN_vkTraceRaysASSAY)instance.get_device_proc_addr(device, "vkTraceRaysASSAY");
+    get_counters =
+        (PFN_vkGetCountersASSAY)instance.get_device_proc_addr(device, "vkGetCountersASSAY");
+    assert_non_null(trace_rays);
+    assert_non_null(get_counters);
 }
 
-const char *fixture_open(struct fixture *fixture, const char *platform)
+const char *unit_test_open(const char *name)
 {
     static const struct instance_fixture_setup setup = {.backend = "cpu"};
-    memset(fixture, 0, sizeof(*fixture));
-    const char *reason = platform_open(&fixture->platform, platform);
+    const char *reason = platform_open(&platform, name);
     if (reason)
         return reason;
-    instance_fixture_open(&fixture->instance_fixture, &fixture->platform, &setup);
-    VkuDeviceDispatchTable vk;
-    VkDevice device = instance_fixture_open_device(&fixture->instance_fixture, &vk);
-    fixture_use_device(fixture, device, &vk);
-    fixture->host_memory_type = instance_fixture_memory_type(&fixture->instance_fixture);
+    instance_fixture_open(&instance, &platform, &setup);
+    VkuDeviceDispatchTable table;
+    VkDevice opened = instance_fixture_open_device(&instance, &table);
+    fixture_use_device(opened, &table);
+    host_memory_type = instance_fixture_memory_type(&instance);
+    vk.GetDeviceQueue(device, 0, 0, &queue);
+    command_pool = command_pool_create(&vk, device);
     return NULL;
 }
 
-void fixture_close(struct fixture *fixture)
+void unit_test_close(void)
 {
-    fixture->vk.DestroyDevice(fixture->device, NULL);
-    instance_fixture_close(&fixture->instance_fixture);
+    vk.DestroyCommandPool(device, command_pool, NULL);
+    vk.DestroyDevice(device, NULL);
+    instance_fixture_close(&instance);
+}
+
+/* ---- the end of a test */
+
+enum { OWNED_MOST = 4096 };
+
+static struct {
+    PFN_vkVoidFunction destroy;
+    uint64_t handle;
+} owned[OWNED_MOST];
+static size_t owned_count;
+
+void own(PFN_vkVoidFunction destroy_command, uint64_t handle)
+{
+    assert_true(owned_count < OWNED_MOST);
+    owned[owned_count].destroy = destroy_command;
+    owned[owned_count++].handle = handle;
+}
+
+void *own_block(void *block)
+{
+    own(NULL, (uint64_t)(uintptr_t)block);
+    return block;
+}
+
+/* Handles are pointers here, so that one type stands for all commands. */
+static void destroy_at(size_t i)
+{
+    const PFN_vkDestroyFence command = (PFN_vkDestroyFence)owned[i].destroy;
+    if (command)
+        command(device, (VkFence)owned[i].handle, NULL);
+    else
+        free((void *)(uintptr_t)owned[i].handle);
+}
+
+void destroy(uint64_t handle)
+{
+    size_t i = owned_count;
+    while (i > 0 && owned[i - 1].handle != handle)
+        i--;
+    assert_true(i > 0);
+    destroy_at(i - 1);
+    memmove(&owned[i - 1], &owned[i], (--owned_count - (i - 1)) * sizeof(owned[0]));
+}
+
+void destroy_all(void)
+{
+    while (owned_count > 0)
+        destroy_at(--owned_count);
+}
+
+void expect_silence(void)
+{
+    messages_expect_none(messages);
+}
+
+void forget_messages(void)
+{
+    messages_clear(messages);
+}
+
+void close_silent_test(void)
+{
+    destroy_all();
+    expect_silence();
+}
+
+void close_noisy_test(void)
+{
+    forget_messages();
+    close_silent_test();
 }
 
 /* ---- structures */
 
-static struct fixture_structure create(struct fixture *fixture, VkAccelerationStructureTypeKHR type,
-                                       VkDeviceSize size,
+static struct fixture_structure create(VkAccelerationStructureTypeKHR type, VkDeviceSize size,
                                        const VkAccelerationStructureMotionInfoNV *motion)
 {
     struct fixture_structure structure = {.size = size};
     const STRUCT(VkBufferCreateInfo, buffer, .size = size,
                  .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
                           VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
-    structure.storage =
-        buffer_create(&fixture->vk, fixture->device, fixture->host_memory_type, &buffer);
+    structure.storage = buffer_create(&vk, device, host_memory_type, &buffer);
+    OWN(FreeMemory, structure.storage.memory);
+    OWN(DestroyBuffer, structure.storage.handle);
     const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .pNext = motion,
                  .createFlags = motion ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
                  .buffer = structure.storage.handle, .size = size, .type = type);
-    GET(fixture->vk.CreateAccelerationStructureKHR(fixture->device, &info, NULL,
-                                                   &structure.handle));
+    GET(vk.CreateAccelerationStructureKHR(device, &info, NULL, &structure.handle));
+    OWN(DestroyAccelerationStructureKHR, structure.handle);
     return structure;
 }
 
-struct fixture_structure fixture_create(struct fixture *fixture,
-                                        VkAccelerationStructureTypeKHR type, VkDeviceSize size)
+struct fixture_structure fixture_create(VkAccelerationStructureTypeKHR type, VkDeviceSize size)
 {
-    return create(fixture, type, size, NULL);
+    return create(type, size, NULL);
 }
 
-struct fixture_structure fixture_create_blas(struct fixture *fixture, VkDeviceSize size)
+struct fixture_structure fixture_create_blas(VkDeviceSize size)
 {
-    return create(fixture, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size, NULL);
+    return create(VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size, NULL);
 }
 
-void fixture_destroy(struct fixture *fixture, struct fixture_structure *structure)
+void fixture_destroy(const struct fixture_structure *structure)
 {
-    fixture->vk.DestroyAccelerationStructureKHR(fixture->device, structure->handle, NULL);
-    buffer_destroy(&fixture->vk, fixture->device, &structure->storage);
+    destroy((uint64_t)structure->handle);
+    destroy((uint64_t)structure->storage.handle);
+    destroy((uint64_t)structure->storage.memory);
 }
 
 /* ---- builds */
@@ -97,7 +181,7 @@ void fixture_triangles(struct fixture_build *build, uint32_t count,
 {
     describe(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, VK_GEOMETRY_TYPE_TRIANGLES_KHR,
              count, flags);
-    build->data = malloc((size_t)count * 9 * sizeof(float));
+    build->data = own_block(malloc((size_t)count * 9 * sizeof(float)));
     build->geometry.geometry.triangles = MAKE(
         VkAccelerationStructureGeometryTrianglesDataKHR, .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
         .vertexData.hostAddress = build->data, .vertexStride = 3 * sizeof(float),
@@ -119,7 +203,7 @@ void fixture_instances(struct fixture_build *build, const VkAccelerationStructur
 {
     describe(build, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, VK_GEOMETRY_TYPE_INSTANCES_KHR,
              count, flags);
-    VkAccelerationStructureInstanceKHR *instances = calloc(count, sizeof(*instances));
+    VkAccelerationStructureInstanceKHR *instances = own_block(calloc(count, sizeof(*instances)));
     for (uint32_t i = 0; i < count; i++) {
         instances[i] = (VkAccelerationStructureInstanceKHR){
             .transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 2.0f * i}, {0, 0, 1, 0}},
@@ -133,107 +217,109 @@ void fixture_instances(struct fixture_build *build, const VkAccelerationStructur
         MAKE(VkAccelerationStructureGeometryInstancesDataKHR, .data.hostAddress = instances);
 }
 
-void fixture_free(struct fixture_build *build)
-{
-    free(build->data);
-    free(build->scratch);
-}
-
-VkAccelerationStructureBuildSizesInfoKHR fixture_sizes(struct fixture *fixture,
-                                                       const struct fixture_build *build)
+VkAccelerationStructureBuildSizesInfoKHR fixture_sizes(const struct fixture_build *build)
 {
     STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
-    fixture->vk.GetAccelerationStructureBuildSizesKHR(
-        fixture->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR, &build->info,
-        &build->range.primitiveCount, &sizes);
+    vk.GetAccelerationStructureBuildSizesKHR(device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR,
+                                             &build->info, &build->range.primitiveCount, &sizes);
     return sizes;
 }
 
-struct fixture_structure fixture_create_for(struct fixture *fixture, struct fixture_build *build)
+VkDeviceSize fixture_scratch_size(const struct fixture_build *build)
 {
-    VkAccelerationStructureBuildSizesInfoKHR sizes = fixture_sizes(fixture, build);
-    VkDeviceSize scratch = sizes.buildScratchSize > sizes.updateScratchSize
-                               ? sizes.buildScratchSize
-                               : sizes.updateScratchSize;
-    build->scratch = malloc(scratch);
+    const VkAccelerationStructureBuildSizesInfoKHR sizes = fixture_sizes(build);
+    return sizes.buildScratchSize > sizes.updateScratchSize ? sizes.buildScratchSize
+                                                            : sizes.updateScratchSize;
+}
+
+struct fixture_structure fixture_create_for(struct fixture_build *build)
+{
+    build->scratch = own_block(malloc(fixture_scratch_size(build)));
     build->info.scratchData.hostAddress = build->scratch;
     const STRUCT(VkAccelerationStructureMotionInfoNV, motion,
                  .maxInstances = build->range.primitiveCount);
     bool moves = build->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
-    return create(fixture, build->info.type, sizes.accelerationStructureSize,
+    return create(build->info.type, fixture_sizes(build).accelerationStructureSize,
                   moves ? &motion : NULL);
 }
 
-VkResult fixture_build(struct fixture *fixture, VkDeferredOperationKHR operation,
-                       struct fixture_build *build, VkAccelerationStructureKHR dst,
-                       VkAccelerationStructureKHR src)
+VkResult fixture_build(VkDeferredOperationKHR operation, struct fixture_build *build,
+                       VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src)
 {
     build->info.mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
                            : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
     build->info.dstAccelerationStructure = dst;
     build->info.srcAccelerationStructure = src;
     const VkAccelerationStructureBuildRangeInfoKHR *ranges = &build->range;
-    return fixture->vk.BuildAccelerationStructuresKHR(fixture->device, operation, 1, &build->info,
-                                                      &ranges);
+    return vk.BuildAccelerationStructuresKHR(device, operation, 1, &build->info, &ranges);
+}
+
+VkResult host_build(struct fixture_build *build, VkAccelerationStructureKHR dst,
+                    VkAccelerationStructureKHR src)
+{
+    return fixture_build(VK_NULL_HANDLE, build, dst, src);
 }
 
 /* ---- copies */
 
-VkResult fixture_copy(struct fixture *fixture, VkDeferredOperationKHR operation,
-                      VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
-                      VkCopyAccelerationStructureModeKHR mode)
+VkResult fixture_copy(VkDeferredOperationKHR operation, VkAccelerationStructureKHR src,
+                      VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode)
 {
     const VkCopyAccelerationStructureInfoKHR info = copy_info(src, dst, mode);
-    return fixture->vk.CopyAccelerationStructureKHR(fixture->device, operation, &info);
+    return vk.CopyAccelerationStructureKHR(device, operation, &info);
 }
 
-VkResult fixture_save(struct fixture *fixture, VkDeferredOperationKHR operation,
-                      VkAccelerationStructureKHR src, void *dst)
+VkResult fixture_save(VkDeferredOperationKHR operation, VkAccelerationStructureKHR src, void *dst)
 {
     const VkCopyAccelerationStructureToMemoryInfoKHR info = serialize_info(src, (uintptr_t)dst);
-    return fixture->vk.CopyAccelerationStructureToMemoryKHR(fixture->device, operation, &info);
+    return vk.CopyAccelerationStructureToMemoryKHR(device, operation, &info);
 }
 
-VkResult fixture_load(struct fixture *fixture, VkDeferredOperationKHR operation, const void *src,
+VkResult fixture_load(VkDeferredOperationKHR operation, const void *src,
                       VkAccelerationStructureKHR dst)
 {
     const VkCopyMemoryToAccelerationStructureInfoKHR info = deserialize_info((uintptr_t)src, dst);
-    return fixture->vk.CopyMemoryToAccelerationStructureKHR(fixture->device, operation, &info);
+    return vk.CopyMemoryToAccelerationStructureKHR(device, operation, &info);
 }
 
 /* The values of two structures, which are the same, 16 bytes apart; the bytes between stay. */
-uint64_t fixture_property(struct fixture *fixture, VkAccelerationStructureKHR structure,
-                          VkQueryType type)
+uint64_t fixture_property(VkAccelerationStructureKHR structure, VkQueryType type)
 {
     uint64_t values[4] = {7, 7, 7, 7};
     const VkAccelerationStructureKHR both[] = {structure, structure};
-    GET(fixture->vk.WriteAccelerationStructuresPropertiesKHR(fixture->device, 2, both, type,
-                                                             sizeof(values), values, 16));
+    GET(vk.WriteAccelerationStructuresPropertiesKHR(device, 2, both, type, sizeof(values), values,
+                                                    16));
     assert_int_equal(values[0], values[2]);
     assert_int_equal(values[1], 7);
     assert_int_equal(values[3], 7);
     return values[0];
 }
 
-void *fixture_serialize(struct fixture *fixture, VkAccelerationStructureKHR structure, size_t *size)
+void *fixture_serialize(VkAccelerationStructureKHR structure, size_t *size)
 {
-    *size = fixture_property(fixture, structure,
-                             VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR);
-    void *bytes = aligned_alloc(16, (*size + 15) / 16 * 16);
-    GET(fixture_save(fixture, VK_NULL_HANDLE, structure, bytes));
+    *size =
+        fixture_property(structure, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR);
+    void *bytes = own_block(aligned_alloc(16, (*size + 15) / 16 * 16));
+    GET(fixture_save(VK_NULL_HANDLE, structure, bytes));
     return bytes;
+}
+
+void expect_same_bytes(VkAccelerationStructureKHR a, VkAccelerationStructureKHR b)
+{
+    size_t size_a, size_b;
+    const void *bytes_a = fixture_serialize(a, &size_a), *bytes_b = fixture_serialize(b, &size_b);
+    assert_int_equal(size_a, size_b);
+    assert_memory_equal(bytes_a, bytes_b, size_a);
 }
 
 /* ---- asking */
 
-AssayHit fixture_trace(struct fixture *fixture, VkAccelerationStructureKHR structure, float y,
-                       float z)
+AssayHit fixture_trace(VkAccelerationStructureKHR structure, float y, float z)
 {
-    return fixture_trace_at(fixture, structure, y, z, 0);
+    return fixture_trace_at(structure, y, z, 0);
 }
 
-AssayHit fixture_trace_at(struct fixture *fixture, VkAccelerationStructureKHR structure, float y,
-                          float z, float time)
+AssayHit fixture_trace_at(VkAccelerationStructureKHR structure, float y, float z, float time)
 {
     const AssayRay ray = {.origin = {-1, y, z},
                           .direction = {1, 0, 0},
@@ -244,13 +330,21 @@ AssayHit fixture_trace_at(struct fixture *fixture, VkAccelerationStructureKHR st
     memset(&hit, 0xff, sizeof(hit));
     const AssayTraceInfo info =
         trace_info((uint64_t)structure, ASSAY_ACCURACY_EXACT, 1, &ray, &hit);
-    GET(fixture->trace_rays(fixture->device, &info));
+    GET(trace_rays(device, &info));
     return hit;
 }
 
-AssayCounters fixture_counters(struct fixture *fixture)
+AssayCounters fixture_counters(void)
 {
     AssayCounters counters;
-    fixture->get_counters(fixture->device, sizeof(counters), &counters);
+    get_counters(device, sizeof(counters), &counters);
+    return counters;
+}
+
+AssayCounters fixture_counters_since(const AssayCounters *before)
+{
+    AssayCounters counters = fixture_counters();
+    for (size_t i = 0; i < sizeof(counters) / sizeof(uint64_t); i++)
+        ((uint64_t *)&counters)[i] -= ((const uint64_t *)before)[i];
     return counters;
 }

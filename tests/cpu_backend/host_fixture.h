@@ -1,41 +1,63 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A device of backend cpu over a driver that has no acceleration structures, and scenes built there
- * by the host. What fails though it should not ends the test. */
+/* The device that the tests of a program share: of backend cpu over a driver that has no
+ * acceleration structures; and scenes built there by the host. What fails though it should not ends
+ * the test.
+ *
+ * All that the functions here make lasts until the end of the test: SILENT_TEST or NOISY_TEST. */
 #ifndef ASSAY_TESTS_CPU_BACKEND_HOST_FIXTURE_H
 #define ASSAY_TESTS_CPU_BACKEND_HOST_FIXTURE_H
 
 #include "tests/cpu_backend/instance_fixture.h"
 #include "tests/fixture/trace.h"
+#include "tests/state/unit_test.h"
 
 #define expect_mistake(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED)
 
-struct fixture {
-    struct platform platform;
-    struct instance_fixture instance_fixture;
-    VkDevice device;
-    VkuDeviceDispatchTable vk;
-    PFN_vkTraceRaysASSAY trace_rays;
-    PFN_vkGetCountersASSAY get_counters;
-    uint32_t host_memory_type;
-};
+extern struct platform platform;
+extern struct instance_fixture instance;
+extern struct messages *const messages; /* of the instance */
+extern VkDevice device;
+extern VkuDeviceDispatchTable vk;
+extern PFN_vkTraceRaysASSAY trace_rays;
+extern PFN_vkGetCountersASSAY get_counters;
+extern uint32_t host_memory_type;
+extern VkQueue queue;
+extern VkCommandPool command_pool;
 
-/* Returns NULL, or why the platform can't be used here. */
-const char *fixture_open(struct fixture *fixture, const char *platform);
-void fixture_close(struct fixture *fixture);
+/* Makes another device the program's. */
+void fixture_use_device(VkDevice other, const VkuDeviceDispatchTable *other_vk);
 
-/* Makes another device the stage's. */
-void fixture_use_device(struct fixture *fixture, VkDevice device, const VkuDeviceDispatchTable *vk);
+/* ---- the end of a test */
 
-/* A structure with a buffer of its own. */
+/* A test during which the layer sends no message, and one that checks those of its concern, if any.
+ */
+#define SILENT_TEST(name) TEST_CLOSED(name, close_silent_test)
+#define NOISY_TEST(name) TEST_CLOSED(name, close_noisy_test)
+void close_silent_test(void);
+void close_noisy_test(void);
+void expect_silence(void); /* until now */
+void forget_messages(void);
+
+/* Destroys an object at the end: OWN(DestroyFence, fence). Commands that are NULL free memory. */
+#define OWN(command, handle) own((PFN_vkVoidFunction)vk.command, (uint64_t)(handle))
+void own(PFN_vkVoidFunction destroy, uint64_t handle);
+void *own_block(void *block);
+/* Destroys an object now. */
+void destroy(uint64_t handle);
+/* Destroys all of them now. */
+void destroy_all(void);
+
+/* ---- structures */
+
+/* With a buffer of its own. */
 struct fixture_structure {
     VkAccelerationStructureKHR handle;
     struct device_buffer storage;
     VkDeviceSize size;
 };
-struct fixture_structure fixture_create(struct fixture *fixture,
-                                        VkAccelerationStructureTypeKHR type, VkDeviceSize size);
-struct fixture_structure fixture_create_blas(struct fixture *fixture, VkDeviceSize size);
-void fixture_destroy(struct fixture *fixture, struct fixture_structure *structure);
+struct fixture_structure fixture_create(VkAccelerationStructureTypeKHR type, VkDeviceSize size);
+struct fixture_structure fixture_create_blas(VkDeviceSize size);
+void fixture_destroy(const struct fixture_structure *structure); /* before the end of the test */
 
 /* Parameters of a build of one geometry, with the memory behind them. Not to be moved. */
 struct fixture_build {
@@ -53,36 +75,33 @@ void fixture_move(struct fixture_build *build, float x, float y, float z); /* th
 /* Instance i of `blases[i]`, moved by (0, 2 * i, 0), with custom index 100 + i. */
 void fixture_instances(struct fixture_build *build, const VkAccelerationStructureKHR *blases,
                        uint32_t count, VkBuildAccelerationStructureFlagsKHR flags);
-void fixture_free(struct fixture_build *build);
 
-VkAccelerationStructureBuildSizesInfoKHR fixture_sizes(struct fixture *fixture,
-                                                       const struct fixture_build *build);
+VkAccelerationStructureBuildSizesInfoKHR fixture_sizes(const struct fixture_build *build);
+/* Scratch for builds and updates. */
+VkDeviceSize fixture_scratch_size(const struct fixture_build *build);
 /* Takes scratch, and a structure of the size that the build needs, with motion where that has. */
-struct fixture_structure fixture_create_for(struct fixture *fixture, struct fixture_build *build);
+struct fixture_structure fixture_create_for(struct fixture_build *build);
 /* vkBuildAccelerationStructuresKHR; an update where `src` isn't VK_NULL_HANDLE. */
-VkResult fixture_build(struct fixture *fixture, VkDeferredOperationKHR operation,
-                       struct fixture_build *build, VkAccelerationStructureKHR dst,
-                       VkAccelerationStructureKHR src);
+VkResult fixture_build(VkDeferredOperationKHR operation, struct fixture_build *build,
+                       VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src);
+VkResult host_build(struct fixture_build *build, VkAccelerationStructureKHR dst,
+                    VkAccelerationStructureKHR src); /* not deferred */
 
 /* vkCopyAccelerationStructureKHR and its kin. */
-VkResult fixture_copy(struct fixture *fixture, VkDeferredOperationKHR operation,
-                      VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
-                      VkCopyAccelerationStructureModeKHR mode);
-VkResult fixture_save(struct fixture *fixture, VkDeferredOperationKHR operation,
-                      VkAccelerationStructureKHR src, void *dst);
-VkResult fixture_load(struct fixture *fixture, VkDeferredOperationKHR operation, const void *src,
+VkResult fixture_copy(VkDeferredOperationKHR operation, VkAccelerationStructureKHR src,
+                      VkAccelerationStructureKHR dst, VkCopyAccelerationStructureModeKHR mode);
+VkResult fixture_save(VkDeferredOperationKHR operation, VkAccelerationStructureKHR src, void *dst);
+VkResult fixture_load(VkDeferredOperationKHR operation, const void *src,
                       VkAccelerationStructureKHR dst);
-uint64_t fixture_property(struct fixture *fixture, VkAccelerationStructureKHR structure,
-                          VkQueryType type);
-/* The serialized form of a structure; for free(). */
-void *fixture_serialize(struct fixture *fixture, VkAccelerationStructureKHR structure,
-                        size_t *size);
+uint64_t fixture_property(VkAccelerationStructureKHR structure, VkQueryType type);
+/* The serialized form of a structure. */
+void *fixture_serialize(VkAccelerationStructureKHR structure, size_t *size);
+void expect_same_bytes(VkAccelerationStructureKHR a, VkAccelerationStructureKHR b);
 
 /* A ray from (-1, y, z) towards +x, exact. */
-AssayHit fixture_trace(struct fixture *fixture, VkAccelerationStructureKHR structure, float y,
-                       float z);
-AssayHit fixture_trace_at(struct fixture *fixture, VkAccelerationStructureKHR structure, float y,
-                          float z, float time);
-AssayCounters fixture_counters(struct fixture *fixture);
+AssayHit fixture_trace(VkAccelerationStructureKHR structure, float y, float z);
+AssayHit fixture_trace_at(VkAccelerationStructureKHR structure, float y, float z, float time);
+AssayCounters fixture_counters(void);
+AssayCounters fixture_counters_since(const AssayCounters *before);
 
 #endif

@@ -6,7 +6,7 @@
 
 static uint64_t address_of(VkAccelerationStructureKHR structure)
 {
-    return structure_address(&fixture.vk, fixture.device, structure);
+    return structure_address(&vk, device, structure);
 }
 
 static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize offset)
@@ -14,12 +14,13 @@ static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize o
     const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer, .offset = offset,
                  .size = 256, .type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
     VkAccelerationStructureKHR structure;
-    GET(fixture.vk.CreateAccelerationStructureKHR(fixture.device, &info, NULL, &structure));
+    GET(vk.CreateAccelerationStructureKHR(device, &info, NULL, &structure));
+    OWN(DestroyAccelerationStructureKHR, structure);
     return structure;
 }
 
 /* Stable, of nobody else, and as far apart as the offsets of generic structures. */
-TEST_CLOSED(test_addresses, close_silent_scene)
+SILENT_TEST(test_addresses)
 {
     open_scene(10, 0);
     uint64_t blas = address_of(scene.blas.handle), tlas = address_of(scene.tlas.handle);
@@ -27,55 +28,57 @@ TEST_CLOSED(test_addresses, close_silent_scene)
     assert_int_equal(address_of(scene.blas.handle), blas);
     assert_int_equal(address_of((VkAccelerationStructureKHR)0x1234), 0);
 
-    struct fixture_structure first = fixture_create_blas(&fixture, 4096);
+    struct fixture_structure first = fixture_create_blas(4096);
     VkAccelerationStructureKHR a = create_generic(first.storage.handle, 256);
     VkAccelerationStructureKHR b = create_generic(first.storage.handle, 2048);
     assert_int_equal(address_of(b) - address_of(a), 2048 - 256);
-    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, a, NULL);
-    fixture.vk.DestroyAccelerationStructureKHR(fixture.device, b, NULL);
-    fixture_destroy(&fixture, &first);
 }
 
-TEST_CLOSED(test_names, close_silent_scene)
+SILENT_TEST(test_names)
 {
     open_scene(10, 0);
     STRUCT(VkDebugUtilsObjectNameInfoEXT, name,
            .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
            .objectHandle = (uint64_t)scene.blas.handle, .pObjectName = "bunny");
-    GET(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
+    GET(vk.SetDebugUtilsObjectNameEXT(device, &name));
     const STRUCT(VkDebugUtilsObjectTagInfoEXT, tag,
                  .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                  .objectHandle = (uint64_t)scene.blas.handle, .tagSize = 4, .pTag = "tag");
-    GET(fixture.vk.SetDebugUtilsObjectTagEXT(fixture.device, &tag));
+    GET(vk.SetDebugUtilsObjectTagEXT(device, &tag));
     name.objectType = VK_OBJECT_TYPE_BUFFER; /* the driver's own */
     name.objectHandle = (uint64_t)scene.blas.storage.handle;
-    GET(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &name));
+    GET(vk.SetDebugUtilsObjectNameEXT(device, &name));
 }
 
 static void set_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t object, uint64_t value)
 {
-    GET(fixture.vk.SetPrivateData(fixture.device, type, object, slot, value));
+    GET(vk.SetPrivateData(device, type, object, slot, value));
 }
 
 static uint64_t get_data(VkPrivateDataSlot slot, VkObjectType type, uint64_t object)
 {
     uint64_t value = 99;
-    fixture.vk.GetPrivateData(fixture.device, type, object, slot, &value);
+    vk.GetPrivateData(device, type, object, slot, &value);
     return value;
 }
 
-TEST_CLOSED(test_private_data, expect_silence)
+static VkPrivateDataSlot create_slot(void)
 {
-    if (!fixture.vk.SetPrivateData)
+    VkPrivateDataSlot slot;
+    GET(vk.CreatePrivateDataSlot(device, &MAKE(VkPrivateDataSlotCreateInfo), NULL, &slot));
+    OWN(DestroyPrivateDataSlot, slot);
+    return slot;
+}
+
+SILENT_TEST(test_private_data)
+{
+    if (!vk.SetPrivateData)
         skip();
-    const STRUCT(VkPrivateDataSlotCreateInfo, info);
     open_scene(10, 0);
     const uint64_t blas = (uint64_t)scene.blas.handle, tlas = (uint64_t)scene.tlas.handle;
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
     const uint64_t buffer = (uint64_t)scene.blas.storage.handle;
-    VkPrivateDataSlot slots[2];
-    for (int i = 0; i < 2; i++)
-        GET(fixture.vk.CreatePrivateDataSlot(fixture.device, &info, NULL, &slots[i]));
+    VkPrivateDataSlot slots[] = {create_slot(), create_slot()};
     set_data(slots[0], type, blas, 1);
     set_data(slots[1], type, blas, 2);
     set_data(slots[0], type, tlas, 3);
@@ -86,15 +89,13 @@ TEST_CLOSED(test_private_data, expect_silence)
     assert_int_equal(get_data(slots[0], type, tlas), 3);
     assert_int_equal(get_data(slots[1], type, tlas), 0);
     assert_int_equal(get_data(slots[0], VK_OBJECT_TYPE_BUFFER, buffer), 4);
-    fixture.vk.DestroyPrivateDataSlot(fixture.device, slots[0], NULL);
-    GET(fixture.vk.CreatePrivateDataSlot(fixture.device, &info, NULL, &slots[0]));
+    destroy((uint64_t)slots[0]);
+    slots[0] = create_slot();
     assert_int_equal(get_data(slots[0], type, tlas), 0);
     assert_int_equal(get_data(slots[1], type, blas), 2);
     set_data(slots[0], type, blas, 6);
-    close_scene();
+    destroy_scene();
     assert_int_equal(get_data(slots[0], type, blas), 0);
-    for (int i = 0; i < 2; i++)
-        fixture.vk.DestroyPrivateDataSlot(fixture.device, slots[i], NULL);
 }
 
 /* The layer's own commands are those of backend cpu, where acceleration structures are enabled. */
@@ -102,16 +103,16 @@ static void expect_own_commands(const struct instance_fixture_setup *setup, bool
                                 bool expected)
 {
     static const char *const names[] = {"vkTraceRaysASSAY", "vkGetCountersASSAY"};
-    struct instance_fixture instance_fixture;
-    VkDevice device;
-    VkuDeviceDispatchTable vk;
-    instance_fixture_open(&instance_fixture, &fixture.platform, setup);
-    GET(instance_fixture_create_device(&instance_fixture, NULL, backend_extensions,
-                                       has_extensions ? 2 : 0, &device, &vk));
+    struct instance_fixture other;
+    VkDevice made;
+    VkuDeviceDispatchTable made_vk;
+    instance_fixture_open(&other, &platform, setup);
+    GET(instance_fixture_create_device(&other, NULL, backend_extensions, has_extensions ? 2 : 0,
+                                       &made, &made_vk));
     for (int i = 0; i < 2; i++)
-        assert_int_equal(instance_fixture.get_device_proc_addr(device, names[i]) != NULL, expected);
-    vk.DestroyDevice(device, NULL);
-    instance_fixture_close(&instance_fixture);
+        assert_int_equal(other.get_device_proc_addr(made, names[i]) != NULL, expected);
+    made_vk.DestroyDevice(made, NULL);
+    instance_fixture_close(&other);
 }
 
 TEST(test_own_commands)

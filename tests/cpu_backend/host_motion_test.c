@@ -9,82 +9,73 @@
 
 static struct moving_scene moving;
 
-static void close_moving(void)
+SILENT_TEST(test_triangles_and_instances)
 {
-    moving_scene_close(&fixture, &moving);
-    expect_silence();
-}
-
-TEST_CLOSED(test_triangles_and_instances, close_moving)
-{
-    moving_scene_open(&fixture, &moving, 0);
-    moving_scene_build(&fixture, &moving);
-    expect_moving_blas(&fixture, moving.blas.handle, 4);
-    expect_moving_tlas(&fixture, moving.tlas.handle);
+    moving_scene_open(&moving, 0);
+    moving_scene_build(&moving);
+    expect_moving_blas(moving.blas.handle, 4);
+    expect_moving_tlas(moving.tlas.handle);
 }
 
 /* Of a build with motion, geometries may stand still. */
-TEST_CLOSED(test_still_triangles, close_moving)
+SILENT_TEST(test_still_triangles)
 {
-    moving_scene_open(&fixture, &moving, 0);
+    moving_scene_open(&moving, 0);
     moving.triangles.geometry.geometry.triangles.pNext = NULL;
     GET(host_build(&moving.triangles, moving.blas.handle, 0));
-    expect_moving_blas(&fixture, moving.blas.handle, 0);
+    expect_moving_blas(moving.blas.handle, 0);
 }
 
-TEST_CLOSED(test_update, close_moving)
+SILENT_TEST(test_update)
 {
-    moving_scene_open(&fixture, &moving, UPDATABLE);
-    moving_scene_build(&fixture, &moving);
+    moving_scene_open(&moving, UPDATABLE);
+    moving_scene_build(&moving);
     for (uint32_t i = 0; i < MOVING_TRIANGLES * 9; i += 3)
         moving.then[i] += 3;
     GET(host_build(&moving.triangles, moving.blas.handle, moving.blas.handle));
-    expect_moving_blas(&fixture, moving.blas.handle, 7);
+    expect_moving_blas(moving.blas.handle, 7);
 }
 
 /* Pointers have the type of what they point to in their low 4 bits. */
-TEST_CLOSED(test_array_of_pointers, expect_silence)
+SILENT_TEST(test_array_of_pointers)
 {
-    moving_scene_open(&fixture, &moving, 0);
+    moving_scene_open(&moving, 0);
     VkAccelerationStructureMotionInstanceDataNV *data =
-        aligned_alloc(16, MOVING_INSTANCES * sizeof(*data));
+        own_block(aligned_alloc(16, MOVING_INSTANCES * sizeof(*data)));
     uint64_t pointers[MOVING_INSTANCES];
     for (uint32_t i = 0; i < MOVING_INSTANCES; i++) {
-        VkAccelerationStructureMotionInstanceNV instance;
-        memcpy(&instance, (char *)moving.instances.data + i * MOTION_INSTANCE_STRIDE,
-               sizeof(instance));
-        data[i] = instance.data;
-        pointers[i] = (uint64_t)(uintptr_t)&data[i] | instance.type;
+        VkAccelerationStructureMotionInstanceNV element;
+        memcpy(&element, (char *)moving.instances.data + i * MOTION_INSTANCE_STRIDE,
+               sizeof(element));
+        data[i] = element.data;
+        pointers[i] = (uint64_t)(uintptr_t)&data[i] | element.type;
     }
     moving.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
     moving.instances.geometry.geometry.instances.data.hostAddress = pointers;
-    moving_scene_build(&fixture, &moving);
-    expect_moving_tlas(&fixture, moving.tlas.handle);
-    moving_scene_close(&fixture, &moving);
-    free(data);
+    moving_scene_build(&moving);
+    expect_moving_tlas(moving.tlas.handle);
 }
 
 /* Vertices that aren't there, and a chain that isn't. */
-TEST_CLOSED(test_unreadable, forget_messages)
+NOISY_TEST(test_unreadable)
 {
-    moving_scene_open(&fixture, &moving, 0);
+    moving_scene_open(&moving, 0);
     moving.motion.vertexData.deviceAddress = 0x1000;
     expect_mistake(host_build(&moving.triangles, moving.blas.handle, 0));
     moving.triangles.geometry.geometry.triangles.pNext = (void *)(uintptr_t)0x1000;
     expect_mistake(host_build(&moving.triangles, moving.blas.handle, 0));
-    assert_int_equal(fixture_sizes(&fixture, &moving.triangles).accelerationStructureSize, 0);
-    moving_scene_close(&fixture, &moving);
+    assert_int_equal(fixture_sizes(&moving.triangles).accelerationStructureSize, 0);
 }
 
 /* As assay.h had rays before they had a time. */
-TEST_CLOSED(test_rays_without_time, close_moving)
+SILENT_TEST(test_rays_without_time)
 {
     struct untimed {
         float origin[3], tMin, direction[3], tMax;
         uint32_t flags, cullMask;
     };
-    moving_scene_open(&fixture, &moving, 0);
-    moving_scene_build(&fixture, &moving);
+    moving_scene_open(&moving, 0);
+    moving_scene_build(&moving);
     const struct untimed rays[] = {
         {.origin = {-1, 9, 0.25f}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff},
         {.origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 1e30f, .cullMask = 0xff},
@@ -97,7 +88,7 @@ TEST_CLOSED(test_rays_without_time, close_moving)
                                  .hitSize = sizeof(hits[0]),
                                  .rays = (const AssayRay *)(const void *)rays,
                                  .hits = hits};
-    GET(fixture.trace_rays(fixture.device, &info));
+    GET(trace_rays(device, &info));
     assert_false(hits[0].isHit);
     assert_true(hits[1].isHit);
     assert_float_equal(hits[1].t, 1, 0);
@@ -117,11 +108,11 @@ static struct cost cost_of_still_scene(void)
     struct cost cost;
     open_scene(10, 0);
     expect_scene(scene.tlas.handle, 1);
-    cost.bytes = serialize(scene.blas.handle, &cost.size);
-    cost.sizes[0] = fixture_sizes(&fixture, &scene.triangles);
-    cost.sizes[1] = fixture_sizes(&fixture, &scene.instances);
-    cost.counters = fixture_counters(&fixture);
-    close_scene();
+    cost.bytes = fixture_serialize(scene.blas.handle, &cost.size);
+    cost.sizes[0] = fixture_sizes(&scene.triangles);
+    cost.sizes[1] = fixture_sizes(&scene.instances);
+    cost.counters = fixture_counters();
+    destroy_scene();
     return cost;
 }
 
@@ -133,29 +124,27 @@ static void expect_same_sizes(const VkAccelerationStructureBuildSizesInfoKHR *a,
     assert_int_equal(a->updateScratchSize, b->updateScratchSize);
 }
 
-TEST_CLOSED(test_no_motion_costs_nothing, expect_silence)
+SILENT_TEST(test_no_motion_costs_nothing)
 {
     const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, features,
                  .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
-    const VkDevice first = fixture.device;
-    const VkuDeviceDispatchTable vk = fixture.vk;
+    const VkDevice first = device;
+    const VkuDeviceDispatchTable first_vk = vk;
     VkuDeviceDispatchTable with_vk, without_vk;
-    VkDevice with = instance_fixture_open_device(&fixture.instance_fixture, &with_vk), without;
-    GET(instance_fixture_create_device(&fixture.instance_fixture, &features, backend_extensions, 2,
-                                       &without, &without_vk));
-    fixture_use_device(&fixture, with, &with_vk);
+    VkDevice with = instance_fixture_open_device(&instance, &with_vk), without;
+    GET(instance_fixture_create_device(&instance, &features, backend_extensions, 2, &without,
+                                       &without_vk));
+    fixture_use_device(with, &with_vk);
     struct cost a = cost_of_still_scene();
-    fixture.vk.DestroyDevice(with, NULL);
-    fixture_use_device(&fixture, without, &without_vk);
+    vk.DestroyDevice(with, NULL);
+    fixture_use_device(without, &without_vk);
     struct cost b = cost_of_still_scene();
-    fixture.vk.DestroyDevice(without, NULL);
-    fixture_use_device(&fixture, first, &vk);
+    vk.DestroyDevice(without, NULL);
+    fixture_use_device(first, &first_vk);
 
     assert_memory_equal(&a.counters, &b.counters, sizeof(a.counters));
     for (int i = 0; i < 2; i++)
         expect_same_sizes(&a.sizes[i], &b.sizes[i]);
     assert_int_equal(a.size, b.size);
     assert_memory_equal(a.bytes, b.bytes, a.size);
-    free(a.bytes);
-    free(b.bytes);
 }

@@ -2,7 +2,6 @@
 /* What an application does on backend cpu in each life of tests/scarce: host builds, deferred ones,
  * copies and queries, each asked for again where memory was lacking; then rays tell whether all is
  * as it should be. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "scarce_commands.h"
@@ -18,11 +17,11 @@ enum {
 
 /* Beside the structures, of which the last is the TLAS. */
 static struct {
-    PFN_vkTraceRaysASSAY trace_rays;
+    VkBuffer buffer;
     VkDeferredOperationKHR operation;
     VkPrivateDataSlot slot;
     float vertices[9];
-    void *scratch;
+    char scratch[65536] __attribute__((aligned(16)));
     VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
     VkMicromapEXT micromap, displacing;
     VkAccelerationStructureTrianglesOpacityMicromapEXT opacity;
@@ -33,60 +32,40 @@ static struct {
 
 /* ---- objects */
 
-static VkAccelerationStructureKHR create_structure(struct application *app, unsigned n,
-                                                   VkAccelerationStructureTypeKHR type)
+static VkAccelerationStructureKHR create_structure(unsigned n, VkAccelerationStructureTypeKHR type)
 {
     VkAccelerationStructureKHR structure = VK_NULL_HANDLE;
     const STRUCT(VkAccelerationStructureMotionInfoNV, motion);
     const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .pNext = n == MOVING ? &motion : NULL,
                  .createFlags = n == MOVING ? VK_ACCELERATION_STRUCTURE_CREATE_MOTION_BIT_NV : 0,
-                 .buffer = app->inputs, .offset = n * STRUCTURE_SIZE, .size = STRUCTURE_SIZE,
+                 .buffer = host.buffer, .offset = n * STRUCTURE_SIZE, .size = STRUCTURE_SIZE,
                  .type = type);
-    CALL(app, CreateAccelerationStructureKHR, app->device, &info, NULL, &structure);
+    CREATE(AccelerationStructureKHR, &info, &structure);
     return structure;
 }
 
-void create_objects(struct application *app)
+void create_objects(void)
 {
-    app->memory = allocate(app, SETS * STRUCTURE_SIZE, HOST_MEMORY);
-    app->inputs = create_buffer(app, SETS * STRUCTURE_SIZE,
-                                VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, 0);
-    bind_buffer(app, app->inputs, app->memory, 0);
+    host.buffer = create_bound_buffer(
+        SETS * STRUCTURE_SIZE, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR, HOST_MEMORY);
     for (unsigned i = 0; i < BLASES; i++)
-        app->sets[i].accel =
-            create_structure(app, i,
-                             i % 2 ? VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR
-                                   : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-    app->sets[BLASES].accel =
-        create_structure(app, BLASES, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+        app.sets[i].accel =
+            create_structure(i, i % 2 ? VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR
+                                      : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    app.sets[BLASES].accel = create_structure(BLASES, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
     host.micromap =
-        create_micromap(app, app->inputs, 0, STRUCTURE_SIZE, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
-    host.displacing = create_micromap(app, app->inputs, 0, STRUCTURE_SIZE,
-                                      VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
-    const STRUCT(VkPrivateDataSlotCreateInfo, slot);
-    CALL(app, CreatePrivateDataSlot, app->device, &slot, NULL, &host.slot);
-    CALL(app, CreateDeferredOperationKHR, app->device, NULL, &host.operation);
-    host.trace_rays = scarce_find_tracing(app);
-    host.scratch = calloc(1, 65536);
-}
-
-void destroy_objects(struct application *app)
-{
-    app->vk.DestroyDeferredOperationKHR(app->device, host.operation, NULL);
-    app->vk.DestroyPrivateDataSlot(app->device, host.slot, NULL);
-    for (unsigned i = 0; i < SETS; i++)
-        app->vk.DestroyAccelerationStructureKHR(app->device, app->sets[i].accel, NULL);
-    app->vk.DestroyMicromapEXT(app->device, host.micromap, NULL);
-    app->vk.DestroyMicromapEXT(app->device, host.displacing, NULL);
-    app->vk.DestroyBuffer(app->device, app->inputs, NULL);
-    app->vk.FreeMemory(app->device, app->memory, NULL);
-    free(host.scratch);
+        create_micromap(host.buffer, 0, STRUCTURE_SIZE, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+    host.displacing =
+        create_micromap(host.buffer, 0, STRUCTURE_SIZE, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
+    CREATE(PrivateDataSlot, &MAKE(VkPrivateDataSlotCreateInfo), &host.slot);
+    CALL(CreateDeferredOperationKHR, device, NULL, &host.operation);
+    OWN(DestroyDeferredOperationKHR, host.operation);
+    scarce_find_tracing();
 }
 
 /* ---- builds */
 
-static VkAccelerationStructureBuildGeometryInfoKHR blas_info(const struct application *app,
-                                                             unsigned n, uint32_t geometries)
+static VkAccelerationStructureBuildGeometryInfoKHR blas_info(unsigned n, uint32_t geometries)
 {
     static const float vertices[9] = {0, 0, 0, 0, 1, 0, 0, 0, 1};
     memcpy(host.vertices, vertices, sizeof(vertices));
@@ -97,33 +76,32 @@ static VkAccelerationStructureBuildGeometryInfoKHR blas_info(const struct applic
                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
                          VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
-                .dstAccelerationStructure = app->sets[n].accel, .geometryCount = geometries,
+                .dstAccelerationStructure = app.sets[n].accel, .geometryCount = geometries,
                 .pGeometries = host.triangles, .scratchData.hostAddress = host.scratch);
 }
 
-static VkResult build(struct application *app, VkDeferredOperationKHR operation,
+static VkResult build(VkDeferredOperationKHR operation,
                       const VkAccelerationStructureBuildGeometryInfoKHR *info, uint32_t count)
 {
     VkAccelerationStructureBuildRangeInfoKHR ranges[GEOMETRIES] = {{0}};
     const VkAccelerationStructureBuildRangeInfoKHR *pointer = ranges;
     for (uint32_t i = 0; i < info->geometryCount; i++)
         ranges[i].primitiveCount = count;
-    return app->vk.BuildAccelerationStructuresKHR(app->device, operation, 1, info, &pointer);
+    return vk.BuildAccelerationStructuresKHR(device, operation, 1, info, &pointer);
 }
 
 /* Large enough, or zeros where memory was lacking; the second time there is some. */
-static void check_sizes(struct application *app,
-                        const VkAccelerationStructureBuildGeometryInfoKHR *info)
+static void check_sizes(const VkAccelerationStructureBuildGeometryInfoKHR *info)
 {
     uint32_t counts[GEOMETRIES];
     STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
     for (int i = 0; i < GEOMETRIES; i++)
         counts[i] = 1;
     for (int i = 0; i < 2 && sizes.accelerationStructureSize == 0; i++)
-        app->vk.GetAccelerationStructureBuildSizesKHR(
-            app->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR, info, counts, &sizes);
+        vk.GetAccelerationStructureBuildSizesKHR(
+            device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR, info, counts, &sizes);
     if (!sizes.accelerationStructureSize || sizes.accelerationStructureSize > STRUCTURE_SIZE)
-        complain(app, "accelerationStructureSize", (int)sizes.accelerationStructureSize);
+        complain("accelerationStructureSize", (int)sizes.accelerationStructureSize);
 }
 
 /* In time, though not in space. */
@@ -138,7 +116,7 @@ static void move(VkAccelerationStructureBuildGeometryInfoKHR *info)
 /* The first format of either type: one triangle, opaque, or not displaced. */
 static const VkMicromapUsageEXT usage = {.count = 1, .format = 1};
 
-static void build_micromap(struct application *app, VkMicromapEXT micromap, VkMicromapTypeEXT type)
+static void build_micromap(VkMicromapEXT micromap, VkMicromapTypeEXT type)
 {
     static const uint8_t opaque[1] = {1}, still[64];
     static const VkMicromapTriangleEXT triangle = {.format = 1};
@@ -146,7 +124,7 @@ static void build_micromap(struct application *app, VkMicromapEXT micromap, VkMi
                  .usageCountsCount = 1, .pUsageCounts = &usage,
                  .data.hostAddress = type == VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT ? opaque : still,
                  .triangleArray.hostAddress = &triangle, .triangleArrayStride = sizeof(triangle));
-    CALL(app, BuildMicromapsEXT, app->device, VK_NULL_HANDLE, 1, &info);
+    CALL(BuildMicromapsEXT, device, VK_NULL_HANDLE, 1, &info);
 }
 
 static void use_micromap(void)
@@ -169,13 +147,12 @@ static void displace(void)
     host.triangles[0].geometry.triangles.pNext = &host.displacement;
 }
 
-static void build_blases(struct application *app)
+static void build_blases(void)
 {
-    build_micromap(app, host.micromap, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
-    build_micromap(app, host.displacing, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
+    build_micromap(host.micromap, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+    build_micromap(host.displacing, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
     for (unsigned i = 0; i < BLASES; i++) {
-        VkAccelerationStructureBuildGeometryInfoKHR info =
-            blas_info(app, i, i == 0 ? GEOMETRIES : 1);
+        VkAccelerationStructureBuildGeometryInfoKHR info = blas_info(i, i == 0 ? GEOMETRIES : 1);
         if (i == MOVING)
             move(&info);
         if (i == WITH_MICROMAP)
@@ -183,90 +160,88 @@ static void build_blases(struct application *app)
         if (i == DISPLACED)
             displace();
         if (i == 0 || i == MOVING || i == WITH_MICROMAP || i == DISPLACED)
-            check_sizes(app, &info);
-        GET(app, "vkBuildAccelerationStructuresKHR", build(app, VK_NULL_HANDLE, &info, 1));
+            check_sizes(&info);
+        GET("vkBuildAccelerationStructuresKHR", build(VK_NULL_HANDLE, &info, 1));
     }
-    VkAccelerationStructureBuildGeometryInfoKHR info = blas_info(app, 0, GEOMETRIES);
+    VkAccelerationStructureBuildGeometryInfoKHR info = blas_info(0, GEOMETRIES);
     info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     info.srcAccelerationStructure = info.dstAccelerationStructure;
-    GET(app, "an update", build(app, VK_NULL_HANDLE, &info, 1));
+    GET("an update", build(VK_NULL_HANDLE, &info, 1));
 }
 
-static VkResult complete(struct application *app)
+static VkResult complete(void)
 {
-    VkResult joined = app->vk.DeferredOperationJoinKHR(app->device, host.operation);
-    return joined == VK_SUCCESS ? app->vk.GetDeferredOperationResultKHR(app->device, host.operation)
-                                : joined;
+    VkResult joined = vk.DeferredOperationJoinKHR(device, host.operation);
+    return joined == VK_SUCCESS ? vk.GetDeferredOperationResultKHR(device, host.operation) : joined;
 }
 
 /* A deferred command may lack memory when it is called, or when it is carried out. */
-#define GET_DEFERRED(app, what, call)                                                              \
-    GET(app, what,                                                                                 \
-        (call) == VK_OPERATION_DEFERRED_KHR ? complete(app) : VK_ERROR_OUT_OF_HOST_MEMORY)
+#define GET_DEFERRED(what, call)                                                                   \
+    GET(what, (call) == VK_OPERATION_DEFERRED_KHR ? complete() : VK_ERROR_OUT_OF_HOST_MEMORY)
 
-static void build_tlas(struct application *app)
+static void build_tlas(void)
 {
     for (unsigned i = 0; i < BLASES; i++)
         host.instance[i] = (VkAccelerationStructureInstanceKHR){
             .transform.matrix = {{1, 0, 0, (float)i}, {0, 1, 0, 2.0f * (float)i}, {0, 0, 1, 0}},
             .mask = 0xff,
-            .accelerationStructureReference = (uint64_t)app->sets[i].accel};
+            .accelerationStructureReference = (uint64_t)app.sets[i].accel};
     host.instances =
         MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
              .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
                                         .data.hostAddress = host.instance));
-    VkAccelerationStructureBuildGeometryInfoKHR info = blas_info(app, BLASES, 0);
+    VkAccelerationStructureBuildGeometryInfoKHR info = blas_info(BLASES, 0);
     info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
     info.geometryCount = 1;
     info.pGeometries = &host.instances;
-    GET_DEFERRED(app, "a deferred build", build(app, host.operation, &info, BLASES));
+    GET_DEFERRED("a deferred build", build(host.operation, &info, BLASES));
 }
 
 /* ---- copies */
 
-static void copy_through_memory(struct application *app, VkAccelerationStructureKHR structure)
+static void copy_through_memory(VkAccelerationStructureKHR structure)
 {
     static char bytes[2 * STRUCTURE_SIZE] __attribute__((aligned(16)));
     const VkCopyAccelerationStructureToMemoryInfoKHR out =
         serialize_info(structure, (uintptr_t)bytes);
     const VkCopyMemoryToAccelerationStructureInfoKHR in =
         deserialize_info((uintptr_t)bytes, structure);
-    CALL(app, CopyAccelerationStructureToMemoryKHR, app->device, VK_NULL_HANDLE, &out);
-    GET_DEFERRED(app, "vkCopyMemoryToAccelerationStructureKHR",
-                 app->vk.CopyMemoryToAccelerationStructureKHR(app->device, host.operation, &in));
+    CALL(CopyAccelerationStructureToMemoryKHR, device, VK_NULL_HANDLE, &out);
+    GET_DEFERRED("vkCopyMemoryToAccelerationStructureKHR",
+                 vk.CopyMemoryToAccelerationStructureKHR(device, host.operation, &in));
 }
 
-static void copy_all(struct application *app)
+static void copy_all(void)
 {
     const VkCopyAccelerationStructureInfoKHR copy = copy_info(
-        app->sets[1].accel, app->sets[3].accel, VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
-    CALL(app, CopyAccelerationStructureKHR, app->device, VK_NULL_HANDLE, &copy);
-    copy_through_memory(app, app->sets[5].accel);
-    copy_through_memory(app, app->sets[BLASES].accel);
+        app.sets[1].accel, app.sets[3].accel, VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    CALL(CopyAccelerationStructureKHR, device, VK_NULL_HANDLE, &copy);
+    copy_through_memory(app.sets[5].accel);
+    copy_through_memory(app.sets[BLASES].accel);
     uint64_t size = 0;
-    CALL(app, WriteAccelerationStructuresPropertiesKHR, app->device, 1, &app->sets[3].accel,
+    CALL(WriteAccelerationStructuresPropertiesKHR, device, 1, &app.sets[3].accel,
          VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, sizeof(size), &size,
          sizeof(size));
     if (!size)
-        complain(app, "no serialization size", 0);
+        complain("no serialization size", 0);
 }
 
 /* ---- what became of it */
 
-static void set_private_data(struct application *app)
+static void set_private_data(void)
 {
     uint64_t value = 0;
     for (unsigned i = 0; i < SETS; i++)
-        CALL(app, SetPrivateData, app->device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-             (uint64_t)app->sets[i].accel, host.slot, i);
-    app->vk.GetPrivateData(app->device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                           (uint64_t)app->sets[7].accel, host.slot, &value);
+        CALL(SetPrivateData, device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+             (uint64_t)app.sets[i].accel, host.slot, i);
+    vk.GetPrivateData(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                      (uint64_t)app.sets[7].accel, host.slot, &value);
     if (value != 7)
-        complain(app, "vkGetPrivateData", (int)value);
+        complain("vkGetPrivateData", (int)value);
 }
 
 /* Every instance is hit where it is. */
-static void trace_all(struct application *app)
+static void trace_all(void)
 {
     AssayRay rays[BLASES];
     AssayHit hits[BLASES];
@@ -276,21 +251,21 @@ static void trace_all(struct application *app)
                              .tMax = 1000,
                              .cullMask = 0xff};
     const AssayTraceInfo info =
-        trace_info((uint64_t)app->sets[BLASES].accel, ASSAY_ACCURACY_EXACT, BLASES, rays, hits);
+        trace_info((uint64_t)app.sets[BLASES].accel, ASSAY_ACCURACY_EXACT, BLASES, rays, hits);
     memset(hits, 0, sizeof(hits));
-    GET(app, "vkTraceRaysASSAY", host.trace_rays(app->device, &info));
+    GET("vkTraceRaysASSAY", trace_rays(device, &info));
     for (unsigned i = 0; i < BLASES; i++)
         if (!hits[i].isHit || hits[i].instance != i || hits[i].t != (float)i + 1)
-            complain(app, "not the hit that was expected: ray", (int)i);
+            complain("not the hit that was expected: ray", (int)i);
 }
 
-void record_all(struct application *app)
+void record_all(void)
 {
-    if (!host.trace_rays)
+    if (!trace_rays)
         return;
-    build_blases(app);
-    build_tlas(app);
-    copy_all(app);
-    set_private_data(app);
-    trace_all(app);
+    build_blases();
+    build_tlas();
+    copy_all();
+    set_private_data();
+    trace_all();
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Builds of one geometry of an extension on a device stage, from buffers of their own. */
+/* Builds of one geometry of an extension, from buffers of their own. */
 #include "input_scene.h"
 
 #include <string.h>
@@ -7,9 +7,9 @@
 void input_scene_open(struct input_scene *scene, VkGeometryTypeKHR type, const void *chain)
 {
     memset(scene, 0, sizeof(*scene));
-    scene->vertices = device_buffer_create(&device, INPUT_SIZE);
-    scene->radii = device_buffer_create(&device, INPUT_SIZE);
-    scene->indices = device_buffer_create(&device, INPUT_SIZE);
+    scene->vertices = device_buffer_create(INPUT_SIZE);
+    scene->radii = device_buffer_create(INPUT_SIZE);
+    scene->indices = device_buffer_create(INPUT_SIZE);
     scene->build.geometry =
         MAKE(VkAccelerationStructureGeometryKHR, .pNext = chain, .geometryType = type);
     scene->build.info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
@@ -17,23 +17,11 @@ void input_scene_open(struct input_scene *scene, VkGeometryTypeKHR type, const v
                              .geometryCount = 1, .pGeometries = &scene->build.geometry);
 }
 
-void input_scene_close(struct input_scene *scene)
-{
-    device_expect_silence(&device);
-    fixture_destroy(fixture, &scene->blas);
-    fixture_free(&scene->build);
-    device_buffer_destroy(&device, &scene->vertices);
-    device_buffer_destroy(&device, &scene->radii);
-    device_buffer_destroy(&device, &scene->indices);
-    device_buffer_destroy(&device, &scene->scratch);
-}
-
 void input_scene_create(struct input_scene *scene)
 {
     enum { ALIGNMENT = 256 };
-    scene->blas = fixture_create_for(fixture, &scene->build);
-    scene->scratch = device_buffer_create(
-        &device, fixture_sizes(fixture, &scene->build).buildScratchSize + ALIGNMENT);
+    scene->blas = fixture_create_for(&scene->build);
+    scene->scratch = device_buffer_create(fixture_scratch_size(&scene->build) + ALIGNMENT);
     scene->build.info.scratchData.deviceAddress =
         (scene->scratch.address + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     scene->build.info.dstAccelerationStructure = scene->blas.handle;
@@ -44,34 +32,32 @@ static void record_indirect(struct input_scene *scene, VkCommandBuffer commands,
                             struct device_buffer *buffer)
 {
     const uint32_t stride = sizeof(*ranges), *counts = &scene->build.range.primitiveCount;
-    *buffer = device_buffer_create(&device, sizeof(*ranges));
+    *buffer = device_buffer_create(sizeof(*ranges));
     if (ranges)
         memcpy(buffer->bytes, ranges, sizeof(*ranges));
-    fixture->vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene->build.info,
-                                                          &buffer->address, &stride, &counts);
+    vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene->build.info, &buffer->address,
+                                                 &stride, &counts);
 }
 
 void input_scene_build(struct input_scene *scene,
                        const VkAccelerationStructureBuildRangeInfoKHR *ranges, bool is_indirect)
 {
     struct device_buffer buffer = {0};
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     if (is_indirect)
         record_indirect(scene, commands, ranges, &buffer);
     else
-        fixture->vk.CmdBuildAccelerationStructuresKHR(commands, 1, &scene->build.info, &ranges);
-    device_barrier(&device, commands);
-    device_finish(&device, commands);
+        vk.CmdBuildAccelerationStructuresKHR(commands, 1, &scene->build.info, &ranges);
+    device_barrier(commands);
+    device_finish(commands);
     memset(scene->vertices.bytes, 0xff, INPUT_SIZE);
     memset(scene->radii.bytes, 0xff, INPUT_SIZE);
     memset(scene->indices.bytes, 0xff, INPUT_SIZE);
-    if (is_indirect)
-        device_buffer_destroy(&device, &buffer);
 }
 
 AssayHit input_scene_trace(const struct input_scene *scene, float y, float z)
 {
-    return fixture_trace(fixture, scene->blas.handle, y, z);
+    return fixture_trace(scene->blas.handle, y, z);
 }
 
 void input_scene_expect_hit(const struct input_scene *scene, float y, float z, float t,

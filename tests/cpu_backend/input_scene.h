@@ -3,7 +3,7 @@
 #ifndef CPU_BACKEND_INPUT_SCENE_H
 #define CPU_BACKEND_INPUT_SCENE_H
 
-#include "device_program.h"
+#include "device_fixture.h"
 
 enum { INPUT_SIZE = 4096 };
 
@@ -16,7 +16,6 @@ struct input_scene {
 
 /* A geometry that all else of is to be filled in; nothing is made yet but the buffers. */
 void input_scene_open(struct input_scene *scene, VkGeometryTypeKHR type, const void *chain);
-void input_scene_close(struct input_scene *scene); /* no message until now */
 
 /* Makes the structure; before it is built. */
 void input_scene_create(struct input_scene *scene);

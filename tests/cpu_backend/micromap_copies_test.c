@@ -8,15 +8,14 @@
 static uint64_t property(const struct micromap *micromap, VkQueryType type)
 {
     uint64_t value = 0;
-    GET(fixture->vk.WriteMicromapsPropertiesEXT(fixture->device, 1, &micromap->ext, type,
-                                                sizeof(value), &value, 8));
+    GET(vk.WriteMicromapsPropertiesEXT(device, 1, &micromap->ext, type, sizeof(value), &value, 8));
     return value;
 }
 
 static void *serialize(const struct micromap *micromap, size_t *size)
 {
     *size = property(micromap, VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT);
-    void *bytes = malloc(*size);
+    void *bytes = own_block(malloc(*size));
     GET(micromap_save_by_host(micromap, bytes));
     return bytes;
 }
@@ -27,10 +26,9 @@ static void expect_copy(const struct micromap *copy, const void *bytes, size_t s
     void *copied = serialize(copy, &copied_size);
     assert_int_equal(copied_size, size);
     assert_memory_equal(copied, bytes, size);
-    free(copied);
 }
 
-TEST(test_copies_by_host)
+SILENT_TEST(test_copies_by_host)
 {
     struct micromap from, to;
     size_t size;
@@ -45,25 +43,21 @@ TEST(test_copies_by_host)
         GET(i == 2 ? micromap_load_by_host(bytes, &to)
                    : micromap_copy_by_host(&from, &to, modes[i]));
         expect_copy(&to, bytes, size);
-        micromap_close(&to);
     }
     VkAccelerationStructureCompatibilityKHR compatibility;
     const STRUCT(VkMicromapVersionInfoEXT, version, .pVersionData = bytes);
-    fixture->vk.GetDeviceMicromapCompatibilityEXT(fixture->device, &version, &compatibility);
+    vk.GetDeviceMicromapCompatibilityEXT(device, &version, &compatibility);
     assert_int_equal(compatibility, VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR);
-    free(bytes);
-    micromap_close(&from);
-    device_expect_silence(&device);
 }
 
 /* Built, cloned, serialized and deserialized by one command buffer each, and queried. */
-TEST(test_copies_by_device)
+SILENT_TEST(test_copies_by_device)
 {
     struct micromap from, clone, again;
-    struct device_buffer bytes = device_buffer_create(&device, MICROMAP_SIZE);
+    struct device_buffer bytes = device_buffer_create(MICROMAP_SIZE);
     const VkQueryType type = VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT;
-    const VkuDeviceDispatchTable *vk = &fixture->vk;
-    VkQueryPool pool = query_pool_create(vk, fixture->device, type, 1);
+    VkQueryPool pool = query_pool_create(&vk, device, type, 1);
+    OWN(DestroyQueryPool, pool);
     size_t size;
     micromap_open(&from, true);
     micromap_open(&clone, true);
@@ -73,24 +67,17 @@ TEST(test_copies_by_device)
                  .dst.deviceAddress = bytes.address, .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT);
     const STRUCT(VkCopyMemoryToMicromapInfoEXT, from_memory, .src.deviceAddress = bytes.address,
                  .dst = again.ext, .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    vk->CmdResetQueryPool(commands, pool, 0, 1);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    vk.CmdResetQueryPool(commands, pool, 0, 1);
     micromap_clone_by_device(commands, &from, &clone);
-    vk->CmdWriteMicromapsPropertiesEXT(commands, 1, &clone.ext, type, pool, 0);
-    vk->CmdCopyMicromapToMemoryEXT(commands, &to_memory);
-    device_finish(&device, commands);
-    commands = device_begin(&device, PRIMARY);
-    vk->CmdCopyMemoryToMicromapEXT(commands, &from_memory);
-    device_finish(&device, commands);
-    const uint64_t queried = device_query(&device, pool, 0);
+    vk.CmdWriteMicromapsPropertiesEXT(commands, 1, &clone.ext, type, pool, 0);
+    vk.CmdCopyMicromapToMemoryEXT(commands, &to_memory);
+    device_finish(commands);
+    commands = device_begin(PRIMARY);
+    vk.CmdCopyMemoryToMicromapEXT(commands, &from_memory);
+    device_finish(commands);
+    const uint64_t queried = device_query(pool, 0);
     void *expected = serialize(&from, &size);
     assert_int_equal(queried, size);
     expect_copy(&again, expected, size);
-    free(expected);
-    vk->DestroyQueryPool(fixture->device, pool, NULL);
-    device_buffer_destroy(&device, &bytes);
-    micromap_close(&from);
-    micromap_close(&clone);
-    micromap_close(&again);
-    device_expect_silence(&device);
 }

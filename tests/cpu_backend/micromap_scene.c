@@ -49,8 +49,8 @@ void micromap_rise(const struct micromap *micromap, uint32_t rise)
 static void prepare(struct micromap *micromap, VkMicromapTypeEXT type,
                     const VkMicromapUsageEXT *usages)
 {
-    *micromap = (struct micromap){.storage = device_buffer_create(&device, MICROMAP_SIZE),
-                                  .input = device_buffer_create(&device, MICROMAP_SIZE),
+    *micromap = (struct micromap){.storage = device_buffer_create(MICROMAP_SIZE),
+                                  .input = device_buffer_create(MICROMAP_SIZE),
                                   .type = type,
                                   .usages = usages};
 }
@@ -59,7 +59,8 @@ static void create_ext(struct micromap *micromap)
 {
     const STRUCT(VkMicromapCreateInfoEXT, info, .buffer = micromap->storage.handle,
                  .size = MICROMAP_SIZE, .type = micromap->type);
-    GET(fixture->vk.CreateMicromapEXT(fixture->device, &info, NULL, &micromap->ext));
+    GET(vk.CreateMicromapEXT(device, &info, NULL, &micromap->ext));
+    OWN(DestroyMicromapEXT, micromap->ext);
 }
 
 void micromap_open_displacement(struct micromap *micromap)
@@ -74,20 +75,13 @@ void micromap_open(struct micromap *micromap, bool is_ext)
     const STRUCT(VkAccelerationStructureCreateInfo2KHR, khr,
                  .addressRange = {micromap->storage.address, MICROMAP_SIZE},
                  .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
-    if (is_ext)
+    if (is_ext) {
         create_ext(micromap);
-    else
-        GET(fixture->vk.CreateAccelerationStructure2KHR(fixture->device, &khr, NULL,
-                                                        &micromap->khr));
+    } else {
+        GET(vk.CreateAccelerationStructure2KHR(device, &khr, NULL, &micromap->khr));
+        OWN(DestroyAccelerationStructureKHR, micromap->khr);
+    }
     fill_micromap(micromap->input.bytes);
-}
-
-void micromap_close(struct micromap *micromap)
-{
-    fixture->vk.DestroyMicromapEXT(fixture->device, micromap->ext, NULL);
-    fixture->vk.DestroyAccelerationStructureKHR(fixture->device, micromap->khr, NULL);
-    device_buffer_destroy(&device, &micromap->storage);
-    device_buffer_destroy(&device, &micromap->input);
 }
 
 VkMicromapBuildInfoEXT micromap_info(const struct micromap *micromap, uint64_t base)
@@ -103,7 +97,7 @@ VkResult micromap_build_by_host(const struct micromap *micromap)
 {
     const VkMicromapBuildInfoEXT info =
         micromap_info(micromap, (uint64_t)(uintptr_t)micromap->input.bytes);
-    return fixture->vk.BuildMicromapsEXT(fixture->device, VK_NULL_HANDLE, 1, &info);
+    return vk.BuildMicromapsEXT(device, VK_NULL_HANDLE, 1, &info);
 }
 
 static void record_khr(const struct micromap *micromap, VkCommandBuffer commands)
@@ -122,18 +116,18 @@ static void record_khr(const struct micromap *micromap, VkCommandBuffer commands
                  .dstAccelerationStructure = micromap->khr, .geometryCount = 1,
                  .pGeometries = &geometry, .scratchData.deviceAddress = micromap->storage.address);
     const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
-    fixture->vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &no_range);
+    vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &no_range);
 }
 
 void micromap_build_by_device(const struct micromap *micromap)
 {
     const VkMicromapBuildInfoEXT info = micromap_info(micromap, micromap->input.address);
-    VkCommandBuffer commands = device_begin(&device, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(VK_COMMAND_BUFFER_LEVEL_PRIMARY);
     if (micromap->ext)
-        fixture->vk.CmdBuildMicromapsEXT(commands, 1, &info);
+        vk.CmdBuildMicromapsEXT(commands, 1, &info);
     else
         record_khr(micromap, commands);
-    device_finish(&device, commands);
+    device_finish(commands);
     memset(micromap->input.bytes, 0xff, MICROMAP_SIZE);
 }
 
@@ -149,26 +143,26 @@ VkResult micromap_copy_by_host(const struct micromap *src, const struct micromap
                                VkCopyMicromapModeEXT mode)
 {
     const VkCopyMicromapInfoEXT info = copy_info(src, dst, mode);
-    return fixture->vk.CopyMicromapEXT(fixture->device, VK_NULL_HANDLE, &info);
+    return vk.CopyMicromapEXT(device, VK_NULL_HANDLE, &info);
 }
 
 void micromap_clone_by_device(VkCommandBuffer commands, const struct micromap *src,
                               const struct micromap *dst)
 {
     const VkCopyMicromapInfoEXT info = copy_info(src, dst, VK_COPY_MICROMAP_MODE_CLONE_EXT);
-    fixture->vk.CmdCopyMicromapEXT(commands, &info);
+    vk.CmdCopyMicromapEXT(commands, &info);
 }
 
 VkResult micromap_save_by_host(const struct micromap *src, void *dst)
 {
     const STRUCT(VkCopyMicromapToMemoryInfoEXT, info, .src = src->ext, .dst.hostAddress = dst,
                  .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT);
-    return fixture->vk.CopyMicromapToMemoryEXT(fixture->device, VK_NULL_HANDLE, &info);
+    return vk.CopyMicromapToMemoryEXT(device, VK_NULL_HANDLE, &info);
 }
 
 VkResult micromap_load_by_host(const void *src, const struct micromap *dst)
 {
     const STRUCT(VkCopyMemoryToMicromapInfoEXT, info, .src.hostAddress = src, .dst = dst->ext,
                  .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
-    return fixture->vk.CopyMemoryToMicromapEXT(fixture->device, VK_NULL_HANDLE, &info);
+    return vk.CopyMemoryToMicromapEXT(device, VK_NULL_HANDLE, &info);
 }

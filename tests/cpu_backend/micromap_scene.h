@@ -23,7 +23,6 @@ struct micromap {
 void micromap_open(struct micromap *micromap, bool is_ext);
 void micromap_open_displacement(struct micromap *micromap); /* of -EXT; its input is zeros */
 void micromap_rise(const struct micromap *micromap, uint32_t rise); /* fills in the input */
-void micromap_close(struct micromap *micromap);
 
 /* A build of -EXT's from the input at that address. */
 VkMicromapBuildInfoEXT micromap_info(const struct micromap *micromap, uint64_t base);

@@ -51,8 +51,7 @@ static void fill_instances(struct moving_scene *scene)
     memcpy(instance_at(scene, 2), &srt, sizeof(srt));
 }
 
-void moving_scene_open(struct fixture *fixture, struct moving_scene *scene,
-                       VkBuildAccelerationStructureFlagsKHR flags)
+void moving_scene_open(struct moving_scene *scene, VkBuildAccelerationStructureFlagsKHR flags)
 {
     flags |= VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
     fixture_triangles(&scene->triangles, MOVING_TRIANGLES, flags);
@@ -62,32 +61,21 @@ void moving_scene_open(struct fixture *fixture, struct moving_scene *scene,
     scene->motion = MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
                          .vertexData.hostAddress = scene->then);
     scene->triangles.geometry.geometry.triangles.pNext = &scene->motion;
-    scene->blas = fixture_create_for(fixture, &scene->triangles);
+    scene->blas = fixture_create_for(&scene->triangles);
 
     const VkAccelerationStructureKHR blases[MOVING_INSTANCES] = {0};
     fixture_instances(&scene->instances, blases, MOVING_INSTANCES, flags);
-    free(scene->instances.data);
-    scene->instances.data = aligned_alloc(16, MOVING_INSTANCES * MOTION_INSTANCE_STRIDE);
+    scene->instances.data = own_block(aligned_alloc(16, MOVING_INSTANCES * MOTION_INSTANCE_STRIDE));
     memset(scene->instances.data, 0xff, MOVING_INSTANCES * MOTION_INSTANCE_STRIDE);
     scene->instances.geometry.geometry.instances.data.hostAddress = scene->instances.data;
     fill_instances(scene);
-    scene->tlas = fixture_create_for(fixture, &scene->instances);
+    scene->tlas = fixture_create_for(&scene->instances);
 }
 
-void moving_scene_close(struct fixture *fixture, struct moving_scene *scene)
+void moving_scene_build(struct moving_scene *scene)
 {
-    fixture_destroy(fixture, &scene->tlas);
-    fixture_destroy(fixture, &scene->blas);
-    fixture_free(&scene->instances);
-    fixture_free(&scene->triangles);
-}
-
-void moving_scene_build(struct fixture *fixture, struct moving_scene *scene)
-{
-    GET(fixture_build(fixture, VK_NULL_HANDLE, &scene->triangles, scene->blas.handle,
-                      VK_NULL_HANDLE));
-    GET(fixture_build(fixture, VK_NULL_HANDLE, &scene->instances, scene->tlas.handle,
-                      VK_NULL_HANDLE));
+    GET(host_build(&scene->triangles, scene->blas.handle, VK_NULL_HANDLE));
+    GET(host_build(&scene->instances, scene->tlas.handle, VK_NULL_HANDLE));
 }
 
 static const float times[] = {0, 0.5f, 1};
@@ -95,29 +83,29 @@ static const float times[] = {0, 0.5f, 1};
 enum { TIMES = sizeof(times) / sizeof(times[0]) };
 
 /* The nearest triangle's plane goes from x = 0 to `way`; the ray begins at x = -1. */
-static void expect_on_the_way(struct fixture *fixture, VkAccelerationStructureKHR structure,
-                              float y, float way, uint32_t instance, uint32_t custom_index)
+static void expect_on_the_way(VkAccelerationStructureKHR structure, float y, float way,
+                              uint32_t number, uint32_t custom_index)
 {
     for (int i = 0; i < TIMES; i++) {
-        const AssayHit hit = fixture_trace_at(fixture, structure, y + 0.25f, 0.25f, times[i]);
+        const AssayHit hit = fixture_trace_at(structure, y + 0.25f, 0.25f, times[i]);
         assert_true(hit.isHit);
         assert_float_equal(hit.t, 1 + way * times[i], 1e-5);
         assert_float_equal(hit.u, 0.25, 1e-6);
         assert_int_equal(hit.primitive, 0);
-        assert_int_equal(hit.instance, instance);
+        assert_int_equal(hit.instance, number);
         assert_int_equal(hit.customIndex, custom_index);
-        assert_false(fixture_trace_at(fixture, structure, y + 1.5f, 0.25f, times[i]).isHit);
+        assert_false(fixture_trace_at(structure, y + 1.5f, 0.25f, times[i]).isHit);
     }
 }
 
-void expect_moving_blas(struct fixture *fixture, VkAccelerationStructureKHR blas, float way)
+void expect_moving_blas(VkAccelerationStructureKHR blas, float way)
 {
-    expect_on_the_way(fixture, blas, 0, way, 0, 0);
+    expect_on_the_way(blas, 0, way, 0, 0);
 }
 
-void expect_moving_tlas(struct fixture *fixture, VkAccelerationStructureKHR tlas)
+void expect_moving_tlas(VkAccelerationStructureKHR tlas)
 {
-    expect_on_the_way(fixture, tlas, 0, 4, 0, 100);
-    expect_on_the_way(fixture, tlas, 2, 4 + 8, 1, 101);
-    expect_on_the_way(fixture, tlas, 4, 4 + 16, 2, 102);
+    expect_on_the_way(tlas, 0, 4, 0, 100);
+    expect_on_the_way(tlas, 2, 4 + 8, 1, 101);
+    expect_on_the_way(tlas, 4, 4 + 16, 2, 102);
 }

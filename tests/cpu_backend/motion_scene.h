@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A scene that moves (VK_NV_ray_tracing_motion_blur), on a stage. */
+/* A scene that moves (VK_NV_ray_tracing_motion_blur). */
 #ifndef CPU_BACKEND_MOTION_SCENE_H
 #define CPU_BACKEND_MOTION_SCENE_H
 
@@ -25,15 +25,13 @@ struct moving_scene {
 };
 
 /* Nothing is built yet. */
-void moving_scene_open(struct fixture *fixture, struct moving_scene *scene,
-                       VkBuildAccelerationStructureFlagsKHR flags);
-void moving_scene_close(struct fixture *fixture, struct moving_scene *scene);
+void moving_scene_open(struct moving_scene *scene, VkBuildAccelerationStructureFlagsKHR flags);
 
 /* By the host. */
-void moving_scene_build(struct fixture *fixture, struct moving_scene *scene);
+void moving_scene_build(struct moving_scene *scene);
 
 /* At times 0, 0.5 and 1 triangles are where they should be, and have left where they were. */
-void expect_moving_blas(struct fixture *fixture, VkAccelerationStructureKHR blas, float way);
-void expect_moving_tlas(struct fixture *fixture, VkAccelerationStructureKHR tlas);
+void expect_moving_blas(VkAccelerationStructureKHR blas, float way);
+void expect_moving_tlas(VkAccelerationStructureKHR tlas);
 
 #endif

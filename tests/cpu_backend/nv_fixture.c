@@ -9,7 +9,7 @@ VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
                  .accelerationStructure = handle);
     STRUCT(VkMemoryDedicatedRequirements, dedicated, .requiresDedicatedAllocation = VK_TRUE);
     STRUCT(VkMemoryRequirements2, requirements, .pNext = &dedicated);
-    fixture->vk.GetAccelerationStructureMemoryRequirementsNV(fixture->device, &info, &requirements);
+    vk.GetAccelerationStructureMemoryRequirementsNV(device, &info, &requirements);
     assert_false(dedicated.requiresDedicatedAllocation);
     return requirements.memoryRequirements;
 }
@@ -28,16 +28,15 @@ static VkDeviceSize scratch_size(VkAccelerationStructureNV handle)
 
 static void bind_memory(struct nv_structure *structure)
 {
-    const VkuDeviceDispatchTable *vk = &fixture->vk;
     const VkMemoryRequirements requirements = nv_requirements(
         structure->handle, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
-    assert_true(requirements.memoryTypeBits >> fixture->host_memory_type & 1);
+    assert_true(requirements.memoryTypeBits >> host_memory_type & 1);
     structure->size = requirements.size;
-    structure->memory =
-        memory_create(vk, fixture->device, fixture->host_memory_type, requirements.size);
+    structure->memory = memory_create(&vk, device, host_memory_type, requirements.size);
+    OWN(FreeMemory, structure->memory);
     const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind,
                  .accelerationStructure = structure->handle, .memory = structure->memory);
-    GET(vk->BindAccelerationStructureMemoryNV(fixture->device, 1, &bind));
+    GET(vk.BindAccelerationStructureMemoryNV(device, 1, &bind));
 }
 
 struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted)
@@ -45,27 +44,18 @@ struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDevic
     struct nv_structure structure = {0};
     const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .compactedSize = compacted,
                  .info = *info);
-    GET(fixture->vk.CreateAccelerationStructureNV(fixture->device, &create_info, NULL,
-                                                  &structure.handle));
+    GET(vk.CreateAccelerationStructureNV(device, &create_info, NULL, &structure.handle));
+    OWN(DestroyAccelerationStructureNV, structure.handle);
     bind_memory(&structure);
     if (!compacted)
-        structure.scratch = device_buffer_create(&device, scratch_size(structure.handle));
+        structure.scratch = device_buffer_create(scratch_size(structure.handle));
     return structure;
-}
-
-void nv_destroy(struct nv_structure *structure)
-{
-    const VkuDeviceDispatchTable *vk = &fixture->vk;
-    vk->DestroyAccelerationStructureNV(fixture->device, structure->handle, NULL);
-    vk->FreeMemory(fixture->device, structure->memory, NULL);
-    device_buffer_destroy(&device, &structure->scratch);
 }
 
 uint64_t nv_reference(VkAccelerationStructureNV structure)
 {
     uint64_t reference = 0;
-    GET(fixture->vk.GetAccelerationStructureHandleNV(fixture->device, structure, sizeof(reference),
-                                                     &reference));
+    GET(vk.GetAccelerationStructureHandleNV(device, structure, sizeof(reference), &reference));
     return reference;
 }
 
@@ -73,8 +63,7 @@ void nv_build(VkCommandBuffer commands, const VkAccelerationStructureInfoNV *inf
               VkBuffer instances, VkDeviceSize offset, struct nv_structure *dst,
               VkAccelerationStructureNV src)
 {
-    fixture->vk.CmdBuildAccelerationStructureNV(commands, info, instances, offset,
-                                                src != VK_NULL_HANDLE, dst->handle, src,
-                                                dst->scratch.handle, 0);
-    device_barrier(&device, commands);
+    vk.CmdBuildAccelerationStructureNV(commands, info, instances, offset, src != VK_NULL_HANDLE,
+                                       dst->handle, src, dst->scratch.handle, 0);
+    device_barrier(commands);
 }

@@ -3,7 +3,7 @@
 #ifndef ASSAY_TESTS_CPU_BACKEND_NV_FIXTURE_H
 #define ASSAY_TESTS_CPU_BACKEND_NV_FIXTURE_H
 
-#include "device_program.h"
+#include "device_fixture.h"
 
 /* Bound to memory of its own. */
 struct nv_structure {
@@ -15,7 +15,6 @@ struct nv_structure {
 
 /* For builds of `info`, or, where `compacted` isn't 0, for a compacting copy. */
 struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted);
-void nv_destroy(struct nv_structure *structure);
 
 VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
                                      VkAccelerationStructureMemoryRequirementsTypeNV type);

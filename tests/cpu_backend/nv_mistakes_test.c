@@ -40,26 +40,19 @@ static void describe(void)
 static void open_scene(void)
 {
     static const float vertices[9] = {0, 0, 0, 0, 1, 0, 0, 0, 1};
-    scene.data = device_buffer_create(&device, DATA_SIZE);
+    scene.data = device_buffer_create(DATA_SIZE);
     memcpy(scene.data.bytes + VERTICES_AT, vertices, sizeof(vertices));
     describe();
     scene.blas = nv_create(&scene.info, 0);
 }
 
-static void close_scene(void)
-{
-    nv_destroy(&scene.blas);
-    device_buffer_destroy(&device, &scene.data);
-    messages_clear(&fixture->instance_fixture.messages);
-}
-
-#define SCENE_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
+#define SCENE_TEST(name) TEST_BETWEEN(name, open_scene, close_noisy_test)
 
 static void build(const VkAccelerationStructureInfoNV *info, VkAccelerationStructureNV src)
 {
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    VkCommandBuffer commands = device_begin(PRIMARY);
     nv_build(commands, info, VK_NULL_HANDLE, 0, &scene.blas, src);
-    device_finish(&device, commands);
+    device_finish(commands);
 }
 
 static bool is_built(void)
@@ -68,7 +61,7 @@ static bool is_built(void)
     AssayHit hit;
     const AssayTraceInfo info =
         trace_info((uint64_t)scene.blas.handle, ASSAY_ACCURACY_FAST, 1, &ray, &hit);
-    const VkResult result = fixture->trace_rays(fixture->device, &info);
+    const VkResult result = trace_rays(device, &info);
     if (result == VK_SUCCESS)
         return hit.isHit;
     expect_mistake(result);
@@ -95,7 +88,8 @@ static VkBuffer create_unbound(void)
     const STRUCT(VkBufferCreateInfo, info, .size = DATA_SIZE,
                  .usage = VK_BUFFER_USAGE_RAY_TRACING_BIT_NV);
     VkBuffer buffer;
-    GET(fixture->vk.CreateBuffer(fixture->device, &info, NULL, &buffer));
+    GET(vk.CreateBuffer(device, &info, NULL, &buffer));
+    OWN(DestroyBuffer, buffer);
     return buffer;
 }
 
@@ -116,7 +110,6 @@ SCENE_TEST(test_data_that_is_not_there)
     triangles->indexData = scene.data.handle;
     triangles->indexOffset = VERTICES_AT; /* floats are wild indices */
     EXPECT_UNBUILT(triangles->indexCount = 3);
-    fixture->vk.DestroyBuffer(fixture->device, unbound, NULL);
 }
 
 SCENE_TEST(test_geometries_that_are_none)
@@ -143,11 +136,10 @@ SCENE_TEST(test_unreadable_parameters)
 
     const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .info = scene.info);
     VkAccelerationStructureNV created = WILD;
-    expect_mistake(
-        fixture->vk.CreateAccelerationStructureNV(fixture->device, &create_info, NULL, &created));
+    expect_mistake(vk.CreateAccelerationStructureNV(device, &create_info, NULL, &created));
     assert_true(created == VK_NULL_HANDLE);
-    expect_mistake(fixture->vk.GetAccelerationStructureHandleNV(fixture->device, scene.blas.handle,
-                                                                sizeof(uint64_t), hole));
+    expect_mistake(
+        vk.GetAccelerationStructureHandleNV(device, scene.blas.handle, sizeof(uint64_t), hole));
     munmap(hole, page);
 }
 
@@ -157,26 +149,24 @@ SCENE_TEST(test_wild_handles)
     const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV;
     const VkQueryPool no_pool = (VkQueryPool)WILD;
     uint64_t reference = 7;
-    expect_mistake(
-        fixture->vk.GetAccelerationStructureHandleNV(fixture->device, wild, 8, &reference));
-    expect_mistake(fixture->vk.GetAccelerationStructureHandleNV(fixture->device, scene.blas.handle,
-                                                                4, &reference));
+    expect_mistake(vk.GetAccelerationStructureHandleNV(device, wild, 8, &reference));
+    expect_mistake(vk.GetAccelerationStructureHandleNV(device, scene.blas.handle, 4, &reference));
     assert_int_equal(reference, 7);
     assert_int_equal(
         nv_requirements(wild, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV).size,
         0);
     build(&scene.info, VK_NULL_HANDLE);
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    fixture->vk.CmdCopyAccelerationStructureNV(commands, wild, scene.blas.handle,
-                                               VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-    fixture->vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &wild, type, no_pool, 0);
-    fixture->vk.CmdBuildAccelerationStructureNV(commands, &scene.info, VK_NULL_HANDLE, 0, VK_FALSE,
-                                                wild, VK_NULL_HANDLE, VK_NULL_HANDLE, 0);
-    device_finish(&device, commands);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    vk.CmdCopyAccelerationStructureNV(commands, wild, scene.blas.handle,
+                                      VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &wild, type, no_pool, 0);
+    vk.CmdBuildAccelerationStructureNV(commands, &scene.info, VK_NULL_HANDLE, 0, VK_FALSE, wild,
+                                       VK_NULL_HANDLE, VK_NULL_HANDLE, 0);
+    device_finish(commands);
     assert_true(is_built());
     build(&scene.info, wild);
     assert_false(is_built());
-    fixture->vk.DestroyAccelerationStructureNV(fixture->device, VK_NULL_HANDLE, NULL);
+    vk.DestroyAccelerationStructureNV(device, VK_NULL_HANDLE, NULL);
 }
 
 SCENE_TEST(test_names_and_private_data)
@@ -184,46 +174,43 @@ SCENE_TEST(test_names_and_private_data)
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
     const STRUCT(VkDebugUtilsObjectNameInfoEXT, name, .objectType = type,
                  .objectHandle = (uint64_t)scene.blas.handle, .pObjectName = "bunny");
-    GET(fixture->vk.SetDebugUtilsObjectNameEXT(fixture->device, &name));
+    GET(vk.SetDebugUtilsObjectNameEXT(device, &name));
     const STRUCT(VkPrivateDataSlotCreateInfo, info);
     VkPrivateDataSlot slot;
     uint64_t value = 0;
-    GET(fixture->vk.CreatePrivateDataSlot(fixture->device, &info, NULL, &slot));
-    GET(fixture->vk.SetPrivateData(fixture->device, type, (uint64_t)scene.blas.handle, slot, 5));
-    fixture->vk.GetPrivateData(fixture->device, type, (uint64_t)scene.blas.handle, slot, &value);
+    GET(vk.CreatePrivateDataSlot(device, &info, NULL, &slot));
+    GET(vk.SetPrivateData(device, type, (uint64_t)scene.blas.handle, slot, 5));
+    vk.GetPrivateData(device, type, (uint64_t)scene.blas.handle, slot, &value);
     assert_int_equal(value, 5);
-    fixture->vk.DestroyPrivateDataSlot(fixture->device, slot, NULL);
-    device_expect_silence(&device);
+    OWN(DestroyPrivateDataSlot, slot);
+    expect_silence();
 }
 
 /* One message each, which names the setting. */
 static void expect_refusal(const char *command)
 {
-    assert_int_equal(messages_count(&fixture->instance_fixture.messages, "ASSAY-error", command),
-                     1);
-    assert_int_equal(messages_count(&fixture->instance_fixture.messages, "ASSAY-error",
-                                    "assay_validation.backend"),
-                     1);
-    messages_clear(&fixture->instance_fixture.messages);
+    assert_int_equal(messages_count(messages, "ASSAY-error", command), 1);
+    assert_int_equal(messages_count(messages, "ASSAY-error", "assay_validation.backend"), 1);
+    forget_messages();
 }
 
 SCENE_TEST(test_shader_side)
 {
     const STRUCT(VkRayTracingPipelineCreateInfoNV, info);
     VkPipeline pipeline = (VkPipeline)WILD;
-    expect_mistake(fixture->vk.CreateRayTracingPipelinesNV(fixture->device, VK_NULL_HANDLE, 1,
-                                                           &info, NULL, &pipeline));
+    expect_mistake(
+        vk.CreateRayTracingPipelinesNV(device, VK_NULL_HANDLE, 1, &info, NULL, &pipeline));
     assert_true(pipeline == VK_NULL_HANDLE);
     expect_refusal("vkCreateRayTracingPipelinesNV");
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    fixture->vk.CmdTraceRaysNV(commands, scene.data.handle, 0, VK_NULL_HANDLE, 0, 0, VK_NULL_HANDLE,
-                               0, 0, VK_NULL_HANDLE, 0, 0, 1, 1, 1);
-    device_finish(&device, commands);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    vk.CmdTraceRaysNV(commands, scene.data.handle, 0, VK_NULL_HANDLE, 0, 0, VK_NULL_HANDLE, 0, 0,
+                      VK_NULL_HANDLE, 0, 0, 1, 1, 1);
+    device_finish(commands);
     expect_refusal("vkCmdTraceRaysNV");
     const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV, 1};
     const STRUCT(VkDescriptorPoolCreateInfo, pool, .maxSets = 1, .poolSizeCount = 1,
                  .pPoolSizes = &size);
     VkDescriptorPool created;
-    expect_mistake(fixture->vk.CreateDescriptorPool(fixture->device, &pool, NULL, &created));
+    expect_mistake(vk.CreateDescriptorPool(device, &pool, NULL, &created));
     expect_refusal("vkCreateDescriptorPool");
 }

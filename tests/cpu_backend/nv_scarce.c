@@ -4,51 +4,42 @@
  * triangles are points at the origin. */
 #include "scarce_commands.h"
 
-static PFN_vkTraceRaysASSAY trace_rays;
-static struct scarce_commands own;
-
-void create_objects(struct application *app)
+void create_objects(void)
 {
-    create_nv(app);
-    scarce_commands_create(app, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV, &own);
-    trace_rays = scarce_find_tracing(app);
+    create_nv();
+    scarce_create_commands(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV);
+    scarce_find_tracing();
 }
 
-void destroy_objects(struct application *app)
+static VkResult record(void)
 {
-    scarce_commands_destroy(app, &own);
-    destroy_nv(app);
-}
-
-static VkResult record(struct application *app)
-{
-    const VkResult result = begin_commands(app, own.primary);
+    const VkResult result = begin_commands(primary);
     if (result != VK_SUCCESS)
         return result;
-    app->vk.CmdResetQueryPool(own.primary, own.queries, 0, QUERIES);
-    record_nv(app, own.primary);
-    app->vk.CmdWriteAccelerationStructuresPropertiesNV(
-        own.primary, QUERIES, app->nv, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV,
-        own.queries, 0);
-    return app->vk.EndCommandBuffer(own.primary);
+    vk.CmdResetQueryPool(primary, queries, 0, QUERIES);
+    record_nv(primary);
+    vk.CmdWriteAccelerationStructuresPropertiesNV(
+        primary, QUERIES, app.nv, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV, queries,
+        0);
+    return vk.EndCommandBuffer(primary);
 }
 
-static void look(struct application *app)
+static void look(void)
 {
     for (unsigned i = 0; i < NV_STRUCTURES; i++)
-        scarce_trace(app, trace_rays, (uint64_t)app->nv[i]);
-    scarce_get_results(app, &own);
+        scarce_trace((uint64_t)app.nv[i]);
+    scarce_get_results();
 }
 
-void record_all(struct application *app)
+void record_all(void)
 {
-    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1, .pCommandBuffers = &own.primary);
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1, .pCommandBuffers = &primary);
     if (!trace_rays)
         return;
-    GET(app, "a command buffer", record(app));
+    GET("a command buffer", record());
     for (int i = 0; i < 2; i++) {
-        CALL(app, QueueSubmit, app->queue, 1, &info, VK_NULL_HANDLE);
-        CALL(app, QueueWaitIdle, app->queue);
-        look(app);
+        CALL(QueueSubmit, queue, 1, &info, VK_NULL_HANDLE);
+        CALL(QueueWaitIdle, queue);
+        look();
     }
 }

@@ -43,7 +43,7 @@ static void put_triangles(size_t at, float y)
 
 static void open_data(void)
 {
-    data = device_buffer_create(&device, DATA_SIZE);
+    data = device_buffer_create(DATA_SIZE);
     const VkTransformMatrixKHR up = {{{1, 0, 0, 0}, {0, 1, 0, 10}, {0, 0, 1, 0}}};
     put_triangles(PLAIN_AT, 0);
     put_triangles(SHARED_AT, 0);
@@ -58,13 +58,7 @@ static void open_data(void)
     }
 }
 
-static void close_data(void)
-{
-    device_expect_silence(&device);
-    device_buffer_destroy(&device, &data);
-}
-
-#define DATA_TEST(name) TEST_BETWEEN(name, open_data, close_data)
+#define DATA_TEST(name) TEST_BETWEEN(name, open_data, close_silent_test)
 
 /* ---- a build, said in both ways */
 
@@ -148,12 +142,12 @@ static void describe_instances(struct twins *twins, uint64_t reference)
     open_twins(twins, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, 0, UPDATABLE);
     twins->nv.instanceCount = INSTANCES;
     for (int i = 0; i < INSTANCES; i++) {
-        const VkAccelerationStructureInstanceKHR instance = {
+        const VkAccelerationStructureInstanceKHR element = {
             .transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 20.0f * i}, {0, 0, 1, 0}},
             .mask = 0xff,
             .accelerationStructureReference = reference,
         };
-        memcpy(data_at(INSTANCES_AT + (size_t)i * sizeof(instance)), &instance, sizeof(instance));
+        memcpy(data_at(INSTANCES_AT + (size_t)i * sizeof(element)), &element, sizeof(element));
     }
     twins->geometries[0].geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
     twins->geometries[0].flags = 0;
@@ -173,9 +167,9 @@ static void record(const struct twins *twins, VkCommandBuffer commands, struct n
 static void build(const struct twins *twins, struct nv_structure *dst,
                   VkAccelerationStructureNV src)
 {
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    VkCommandBuffer commands = device_begin(PRIMARY);
     record(twins, commands, dst, src);
-    device_finish(&device, commands);
+    device_finish(commands);
 }
 
 /* The backend has one kind of structures, so the host can be asked for the bytes of these. */
@@ -189,24 +183,20 @@ static void expect_host_build(struct twins *twins, const struct nv_structure *bu
     uint32_t counts[2] = {twins->ranges[0].primitiveCount, twins->ranges[1].primitiveCount};
     const VkAccelerationStructureBuildRangeInfoKHR *ranges = twins->ranges;
     STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
-    fixture->vk.GetAccelerationStructureBuildSizesKHR(fixture->device,
-                                                      VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR,
-                                                      &twins->khr, counts, &sizes);
+    vk.GetAccelerationStructureBuildSizesKHR(device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR,
+                                             &twins->khr, counts, &sizes);
     assert_int_equal(built->size, sizes.accelerationStructureSize);
     struct fixture_structure twin =
-        fixture_create(fixture, twins->khr.type, sizes.accelerationStructureSize);
+        fixture_create(twins->khr.type, sizes.accelerationStructureSize);
     twins->khr.dstAccelerationStructure = twin.handle;
-    twins->khr.scratchData.hostAddress = malloc(sizes.buildScratchSize);
-    GET(fixture->vk.BuildAccelerationStructuresKHR(fixture->device, VK_NULL_HANDLE, 1, &twins->khr,
-                                                   &ranges));
-    device_expect_same_bytes(&device, as_khr(built), twin.handle);
-    free(twins->khr.scratchData.hostAddress);
-    fixture_destroy(fixture, &twin);
+    twins->khr.scratchData.hostAddress = own_block(malloc(sizes.buildScratchSize));
+    GET(vk.BuildAccelerationStructuresKHR(device, VK_NULL_HANDLE, 1, &twins->khr, &ranges));
+    expect_same_bytes(as_khr(built), twin.handle);
 }
 
 static bool is_hit(const struct nv_structure *structure, float y)
 {
-    return fixture_trace(fixture, as_khr(structure), y + 0.25f, 0.25f).isHit;
+    return fixture_trace(as_khr(structure), y + 0.25f, 0.25f).isHit;
 }
 
 /* ---- tests */
@@ -221,21 +211,18 @@ DATA_TEST(test_same_as_host_builds)
     describe_instances(&instances, nv_reference(blas.handle));
     struct nv_structure tlas = nv_create(&instances.nv, 0);
 
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
+    VkCommandBuffer commands = device_begin(PRIMARY);
     record(&triangles, commands, &blas, VK_NULL_HANDLE);
     record(&boxes, commands, &of_boxes, VK_NULL_HANDLE);
     record(&instances, commands, &tlas, VK_NULL_HANDLE);
-    device_finish(&device, commands);
+    device_finish(commands);
     assert_true(is_hit(&blas, 0) && is_hit(&blas, 10) && !is_hit(&blas, 5));
     assert_true(is_hit(&tlas, 0) && is_hit(&tlas, 30) && !is_hit(&tlas, 40));
-    assert_int_equal(fixture_trace(fixture, as_khr(&tlas), 30.25f, 0.25f).geometry, 1);
-    assert_true(fixture_trace(fixture, as_khr(&of_boxes), 0.25f, 0.25f).isAabb);
+    assert_int_equal(fixture_trace(as_khr(&tlas), 30.25f, 0.25f).geometry, 1);
+    assert_true(fixture_trace(as_khr(&of_boxes), 0.25f, 0.25f).isAabb);
     expect_host_build(&triangles, &blas);
     expect_host_build(&boxes, &of_boxes);
     expect_host_build(&instances, &tlas);
-    nv_destroy(&tlas);
-    nv_destroy(&of_boxes);
-    nv_destroy(&blas);
 }
 
 /* What a build copies is what it reads, once. */
@@ -246,15 +233,14 @@ DATA_TEST(test_snapshots)
     twins.nv_geometries[0].geometry.triangles.vertexOffset = SHARED_AT;
     twins.geometries[0].geometry.triangles.vertexData.hostAddress = data_at(SHARED_AT);
     struct nv_structure blas = nv_create(&twins.nv, 0);
-    const AssayCounters before = fixture_counters(fixture);
+    const AssayCounters before = fixture_counters();
     build(&twins, &blas, VK_NULL_HANDLE);
-    const AssayCounters after = fixture_counters(fixture);
+    const AssayCounters after = fixture_counters();
     const uint64_t vertices = 3 * TRIANGLES * VERTEX_STRIDE, indices = 3 * TRIANGLES * 2;
     const uint64_t copied = after.bytesSnapshot - before.bytesSnapshot;
     assert_true(copied >= vertices + indices && copied < vertices + indices + 128);
     assert_int_equal(after.builds, before.builds);
     expect_host_build(&twins, &blas);
-    nv_destroy(&blas);
 }
 
 DATA_TEST(test_updates)
@@ -265,7 +251,7 @@ DATA_TEST(test_updates)
     struct nv_structure second = nv_create(&twins.nv, 0);
     describe_instances(&instances, nv_reference(second.handle));
     struct nv_structure tlas = nv_create(&instances.nv, 0);
-    const AssayCounters before = fixture_counters(fixture);
+    const AssayCounters before = fixture_counters();
     build(&twins, &first, VK_NULL_HANDLE);
     put_triangles(PLAIN_AT, 3);
     build(&twins, &second, first.handle);
@@ -276,31 +262,28 @@ DATA_TEST(test_updates)
     assert_true(is_hit(&second, 3) && !is_hit(&second, 0) && !is_hit(&second, 6));
     assert_true(is_hit(&first, 6) && !is_hit(&first, 0) && !is_hit(&first, 3));
     assert_true(is_hit(&tlas, 23) && !is_hit(&tlas, 20));
-    const AssayCounters after = fixture_counters(fixture);
+    const AssayCounters after = fixture_counters();
     assert_int_equal(after.updates - before.updates, 2);
 
-    nv_destroy(&second); /* instances of what is gone aren't hit */
+    destroy((uint64_t)second.handle); /* instances of what is gone aren't hit */
     assert_false(is_hit(&tlas, 23));
-    nv_destroy(&first);
-    nv_destroy(&tlas);
 }
 
 static VkDeviceSize compacted_size(const struct nv_structure *structure)
 {
     const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV;
-    VkQueryPool pool = query_pool_create(&fixture->vk, fixture->device, type, 2);
+    VkQueryPool pool = query_pool_create(&vk, device, type, 2);
     VkDeviceSize size = 0;
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    fixture->vk.CmdResetQueryPool(commands, pool, 0, 2);
-    fixture->vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &structure->handle, type,
-                                                           pool, 1);
-    device_finish(&device, commands);
-    GET(fixture->vk.GetQueryPoolResults(fixture->device, pool, 1, 1, sizeof(size), &size,
-                                        sizeof(size), VK_QUERY_RESULT_64_BIT));
-    assert_int_equal(fixture->vk.GetQueryPoolResults(fixture->device, pool, 0, 1, sizeof(size),
-                                                     &size, sizeof(size), VK_QUERY_RESULT_64_BIT),
+    OWN(DestroyQueryPool, pool);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    vk.CmdResetQueryPool(commands, pool, 0, 2);
+    vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &structure->handle, type, pool, 1);
+    device_finish(commands);
+    GET(vk.GetQueryPoolResults(device, pool, 1, 1, sizeof(size), &size, sizeof(size),
+                               VK_QUERY_RESULT_64_BIT));
+    assert_int_equal(vk.GetQueryPoolResults(device, pool, 0, 1, sizeof(size), &size, sizeof(size),
+                                            VK_QUERY_RESULT_64_BIT),
                      VK_NOT_READY);
-    fixture->vk.DestroyQueryPool(fixture->device, pool, NULL);
     return size;
 }
 
@@ -317,16 +300,14 @@ DATA_TEST(test_copies)
                  .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV, .flags = COMPACTABLE);
     struct nv_structure compact = nv_create(&nothing, size);
     assert_int_equal(compact.size, size);
-    VkCommandBuffer commands = device_begin(&device, PRIMARY);
-    fixture->vk.CmdCopyAccelerationStructureNV(commands, clone.handle, blas.handle,
-                                               VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-    fixture->vk.CmdCopyAccelerationStructureNV(commands, compact.handle, blas.handle,
-                                               VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
-    device_finish(&device, commands);
-    device_expect_same_bytes(&device, as_khr(&blas), as_khr(&clone));
-    nv_destroy(&blas);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    vk.CmdCopyAccelerationStructureNV(commands, clone.handle, blas.handle,
+                                      VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    vk.CmdCopyAccelerationStructureNV(commands, compact.handle, blas.handle,
+                                      VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    device_finish(commands);
+    expect_same_bytes(as_khr(&blas), as_khr(&clone));
+    destroy((uint64_t)blas.handle);
     assert_true(is_hit(&clone, 0) && is_hit(&clone, 10) && !is_hit(&clone, 5));
     assert_true(is_hit(&compact, 0) && is_hit(&compact, 10) && !is_hit(&compact, 5));
-    nv_destroy(&clone);
-    nv_destroy(&compact);
 }

@@ -7,6 +7,7 @@
 #include "src/cpu/host.h"
 #include "src/cpu/trees/bytes.h"
 #include "tests/builder/allocations.h"
+#include "tests/fixture/make.h"
 
 static VkResult wait_for(struct ticket *ticket, uint64_t nanoseconds)
 {
@@ -36,25 +37,20 @@ static void build(struct world *world, uint64_t structure)
     static float corners[9 * TRIANGLES];
     for (int i = 0; i < 9 * TRIANGLES; i++)
         corners[i] = (float)(i * i % 31);
-    const VkAccelerationStructureGeometryKHR geometry = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-        .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles =
-            {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-             .vertexData.hostAddress = corners,
-             .vertexStride = 12,
-             .maxVertex = 3 * TRIANGLES - 1,
-             .indexType = VK_INDEX_TYPE_NONE_KHR},
-    };
-    const VkAccelerationStructureBuildGeometryInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-        .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
-        .dstAccelerationStructure = (VkAccelerationStructureKHR)(uintptr_t)structure,
-        .geometryCount = 1,
-        .pGeometries = &geometry,
-    };
+    const STRUCT(VkAccelerationStructureGeometryKHR, geometry,
+                 .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
+                 .geometry.triangles = {
+                     .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
+                     .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                     .vertexData.hostAddress = corners,
+                     .vertexStride = 12,
+                     .maxVertex = 3 * TRIANGLES - 1,
+                     .indexType = VK_INDEX_TYPE_NONE_KHR});
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
+                 .dstAccelerationStructure = (VkAccelerationStructureKHR)(uintptr_t)structure,
+                 .geometryCount = 1, .pGeometries = &geometry);
     const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = TRIANGLES};
     GET(cpu_host_build(world->device, 0, 1, &info,
                        (const VkAccelerationStructureBuildRangeInfoKHR *const[]){&range}));
@@ -64,9 +60,8 @@ struct world *open_world(void)
 {
     static struct world world;
     static const uint8_t uuid[VK_UUID_SIZE] = {7};
-    const VkBufferCreateInfo buffer = {.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
-                                       .size = BUFFER_SIZE,
-                                       .usage = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT};
+    const STRUCT(VkBufferCreateInfo, buffer, .size = BUFFER_SIZE,
+                 .usage = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     memset(&world, 0, sizeof(world));
     world.allocations = allocations_now();
     world.submission = (struct submission){{.wait = wait_for, .free = free_nothing}, VK_TIMEOUT, 0};

@@ -4,7 +4,7 @@
 #ifndef CPU_BACKEND_RESULT_SCENE_H
 #define CPU_BACKEND_RESULT_SCENE_H
 
-#include "device_program.h"
+#include "device_fixture.h"
 
 static const VkQueryType COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
 
@@ -18,13 +18,9 @@ extern struct result_scene {
 } scene;
 
 void result_scene_open(VkQueryType type);
-void result_scene_close(void); /* no message until now */
 
 void result_scene_record_build(VkCommandBuffer commands);
 /* Queries 0 and 1 of the BLAS; 2 stays unwritten. */
 void result_scene_record_queries(VkCommandBuffer commands, VkQueryType type);
-
-/* What the host's command says of a property. */
-VkDeviceSize result_scene_property(VkAccelerationStructureKHR structure, VkQueryType type);
 
 #endif

@@ -7,21 +7,16 @@
 #include "tests/fixture/make.h"
 #include "tests/fixture/trace.h"
 
-struct scarce_commands {
-    VkCommandPool pool;
-    VkCommandBuffer primary, secondary;
-    VkQueryPool queries; /* QUERIES of them */
-};
-void scarce_commands_create(struct application *app, VkQueryType type,
-                            struct scarce_commands *commands);
-void scarce_commands_destroy(struct application *app, const struct scarce_commands *commands);
+extern VkCommandBuffer primary, secondary;
+extern VkQueryPool queries;             /* QUERIES of them */
+extern PFN_vkTraceRaysASSAY trace_rays; /* NULL where the backend is the driver's */
 
-/* NULL where the backend is the driver's. */
-PFN_vkTraceRaysASSAY scarce_find_tracing(struct application *app);
+void scarce_create_commands(VkQueryType type);
+void scarce_find_tracing(void);
 
 /* Traces a ray, and asks for the results of the queries. A structure that was lost when it was
  * submitted can't be traced; others can. */
-void scarce_trace(struct application *app, PFN_vkTraceRaysASSAY trace_rays, uint64_t structure);
-void scarce_get_results(struct application *app, const struct scarce_commands *commands);
+void scarce_trace(uint64_t structure);
+void scarce_get_results(void);
 
 #endif

@@ -40,10 +40,9 @@ void machine_allocate(struct machine *machine, uint32_t command_buffer)
         machine->scene, machine->pools[command_buffer],
         is_secondary(command_buffer) ? VK_COMMAND_BUFFER_LEVEL_SECONDARY
                                      : VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    const VkDebugUtilsObjectNameInfoEXT name =
-        MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
-             .objectHandle = (uint64_t)(uintptr_t)machine->command_buffers[command_buffer],
-             .pObjectName = machine_name(command_buffer));
+    const STRUCT(VkDebugUtilsObjectNameInfoEXT, name, .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
+                 .objectHandle = (uint64_t)(uintptr_t)machine->command_buffers[command_buffer],
+                 .pObjectName = machine_name(command_buffer));
     MACHINE_CALL(machine, SetDebugUtilsObjectNameEXT, machine->device, &name);
 }
 
@@ -61,11 +60,10 @@ MACHINE_DESTROYS(Semaphore)
 
 static VkSemaphore create_semaphore(struct machine *machine, VkSemaphoreType type, bool is_shared)
 {
-    const VkExportSemaphoreCreateInfo export_info =
-        MAKE(VkExportSemaphoreCreateInfo,
-             .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
-    const VkSemaphoreTypeCreateInfo type_info = MAKE(
-        VkSemaphoreTypeCreateInfo, .pNext = is_shared ? &export_info : NULL, .semaphoreType = type);
+    const STRUCT(VkExportSemaphoreCreateInfo, export_info,
+                 .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const STRUCT(VkSemaphoreTypeCreateInfo, type_info, .pNext = is_shared ? &export_info : NULL,
+                 .semaphoreType = type);
     VkSemaphore semaphore;
     MACHINE_CREATE(machine, Semaphore, &MAKE(VkSemaphoreCreateInfo, .pNext = &type_info),
                    &semaphore);

@@ -4,24 +4,22 @@
 
 /* What sets an event comes before it, and what is behind a wait after it, whether the device sets
  * the event or the host. */
-static const VkMemoryBarrier2 builds = {
-    .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-    .srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
-    .srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT,
-    .dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-    .dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT,
-};
-static const VkDependencyInfo dependency = {.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
-                                            .memoryBarrierCount = 1,
-                                            .pMemoryBarriers = &builds};
+static const STRUCT(VkMemoryBarrier2, builds,
+                    .srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT |
+                                    VK_PIPELINE_STAGE_2_HOST_BIT,
+                    .srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT,
+                    .dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                    .dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT);
+static const STRUCT(VkDependencyInfo, dependency, .memoryBarrierCount = 1,
+                    .pMemoryBarriers = &builds);
 
 MACHINE_DESTROYS(Event)
 
 void machine_create_events(struct machine *machine)
 {
     for (uint32_t i = 0; i < EVENTS; i++) {
-        const VkEventCreateInfo info =
-            MAKE(VkEventCreateInfo, .flags = i == G ? VK_EVENT_CREATE_DEVICE_ONLY_BIT : 0);
+        const STRUCT(VkEventCreateInfo, info,
+                     .flags = i == G ? VK_EVENT_CREATE_DEVICE_ONLY_BIT : 0);
         MACHINE_CREATE(machine, Event, &info, &machine->events[i]);
     }
 }
@@ -52,9 +50,8 @@ static void wait(const struct machine *machine, VkCommandBuffer command_buffer, 
                  enum command_name name)
 {
     const VkuDeviceDispatchTable *vk = machine->vk;
-    const VkMemoryBarrier barrier =
-        MAKE(VkMemoryBarrier, .srcAccessMask = (VkAccessFlags)builds.srcAccessMask,
-             .dstAccessMask = (VkAccessFlags)builds.dstAccessMask);
+    const STRUCT(VkMemoryBarrier, barrier, .srcAccessMask = (VkAccessFlags)builds.srcAccessMask,
+                 .dstAccessMask = (VkAccessFlags)builds.dstAccessMask);
     if (name == NAME)
         vk->CmdWaitEvents(command_buffer, 1, &event, (VkPipelineStageFlags)builds.srcStageMask,
                           (VkPipelineStageFlags)builds.dstStageMask, 1, &barrier, 0, NULL, 0, NULL);

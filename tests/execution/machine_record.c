@@ -23,12 +23,11 @@ static void begin(struct machine *machine, const struct step *step)
 
 static void barrier(struct machine *machine, VkCommandBuffer command_buffer)
 {
-    const VkMemoryBarrier memory_barrier =
-        MAKE(VkMemoryBarrier,
-             .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR |
-                              VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
-             .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
-                              VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
+    const STRUCT(VkMemoryBarrier, memory_barrier,
+                 .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR |
+                                  VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR,
+                 .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                                  VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     machine->vk->CmdPipelineBarrier(command_buffer,
                                     VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
                                     VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1,

@@ -104,16 +104,15 @@ static VkResult submit2(struct machine *machine, VkQueue queue, bool by_older_na
 
 static void signal_from_host(struct machine *machine, const struct step *step)
 {
-    const VkSemaphoreSignalInfo info = MAKE(
-        VkSemaphoreSignalInfo, .semaphore = machine->timelines[step->object], .value = step->value);
+    const STRUCT(VkSemaphoreSignalInfo, info, .semaphore = machine->timelines[step->object],
+                 .value = step->value);
     machine->result = machine->vk->SignalSemaphore(machine->device, &info);
 }
 
 static void wait_on_host(struct machine *machine, const struct step *step)
 {
-    const VkSemaphoreWaitInfo info =
-        MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
-             .pSemaphores = &machine->timelines[step->object], .pValues = &step->value);
+    const STRUCT(VkSemaphoreWaitInfo, info, .semaphoreCount = 1,
+                 .pSemaphores = &machine->timelines[step->object], .pValues = &step->value);
     uint64_t value;
     switch (step->action) {
     case ACTION_QUEUE_IDLE:

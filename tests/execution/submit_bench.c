@@ -59,10 +59,9 @@ static double median(double *values, uint32_t count)
 static void create_structures(struct bench *bench, const struct test_buffer *buffer)
 {
     for (uint32_t i = 0; i < bench->build_count; i++) {
-        const VkAccelerationStructureCreateInfoKHR info =
-            MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = buffer->handle,
-                 .offset = i * bench->size, .size = bench->size,
-                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+        const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer->handle,
+                     .offset = i * bench->size, .size = bench->size,
+                     .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
         expect_success(bench->fixture.vk.CreateAccelerationStructureKHR(
                            bench->fixture.device, &info, NULL, &bench->structures[i]),
                        "vkCreateAccelerationStructureKHR");
@@ -111,8 +110,8 @@ static void record(struct bench *bench, uint32_t cb, const struct shape *shape, 
 /* Nanoseconds a build. */
 static double submit(struct bench *bench, uint32_t cb)
 {
-    const VkSubmitInfo info = MAKE(VkSubmitInfo, .commandBufferCount = 1,
-                                   .pCommandBuffers = &bench->machine.command_buffers[cb]);
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
+                 .pCommandBuffers = &bench->machine.command_buffers[cb]);
     const double start = now();
     expect_success(
         bench->fixture.vk.QueueSubmit(bench->machine.queues[0], 1, &info, VK_NULL_HANDLE),

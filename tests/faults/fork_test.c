@@ -103,9 +103,18 @@ static void create(struct scene *scene)
     exit(IS_FOUND);
 }
 
+static int wait_for(pid_t child);
+
 static void use_all(struct scene *scene)
 {
     record(scene);
+    const pid_t grandchild = fork();
+    if (grandchild == 0) {
+        record(scene);
+        exit(IS_FOUND);
+    }
+    if (wait_for(grandchild) != IS_FOUND)
+        exit(IS_MISSING);
     const struct setup setup = {.level = level};
     const uint32_t count = count_findings(&setup);
     destroy(scene);
@@ -165,19 +174,19 @@ static void fork_often(void (*deed)(struct scene *scene), int code)
     fixture_close(&fixture);
 }
 
-#define TEST(name, deed, code)                                                                     \
+#define FORK_TEST(name, deed, code)                                                                \
     static void name(void **state)                                                                 \
     {                                                                                              \
         (void)state;                                                                               \
         fork_often(deed, code);                                                                    \
     }
 
-TEST(test_child_exits, leave, 0)
-TEST(test_child_executes_another_program, execute_program, 0)
-TEST(test_child_destroys_objects_of_the_parent, destroy, 0)
-TEST(test_child_records_for_the_parent, record, 0)
-TEST(test_child_creates_an_instance, create, IS_FOUND)
-TEST(test_child_does_everything, use_all, IS_FOUND)
+FORK_TEST(test_child_exits, leave, 0)
+FORK_TEST(test_child_executes_another_program, execute_program, 0)
+FORK_TEST(test_child_destroys_objects_of_the_parent, destroy, 0)
+FORK_TEST(test_child_records_for_the_parent, record, 0)
+FORK_TEST(test_child_creates_an_instance, create, IS_FOUND)
+FORK_TEST(test_child_does_everything, use_all, IS_FOUND)
 
 int main(int argc, char **argv)
 {

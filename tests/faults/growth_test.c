@@ -31,14 +31,21 @@ static long resident(void)
 
 struct reporting {
     const char *limit, *level;
-    const char *format; /* NULL: no log */
+    const char *format, *filename; /* NULL: no log */
     bool is_information;
+    unsigned warnings;
 };
 
 static const struct reporting reportings[] = {
-    {"0", "execution", NULL, false},  {"0", "execution", "text", false},
-    {"0", "execution", "json", true}, {"10", "execution", "json", true},
-    {"0", "content", "text", false},
+    {"0", "execution", NULL, NULL, false, 0},
+    {"0", "execution", "text", "/dev/null", false, 0},
+    {"0", "execution", "json", "/dev/null", true, 0},
+    {"10", "execution", "json", "/dev/null", true, 0},
+    {"0", "content", "text", "/dev/null", false, 0},
+    {"0", "execution", "text", "/dev/full", false, 1},
+    {"0", "execution", "json", "/dev/full", false, 1},
+    /* Last: the layer stays loaded. */
+    {"0", "execution", "text", "/nonexistent/log", false, 1},
 };
 
 static void set(const char *name, const char *value)
@@ -54,7 +61,7 @@ static void use(const struct reporting *reporting)
     set("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", reporting->limit);
     set("VK_ASSAY_VALIDATION_LEVEL", reporting->level);
     set("VK_ASSAY_VALIDATION_LOG_FORMAT", reporting->format);
-    set("VK_ASSAY_VALIDATION_LOG_FILENAME", reporting->format ? "/dev/null" : NULL);
+    set("VK_ASSAY_VALIDATION_LOG_FILENAME", reporting->filename);
     set("VK_ASSAY_VALIDATION_REPORT_FLAGS", reporting->is_information ? "error,warn,info" : NULL);
 }
 
@@ -99,7 +106,7 @@ static void test_findings(void **state)
         reporting->limit, reporting->level, reporting->format ? reporting->format : "none",
         findings, fixture.messages.count, growth / KIB, ns / 1000 / (findings - findings / 10));
     if (reporting->limit[0] == '0')
-        assert_int_equal(fixture.messages.count, findings);
+        assert_int_equal(fixture.messages.count, findings + reporting->warnings);
     assert_true(growth < FINDINGS_GROWTH);
     scene_close(scene);
     fixture_close(&fixture);

@@ -16,6 +16,7 @@
 
 #include "model.h"
 #include "picture.h"
+#include "tests/null_driver/null_driver.h"
 #include "tests/report/scarce_memory.h"
 
 enum { STEPS = 90, DRIVER_COMMANDS = 18, ALL = UINT16_MAX };
@@ -26,11 +27,15 @@ enum fault_kind {
     ALLOCATIONS_FAIL,
     DRIVER_FAILS,
     DEVICE_LOST,
+    LOST_AT_BUILD,
     FAULT_KINDS
 };
-static const char *const fault_names[] = {"no fault", "a failed allocation of the layer",
+static const char *const fault_names[] = {"no fault",
+                                          "a failed allocation of the layer",
                                           "failed allocations from then on",
-                                          "a failed command of the driver", "a lost device"};
+                                          "a failed command of the driver",
+                                          "a lost device",
+                                          "a device that a build loses"};
 
 /* What a stream is made of. */
 struct stream {
@@ -140,6 +145,18 @@ static void make_fault(struct model *model, struct random *random)
     }
 }
 
+/* In a build, or before the copies of its inputs. */
+static void plan_loss(void)
+{
+    const struct null_driver_fault fault = {
+        .kind = NULL_DRIVER_LOSE,
+        .at = NULL_DRIVER_AT_BUILD,
+        .number = 1 + current.at / 2,
+        .skips_copies = current.at % 2,
+    };
+    null_driver_plan_fault(current.fault == LOST_AT_BUILD ? &fault : NULL);
+}
+
 static void *run(void *context)
 {
     struct model *model = context;
@@ -218,6 +235,7 @@ static unsigned play(const struct stream *stream)
         model_begin(&models[i], &calls, i, stream->seed + (uint64_t)stream->number * QUEUES + i);
         models[i].plants = stream->plants;
     }
+    plan_loss();
     run_all(count);
     const unsigned failures = judge(count);
     if (failures)
@@ -245,7 +263,7 @@ static unsigned play_with(struct stream *stream, enum fault_kind fault, uint32_t
 /* Plays one stream without a fault and with some of each kind. */
 static unsigned play_stream(uint64_t seed, uint32_t number, bool is_threaded)
 {
-    enum { OF_ALLOCATIONS = 12, OF_DRIVER = 6, OF_LOSSES = 3 };
+    enum { OF_ALLOCATIONS = 12, OF_DRIVER = 6, OF_LOSSES = 3, OF_BUILDS = 12 };
     struct random random = {seed ^ (uint64_t)number << 32};
     /* Handles and addresses are used once, so that the old ones are known to be gone. */
     struct stream stream = {.seed = seed,
@@ -264,6 +282,8 @@ static unsigned play_stream(uint64_t seed, uint32_t number, bool is_threaded)
         failures += play_with(&stream, DRIVER_FAILS, random_below(&random, STEPS));
     for (uint32_t i = 0; i < OF_LOSSES && !failures; i++)
         failures += play_with(&stream, DEVICE_LOST, random_below(&random, STEPS));
+    for (uint32_t i = 0; i < 2 * OF_LOSSES && !failures; i++)
+        failures += play_with(&stream, LOST_AT_BUILD, random_below(&random, 2 * OF_BUILDS));
     return failures;
 }
 

@@ -78,18 +78,10 @@ static VkDevice create_device(void)
     for (uint32_t i = 0; i < count; i++)
         names[i] = offered[i].extensionName;
     const float priority = 1.0f;
-    const VkDeviceQueueCreateInfo queue = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-        .queueCount = 1,
-        .pQueuePriorities = &priority,
-    };
-    const VkDeviceCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-        .queueCreateInfoCount = 1,
-        .pQueueCreateInfos = &queue,
-        .enabledExtensionCount = count,
-        .ppEnabledExtensionNames = names,
-    };
+    const STRUCT(VkDeviceQueueCreateInfo, queue, .queueCount = 1, .pQueuePriorities = &priority);
+    const STRUCT(VkDeviceCreateInfo, create_info, .queueCreateInfoCount = 1,
+                 .pQueueCreateInfos = &queue, .enabledExtensionCount = count,
+                 .ppEnabledExtensionNames = names);
     VkDevice created;
     expect_success(fixture.create_device(fixture.physical_device, &create_info, NULL, &created),
                    "vkCreateDevice");
@@ -98,7 +90,7 @@ static VkDevice create_device(void)
 
 static VkCommandPool create_pool(VkDevice owner)
 {
-    const VkCommandPoolCreateInfo info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
+    const STRUCT(VkCommandPoolCreateInfo, info);
     VkCommandPool pool;
     expect_success(vk.CreateCommandPool(owner, &info, NULL, &pool), "vkCreateCommandPool");
     return pool;
@@ -107,12 +99,8 @@ static VkCommandPool create_pool(VkDevice owner)
 /* A command buffer that something has been recorded in, so that the layer knows it well. */
 static VkCommandBuffer allocate(VkDevice owner, VkCommandPool pool)
 {
-    const VkCommandBufferAllocateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = pool,
-        .commandBufferCount = 1,
-    };
-    const VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    const STRUCT(VkCommandBufferAllocateInfo, info, .commandPool = pool, .commandBufferCount = 1);
+    const STRUCT(VkCommandBufferBeginInfo, begin);
     VkCommandBuffer command_buffer;
     expect_success(vk.AllocateCommandBuffers(owner, &info, &command_buffer),
                    "vkAllocateCommandBuffers");
@@ -127,6 +115,27 @@ static void *map_page(int protection, int byte)
     memset(page, byte, PAGE);
     assert_int_equal(mprotect(page, PAGE, protection), 0);
     return page;
+}
+
+const char *loader_test_open(void)
+{
+    level = unit_test_arguments[1];
+    const struct setup setup = {.level = level};
+    const char *missing = fixture_open(&fixture, &platform, &setup);
+    if (missing)
+        return missing;
+    device = create_device();
+    vkuInitDeviceDispatchTable(device, &vk, fixture.get_device_proc_addr);
+    unreadable = map_page(PROT_NONE, 0);
+    garbage = map_page(PROT_READ, 0xab);
+    zeros = map_page(PROT_READ, 0);
+    return NULL;
+}
+
+void unit_test_close(void)
+{
+    vk.DestroyDevice(device, NULL);
+    fixture_close(&fixture);
 }
 
 /* ---- the tests */
@@ -174,14 +183,14 @@ static void call_all(const void *handle, const char *what)
     }
 }
 
-static void test_null(void **state)
+TEST(test_null)
 {
     call_all(NULL, "NULL");
     assert_true(called >= COMMANDS_AT_LEAST);
     print_message("%u commands\n", called);
 }
 
-static void test_freed(void **state)
+TEST(test_freed)
 {
     if (!knows_command_buffers())
         skip(); /* what was freed may still lead to the device */
@@ -192,7 +201,7 @@ static void test_freed(void **state)
     vk.DestroyCommandPool(device, pool, NULL);
 }
 
-static void test_freed_with_its_pool(void **state)
+TEST(test_freed_with_its_pool)
 {
     if (!knows_command_buffers())
         skip();
@@ -202,7 +211,7 @@ static void test_freed_with_its_pool(void **state)
     call_all(handle, "freed with its pool");
 }
 
-static void test_freed_with_its_device(void **state)
+TEST(test_freed_with_its_device)
 {
     VkuDeviceDispatchTable table;
     const VkDevice other = create_device();
@@ -213,7 +222,7 @@ static void test_freed_with_its_device(void **state)
     call_all(handle, "freed with its device");
 }
 
-static void test_unreadable(void **state)
+TEST(test_unreadable)
 {
     call_all(unreadable, "unreadable");
     call_all((const void *)(uintptr_t)0x13, "near 0");
@@ -221,7 +230,7 @@ static void test_unreadable(void **state)
     call_all((const char *)unreadable - 4, "half readable");
 }
 
-static void test_readable_garbage(void **state)
+TEST(test_readable_garbage)
 {
     call_all(garbage, "garbage");
     call_all(zeros, "zeros");
@@ -229,7 +238,7 @@ static void test_readable_garbage(void **state)
 }
 
 /* Their first words lead to the device. */
-static void test_other_objects(void **state)
+TEST(test_other_objects)
 {
     if (!knows_command_buffers())
         skip();
@@ -240,7 +249,7 @@ static void test_other_objects(void **state)
 }
 
 /* Beside a command buffer that lives, one byte on. */
-static void test_misaligned(void **state)
+TEST(test_misaligned)
 {
     const VkCommandPool pool = create_pool(device);
     const VkCommandBuffer handle = allocate(device, pool);
@@ -251,7 +260,7 @@ static void test_misaligned(void **state)
 }
 
 /* The handle that was freed is good again once it is allocated again. */
-static void test_allocated_again(void **state)
+TEST(test_allocated_again)
 {
     if (!knows_command_buffers())
         skip();
@@ -266,7 +275,7 @@ static void test_allocated_again(void **state)
 }
 
 /* Commands that don't build are skipped with a warning, once a device. */
-static void test_one_warning(void **state)
+TEST(test_one_warning)
 {
     if (!knows_command_buffers())
         skip();
@@ -286,7 +295,7 @@ static void test_one_warning(void **state)
 }
 
 /* More devices than the layer finds without a lock; each finds its own command buffers. */
-static void test_many_devices(void **state)
+TEST(test_many_devices)
 {
     enum { DEVICES = 12 };
     VkDevice devices[DEVICES];
@@ -304,43 +313,4 @@ static void test_many_devices(void **state)
         table.DestroyDevice(devices[i], NULL);
         assert_int_equal(table.EndCommandBuffer(handles[i]), VK_ERROR_VALIDATION_FAILED_EXT);
     }
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_null),
-        cmocka_unit_test(test_freed),
-        cmocka_unit_test(test_freed_with_its_pool),
-        cmocka_unit_test(test_freed_with_its_device),
-        cmocka_unit_test(test_unreadable),
-        cmocka_unit_test(test_readable_garbage),
-        cmocka_unit_test(test_other_objects),
-        cmocka_unit_test(test_misaligned),
-        cmocka_unit_test(test_allocated_again),
-        cmocka_unit_test(test_one_warning),
-        cmocka_unit_test(test_many_devices),
-    };
-    if (argc != 3) {
-        fprintf(stderr, "usage: %s " PLATFORM_NAMES " LEVEL\n", argv[0]);
-        return 2;
-    }
-    const char *missing = platform_open(&platform, argv[1]);
-    const struct setup setup = {.level = argv[2]};
-    if (missing == NULL)
-        missing = fixture_open(&fixture, &platform, &setup);
-    if (missing != NULL) {
-        fprintf(stderr, "%s\n", missing);
-        return 77;
-    }
-    level = argv[2];
-    device = create_device();
-    vkuInitDeviceDispatchTable(device, &vk, fixture.get_device_proc_addr);
-    unreadable = map_page(PROT_NONE, 0);
-    garbage = map_page(PROT_READ, 0xab);
-    zeros = map_page(PROT_READ, 0);
-    const int result = cmocka_run_group_tests(tests, NULL, NULL);
-    vk.DestroyDevice(device, NULL);
-    fixture_close(&fixture);
-    return result;
 }

@@ -10,6 +10,8 @@
 #include <vulkan/vk_layer.h>
 #include <vulkan/vulkan.h>
 
+#include "tests/fixture/make.h"
+
 static VKAPI_ATTR VkResult VKAPI_CALL create(const VkInstanceCreateInfo *info,
                                              const VkAllocationCallbacks *allocator,
                                              VkInstance *instance)
@@ -39,11 +41,7 @@ static int use_layer(PFN_vkGetInstanceProcAddr layer)
     static const char *const value = "bogus-given";
     const VkLayerSettingEXT setting = {"VK_LAYER_ASSAY_validation", "content_when_full",
                                        VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &value};
-    const VkLayerSettingsCreateInfoEXT settings = {
-        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-        .settingCount = 1,
-        .pSettings = &setting,
-    };
+    const STRUCT(VkLayerSettingsCreateInfoEXT, settings, .settingCount = 1, .pSettings = &setting);
     VkLayerInstanceLink next = {.pfnNextGetInstanceProcAddr = find};
     VkLayerInstanceCreateInfo link = {
         .sType = VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO,
@@ -51,8 +49,7 @@ static int use_layer(PFN_vkGetInstanceProcAddr layer)
         .function = VK_LAYER_LINK_INFO,
         .u.pLayerInfo = &next,
     };
-    const VkInstanceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-                                       .pNext = &link};
+    const STRUCT(VkInstanceCreateInfo, info, .pNext = &link);
     const PFN_vkCreateInstance create_instance =
         (PFN_vkCreateInstance)layer(NULL, "vkCreateInstance");
     VkInstance instance;

@@ -11,7 +11,7 @@ static const char *const variables[] = {
 };
 
 /* No other layer than ours can be found, and ours is off. */
-static int clear_environment(void **state)
+static void clear_environment(void)
 {
     for (size_t i = 0; i < LENGTH(variables); i++)
         unsetenv(variables[i]);
@@ -19,7 +19,6 @@ static int clear_environment(void **state)
     setenv("XDG_DATA_DIRS", EMPTY_FOLDER, 1);
     setenv("XDG_CONFIG_HOME", EMPTY_FOLDER, 1);
     setenv("XDG_CONFIG_DIRS", EMPTY_FOLDER, 1);
-    return 0;
 }
 
 enum {
@@ -75,9 +74,7 @@ static const struct way ways[] = {
 
 static uint32_t loader_version(void)
 {
-    const PFN_vkEnumerateInstanceVersion enumerate =
-        (PFN_vkEnumerateInstanceVersion)platform.get_instance_proc_addr(
-            NULL, "vkEnumerateInstanceVersion");
+    const PFN_vkEnumerateInstanceVersion enumerate = GLOBAL(EnumerateInstanceVersion);
     uint32_t installed = VK_API_VERSION_1_0;
     if (enumerate != NULL)
         enumerate(&installed);
@@ -92,9 +89,8 @@ static void need_loader_1_3_234(const char *variable)
     }
 }
 
-static void test_way(void **state)
+TEST_OF_ROWS(test_way, ways, const struct way *way, clear_environment)
 {
-    const struct way *way = *state;
     const struct setup setup = {.by_environment = !(way->flags & NAME_IT)};
     if (way->flags & NEED_LOADER_1_3_234)
         need_loader_1_3_234(way->variables[0][0]);
@@ -115,10 +111,8 @@ static bool is_listed(const char *extension)
 {
     static VkExtensionProperties list[128];
     uint32_t count = LENGTH(list);
-    const PFN_vkEnumerateInstanceExtensionProperties enumerate =
-        (PFN_vkEnumerateInstanceExtensionProperties)platform.get_instance_proc_addr(
-            NULL, "vkEnumerateInstanceExtensionProperties");
-    expect_success(enumerate(NULL, &count, list), "vkEnumerateInstanceExtensionProperties");
+    expect_success(GLOBAL(EnumerateInstanceExtensionProperties)(NULL, &count, list),
+                   "vkEnumerateInstanceExtensionProperties");
     for (uint32_t i = 0; i < count; i++)
         if (strcmp(list[i].extensionName, extension) == 0)
             return true;
@@ -126,16 +120,11 @@ static bool is_listed(const char *extension)
 }
 
 /* What is listed can be enabled. Loaders before 1.3.272 can't enable it. */
-static void test_implicit_layer_settings(void **state)
+TEST_OPENED(test_implicit_layer_settings, clear_environment)
 {
     const char *extension = VK_EXT_LAYER_SETTINGS_EXTENSION_NAME;
-    const VkInstanceCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-        .enabledExtensionCount = 1,
-        .ppEnabledExtensionNames = &extension,
-    };
-    const PFN_vkCreateInstance create =
-        (PFN_vkCreateInstance)platform.get_instance_proc_addr(NULL, "vkCreateInstance");
+    const STRUCT(VkInstanceCreateInfo, create_info, .enabledExtensionCount = 1,
+                 .ppEnabledExtensionNames = &extension);
     setenv("XDG_DATA_HOME", DATA_HOME, 1);
     setenv("VK_IMPLICIT_LAYER_PATH", IMPLICIT_FOLDER, 1);
     setenv("VK_ASSAY_ENABLE", "1", 1);
@@ -143,19 +132,6 @@ static void test_implicit_layer_settings(void **state)
     if (!is_listed(extension))
         return;
     VkInstance instance;
-    assert_int_equal(create(&create_info, NULL, &instance), VK_SUCCESS);
-    const PFN_vkDestroyInstance destroy =
-        (PFN_vkDestroyInstance)platform.get_instance_proc_addr(instance, "vkDestroyInstance");
-    destroy(instance, NULL);
-}
-
-int main(void)
-{
-    struct CMUnitTest tests[LENGTH(ways) + 1];
-    tests[LENGTH(ways)] =
-        (struct CMUnitTest)cmocka_unit_test_setup(test_implicit_layer_settings, clear_environment);
-    for (size_t i = 0; i < LENGTH(ways); i++)
-        tests[i] =
-            (struct CMUnitTest){ways[i].test, test_way, clear_environment, NULL, (void *)&ways[i]};
-    return cmocka_run_group_tests(tests, platform_set_up, NULL);
+    assert_int_equal(GLOBAL(CreateInstance)(&create_info, NULL, &instance), VK_SUCCESS);
+    COMMAND_OF(instance, DestroyInstance)(instance, NULL);
 }

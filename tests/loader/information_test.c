@@ -12,10 +12,7 @@ static struct {
     char text[4][4096];
 } heard;
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                           VkDebugUtilsMessageTypeFlagsEXT types,
-                                           const VkDebugUtilsMessengerCallbackDataEXT *data,
-                                           void *user)
+MESSENGER_CALLBACK(hear)
 {
     if (data->pMessageIdName && strcmp(data->pMessageIdName, "ASSAY-info") == 0 &&
         heard.count < LENGTH(heard.text)) {
@@ -27,57 +24,36 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
 
 static void create_and_destroy(void)
 {
-    const VkDebugUtilsMessengerCreateInfoEXT messenger = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-        .pfnUserCallback = hear,
-    };
+    const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, messenger,
+                 .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT,
+                 .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+                 .pfnUserCallback = hear);
     const char *layer = LAYER_NAME, *extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
-    const VkInstanceCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-        .pNext = &messenger,
-        .enabledLayerCount = 1,
-        .ppEnabledLayerNames = &layer,
-        .enabledExtensionCount = 1,
-        .ppEnabledExtensionNames = &extension,
-    };
+    const STRUCT(VkInstanceCreateInfo, create_info, .pNext = &messenger, .enabledLayerCount = 1,
+                 .ppEnabledLayerNames = &layer, .enabledExtensionCount = 1,
+                 .ppEnabledExtensionNames = &extension);
     VkInstance instance;
-    VkuInstanceDispatchTable vki;
     heard.count = 0;
-    expect_success(((PFN_vkCreateInstance)platform.get_instance_proc_addr(
-                       NULL, "vkCreateInstance"))(&create_info, NULL, &instance),
-                   "vkCreateInstance");
-    vkuInitInstanceDispatchTable(instance, &vki, platform.get_instance_proc_addr);
-    vki.DestroyInstance(instance, NULL);
+    expect_success(GLOBAL(CreateInstance)(&create_info, NULL, &instance), "vkCreateInstance");
+    COMMAND_OF(instance, DestroyInstance)(instance, NULL);
 }
 
-static void test_two_lines(void **state)
+TEST(test_two_lines)
 {
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn,info", 1);
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     create_and_destroy();
     assert_int_equal(heard.count, 2);
     assert_memory_equal(heard.text[0], "Assay ", 6);
-    assert_non_null(strstr(heard.text[0], "level = content, backend = driver."));
-    assert_non_null(strstr(heard.text[0],
-                           "level = \"content\" (environment variable VK_ASSAY_VALIDATION_LEVEL)"));
+    assert_has(heard.text[0], "level = content, backend = driver.");
+    assert_has(heard.text[0],
+               "level = \"content\" (environment variable VK_ASSAY_VALIDATION_LEVEL)");
     assert_string_equal(heard.text[1], "Assay found no violations in this instance.");
 }
 
-static void test_none_by_default(void **state)
+TEST(test_none_by_default)
 {
     unsetenv("VK_ASSAY_VALIDATION_REPORT_FLAGS");
     create_and_destroy();
     assert_int_equal(heard.count, 0);
-}
-
-int main(int argc, char **argv)
-{
-    const int missing = platform_of_arguments(argc, argv);
-    if (missing)
-        return missing;
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_two_lines),
-                                       cmocka_unit_test(test_none_by_default)};
-    return cmocka_run_group_tests_name("information", tests, NULL, NULL);
 }

@@ -12,19 +12,10 @@
 
 static struct fixture fixture;
 
-static bool is_installed(void)
+const char *loader_test_open(void)
 {
-    static VkLayerProperties layers[64];
-    uint32_t count = 64;
-    const PFN_vkEnumerateInstanceLayerProperties enumerate =
-        (PFN_vkEnumerateInstanceLayerProperties)platform.get_instance_proc_addr(
-            NULL, "vkEnumerateInstanceLayerProperties");
-    setenv("VK_LAYER_PATH", SYSTEM_FOLDER, 1);
-    enumerate(&count, layers);
-    for (uint32_t i = 0; i < count; i++)
-        if (strcmp(layers[i].layerName, KHRONOS_NAME) == 0)
-            return true;
-    return false;
+    return layer_is_installed(KHRONOS_NAME, SYSTEM_FOLDER) ? NULL
+                                                           : KHRONOS_NAME " is not installed";
 }
 
 /* The first layer is the nearest to the application. Loaders order them by the variable that
@@ -126,28 +117,12 @@ static void validate(const char *first, const char *second)
     fixture_close(&fixture);
 }
 
-static void test_above_the_khronos_layer(void **state)
+TEST(test_above_the_khronos_layer)
 {
     validate(LAYER_NAME, KHRONOS_NAME);
 }
 
-static void test_below_the_khronos_layer(void **state)
+TEST(test_below_the_khronos_layer)
 {
     validate(KHRONOS_NAME, LAYER_NAME);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_above_the_khronos_layer),
-        cmocka_unit_test(test_below_the_khronos_layer),
-    };
-    const int unusable = platform_of_arguments(argc, argv);
-    if (unusable != 0)
-        return unusable;
-    if (!is_installed()) {
-        printf("skipped: %s is not installed\n", KHRONOS_NAME);
-        return 77;
-    }
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -50,7 +50,7 @@ static bool layer_is_loaded(void)
     return found;
 }
 
-static void test_several_instances(void **state)
+TEST(test_several_instances)
 {
     for (int i = 0; i < INSTANCES; i++)
         open_fixture(&fixtures[i]);
@@ -68,7 +68,7 @@ static void test_several_instances(void **state)
 
 /* A device's structures are its own: those of a second device, made and destroyed meanwhile, leave
  * the first one's as they are. */
-static void test_several_devices(void **state)
+TEST(test_several_devices)
 {
     struct fixture *fixture = &fixtures[0];
     open_fixture(fixture);
@@ -91,7 +91,7 @@ static void test_several_devices(void **state)
     fixture_close(fixture);
 }
 
-static void test_unload_and_load_again(void **state)
+TEST(test_unload_and_load_again)
 {
     assert_false(layer_is_loaded());
     for (int round = 0; round < ROUNDS; round++) {
@@ -104,7 +104,7 @@ static void test_unload_and_load_again(void **state)
 }
 
 /* Destroying an instance whose device lives on in another one. */
-static void test_interleaved_loading(void **state)
+TEST(test_interleaved_loading)
 {
     for (int round = 0; round < ROUNDS / 10; round++) {
         open_fixture(&fixtures[0]);
@@ -117,8 +117,9 @@ static void test_interleaved_loading(void **state)
     }
 }
 
-/* The layer stays loaded after a warning about a setting, so that the next instance brings none. */
-static void test_one_warning_of_a_setting(void **state)
+/* The layer stays loaded after a warning about a setting, so that the next instance brings none.
+ * For the same reason this test is the last one. */
+TEST(test_one_warning_of_a_setting)
 {
     setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "bogus", 1);
     for (int round = 0; round < 3; round++) {
@@ -131,17 +132,4 @@ static void test_one_warning_of_a_setting(void **state)
     assert_int_equal(fixtures[0].messages.count, 1);
     fixture_close(&fixtures[0]);
     unsetenv("VK_ASSAY_VALIDATION_VUID_NAMES");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_several_instances),
-        cmocka_unit_test(test_several_devices),
-        cmocka_unit_test(test_unload_and_load_again),
-        cmocka_unit_test(test_interleaved_loading),
-        /* Last: the layer stays loaded. */
-        cmocka_unit_test(test_one_warning_of_a_setting),
-    };
-    return cmocka_run_group_tests(tests, platform_set_up, NULL);
 }

@@ -2,27 +2,27 @@
 #include "loader_test.h"
 
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 struct platform platform;
 
-int platform_set_up(void **state)
+const char *unit_test_open(const char *argument)
 {
-    const char *missing = platform_open(&platform, "null");
-    if (missing != NULL)
-        print_error("%s\n", missing);
-    return missing != NULL;
+    const char *missing = platform_open(&platform, argument ? argument : "null");
+    return missing || !loader_test_open ? missing : loader_test_open();
 }
 
-int platform_of_arguments(int argc, char **argv)
+bool layer_is_installed(const char *name, const char *folder)
 {
-    if (argc != 2) {
-        fprintf(stderr, "usage: %s null|lavapipe\n", argv[0]);
-        return 2;
-    }
-    const char *missing = platform_open(&platform, argv[1]);
-    if (missing != NULL)
-        printf("%s: %s\n", argv[1], missing);
-    return missing != NULL ? 77 : 0;
+    static VkLayerProperties layers[64];
+    uint32_t count = LENGTH(layers);
+    setenv("VK_LAYER_PATH", folder, 1);
+    GLOBAL(EnumerateInstanceLayerProperties)(&count, layers);
+    for (uint32_t i = 0; i < count; i++)
+        if (strcmp(layers[i].layerName, name) == 0)
+            return true;
+    return false;
 }
 
 uint32_t count_findings(const struct setup *setup)
@@ -42,4 +42,24 @@ uint32_t count_findings(const struct setup *setup)
     scene_close(scene);
     fixture_close(&fixture);
     return count;
+}
+
+int platform_of_arguments(int argc, char **argv)
+{
+    if (argc != 2) {
+        fprintf(stderr, "usage: %s null|lavapipe\n", argv[0]);
+        return 2;
+    }
+    const char *missing = platform_open(&platform, argv[1]);
+    if (missing != NULL)
+        printf("%s: %s\n", argv[1], missing);
+    return missing != NULL ? 77 : 0;
+}
+
+int platform_set_up(void **state)
+{
+    const char *missing = platform_open(&platform, "null");
+    if (missing != NULL)
+        print_error("%s\n", missing);
+    return missing != NULL;
 }

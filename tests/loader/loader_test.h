@@ -1,29 +1,37 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the tests of the loader share: cmocka and what it needs, the platform, a call to report. */
+/* What the tests of the loader share: the platform that the program's argument names, or the null
+ * driver's; a call to report. */
 #ifndef LOADER_TEST_H
 #define LOADER_TEST_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
+#include "tests/fixture/make.h"
+#include "tests/fixture/messenger.h"
 #include "tests/rules/scene.h"
+#include "tests/state/unit_test.h"
 
 #define LENGTH(array) (sizeof(array) / sizeof((array)[0]))
 
 extern struct platform platform;
 
-/* A group's setup: opens the null driver's platform. */
-int platform_set_up(void **state);
-/* Opens the platform that the only argument names. Returns 0, or what the program returns: 2 if the
- * arguments are wrong, 77 if there is no such platform here. */
-int platform_of_arguments(int argc, char **argv);
+/* A command that needs no instance, or needs no device: GLOBAL(CreateInstance)(...). */
+#define GLOBAL(name) COMMAND_OF(VK_NULL_HANDLE, name)
+#define COMMAND_OF(instance, name)                                                                 \
+    ((PFN_vk##name)platform.get_instance_proc_addr(instance, "vk" #name))
+
+/* A program may define it. It is called before the tests, when the platform is open; it returns
+ * NULL, or the reason why all tests are skipped. */
+__attribute__((weak)) const char *loader_test_open(void);
+
+/* Whether the loader finds a layer in VK_LAYER_PATH, which becomes `folder`. */
+bool layer_is_installed(const char *name, const char *folder);
 
 /* Makes a valid call, of which nothing may be reported, and one with a mistake. Returns the number
  * of messages of the latter; if it is 1, the message is that of the mistake. */
 uint32_t count_findings(const struct setup *setup);
+
+/* For programs with a main function of their own: the platform is that of the first argument, or
+ * the null driver. The first returns 0, or the exit code of a program that can't run. */
+int platform_of_arguments(int argc, char **argv);
+int platform_set_up(void **state);
 
 #endif

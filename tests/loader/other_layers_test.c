@@ -14,22 +14,6 @@
 #define CAPTURE_NAME "VK_LAYER_LUNARG_gfxreconstruct"
 #define SELECT_NAME "VK_LAYER_MESA_device_select"
 
-static void need_layer(const char *name)
-{
-    setenv("VK_LAYER_PATH", SYSTEM_FOLDER, 1);
-    static VkLayerProperties layers[64];
-    uint32_t count = 64;
-    const PFN_vkEnumerateInstanceLayerProperties enumerate =
-        (PFN_vkEnumerateInstanceLayerProperties)platform.get_instance_proc_addr(
-            NULL, "vkEnumerateInstanceLayerProperties");
-    enumerate(&count, layers);
-    for (uint32_t i = 0; i < count; i++)
-        if (strcmp(layers[i].layerName, name) == 0)
-            return;
-    print_message("%s is not installed\n", name);
-    skip();
-}
-
 /* One valid call, and one with a mistake. Loaders order layers by the variable that enables them,
  * or by the folders in which they find them: the nearest to the application is first. */
 static void find_mistake(bool is_below, const char *other, const char *folder)
@@ -47,33 +31,36 @@ static void find_mistake(bool is_below, const char *other, const char *folder)
     unsetenv("VK_INSTANCE_LAYERS");
 }
 
-static void test_below_the_strict_layer(void **state)
+TEST(test_below_the_strict_layer)
 {
     find_mistake(true, STRICT_LAYER_NAME, STRICT_FOLDER);
 }
 
-static void test_above_the_strict_layer(void **state)
+TEST(test_above_the_strict_layer)
 {
     find_mistake(false, STRICT_LAYER_NAME, STRICT_FOLDER);
 }
 
 /* Mesa's overlay leaves memory behind that only its own library refers to: while that stays loaded,
  * the sanitizer counts no leak. */
-static void need_overlay(void)
+static void need_layer(const char *name)
 {
-    need_layer(OVERLAY_NAME);
+    if (!layer_is_installed(name, SYSTEM_FOLDER)) {
+        print_message("%s is not installed\n", name);
+        skip();
+    }
     dlopen("libVkLayer_MESA_overlay.so", RTLD_NOW | RTLD_LOCAL);
 }
 
-static void test_below_the_overlay(void **state)
+TEST(test_below_the_overlay)
 {
-    need_overlay();
+    need_layer(OVERLAY_NAME);
     find_mistake(true, OVERLAY_NAME, SYSTEM_FOLDER);
 }
 
-static void test_above_the_overlay(void **state)
+TEST(test_above_the_overlay)
 {
-    need_overlay();
+    need_layer(OVERLAY_NAME);
     find_mistake(false, OVERLAY_NAME, SYSTEM_FOLDER);
 }
 
@@ -86,20 +73,20 @@ static void need_capture(void)
     setenv("GFXRECON_LOG_LEVEL", "fatal", 1);
 }
 
-static void test_below_the_capture(void **state)
+TEST(test_below_the_capture)
 {
     need_capture();
     find_mistake(true, CAPTURE_NAME, SYSTEM_FOLDER);
 }
 
-static void test_above_the_capture(void **state)
+TEST(test_above_the_capture)
 {
     need_capture();
     find_mistake(false, CAPTURE_NAME, SYSTEM_FOLDER);
 }
 
 /* An implicit layer, which loaders put above explicit ones. */
-static void test_below_device_select(void **state)
+TEST(test_below_device_select)
 {
     unsetenv("VK_LOADER_LAYERS_DISABLE");
     need_layer(SELECT_NAME);
@@ -108,7 +95,7 @@ static void test_below_device_select(void **state)
 }
 
 /* All that is intercepted is answered without an instance, and nothing else. */
-static void test_names_without_an_instance(void **state)
+TEST(test_names_without_an_instance)
 {
 #define NAME(name) "vk" #name,
     static const char *const names[] = {ASSAY_GLOBAL_INTERCEPTS(NAME) ASSAY_INSTANCE_INTERCEPTS(
@@ -131,22 +118,4 @@ static void test_names_without_an_instance(void **state)
         assert_null(interface.pfnGetInstanceProcAddr(NULL, others[i]));
     assert_null(interface.pfnGetDeviceProcAddr(NULL, "vkDestroyDevice"));
     dlclose(library);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_names_without_an_instance),
-        cmocka_unit_test(test_below_the_strict_layer),
-        cmocka_unit_test(test_above_the_strict_layer),
-        cmocka_unit_test(test_below_the_overlay),
-        cmocka_unit_test(test_above_the_overlay),
-        cmocka_unit_test(test_below_the_capture),
-        cmocka_unit_test(test_above_the_capture),
-        cmocka_unit_test(test_below_device_select),
-    };
-    const int unusable = platform_of_arguments(argc, argv);
-    if (unusable != 0)
-        return unusable;
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* threads_test [THREADS SECONDS]: builds recorded on some threads while others make and destroy
- * what builds use; run under the thread sanitizer, too. */
+/* threads_test [null THREADS SECONDS]: builds recorded on some threads while others make and
+ * destroy what builds use; run under the thread sanitizer, too. */
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -72,11 +72,8 @@ static void *make(void *context)
 static void *rename_objects(void *context)
 {
     struct scene *scene = context;
-    VkDebugUtilsObjectNameInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = VK_OBJECT_TYPE_BUFFER,
-        .objectHandle = (uint64_t)scene->vertices.handle,
-    };
+    STRUCT(VkDebugUtilsObjectNameInfoEXT, info, .objectType = VK_OBJECT_TYPE_BUFFER,
+           .objectHandle = (uint64_t)scene->vertices.handle);
     for (unsigned i = 0; atomic_load(&recording); i++) {
         info.pObjectName = i % 2 == 0 ? "vertices of the bunny" : "vertices of the teapot";
         scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &info);
@@ -123,7 +120,18 @@ static void check_messages(void)
                   atomic_load(&calls), atomic_load(&mistakes));
 }
 
-static void test_record_while_objects_come_and_go(void **state)
+const char *loader_test_open(void)
+{
+    if (unit_test_arguments[0] && unit_test_arguments[1] && unit_test_arguments[2]) {
+        recorder_count = (unsigned)atoi(unit_test_arguments[1]);
+        seconds = (unsigned)atoi(unit_test_arguments[2]);
+    }
+    if (recorder_count > RECORDERS_MAX)
+        exit(2);
+    return NULL;
+}
+
+TEST(test_record_while_objects_come_and_go)
 {
     static const enum build_command commands[RECORDERS] = {COMMAND_DEVICE, COMMAND_DEVICE,
                                                            COMMAND_INDIRECT, COMMAND_HOST};
@@ -150,18 +158,4 @@ static void test_record_while_objects_come_and_go(void **state)
     scene_close(scene);
     check_messages();
     fixture_close(&fixture);
-}
-
-int main(int argc, char **argv)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_record_while_objects_come_and_go),
-    };
-    if (argc == 3) {
-        recorder_count = (unsigned)atoi(argv[1]);
-        seconds = (unsigned)atoi(argv[2]);
-        if (recorder_count > RECORDERS_MAX)
-            return 2;
-    }
-    return cmocka_run_group_tests(tests, platform_set_up, NULL);
 }

@@ -42,28 +42,19 @@ static void check_list(VkPhysicalDevice physical_device, PFN_vkGetPhysicalDevice
     }
 }
 
-static void test_the_layer_is_listed(void **state)
+TEST(test_the_layer_is_listed)
 {
     static struct fixture fixture;
     const struct setup setup = {0};
     assert_null(fixture_open(&fixture, &platform, &setup));
-    const PFN_vkGetInstanceProcAddr proc_addr = platform.get_instance_proc_addr;
     static const char *const names[] = {"vkGetPhysicalDeviceToolProperties",
                                         "vkGetPhysicalDeviceToolPropertiesEXT"};
     for (size_t i = 0; i < LENGTH(names); i++) {
         const PFN_vkGetPhysicalDeviceToolProperties get =
-            (PFN_vkGetPhysicalDeviceToolProperties)proc_addr(fixture.instance, names[i]);
+            (PFN_vkGetPhysicalDeviceToolProperties)platform.get_instance_proc_addr(fixture.instance,
+                                                                                   names[i]);
         assert_non_null(get);
         check_list(fixture.physical_device, get);
     }
     fixture_close(&fixture);
-}
-
-int main(int argc, char **argv)
-{
-    const int missing = platform_of_arguments(argc, argv);
-    if (missing)
-        return missing;
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_the_layer_is_listed)};
-    return cmocka_run_group_tests_name("tools", tests, NULL, NULL);
 }

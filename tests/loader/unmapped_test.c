@@ -6,6 +6,8 @@
 
 #include "loader_test.h"
 
+#define ID "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-parameter"
+
 enum { BUILDS = 64, ROUNDS = 20 };
 
 typedef VkAccelerationStructureBuildGeometryInfoKHR build_info;
@@ -25,7 +27,18 @@ static build_info *map_infos(const struct scene *scene)
     return infos;
 }
 
-static void test_infos_are_probed_anew(void **state)
+static void open_fixture(void)
+{
+    static const struct setup parameters = {.level = "parameters"};
+    assert_null(fixture_open(&fixture, &platform, &parameters));
+}
+
+static void close_fixture(void)
+{
+    fixture_close(&fixture);
+}
+
+TEST_BETWEEN(test_infos_are_probed_anew, open_fixture, close_fixture)
 {
     static const VkAccelerationStructureBuildRangeInfoKHR *ranges[BUILDS];
     struct scene *scene = scene_open(&fixture, COMMAND_DEVICE);
@@ -36,36 +49,12 @@ static void test_infos_are_probed_anew(void **state)
         build_info *infos = map_infos(scene);
         messages_clear(&fixture.messages);
         scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, BUILDS, infos, ranges);
-        assert_int_equal(messages_count(&fixture.messages,
-                                        "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-parameter",
-                                        NULL),
-                         0);
+        assert_int_equal(messages_count(&fixture.messages, ID, NULL), 0);
         munmap(infos, BUILDS * sizeof(*infos));
         messages_clear(&fixture.messages);
         scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, BUILDS, infos, ranges);
-        assert_int_equal(messages_count(&fixture.messages,
-                                        "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-parameter",
-                                        NULL),
-                         1);
+        assert_int_equal(messages_count(&fixture.messages, ID, NULL), 1);
     }
     fixture.messages.answer = VK_FALSE;
     scene_close(scene);
-}
-
-static int open_fixture(void **state)
-{
-    static const struct setup parameters = {.level = "parameters"};
-    return platform_set_up(state) || fixture_open(&fixture, &platform, &parameters) != NULL;
-}
-
-static int close_fixture(void **state)
-{
-    fixture_close(&fixture);
-    return 0;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_infos_are_probed_anew)};
-    return cmocka_run_group_tests(tests, open_fixture, close_fixture);
 }

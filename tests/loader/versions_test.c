@@ -15,6 +15,16 @@ enum { GEOMETRIES = 257 }; /* one more than the null driver's limit */
 static unsigned (*violations)(void);
 static struct messages messages;
 
+const char *loader_test_open(void)
+{
+    setenv("VK_LAYER_PATH", EXPLICIT_FOLDER ":" STRICT_FOLDER, 1);
+    void *library = dlopen(STRICT_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+    assert_non_null(library);
+    violations = (unsigned (*)(void))dlsym(library, "strict_layer_violations");
+    assert_non_null(violations);
+    return NULL;
+}
+
 struct application {
     uint32_t api_version, driver_version; /* 0: VK_API_VERSION_1_3 */
     bool has_properties2;                 /* enables VK_KHR_get_physical_device_properties2 */
@@ -38,27 +48,16 @@ static VkInstance create_instance(const struct application *application)
         VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_KHR_GET_PHYSICAL_DEVICE_PROPERTIES_2_EXTENSION_NAME};
     const VkLayerSettingEXT setting = {LAYER_NAME, "backend", VK_LAYER_SETTING_TYPE_STRING_EXT, 1,
                                        &application->backend};
-    const VkLayerSettingsCreateInfoEXT settings = {
-        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-        .settingCount = application->backend ? 1 : 0,
-        .pSettings = &setting,
-    };
-    const VkApplicationInfo info = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-                                    .apiVersion = application->api_version};
-    const VkInstanceCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-        .pNext = &settings,
-        .pApplicationInfo = &info,
-        .enabledLayerCount = 2,
-        .ppEnabledLayerNames = layers,
-        .enabledExtensionCount = application->has_properties2 ? 2 : 1,
-        .ppEnabledExtensionNames = extensions,
-    };
+    const STRUCT(VkLayerSettingsCreateInfoEXT, settings,
+                 .settingCount = application->backend ? 1 : 0, .pSettings = &setting);
+    const STRUCT(VkApplicationInfo, info, .apiVersion = application->api_version);
+    const STRUCT(VkInstanceCreateInfo, create_info, .pNext = &settings, .pApplicationInfo = &info,
+                 .enabledLayerCount = 2, .ppEnabledLayerNames = layers,
+                 .enabledExtensionCount = application->has_properties2 ? 2 : 1,
+                 .ppEnabledExtensionNames = extensions);
     VkInstance instance;
     configure(application);
-    expect_success(((PFN_vkCreateInstance)platform.get_instance_proc_addr(
-                       NULL, "vkCreateInstance"))(&create_info, NULL, &instance),
-                   "vkCreateInstance");
+    expect_success(GLOBAL(CreateInstance)(&create_info, NULL, &instance), "vkCreateInstance");
     return instance;
 }
 
@@ -79,17 +78,12 @@ static bool offers(const VkuInstanceDispatchTable *vki, VkPhysicalDevice physica
 static void build(VkDevice device, const VkuDeviceDispatchTable *vk)
 {
     static VkGeometryNV geometries[GEOMETRIES];
-    const VkAccelerationStructureInfoNV info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_INFO_NV,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-        .geometryCount = GEOMETRIES,
-        .pGeometries = geometries,
-    };
-    const VkCommandPoolCreateInfo pool_info = {.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
-    VkCommandBufferAllocateInfo allocate_info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO, .commandBufferCount = 1};
-    const VkCommandBufferBeginInfo begin_info = {.sType =
-                                                     VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    const STRUCT(VkAccelerationStructureInfoNV, info,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+                 .geometryCount = GEOMETRIES, .pGeometries = geometries);
+    const STRUCT(VkCommandPoolCreateInfo, pool_info);
+    STRUCT(VkCommandBufferAllocateInfo, allocate_info, .commandBufferCount = 1);
+    const STRUCT(VkCommandBufferBeginInfo, begin_info);
     VkCommandBuffer commands;
     for (int i = 0; i < GEOMETRIES; i++)
         geometries[i].sType = VK_STRUCTURE_TYPE_GEOMETRY_NV;
@@ -111,27 +105,16 @@ static void use_device(const VkuInstanceDispatchTable *vki, VkInstance instance,
 {
     static const char *const extensions[] = {VK_KHR_GET_MEMORY_REQUIREMENTS_2_EXTENSION_NAME,
                                              VK_NV_RAY_TRACING_EXTENSION_NAME};
-    const PFN_vkGetInstanceProcAddr get = platform.get_instance_proc_addr;
     const float priority = 1;
-    const VkDeviceQueueCreateInfo queue = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
-        .queueCount = 1,
-        .pQueuePriorities = &priority,
-    };
-    const VkDeviceCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-        .queueCreateInfoCount = 1,
-        .pQueueCreateInfos = &queue,
-        .enabledExtensionCount = offers(vki, physical_device, extensions[1]) ? 2 : 1,
-        .ppEnabledExtensionNames = extensions,
-    };
+    const STRUCT(VkDeviceQueueCreateInfo, queue, .queueCount = 1, .pQueuePriorities = &priority);
+    const STRUCT(VkDeviceCreateInfo, info, .queueCreateInfoCount = 1, .pQueueCreateInfos = &queue,
+                 .enabledExtensionCount = offers(vki, physical_device, extensions[1]) ? 2 : 1,
+                 .ppEnabledExtensionNames = extensions);
     VkuDeviceDispatchTable vk;
     VkDevice device;
-    expect_success(((PFN_vkCreateDevice)get(instance, "vkCreateDevice"))(physical_device, &info,
-                                                                         NULL, &device),
+    expect_success(COMMAND_OF(instance, CreateDevice)(physical_device, &info, NULL, &device),
                    "vkCreateDevice");
-    vkuInitDeviceDispatchTable(device, &vk,
-                               (PFN_vkGetDeviceProcAddr)get(instance, "vkGetDeviceProcAddr"));
+    vkuInitDeviceDispatchTable(device, &vk, COMMAND_OF(instance, GetDeviceProcAddr));
     if (info.enabledExtensionCount == 2)
         build(device, &vk);
     vk.DestroyDevice(device, NULL);
@@ -201,15 +184,14 @@ static void assert_answer(enum answer expected, bool answer)
         assert_int_equal(answer, expected == YES || (expected == IF_NULL && platform.is_null));
 }
 
-static void test_version(void **state)
+TEST_OF_ROWS(test_version, cases, const struct version_case *version, unit_test_nothing)
 {
-    const struct version_case *version = *state;
     assert_answer(version->has_extension, run(&version->application));
     assert_answer(version->limit_exceeded, limit_was_exceeded());
 }
 
 /* The physical device's version counts, too. */
-static void test_1_1_over_a_driver_of_1_0(void **state)
+TEST(test_1_1_over_a_driver_of_1_0)
 {
     if (!platform.is_null)
         skip();
@@ -224,7 +206,7 @@ static void test_1_1_over_a_driver_of_1_0(void **state)
 
 /* ---- commands of devices */
 
-static void test_addresses_of_the_extension(void **state)
+TEST(test_addresses_of_the_extension)
 {
     static struct fixture fixture;
     const struct setup setup = {.level = "content", .route = ROUTE_KHR, .by_environment = true};
@@ -237,26 +219,4 @@ static void test_addresses_of_the_extension(void **state)
     scene_close(scene);
     fixture_close(&fixture);
     assert_int_equal(violations(), 0);
-}
-
-int main(int argc, char **argv)
-{
-    struct CMUnitTest tests[LENGTH(cases) + 2] = {
-        cmocka_unit_test(test_1_1_over_a_driver_of_1_0),
-        cmocka_unit_test(test_addresses_of_the_extension),
-    };
-    for (size_t i = 0; i < LENGTH(cases); i++)
-        tests[2 + i] =
-            (struct CMUnitTest){cases[i].test, test_version, .initial_state = (void *)&cases[i]};
-    const int unusable = platform_of_arguments(argc, argv);
-    if (unusable != 0)
-        return unusable;
-    setenv("VK_LAYER_PATH", EXPLICIT_FOLDER ":" STRICT_FOLDER, 1);
-    void *library = dlopen(STRICT_LIBRARY, RTLD_NOW | RTLD_LOCAL);
-    violations = library ? (unsigned (*)(void))dlsym(library, "strict_layer_violations") : NULL;
-    if (violations == NULL) {
-        fprintf(stderr, "%s\n", dlerror());
-        return 1;
-    }
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

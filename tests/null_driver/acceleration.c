@@ -9,24 +9,21 @@ static VkDeviceAddress buffer_address(uint64_t handle)
     return buffer != NULL ? buffer->buffer.address : 0;
 }
 
-void init_CreateAccelerationStructureKHR(struct object *as,
-                                         const VkAccelerationStructureCreateInfoKHR *pCreateInfo)
+ON_CREATION(CreateAccelerationStructureKHR)
 {
-    as->as.buffer = RAW(pCreateInfo->buffer);
-    as->as.offset = pCreateInfo->offset;
-    as->as.fallback = pCreateInfo->deviceAddress;
-    if (as->as.fallback == 0 && buffer_address(as->as.buffer) == 0)
-        as->as.fallback = address_allocate(NULL, pCreateInfo->size);
+    object->as.buffer = RAW(pCreateInfo->buffer);
+    object->as.offset = pCreateInfo->offset;
+    object->as.fallback = pCreateInfo->deviceAddress;
+    if (object->as.fallback == 0 && buffer_address(object->as.buffer) == 0)
+        object->as.fallback = address_allocate(NULL, pCreateInfo->size);
 }
 
-void init_CreateAccelerationStructure2KHR(struct object *as,
-                                          const VkAccelerationStructureCreateInfo2KHR *pCreateInfo)
+ON_CREATION(CreateAccelerationStructure2KHR)
 {
-    as->as.fallback = pCreateInfo->addressRange.address;
+    object->as.fallback = pCreateInfo->addressRange.address;
 }
 
-VkDeviceAddress null_GetAccelerationStructureDeviceAddressKHR(
-    VkDevice device, const VkAccelerationStructureDeviceAddressInfoKHR *pInfo)
+COMMAND(GetAccelerationStructureDeviceAddressKHR)
 {
     const struct object *as = FIND(ACCELERATION_STRUCTURE_KHR, pInfo->accelerationStructure);
     if (as == NULL)
@@ -36,10 +33,7 @@ VkDeviceAddress null_GetAccelerationStructureDeviceAddressKHR(
     return buffer != 0 ? buffer + as->as.offset : as->as.fallback;
 }
 
-void null_GetAccelerationStructureBuildSizesKHR(
-    VkDevice device, VkAccelerationStructureBuildTypeKHR buildType,
-    const VkAccelerationStructureBuildGeometryInfoKHR *pBuildInfo,
-    const uint32_t *pMaxPrimitiveCounts, VkAccelerationStructureBuildSizesInfoKHR *pSizeInfo)
+COMMAND(GetAccelerationStructureBuildSizesKHR)
 {
     const struct null_driver_sizes *sizes = &CONFIG(device)->sizes;
     uint64_t primitives = 0;
@@ -52,10 +46,7 @@ void null_GetAccelerationStructureBuildSizesKHR(
 
 /* ---- host commands */
 
-VkResult null_WriteAccelerationStructuresPropertiesKHR(
-    VkDevice device, uint32_t accelerationStructureCount,
-    const VkAccelerationStructureKHR *pAccelerationStructures, VkQueryType queryType,
-    size_t dataSize, void *pData, size_t stride)
+COMMAND(WriteAccelerationStructuresPropertiesKHR)
 {
     query_write(CONFIG(device), accelerationStructureCount, queryType, dataSize, pData, stride);
     return VK_SUCCESS;
@@ -79,11 +70,10 @@ static uint64_t primitives_of(const VkAccelerationStructureInfoNV *info)
     return primitives;
 }
 
-void init_CreateAccelerationStructureNV(struct object *as,
-                                        const VkAccelerationStructureCreateInfoNV *pCreateInfo)
+ON_CREATION(CreateAccelerationStructureNV)
 {
-    as->as_nv.primitives = primitives_of(&pCreateInfo->info);
-    as->as_nv.compacted = pCreateInfo->compactedSize;
+    object->as_nv.primitives = primitives_of(&pCreateInfo->info);
+    object->as_nv.compacted = pCreateInfo->compactedSize;
 }
 
 static VkDeviceSize size_of(const struct null_driver_sizes *sizes, const struct object *as,
@@ -100,9 +90,7 @@ static VkDeviceSize size_of(const struct null_driver_sizes *sizes, const struct 
     }
 }
 
-void null_GetAccelerationStructureMemoryRequirementsNV(
-    VkDevice device, const VkAccelerationStructureMemoryRequirementsInfoNV *pInfo,
-    VkMemoryRequirements2KHR *pMemoryRequirements)
+COMMAND(GetAccelerationStructureMemoryRequirementsNV)
 {
     const struct null_driver_config *config = CONFIG(device);
     const struct object *as = FIND(ACCELERATION_STRUCTURE_NV, pInfo->accelerationStructure);
@@ -116,9 +104,7 @@ void null_GetAccelerationStructureMemoryRequirementsNV(
     requirements_fill_chain(pMemoryRequirements->pNext);
 }
 
-VkResult
-null_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
-                                       const VkBindAccelerationStructureMemoryInfoNV *pBindInfos)
+COMMAND(BindAccelerationStructureMemoryNV)
 {
     for (uint32_t i = 0; i < bindInfoCount; i++) {
         struct object *as = FIND(ACCELERATION_STRUCTURE_NV, pBindInfos[i].accelerationStructure);
@@ -129,9 +115,7 @@ null_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
     return VK_SUCCESS;
 }
 
-VkResult null_GetAccelerationStructureHandleNV(VkDevice device,
-                                               VkAccelerationStructureNV accelerationStructure,
-                                               size_t dataSize, void *pData)
+COMMAND(GetAccelerationStructureHandleNV)
 {
     const struct object *as = FIND(ACCELERATION_STRUCTURE_NV, accelerationStructure);
     const uint64_t address = as != NULL ? as->as_nv.address : 0;
@@ -141,18 +125,14 @@ VkResult null_GetAccelerationStructureHandleNV(VkDevice device,
 
 /* ---- VK_EXT_opacity_micromap */
 
-void null_GetMicromapBuildSizesEXT(VkDevice device, VkAccelerationStructureBuildTypeKHR buildType,
-                                   const VkMicromapBuildInfoEXT *pBuildInfo,
-                                   VkMicromapBuildSizesInfoEXT *pSizeInfo)
+COMMAND(GetMicromapBuildSizesEXT)
 {
     pSizeInfo->micromapSize = CONFIG(device)->sizes.micromap;
     pSizeInfo->buildScratchSize = CONFIG(device)->sizes.micromap_scratch;
     pSizeInfo->discardable = VK_FALSE;
 }
 
-VkResult null_WriteMicromapsPropertiesEXT(VkDevice device, uint32_t micromapCount,
-                                          const VkMicromapEXT *pMicromaps, VkQueryType queryType,
-                                          size_t dataSize, void *pData, size_t stride)
+COMMAND(WriteMicromapsPropertiesEXT)
 {
     query_write(CONFIG(device), micromapCount, queryType, dataSize, pData, stride);
     return VK_SUCCESS;

@@ -36,14 +36,14 @@ static VkDeviceAddress first_address(const struct null_driver_config *config,
                : 0;
 }
 
-void init_CreateBuffer(struct object *buffer, const VkBufferCreateInfo *pCreateInfo)
+ON_CREATION(CreateBuffer)
 {
-    buffer->release = release_buffer;
-    buffer->buffer.size = pCreateInfo->size;
-    buffer->buffer.flags = pCreateInfo->flags;
-    buffer->buffer.address = first_address(buffer->config, pCreateInfo);
+    object->release = release_buffer;
+    object->buffer.size = pCreateInfo->size;
+    object->buffer.flags = pCreateInfo->flags;
+    object->buffer.address = first_address(object->config, pCreateInfo);
     if (pCreateInfo->flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT)
-        address_add_object(buffer, buffer->buffer.address, buffer->buffer.size);
+        address_add_object(object, object->buffer.address, object->buffer.size);
 }
 
 void buffer_bind(struct object *buffer, const struct binding *binding)
@@ -88,15 +88,13 @@ static void bind(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset)
                         .size = to->buffer.size, .memory = RAW(memory), .memory_offset = offset});
 }
 
-VkResult null_BindBufferMemory(VkDevice device, VkBuffer buffer, VkDeviceMemory memory,
-                               VkDeviceSize memoryOffset)
+COMMAND(BindBufferMemory)
 {
     bind(buffer, memory, memoryOffset);
     return VK_SUCCESS;
 }
 
-VkResult null_BindBufferMemory2(VkDevice device, uint32_t bindInfoCount,
-                                const VkBindBufferMemoryInfo *pBindInfos)
+COMMAND(BindBufferMemory2)
 {
     for (uint32_t i = 0; i < bindInfoCount; i++) {
         bind(pBindInfos[i].buffer, pBindInfos[i].memory, pBindInfos[i].memoryOffset);
@@ -114,12 +112,12 @@ static VkDeviceAddress address_of(VkBuffer buffer)
     return object != NULL ? object->buffer.address : 0;
 }
 
-VkDeviceAddress null_GetBufferDeviceAddress(VkDevice device, const VkBufferDeviceAddressInfo *pInfo)
+COMMAND(GetBufferDeviceAddress)
 {
     return address_of(pInfo->buffer);
 }
 
-uint64_t null_GetBufferOpaqueCaptureAddress(VkDevice device, const VkBufferDeviceAddressInfo *pInfo)
+COMMAND(GetBufferOpaqueCaptureAddress)
 {
     return address_of(pInfo->buffer);
 }

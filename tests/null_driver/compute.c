@@ -9,6 +9,9 @@ static const uint32_t copy_words[] = {
 static const uint32_t gather_words[] = {
 #include "gather_comp.h"
 };
+static const uint32_t guard_words[] = {
+#include "guard_comp.h"
+};
 
 /* ---- shaders and pipelines */
 
@@ -20,19 +23,18 @@ static enum shader shader_of(const VkShaderModuleCreateInfo *info)
     if (info->codeSize == sizeof(gather_words) &&
         memcmp(info->pCode, gather_words, sizeof(gather_words)) == 0)
         return SHADER_GATHER;
+    if (info->codeSize == sizeof(guard_words) &&
+        memcmp(info->pCode, guard_words, sizeof(guard_words)) == 0)
+        return SHADER_GUARD;
     return SHADER_NONE;
 }
 
-void init_CreateShaderModule(struct object *object, const VkShaderModuleCreateInfo *pCreateInfo)
+ON_CREATION(CreateShaderModule)
 {
     object->shader = shader_of(pCreateInfo);
 }
 
-VkResult null_CreateComputePipelines(VkDevice device, VkPipelineCache pipelineCache,
-                                     uint32_t createInfoCount,
-                                     const VkComputePipelineCreateInfo *pCreateInfos,
-                                     const VkAllocationCallbacks *pAllocator,
-                                     VkPipeline *pPipelines)
+COMMAND(CreateComputePipelines)
 {
     VkResult result = VK_SUCCESS;
     for (uint32_t i = 0; i < createInfoCount; i++) {
@@ -49,8 +51,7 @@ VkResult null_CreateComputePipelines(VkDevice device, VkPipelineCache pipelineCa
 
 /* ---- recording */
 
-void null_CmdBindPipeline(VkCommandBuffer commandBuffer, VkPipelineBindPoint pipelineBindPoint,
-                          VkPipeline pipeline)
+COMMAND(CmdBindPipeline)
 {
     struct object *commands = OBJECT(commandBuffer);
     const struct object *object = FIND(PIPELINE, pipeline);
@@ -59,9 +60,7 @@ void null_CmdBindPipeline(VkCommandBuffer commandBuffer, VkPipelineBindPoint pip
         commands->command_buffer.compute.shader = object != NULL ? object->shader : SHADER_NONE;
 }
 
-void null_CmdPushConstants(VkCommandBuffer commandBuffer, VkPipelineLayout layout,
-                           VkShaderStageFlags stageFlags, uint32_t offset, uint32_t size,
-                           const void *pValues)
+COMMAND(CmdPushConstants)
 {
     struct object *commands = OBJECT(commandBuffer);
     struct dispatch *compute = &commands->command_buffer.compute;
@@ -71,8 +70,7 @@ void null_CmdPushConstants(VkCommandBuffer commandBuffer, VkPipelineLayout layou
         memcpy(compute->constants + offset, pValues, size);
 }
 
-void null_CmdDispatch(VkCommandBuffer commandBuffer, uint32_t groupCountX, uint32_t groupCountY,
-                      uint32_t groupCountZ)
+COMMAND(CmdDispatch)
 {
     if (OBJECT(commandBuffer)->type != VK_OBJECT_TYPE_COMMAND_BUFFER)
         return;
@@ -84,8 +82,7 @@ void null_CmdDispatch(VkCommandBuffer commandBuffer, uint32_t groupCountX, uint3
 
 /* ---- memory by its addresses */
 
-/* False where not all of it has memory; what has is copied. */
-static bool read_bytes(VkDeviceAddress address, void *bytes, VkDeviceSize size)
+bool address_read(VkDeviceAddress address, void *bytes, VkDeviceSize size)
 {
     VkDeviceSize part;
     for (VkDeviceSize done = 0; done < size; done += part) {
@@ -98,7 +95,7 @@ static bool read_bytes(VkDeviceAddress address, void *bytes, VkDeviceSize size)
     return true;
 }
 
-static void write_bytes(VkDeviceAddress address, const void *bytes, VkDeviceSize size)
+void address_write(VkDeviceAddress address, const void *bytes, VkDeviceSize size)
 {
     VkDeviceSize part;
     for (VkDeviceSize done = 0; done < size; done += part) {
@@ -118,7 +115,7 @@ static void copy_bytes(VkDeviceAddress source, VkDeviceAddress target, VkDeviceS
         const unsigned char *from = address_bytes(source + done, &part);
         if (from == NULL)
             return;
-        write_bytes(target + done, from, part);
+        address_write(target + done, from, part);
     }
 }
 
@@ -136,7 +133,7 @@ struct copy_constants {
 static bool is_open(VkDeviceAddress gate)
 {
     uint32_t value;
-    return read_bytes(gate, &value, sizeof(value)) && value != 0;
+    return address_read(gate, &value, sizeof(value)) && value != 0;
 }
 
 static void copy(const struct dispatch *dispatch)
@@ -148,11 +145,11 @@ static void copy(const struct dispatch *dispatch)
     for (uint32_t i = 0; i < dispatch->groups; i++) {
         const VkDeviceAddress at = constants.orders + i * sizeof(struct copy_order);
         struct copy_order order;
-        if (!read_bytes(at, &order, sizeof(order)))
+        if (!address_read(at, &order, sizeof(order)))
             return;
         copy_bytes(order.source, order.target, order.left < order.size ? order.left : order.size);
         order.is_done = 1;
-        write_bytes(at, &order, sizeof(order));
+        address_write(at, &order, sizeof(order));
     }
 }
 
@@ -168,7 +165,7 @@ static bool is_readable(const struct gathering *gathering, VkDeviceAddress addre
 {
     for (uint32_t i = 0; i < gathering->range_count; i++) {
         VkDeviceAddress range[2];
-        if (!read_bytes(gathering->ranges + i * sizeof(range), range, sizeof(range)))
+        if (!address_read(gathering->ranges + i * sizeof(range), range, sizeof(range)))
             return false;
         if (range[0] <= address && address < range[1])
             return size <= range[1] - address && address % sizeof(uint32_t) == 0;
@@ -194,15 +191,15 @@ static void gather(const struct dispatch *dispatch)
     for (uint32_t i = 0; i < gathering.count && gathering.words <= WORDS_MAX; i++) {
         uint32_t element[WORDS_MAX] = {0}, words = gathering.words;
         VkDeviceAddress address;
-        if (!read_bytes(gathering.addresses + i * sizeof(address), &address, sizeof(address)))
+        if (!address_read(gathering.addresses + i * sizeof(address), &address, sizeof(address)))
             return;
         if (gathering.typed != 0) {
             words = words_of((uint32_t)address & 15);
             address &= ~(VkDeviceAddress)15;
         }
         if (is_readable(&gathering, address, words * sizeof(uint32_t)))
-            read_bytes(address, element, words * sizeof(uint32_t));
-        write_bytes(gathering.target + i * size, element, size);
+            address_read(address, element, words * sizeof(uint32_t));
+        address_write(gathering.target + i * size, element, size);
     }
 }
 
@@ -212,4 +209,6 @@ void dispatch_execute(const struct dispatch *dispatch)
         copy(dispatch);
     if (dispatch->shader == SHADER_GATHER)
         gather(dispatch);
+    if (dispatch->shader == SHADER_GUARD)
+        guard_execute(dispatch);
 }

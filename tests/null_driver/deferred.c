@@ -25,18 +25,17 @@ static uint32_t joins_left(VkDeferredOperationKHR operation)
     return left;
 }
 
-uint32_t null_GetDeferredOperationMaxConcurrencyKHR(VkDevice device,
-                                                    VkDeferredOperationKHR operation)
+COMMAND(GetDeferredOperationMaxConcurrencyKHR)
 {
     return joins_left(operation);
 }
 
-VkResult null_GetDeferredOperationResultKHR(VkDevice device, VkDeferredOperationKHR operation)
+COMMAND(GetDeferredOperationResultKHR)
 {
     return joins_left(operation) > 0 ? VK_NOT_READY : VK_SUCCESS;
 }
 
-VkResult null_DeferredOperationJoinKHR(VkDevice device, VkDeferredOperationKHR operation)
+COMMAND(DeferredOperationJoinKHR)
 {
     struct object *object = FIND(DEFERRED_OPERATION_KHR, operation);
     if (object == NULL)

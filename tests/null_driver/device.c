@@ -54,8 +54,7 @@ static VkResult set_up(struct object *device, const VkDeviceCreateInfo *info)
     return VK_SUCCESS;
 }
 
-VkResult null_CreateDevice(VkPhysicalDevice physicalDevice, const VkDeviceCreateInfo *pCreateInfo,
-                           const VkAllocationCallbacks *pAllocator, VkDevice *pDevice)
+COMMAND(CreateDevice)
 {
     struct object *device = object_create(OBJECT(physicalDevice), VK_OBJECT_TYPE_DEVICE, NULL);
     if (device == NULL)
@@ -69,12 +68,12 @@ VkResult null_CreateDevice(VkPhysicalDevice physicalDevice, const VkDeviceCreate
     return VK_SUCCESS;
 }
 
-PFN_vkVoidFunction null_GetDeviceProcAddr(VkDevice device, const char *pName)
+COMMAND(GetDeviceProcAddr)
 {
     return entry_find_device(OBJECT(device), pName);
 }
 
-void null_GetDeviceQueue2(VkDevice device, const VkDeviceQueueInfo2 *pQueueInfo, VkQueue *pQueue)
+COMMAND(GetDeviceQueue2)
 {
     struct object *queue;
     *pQueue = VK_NULL_HANDLE;
@@ -86,9 +85,7 @@ void null_GetDeviceQueue2(VkDevice device, const VkDeviceQueueInfo2 *pQueueInfo,
             *pQueue = (VkQueue)queue;
 }
 
-void null_GetDeviceGroupPeerMemoryFeatures(VkDevice device, uint32_t heapIndex,
-                                           uint32_t localDeviceIndex, uint32_t remoteDeviceIndex,
-                                           VkPeerMemoryFeatureFlags *pPeerMemoryFeatures)
+COMMAND(GetDeviceGroupPeerMemoryFeatures)
 {
     *pPeerMemoryFeatures =
         VK_PEER_MEMORY_FEATURE_COPY_DST_BIT | VK_PEER_MEMORY_FEATURE_GENERIC_SRC_BIT;

@@ -73,4 +73,5 @@ void null_driver_reset(void)
     null_driver_end_hang();
     null_driver_set_device_lost(false);
     null_driver_set_executes_nothing(false);
+    null_driver_set_reads_instances(false);
 }

@@ -38,8 +38,7 @@ static VkFormatFeatureFlags fitting(VkFormatFeatureFlags2 features)
     return (VkFormatFeatureFlags)(features & 0x7fffffff);
 }
 
-void null_GetPhysicalDeviceFormatProperties2(VkPhysicalDevice physicalDevice, VkFormat format,
-                                             VkFormatProperties2 *pFormatProperties)
+COMMAND(GetPhysicalDeviceFormatProperties2)
 {
     const VkFormatProperties3 properties = format_properties(CONFIG(physicalDevice), format);
     pFormatProperties->formatProperties = (VkFormatProperties){
@@ -55,9 +54,7 @@ void null_GetPhysicalDeviceFormatProperties2(VkPhysicalDevice physicalDevice, Vk
     }
 }
 
-VkResult null_GetPhysicalDeviceImageFormatProperties2(
-    VkPhysicalDevice physicalDevice, const VkPhysicalDeviceImageFormatInfo2 *pImageFormatInfo,
-    VkImageFormatProperties2 *pImageFormatProperties)
+COMMAND(GetPhysicalDeviceImageFormatProperties2)
 {
     const struct null_driver_config *config = CONFIG(physicalDevice);
     VkImageFormatProperties *properties = &pImageFormatProperties->imageFormatProperties;

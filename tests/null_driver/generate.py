@@ -186,8 +186,11 @@ class Command:
                            if is_of_vulkan(parameter)]
         self.names = [parameter.findtext("name") for parameter in self.parameters]
         self.types = [parameter.findtext("type") for parameter in self.parameters]
-        self.declaration = ", ".join("".join(parameter.itertext())
+        self.declaration = ", ".join(" ".join("".join(parameter.itertext()).split())
                                      for parameter in self.parameters)
+        self.signature = f"{self.returns} null_{self.name}({self.declaration})"
+        self.init = f"void init_{self.name}(struct object *object, " \
+                    f"const {self.types[1]} *pCreateInfo)" if self.is_creation() else None
 
     def level(self):
         return {"VkPhysicalDevice": "PHYSICAL", "VkDevice": "DEVICE", "VkQueue": "DEVICE",
@@ -271,13 +274,11 @@ class Command:
         else:
             entry = [f"entry_count(ENTRY_{self.name});",
                      call + ";" if self.returns == "void" else f"return {call};"]
-        init = f"\n__attribute__((weak)) void init_{self.name}(struct object *object, " \
-               f"const {self.types[1]} *pCreateInfo)\n{{\n}}\n" if self.is_creation() else ""
-        return init + "".join(
-            f"\n{head} {self.returns} {prefix}_{self.name}({self.declaration})\n"
-            + "{\n" + "".join(f"    {line}\n" for line in body) + "}\n"
-            for head, prefix, body in (("__attribute__((weak))", "null", self.default()),
-                                       ("static", "entry", entry)))
+        functions = [(f"__attribute__((weak)) {self.init}", [])] if self.init else []
+        functions += [(f"__attribute__((weak)) {self.signature}", self.default()),
+                      (f"static {self.signature.replace(' null_', ' entry_')}", entry)]
+        return "".join(f"\n{head}\n{{\n" + "".join(f"    {line}\n" for line in body) + "}\n"
+                       for head, body in functions)
 
 
 def read_commands(registry):
@@ -332,8 +333,10 @@ def header(registry, commands):
         "\n\n#define ENTRIES(ENTRY)",
         *(f" \\\n    ENTRY({command.name})" for command in commands),
         "\n\n#define CREATIONS(CREATION)",
-        *(f" \\\n    CREATION({command.name}, {command.types[1]})"
-          for command in commands if command.is_creation()), "\n"])
+        *(f" \\\n    CREATION({command.name})" for command in commands if command.init), "\n\n",
+        *(f"#define COMMAND_{command.name} {command.signature}\n" for command in commands),
+        *(f"#define ON_CREATION_{command.name} {command.init}\n"
+          for command in commands if command.init)])
 
 
 def structures(registry):

@@ -21,9 +21,9 @@ static VkMemoryRequirements requirements(const struct null_driver_config *config
     };
 }
 
-void init_CreateImage(struct object *image, const VkImageCreateInfo *pCreateInfo)
+ON_CREATION(CreateImage)
 {
-    image->image = requirements(image->config, pCreateInfo);
+    object->image = requirements(object->config, pCreateInfo);
 }
 
 static VkMemoryRequirements requirements_of(VkImage image)
@@ -32,38 +32,29 @@ static VkMemoryRequirements requirements_of(VkImage image)
     return object != NULL ? object->image : (VkMemoryRequirements){0};
 }
 
-void null_GetImageMemoryRequirements2(VkDevice device, const VkImageMemoryRequirementsInfo2 *pInfo,
-                                      VkMemoryRequirements2 *pMemoryRequirements)
+COMMAND(GetImageMemoryRequirements2)
 {
     pMemoryRequirements->memoryRequirements = requirements_of(pInfo->image);
     requirements_fill_chain(pMemoryRequirements->pNext);
 }
 
-void null_GetDeviceImageMemoryRequirements(VkDevice device,
-                                           const VkDeviceImageMemoryRequirements *pInfo,
-                                           VkMemoryRequirements2 *pMemoryRequirements)
+COMMAND(GetDeviceImageMemoryRequirements)
 {
     pMemoryRequirements->memoryRequirements = requirements(CONFIG(device), pInfo->pCreateInfo);
     requirements_fill_chain(pMemoryRequirements->pNext);
 }
 
-void null_GetImageSubresourceLayout(VkDevice device, VkImage image,
-                                    const VkImageSubresource *pSubresource,
-                                    VkSubresourceLayout *pLayout)
+COMMAND(GetImageSubresourceLayout)
 {
     *pLayout = (VkSubresourceLayout){.size = requirements_of(image).size};
 }
 
-void null_GetImageSubresourceLayout2(VkDevice device, VkImage image,
-                                     const VkImageSubresource2 *pSubresource,
-                                     VkSubresourceLayout2 *pLayout)
+COMMAND(GetImageSubresourceLayout2)
 {
     pLayout->subresourceLayout = (VkSubresourceLayout){.size = requirements_of(image).size};
 }
 
-void null_GetDeviceImageSubresourceLayout(VkDevice device,
-                                          const VkDeviceImageSubresourceInfo *pInfo,
-                                          VkSubresourceLayout2 *pLayout)
+COMMAND(GetDeviceImageSubresourceLayout)
 {
     const VkMemoryRequirements memory = requirements(CONFIG(device), pInfo->pCreateInfo);
     pLayout->subresourceLayout = (VkSubresourceLayout){.size = memory.size};

@@ -37,7 +37,7 @@ PFN_vkVoidFunction vk_icdGetPhysicalDeviceProcAddr(VkInstance instance, const ch
     return entry_find_physical(pName);
 }
 
-PFN_vkVoidFunction null_GetInstanceProcAddr(VkInstance instance, const char *pName)
+COMMAND(GetInstanceProcAddr)
 {
     return entry_find(pName);
 }
@@ -55,14 +55,13 @@ VkResult enumerate(uint32_t *count, void *to, const void *from, uint32_t availab
     return all ? VK_SUCCESS : VK_INCOMPLETE;
 }
 
-VkResult null_EnumerateInstanceVersion(uint32_t *pApiVersion)
+COMMAND(EnumerateInstanceVersion)
 {
     *pApiVersion = config_current().api_version;
     return VK_SUCCESS;
 }
 
-VkResult null_EnumerateInstanceExtensionProperties(const char *pLayerName, uint32_t *pPropertyCount,
-                                                   VkExtensionProperties *pProperties)
+COMMAND(EnumerateInstanceExtensionProperties)
 {
     return enumerate(pPropertyCount, pProperties, instance_extensions,
                      COUNT_OF(instance_extensions), sizeof(instance_extensions[0]));
@@ -82,8 +81,7 @@ static void release_instance(struct object *instance)
     free(instance->instance_config);
 }
 
-VkResult null_CreateInstance(const VkInstanceCreateInfo *pCreateInfo,
-                             const VkAllocationCallbacks *pAllocator, VkInstance *pInstance)
+COMMAND(CreateInstance)
 {
     for (uint32_t i = 0; i < pCreateInfo->enabledExtensionCount; i++) {
         if (!extension_is_known(pCreateInfo->ppEnabledExtensionNames[i]))
@@ -121,34 +119,32 @@ static uint32_t physical_devices(VkInstance instance,
     return count;
 }
 
-VkResult null_EnumeratePhysicalDevices(VkInstance instance, uint32_t *pPhysicalDeviceCount,
-                                       VkPhysicalDevice *pPhysicalDevices)
+COMMAND(EnumeratePhysicalDevices)
 {
     VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
     const uint32_t count = physical_devices(instance, devices);
     return enumerate(pPhysicalDeviceCount, pPhysicalDevices, devices, count, sizeof(devices[0]));
 }
 
-VkResult null_EnumeratePhysicalDeviceGroups(VkInstance instance, uint32_t *pGroupCount,
-                                            VkPhysicalDeviceGroupProperties *pGroups)
+COMMAND(EnumeratePhysicalDeviceGroups)
 {
     VkPhysicalDevice devices[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
     const uint32_t device_count = physical_devices(instance, devices);
     const uint32_t group_size =
         CONFIG(instance)->one_device_group && device_count > 0 ? device_count : 1;
     const uint32_t group_count = device_count / group_size;
-    if (pGroups == NULL) {
-        *pGroupCount = group_count;
+    if (pPhysicalDeviceGroupProperties == NULL) {
+        *pPhysicalDeviceGroupCount = group_count;
         return VK_SUCCESS;
     }
-    const bool all = *pGroupCount >= group_count;
+    const bool all = *pPhysicalDeviceGroupCount >= group_count;
     if (all)
-        *pGroupCount = group_count;
-    for (uint32_t i = 0; i < *pGroupCount; i++) {
-        pGroups[i].physicalDeviceCount = group_size;
-        memcpy(pGroups[i].physicalDevices, &devices[i * group_size],
+        *pPhysicalDeviceGroupCount = group_count;
+    for (uint32_t i = 0; i < *pPhysicalDeviceGroupCount; i++) {
+        pPhysicalDeviceGroupProperties[i].physicalDeviceCount = group_size;
+        memcpy(pPhysicalDeviceGroupProperties[i].physicalDevices, &devices[i * group_size],
                group_size * sizeof(devices[0]));
-        pGroups[i].subsetAllocation = VK_TRUE;
+        pPhysicalDeviceGroupProperties[i].subsetAllocation = VK_TRUE;
     }
     return all ? VK_SUCCESS : VK_INCOMPLETE;
 }

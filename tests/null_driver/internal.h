@@ -81,8 +81,8 @@ struct private_value {
     uint64_t value;
 };
 
-/* The layer's shaders (compute.c). */
-enum shader { SHADER_NONE, SHADER_COPY, SHADER_GATHER };
+/* The layer's shaders (compute.c, guard.c). */
+enum shader { SHADER_NONE, SHADER_COPY, SHADER_GATHER, SHADER_GUARD };
 
 struct dispatch {
     enum shader shader;
@@ -235,6 +235,26 @@ unsigned char *buffer_bytes(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize *
 void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dispatch);
 void dispatch_execute(const struct dispatch *dispatch);
 
+void guard_execute(const struct dispatch *dispatch);
+
+/* Bytes of memory by their addresses. False where not all of it has memory; what has is copied. */
+bool address_read(VkDeviceAddress address, void *bytes, VkDeviceSize size);
+void address_write(VkDeviceAddress address, const void *bytes, VkDeviceSize size);
+
+/* The instances of a build (builds.c). */
+struct instances {
+    VkBuffer buffer;       /* of VK_NV_ray_tracing, where data is an offset; else null */
+    VkDeviceAddress data;  /* without the offset of an indirect range */
+    VkDeviceAddress range; /* 0: the count is known */
+    uint32_t count;
+    bool are_pointers, have_motion;
+};
+/* Records a build at which a fault may happen. */
+void transfers_add_build(VkCommandBuffer commands);
+/* Records a build that reads instances; and reads them. */
+void transfers_add_instances(VkCommandBuffer commands, const struct instances *instances);
+void instances_read(const struct instances *instances);
+
 /* Does what the command buffer's commands do to buffers. Returns false if the device is lost, or
  * hangs, at one of its builds. */
 bool transfers_execute(VkCommandBuffer commands);
@@ -287,7 +307,7 @@ void fault_keep(const VkSubmitInfo2 *info, const VkCommandBuffer *commands, VkFe
  * and extensions offered. It counts the call, and calls null_NAME unless the call is to fail. Of
  * null_NAME it makes a weak definition: creates or destroys an object without state, asks the newer
  * form of a query, fills its result with zeros, enumerates nothing, lets a deferred operation
- * start, or does nothing and succeeds. A definition in a file here replaces it.
+ * start, or does nothing and succeeds. COMMAND(NAME) in a file here replaces it.
  */
 
 enum entry {
@@ -301,10 +321,15 @@ enum entry {
 ENTRIES(ENTRY)
 #undef ENTRY
 
-/* What a command that creates one object does to it before the application has its handle. Nothing,
- * unless a file here defines it. */
-#define CREATION(name, info_type)                                                                  \
-    void init_##name(struct object *object, const info_type *pCreateInfo);
+/* Defines null_NAME: COMMAND(CreateDevice) { ... }. The parameters have their names of the
+ * registry.
+ */
+#define COMMAND(name) COMMAND_##name
+
+/* Defines what a command that creates one object does to it before the application has its handle:
+ * ON_CREATION(CreateFence) { ... }. The parameters are `object` and pCreateInfo. */
+#define ON_CREATION(name) ON_CREATION_##name
+#define CREATION(name) ON_CREATION(name);
 CREATIONS(CREATION)
 #undef CREATION
 

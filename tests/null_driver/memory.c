@@ -47,8 +47,7 @@ static VkDeviceAddress replayed_address(const VkMemoryAllocateInfo *info)
     return replay != NULL ? replay->opaqueCaptureAddress : 0;
 }
 
-VkResult null_AllocateMemory(VkDevice device, const VkMemoryAllocateInfo *pAllocateInfo,
-                             const VkAllocationCallbacks *pAllocator, VkDeviceMemory *pMemory)
+COMMAND(AllocateMemory)
 {
     const struct null_driver_config *config = CONFIG(device);
     const VkResult result = check(config, pAllocateInfo);
@@ -89,7 +88,7 @@ unsigned char *memory_bytes(struct object *memory, VkDeviceSize offset, VkDevice
     return bytes != NULL ? bytes + offset : NULL;
 }
 
-VkResult null_MapMemory2(VkDevice device, const VkMemoryMapInfo *pMemoryMapInfo, void **ppData)
+COMMAND(MapMemory2)
 {
     struct object *memory = FIND(DEVICE_MEMORY, pMemoryMapInfo->memory);
     if (memory == NULL || !memory->memory.host_visible)
@@ -102,22 +101,19 @@ VkResult null_MapMemory2(VkDevice device, const VkMemoryMapInfo *pMemoryMapInfo,
     return VK_SUCCESS;
 }
 
-void null_GetDeviceMemoryCommitment(VkDevice device, VkDeviceMemory memory,
-                                    VkDeviceSize *pCommittedMemoryInBytes)
+COMMAND(GetDeviceMemoryCommitment)
 {
     const struct object *object = FIND(DEVICE_MEMORY, memory);
     *pCommittedMemoryInBytes = object != NULL ? object->memory.size : 0;
 }
 
-uint64_t
-null_GetDeviceMemoryOpaqueCaptureAddress(VkDevice device,
-                                         const VkDeviceMemoryOpaqueCaptureAddressInfo *pInfo)
+COMMAND(GetDeviceMemoryOpaqueCaptureAddress)
 {
     const struct object *memory = FIND(DEVICE_MEMORY, pInfo->memory);
     return memory != NULL ? memory->memory.address : 0;
 }
 
-VkResult null_GetMemoryFdKHR(VkDevice device, const VkMemoryGetFdInfoKHR *pGetFdInfo, int *pFd)
+COMMAND(GetMemoryFdKHR)
 {
     if (FIND(DEVICE_MEMORY, pGetFdInfo->memory) == NULL)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -125,18 +121,14 @@ VkResult null_GetMemoryFdKHR(VkDevice device, const VkMemoryGetFdInfoKHR *pGetFd
     return *pFd >= 0 ? VK_SUCCESS : VK_ERROR_TOO_MANY_OBJECTS;
 }
 
-VkResult null_GetMemoryFdPropertiesKHR(VkDevice device,
-                                       VkExternalMemoryHandleTypeFlagBits handleType, int fd,
-                                       VkMemoryFdPropertiesKHR *pMemoryFdProperties)
+COMMAND(GetMemoryFdPropertiesKHR)
 {
     pMemoryFdProperties->memoryTypeBits =
         requirements_types(CONFIG(device), 0, VK_MEMORY_PROPERTY_PROTECTED_BIT);
     return VK_SUCCESS;
 }
 
-VkResult null_GetMemoryHostPointerPropertiesEXT(
-    VkDevice device, VkExternalMemoryHandleTypeFlagBits handleType, const void *pHostPointer,
-    VkMemoryHostPointerPropertiesEXT *pMemoryHostPointerProperties)
+COMMAND(GetMemoryHostPointerPropertiesEXT)
 {
     pMemoryHostPointerProperties->memoryTypeBits =
         requirements_types(CONFIG(device), VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT, 0);

@@ -167,6 +167,12 @@ struct null_driver_api {
     void (*set_device_lost)(bool lost);
     /* While true, submissions complete and nothing in them is executed, as on a mock driver. */
     void (*set_executes_nothing)(bool executes_nothing);
+    /* While true, recorded builds of top-level structures read the references of their instances
+     * when they execute; their parameters must be valid. */
+    void (*set_reads_instances)(bool reads);
+    /* The references that were read since the last call, in the order of the builds; UINT64_MAX
+     * where an instance has no memory. Returns their number. */
+    uint32_t (*take_references)(uint64_t *references, uint32_t capacity);
     /* NULL: nothing is planned any more. */
     void (*plan_fault)(const struct null_driver_fault *fault);
     /* Executes what was submitted since the device hung, the submission that hung from its
@@ -185,6 +191,8 @@ NULL_DRIVER_EXPORT void null_driver_configure(const struct null_driver_config *c
 NULL_DRIVER_EXPORT void null_driver_fail_next(const char *name, VkResult result);
 NULL_DRIVER_EXPORT void null_driver_set_device_lost(bool lost);
 NULL_DRIVER_EXPORT void null_driver_set_executes_nothing(bool executes_nothing);
+NULL_DRIVER_EXPORT void null_driver_set_reads_instances(bool reads);
+NULL_DRIVER_EXPORT uint32_t null_driver_take_references(uint64_t *references, uint32_t capacity);
 NULL_DRIVER_EXPORT void null_driver_plan_fault(const struct null_driver_fault *fault);
 NULL_DRIVER_EXPORT void null_driver_end_hang(void);
 NULL_DRIVER_EXPORT uint64_t null_driver_calls(const char *name);
@@ -203,6 +211,8 @@ static inline void *null_driver_load(const char *path, struct null_driver_api *a
         {"null_driver_fail_next", (void **)&api->fail_next},
         {"null_driver_set_device_lost", (void **)&api->set_device_lost},
         {"null_driver_set_executes_nothing", (void **)&api->set_executes_nothing},
+        {"null_driver_set_reads_instances", (void **)&api->set_reads_instances},
+        {"null_driver_take_references", (void **)&api->take_references},
         {"null_driver_plan_fault", (void **)&api->plan_fault},
         {"null_driver_end_hang", (void **)&api->end_hang},
         {"null_driver_calls", (void **)&api->calls},

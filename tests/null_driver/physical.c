@@ -4,28 +4,23 @@
 
 #include <string.h>
 
-void null_GetPhysicalDeviceFeatures2(VkPhysicalDevice physicalDevice,
-                                     VkPhysicalDeviceFeatures2 *pFeatures)
+COMMAND(GetPhysicalDeviceFeatures2)
 {
     features_fill(CONFIG(physicalDevice), pFeatures);
 }
 
-void null_GetPhysicalDeviceProperties2(VkPhysicalDevice physicalDevice,
-                                       VkPhysicalDeviceProperties2 *pProperties)
+COMMAND(GetPhysicalDeviceProperties2)
 {
     properties_fill(CONFIG(physicalDevice), OBJECT(physicalDevice)->physical_device.index,
                     pProperties);
 }
 
-void null_GetPhysicalDeviceMemoryProperties2(VkPhysicalDevice physicalDevice,
-                                             VkPhysicalDeviceMemoryProperties2 *pMemoryProperties)
+COMMAND(GetPhysicalDeviceMemoryProperties2)
 {
     pMemoryProperties->memoryProperties = CONFIG(physicalDevice)->memory;
 }
 
-void null_GetPhysicalDeviceQueueFamilyProperties(VkPhysicalDevice physicalDevice,
-                                                 uint32_t *pQueueFamilyPropertyCount,
-                                                 VkQueueFamilyProperties *pQueueFamilyProperties)
+COMMAND(GetPhysicalDeviceQueueFamilyProperties)
 {
     const struct null_driver_config *config = CONFIG(physicalDevice);
     enumerate(pQueueFamilyPropertyCount, pQueueFamilyProperties, config->queue_families,
@@ -44,9 +39,7 @@ static void fill_family_chain(const VkQueueFamilyProperties *family, VkBaseOutSt
     }
 }
 
-void null_GetPhysicalDeviceQueueFamilyProperties2(VkPhysicalDevice physicalDevice,
-                                                  uint32_t *pQueueFamilyPropertyCount,
-                                                  VkQueueFamilyProperties2 *pQueueFamilyProperties)
+COMMAND(GetPhysicalDeviceQueueFamilyProperties2)
 {
     const struct null_driver_config *config = CONFIG(physicalDevice);
     if (pQueueFamilyProperties == NULL || *pQueueFamilyPropertyCount > config->queue_family_count)
@@ -81,18 +74,14 @@ list_extensions(const struct null_driver_config *config,
     return count;
 }
 
-VkResult null_EnumerateDeviceExtensionProperties(VkPhysicalDevice physicalDevice,
-                                                 const char *pLayerName, uint32_t *pPropertyCount,
-                                                 VkExtensionProperties *pProperties)
+COMMAND(EnumerateDeviceExtensionProperties)
 {
     VkExtensionProperties extensions[EXTENSION_COUNT + NULL_DRIVER_MAX_EXTENSIONS];
     const uint32_t count = list_extensions(CONFIG(physicalDevice), extensions);
     return enumerate(pPropertyCount, pProperties, extensions, count, sizeof(extensions[0]));
 }
 
-void null_GetPhysicalDeviceExternalBufferProperties(
-    VkPhysicalDevice physicalDevice, const VkPhysicalDeviceExternalBufferInfo *pExternalBufferInfo,
-    VkExternalBufferProperties *pExternalBufferProperties)
+COMMAND(GetPhysicalDeviceExternalBufferProperties)
 {
     pExternalBufferProperties->externalMemoryProperties = (VkExternalMemoryProperties){
         VK_EXTERNAL_MEMORY_FEATURE_EXPORTABLE_BIT | VK_EXTERNAL_MEMORY_FEATURE_IMPORTABLE_BIT,

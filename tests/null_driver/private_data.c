@@ -11,9 +11,9 @@ static void release_slot(struct object *slot)
     free(slot->private_data.values);
 }
 
-void init_CreatePrivateDataSlot(struct object *slot, const VkPrivateDataSlotCreateInfo *pCreateInfo)
+ON_CREATION(CreatePrivateDataSlot)
 {
-    slot->release = release_slot;
+    object->release = release_slot;
 }
 
 static struct private_value *find(const struct object *slot, VkObjectType type, uint64_t handle)
@@ -41,8 +41,7 @@ static VkResult set(struct object *slot, const struct private_value *new)
     return VK_SUCCESS;
 }
 
-VkResult null_SetPrivateData(VkDevice device, VkObjectType objectType, uint64_t objectHandle,
-                             VkPrivateDataSlot privateDataSlot, uint64_t data)
+COMMAND(SetPrivateData)
 {
     struct object *slot = FIND(PRIVATE_DATA_SLOT, privateDataSlot);
     if (slot == NULL)
@@ -54,8 +53,7 @@ VkResult null_SetPrivateData(VkDevice device, VkObjectType objectType, uint64_t 
     return result;
 }
 
-void null_GetPrivateData(VkDevice device, VkObjectType objectType, uint64_t objectHandle,
-                         VkPrivateDataSlot privateDataSlot, uint64_t *pData)
+COMMAND(GetPrivateData)
 {
     const struct object *slot = FIND(PRIVATE_DATA_SLOT, privateDataSlot);
     pthread_mutex_lock(&lock);

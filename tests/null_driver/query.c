@@ -35,15 +35,13 @@ void query_write(const struct null_driver_config *config, uint32_t count, VkQuer
         write_value((char *)data + i * stride, sizeof(value), value);
 }
 
-void init_CreateQueryPool(struct object *pool, const VkQueryPoolCreateInfo *pCreateInfo)
+ON_CREATION(CreateQueryPool)
 {
-    pool->query_type = pCreateInfo->queryType;
+    object->query_type = pCreateInfo->queryType;
 }
 
 /* All queries are available at once. */
-VkResult null_GetQueryPoolResults(VkDevice device, VkQueryPool queryPool, uint32_t firstQuery,
-                                  uint32_t queryCount, size_t dataSize, void *pData,
-                                  VkDeviceSize stride, VkQueryResultFlags flags)
+COMMAND(GetQueryPoolResults)
 {
     const struct object *pool = FIND(QUERY_POOL, queryPool);
     if (device_is_lost())

@@ -78,8 +78,7 @@ static bool execute1(const VkSubmitInfo *info)
     return execute(&own) && goes_on;
 }
 
-VkResult null_QueueSubmit(VkQueue queue, uint32_t submitCount, const VkSubmitInfo *pSubmits,
-                          VkFence fence)
+COMMAND(QueueSubmit)
 {
     bool goes_on = true, has_commands = false;
     for (uint32_t i = 0; i < submitCount; i++)
@@ -93,8 +92,7 @@ VkResult null_QueueSubmit(VkQueue queue, uint32_t submitCount, const VkSubmitInf
     return end(fence, goes_on);
 }
 
-VkResult null_QueueSubmit2(VkQueue queue, uint32_t submitCount, const VkSubmitInfo2 *pSubmits,
-                           VkFence fence)
+COMMAND(QueueSubmit2)
 {
     bool goes_on = true, has_commands = false;
     for (uint32_t i = 0; i < submitCount; i++)
@@ -120,8 +118,7 @@ static void bind_sparse(const VkSparseBufferMemoryBindInfo *info)
     }
 }
 
-VkResult null_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
-                              const VkBindSparseInfo *pBindInfo, VkFence fence)
+COMMAND(QueueBindSparse)
 {
     if (device_is_lost())
         return VK_ERROR_DEVICE_LOST;
@@ -134,12 +131,12 @@ VkResult null_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
     return finish(fence);
 }
 
-VkResult null_QueueWaitIdle(VkQueue queue)
+COMMAND(QueueWaitIdle)
 {
     return sync_wait_idle();
 }
 
-VkResult null_DeviceWaitIdle(VkDevice device)
+COMMAND(DeviceWaitIdle)
 {
     return sync_wait_idle();
 }

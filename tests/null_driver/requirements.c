@@ -41,9 +41,7 @@ static VkMemoryRequirements requirements(const struct null_driver_config *config
     };
 }
 
-void null_GetBufferMemoryRequirements2(VkDevice device,
-                                       const VkBufferMemoryRequirementsInfo2 *pInfo,
-                                       VkMemoryRequirements2 *pMemoryRequirements)
+COMMAND(GetBufferMemoryRequirements2)
 {
     const struct object *object = FIND(BUFFER, pInfo->buffer);
     pMemoryRequirements->memoryRequirements =
@@ -52,9 +50,7 @@ void null_GetBufferMemoryRequirements2(VkDevice device,
     requirements_fill_chain(pMemoryRequirements->pNext);
 }
 
-void null_GetDeviceBufferMemoryRequirements(VkDevice device,
-                                            const VkDeviceBufferMemoryRequirements *pInfo,
-                                            VkMemoryRequirements2 *pMemoryRequirements)
+COMMAND(GetDeviceBufferMemoryRequirements)
 {
     pMemoryRequirements->memoryRequirements =
         requirements(CONFIG(device), pInfo->pCreateInfo->size, pInfo->pCreateInfo->flags);

@@ -2,55 +2,43 @@
 /* Render areas, pipelines and descriptors: what is more than created and destroyed. */
 #include "internal.h"
 
-void null_GetRenderAreaGranularity(VkDevice device, VkRenderPass renderPass,
-                                   VkExtent2D *pGranularity)
+COMMAND(GetRenderAreaGranularity)
 {
     *pGranularity = (VkExtent2D){1, 1};
 }
 
-void null_GetRenderingAreaGranularity(VkDevice device, const VkRenderingAreaInfo *pInfo,
-                                      VkExtent2D *pGranularity)
+COMMAND(GetRenderingAreaGranularity)
 {
     *pGranularity = (VkExtent2D){1, 1};
 }
 
 /* ---- pipelines */
 
-VkResult null_GetRayTracingShaderGroupHandlesKHR(VkDevice device, VkPipeline pipeline,
-                                                 uint32_t firstGroup, uint32_t groupCount,
-                                                 size_t dataSize, void *pData)
+COMMAND(GetRayTracingShaderGroupHandlesKHR)
 {
     memset(pData, 0, dataSize);
     return VK_SUCCESS;
 }
 
-VkResult null_GetRayTracingCaptureReplayShaderGroupHandlesKHR(VkDevice device, VkPipeline pipeline,
-                                                              uint32_t firstGroup,
-                                                              uint32_t groupCount, size_t dataSize,
-                                                              void *pData)
+COMMAND(GetRayTracingCaptureReplayShaderGroupHandlesKHR)
 {
     memset(pData, 0, dataSize);
     return VK_SUCCESS;
 }
 
-VkDeviceSize null_GetRayTracingShaderGroupStackSizeKHR(VkDevice device, VkPipeline pipeline,
-                                                       uint32_t group,
-                                                       VkShaderGroupShaderKHR groupShader)
+COMMAND(GetRayTracingShaderGroupStackSizeKHR)
 {
     return 64;
 }
 
 /* ---- descriptors */
 
-void null_GetDescriptorSetLayoutSupport(VkDevice device,
-                                        const VkDescriptorSetLayoutCreateInfo *pCreateInfo,
-                                        VkDescriptorSetLayoutSupport *pSupport)
+COMMAND(GetDescriptorSetLayoutSupport)
 {
     pSupport->supported = VK_TRUE;
 }
 
-VkResult null_ResetDescriptorPool(VkDevice device, VkDescriptorPool descriptorPool,
-                                  VkDescriptorPoolResetFlags flags)
+COMMAND(ResetDescriptorPool)
 {
     struct object *pool = FIND(DESCRIPTOR_POOL, descriptorPool);
     if (pool != NULL)
@@ -58,9 +46,7 @@ VkResult null_ResetDescriptorPool(VkDevice device, VkDescriptorPool descriptorPo
     return VK_SUCCESS;
 }
 
-VkResult null_AllocateDescriptorSets(VkDevice device,
-                                     const VkDescriptorSetAllocateInfo *pAllocateInfo,
-                                     VkDescriptorSet *pDescriptorSets)
+COMMAND(AllocateDescriptorSets)
 {
     const uint32_t count = pAllocateInfo->descriptorSetCount;
     struct object *pool = FIND(DESCRIPTOR_POOL, pAllocateInfo->descriptorPool);
@@ -72,9 +58,7 @@ VkResult null_AllocateDescriptorSets(VkDevice device,
     return VK_ERROR_OUT_OF_POOL_MEMORY;
 }
 
-VkResult null_FreeDescriptorSets(VkDevice device, VkDescriptorPool descriptorPool,
-                                 uint32_t descriptorSetCount,
-                                 const VkDescriptorSet *pDescriptorSets)
+COMMAND(FreeDescriptorSets)
 {
     for (uint32_t i = 0; i < descriptorSetCount; i++)
         object_destroy(RAW(pDescriptorSets[i]), VK_OBJECT_TYPE_DESCRIPTOR_SET);
@@ -83,9 +67,7 @@ VkResult null_FreeDescriptorSets(VkDevice device, VkDescriptorPool descriptorPoo
 
 /* ---- video decoding, as much as it takes to begin a coding scope */
 
-VkResult null_GetPhysicalDeviceVideoCapabilitiesKHR(VkPhysicalDevice physicalDevice,
-                                                    const VkVideoProfileInfoKHR *pVideoProfile,
-                                                    VkVideoCapabilitiesKHR *pCapabilities)
+COMMAND(GetPhysicalDeviceVideoCapabilitiesKHR)
 {
     if (pVideoProfile->videoCodecOperation != VK_VIDEO_CODEC_OPERATION_DECODE_H264_BIT_KHR)
         return VK_ERROR_VIDEO_PROFILE_CODEC_NOT_SUPPORTED_KHR;
@@ -103,9 +85,7 @@ VkResult null_GetPhysicalDeviceVideoCapabilitiesKHR(VkPhysicalDevice physicalDev
     return VK_SUCCESS;
 }
 
-VkResult null_GetPhysicalDeviceVideoFormatPropertiesKHR(
-    VkPhysicalDevice physicalDevice, const VkPhysicalDeviceVideoFormatInfoKHR *pVideoFormatInfo,
-    uint32_t *pVideoFormatPropertyCount, VkVideoFormatPropertiesKHR *pVideoFormatProperties)
+COMMAND(GetPhysicalDeviceVideoFormatPropertiesKHR)
 {
     if (pVideoFormatProperties != NULL && *pVideoFormatPropertyCount > 0) {
         pVideoFormatProperties->format = VK_FORMAT_G8_B8R8_2PLANE_420_UNORM;

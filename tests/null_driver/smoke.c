@@ -5,23 +5,41 @@
 PFN_vkVoidFunction vkGetInstanceProcAddr(VkInstance instance, const char *pName); /* the loader's */
 
 struct null_driver_api driver;
+VkuInstanceDispatchTable vki;
+VkuDeviceDispatchTable vk;
+VkPhysicalDevice physical[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
+VkInstance instance;
+VkDevice device;
+VkQueue queue;
 
-void make_instance(struct fixture *f)
+static void *library;
+
+const char *unit_test_open(const char *argument)
+{
+    library = null_driver_load(NULL_DRIVER_LIBRARY, &driver);
+    return library ? NULL : dlerror();
+}
+
+void unit_test_close(void)
+{
+    dlclose(library);
+}
+
+void make_instance(void)
 {
     PFN_vkCreateInstance create =
         (PFN_vkCreateInstance)vkGetInstanceProcAddr(NULL, "vkCreateInstance");
-    const VkApplicationInfo application = MAKE(VkApplicationInfo, .apiVersion = VK_API_VERSION_1_3);
+    const STRUCT(VkApplicationInfo, application, .apiVersion = VK_API_VERSION_1_3);
     static const char *const extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
-    const VkInstanceCreateInfo info =
-        MAKE(VkInstanceCreateInfo, .enabledExtensionCount = 1,
-             .ppEnabledExtensionNames = extensions, .pApplicationInfo = &application);
+    const STRUCT(VkInstanceCreateInfo, info, .enabledExtensionCount = 1,
+                 .ppEnabledExtensionNames = extensions, .pApplicationInfo = &application);
     uint32_t count = NULL_DRIVER_MAX_PHYSICAL_DEVICES;
-    CHECK(create(&info, NULL, &f->instance));
-    vkuInitInstanceDispatchTable(f->instance, &f->vki, vkGetInstanceProcAddr);
-    CHECK(f->vki.EnumeratePhysicalDevices(f->instance, &count, f->physical));
+    CHECK(create(&info, NULL, &instance));
+    vkuInitInstanceDispatchTable(instance, &vki, vkGetInstanceProcAddr);
+    CHECK(vki.EnumeratePhysicalDevices(instance, &count, physical));
 }
 
-VkResult make_device(struct fixture *f, const void *pNext)
+VkResult make_device(const void *pNext)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
@@ -30,98 +48,82 @@ VkResult make_device(struct fixture *f, const void *pNext)
                                              VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME,
                                              VK_KHR_VIDEO_QUEUE_EXTENSION_NAME};
     const float priorities[] = {1, 1};
-    const VkDeviceQueueCreateInfo queues =
-        MAKE(VkDeviceQueueCreateInfo, .queueCount = 2, .pQueuePriorities = priorities);
-    const VkDeviceCreateInfo info = MAKE(
-        VkDeviceCreateInfo, .pNext = pNext, .queueCreateInfoCount = 1, .pQueueCreateInfos = &queues,
-        .enabledExtensionCount = COUNT_OF(extensions), .ppEnabledExtensionNames = extensions);
+    const STRUCT(VkDeviceQueueCreateInfo, queues, .queueCount = 2, .pQueuePriorities = priorities);
+    const STRUCT(VkDeviceCreateInfo, info, .pNext = pNext, .queueCreateInfoCount = 1,
+                 .pQueueCreateInfos = &queues, .enabledExtensionCount = COUNT_OF(extensions),
+                 .ppEnabledExtensionNames = extensions);
     PFN_vkCreateDevice create =
-        (PFN_vkCreateDevice)vkGetInstanceProcAddr(f->instance, "vkCreateDevice");
+        (PFN_vkCreateDevice)vkGetInstanceProcAddr(instance, "vkCreateDevice");
     PFN_vkGetDeviceProcAddr get_address =
-        (PFN_vkGetDeviceProcAddr)vkGetInstanceProcAddr(f->instance, "vkGetDeviceProcAddr");
-    const VkResult result = create(f->physical[0], &info, NULL, &f->device);
+        (PFN_vkGetDeviceProcAddr)vkGetInstanceProcAddr(instance, "vkGetDeviceProcAddr");
+    const VkResult result = create(physical[0], &info, NULL, &device);
     if (result != VK_SUCCESS)
         return result;
-    vkuInitDeviceDispatchTable(f->device, &f->vk, get_address);
-    f->vk.GetDeviceQueue(f->device, 0, 1, &f->queue);
-    assert_non_null(f->queue);
+    vkuInitDeviceDispatchTable(device, &vk, get_address);
+    vk.GetDeviceQueue(device, 0, 1, &queue);
+    assert_non_null(queue);
     return VK_SUCCESS;
 }
 
-static void destroy(struct fixture *f)
+void tear_down(void)
 {
-    if (f->device != VK_NULL_HANDLE)
-        f->vk.DestroyDevice(f->device, NULL);
-    f->vki.DestroyInstance(f->instance, NULL);
+    if (device != VK_NULL_HANDLE)
+        vk.DestroyDevice(device, NULL);
+    vki.DestroyInstance(instance, NULL);
 }
 
-int set_up(void **state)
+void set_up(void)
 {
-    static struct fixture fixture;
-    memset(&fixture, 0, sizeof(fixture));
+    device = VK_NULL_HANDLE;
     driver.reset();
     driver.configure(NULL);
-    *state = &fixture;
-    return 0;
 }
 
-/* An instance and a device of the default configuration. */
-int set_up_device(void **state)
+void set_up_device(void)
 {
-    set_up(state);
-    make_instance(*state);
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR features =
-        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .accelerationStructure = VK_TRUE,
-             .accelerationStructureHostCommands = VK_TRUE);
-    CHECK(make_device(*state, &MAKE(VkPhysicalDeviceBufferDeviceAddressFeatures, .pNext = &features,
-                                    .bufferDeviceAddress = VK_TRUE)));
-    return 0;
+    set_up();
+    make_instance();
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, features,
+           .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
+    CHECK(make_device(&MAKE(VkPhysicalDeviceBufferDeviceAddressFeatures, .pNext = &features,
+                            .bufferDeviceAddress = VK_TRUE)));
 }
 
-int tear_down(void **state)
+VkBuffer make_buffer(VkBufferCreateFlags flags, VkDeviceSize size)
 {
-    destroy(*state);
-    return 0;
-}
-
-VkBuffer make_buffer(struct fixture *f, VkBufferCreateFlags flags, VkDeviceSize size)
-{
-    const VkBufferCreateInfo info =
-        MAKE(VkBufferCreateInfo, .flags = flags, .size = size,
-             .usage = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
-                      VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    const STRUCT(VkBufferCreateInfo, info, .flags = flags, .size = size,
+                 .usage = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+                          VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
     VkBuffer buffer;
-    CHECK(f->vk.CreateBuffer(f->device, &info, NULL, &buffer));
+    CHECK(vk.CreateBuffer(device, &info, NULL, &buffer));
     return buffer;
 }
 
-VkDeviceMemory make_memory(struct fixture *f, uint32_t type, VkDeviceSize size)
+VkDeviceMemory make_memory(uint32_t type, VkDeviceSize size)
 {
-    const VkMemoryAllocateInfo info =
-        MAKE(VkMemoryAllocateInfo, .allocationSize = size, .memoryTypeIndex = type);
+    const STRUCT(VkMemoryAllocateInfo, info, .allocationSize = size, .memoryTypeIndex = type);
     VkDeviceMemory memory;
-    CHECK(f->vk.AllocateMemory(f->device, &info, NULL, &memory));
+    CHECK(vk.AllocateMemory(device, &info, NULL, &memory));
     return memory;
 }
 
-VkDeviceAddress address_of(struct fixture *f, VkBuffer buffer)
+VkDeviceAddress address_of(VkBuffer buffer)
 {
-    const VkBufferDeviceAddressInfo info = MAKE(VkBufferDeviceAddressInfo, .buffer = buffer);
-    return f->vk.GetBufferDeviceAddress(f->device, &info);
+    const STRUCT(VkBufferDeviceAddressInfo, info, .buffer = buffer);
+    return vk.GetBufferDeviceAddress(device, &info);
 }
 
-VkCommandPool make_pool(struct fixture *f)
+VkCommandPool make_pool(void)
 {
     VkCommandPool pool;
-    CHECK(f->vk.CreateCommandPool(f->device, &MAKE(VkCommandPoolCreateInfo), NULL, &pool));
+    CHECK(vk.CreateCommandPool(device, &MAKE(VkCommandPoolCreateInfo), NULL, &pool));
     return pool;
 }
 
-VkCommandBuffer make_command_buffer(struct fixture *f, VkCommandPool pool)
+VkCommandBuffer make_command_buffer(VkCommandPool pool)
 {
-    const VkCommandBufferAllocateInfo info =
-        MAKE(VkCommandBufferAllocateInfo, .commandPool = pool, .commandBufferCount = 1);
+    const STRUCT(VkCommandBufferAllocateInfo, info, .commandPool = pool, .commandBufferCount = 1);
     VkCommandBuffer commands;
-    CHECK(f->vk.AllocateCommandBuffers(f->device, &info, &commands));
+    CHECK(vk.AllocateCommandBuffers(device, &info, &commands));
     return commands;
 }

@@ -5,12 +5,9 @@
 
 #include "null_driver.h"
 #include "tests/fixture/make.h"
+#include "tests/state/unit_test.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
 #include <string.h>
-
-#include <cmocka.h>
 #include <vulkan/utility/vk_dispatch_table.h>
 
 #define CHECK(call) assert_int_equal(call, VK_SUCCESS)
@@ -18,29 +15,27 @@
 
 extern struct null_driver_api driver;
 
-struct fixture {
-    VkuInstanceDispatchTable vki;
-    VkuDeviceDispatchTable vk;
-    VkInstance instance;
-    VkPhysicalDevice physical[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
-    VkDevice device;
-    VkQueue queue;
-};
+/* Of the test that runs. */
+extern VkuInstanceDispatchTable vki;
+extern VkuDeviceDispatchTable vk;
+extern VkPhysicalDevice physical[NULL_DRIVER_MAX_PHYSICAL_DEVICES];
+extern VkInstance instance;
+extern VkDevice device;
+extern VkQueue queue;
 
-void make_instance(struct fixture *f);
-VkResult make_device(struct fixture *f, const void *pNext);
-int set_up(void **state);
-int set_up_device(void **state);
-int tear_down(void **state);
-VkBuffer make_buffer(struct fixture *f, VkBufferCreateFlags flags, VkDeviceSize size);
-VkDeviceMemory make_memory(struct fixture *f, uint32_t type, VkDeviceSize size);
-VkDeviceAddress address_of(struct fixture *f, VkBuffer buffer);
-VkCommandPool make_pool(struct fixture *f);
-VkCommandBuffer make_command_buffer(struct fixture *f, VkCommandPool pool);
+/* A test that makes its instance and device, and one with those of the default configuration. */
+#define INSTANCE_TEST(name) TEST_BETWEEN(name, set_up, tear_down)
+#define DEVICE_TEST(name) TEST_BETWEEN(name, set_up_device, tear_down)
+void set_up(void);
+void set_up_device(void);
+void tear_down(void);
 
-/* The tests of commands, synchronization and failures. */
-int run_command_tests(void);
-/* What submitted commands do to the bytes of buffers. */
-int run_transfer_tests(void);
+void make_instance(void);
+VkResult make_device(const void *pNext);
+VkBuffer make_buffer(VkBufferCreateFlags flags, VkDeviceSize size);
+VkDeviceMemory make_memory(uint32_t type, VkDeviceSize size);
+VkDeviceAddress address_of(VkBuffer buffer);
+VkCommandPool make_pool(void);
+VkCommandBuffer make_command_buffer(VkCommandPool pool);
 
 #endif

@@ -86,9 +86,9 @@ VkResult sync_wait_idle(void)
 
 /* ---- fences */
 
-void init_CreateFence(struct object *fence, const VkFenceCreateInfo *pCreateInfo)
+ON_CREATION(CreateFence)
 {
-    fence->fence_signaled = pCreateInfo->flags & VK_FENCE_CREATE_SIGNALED_BIT;
+    object->fence_signaled = pCreateInfo->flags & VK_FENCE_CREATE_SIGNALED_BIT;
 }
 
 static void set_fence(VkFence fence, bool signaled)
@@ -105,7 +105,7 @@ void sync_signal_fence(VkFence fence)
     set_fence(fence, true);
 }
 
-VkResult null_ResetFences(VkDevice device, uint32_t fenceCount, const VkFence *pFences)
+COMMAND(ResetFences)
 {
     for (uint32_t i = 0; i < fenceCount; i++)
         set_fence(pFences[i], false);
@@ -129,14 +129,13 @@ static bool fences_done(const void *what)
     return wait->all ? signaled == wait->count : signaled > 0;
 }
 
-VkResult null_WaitForFences(VkDevice device, uint32_t fenceCount, const VkFence *pFences,
-                            VkBool32 waitAll, uint64_t timeout)
+COMMAND(WaitForFences)
 {
     const struct fence_wait wait = {fenceCount, pFences, waitAll};
     return wait_until(fences_done, &wait, timeout);
 }
 
-VkResult null_GetFenceStatus(VkDevice device, VkFence fence)
+COMMAND(GetFenceStatus)
 {
     const struct fence_wait wait = {1, &fence, true};
     const VkResult result = wait_until(fences_done, &wait, 0);
@@ -145,11 +144,11 @@ VkResult null_GetFenceStatus(VkDevice device, VkFence fence)
 
 /* ---- semaphores: binary ones have no state, as nothing ever waits for them */
 
-void init_CreateSemaphore(struct object *semaphore, const VkSemaphoreCreateInfo *pCreateInfo)
+ON_CREATION(CreateSemaphore)
 {
     const VkSemaphoreTypeCreateInfo *type =
         chain_find(pCreateInfo->pNext, VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO);
-    semaphore->semaphore_value = type != NULL ? type->initialValue : 0;
+    object->semaphore_value = type != NULL ? type->initialValue : 0;
 }
 
 void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value)
@@ -161,14 +160,14 @@ void sync_signal_semaphore(VkSemaphore semaphore, uint64_t value)
     pthread_mutex_unlock(&lock);
 }
 
-VkResult null_SignalSemaphore(VkDevice device, const VkSemaphoreSignalInfo *pSignalInfo)
+COMMAND(SignalSemaphore)
 {
     sync_signal_semaphore(pSignalInfo->semaphore, pSignalInfo->value);
     sync_wake();
     return VK_SUCCESS;
 }
 
-VkResult null_GetSemaphoreCounterValue(VkDevice device, VkSemaphore semaphore, uint64_t *pValue)
+COMMAND(GetSemaphoreCounterValue)
 {
     const struct object *object = FIND(SEMAPHORE, semaphore);
     if (device_is_lost())
@@ -190,8 +189,7 @@ static bool semaphores_done(const void *what)
     return wait->flags & VK_SEMAPHORE_WAIT_ANY_BIT ? reached > 0 : reached == wait->semaphoreCount;
 }
 
-VkResult null_WaitSemaphores(VkDevice device, const VkSemaphoreWaitInfo *pWaitInfo,
-                             uint64_t timeout)
+COMMAND(WaitSemaphores)
 {
     return wait_until(semaphores_done, pWaitInfo, timeout);
 }
@@ -205,19 +203,19 @@ static void set_event(VkEvent event, bool set)
         atomic_store(&object->event_set, set);
 }
 
-VkResult null_SetEvent(VkDevice device, VkEvent event)
+COMMAND(SetEvent)
 {
     set_event(event, true);
     return VK_SUCCESS;
 }
 
-VkResult null_ResetEvent(VkDevice device, VkEvent event)
+COMMAND(ResetEvent)
 {
     set_event(event, false);
     return VK_SUCCESS;
 }
 
-VkResult null_GetEventStatus(VkDevice device, VkEvent event)
+COMMAND(GetEventStatus)
 {
     const struct object *object = FIND(EVENT, event);
     if (device_is_lost())

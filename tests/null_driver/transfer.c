@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-enum transfer_kind { COPY, UPDATE, FILL, DISPATCH, EXECUTE, BUILD };
+enum transfer_kind { COPY, UPDATE, FILL, DISPATCH, EXECUTE, BUILD, INSTANCES };
 
 struct transfer {
     struct transfer *next;
@@ -14,7 +14,7 @@ struct transfer {
     VkBufferCopy region;
     uint32_t word;             /* of FILL */
     VkCommandBuffer secondary; /* of EXECUTE */
-    unsigned char data[];      /* of UPDATE; of DISPATCH, a struct dispatch */
+    unsigned char data[];      /* of UPDATE; a struct dispatch, or struct instances */
 };
 
 void transfers_release(struct object *commands)
@@ -49,23 +49,21 @@ static void add(VkCommandBuffer handle, const struct transfer *transfer, const v
 
 /* ---- recording */
 
-VkResult null_BeginCommandBuffer(VkCommandBuffer commandBuffer,
-                                 const VkCommandBufferBeginInfo *pBeginInfo)
+COMMAND(BeginCommandBuffer)
 {
     if (OBJECT(commandBuffer)->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
         transfers_release(OBJECT(commandBuffer));
     return VK_SUCCESS;
 }
 
-VkResult null_ResetCommandBuffer(VkCommandBuffer commandBuffer, VkCommandBufferResetFlags flags)
+COMMAND(ResetCommandBuffer)
 {
     if (OBJECT(commandBuffer)->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
         transfers_release(OBJECT(commandBuffer));
     return VK_SUCCESS;
 }
 
-VkResult null_ResetCommandPool(VkDevice device, VkCommandPool commandPool,
-                               VkCommandPoolResetFlags flags)
+COMMAND(ResetCommandPool)
 {
     const struct object *pool = FIND(COMMAND_POOL, commandPool);
     for (struct object *child = pool != NULL ? pool->children : NULL; child != NULL;
@@ -74,8 +72,7 @@ VkResult null_ResetCommandPool(VkDevice device, VkCommandPool commandPool,
     return VK_SUCCESS;
 }
 
-void null_CmdCopyBuffer(VkCommandBuffer commandBuffer, VkBuffer srcBuffer, VkBuffer dstBuffer,
-                        uint32_t regionCount, const VkBufferCopy *pRegions)
+COMMAND(CmdCopyBuffer)
 {
     for (uint32_t i = 0; i < regionCount; i++)
         add(commandBuffer,
@@ -84,7 +81,7 @@ void null_CmdCopyBuffer(VkCommandBuffer commandBuffer, VkBuffer srcBuffer, VkBuf
             NULL);
 }
 
-void null_CmdCopyBuffer2(VkCommandBuffer commandBuffer, const VkCopyBufferInfo2 *pCopyBufferInfo)
+COMMAND(CmdCopyBuffer2)
 {
     for (uint32_t i = 0; i < pCopyBufferInfo->regionCount; i++) {
         const VkBufferCopy2 *region = &pCopyBufferInfo->pRegions[i];
@@ -97,16 +94,14 @@ void null_CmdCopyBuffer2(VkCommandBuffer commandBuffer, const VkCopyBufferInfo2 
     }
 }
 
-void null_CmdUpdateBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer, VkDeviceSize dstOffset,
-                          VkDeviceSize dataSize, const void *pData)
+COMMAND(CmdUpdateBuffer)
 {
     add(commandBuffer,
         &(struct transfer){.kind = UPDATE, .dst = dstBuffer, .region = {0, dstOffset, dataSize}},
         pData);
 }
 
-void null_CmdFillBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer, VkDeviceSize dstOffset,
-                        VkDeviceSize size, uint32_t data)
+COMMAND(CmdFillBuffer)
 {
     add(commandBuffer,
         &(struct transfer){
@@ -114,52 +109,28 @@ void null_CmdFillBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer, VkDev
         NULL);
 }
 
-void null_CmdExecuteCommands(VkCommandBuffer commandBuffer, uint32_t commandBufferCount,
-                             const VkCommandBuffer *pCommandBuffers)
+COMMAND(CmdExecuteCommands)
 {
     for (uint32_t i = 0; i < commandBufferCount; i++)
         add(commandBuffer, &(struct transfer){.kind = EXECUTE, .secondary = pCommandBuffers[i]},
             NULL);
 }
 
-/* ---- builds, which do nothing: a fault may happen at them */
-
-static void add_build(VkCommandBuffer commands)
+void transfers_add_build(VkCommandBuffer commands)
 {
     if (fault_is_at_build())
         add(commands, &(struct transfer){.kind = BUILD}, NULL);
 }
 
-void null_CmdBuildAccelerationStructuresKHR(
-    VkCommandBuffer commandBuffer, uint32_t infoCount,
-    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
-    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
-{
-    add_build(commandBuffer);
-}
-
-void null_CmdBuildAccelerationStructuresIndirectKHR(
-    VkCommandBuffer commandBuffer, uint32_t infoCount,
-    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
-    const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
-    const uint32_t *const *ppMaxPrimitiveCounts)
-{
-    add_build(commandBuffer);
-}
-
-void null_CmdBuildAccelerationStructureNV(VkCommandBuffer commandBuffer,
-                                          const VkAccelerationStructureInfoNV *pInfo,
-                                          VkBuffer instanceData, VkDeviceSize instanceOffset,
-                                          VkBool32 update, VkAccelerationStructureNV dst,
-                                          VkAccelerationStructureNV src, VkBuffer scratch,
-                                          VkDeviceSize scratchOffset)
-{
-    add_build(commandBuffer);
-}
-
 void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dispatch)
 {
     add(commands, &(struct transfer){.kind = DISPATCH, .region.size = sizeof(*dispatch)}, dispatch);
+}
+
+void transfers_add_instances(VkCommandBuffer commands, const struct instances *instances)
+{
+    add(commands, &(struct transfer){.kind = INSTANCES, .region.size = sizeof(*instances)},
+        instances);
 }
 
 /* ---- execution */
@@ -218,6 +189,13 @@ static void execute_dispatch(const struct transfer *transfer)
     dispatch_execute(&dispatch);
 }
 
+static void read_instances(const struct transfer *transfer)
+{
+    struct instances instances;
+    memcpy(&instances, transfer->data, sizeof(instances));
+    instances_read(&instances);
+}
+
 static bool execute_one_level(VkCommandBuffer commands, bool primary);
 
 /* Returns false if a fault ends the execution. */
@@ -229,6 +207,9 @@ static bool execute(const struct transfer *at, bool primary)
         return true;
     case BUILD:
         return !fault_at_build();
+    case INSTANCES:
+        read_instances(at);
+        return true;
     case EXECUTE:
         return !primary || execute_one_level(at->secondary, false);
     case DISPATCH:
@@ -269,9 +250,7 @@ static void free_command_buffers(uint32_t count, const VkCommandBuffer *buffers)
         object_destroy_dispatchable(buffers[i], VK_OBJECT_TYPE_COMMAND_BUFFER);
 }
 
-VkResult null_AllocateCommandBuffers(VkDevice device,
-                                     const VkCommandBufferAllocateInfo *pAllocateInfo,
-                                     VkCommandBuffer *pCommandBuffers)
+COMMAND(AllocateCommandBuffers)
 {
     struct object *pool = FIND(COMMAND_POOL, pAllocateInfo->commandPool);
     if (pool == NULL)
@@ -288,8 +267,7 @@ VkResult null_AllocateCommandBuffers(VkDevice device,
     return VK_SUCCESS;
 }
 
-void null_FreeCommandBuffers(VkDevice device, VkCommandPool commandPool,
-                             uint32_t commandBufferCount, const VkCommandBuffer *pCommandBuffers)
+COMMAND(FreeCommandBuffers)
 {
     free_command_buffers(commandBufferCount, pCommandBuffers);
 }

@@ -38,6 +38,24 @@ void open_at(const char *level)
     scene_invalidate_box(0);
 }
 
+void expect_signal(int number)
+{
+    if (!WIFSIGNALED(status) || WTERMSIG(status) != number)
+        fail_msg("status 0x%x, output: %s", (unsigned)status, output);
+}
+
+void expect_output(const char *part)
+{
+    if (!strstr(output, part))
+        fail_msg("\"%s\" is not in: %s", part, output);
+}
+
+void expect_no_output(const char *part)
+{
+    if (strstr(output, part))
+        fail_msg("\"%s\" is in: %s", part, output);
+}
+
 /* Runs a function in a child process, with crash_report and a setting. Fills in `output`, what the
  * child has written to stderr, and `status`. */
 void run(void (*child)(void), const char *setting, const char *value)
@@ -66,22 +84,5 @@ void run(void (*child)(void), const char *setting, const char *value)
     output[length] = '\0';
     close(ends[0]);
     assert_int_equal(waitpid(pid, &status, 0), pid);
-}
-
-void expect_signal(int number)
-{
-    if (!WIFSIGNALED(status) || WTERMSIG(status) != number)
-        fail_msg("status 0x%x, output: %s", (unsigned)status, output);
-}
-
-void expect_output(const char *part)
-{
-    if (!strstr(output, part))
-        fail_msg("\"%s\" is not in: %s", part, output);
-}
-
-void expect_no_output(const char *part)
-{
-    if (strstr(output, part))
-        fail_msg("\"%s\" is in: %s", part, output);
+    expect_no_output("ThreadSanitizer: ");
 }

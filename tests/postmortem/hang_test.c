@@ -229,3 +229,31 @@ HANG_TEST(test_lost_while_waiting)
     assert_int_equal(count_of("ASSAY-device-lost"), 1);
     assert_int_equal(count_of("ASSAY-hang"), 0);
 }
+
+/* ---- threads */
+
+enum { WAITERS = 4 };
+
+static void *wait_on_thread(void *result)
+{
+    *(VkResult *)result = wait_for_fence();
+    return NULL;
+}
+
+HANG_TEST(test_several_waiters)
+{
+    VkResult results[WAITERS];
+    pthread_t threads[WAITERS];
+    hang(false);
+    for (int i = 0; i < WAITERS; i++)
+        assert_int_equal(pthread_create(&threads[i], NULL, wait_on_thread, &results[i]), 0);
+    nanosleep(&(struct timespec){.tv_sec = 1, .tv_nsec = 500 * MILLISECOND}, NULL);
+    platform.null_driver.end_hang();
+    for (int i = 0; i < WAITERS; i++) {
+        pthread_join(threads[i], NULL);
+        GET(results[i]);
+    }
+    GET(fixture.vk.DeviceWaitIdle(fixture.device));
+    assert_true(count_of("ASSAY-hang") <= 1);
+    assert_int_equal(count_of("VUID"), 1);
+}

@@ -35,7 +35,7 @@ static struct reporter *limited(const char *limit, struct hearing *hearing)
     return reporter_heard_by(hearing);
 }
 
-static void test_each_object_has_its_limit(void **state)
+TEST_OPENED(test_each_object_has_its_limit, surrounding_set_up)
 {
     static struct hearing hearing;
     struct reporter *reporter = limited("10", &hearing);
@@ -54,14 +54,14 @@ static void test_each_object_has_its_limit(void **state)
     assert_int_equal(hearing.count, 12);
     send_about(reporter, 2, VK_OBJECT_TYPE_BUFFER, 0xb);
     assert_int_equal(hearing.count, 13);
-    assert_null(strstr(hearing.text, "has now been reported"));
+    assert_lacks(hearing.text, "has now been reported");
     send_buffer(reporter, 0xb);
     assert_int_equal(hearing.count, 13);
     reporter_destroy(reporter);
 }
 
 /* Without an object in its sentence, a finding is about the command buffer, or else the device. */
-static void test_findings_without_an_object(void **state)
+TEST_OPENED(test_findings_without_an_object, surrounding_set_up)
 {
     static struct hearing hearing;
     struct reporter *reporter = limited("1", &hearing);
@@ -77,7 +77,7 @@ static void test_findings_without_an_object(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_a_vuid_has_ten_times_that(void **state)
+TEST_OPENED(test_a_vuid_has_ten_times_that, surrounding_set_up)
 {
     static struct hearing hearing;
     struct reporter *reporter = limited("3", &hearing);
@@ -92,14 +92,14 @@ static void test_a_vuid_has_ten_times_that(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_no_limit(void **state)
+TEST_OPENED(test_no_limit, surrounding_set_up)
 {
     static struct hearing hearing;
     struct reporter *reporter = limited("0", &hearing);
     for (unsigned i = 1; i <= 200; i++)
         send_buffer(reporter, 0xb);
     assert_int_equal(hearing.count, 200);
-    assert_null(strstr(hearing.text, "has now been reported"));
+    assert_lacks(hearing.text, "has now been reported");
     assert_true(reporter_wants(reporter, SENT_VUID));
     reporter_destroy(reporter);
 
@@ -112,7 +112,7 @@ static void test_no_limit(void **state)
 
 /* A rule that finds one object again and again, such as a pair of each two builds, stops for the
  * rest of the call; the next object is reported all the same. */
-static void test_many_findings_on_one_object_end_a_call(void **state)
+TEST_OPENED(test_many_findings_on_one_object_end_a_call, surrounding_set_up)
 {
     static struct hearing hearing;
     struct reporter *reporter = limited("10", &hearing);
@@ -129,7 +129,7 @@ static void test_many_findings_on_one_object_end_a_call(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_warnings_of_the_layer(void **state)
+TEST_OPENED(test_warnings_of_the_layer, surrounding_set_up)
 {
     static struct hearing hearing;
     struct reporter *reporter = limited("10", &hearing);
@@ -140,7 +140,7 @@ static void test_warnings_of_the_layer(void **state)
 }
 
 /* Without memory for objects, the limit of the VUID holds. */
-static void test_without_memory(void **state)
+TEST_OPENED(test_without_memory, surrounding_set_up)
 {
     static struct hearing hearing;
     struct reporter *reporter = limited("2", &hearing);
@@ -153,24 +153,9 @@ static void test_without_memory(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_names_of_ids(void **state)
+TEST(test_names_of_ids)
 {
     assert_string_equal(reported_id_name(SENT_VUID), SENT_ID);
     assert_string_equal(reported_id_name(MESSAGE_ID_COUNT), difference_id((enum difference)0));
     assert_string_equal(reported_id_name(MESSAGE_ID_COUNT + 1), difference_id((enum difference)1));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_each_object_has_its_limit, surrounding_set_up),
-        cmocka_unit_test_setup(test_findings_without_an_object, surrounding_set_up),
-        cmocka_unit_test_setup(test_a_vuid_has_ten_times_that, surrounding_set_up),
-        cmocka_unit_test_setup(test_no_limit, surrounding_set_up),
-        cmocka_unit_test_setup(test_many_findings_on_one_object_end_a_call, surrounding_set_up),
-        cmocka_unit_test_setup(test_warnings_of_the_layer, surrounding_set_up),
-        cmocka_unit_test_setup(test_without_memory, surrounding_set_up),
-        cmocka_unit_test(test_names_of_ids),
-    };
-    return cmocka_run_group_tests_name("duplicates", tests, NULL, surrounding_remove);
 }

@@ -14,10 +14,7 @@ static void copy(char *to, size_t size, const char *text)
     snprintf(to, size, "%s", text ? text : "(null)");
 }
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                           VkDebugUtilsMessageTypeFlagsEXT types,
-                                           const VkDebugUtilsMessengerCallbackDataEXT *data,
-                                           void *user)
+MESSENGER_CALLBACK(hear)
 {
     struct hearing *hearing = user;
     hearing->count++;
@@ -41,14 +38,11 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
 
 VkDebugUtilsMessengerCreateInfoEXT hearing_messenger(struct hearing *hearing)
 {
-    return (VkDebugUtilsMessengerCreateInfoEXT){
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT |
-                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-        .pfnUserCallback = hear,
-        .pUserData = hearing,
-    };
+    return MAKE(VkDebugUtilsMessengerCreateInfoEXT,
+                .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT |
+                                   VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+                .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+                .pfnUserCallback = hear, .pUserData = hearing);
 }
 
 static VKAPI_ATTR VkBool32 VKAPI_CALL hear_report(VkDebugReportFlagsEXT flags,
@@ -70,12 +64,9 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear_report(VkDebugReportFlagsEXT flags,
 
 VkDebugReportCallbackCreateInfoEXT hearing_report_callback(struct hearing *hearing)
 {
-    return (VkDebugReportCallbackCreateInfoEXT){
-        .sType = VK_STRUCTURE_TYPE_DEBUG_REPORT_CALLBACK_CREATE_INFO_EXT,
-        .flags = VK_DEBUG_REPORT_ERROR_BIT_EXT | VK_DEBUG_REPORT_WARNING_BIT_EXT,
-        .pfnCallback = hear_report,
-        .pUserData = hearing,
-    };
+    return MAKE(VkDebugReportCallbackCreateInfoEXT,
+                .flags = VK_DEBUG_REPORT_ERROR_BIT_EXT | VK_DEBUG_REPORT_WARNING_BIT_EXT,
+                .pfnCallback = hear_report, .pUserData = hearing);
 }
 
 /* ---- streams */
@@ -118,28 +109,27 @@ static int remove_entry(const char *path, const struct stat *status, int type, s
     return remove(path);
 }
 
-int surrounding_remove(void **state)
+void unit_test_close(void)
 {
-    return !has_folder ? 0 : nftw(folder, remove_entry, 8, FTW_DEPTH | FTW_PHYS);
+    if (has_folder)
+        nftw(folder, remove_entry, 8, FTW_DEPTH | FTW_PHYS);
 }
 
 void surrounding_clear(const char *settings_text)
 {
-    static const char *const keys[] = {
-        "LEVEL",
-        "LEVLE",
-        "BACKEND",
-        "VUID_NAMES",
-        "REPORT_FLAGS",
-        "DEBUG_ACTION",
-        "LOG_FILENAME",
-        "LOG_FORMAT",
-        "RECORD_BUILDS",
-        "DUPLICATE_MESSAGE_LIMIT",
-        "ENABLE_MESSAGE_LIMIT",
-        "SPEC_TEXT",
-        "MESSAGE_ID_FILTER",
-    };
+    static const char *const keys[] = {"LEVEL",
+                                       "LEVLE",
+                                       "BACKEND",
+                                       "VUID_NAMES",
+                                       "REPORT_FLAGS",
+                                       "DEBUG_ACTION",
+                                       "LOG_FILENAME",
+                                       "LOG_FORMAT",
+                                       "RECORD_BUILDS",
+                                       "DUPLICATE_MESSAGE_LIMIT",
+                                       "ENABLE_MESSAGE_LIMIT",
+                                       "SPEC_TEXT",
+                                       "MESSAGE_ID_FILTER"};
     for (size_t i = 0; i < LENGTH(keys); i++) {
         char name[64];
         snprintf(name, sizeof(name), "VK_ASSAY_VALIDATION_%s", keys[i]);
@@ -163,19 +153,15 @@ void surrounding_clear(const char *settings_text)
     }
 }
 
-int surrounding_set_up(void **state)
+void surrounding_set_up(void)
 {
     surrounding_clear(NULL);
-    return 0;
 }
 
 struct reporter *reporter_of(const void *chain)
 {
     struct reporter *reporter = NULL;
-    const VkInstanceCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-        .pNext = chain,
-    };
+    const STRUCT(VkInstanceCreateInfo, create_info, .pNext = chain);
     assert_int_equal(reporter_create(&create_info, &reporter), VK_SUCCESS);
     return reporter;
 }
@@ -206,9 +192,6 @@ bool send_one(struct reporter *reporter)
     finding_says(&finding, "scratchData.deviceAddress", "{} is not a multiple of {} ({})",
                  hex(0x1010), text("minAccelerationStructureScratchOffsetAlignment"), number(256));
     const struct location location = {
-        .command = COMMAND_DEVICE,
-        .subject = SUBJECT_BUILD,
-        .build = 1,
-    };
+        .command = COMMAND_DEVICE, .subject = SUBJECT_BUILD, .build = 1};
     return reporter_send(reporter, SENT_RULE, &location, &(struct call_origin){0}, &finding);
 }

@@ -4,15 +4,11 @@
 #ifndef REPORT_HEARING_H
 #define REPORT_HEARING_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "scarce_memory.h"
 #include "src/report/reporter.h"
+#include "tests/fixture/make.h"
+#include "tests/fixture/messenger.h"
+#include "tests/state/unit_test.h"
 
 #define LENGTH(array) (sizeof(array) / sizeof((array)[0]))
 
@@ -44,14 +40,11 @@ void capture_begin(int descriptor);
 const char *capture_end(void);
 
 /* An empty folder becomes the current one and HOME, and no setting is in the environment. The text
- * is that of vk_layer_settings.txt there, or NULL for none. */
+ * is that of vk_layer_settings.txt there, or NULL for none. The folder goes after the tests. */
 void surrounding_clear(const char *settings_text);
 
 /* A setup: the same without a file. */
-int surrounding_set_up(void **state);
-
-/* A teardown: deletes the folder. */
-int surrounding_remove(void **state);
+void surrounding_set_up(void);
 
 /* A reporter for VkInstanceCreateInfo with this chain; fails the test if there is none. */
 struct reporter *reporter_of(const void *chain);

@@ -31,7 +31,7 @@ static void finish(struct reporter *reporter)
     reporter_destroy(reporter);
 }
 
-static void test_nothing_without_the_flag(void **state)
+TEST_OPENED(test_nothing_without_the_flag, surrounding_set_up)
 {
     struct hearing hearing = {0};
     capture_begin(STDERR_FILENO);
@@ -40,7 +40,7 @@ static void test_nothing_without_the_flag(void **state)
     assert_int_equal(hearing.count, 0);
 }
 
-static void test_creation(void **state)
+TEST_OPENED(test_creation, surrounding_set_up)
 {
     struct hearing hearing = {0};
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn,info", 1);
@@ -60,11 +60,11 @@ static void test_creation(void **state)
     reporter = reporter_of(NULL);
     reporter_announce(reporter, "1.2.3");
     const char *log = capture_end();
-    assert_non_null(strstr(log, "Validation Information: [ ASSAY-info ] | MessageID = 0x"));
+    assert_has(log, "Validation Information: [ ASSAY-info ] | MessageID = 0x");
     reporter_destroy(reporter);
 }
 
-static void test_sources_of_settings(void **state)
+TEST_OPENED(test_sources_of_settings, surrounding_set_up)
 {
     surrounding_clear(
         "assay_validation.level = state\n"
@@ -109,7 +109,7 @@ static void send_warning(struct reporter *reporter)
                   &(struct location){.command = COMMAND_NV}, &(struct call_origin){0}, &finding);
 }
 
-static void test_end(void **state)
+TEST_OPENED(test_end, surrounding_set_up)
 {
     struct hearing hearing = {0};
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn,info", 1);
@@ -121,7 +121,7 @@ static void test_end(void **state)
         assert_true(reporter_wants(reporter, SENT_VUID)); /* all are counted */
     }
     assert_int_equal(hearing.count, 3);
-    assert_non_null(strstr(hearing.text, "Further ones are only counted."));
+    assert_has(hearing.text, "Further ones are only counted.");
     send_warning(reporter);
     finish(reporter);
     assert_int_equal(hearing.count, 5);
@@ -132,7 +132,7 @@ static void test_end(void **state)
                                       "ASSAY-instance-destroyed 1 time.");
 }
 
-static void test_end_without_findings(void **state)
+TEST_OPENED(test_end_without_findings, surrounding_set_up)
 {
     struct hearing hearing = {0};
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "info", 1);
@@ -146,7 +146,7 @@ static void test_end_without_findings(void **state)
     assert_non_null(strstr(hearing.text, "Assay found no violations in this instance"));
 }
 
-static void test_what_was_not_checked(void **state)
+TEST_OPENED(test_what_was_not_checked, surrounding_set_up)
 {
     struct hearing hearing = {0};
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn,info", 1);
@@ -157,21 +157,20 @@ static void test_what_was_not_checked(void **state)
     reporter_add_unchecked(reporter, "executions on a lost device", 1);
     reporter_add_unchecked(reporter, "builds without memory for copies", 4);
     finish(reporter);
-    assert_non_null(
-        strstr(hearing.text, "Assay found no violations in this instance. Not checked: "));
-    assert_non_null(strstr(hearing.text, " VUIDs of higher levels (level = parameters)"));
-    assert_non_null(strstr(hearing.text, "; 1 VUID that message_id_filter names"));
-    assert_non_null(strstr(hearing.text, "; builds without memory for copies (7)"));
-    assert_non_null(strstr(hearing.text, "; executions on a lost device (1)."));
+    assert_has(hearing.text, "Assay found no violations in this instance. Not checked: ");
+    assert_has(hearing.text, " VUIDs of higher levels (level = parameters)");
+    assert_has(hearing.text, "; 1 VUID that message_id_filter names");
+    assert_has(hearing.text, "; builds without memory for copies (7)");
+    assert_has(hearing.text, "; executions on a lost device (1).");
     setenv("VK_ASSAY_VALIDATION_LEVEL", "execution", 1);
     finish(announced(&hearing, NULL));
-    assert_non_null(strstr(hearing.text, " VUIDs of higher levels (level = execution)"));
+    assert_has(hearing.text, " VUIDs of higher levels (level = execution)");
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     finish(announced(&hearing, NULL));
     assert_null(strstr(hearing.text, "of higher levels"));
 }
 
-static void test_report_callbacks(void **state)
+TEST_OPENED(test_report_callbacks, surrounding_set_up)
 {
     struct hearing hearing = {0};
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "info", 1);
@@ -181,7 +180,7 @@ static void test_report_callbacks(void **state)
     reporter_announce(reporter, "1.2.3");
     assert_int_equal(hearing.count, 0); /* it hears errors and warnings */
     reporter_destroy(reporter);
-    assert_non_null(strstr(capture_end(), "Assay 1.2.3"));
+    assert_has(capture_end(), "Assay 1.2.3");
 
     info.flags = VK_DEBUG_REPORT_INFORMATION_BIT_EXT;
     reporter = reporter_of(&info);
@@ -192,7 +191,7 @@ static void test_report_callbacks(void **state)
 }
 
 /* Without memory for the settings, the line is sent without them. */
-static void test_without_memory(void **state)
+TEST_OPENED(test_without_memory, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "info", 1);
     setenv("VK_ASSAY_VALIDATION_LEVEL", "state", 1);
@@ -211,19 +210,4 @@ static void test_without_memory(void **state)
         }
         memory_fail_no_more();
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_nothing_without_the_flag, surrounding_set_up),
-        cmocka_unit_test_setup(test_creation, surrounding_set_up),
-        cmocka_unit_test_setup(test_sources_of_settings, surrounding_set_up),
-        cmocka_unit_test_setup(test_end, surrounding_set_up),
-        cmocka_unit_test_setup(test_end_without_findings, surrounding_set_up),
-        cmocka_unit_test_setup(test_what_was_not_checked, surrounding_set_up),
-        cmocka_unit_test_setup(test_report_callbacks, surrounding_set_up),
-        cmocka_unit_test_setup(test_without_memory, surrounding_set_up),
-    };
-    return cmocka_run_group_tests_name("information", tests, NULL, surrounding_remove);
 }

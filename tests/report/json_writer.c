@@ -14,8 +14,10 @@
 #include <unistd.h>
 
 #include "src/report/reporter.h"
+#include "src/state/commands/call_sites.h"
 #include "src/state/commands/label_stack.h"
 #include "src/state/commands/object_names.h"
+#include "tests/fixture/make.h"
 
 enum {
     LONG_NAME = 10000,
@@ -61,32 +63,24 @@ static void fill_long_names(void)
 
 static struct reporter *begin(const char *application)
 {
-    const VkApplicationInfo info = {
-        .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
-        .pApplicationName = application,
-        .pEngineName = application,
-        .apiVersion = VK_API_VERSION_1_3,
-    };
-    const VkInstanceCreateInfo create_info = {
-        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
-        .pApplicationInfo = &info,
-    };
+    const STRUCT(VkApplicationInfo, info, .pApplicationName = application,
+                 .pEngineName = application, .apiVersion = VK_API_VERSION_1_3);
+    const STRUCT(VkInstanceCreateInfo, create_info, .pApplicationInfo = &info);
     struct reporter *reporter;
     if (reporter_create(&create_info, &reporter) != VK_SUCCESS)
         exit(1);
     return reporter;
 }
 
-/* Sends a finding with three objects and as many labels as a message has, all of this name. */
+/* Sends a finding with three objects, as many labels as a message has, and two modules, all of this
+ * name. */
 static void send_named(struct reporter *reporter, const char *name)
 {
     struct object_names *names;
     struct label_stack labels = {0}, queue_labels = {0};
-    const VkDebugUtilsLabelEXT label = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
-        .pLabelName = name,
-    };
+    const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = name);
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
+    const struct call_site site = {3, {{name, UINT64_MAX}, {NULL, 0}, {name, 1}}};
     struct finding finding;
     finding_says(&finding, "scratchData.deviceAddress", "{} is wrong, and {} and {}",
                  object(VK_OBJECT_TYPE_BUFFER, 1), object(VK_OBJECT_TYPE_DEVICE_MEMORY, 1),
@@ -110,6 +104,7 @@ static void send_named(struct reporter *reporter, const char *name)
                       .names = names,
                       .labels = &labels,
                       .queue_labels = &queue_labels,
+                      .call_site = &site,
                   },
                   &finding);
     label_stack_clear(&labels);
@@ -121,8 +116,7 @@ static void write_names(void)
 {
     for (int i = 0; i < NAMES; i++) {
         struct reporter *reporter = begin(nasty_names[i]);
-        VkPhysicalDeviceDriverProperties driver = {
-            .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
+        STRUCT(VkPhysicalDeviceDriverProperties, driver);
         snprintf(driver.driverName, sizeof(driver.driverName), "%s", nasty_names[i]);
         snprintf(driver.driverInfo, sizeof(driver.driverInfo), "%s", nasty_names[i]);
         reporter_add_device(reporter, (VkDevice)(uintptr_t)0xd, nasty_names[i], &driver);

@@ -45,12 +45,6 @@ static unsigned count_lines(const char *text)
     return count;
 }
 
-static void assert_has(const char *text, const char *part)
-{
-    if (!strstr(text, part))
-        fail_msg("%s is not in: %s", part, text);
-}
-
 static void use_json(const char *filename)
 {
     surrounding_clear(NULL);
@@ -67,10 +61,7 @@ static struct label_stack labels, queue_labels;
 
 static void push(struct label_stack *stack, const char *name)
 {
-    label_stack_push(stack, &(VkDebugUtilsLabelEXT){
-                                .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
-                                .pLabelName = name,
-                            });
+    label_stack_push(stack, &MAKE(VkDebugUtilsLabelEXT, .pLabelName = name));
 }
 
 static void set_up_names(void)
@@ -109,7 +100,7 @@ static bool send_full(struct reporter *reporter)
                          &finding);
 }
 
-static void test_lines_of_an_instance(void **state)
+TEST(test_lines_of_an_instance)
 {
     use_json("a.jsonl");
     setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "1", 1);
@@ -121,7 +112,7 @@ static void test_lines_of_an_instance(void **state)
     reporter_warn(reporter, "Something is odd.");
     reporter_add_unchecked(reporter, "odd builds", 3);
     assert_int_equal(hearing.count, 2); /* messengers get the text */
-    assert_non_null(strstr(hearing.text, "Something is odd."));
+    assert_has(hearing.text, "Something is odd.");
     reporter_destroy(reporter);
     free_names();
     assert_int_equal(count_lines(read_file("a.jsonl")), 4);
@@ -156,7 +147,7 @@ static void test_lines_of_an_instance(void **state)
 
 /* The ids of one rule are its current one and those before; "formerly" has all but the one that the
  * finding is reported with. */
-static void test_former_ids(void **state)
+TEST(test_former_ids)
 {
     static const struct {
         const char *names, *id, *formerly;
@@ -182,7 +173,7 @@ static void test_former_ids(void **state)
     }
 }
 
-static void test_standard_error(void **state)
+TEST(test_standard_error)
 {
     use_json(NULL);
     capture_begin(STDERR_FILENO);
@@ -199,7 +190,7 @@ static void test_standard_error(void **state)
 }
 
 /* Neither report_flags nor a limit hides the lines around the findings. */
-static void test_flags_do_not_hide_header_and_summary(void **state)
+TEST(test_flags_do_not_hide_header_and_summary)
 {
     use_json("a.jsonl");
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn", 1);
@@ -212,7 +203,7 @@ static void test_flags_do_not_hide_header_and_summary(void **state)
 }
 
 /* Fails before the reporter exists, or not at all. */
-static void test_scarce_memory(void **state)
+TEST(test_scarce_memory)
 {
     use_json("a.jsonl");
     for (int count = 0; memory_is_scarce(count); count++) {
@@ -245,7 +236,7 @@ static unsigned warnings_of(const char *reason)
     return count;
 }
 
-static void test_full_disk(void **state)
+TEST(test_full_disk)
 {
     use_json("/dev/full");
     assert_int_equal(warnings_of("No space left on device"), 1);
@@ -265,7 +256,7 @@ static struct rlimit limit_files(size_t size)
 }
 
 /* The kernel sends SIGXFSZ, which must not end the application. The lines that fit stay. */
-static void test_limit_of_file_sizes(void **state)
+TEST(test_limit_of_file_sizes)
 {
     use_json("a.jsonl");
     struct rlimit before = limit_files(1500);
@@ -302,7 +293,7 @@ static void expect_new_line_after(size_t part)
     remove("a.jsonl");
 }
 
-static void test_after_a_cut_line(void **state)
+TEST(test_after_a_cut_line)
 {
     expect_new_line_after(100);
     expect_new_line_after(1);
@@ -310,7 +301,7 @@ static void test_after_a_cut_line(void **state)
 
 /* ---- names of files */
 
-static void test_words_in_the_file_name(void **state)
+TEST(test_words_in_the_file_name)
 {
     char path[LOG_PATH_SIZE], expected[256], pattern[LOG_PATH_SIZE + 1];
     assert_true(log_filename_expand("a-%p_%e%%%%p%x%", path));
@@ -329,7 +320,7 @@ static void test_words_in_the_file_name(void **state)
 }
 
 /* After a fork the child has a file of its own. */
-static void test_child(void **state)
+TEST(test_child)
 {
     use_json("%p.jsonl");
     struct reporter *reporter = reporter_of(NULL);
@@ -372,7 +363,7 @@ static bool is_sent_with(const char *filter)
     return hearing.count;
 }
 
-static void test_filters_with_names(void **state)
+TEST(test_filters_with_names)
 {
     static const struct {
         const char *filter;
@@ -401,7 +392,7 @@ static void test_filters_with_names(void **state)
 }
 
 /* Findings that are muted take nothing from the limit, and are not counted. */
-static void test_muted_findings_are_not_counted(void **state)
+TEST(test_muted_findings_are_not_counted)
 {
     use_json("a.jsonl");
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", SENT_ID "@scene", 1);
@@ -415,23 +406,4 @@ static void test_muted_findings_are_not_counted(void **state)
     free_names();
     assert_int_equal(count_lines(read_file("a.jsonl")), 3);
     assert_has(line_of(2), "\"Findings\":{\"" SENT_ID "\":1},\"HeldBack\":{}");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_lines_of_an_instance),
-        cmocka_unit_test(test_former_ids),
-        cmocka_unit_test(test_standard_error),
-        cmocka_unit_test(test_flags_do_not_hide_header_and_summary),
-        cmocka_unit_test(test_scarce_memory),
-        cmocka_unit_test(test_full_disk),
-        cmocka_unit_test(test_limit_of_file_sizes),
-        cmocka_unit_test(test_after_a_cut_line),
-        cmocka_unit_test(test_words_in_the_file_name),
-        cmocka_unit_test(test_child),
-        cmocka_unit_test(test_filters_with_names),
-        cmocka_unit_test(test_muted_findings_are_not_counted),
-    };
-    return cmocka_run_group_tests_name("log as JSON", tests, NULL, surrounding_remove);
 }

@@ -7,20 +7,20 @@
 
 #include "hearing.h"
 
-static void test_stderr_without_messenger(void **state)
+TEST_OPENED(test_stderr_without_messenger, surrounding_set_up)
 {
     struct reporter *reporter = reporter_of(NULL);
     capture_begin(STDERR_FILENO);
     assert_false(send_one(reporter));
     const char *log = capture_end();
-    assert_non_null(strstr(log, "Validation Error: [ " SENT_ID " ] | MessageID = 0x"));
-    assert_non_null(strstr(log,
-                           "\nvkCmdBuildAccelerationStructuresKHR(): pInfos[1].scratchData."
-                           "deviceAddress 0x1010 is not a multiple of "
-                           "minAccelerationStructureScratchOffsetAlignment (256). Round the "
-                           "address up to that alignment, and create the scratch VkBuffer with as "
-                           "many bytes more.\n"
-                           "The Vulkan spec states: "));
+    assert_has(log, "Validation Error: [ " SENT_ID " ] | MessageID = 0x");
+    assert_has(log,
+               "\nvkCmdBuildAccelerationStructuresKHR(): pInfos[1].scratchData."
+               "deviceAddress 0x1010 is not a multiple of "
+               "minAccelerationStructureScratchOffsetAlignment (256). Round the "
+               "address up to that alignment, and create the scratch VkBuffer with as "
+               "many bytes more.\n"
+               "The Vulkan spec states: ");
     reporter_destroy(reporter);
 
     /* A messenger that hears errors only leaves the warnings to the log. */
@@ -34,8 +34,8 @@ static void test_stderr_without_messenger(void **state)
     send_one(reporter);
     reporter_warn(reporter, "Something is odd.");
     log = capture_end();
-    assert_null(strstr(log, SENT_ID));
-    assert_non_null(strstr(log, "\nSomething is odd.\n"));
+    assert_lacks(log, SENT_ID);
+    assert_has(log, "\nSomething is odd.\n");
     reporter_destroy(reporter);
 }
 
@@ -47,7 +47,7 @@ static unsigned occurrences(const char *text, const char *word)
     return count;
 }
 
-static void test_log_file(void **state)
+TEST_OPENED(test_log_file, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "assay.log", 1);
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "log", 1);
@@ -79,7 +79,7 @@ static void read_log(char *log, size_t size)
 }
 
 /* A file that stays empty because a messenger gets all messages looks as if there were none. */
-static void test_log_file_beside_a_messenger(void **state)
+TEST_OPENED(test_log_file_beside_a_messenger, surrounding_set_up)
 {
     static char log[16384];
     struct hearing hearing = {0};
@@ -105,41 +105,29 @@ static void test_log_file_beside_a_messenger(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_log_to_stdout(void **state)
+TEST_OPENED(test_log_to_stdout, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "stdout", 1);
     struct reporter *reporter = reporter_of(NULL);
     capture_begin(STDOUT_FILENO);
     send_one(reporter);
     const char *log = capture_end();
-    assert_non_null(strstr(log, SENT_ID));
+    assert_has(log, SENT_ID);
     reporter_destroy(reporter);
     assert_int_not_equal(access("stdout", F_OK), 0);
 }
 
-static void test_log_file_that_cannot_be_opened(void **state)
+TEST_OPENED(test_log_file_that_cannot_be_opened, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "/nonexistent/assay.log", 1);
     capture_begin(STDERR_FILENO);
     struct reporter *reporter = reporter_of(NULL);
     send_one(reporter);
     const char *log = capture_end();
-    assert_non_null(strstr(log, "Validation Warning: "));
-    assert_non_null(strstr(log,
-                           "assay_validation.log_filename: \"/nonexistent/assay.log\" cannot "
-                           "be opened for writing (No such file or directory)"));
-    assert_non_null(strstr(log, SENT_ID));
+    assert_has(log, "Validation Warning: ");
+    assert_has(log,
+               "assay_validation.log_filename: \"/nonexistent/assay.log\" cannot "
+               "be opened for writing (No such file or directory)");
+    assert_has(log, SENT_ID);
     reporter_destroy(reporter);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_stderr_without_messenger, surrounding_set_up),
-        cmocka_unit_test_setup(test_log_file, surrounding_set_up),
-        cmocka_unit_test_setup(test_log_file_beside_a_messenger, surrounding_set_up),
-        cmocka_unit_test_setup(test_log_to_stdout, surrounding_set_up),
-        cmocka_unit_test_setup(test_log_file_that_cannot_be_opened, surrounding_set_up),
-    };
-    return cmocka_run_group_tests_name("log", tests, NULL, surrounding_remove);
 }

@@ -19,7 +19,7 @@ static void assert_filter(const char *entry, unsigned count, enum vuid vuid)
     assert_int_equal(muted[vuid], count != 0);
 }
 
-static void test_by_id_and_number(void **state)
+TEST(test_by_id_and_number)
 {
     char number[32];
     assert_filter(SENT_ID, 1, SENT_VUID);
@@ -35,18 +35,18 @@ static void test_by_id_and_number(void **state)
     }
 }
 
-static void test_by_id_of_a_warning(void **state)
+TEST(test_by_id_of_a_warning)
 {
     assert_filter("ASSAY-instance-destroyed", 1, WARNING_instance_destroyed);
 }
 
-static void test_by_digits(void **state)
+TEST(test_by_digits)
 {
     assert_filter("03710", 2, SENT_VUID); /* of the device command and of the indirect one */
     assert_filter("03710", 2, VUID_vkCmdBuildAccelerationStructuresIndirectKHR_pInfos_03710);
 }
 
-static void test_by_retired_id(void **state)
+TEST(test_by_retired_id)
 {
     const char *retired = "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03674";
     assert_filter(retired, 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12261);
@@ -58,23 +58,11 @@ static void test_by_retired_id(void **state)
     assert_filter("03674", 2, VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_12260);
 }
 
-static void test_entries_that_name_nothing(void **state)
+TEST(test_entries_that_name_nothing)
 {
     static const char *const entries[] = {
         "", "-", "0x", "3710", "parameter", "99999", "0x1ffffffff", "VUID-vkCmdDraw-None-02699",
     };
     for (size_t i = 0; i < LENGTH(entries); i++)
         assert_filter(entries[i], 0, VUID_NONE);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_by_id_and_number),
-        cmocka_unit_test(test_by_id_of_a_warning),
-        cmocka_unit_test(test_by_digits),
-        cmocka_unit_test(test_by_retired_id),
-        cmocka_unit_test(test_entries_that_name_nothing),
-    };
-    return cmocka_run_group_tests_name("message filter", tests, NULL, NULL);
 }

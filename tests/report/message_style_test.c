@@ -34,7 +34,7 @@ static const char *say(enum vuid vuid, uint64_t buffer, const struct message_sty
 /* ---- the specification's sentence */
 
 /* Each sentence is cut at a word, and only if it is longer than 160 characters. */
-static void test_a_short_sentence(void **state)
+TEST(test_a_short_sentence)
 {
     const struct message_style style = {.spec_text = SPEC_TEXT_SHORT};
     static const char before[] = "vkCmdBuildAccelerationStructuresKHR(): is wrong.";
@@ -73,7 +73,7 @@ static void test_a_short_sentence(void **state)
     assert_true(whole > 100);
 }
 
-static void test_no_sentence(void **state)
+TEST(test_no_sentence)
 {
     struct message_style style = {.spec_text = SPEC_TEXT_NONE};
     assert_string_equal(say(PLAIN_VUID, 0, &style),
@@ -89,7 +89,7 @@ static void test_no_sentence(void **state)
                         "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-12258)");
 }
 
-static void test_the_setting(void **state)
+TEST_OPENED(test_the_setting, surrounding_set_up)
 {
     static const struct {
         const char *value, *has, *lacks;
@@ -104,39 +104,38 @@ static void test_the_setting(void **state)
         struct reporter *reporter = reporter_heard_by(&hearing);
         send_one(reporter);
         reporter_destroy(reporter);
-        assert_non_null(strstr(hearing.text, cases[i].has));
-        assert_null(strstr(hearing.text, cases[i].lacks));
+        assert_has(hearing.text, cases[i].has);
+        assert_lacks(hearing.text, cases[i].lacks);
     }
     unsetenv("VK_ASSAY_VALIDATION_SPEC_TEXT");
 }
 
 /* ---- the last message */
 
-static void test_last_of_an_object(void **state)
+TEST(test_last_of_an_object)
 {
     struct message_style style = {.last = LAST_OF_OBJECT, .sent = 10, .left = 90};
     const char *words = say(SENT_VUID, 0xb, &style);
-    assert_non_null(strstr(words,
-                           "\nThis VUID has now been reported 10 times for VkBuffer 0xb and will "
-                           "not be reported for it again: duplicate_message_limit is reached. At "
-                           "most 90 more follow for other objects."));
+    assert_has(words,
+               "\nThis VUID has now been reported 10 times for VkBuffer 0xb and will "
+               "not be reported for it again: duplicate_message_limit is reached. At "
+               "most 90 more follow for other objects.");
     style.sent = 1;
-    assert_non_null(strstr(say(SENT_VUID, 0xb, &style), "reported 1 time for VkBuffer 0xb and"));
+    assert_has(say(SENT_VUID, 0xb, &style), "reported 1 time for VkBuffer 0xb and");
     style.are_counted = true;
-    assert_non_null(
-        strstr(say(SENT_VUID, 0xb, &style), " objects. Further ones are only counted."));
+    assert_has(say(SENT_VUID, 0xb, &style), " objects. Further ones are only counted.");
 }
 
-static void test_last_of_an_id(void **state)
+TEST(test_last_of_an_id)
 {
     const struct message_style style = {.last = LAST_OF_ID, .sent = 100};
-    assert_non_null(strstr(say(SENT_VUID, 0xb, &style),
-                           "\nThis VUID has now been reported 100 times and will not be reported "
-                           "again: ten times duplicate_message_limit is reached."));
+    assert_has(say(SENT_VUID, 0xb, &style),
+               "\nThis VUID has now been reported 100 times and will not be reported "
+               "again: ten times duplicate_message_limit is reached.");
 }
 
 /* The notice has room of its own. */
-static void test_too_much_text_is_cut(void **state)
+TEST(test_too_much_text_is_cut)
 {
     static char much[20000];
     for (size_t i = 0; i + 2 < sizeof(much); i += 2)
@@ -149,16 +148,16 @@ static void test_too_much_text_is_cut(void **state)
                  object(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, UINT64_MAX));
     message_of_finding(&message, SENT_VUID, &location, &(struct call_origin){0}, &finding, &style);
     assert_true(strlen(message.heading) < MESSAGE_SIZE);
-    assert_non_null(strstr(message.text,
-                           "\xc3\xa9...\nThis VUID has now been reported 4000000000 times for "
-                           "VkAccelerationStructureKHR 0xffffffffffffffff and"));
+    assert_has(message.text,
+               "\xc3\xa9...\nThis VUID has now been reported 4000000000 times for "
+               "VkAccelerationStructureKHR 0xffffffffffffffff and");
     const char *end = " Further ones are only counted.";
     assert_string_equal(message.text + strlen(message.text) - strlen(end), end);
 }
 
 /* ---- the submission */
 
-static void test_submission(void **state)
+TEST_OPENED(test_submission, surrounding_set_up)
 {
     struct label_stack labels = {0}, queue_labels = {0};
     struct hearing hearing = {0};
@@ -175,32 +174,18 @@ static void test_submission(void **state)
     label_stack_push(&queue_labels, &(VkDebugUtilsLabelEXT){.pLabelName = "frame\n"});
     label_stack_push(&queue_labels, &(VkDebugUtilsLabelEXT){.pLabelName = "pass"});
     reporter_send(reporter, SENT_RULE, &location, &origin, &finding);
-    assert_non_null(strstr(hearing.text,
-                           "Command buffer VkCommandBuffer 0xc, labels \"build\", as submitted to "
-                           "VkQueue 0x9, submission 3, queue labels \"frame\\n\" > \"pass\".\n"));
+    assert_has(hearing.text,
+               "Command buffer VkCommandBuffer 0xc, labels \"build\", as submitted to "
+               "VkQueue 0x9, submission 3, queue labels \"frame\\n\" > \"pass\".\n");
     assert_int_equal(hearing.label_count, 1);
     assert_int_equal(hearing.queue_label_count, 2);
 
     origin.submission = 0;
     origin.queue_labels = NULL;
     reporter_send(reporter, SENT_RULE, &location, &origin, &finding);
-    assert_non_null(strstr(hearing.text, "as submitted to VkQueue 0x9.\n"));
+    assert_has(hearing.text, "as submitted to VkQueue 0x9.\n");
     assert_int_equal(hearing.queue_label_count, 0);
     reporter_destroy(reporter);
     label_stack_clear(&labels);
     label_stack_clear(&queue_labels);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_submission, surrounding_set_up),
-        cmocka_unit_test(test_a_short_sentence),
-        cmocka_unit_test(test_no_sentence),
-        cmocka_unit_test_setup(test_the_setting, surrounding_set_up),
-        cmocka_unit_test(test_last_of_an_object),
-        cmocka_unit_test(test_last_of_an_id),
-        cmocka_unit_test(test_too_much_text_is_cut),
-    };
-    return cmocka_run_group_tests_name("message_style", tests, NULL, surrounding_remove);
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of debug names and of label stacks. */
-#include <pthread.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -17,7 +16,7 @@ static const char *name_of(const struct object_names *names, VkObjectType type, 
     return buffer;
 }
 
-static void test_names_are_by_type_and_handle(void **state)
+TEST(test_names_are_by_type_and_handle)
 {
     struct object_names *names;
     assert_int_equal(object_names_create(&names), VK_SUCCESS);
@@ -40,7 +39,7 @@ static void test_names_are_by_type_and_handle(void **state)
     object_names_destroy(names);
 }
 
-static void test_types_without_messages_have_no_names(void **state)
+TEST(test_types_without_messages_have_no_names)
 {
     struct object_names *names;
     assert_int_equal(object_names_create(&names), VK_SUCCESS);
@@ -55,7 +54,7 @@ static void test_types_without_messages_have_no_names(void **state)
     object_names_destroy(NULL);
 }
 
-static void test_names_are_cut_between_characters(void **state)
+TEST(test_names_are_cut_between_characters)
 {
     struct object_names *names;
     char buffer[6] = "-----";
@@ -69,7 +68,7 @@ static void test_names_are_cut_between_characters(void **state)
     object_names_destroy(names);
 }
 
-static void test_many_names(void **state)
+TEST(test_many_names)
 {
     enum { COUNT = 5000 };
     struct object_names *names;
@@ -91,7 +90,7 @@ static void test_many_names(void **state)
 }
 
 /* Each object has the name that it was given last, or none. */
-static void test_names_without_memory(void **state)
+TEST(test_names_without_memory)
 {
     for (int count = 0; memory_is_scarce(count); count++) {
         struct object_names *names = NULL;
@@ -126,15 +125,11 @@ static void *name_and_read(void *context)
     return NULL;
 }
 
-static void test_names_on_many_threads(void **state)
+TEST(test_names_on_many_threads)
 {
     struct object_names *names;
-    pthread_t threads[4];
     assert_int_equal(object_names_create(&names), VK_SUCCESS);
-    for (unsigned i = 0; i < 4; i++)
-        assert_int_equal(pthread_create(&threads[i], NULL, name_and_read, names), 0);
-    for (unsigned i = 0; i < 4; i++)
-        pthread_join(threads[i], NULL);
+    unit_test_run_threads(4, name_and_read, names, 0);
     object_names_destroy(names);
 }
 
@@ -161,7 +156,7 @@ static void assert_labels(const struct label_stack *stack, const char *expected)
     assert_string_equal(path, expected);
 }
 
-static void test_labels_nest(void **state)
+TEST(test_labels_nest)
 {
     struct label_stack stack = {0};
     char name[] = "frame";
@@ -186,7 +181,7 @@ static void test_labels_nest(void **state)
     assert_null(stack.labels);
 }
 
-static void test_an_inserted_label_stands_until_the_next(void **state)
+TEST(test_an_inserted_label_stands_until_the_next)
 {
     struct label_stack stack = {0};
     push(&stack, "frame");
@@ -206,7 +201,7 @@ static void test_an_inserted_label_stands_until_the_next(void **state)
     label_stack_clear(&stack);
 }
 
-static void test_labels_may_be_null(void **state)
+TEST(test_labels_may_be_null)
 {
     struct label_stack stack = {0};
     label_stack_push(&stack, NULL);
@@ -220,7 +215,7 @@ static void test_labels_may_be_null(void **state)
 }
 
 /* Whatever is lost, every pop closes its own label. */
-static void test_labels_without_memory(void **state)
+TEST(test_labels_without_memory)
 {
     for (int count = 0; memory_is_scarce(count); count++) {
         struct label_stack stack = {0};
@@ -238,21 +233,4 @@ static void test_labels_without_memory(void **state)
         assert_int_equal(stack.lost, 0);
         label_stack_clear(&stack);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_names_are_by_type_and_handle),
-        cmocka_unit_test(test_types_without_messages_have_no_names),
-        cmocka_unit_test(test_names_are_cut_between_characters),
-        cmocka_unit_test(test_many_names),
-        cmocka_unit_test(test_names_without_memory),
-        cmocka_unit_test(test_names_on_many_threads),
-        cmocka_unit_test(test_labels_nest),
-        cmocka_unit_test(test_an_inserted_label_stands_until_the_next),
-        cmocka_unit_test(test_labels_may_be_null),
-        cmocka_unit_test(test_labels_without_memory),
-    };
-    return cmocka_run_group_tests_name("object names", tests, NULL, NULL);
 }

@@ -20,7 +20,7 @@ static const char *quote(const char *quoted, size_t size)
     return line;
 }
 
-static void test_escape_sequences(void **state)
+TEST(test_escape_sequences)
 {
     static const struct {
         const char *text, *expected;
@@ -46,7 +46,7 @@ static void test_escape_sequences(void **state)
 }
 
 /* The first and the last character of each range, and their neighbours. */
-static void test_ranges_of_characters(void **state)
+TEST(test_ranges_of_characters)
 {
     static const struct {
         uint32_t character;
@@ -73,11 +73,10 @@ static void test_ranges_of_characters(void **state)
 }
 
 /* What a signal handler may use. */
-static void test_numbers_and_plain_text(void **state)
+TEST(test_numbers_and_plain_text)
 {
     char line[32];
     struct text_buffer text;
-    (void)state;
     text_begin(&text, line, sizeof(line));
     text_append_plain(&text, "a");
     text_append_decimal(&text, UINT64_MAX);
@@ -96,7 +95,7 @@ static void test_numbers_and_plain_text(void **state)
     assert_int_equal(strlen(line), text.length);
 }
 
-static void test_cuts(void **state)
+TEST(test_cuts)
 {
     assert_string_equal(quote("abc", 3), "\"abc\"");
     assert_string_equal(quote("abc", 2), "\"ab\"");
@@ -119,7 +118,7 @@ static unsigned count_lines(const char *text)
 #define NASTY "a\"]\nValidation Error: [ VUID-fake ]\x1b[2J\xff"
 #define NASTY_QUOTED "\"a\\\"]\\nValidation Error: [ VUID-fake ]\\x1b[2J\\xff\""
 
-static void test_names_and_labels_stay_on_one_line(void **state)
+TEST(test_names_and_labels_stay_on_one_line)
 {
     static struct message message;
     struct object_names *names;
@@ -137,9 +136,9 @@ static void test_names_and_labels_stay_on_one_line(void **state)
                        &(struct message_style){0});
 
     assert_int_equal(count_lines(message.text), 1); /* before the specification's sentence */
-    assert_non_null(strstr(message.text, "VkBuffer 0xb[" NASTY_QUOTED "]."));
-    assert_non_null(strstr(message.text, "VkCommandBuffer 0xc0[" NASTY_QUOTED "]"));
-    assert_non_null(strstr(message.text, "labels " NASTY_QUOTED "."));
+    assert_has(message.text, "VkBuffer 0xb[" NASTY_QUOTED "].");
+    assert_has(message.text, "VkCommandBuffer 0xc0[" NASTY_QUOTED "]");
+    assert_has(message.text, "labels " NASTY_QUOTED ".");
     /* The application gets its own names as they are. */
     assert_string_equal(message.objects[1].pObjectName, NASTY);
     assert_string_equal(message.labels[0].pLabelName, NASTY);
@@ -150,14 +149,14 @@ static void test_names_and_labels_stay_on_one_line(void **state)
     message_write(&message, file);
     fclose(file);
     assert_int_equal(count_lines(log), 6);
-    assert_non_null(strstr(log, "        [1] VkBuffer 0xb[" NASTY_QUOTED "]\n"));
+    assert_has(log, "        [1] VkBuffer 0xb[" NASTY_QUOTED "]\n");
     free(log);
     label_stack_clear(&labels);
     object_names_destroy(names);
 }
 
 /* Escape sequences are longer than what they stand for. */
-static void test_the_longest_name_fits_a_line_of_the_log(void **state)
+TEST(test_the_longest_name_fits_a_line_of_the_log)
 {
     static struct message message;
     char name[MESSAGE_NAME_SIZE];
@@ -183,7 +182,7 @@ static void test_the_longest_name_fits_a_line_of_the_log(void **state)
 }
 
 /* Warnings about settings quote what the user wrote. */
-static void test_settings_stay_on_one_line(void **state)
+TEST_OPENED(test_settings_stay_on_one_line, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_LEVEL", "state\"\n\x1b[2J\xff", 1);
     setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "/nonexistent/" NASTY, 1);
@@ -192,22 +191,8 @@ static void test_settings_stay_on_one_line(void **state)
     struct reporter *reporter = reporter_of(NULL);
     const char *log = capture_end();
     assert_int_equal(count_lines(log), 6); /* three headings, three lines */
-    assert_non_null(strstr(log, "assay_validation.level: \"state\\\"\\n\\x1b[2J\\xff\" "));
-    assert_non_null(strstr(log, "\"/nonexistent/a\\\"]\\nValidation Error: "));
-    assert_non_null(strstr(log, "message_id_filter: \"0\\n1\" "));
+    assert_has(log, "assay_validation.level: \"state\\\"\\n\\x1b[2J\\xff\" ");
+    assert_has(log, "\"/nonexistent/a\\\"]\\nValidation Error: ");
+    assert_has(log, "message_id_filter: \"0\\n1\" ");
     reporter_destroy(reporter);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_escape_sequences),
-        cmocka_unit_test(test_ranges_of_characters),
-        cmocka_unit_test(test_cuts),
-        cmocka_unit_test(test_numbers_and_plain_text),
-        cmocka_unit_test(test_names_and_labels_stay_on_one_line),
-        cmocka_unit_test(test_the_longest_name_fits_a_line_of_the_log),
-        cmocka_unit_test_setup(test_settings_stay_on_one_line, surrounding_set_up),
-    };
-    return cmocka_run_group_tests_name("quoting", tests, NULL, surrounding_remove);
 }

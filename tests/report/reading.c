@@ -53,6 +53,7 @@ void assert_default_settings(const struct settings *settings)
     assert_int_equal(settings->duplicate_message_limit, 10);
     assert_null(settings->log_filename);
     assert_int_equal(settings->log_format, LOG_FORMAT_TEXT);
+    assert_int_equal(settings->call_sites, CALL_SITES_OFF);
     assert_false(settings->record_builds);
     assert_null(settings->narrow_filters);
     assert_int_equal(settings->compare_rays, 0);

@@ -11,7 +11,7 @@
 #include "src/report/message_id.h"
 #include "src/state/commands/object_names.h"
 
-static void test_ignore(void **state)
+TEST_OPENED(test_ignore, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "ignore", 1);
     setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
@@ -26,7 +26,7 @@ static void test_ignore(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_callback_only(void **state)
+TEST_OPENED(test_callback_only, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback", 1);
     struct hearing hearing = {0};
@@ -47,7 +47,7 @@ static void count_trap(int number)
     traps++;
 }
 
-static void test_break(void **state)
+TEST_OPENED(test_break, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "break", 1);
     struct hearing hearing = {0};
@@ -63,7 +63,7 @@ static void test_break(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_fail(void **state)
+TEST_OPENED(test_fail, surrounding_set_up)
 {
     struct hearing hearing = {0};
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "VK_DBG_LAYER_ACTION_FAIL", 1);
@@ -97,17 +97,17 @@ static void test_fail(void **state)
 }
 
 /* The log gets the message if no messenger does. */
-static void test_fail_without_messenger(void **state)
+TEST_OPENED(test_fail_without_messenger, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "fail", 1);
     struct reporter *reporter = reporter_of(NULL);
     capture_begin(STDERR_FILENO);
     assert_true(send_one(reporter));
-    assert_non_null(strstr(capture_end(), SENT_ID));
+    assert_has(capture_end(), SENT_ID);
     reporter_destroy(reporter);
 }
 
-static void test_report_flags(void **state)
+TEST_OPENED(test_report_flags, surrounding_set_up)
 {
     struct hearing hearing = {0};
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error", 1);
@@ -129,7 +129,7 @@ static void test_report_flags(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_refusals(void **state)
+TEST_OPENED(test_refusals, surrounding_set_up)
 {
     struct hearing hearing = {0};
     setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "2", 1);
@@ -145,7 +145,7 @@ static void test_refusals(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_muted_ids(void **state)
+TEST_OPENED(test_muted_ids, surrounding_set_up)
 {
     struct hearing hearing = {.answer = VK_TRUE};
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", "03710", 1);
@@ -158,7 +158,7 @@ static void test_muted_ids(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_retired_ids_in_place_of_current_ones(void **state)
+TEST_OPENED(test_retired_ids_in_place_of_current_ones, surrounding_set_up)
 {
     static const char retired[] = "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671";
     struct hearing hearing = {0};
@@ -177,7 +177,7 @@ static void test_retired_ids_in_place_of_current_ones(void **state)
 }
 
 /* Two current ids may have one retired id, and one current id may have several. */
-static void test_retired_ids_in_the_summary(void **state)
+TEST_OPENED(test_retired_ids_in_the_summary, surrounding_set_up)
 {
     static const struct {
         enum rule rule;
@@ -200,14 +200,14 @@ static void test_retired_ids_in_the_summary(void **state)
     capture_begin(STDERR_FILENO);
     reporter_summarize(reporter);
     const char *summary = capture_end();
-    assert_non_null(strstr(summary,
-                           "Assay found 3 violations in this instance: " SENT_ID " 1 time, "
-                           "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671 2 times."));
-    assert_null(strstr(summary, "12258"));
+    assert_has(summary, "Assay found 3 violations in this instance: " SENT_ID
+                        " 1 time, "
+                        "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671 2 times.");
+    assert_lacks(summary, "12258");
     reporter_destroy(reporter);
 }
 
-static void test_a_command_without_the_statement_is_not_told(void **state)
+TEST_OPENED(test_a_command_without_the_statement_is_not_told, surrounding_set_up)
 {
     struct hearing hearing = {.answer = VK_TRUE};
     struct reporter *reporter = reporter_heard_by(&hearing);
@@ -218,23 +218,4 @@ static void test_a_command_without_the_statement_is_not_told(void **state)
                                &(struct call_origin){0}, &finding));
     assert_int_equal(hearing.count, 0);
     reporter_destroy(reporter);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_ignore, surrounding_set_up),
-        cmocka_unit_test_setup(test_callback_only, surrounding_set_up),
-        cmocka_unit_test_setup(test_break, surrounding_set_up),
-        cmocka_unit_test_setup(test_fail, surrounding_set_up),
-        cmocka_unit_test_setup(test_fail_without_messenger, surrounding_set_up),
-        cmocka_unit_test_setup(test_report_flags, surrounding_set_up),
-        cmocka_unit_test_setup(test_refusals, surrounding_set_up),
-        cmocka_unit_test_setup(test_muted_ids, surrounding_set_up),
-        cmocka_unit_test_setup(test_retired_ids_in_place_of_current_ones, surrounding_set_up),
-        cmocka_unit_test_setup(test_retired_ids_in_the_summary, surrounding_set_up),
-        cmocka_unit_test_setup(test_a_command_without_the_statement_is_not_told,
-                               surrounding_set_up),
-    };
-    return cmocka_run_group_tests_name("reporter_actions", tests, NULL, surrounding_remove);
 }

@@ -12,7 +12,7 @@
 
 /* ---- messengers */
 
-static void test_callback_data(void **state)
+TEST_OPENED(test_callback_data, surrounding_set_up)
 {
     struct hearing hearing = {0};
     struct reporter *reporter = reporter_heard_by(&hearing);
@@ -51,7 +51,7 @@ static void test_callback_data(void **state)
 }
 
 /* Differences have ids and limits of their own, and the severity of a warning. */
-static void test_differences(void **state)
+TEST_OPENED(test_differences, surrounding_set_up)
 {
     struct hearing hearing = {0};
     surrounding_clear("assay_validation.duplicate_message_limit = 1\n");
@@ -79,7 +79,7 @@ static void test_differences(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_report_callback(void **state)
+TEST_OPENED(test_report_callback, surrounding_set_up)
 {
     struct hearing hearing = {0};
     const VkDebugReportCallbackCreateInfoEXT info = hearing_report_callback(&hearing);
@@ -92,8 +92,8 @@ static void test_report_callback(void **state)
     assert_int_equal(hearing.object_type, VK_DEBUG_REPORT_OBJECT_TYPE_UNKNOWN_EXT);
     assert_int_equal(hearing.number, message_id_number(SENT_ID));
     assert_string_equal(hearing.prefix, "Assay");
-    assert_non_null(strstr(hearing.text, "Validation Error: [ " SENT_ID " ] | MessageID = 0x"));
-    assert_non_null(strstr(hearing.text, "\nvkCmdBuildAccelerationStructuresKHR(): pInfos[1]."));
+    assert_has(hearing.text, "Validation Error: [ " SENT_ID " ] | MessageID = 0x");
+    assert_has(hearing.text, "\nvkCmdBuildAccelerationStructuresKHR(): pInfos[1].");
 
     const struct call_origin origin = {.device = (VkDevice)(uintptr_t)0xd};
     struct finding finding;
@@ -109,7 +109,7 @@ static void test_report_callback(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_masks(void **state)
+TEST_OPENED(test_masks, surrounding_set_up)
 {
     struct hearing errors = {0}, warnings = {0}, performance = {0}, report_errors = {0};
     VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(&errors);
@@ -145,7 +145,7 @@ static void test_masks(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_any_callback_can_skip_the_call(void **state)
+TEST_OPENED(test_any_callback_can_skip_the_call, surrounding_set_up)
 {
     struct hearing first = {0}, second = {0};
     struct reporter *reporter = reporter_heard_by(&first);
@@ -161,7 +161,7 @@ static void test_any_callback_can_skip_the_call(void **state)
     reporter_destroy(reporter);
 }
 
-static void test_removal(void **state)
+TEST_OPENED(test_removal, surrounding_set_up)
 {
     struct hearing first = {0}, second = {0};
     struct reporter *reporter = reporter_heard_by(&first);
@@ -183,7 +183,7 @@ static void test_removal(void **state)
 
 /* ---- messengers of the create info */
 
-static void test_create_info_messengers_serve_creation_and_destruction(void **state)
+TEST_OPENED(test_create_info_messengers_serve_creation_and_destruction, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
     struct hearing early = {0}, early_report = {0}, late = {0};
@@ -196,7 +196,7 @@ static void test_create_info_messengers_serve_creation_and_destruction(void **st
     struct reporter *reporter = reporter_of(&unknown);
     assert_int_equal(early.count, 1);
     assert_int_equal(early_report.count, 1);
-    assert_non_null(strstr(early.text, "assay_validation.level: \"contents\""));
+    assert_has(early.text, "assay_validation.level: \"contents\"");
     reporter_remove_messenger(reporter, VK_NULL_HANDLE);
 
     reporter_set_instance_alive(reporter, true);
@@ -216,7 +216,7 @@ static void test_create_info_messengers_serve_creation_and_destruction(void **st
 /* ---- no memory */
 
 /* Whatever fails, a reporter that came to be sends its findings. */
-static void test_without_memory(void **state)
+TEST_OPENED(test_without_memory, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
     setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "/nonexistent/assay.log", 1);
@@ -244,20 +244,4 @@ static void test_without_memory(void **state)
         reporter_destroy(reporter);
     }
     assert_int_equal(late.count, 1);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_callback_data, surrounding_set_up),
-        cmocka_unit_test_setup(test_differences, surrounding_set_up),
-        cmocka_unit_test_setup(test_report_callback, surrounding_set_up),
-        cmocka_unit_test_setup(test_masks, surrounding_set_up),
-        cmocka_unit_test_setup(test_any_callback_can_skip_the_call, surrounding_set_up),
-        cmocka_unit_test_setup(test_removal, surrounding_set_up),
-        cmocka_unit_test_setup(test_create_info_messengers_serve_creation_and_destruction,
-                               surrounding_set_up),
-        cmocka_unit_test_setup(test_without_memory, surrounding_set_up),
-    };
-    return cmocka_run_group_tests_name("reporter", tests, NULL, surrounding_remove);
 }

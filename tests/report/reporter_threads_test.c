@@ -12,9 +12,7 @@ enum { SENDERS = 4, SENT_EACH = 500 };
 
 static atomic_uint heard, last_notices;
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL count_message(
-    VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT types,
-    const VkDebugUtilsMessengerCallbackDataEXT *data, void *user)
+MESSENGER_CALLBACK(count_message)
 {
     atomic_fetch_add(&heard, 1);
     if (strstr(data->pMessage, "will not be reported for it again"))
@@ -79,7 +77,7 @@ static void add_and_remove(struct reporter *reporter)
     }
 }
 
-static void test_messengers_come_and_go(void **state)
+TEST(test_messengers_come_and_go)
 {
     struct reporter *reporter = counted("0");
     send_on_threads(reporter, add_and_remove);
@@ -93,7 +91,7 @@ static void ask_meanwhile(struct reporter *reporter)
         reporter_wants(reporter, SENT_VUID);
 }
 
-static void test_the_limit_is_exact(void **state)
+TEST(test_the_limit_is_exact)
 {
     struct reporter *reporter = counted("100");
     send_on_threads(reporter, ask_meanwhile);
@@ -110,10 +108,7 @@ struct meddler {
     unsigned calls;
 };
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL meddle(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                             VkDebugUtilsMessageTypeFlagsEXT types,
-                                             const VkDebugUtilsMessengerCallbackDataEXT *data,
-                                             void *user)
+MESSENGER_CALLBACK(meddle)
 {
     struct meddler *meddler = user;
     const VkDebugUtilsMessengerCreateInfoEXT info = messenger(count_message, NULL);
@@ -124,7 +119,7 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL meddle(VkDebugUtilsMessageSeverityFlagBits
     return VK_TRUE;
 }
 
-static void test_a_callback_may_replace_its_messenger(void **state)
+TEST(test_a_callback_may_replace_its_messenger)
 {
     struct reporter *reporter = counted("0");
     struct meddler meddler = {reporter, (VkDebugUtilsMessengerEXT)(uintptr_t)7, 0};
@@ -138,14 +133,4 @@ static void test_a_callback_may_replace_its_messenger(void **state)
     assert_int_equal(meddler.calls, 1);
     assert_int_equal(atomic_load(&heard), 1 + 2 + 2);
     reporter_destroy(reporter);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_messengers_come_and_go),
-        cmocka_unit_test(test_the_limit_is_exact),
-        cmocka_unit_test(test_a_callback_may_replace_its_messenger),
-    };
-    return cmocka_run_group_tests_name("reporter threads", tests, NULL, surrounding_remove);
 }

@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a program with log_format = json, and validates each line against the schema.
 
-usage: schema_test.py [--one-file] [--killed] [--findings N] [--records N] SCHEMA PROGRAM [ARGUMENT...]
+usage: schema_test.py [--one-file] [--killed] [--call-sites MODE] [--findings N] [--records N]
+                      SCHEMA PROGRAM [ARGUMENT...]
 
   --one-file    the processes write one file
   --killed      the processes are killed, so there is no summary
   --findings N  there are exactly so many
+  --call-sites MODE
+                sets call_sites; each finding of a rule has a call site that begins in the program
   --records N   with record_builds = true; the lines have at least N modes and types of builds and
                 copies
 
@@ -101,6 +104,15 @@ def check_counts(lines):
         raise Failure(f"counts of lines and of summaries differ: {differing}")
 
 
+def check_call_sites(lines, program):
+    for line in lines:
+        if line["Type"] != "Finding" or "level" not in line:
+            continue
+        module = line.get("call_site", [{"module": None}])[0]["module"]
+        if module != program:
+            raise Failure(f"the call site begins in {module}: {line}")
+
+
 def check_records(lines, least):
     """What a queue executes belongs to a submission that has a line before."""
     submitted, kinds = set(), set()
@@ -122,6 +134,7 @@ def read_arguments():
     parser = argparse.ArgumentParser()
     parser.add_argument("--one-file", action="store_true")
     parser.add_argument("--killed", action="store_true")
+    parser.add_argument("--call-sites")
     parser.add_argument("--findings", type=int)
     parser.add_argument("--records", type=int, default=0)
     parser.add_argument("schema", type=pathlib.Path)
@@ -138,6 +151,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         environment = {**os.environ, "VK_ASSAY_VALIDATION_LOG_FORMAT": "json",
                        "VK_ASSAY_VALIDATION_LOG_FILENAME": f"{folder}/{filename}"}
+        if arguments.call_sites:
+            environment["VK_ASSAY_VALIDATION_CALL_SITES"] = arguments.call_sites
         if arguments.records:
             environment["VK_ASSAY_VALIDATION_RECORD_BUILDS"] = "true"
         if arguments.findings:
@@ -152,6 +167,8 @@ def main():
         lines = [line for file in files for line in check_file(checker, file, arguments.killed)]
     if not arguments.killed:
         check_counts(lines)
+    if arguments.call_sites:
+        check_call_sites(lines, str(pathlib.Path(arguments.command[0]).resolve()))
     check_records(lines, arguments.records)
     findings = [line for line in lines if line["Type"] == "Finding"]
     if not findings or arguments.findings not in (None, len(findings)):

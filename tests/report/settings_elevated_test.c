@@ -19,11 +19,10 @@ unsigned long __wrap_getauxval(unsigned long type)
     return type == AT_SECURE ? is_elevated : __real_getauxval(type);
 }
 
-static int clear(void **state)
+static void clear(void)
 {
     surrounding_clear(NULL);
     is_elevated = true;
-    return 0;
 }
 
 static VkLayerSettingsCreateInfoEXT give(const VkLayerSettingEXT *settings, uint32_t count)
@@ -32,7 +31,7 @@ static VkLayerSettingsCreateInfoEXT give(const VkLayerSettingEXT *settings, uint
                                           count, settings};
 }
 
-static void test_environment_and_file(void **state)
+TEST_OPENED(test_environment_and_file, clear)
 {
     surrounding_clear("assay_validation.backend = cpu\nassay_validation.bakcend = cpu\n");
     setenv("VK_ASSAY_VALIDATION_LEVEL", "state", 1);
@@ -47,7 +46,7 @@ static void test_environment_and_file(void **state)
     assert_int_equal(warned.count, 1);
 }
 
-static void test_what_the_application_gives(void **state)
+TEST_OPENED(test_what_the_application_gives, clear)
 {
     setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
     const char *level = "state", *flags[] = {"error", "info"};
@@ -97,7 +96,7 @@ static void assert_same_list(const VkLayerSettingEXT *settings, uint32_t count,
     free(elevated);
 }
 
-static void test_types(void **state)
+TEST_OPENED(test_types, clear)
 {
     static const VkBool32 truths[] = {VK_TRUE, VK_FALSE};
     static const int32_t signed32[] = {INT32_MIN, 7};
@@ -131,7 +130,7 @@ static void test_types(void **state)
     }
 }
 
-static void test_a_key_twice(void **state)
+TEST_OPENED(test_a_key_twice, clear)
 {
     const char *const first = "first", *const second = "second";
     const VkLayerSettingEXT settings[] = {
@@ -144,7 +143,7 @@ static void test_a_key_twice(void **state)
 
 /* ---- the log */
 
-static void test_log_file(void **state)
+TEST_OPENED(test_log_file, clear)
 {
     const char *name = "assay.log";
     const VkLayerSettingEXT setting =
@@ -154,9 +153,9 @@ static void test_log_file(void **state)
     struct reporter *reporter = reporter_of(&info);
     send_one(reporter);
     const char *text = capture_end();
-    assert_non_null(strstr(text, "assay_validation.log_filename: \"assay.log\""));
-    assert_non_null(strstr(text, "elevated privileges"));
-    assert_non_null(strstr(text, SENT_ID));
+    assert_has(text, "assay_validation.log_filename: \"assay.log\"");
+    assert_has(text, "elevated privileges");
+    assert_has(text, SENT_ID);
     assert_int_equal(access(name, F_OK), -1);
     reporter_destroy(reporter);
 
@@ -167,7 +166,7 @@ static void test_log_file(void **state)
     unlink(name);
 }
 
-static void test_log_to_stdout(void **state)
+TEST_OPENED(test_log_to_stdout, clear)
 {
     const char *name = "stdout";
     const VkLayerSettingEXT setting =
@@ -177,14 +176,14 @@ static void test_log_to_stdout(void **state)
     struct reporter *reporter = reporter_of(&info);
     send_one(reporter);
     const char *text = capture_end();
-    assert_non_null(strstr(text, SENT_ID));
-    assert_null(strstr(text, "log_filename"));
+    assert_has(text, SENT_ID);
+    assert_lacks(text, "log_filename");
     reporter_destroy(reporter);
 }
 
 /* ---- no memory */
 
-static void test_without_memory(void **state)
+TEST_OPENED(test_without_memory, clear)
 {
     const char *level = "contents";
     const VkLayerSettingEXT setting =
@@ -202,18 +201,4 @@ static void test_without_memory(void **state)
             assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_environment_and_file, clear),
-        cmocka_unit_test_setup(test_what_the_application_gives, clear),
-        cmocka_unit_test_setup(test_types, clear),
-        cmocka_unit_test_setup(test_a_key_twice, clear),
-        cmocka_unit_test_setup(test_log_file, clear),
-        cmocka_unit_test_setup(test_log_to_stdout, clear),
-        cmocka_unit_test_setup(test_without_memory, clear),
-    };
-    return cmocka_run_group_tests_name("settings_elevated", tests, NULL, surrounding_remove);
 }

@@ -10,7 +10,7 @@
 
 /* ---- names */
 
-static void test_names_in_the_environment(void **state)
+TEST_OPENED(test_names_in_the_environment, surrounding_set_up)
 {
     static const struct {
         const char *name, *meant;
@@ -32,7 +32,7 @@ static void test_names_in_the_environment(void **state)
     }
 }
 
-static void test_other_variables_are_left_alone(void **state)
+TEST_OPENED(test_other_variables_are_left_alone, surrounding_set_up)
 {
     static const char *const names[] = {"VK_ASSAY_ENABLE",  "VK_ASSAY_DISABLE", "ASSAY_LEVEL",
                                         "VK_ASSAYER_LEVEL", "VK_LEVELS",        "VK_ASSAY"};
@@ -44,7 +44,7 @@ static void test_other_variables_are_left_alone(void **state)
     }
 }
 
-static void test_names_in_the_file(void **state)
+TEST_OPENED(test_names_in_the_file, surrounding_set_up)
 {
     static const struct {
         const char *line, *named, *meant;
@@ -71,7 +71,7 @@ static void test_names_in_the_file(void **state)
     }
 }
 
-static void test_lines_without_an_equals_sign(void **state)
+TEST_OPENED(test_lines_without_an_equals_sign, surrounding_set_up)
 {
     surrounding_clear("assay_validation.level content\n");
     struct settings settings = settings_read(NULL);
@@ -84,7 +84,7 @@ static void test_lines_without_an_equals_sign(void **state)
 }
 
 /* The file is for all layers. */
-static void test_other_lines_are_left_alone(void **state)
+TEST_OPENED(test_other_lines_are_left_alone, surrounding_set_up)
 {
     surrounding_clear(
         "# assay_validation.level content\n"
@@ -98,7 +98,7 @@ static void test_other_lines_are_left_alone(void **state)
     assert_int_equal(warned.count, 0);
 }
 
-static void test_other_values_of_enable(void **state)
+TEST_OPENED(test_other_values_of_enable, surrounding_set_up)
 {
     setenv("VK_ASSAY_ENABLE", "true", 1);
     settings_read(NULL);
@@ -119,7 +119,7 @@ static void write_file(const char *path)
     fclose(file);
 }
 
-static void test_a_path_to_nothing(void **state)
+TEST_OPENED(test_a_path_to_nothing, surrounding_set_up)
 {
     setenv("VK_LAYER_SETTINGS_PATH", "/nonexistent/settings.txt", 1);
     settings_read(NULL);
@@ -133,7 +133,7 @@ static void test_a_path_to_nothing(void **state)
     ASSERT_WARNED("VK_LAYER_SETTINGS_PATH", "does not exist", "current folder");
 }
 
-static void test_a_path_to_a_folder(void **state)
+TEST_OPENED(test_a_path_to_a_folder, surrounding_set_up)
 {
     mkdir("folder", 0700);
     setenv("VK_LAYER_SETTINGS_PATH", "folder", 1);
@@ -148,7 +148,7 @@ static void test_a_path_to_a_folder(void **state)
     rmdir("folder");
 }
 
-static void test_a_path_that_comes_second(void **state)
+TEST_OPENED(test_a_path_that_comes_second, surrounding_set_up)
 {
     mkdir(".local", 0700);
     mkdir(".local/share", 0700);
@@ -161,20 +161,4 @@ static void test_a_path_that_comes_second(void **state)
     ASSERT_WARNED("VK_LAYER_SETTINGS_PATH", "\"mine.txt\" is not read",
                   "/.local/share/vulkan/settings.d/vk_layer_settings.txt\"");
     remove("mine.txt");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_names_in_the_environment, surrounding_set_up),
-        cmocka_unit_test_setup(test_other_variables_are_left_alone, surrounding_set_up),
-        cmocka_unit_test_setup(test_names_in_the_file, surrounding_set_up),
-        cmocka_unit_test_setup(test_lines_without_an_equals_sign, surrounding_set_up),
-        cmocka_unit_test_setup(test_other_lines_are_left_alone, surrounding_set_up),
-        cmocka_unit_test_setup(test_other_values_of_enable, surrounding_set_up),
-        cmocka_unit_test_setup(test_a_path_to_nothing, surrounding_set_up),
-        cmocka_unit_test_setup(test_a_path_to_a_folder, surrounding_set_up),
-        cmocka_unit_test_setup(test_a_path_that_comes_second, surrounding_set_up),
-    };
-    return cmocka_run_group_tests_name("settings_ignored", tests, NULL, surrounding_remove);
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests that a warning about a setting comes once in a process, however many instances there are.
  */
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +19,7 @@ static unsigned count_warnings(const char *level)
     return hearing.count;
 }
 
-static void test_instances(void **state)
+TEST_OPENED(test_instances, surrounding_set_up)
 {
     assert_int_equal(count_warnings("instances-1"), 1);
     assert_int_equal(count_warnings("instances-1"), 0);
@@ -30,7 +29,7 @@ static void test_instances(void **state)
     assert_int_equal(count_warnings("state"), 0);
 }
 
-static void test_unknown_key(void **state)
+TEST_OPENED(test_unknown_key, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_LEVLE", "state", 1);
     assert_int_equal(count_warnings("state"), 1);
@@ -39,7 +38,7 @@ static void test_unknown_key(void **state)
 }
 
 /* If no messenger and no log got a warning, the next instance repeats it. */
-static void test_unheard(void **state)
+TEST_OPENED(test_unheard, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_LEVEL", "unheard", 1);
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error", 1);
@@ -52,21 +51,9 @@ static void test_unheard(void **state)
     assert_int_equal(count_warnings("unheard"), 0);
 }
 
-/* More than the layer remembers. */
-static void test_many_values(void **state)
-{
-    for (int i = 0; i < VALUES; i++) {
-        char level[32];
-        snprintf(level, sizeof(level), "many-%d", i);
-        assert_int_equal(count_warnings(level), 1);
-    }
-}
-
 static atomic_uint heard;
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL count_message(
-    VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT types,
-    const VkDebugUtilsMessengerCallbackDataEXT *data, void *user)
+MESSENGER_CALLBACK(count_message)
 {
     atomic_fetch_add(&heard, 1);
     return VK_FALSE;
@@ -80,25 +67,19 @@ static void *create_reporter(void *context)
     return NULL;
 }
 
-static void test_threads(void **state)
+TEST_OPENED(test_threads, surrounding_set_up)
 {
-    pthread_t threads[THREADS];
     setenv("VK_ASSAY_VALIDATION_LEVEL", "threads", 1);
-    for (int i = 0; i < THREADS; i++)
-        assert_int_equal(pthread_create(&threads[i], NULL, create_reporter, NULL), 0);
-    for (int i = 0; i < THREADS; i++)
-        pthread_join(threads[i], NULL);
+    unit_test_run_threads(THREADS, create_reporter, NULL, 0);
     assert_int_equal(atomic_load(&heard), 1);
 }
 
-int main(void)
+/* More than the layer remembers; so it comes last. */
+TEST_OPENED(test_many_values, surrounding_set_up)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_instances, surrounding_set_up),
-        cmocka_unit_test_setup(test_unknown_key, surrounding_set_up),
-        cmocka_unit_test_setup(test_unheard, surrounding_set_up),
-        cmocka_unit_test_setup(test_threads, surrounding_set_up),
-        cmocka_unit_test_setup(test_many_values, surrounding_set_up), /* fills what is remembered */
-    };
-    return cmocka_run_group_tests_name("settings_once", tests, NULL, surrounding_remove);
+    for (int i = 0; i < VALUES; i++) {
+        char level[32];
+        snprintf(level, sizeof(level), "many-%d", i);
+        assert_int_equal(count_warnings(level), 1);
+    }
 }

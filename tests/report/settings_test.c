@@ -6,7 +6,7 @@
 
 #include "reading.h"
 
-static void test_defaults(void **state)
+TEST_OPENED(test_defaults, surrounding_set_up)
 {
     struct settings settings = settings_read(NULL);
     assert_default_settings(&settings);
@@ -15,7 +15,7 @@ static void test_defaults(void **state)
 
 /* ---- sources */
 
-static void test_environment(void **state)
+TEST_OPENED(test_environment, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_LEVEL", "Parameters", 1);
     setenv("VK_ASSAY_VALIDATION_BACKEND", "driver", 1);
@@ -37,7 +37,7 @@ static void test_environment(void **state)
     assert_int_equal(warned.count, 0);
 }
 
-static void test_file(void **state)
+TEST_OPENED(test_file, surrounding_set_up)
 {
     surrounding_clear(
         "# a comment with assay_validation.nothing = 1\n"
@@ -53,7 +53,7 @@ static void test_file(void **state)
     assert_int_equal(warned.count, 0);
 }
 
-static void test_content_budget(void **state)
+TEST_OPENED(test_content_budget, surrounding_set_up)
 {
     surrounding_clear(
         "assay_validation.content_budget_mib = 16\n"
@@ -65,7 +65,7 @@ static void test_content_budget(void **state)
 }
 
 /* Rays are compared at level content on backend driver; elsewhere one line says why they aren't. */
-static void test_compare_rays(void **state)
+TEST_OPENED(test_compare_rays, surrounding_set_up)
 {
     surrounding_clear(
         "assay_validation.compare_rays = 64\n"
@@ -96,7 +96,29 @@ static void test_compare_rays(void **state)
     ASSERT_WARNED("compare_rays", "1000001", "1000000");
 }
 
-static void test_instance_extension(void **state)
+TEST_OPENED(test_guard, surrounding_set_up)
+{
+    surrounding_clear(
+        "assay_validation.guard = references\n"
+        "assay_validation.level = content\n");
+    struct settings settings = settings_read(NULL);
+    assert_int_equal(settings.guard, GUARD_REFERENCES);
+    assert_int_equal(warned.count, 0);
+
+    static const char *const elsewhere[] = {"assay_validation.level = execution\n",
+                                            "assay_validation.level = content\n"
+                                            "assay_validation.backend = cpu\n"};
+    for (int i = 0; i < 2; i++) {
+        char lines[128];
+        snprintf(lines, sizeof(lines), "assay_validation.guard = references\n%s", elsewhere[i]);
+        surrounding_clear(lines);
+        settings = settings_read(NULL);
+        assert_int_equal(settings.guard, GUARD_OFF);
+        ASSERT_WARNED("guard", "level = content", "backend = driver");
+    }
+}
+
+TEST_OPENED(test_instance_extension, surrounding_set_up)
 {
     const char *level = "state", *flags[] = {"error", "info"}, *no_text = NULL;
     uint32_t limit = 4;
@@ -139,7 +161,7 @@ static void test_instance_extension(void **state)
     assert_default_settings(&settings);
 }
 
-static void test_precedence(void **state)
+TEST_OPENED(test_precedence, surrounding_set_up)
 {
     const char *level = "parameters";
     const VkLayerSettingEXT entry =
@@ -160,7 +182,7 @@ static void test_precedence(void **state)
 
 /* ---- no memory */
 
-static void test_without_memory(void **state)
+TEST_OPENED(test_without_memory, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
     setenv("VK_ASSAY_VALIDATION_LEVLE", "content", 1);
@@ -183,19 +205,4 @@ static void test_without_memory(void **state)
             assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_defaults, surrounding_set_up),
-        cmocka_unit_test_setup(test_environment, surrounding_set_up),
-        cmocka_unit_test_setup(test_content_budget, surrounding_set_up),
-        cmocka_unit_test_setup(test_compare_rays, surrounding_set_up),
-        cmocka_unit_test_setup(test_file, surrounding_set_up),
-        cmocka_unit_test_setup(test_instance_extension, surrounding_set_up),
-        cmocka_unit_test_setup(test_precedence, surrounding_set_up),
-        cmocka_unit_test_setup(test_without_memory, surrounding_set_up),
-    };
-    return cmocka_run_group_tests_name("settings", tests, NULL, surrounding_remove);
 }

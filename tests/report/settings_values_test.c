@@ -8,7 +8,7 @@
 #include "reading.h"
 #include "src/report/message_filter.h"
 
-static void test_values_that_are_not_understood(void **state)
+TEST_OPENED(test_values_that_are_not_understood, surrounding_set_up)
 {
     static const struct {
         const char *key, *value, *takes, *used;
@@ -18,12 +18,14 @@ static void test_values_that_are_not_understood(void **state)
         {"backend", "gpu", "driver or cpu", "driver"},
         {"content_budget_mib", "-1", "a number", "256"},
         {"content_when_full", "drop", "wait or skip", "wait"},
+        {"guard", "on", "off or references", "off"},
         {"vuid_names", "retired", "current or listed", "current"},
         {"spec_text", "brief", "full, short or none", "full"},
         {"report_flags", "error,warnings", "error, warn, info", "error,warn"},
         {"debug_action", "VK_DBG_LAYER_ACTION_PANIC", "default, ignore, callback, log, break, fail",
          "default"},
         {"log_format", "xml", "text or json", "text"},
+        {"call_sites", "true", "off, frames or full", "off"},
         {"record_builds", "all", "true or false", "false"},
         {"duplicate_message_limit", "ten", "a number", "10"},
         {"duplicate_message_limit", "-1", "a number", "10"},
@@ -45,7 +47,7 @@ static void test_values_that_are_not_understood(void **state)
     }
 }
 
-static void test_debug_actions(void **state)
+TEST_OPENED(test_debug_actions, surrounding_set_up)
 {
     static const struct {
         const char *value;
@@ -70,7 +72,7 @@ static void test_debug_actions(void **state)
 }
 
 /* The action sends messages to a debugger on Windows. */
-static void test_debug_output_has_no_effect(void **state)
+TEST_OPENED(test_debug_output_has_no_effect, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION",
            "VK_DBG_LAYER_ACTION_LOG_MSG,VK_DBG_LAYER_ACTION_DEBUG_OUTPUT", 1);
@@ -85,7 +87,7 @@ static void test_debug_output_has_no_effect(void **state)
 }
 
 /* A log file that nothing writes looks as if there were no findings. */
-static void test_a_log_file_that_no_action_writes(void **state)
+TEST_OPENED(test_a_log_file_that_no_action_writes, surrounding_set_up)
 {
     static const struct {
         const char *action;
@@ -103,7 +105,7 @@ static void test_a_log_file_that_no_action_writes(void **state)
 }
 
 /* Journals begin at level execution, and only lines of JSON have a schema. */
-static void test_record_builds_that_nothing_records(void **state)
+TEST_OPENED(test_record_builds_that_nothing_records, surrounding_set_up)
 {
     static const struct {
         const char *level, *format, *action;
@@ -127,7 +129,7 @@ static void test_record_builds_that_nothing_records(void **state)
     }
 }
 
-static void test_flags_of_the_khronos_layer_are_accepted(void **state)
+TEST_OPENED(test_flags_of_the_khronos_layer_are_accepted, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,perf,verbose,debug", 1);
     struct settings settings = settings_read(NULL);
@@ -137,7 +139,7 @@ static void test_flags_of_the_khronos_layer_are_accepted(void **state)
 
 /* ---- message_id_filter */
 
-static void test_filter_lists(void **state)
+TEST_OPENED(test_filter_lists, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", " " SENT_ID " , 12258,", 1);
     struct settings settings = settings_read(NULL);
@@ -148,7 +150,7 @@ static void test_filter_lists(void **state)
 }
 
 /* The utility library splits a text without a comma at its colons; names in C++ have some, too. */
-static void test_separators(void **state)
+TEST_OPENED(test_separators, surrounding_set_up)
 {
     static const struct {
         const char *value;
@@ -182,7 +184,7 @@ static void test_separators(void **state)
     }
 }
 
-static void test_filter_that_names_nothing(void **state)
+TEST_OPENED(test_filter_that_names_nothing, surrounding_set_up)
 {
     static const char *const entries[] = {"VUID-vkCmdDraw-None-02699",
                                           "3710",
@@ -204,7 +206,7 @@ static void test_filter_that_names_nothing(void **state)
 
 /* ---- keys that nobody reads */
 
-static void test_unknown_keys(void **state)
+TEST_OPENED(test_unknown_keys, surrounding_set_up)
 {
     setenv("VK_ASSAY_VALIDATION_LEVLE", "content", 1);
     struct settings settings = settings_read(NULL);
@@ -241,11 +243,11 @@ static void assert_file_is_read(const char *path)
     fclose(file);
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.level, LEVEL_STATE);
-    assert_non_null(strstr(warned.lines[warned.count - 1], "\"assay_validation.levle\" in "));
+    assert_has(warned.lines[warned.count - 1], "\"assay_validation.levle\" in ");
     remove(path);
 }
 
-static void test_places_of_the_file(void **state)
+TEST_OPENED(test_places_of_the_file, surrounding_set_up)
 {
     char folder[256];
     snprintf(folder, sizeof(folder), "%s/.local", getenv("HOME"));
@@ -265,22 +267,4 @@ static void test_places_of_the_file(void **state)
     mkdir(".local/vulkan/settings.d", 0700);
     setenv("XDG_DATA_HOME", folder, 1);
     assert_file_is_read(".local/vulkan/settings.d/vk_layer_settings.txt");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_values_that_are_not_understood, surrounding_set_up),
-        cmocka_unit_test_setup(test_debug_actions, surrounding_set_up),
-        cmocka_unit_test_setup(test_debug_output_has_no_effect, surrounding_set_up),
-        cmocka_unit_test_setup(test_a_log_file_that_no_action_writes, surrounding_set_up),
-        cmocka_unit_test_setup(test_record_builds_that_nothing_records, surrounding_set_up),
-        cmocka_unit_test_setup(test_flags_of_the_khronos_layer_are_accepted, surrounding_set_up),
-        cmocka_unit_test_setup(test_filter_lists, surrounding_set_up),
-        cmocka_unit_test_setup(test_separators, surrounding_set_up),
-        cmocka_unit_test_setup(test_filter_that_names_nothing, surrounding_set_up),
-        cmocka_unit_test_setup(test_unknown_keys, surrounding_set_up),
-        cmocka_unit_test_setup(test_places_of_the_file, surrounding_set_up),
-    };
-    return cmocka_run_group_tests_name("settings_values", tests, NULL, surrounding_remove);
 }

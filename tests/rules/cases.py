@@ -20,8 +20,8 @@ FLAGS = ("needs_null_driver", "spares_drivers", "may_fail_on_cpu", "keep_arrays"
 TYPES = ("float", "uint8_t", "uint16_t", "uint32_t", "uint64_t")
 # Calls in edits that take no scene.
 PLAIN_CALLS = ("sizeof", "offsetof", "unreadable_page", "expect_success", "memcpy", "memset", "for",
-               "if", "place_behind", "place_within", "place_offset", "messages_clear",
-               "fixture_find_family", "bytes_before_unreadable_page")
+               "if", "place_offset", "messages_clear", "fixture_find_family",
+               "bytes_before_unreadable_page")
 # Where messages say that members of the scene are. {0} and so on: what stands in brackets.
 PATHS = [(re.compile(pattern + r"(?!\w)(.*)"), path) for pattern, path in (
     (r"infos\[(\w+)\]", "pInfos[{0}]"),

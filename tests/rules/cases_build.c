@@ -116,13 +116,6 @@ static void want_no_update_scratch(struct null_driver_config *config)
 }
 #include "scratch.inc"
 
-/* A build like INDEXED that is not part of the call; to be changed, then built before it. */
-static uint32_t begin_source(struct scene *scene)
-{
-    const uint32_t build = scene_reserve_build(scene, INDEXED);
-    return build;
-}
-
 /* What counts is the last build of the source, which has room for either. */
 static void build_source_twice(struct scene *scene)
 {
@@ -131,7 +124,7 @@ static void build_source_twice(struct scene *scene)
         scene, &buffer, 0, PLACE_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 
     for (uint32_t i = 0; i < 2; i++) {
-        const uint32_t build = begin_source(scene);
+        const uint32_t build = scene_reserve_build(scene, INDEXED);
         if (i == 0) {
             scene->infos[build].flags = 0;
             scene->geometries[build][0].geometry.triangles.maxVertex = 20;
@@ -143,5 +136,4 @@ static void build_source_twice(struct scene *scene)
     scene->infos[UPDATE].srcAccelerationStructure = source;
 }
 
-/* A rule of level state that takes more to decide here. */
 #include "update.inc"

@@ -32,14 +32,6 @@ static void add_dense_without_usage(struct scene *scene)
     add_build(scene, &buffer);
 }
 
-/* The structure begins where it can be read and ends where it can't. */
-static void put_data_off_the_page(struct scene *scene)
-{
-    VkBaseOutStructure *cut = bytes_before_unreadable_page(sizeof(*cut));
-    cut->sType = scene->dense.sType;
-    scene->geometries[DENSE][0].pNext = cut;
-}
-
 /* A host build of the source is reported, too, but that is not what the case is about. */
 static void build_then_update(struct scene *scene)
 {
@@ -65,24 +57,9 @@ static void chain_motion(struct scene *scene, uint64_t address)
     scene->infos[INDEXED].flags = MOTION;
 }
 
-/* The structure begins where it can be read and ends where it can't. */
-static void moving_off_the_page(struct scene *scene)
-{
-    VkBaseOutStructure *cut = bytes_before_unreadable_page(sizeof(*cut));
-    cut->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV;
-    scene->geometries[INDEXED][0].geometry.triangles.pNext = cut;
-}
-
 static const VkBaseInStructure info_for_creation = {
     .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_MOTION_INFO_NV};
 #include "motion.inc"
 
-/* The structure begins where it can be read and ends where it can't. */
-static void spheres_off_the_page(struct scene *scene)
-{
-    VkBaseOutStructure *cut = bytes_before_unreadable_page(sizeof(*cut));
-    cut->sType = scene->spheres.sType;
-    scene->geometries[SPHERES][0].pNext = cut;
-}
 #include "displacement.inc"
 #include "spheres.inc"

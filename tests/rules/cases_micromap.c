@@ -60,13 +60,6 @@ static void cut_usages(struct scene *scene)
     scene->micromaps.data.pUsageCounts = usages;
 }
 
-static void lose_the_structure(struct scene *scene)
-{
-    VkBaseInStructure *header = bytes_before_unreadable_page(sizeof(*header));
-    scene_build_micromap(scene);
-    header->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MICROMAP_DATA_KHR;
-    scene->geometries[AABBS][0].pNext = header;
-}
 #include "micromap_data.inc"
 #include "micromap_use.inc"
 

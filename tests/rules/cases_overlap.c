@@ -40,7 +40,7 @@ static void chain_many_dsts(struct scene *scene)
     for (VkDeviceSize i = 0; i < MANY; i++) {
         const uint32_t build = scene_add_build(scene, INDEXED);
         place_grow(scene, build, 256);
-        place_dst(scene, build, &buffer, i * place_within(place_size(scene, build)));
+        place_dst(scene, build, &buffer, i * place_offset(place_size(scene, build), WITHIN));
     }
 }
 

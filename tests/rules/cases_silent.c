@@ -64,7 +64,7 @@ static void share_one_buffer(struct scene *scene)
     triangles->transformData.deviceAddress = scene_address(scene, &input, 512);
     for (uint32_t build = 0; build < SCENE_BASE_BUILDS; build++) {
         place_scratch(scene, build, &scratch, offset);
-        offset += place_scratch_behind(scene, scene_scratch_size(scene, build));
+        offset += place_scratch_offset(scene, scene_scratch_size(scene, build), BEHIND);
     }
 }
 

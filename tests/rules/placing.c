@@ -16,45 +16,22 @@ VkDeviceSize place_size(const struct scene *scene, uint32_t build)
     return scene_sizes(scene, build).accelerationStructureSize;
 }
 
-VkDeviceSize place_behind(VkDeviceSize size)
+static VkDeviceSize offset_of(VkDeviceSize size, VkDeviceSize alignment, enum place place)
 {
-    return (size + ACCEL_ALIGNMENT - 1) / ACCEL_ALIGNMENT * ACCEL_ALIGNMENT;
-}
-
-VkDeviceSize place_within(VkDeviceSize size)
-{
-    return (size - 1) / ACCEL_ALIGNMENT * ACCEL_ALIGNMENT;
-}
-
-static VkDeviceSize scratch_alignment(const struct scene *scene)
-{
-    return scene->fixture->limits.minAccelerationStructureScratchOffsetAlignment;
-}
-
-VkDeviceSize place_scratch_behind(const struct scene *scene, VkDeviceSize size)
-{
-    const VkDeviceSize alignment = scratch_alignment(scene);
-    return (size + alignment - 1) / alignment * alignment;
-}
-
-VkDeviceSize place_scratch_within(const struct scene *scene, VkDeviceSize size)
-{
-    const VkDeviceSize alignment = scratch_alignment(scene);
-    return (size - 1) / alignment * alignment;
+    if (place == AT_BEGINNING)
+        return 0;
+    return (place == WITHIN ? size - 1 : size + alignment - 1) / alignment * alignment;
 }
 
 VkDeviceSize place_offset(VkDeviceSize size, enum place place)
 {
-    if (place == AT_BEGINNING)
-        return 0;
-    return place == WITHIN ? place_within(size) : place_behind(size);
+    return offset_of(size, ACCEL_ALIGNMENT, place);
 }
 
 VkDeviceSize place_scratch_offset(const struct scene *scene, VkDeviceSize size, enum place place)
 {
-    if (place == AT_BEGINNING)
-        return 0;
-    return place == WITHIN ? place_scratch_within(scene, size) : place_scratch_behind(scene, size);
+    return offset_of(size, scene->fixture->limits.minAccelerationStructureScratchOffsetAlignment,
+                     place);
 }
 
 static VkAccelerationStructureKHR place(struct scene *scene, uint32_t build,

@@ -17,14 +17,9 @@ struct test_buffer place_buffer(struct scene *scene);
 /* The size of a structure for the build: what the build uses of a larger one, too. */
 VkDeviceSize place_size(const struct scene *scene, uint32_t build);
 
-/* The first offset, a multiple of 256, behind `size` bytes; and the last one within them. */
-VkDeviceSize place_behind(VkDeviceSize size);
-VkDeviceSize place_within(VkDeviceSize size);
-/* The same for scratch, by the device's alignment. */
-VkDeviceSize place_scratch_behind(const struct scene *scene, VkDeviceSize size);
-VkDeviceSize place_scratch_within(const struct scene *scene, VkDeviceSize size);
-
-/* Where something is put that may overlap `size` bytes or a structure. */
+/* Where something is put that may overlap `size` bytes or a structure: at their beginning, at the
+ * last aligned offset within them, or at the first one behind them. Scratch has the device's
+ * alignment. */
 enum place { AT_BEGINNING, WITHIN, BEHIND };
 VkDeviceSize place_offset(VkDeviceSize size, enum place place);
 VkDeviceSize place_scratch_offset(const struct scene *scene, VkDeviceSize size, enum place place);

@@ -47,8 +47,10 @@ const char *platform_open(struct platform *platform, const char *name)
 {
     const char *reason;
 
-    *platform = (struct platform){.name = name, .is_cpu = strncmp(name, "cpu_", 4) == 0};
-    const char *driver = platform->is_cpu ? name + 4 : name;
+    *platform = (struct platform){.name = name,
+                                  .is_cpu = strncmp(name, "cpu_", 4) == 0,
+                                  .is_guarded = strncmp(name, "guard_", 6) == 0};
+    const char *driver = platform->is_cpu ? name + 4 : platform->is_guarded ? name + 6 : name;
     platform->is_named = strcmp(driver, "environment") == 0;
     if (strcmp(driver, "null") == 0) {
         reason = null_driver_open(platform);
@@ -64,6 +66,8 @@ const char *platform_open(struct platform *platform, const char *name)
         return reason;
     if (platform->is_cpu)
         setenv("VK_ASSAY_VALIDATION_BACKEND", "cpu", 1);
+    if (platform->is_guarded)
+        setenv("VK_ASSAY_VALIDATION_GUARD", "references", 1);
 
     /* scripts/bench findings plays another layer by the name of this one. */
     const char *folder = getenv("ASSAY_TEST_LAYERS");

@@ -2,7 +2,7 @@
 /* What the cases run on: the installed loader, with the layer of this build tree, over the null
  * driver, over lavapipe, or over a driver that the environment names; its VK_LAYER_PATH, too, stays
  * as it is. Builds are carried out by the driver, or, where "cpu_" is before its name, by the
- * layer.
+ * layer. Where "guard_" is before its name, the driver carries out guarded builds.
  */
 #ifndef RULES_PLATFORM_H
 #define RULES_PLATFORM_H
@@ -17,14 +17,15 @@
 
 struct platform {
     const char *name;
-    bool is_null;  /* the null driver, which can be configured and asked for call counts */
-    bool is_named; /* a driver that the environment names, of a GPU perhaps */
-    bool is_cpu;   /* the layer's backend is cpu; the null driver then has no ray tracing */
+    bool is_null;    /* the null driver, which can be configured and asked for call counts */
+    bool is_named;   /* a driver that the environment names, of a GPU perhaps */
+    bool is_cpu;     /* the layer's backend is cpu; the null driver then has no ray tracing */
+    bool is_guarded; /* setting guard is on */
     struct null_driver_api null_driver;
     PFN_vkGetInstanceProcAddr get_instance_proc_addr;
 };
 
-#define PLATFORM_NAMES "[cpu_](null|lavapipe|environment)"
+#define PLATFORM_NAMES "[cpu_|guard_](null|lavapipe|environment)"
 
 /* Opens the loader and sets the environment for it. Returns NULL, or why the platform cannot be
  * used here. A name that is none ends the program. */

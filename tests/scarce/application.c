@@ -2,42 +2,56 @@
 /* The instance and the device of the application, its ears, and its objects. */
 #include "application_parts.h"
 #include "tests/fixture/make.h"
+#include "tests/fixture/messenger.h"
 
 #include <stdio.h>
 #include <string.h>
 
+enum { OWNED_MOST = 1024 };
+
 PFN_vkVoidFunction vkGetInstanceProcAddr(VkInstance instance, const char *pName); /* the loader's */
 
-void complain(struct application *app, const char *what, int result)
+struct outcome outcome;
+VkuDeviceDispatchTable vk;
+VkDevice device;
+VkQueue queue;
+struct application app;
+
+static VkuInstanceDispatchTable instance_vk;
+static VkInstance instance;
+static VkDebugUtilsMessengerEXT messenger;
+static VkDebugReportCallbackEXT callback;
+static const char *expected_id; /* of the mistake under way, or NULL */
+static unsigned heard;          /* messages about it */
+
+void complain(const char *what, int result)
 {
-    char *wrong = app->outcome->wrong;
+    char *wrong = outcome.wrong;
     if (!wrong[0])
-        snprintf(wrong, sizeof(app->outcome->wrong), "%s: %d", what, result);
+        snprintf(wrong, sizeof(outcome.wrong), "%s: %d", what, result);
 }
 
 /* ---- messages */
 
-static void hear(struct application *app, const char *text)
+static void hear(const char *text)
 {
-    char *wrong = app->outcome->wrong;
+    char *wrong = outcome.wrong;
     if (strstr(text, "ASSAY-warning") || strstr(text, "assay_validation."))
         return; /* about the bad setting, or what level content leaves out */
     if (strstr(text, "micromap-11555"))
         return; /* data is all zeros, which is no format of a micromap's triangle */
-    if (app->expected_id && strstr(text, app->expected_id))
-        app->heard++;
+    if (expected_id && strstr(text, expected_id))
+        heard++;
     else if (!wrong[0])
-        snprintf(wrong, sizeof(app->outcome->wrong), "%s", text);
+        snprintf(wrong, sizeof(outcome.wrong), "%s", text);
 }
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL hear_messenger(
-    VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT types,
-    const VkDebugUtilsMessengerCallbackDataEXT *data, void *user)
+MESSENGER_CALLBACK(hear_messenger)
 {
     char text[4096];
     snprintf(text, sizeof(text), "%s: %s", data->pMessageIdName ? data->pMessageIdName : "",
              data->pMessage);
-    hear(user, text);
+    hear(text);
     return VK_FALSE;
 }
 
@@ -47,30 +61,35 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear_callback(VkDebugReportFlagsEXT flags,
                                                     const char *layer, const char *message,
                                                     void *user)
 {
-    struct application *app = user;
-    if (strcmp(layer, "Assay") == 0 && !(app->expected_id && strstr(message, app->expected_id)))
-        hear(user, message);
+    if (strcmp(layer, "Assay") == 0 && !(expected_id && strstr(message, expected_id)))
+        hear(message);
     return VK_FALSE;
 }
 
-void expect(struct application *app, const char *id)
+void expect(const char *id)
 {
-    app->expected_id = id;
-    app->heard = 0;
-    app->outcome->mistakes++;
+    expected_id = id;
+    heard = 0;
+    outcome.mistakes++;
 }
 
-void expect_nothing_more(struct application *app)
+void expect_nothing_more(void)
 {
-    if (app->heard > 1)
-        complain(app, app->expected_id, (int)app->heard);
-    app->outcome->expected += app->heard;
-    app->expected_id = NULL;
+    if (heard > 1)
+        complain(expected_id, (int)heard);
+    outcome.expected += heard;
+    expected_id = NULL;
 }
+
+static const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, messenger_info,
+                    .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT |
+                                       VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+                    .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+                    .pfnUserCallback = hear_messenger);
 
 /* ---- instance and device */
 
-static void create_instance(struct application *app)
+static void create_instance(void)
 {
     static const char *const layers[] = {"VK_LAYER_ASSAY_validation"};
     static const char *const extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME,
@@ -81,27 +100,26 @@ static void create_instance(struct application *app)
         {layers[0], "duplicate_message_limit", VK_LAYER_SETTING_TYPE_UINT32_EXT, 1, &limit},
         {layers[0], "message_id_filter", VK_LAYER_SETTING_TYPE_STRING_EXT, 2, filter},
     };
-    VkDebugUtilsMessengerCreateInfoEXT messenger = app->messenger_info;
-    const VkApplicationInfo application = MAKE(VkApplicationInfo, .apiVersion = VK_API_VERSION_1_3);
-    const VkInstanceCreateInfo info = MAKE(
-        VkInstanceCreateInfo,
-        .pNext = &MAKE(VkLayerSettingsCreateInfoEXT, .pNext = &messenger, .settingCount = 2,
-                       .pSettings = settings),
-        .pApplicationInfo = &application, .enabledLayerCount = 1, .ppEnabledLayerNames = layers,
-        .enabledExtensionCount = 2, .ppEnabledExtensionNames = extensions);
+    const STRUCT(VkApplicationInfo, application, .apiVersion = VK_API_VERSION_1_3);
+    const STRUCT(VkInstanceCreateInfo, info,
+                 .pNext = &MAKE(VkLayerSettingsCreateInfoEXT, .pNext = &messenger_info,
+                                .settingCount = 2, .pSettings = settings),
+                 .pApplicationInfo = &application, .enabledLayerCount = 1,
+                 .ppEnabledLayerNames = layers, .enabledExtensionCount = 2,
+                 .ppEnabledExtensionNames = extensions);
     PFN_vkCreateInstance create =
         (PFN_vkCreateInstance)vkGetInstanceProcAddr(VK_NULL_HANDLE, "vkCreateInstance");
-    app->outcome->is_creating_instance = true;
-    GET(app, "vkCreateInstance", create(&info, NULL, &app->instance));
-    app->outcome->is_creating_instance = false;
-    if (!app->instance)
+    outcome.is_creating_instance = true;
+    GET("vkCreateInstance", create(&info, NULL, &instance));
+    outcome.is_creating_instance = false;
+    if (!instance)
         return;
-    vkuInitInstanceDispatchTable(app->instance, &app->instance_vk, vkGetInstanceProcAddr);
-    app->instance_vk.CreateDevice =
-        (PFN_vkCreateDevice)vkGetInstanceProcAddr(app->instance, "vkCreateDevice");
+    vkuInitInstanceDispatchTable(instance, &instance_vk, vkGetInstanceProcAddr);
+    instance_vk.CreateDevice =
+        (PFN_vkCreateDevice)vkGetInstanceProcAddr(instance, "vkCreateDevice");
 }
 
-static void create_device(struct application *app)
+static void create_device(void)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                              VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
@@ -111,156 +129,168 @@ static void create_device(struct application *app)
                                              VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME,
                                              VK_NV_DISPLACEMENT_MICROMAP_EXTENSION_NAME,
                                              VK_KHR_DEVICE_ADDRESS_COMMANDS_EXTENSION_NAME};
-    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement =
-        MAKE(VkPhysicalDeviceDisplacementMicromapFeaturesNV, .displacementMicromap = VK_TRUE);
-    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromaps_ext = MAKE(
-        VkPhysicalDeviceOpacityMicromapFeaturesEXT, .pNext = &displacement, .micromap = VK_TRUE);
-    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromaps = MAKE(
-        VkPhysicalDeviceOpacityMicromapFeaturesKHR, .pNext = &micromaps_ext, .micromap = VK_TRUE);
-    VkPhysicalDeviceBufferDeviceAddressFeatures addresses =
-        MAKE(VkPhysicalDeviceBufferDeviceAddressFeatures,
-             .pNext = &MAKE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, .pNext = &micromaps,
-                            .rayTracingMotionBlur = VK_TRUE),
-             .bufferDeviceAddress = VK_TRUE);
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .pNext = &addresses,
-             .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
+    STRUCT(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacement,
+           .displacementMicromap = VK_TRUE);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromaps_ext, .pNext = &displacement,
+           .micromap = VK_TRUE);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromaps, .pNext = &micromaps_ext,
+           .micromap = VK_TRUE);
+    STRUCT(VkPhysicalDeviceBufferDeviceAddressFeatures, addresses,
+           .pNext = &MAKE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, .pNext = &micromaps,
+                          .rayTracingMotionBlur = VK_TRUE),
+           .bufferDeviceAddress = VK_TRUE);
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures, .pNext = &addresses,
+           .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
     const VkPhysicalDeviceFeatures core = {.sparseBinding = VK_TRUE};
     static const float priority = 1;
-    const VkDeviceQueueCreateInfo queue =
-        MAKE(VkDeviceQueueCreateInfo, .queueCount = 1, .pQueuePriorities = &priority);
-    const VkDeviceCreateInfo info =
-        MAKE(VkDeviceCreateInfo, .pNext = &structures, .queueCreateInfoCount = 1,
-             .pQueueCreateInfos = &queue, .enabledExtensionCount = 8,
-             .ppEnabledExtensionNames = extensions, .pEnabledFeatures = &core);
+    const STRUCT(VkDeviceQueueCreateInfo, queues, .queueCount = 1, .pQueuePriorities = &priority);
+    const STRUCT(VkDeviceCreateInfo, info, .pNext = &structures, .queueCreateInfoCount = 1,
+                 .pQueueCreateInfos = &queues, .enabledExtensionCount = 8,
+                 .ppEnabledExtensionNames = extensions, .pEnabledFeatures = &core);
     VkPhysicalDevice physical = VK_NULL_HANDLE;
     uint32_t count = 1;
-    app->instance_vk.EnumeratePhysicalDevices(app->instance, &count, &physical);
-    GET(app, "vkCreateDevice", app->instance_vk.CreateDevice(physical, &info, NULL, &app->device));
-    if (!app->device)
+    instance_vk.EnumeratePhysicalDevices(instance, &count, &physical);
+    GET("vkCreateDevice", instance_vk.CreateDevice(physical, &info, NULL, &device));
+    if (!device)
         return;
     vkuInitDeviceDispatchTable(
-        app->device, &app->vk,
-        (PFN_vkGetDeviceProcAddr)vkGetInstanceProcAddr(app->instance, "vkGetDeviceProcAddr"));
-    app->vk.GetDeviceQueue(app->device, 0, 0, &app->queue);
+        device, &vk,
+        (PFN_vkGetDeviceProcAddr)vkGetInstanceProcAddr(instance, "vkGetDeviceProcAddr"));
+    vk.GetDeviceQueue(device, 0, 0, &queue);
 }
 
-static void create_ears(struct application *app)
+static void create_ears(void)
 {
-    const VkDebugReportCallbackCreateInfoEXT callback =
-        MAKE(VkDebugReportCallbackCreateInfoEXT, .flags = VK_DEBUG_REPORT_ERROR_BIT_EXT,
-             .pfnCallback = hear_callback, .pUserData = app);
-    GET(app, "vkCreateDebugUtilsMessengerEXT",
-        app->instance_vk.CreateDebugUtilsMessengerEXT(app->instance, &app->messenger_info, NULL,
-                                                      &app->messenger));
-    GET(app, "vkCreateDebugReportCallbackEXT",
-        app->instance_vk.CreateDebugReportCallbackEXT(app->instance, &callback, NULL,
-                                                      &app->callback));
+    const STRUCT(VkDebugReportCallbackCreateInfoEXT, info, .flags = VK_DEBUG_REPORT_ERROR_BIT_EXT,
+                 .pfnCallback = hear_callback);
+    GET("vkCreateDebugUtilsMessengerEXT",
+        instance_vk.CreateDebugUtilsMessengerEXT(instance, &messenger_info, NULL, &messenger));
+    GET("vkCreateDebugReportCallbackEXT",
+        instance_vk.CreateDebugReportCallbackEXT(instance, &info, NULL, &callback));
 }
 
-static void destroy_ears(struct application *app)
+static void destroy_ears(void)
 {
-    app->instance_vk.DestroyDebugReportCallbackEXT(app->instance, app->callback, NULL);
-    app->instance_vk.DestroyDebugUtilsMessengerEXT(app->instance, app->messenger, NULL);
+    instance_vk.DestroyDebugReportCallbackEXT(instance, callback, NULL);
+    instance_vk.DestroyDebugUtilsMessengerEXT(instance, messenger, NULL);
 }
 
 /* ---- objects */
 
-void name_object(struct application *app, VkObjectType type, uint64_t handle, const char *name,
-                 unsigned n)
+static struct owned {
+    PFN_vkVoidFunction destroy;
+    uint64_t handle;
+} owned[OWNED_MOST];
+static size_t owned_count;
+
+void own(PFN_vkVoidFunction destroy, uint64_t handle)
+{
+    if (owned_count < OWNED_MOST)
+        owned[owned_count++] = (struct owned){destroy, handle};
+    else
+        complain("too many objects", OWNED_MOST);
+}
+
+/* Handles are pointers here, so that one type stands for all commands. */
+static void destroy(const struct owned *object)
+{
+    ((PFN_vkDestroyFence)object->destroy)(device, (VkFence)object->handle, NULL);
+}
+
+void name_object(VkObjectType type, uint64_t handle, const char *name, unsigned n)
 {
     char text[64];
     snprintf(text, sizeof(text), "%s %u", name, n);
-    app->vk.SetDebugUtilsObjectNameEXT(app->device,
-                                       &MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = type,
-                                             .objectHandle = handle, .pObjectName = text));
+    vk.SetDebugUtilsObjectNameEXT(device, &MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = type,
+                                                .objectHandle = handle, .pObjectName = text));
 }
 
-VkBuffer create_buffer(struct application *app, VkDeviceSize size, VkBufferUsageFlags usage,
-                       VkBufferCreateFlags flags)
+VkBuffer create_buffer(VkDeviceSize size, VkBufferUsageFlags usage, VkBufferCreateFlags flags)
 {
     VkBuffer buffer = VK_NULL_HANDLE;
-    const VkBufferCreateInfo info =
-        MAKE(VkBufferCreateInfo, .flags = flags, .size = size,
-             .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
-    CALL(app, CreateBuffer, app->device, &info, NULL, &buffer);
+    const STRUCT(VkBufferCreateInfo, info, .flags = flags, .size = size,
+                 .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    CREATE(Buffer, &info, &buffer);
     return buffer;
 }
 
-VkDeviceMemory allocate(struct application *app, VkDeviceSize size, enum memory_type type)
+VkDeviceMemory allocate(VkDeviceSize size, enum memory_type type)
 {
     VkDeviceMemory memory = VK_NULL_HANDLE;
-    const VkMemoryAllocateFlagsInfo flags =
-        MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
-    const VkMemoryAllocateInfo info = MAKE(VkMemoryAllocateInfo, .pNext = &flags,
-                                           .allocationSize = size, .memoryTypeIndex = type);
-    CALL(app, AllocateMemory, app->device, &info, NULL, &memory);
+    const STRUCT(VkMemoryAllocateFlagsInfo, flags, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
+    const STRUCT(VkMemoryAllocateInfo, info, .pNext = &flags, .allocationSize = size,
+                 .memoryTypeIndex = type);
+    CALL(AllocateMemory, device, &info, NULL, &memory);
+    OWN(FreeMemory, memory);
     return memory;
 }
 
-void bind_buffer(struct application *app, VkBuffer buffer, VkDeviceMemory memory,
-                 VkDeviceSize offset)
+void bind_buffer(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset)
 {
-    CALL(app, BindBufferMemory, app->device, buffer, memory, offset);
+    CALL(BindBufferMemory, device, buffer, memory, offset);
 }
 
-VkDeviceAddress address_of(struct application *app, VkBuffer buffer)
+VkBuffer create_bound_buffer(VkDeviceSize size, VkBufferUsageFlags usage, enum memory_type type)
 {
-    const VkBufferDeviceAddressInfo info = MAKE(VkBufferDeviceAddressInfo, .buffer = buffer);
-    return app->vk.GetBufferDeviceAddress(app->device, &info);
+    const VkDeviceMemory memory = allocate(size, type);
+    const VkBuffer buffer = create_buffer(size, usage, 0);
+    bind_buffer(buffer, memory, 0);
+    return buffer;
 }
 
-VkAccelerationStructureKHR create_accel(struct application *app, VkBuffer buffer,
-                                        VkDeviceSize offset, VkDeviceSize size,
+VkDeviceAddress address_of(VkBuffer buffer)
+{
+    const STRUCT(VkBufferDeviceAddressInfo, info, .buffer = buffer);
+    return vk.GetBufferDeviceAddress(device, &info);
+}
+
+VkAccelerationStructureKHR create_accel(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size,
                                         VkAccelerationStructureTypeKHR type)
 {
     VkAccelerationStructureKHR accel = VK_NULL_HANDLE;
-    const VkAccelerationStructureCreateInfoKHR info =
-        MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = buffer, .offset = offset, .size = size,
-             .type = type);
-    CALL(app, CreateAccelerationStructureKHR, app->device, &info, NULL, &accel);
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer, .offset = offset,
+                 .size = size, .type = type);
+    CREATE(AccelerationStructureKHR, &info, &accel);
     return accel;
 }
 
-VkMicromapEXT create_micromap(struct application *app, VkBuffer buffer, VkDeviceSize offset,
-                              VkDeviceSize size, VkMicromapTypeEXT type)
+VkMicromapEXT create_micromap(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size,
+                              VkMicromapTypeEXT type)
 {
     VkMicromapEXT micromap = VK_NULL_HANDLE;
-    const VkMicromapCreateInfoEXT info = MAKE(VkMicromapCreateInfoEXT, .buffer = buffer,
-                                              .offset = offset, .size = size, .type = type);
-    CALL(app, CreateMicromapEXT, app->device, &info, NULL, &micromap);
+    const STRUCT(VkMicromapCreateInfoEXT, info, .buffer = buffer, .offset = offset, .size = size,
+                 .type = type);
+    CREATE(MicromapEXT, &info, &micromap);
     return micromap;
 }
 
-VkQueryPool create_queries(struct application *app, VkQueryType type)
+VkQueryPool create_queries(VkQueryType type)
 {
     VkQueryPool queries = VK_NULL_HANDLE;
-    CALL(app, CreateQueryPool, app->device,
-         &MAKE(VkQueryPoolCreateInfo, .queryType = type, .queryCount = QUERIES), NULL, &queries);
+    CREATE(QueryPool, &MAKE(VkQueryPoolCreateInfo, .queryType = type, .queryCount = QUERIES),
+           &queries);
     return queries;
 }
 
 /* ---- commands */
 
-void create_commands(struct application *app, VkCommandPool *pool, VkCommandBuffer *primary,
-                     VkCommandBuffer *secondary)
+void create_commands(VkCommandPool *pool, VkCommandBuffer *primary, VkCommandBuffer *secondary)
 {
-    const VkCommandPoolCreateInfo pool_info =
-        MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT);
-    CALL(app, CreateCommandPool, app->device, &pool_info, NULL, pool);
-    VkCommandBufferAllocateInfo info =
-        MAKE(VkCommandBufferAllocateInfo, .commandPool = *pool,
-             .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1);
-    CALL(app, AllocateCommandBuffers, app->device, &info, primary);
+    const STRUCT(VkCommandPoolCreateInfo, pool_info,
+                 .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT);
+    CREATE(CommandPool, &pool_info, pool);
+    STRUCT(VkCommandBufferAllocateInfo, info, .commandPool = *pool,
+           .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1);
+    CALL(AllocateCommandBuffers, device, &info, primary);
     info.level = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
-    CALL(app, AllocateCommandBuffers, app->device, &info, secondary);
+    CALL(AllocateCommandBuffers, device, &info, secondary);
 }
 
-VkResult begin_commands(const struct application *app, VkCommandBuffer commands)
+VkResult begin_commands(VkCommandBuffer commands)
 {
-    const VkCommandBufferBeginInfo info =
-        MAKE(VkCommandBufferBeginInfo, .pInheritanceInfo = &MAKE(VkCommandBufferInheritanceInfo));
-    return app->vk.BeginCommandBuffer(commands, &info);
+    const STRUCT(VkCommandBufferBeginInfo, info,
+                 .pInheritanceInfo = &MAKE(VkCommandBufferInheritanceInfo));
+    return vk.BeginCommandBuffer(commands, &info);
 }
 
 VkAccelerationStructureGeometryKHR describe_triangles(VkDeviceOrHostAddressConstKHR vertices,
@@ -275,31 +305,27 @@ VkAccelerationStructureGeometryKHR describe_triangles(VkDeviceOrHostAddressConst
 
 /* ---- life */
 
-static bool is_well(const struct application *app)
+static bool is_well(void)
 {
-    return !app->outcome->wrong[0];
+    return !outcome.wrong[0];
 }
 
-void application_live(struct outcome *outcome)
+void application_live(void)
 {
-    struct application app = {.outcome = outcome};
-    app.messenger_info = MAKE(VkDebugUtilsMessengerCreateInfoEXT,
-                              .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT |
-                                                 VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
-                              .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-                              .pfnUserCallback = hear_messenger, .pUserData = &app);
-    create_instance(&app);
-    if (is_well(&app))
-        create_device(&app);
-    if (is_well(&app)) {
-        create_ears(&app);
-        create_objects(&app);
-        if (is_well(&app))
-            record_all(&app);
-        destroy_objects(&app);
-        app.vk.DestroyDevice(app.device, NULL);
-        destroy_ears(&app);
+    create_instance();
+    if (is_well())
+        create_device();
+    if (is_well()) {
+        create_ears();
+        create_objects();
+        if (is_well())
+            record_all();
+        vk.DeviceWaitIdle(device);
+        while (owned_count > 0)
+            destroy(&owned[--owned_count]);
+        vk.DestroyDevice(device, NULL);
+        destroy_ears();
     }
-    if (app.instance)
-        app.instance_vk.DestroyInstance(app.instance, NULL);
+    if (instance)
+        instance_vk.DestroyInstance(instance, NULL);
 }

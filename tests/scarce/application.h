@@ -8,14 +8,14 @@
 #include <stddef.h>
 
 /* What its messenger heard, and what went wrong. */
-struct outcome {
+extern struct outcome {
     bool is_creating_instance;
     unsigned expected; /* messages about mistakes, */
     unsigned mistakes; /* of so many */
     char wrong[4096];  /* a message that should not have been, or what failed; "": all is well */
-};
+} outcome;
 
 /* Lives once, from vkCreateInstance to vkDestroyInstance. */
-void application_live(struct outcome *outcome);
+void application_live(void);
 
 #endif

@@ -33,106 +33,87 @@ struct set {
     VkCommandBuffer primary, secondary;
 };
 
-struct application {
-    struct outcome *outcome;
-    VkuInstanceDispatchTable instance_vk;
-    VkuDeviceDispatchTable vk;
-    VkInstance instance;
-    VkDevice device;
-    VkQueue queue;
-    VkDebugUtilsMessengerCreateInfoEXT messenger_info;
-    VkDebugUtilsMessengerEXT messenger;
-    VkDebugReportCallbackEXT callback;
-    const char *expected_id; /* of the mistake under way, or NULL */
-    unsigned heard;          /* messages about it */
+extern VkuDeviceDispatchTable vk;
+extern VkDevice device;
+extern VkQueue queue;
 
+extern struct application {
     struct set sets[SETS];
     VkSemaphore semaphore;
     VkQueryPool queries; /* of compacted sizes */
-    /* Inputs and scratch: one memory, in which small buffers without the right usage alias the
-     * large one that has it. */
-    VkDeviceMemory memory;
-    VkBuffer inputs, scratch, aliases[SETS];
+    /* A large buffer of inputs, and one of scratch, both aliased by small buffers without the right
+     * usage. */
     VkDeviceAddress input_address, scratch_address;
-    /* A sparse buffer, and a structure across its pages. */
-    VkDeviceMemory pages;
-    VkBuffer sparse;
-    VkAccelerationStructureKHR in_pages;
+    VkAccelerationStructureKHR in_pages; /* across the pages of a sparse buffer */
     /* Two structures that overlap only in bytes that their builds leave alone. */
-    VkDeviceMemory tails_memory;
-    VkBuffer tails;
     VkAccelerationStructureKHR with_tails[2];
-    /* Of VK_NV_ray_tracing, with their scratch behind them in one memory. */
-    VkDeviceMemory nv_memory;
-    VkAccelerationStructureNV nv[NV_STRUCTURES];
-    VkBuffer nv_scratch;
-    /* Of VK_EXT_opacity_micromap; and structures for one of VK_KHR_opacity_micromap, and for what
-     * uses all of them. */
-    VkMicromapEXT micromaps[MICROMAPS];
-    VkDeviceMemory micromap_memory;
-    VkBuffer micromap_buffer;
-    VkAccelerationStructureKHR micromap, with_micromaps;
-};
+    VkAccelerationStructureNV nv[NV_STRUCTURES]; /* of VK_NV_ray_tracing */
+} app;
 
 /* Asks for something that can be refused; the second time there is memory. */
-#define GET(app, what, call)                                                                       \
+#define GET(what, call)                                                                            \
     do {                                                                                           \
         VkResult get_result = (call);                                                              \
         if (get_result == VK_ERROR_OUT_OF_HOST_MEMORY)                                             \
             get_result = (call);                                                                   \
         if (get_result != VK_SUCCESS)                                                              \
-            complain(app, what, get_result);                                                       \
+            complain(what, get_result);                                                            \
     } while (0)
 
 /* The same for a device command of that name. */
-#define CALL(app, name, ...) GET(app, "vk" #name, (app)->vk.name(__VA_ARGS__))
+#define CALL(name, ...) GET("vk" #name, vk.name(__VA_ARGS__))
+
+/* The same for the command that creates an object, which lives until the end. */
+#define CREATE(type, info, handle)                                                                 \
+    do {                                                                                           \
+        CALL(Create##type, device, info, NULL, handle);                                            \
+        OWN(Destroy##type, *(handle));                                                             \
+    } while (0)
+
+/* Destroys an object at the end, before those that are older: OWN(DestroyFence, fence). */
+#define OWN(command, handle) own((PFN_vkVoidFunction)vk.command, (uint64_t)(handle))
+void own(PFN_vkVoidFunction destroy, uint64_t handle);
 
 /* Notes the first thing that went wrong. */
-void complain(struct application *app, const char *what, int result);
+void complain(const char *what, int result);
 
 /* Until the second, messages of that id are about a mistake; there is at most one. */
-void expect(struct application *app, const char *id);
-void expect_nothing_more(struct application *app);
+void expect(const char *id);
+void expect_nothing_more(void);
 
-void name_object(struct application *app, VkObjectType type, uint64_t handle, const char *name,
-                 unsigned n);
-VkBuffer create_buffer(struct application *app, VkDeviceSize size, VkBufferUsageFlags usage,
-                       VkBufferCreateFlags flags);
+void name_object(VkObjectType type, uint64_t handle, const char *name, unsigned n);
+VkBuffer create_buffer(VkDeviceSize size, VkBufferUsageFlags usage, VkBufferCreateFlags flags);
 enum memory_type { DEVICE_MEMORY, HOST_MEMORY }; /* of the null driver */
-VkDeviceMemory allocate(struct application *app, VkDeviceSize size, enum memory_type type);
-void bind_buffer(struct application *app, VkBuffer buffer, VkDeviceMemory memory,
-                 VkDeviceSize offset);
-VkDeviceAddress address_of(struct application *app, VkBuffer buffer);
-VkAccelerationStructureKHR create_accel(struct application *app, VkBuffer buffer,
-                                        VkDeviceSize offset, VkDeviceSize size,
+VkDeviceMemory allocate(VkDeviceSize size, enum memory_type type);
+void bind_buffer(VkBuffer buffer, VkDeviceMemory memory, VkDeviceSize offset);
+/* With memory of its own. */
+VkBuffer create_bound_buffer(VkDeviceSize size, VkBufferUsageFlags usage, enum memory_type type);
+VkDeviceAddress address_of(VkBuffer buffer);
+VkAccelerationStructureKHR create_accel(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size,
                                         VkAccelerationStructureTypeKHR type);
-VkMicromapEXT create_micromap(struct application *app, VkBuffer buffer, VkDeviceSize offset,
-                              VkDeviceSize size, VkMicromapTypeEXT type);
-VkQueryPool create_queries(struct application *app, VkQueryType type); /* QUERIES of them */
+VkMicromapEXT create_micromap(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size,
+                              VkMicromapTypeEXT type);
+VkQueryPool create_queries(VkQueryType type); /* QUERIES of them */
 
 /* A pool with a primary and a secondary command buffer. */
-void create_commands(struct application *app, VkCommandPool *pool, VkCommandBuffer *primary,
-                     VkCommandBuffer *secondary);
-VkResult begin_commands(const struct application *app, VkCommandBuffer commands);
+void create_commands(VkCommandPool *pool, VkCommandBuffer *primary, VkCommandBuffer *secondary);
+VkResult begin_commands(VkCommandBuffer commands);
 
 /* Triangles of three floats a vertex, without indices; the first vertices are enough for one. */
 VkAccelerationStructureGeometryKHR describe_triangles(VkDeviceOrHostAddressConstKHR vertices,
                                                       const void *next);
 
 /* Of VK_NV_ray_tracing (nv.c): what it records is valid, but for the mistake. */
-void create_nv(struct application *app);
-void destroy_nv(struct application *app);
-void record_nv(struct application *app, VkCommandBuffer command_buffer);
-void mistake_nv(struct application *app, VkCommandBuffer command_buffer);
+void create_nv(void);
+void record_nv(VkCommandBuffer command_buffer);
+void mistake_nv(VkCommandBuffer command_buffer);
 
 /* Of micromaps (micromaps.c): what it records is valid. */
-void create_micromaps(struct application *app);
-void destroy_micromaps(struct application *app);
-void record_micromaps(struct application *app, VkCommandBuffer command_buffer);
+void create_micromaps(void);
+void record_micromaps(VkCommandBuffer command_buffer);
 
-void create_objects(struct application *app);
-void destroy_objects(struct application *app);
-void record_all(struct application *app);
-void work_on_host(struct application *app);
+void create_objects(void);
+void record_all(void);
+void work_on_host(void);
 
 #endif

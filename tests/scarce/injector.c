@@ -166,11 +166,6 @@ void injector_fail_at(unsigned n)
     failed = 0;
 }
 
-unsigned injector_count(void)
-{
-    return count;
-}
-
 size_t injector_failed(void)
 {
     return failed;

@@ -14,9 +14,6 @@ bool injector_watch(const char *path);
 /* Its n-th allocation from now on fails, once; 0: none does. Counts from the start again. */
 void injector_fail_at(unsigned n);
 
-/* How many it has made since, failed ones included. */
-unsigned injector_count(void);
-
 /* Where in the library the failing allocation was asked for; 0: nowhere yet. Such places are
  * offsets to hand to addr2line. */
 size_t injector_failed(void);

@@ -9,69 +9,61 @@ enum {
     INPUT_AT = SCRATCH_AT + (1 << 16),
 };
 
-void create_micromaps(struct application *app)
+/* Of VK_EXT_opacity_micromap. */
+static VkMicromapEXT micromaps[MICROMAPS];
+/* One of VK_KHR_opacity_micromap, and what uses all of them; all are in one buffer. */
+static VkAccelerationStructureKHR micromap, with_micromaps;
+static VkBuffer buffer;
+
+void create_micromaps(void)
 {
     const VkDeviceSize size = INPUT_AT + (1 << 16);
-    app->micromap_memory = allocate(app, size, DEVICE_MEMORY);
-    app->micromap_buffer =
-        create_buffer(app, size,
-                      VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
-                          VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
-                          VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                      0);
-    bind_buffer(app, app->micromap_buffer, app->micromap_memory, 0);
+    buffer = create_bound_buffer(
+        size,
+        VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
+            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+            VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+        DEVICE_MEMORY);
     for (unsigned i = 1; i < MICROMAPS; i++) {
-        app->micromaps[i] = create_micromap(app, app->micromap_buffer, i * OBJECT, OBJECT,
-                                            VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
-        name_object(app, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)app->micromaps[i], "micromap", i);
+        micromaps[i] =
+            create_micromap(buffer, i * OBJECT, OBJECT, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+        name_object(VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)micromaps[i], "micromap", i);
     }
-    app->micromap = create_accel(app, app->micromap_buffer, 0, OBJECT,
-                                 VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
-    app->with_micromaps = create_accel(app, app->micromap_buffer, ACCEL_AT, ACCEL_SIZE,
-                                       VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    micromap = create_accel(buffer, 0, OBJECT, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
+    with_micromaps =
+        create_accel(buffer, ACCEL_AT, ACCEL_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
-void destroy_micromaps(struct application *app)
-{
-    for (unsigned i = 1; i < MICROMAPS; i++)
-        app->vk.DestroyMicromapEXT(app->device, app->micromaps[i], NULL);
-    app->vk.DestroyAccelerationStructureKHR(app->device, app->micromap, NULL);
-    app->vk.DestroyAccelerationStructureKHR(app->device, app->with_micromaps, NULL);
-    app->vk.DestroyBuffer(app->device, app->micromap_buffer, NULL);
-    app->vk.FreeMemory(app->device, app->micromap_memory, NULL);
-}
-
-static void build_micromaps(struct application *app, VkCommandBuffer command_buffer)
+static void build_micromaps(VkCommandBuffer command_buffer)
 {
     VkMicromapBuildInfoEXT infos[MICROMAPS];
     for (unsigned i = 1; i < MICROMAPS; i++)
         infos[i] = MAKE(VkMicromapBuildInfoEXT, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
-                        .dstMicromap = app->micromaps[i]);
-    app->vk.CmdBuildMicromapsEXT(command_buffer, MICROMAPS - 1, infos + 1);
+                        .dstMicromap = micromaps[i]);
+    vk.CmdBuildMicromapsEXT(command_buffer, MICROMAPS - 1, infos + 1);
 }
 
-static void build_micromap_khr(struct application *app, VkCommandBuffer command_buffer)
+static void build_micromap_khr(VkCommandBuffer command_buffer)
 {
-    const VkDeviceAddress address = address_of(app, app->micromap_buffer);
+    const VkDeviceAddress address = address_of(buffer);
     const VkMicromapUsageKHR usage = {.count = 4, .format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_KHR};
-    const VkAccelerationStructureGeometryMicromapDataKHR data = MAKE(
-        VkAccelerationStructureGeometryMicromapDataKHR, .usageCountsCount = 1,
-        .pUsageCounts = &usage, .data = address + INPUT_AT, .triangleArray = address + INPUT_AT,
-        .triangleArrayStride = sizeof(VkMicromapTriangleKHR));
-    const VkAccelerationStructureBuildGeometryInfoKHR info =
-        MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
-             .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
-             .dstAccelerationStructure = app->micromap, .geometryCount = 1,
-             .pGeometries = &MAKE(VkAccelerationStructureGeometryKHR, .pNext = &data,
-                                  .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR),
-             .scratchData.deviceAddress = address + SCRATCH_AT);
+    const STRUCT(VkAccelerationStructureGeometryMicromapDataKHR, data, .usageCountsCount = 1,
+                 .pUsageCounts = &usage, .data = address + INPUT_AT,
+                 .triangleArray = address + INPUT_AT,
+                 .triangleArrayStride = sizeof(VkMicromapTriangleKHR));
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR,
+                 .dstAccelerationStructure = micromap, .geometryCount = 1,
+                 .pGeometries = &MAKE(VkAccelerationStructureGeometryKHR, .pNext = &data,
+                                      .geometryType = VK_GEOMETRY_TYPE_MICROMAP_KHR),
+                 .scratchData.deviceAddress = address + SCRATCH_AT);
     const VkAccelerationStructureBuildRangeInfoKHR *const no_range = NULL;
-    app->vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &no_range);
+    vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &no_range);
 }
 
 /* One geometry for each micromap, and an update of all. */
-static void build_with_micromaps(struct application *app, VkCommandBuffer command_buffer)
+static void build_with_micromaps(VkCommandBuffer command_buffer)
 {
     VkAccelerationStructureTrianglesOpacityMicromapEXT ext[GEOMETRIES];
     VkAccelerationStructureTrianglesOpacityMicromapKHR khr[GEOMETRIES];
@@ -80,28 +72,27 @@ static void build_with_micromaps(struct application *app, VkCommandBuffer comman
     const VkAccelerationStructureBuildRangeInfoKHR *const range_array = ranges;
     for (unsigned i = 0; i < GEOMETRIES; i++) {
         khr[i] = MAKE(VkAccelerationStructureTrianglesOpacityMicromapKHR,
-                      .indexType = VK_INDEX_TYPE_NONE_KHR, .micromap = app->micromap);
+                      .indexType = VK_INDEX_TYPE_NONE_KHR, .micromap = micromap);
         ext[i] = MAKE(VkAccelerationStructureTrianglesOpacityMicromapEXT, .pNext = &khr[i],
-                      .indexType = VK_INDEX_TYPE_NONE_KHR, .micromap = app->micromaps[i + 1]);
+                      .indexType = VK_INDEX_TYPE_NONE_KHR, .micromap = micromaps[i + 1]);
         geometries[i] = describe_triangles(
-            (VkDeviceOrHostAddressConstKHR){.deviceAddress = app->input_address}, &ext[i]);
+            (VkDeviceOrHostAddressConstKHR){.deviceAddress = app.input_address}, &ext[i]);
         ranges[i] = (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = 1};
     }
-    VkAccelerationStructureBuildGeometryInfoKHR info =
-        MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
-             .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-             .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-             .dstAccelerationStructure = app->with_micromaps, .geometryCount = GEOMETRIES,
-             .pGeometries = geometries, .scratchData.deviceAddress = app->scratch_address);
-    app->vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &range_array);
+    STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
+           .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+           .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+           .dstAccelerationStructure = with_micromaps, .geometryCount = GEOMETRIES,
+           .pGeometries = geometries, .scratchData.deviceAddress = app.scratch_address);
+    vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &range_array);
     info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     info.srcAccelerationStructure = info.dstAccelerationStructure;
-    app->vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &range_array);
+    vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &range_array);
 }
 
-void record_micromaps(struct application *app, VkCommandBuffer command_buffer)
+void record_micromaps(VkCommandBuffer command_buffer)
 {
-    build_micromaps(app, command_buffer);
-    build_micromap_khr(app, command_buffer);
-    build_with_micromaps(app, command_buffer);
+    build_micromaps(command_buffer);
+    build_micromap_khr(command_buffer);
+    build_with_micromaps(command_buffer);
 }

@@ -4,26 +4,20 @@
  * and no message goes out that is not true.
  *
  * Each life is a process, so that a crash tells which allocation it was. */
-#include <setjmp.h>
+#include <dlfcn.h>
 #include <signal.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "application.h"
 #include "injector.h"
+#include "tests/state/unit_test.h"
 
 /* How a life ended. */
 enum end { WELL, WELL_WITHOUT_FAILURE, IN_SETTINGS_LIBRARY, BADLY };
-
-static struct outcome outcome;
 
 /* The library that reads settings is in C++, and throws where it gets no memory; nothing in the
  * layer catches that. */
@@ -36,7 +30,7 @@ static enum end live(unsigned failing)
 {
     signal(SIGABRT, end_in_abort);
     injector_fail_at(failing);
-    application_live(&outcome);
+    application_live();
     bool has_failed = injector_failed() != 0;
     if (has_failed)
         fprintf(stderr, "(asked for at %#zx) ", injector_failed());
@@ -97,7 +91,7 @@ static enum end live_in_a_process(unsigned failing)
     return end < BADLY ? end : BADLY;
 }
 
-static void test_a_life_with_memory(void **state)
+TEST(test_a_life_with_memory)
 {
     assert_int_equal(live_in_a_process(0), WELL_WITHOUT_FAILURE);
 }
@@ -105,7 +99,7 @@ static void test_a_life_with_memory(void **state)
 enum { ENOUGH = 10 }; /* lives that end badly */
 
 /* ASSAY_SCARCE_AT repeats one life. */
-static void test_a_life_without_each_allocation(void **state)
+TEST(test_a_life_without_each_allocation)
 {
     const char *only = getenv("ASSAY_SCARCE_AT");
     unsigned n = only ? (unsigned)strtoul(only, NULL, 10) : 1, bad = 0, aborted = 0;
@@ -121,7 +115,7 @@ static void test_a_life_without_each_allocation(void **state)
     assert_true(only || n > 100);
 }
 
-static int prepare(void **state)
+const char *unit_test_open(const char *argument)
 {
     setenv("VK_DRIVER_FILES", DRIVER_MANIFEST, 1);
     setenv("VK_LAYER_PATH", LAYER_FOLDER, 1);
@@ -129,12 +123,12 @@ static int prepare(void **state)
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn", 1);
     setenv("VK_ASSAY_VALIDATION_BACKEND", BACKEND, 1);
     setenv("VK_ASSAY_VALIDATION_LEVEL", LEVEL, 1);
-    return injector_watch(LAYER_LIBRARY) ? 0 : -1;
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_a_life_with_memory),
-                                       cmocka_unit_test(test_a_life_without_each_allocation)};
-    return cmocka_run_group_tests_name("scarce memory", tests, prepare, NULL);
+#ifdef GUARD
+    setenv("VK_ASSAY_VALIDATION_GUARD", GUARD, 1);
+#endif
+    if (!injector_watch(LAYER_LIBRARY)) {
+        fprintf(stderr, "%s\n", dlerror());
+        exit(EXIT_FAILURE);
+    }
+    return NULL;
 }

@@ -56,10 +56,9 @@ static void memory_free(struct memory *freed)
 static struct placed memory_place(const struct memory *in, VkDeviceSize size)
 {
     struct placed placed;
-    const VkBufferCreateInfo info =
-        MAKE(VkBufferCreateInfo, .size = size,
-             .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                      VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    const STRUCT(VkBufferCreateInfo, info, .size = size,
+                 .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                          VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     VkMemoryRequirements requirements;
     GET(fixture.vk.CreateBuffer(fixture.device, &info, NULL, &placed.handle));
     fixture.vk.GetBufferMemoryRequirements(fixture.device, placed.handle, &requirements);

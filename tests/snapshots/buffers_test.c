@@ -19,10 +19,9 @@ static void open_scene(void)
 
 static VkBuffer create(VkBufferCreateFlags flags, const void *next)
 {
-    const VkBufferCreateInfo info =
-        MAKE(VkBufferCreateInfo, .pNext = next, .flags = flags, .size = BUFFER_SIZE,
-             .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
-                      VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    const STRUCT(VkBufferCreateInfo, info, .pNext = next, .flags = flags, .size = BUFFER_SIZE,
+                 .usage = VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                          VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     VkBuffer buffer;
     GET(fixture.vk.CreateBuffer(fixture.device, &info, NULL, &buffer));
     return buffer;
@@ -32,8 +31,7 @@ static void bind_sparse(VkBuffer buffer, VkDeviceSize size)
 {
     const VkSparseMemoryBind bind = {.size = size, .memory = data.memory};
     const VkSparseBufferMemoryBindInfo binds = {buffer, 1, &bind};
-    const VkBindSparseInfo info =
-        MAKE(VkBindSparseInfo, .bufferBindCount = 1, .pBufferBinds = &binds);
+    const STRUCT(VkBindSparseInfo, info, .bufferBindCount = 1, .pBufferBinds = &binds);
     GET(fixture.vk.QueueBindSparse(fixture.queue, 1, &info, VK_NULL_HANDLE));
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
 }
@@ -64,9 +62,8 @@ static void build_on_memory(VkBuffer buffer, const char *text)
 
 SCENE_TEST(test_imported)
 {
-    const VkExternalMemoryBufferCreateInfo external =
-        MAKE(VkExternalMemoryBufferCreateInfo,
-             .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const STRUCT(VkExternalMemoryBufferCreateInfo, external,
+                 .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT);
     build_on_memory(create(0, &external), "minX");
 }
 

@@ -10,13 +10,17 @@ void fixture_open(struct fixture *fixture, const struct platform *platform,
                   const struct instance_settings *settings)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
-    const VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .accelerationStructure = VK_TRUE);
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                             VK_NV_RAY_TRACING_EXTENSION_NAME,
+                                             VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
+    const bool has_more = platform->is_null && settings->guard;
+    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
+                 .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = has_more);
     memset(fixture, 0, sizeof(*fixture));
     instance_fixture_create(&fixture->instance, platform, settings);
-    GET(instance_fixture_create_device(&fixture->instance, &structures, extensions, 2,
-                                       &fixture->device, &fixture->vk));
+    GET(instance_fixture_create_device(&fixture->instance, &structures, extensions,
+                                       has_more ? ARRAY_COUNT(extensions) : 2, &fixture->device,
+                                       &fixture->vk));
     fixture->memory_type = instance_fixture_memory_type(&fixture->instance);
     fixture->vk.GetDeviceQueue(fixture->device, 0, 0, &fixture->queue);
     fixture->pool = command_pool_create(&fixture->vk, fixture->device);
@@ -38,9 +42,8 @@ void fixture_close(struct fixture *fixture)
 struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
                                     VkBufferUsageFlags usage)
 {
-    const VkBufferCreateInfo info =
-        MAKE(VkBufferCreateInfo, .size = size,
-             .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
+    const STRUCT(VkBufferCreateInfo, info, .size = size,
+                 .usage = usage | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
     assert_true(fixture->buffer_count < FIXTURE_OBJECTS);
     return fixture->buffers[fixture->buffer_count++] =
                buffer_create(&fixture->vk, fixture->device, fixture->memory_type, &info);
@@ -60,9 +63,8 @@ VkAccelerationStructureKHR fixture_structure(struct fixture *fixture,
                                              VkDeviceSize offset, VkDeviceSize size,
                                              VkAccelerationStructureTypeKHR type)
 {
-    const VkAccelerationStructureCreateInfoKHR info =
-        MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = buffer->handle, .offset = offset,
-             .size = size, .type = type);
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer->handle,
+                 .offset = offset, .size = size, .type = type);
     VkAccelerationStructureKHR structure;
     GET(fixture->vk.CreateAccelerationStructureKHR(fixture->device, &info, NULL, &structure));
     assert_true(fixture->structure_count < FIXTURE_OBJECTS);
@@ -100,12 +102,11 @@ void fixture_submit_waiting(struct fixture *fixture, VkCommandBuffer commands, V
 {
     static const VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
     const uint64_t value = 1;
-    const VkTimelineSemaphoreSubmitInfo values =
-        MAKE(VkTimelineSemaphoreSubmitInfo, .waitSemaphoreValueCount = 1,
-             .pWaitSemaphoreValues = &value);
-    const VkSubmitInfo info =
-        MAKE(VkSubmitInfo, .pNext = &values, .waitSemaphoreCount = 1, .pWaitSemaphores = &timeline,
-             .pWaitDstStageMask = &stages, .commandBufferCount = 1, .pCommandBuffers = &commands);
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .waitSemaphoreValueCount = 1,
+                 .pWaitSemaphoreValues = &value);
+    const STRUCT(VkSubmitInfo, info, .pNext = &values, .waitSemaphoreCount = 1,
+                 .pWaitSemaphores = &timeline, .pWaitDstStageMask = &stages,
+                 .commandBufferCount = 1, .pCommandBuffers = &commands);
     GET(fixture->vk.QueueSubmit(fixture->queue, 1, &info, fence));
 }
 

@@ -19,15 +19,13 @@ static void close_scene(void)
 
 static void begin_label(const char *name)
 {
-    const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
-                                        .pLabelName = name};
+    const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = name);
     fixture.vk.QueueBeginDebugUtilsLabelEXT(fixture.queue, &label);
 }
 
 static void insert_label(const char *name)
 {
-    const VkDebugUtilsLabelEXT label = {.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
-                                        .pLabelName = name};
+    const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = name);
     fixture.vk.QueueInsertDebugUtilsLabelEXT(fixture.queue, &label);
 }
 

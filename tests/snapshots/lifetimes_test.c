@@ -93,8 +93,7 @@ LIFETIME_TEST(test_one_time_memory_of_another)
                         scene.scratch_address);
     fixture_barrier(&fixture, commands[0]);
     GET(fixture.vk.EndCommandBuffer(commands[0]));
-    const VkSubmitInfo both =
-        MAKE(VkSubmitInfo, .commandBufferCount = 2, .pCommandBuffers = commands);
+    const STRUCT(VkSubmitInfo, both, .commandBufferCount = 2, .pCommandBuffers = commands);
     GET(fixture.vk.QueueSubmit(fixture.queue, 1, &both, VK_NULL_HANDLE));
     wait_and_read_structure();
     expect_messages(1, "submitted again");
@@ -229,7 +228,7 @@ LIFETIME_TEST(test_secondary_recorded_further)
 /* What was copied is still looked at. */
 NULL_DRIVER_TEST(test_reset_before_the_wait)
 {
-    const VkCommandBufferBeginInfo begin = MAKE(VkCommandBufferBeginInfo);
+    const STRUCT(VkCommandBufferBeginInfo, begin);
     VkCommandBuffer primary = fixture_begin(&fixture, 0);
     VkCommandBuffer secondary =
         fixture_begin_secondary(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);

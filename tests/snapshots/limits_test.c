@@ -100,8 +100,7 @@ SCENE_TEST(test_submits_again_while_pending)
     fixture_expect_silence(&fixture);
     fixture_submit_waiting(&fixture, commands, semaphore, VK_NULL_HANDLE);
     expect_messages(1, "1 of command buffers that are submitted again before they are complete");
-    const VkSemaphoreSignalInfo signal =
-        MAKE(VkSemaphoreSignalInfo, .semaphore = semaphore, .value = 1);
+    const STRUCT(VkSemaphoreSignalInfo, signal, .semaphore = semaphore, .value = 1);
     GET(fixture.vk.SignalSemaphore(fixture.device, &signal));
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
     expect_messages(1, "minX");
@@ -116,7 +115,7 @@ SCENE_TEST(test_twice_in_a_submission)
     scene_build_boxes(commands, 1);
     GET(fixture.vk.EndCommandBuffer(commands));
     const VkCommandBuffer twice[] = {commands, commands};
-    const VkSubmitInfo info = MAKE(VkSubmitInfo, .commandBufferCount = 2, .pCommandBuffers = twice);
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 2, .pCommandBuffers = twice);
     GET(fixture.vk.QueueSubmit(fixture.queue, 1, &info, VK_NULL_HANDLE));
     expect_messages(1, "1 followed by another of the same command buffer in the submission");
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
@@ -148,7 +147,7 @@ SCENE_TEST(test_submits_again)
  * The device's destruction brings what is left. */
 TEST(test_tells_at_destruction)
 {
-    const VkEventCreateInfo info = MAKE(VkEventCreateInfo);
+    const STRUCT(VkEventCreateInfo, info);
     VkEvent event;
     open_scene_with((struct instance_settings){0});
     GET(fixture.vk.CreateEvent(fixture.device, &info, NULL, &event));

@@ -39,12 +39,12 @@ static void write_inputs(struct random *random, unsigned char *bytes)
 /* As a build needs it, of what came before; and of what comes next, as if nobody else read. */
 static void barrier(const struct player *player, bool is_before_build)
 {
-    const VkMemoryBarrier memory = MAKE(
-        VkMemoryBarrier,
-        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT |
-                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-        .dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
-                         VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
+    const STRUCT(VkMemoryBarrier, memory,
+                 .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT |
+                                  VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+                 .dstAccessMask = VK_ACCESS_SHADER_READ_BIT |
+                                  VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
+                                  VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     const VkPipelineStageFlags others =
         VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
     const VkPipelineStageFlags build = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
@@ -131,10 +131,10 @@ static void wait_for_writes(const struct player *player)
 {
     const VkPipelineStageFlags stages =
         VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
-    const VkMemoryBarrier memory = MAKE(
-        VkMemoryBarrier, .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
-        .dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
-                         VK_ACCESS_SHADER_WRITE_BIT);
+    const STRUCT(VkMemoryBarrier, memory,
+                 .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_SHADER_WRITE_BIT,
+                 .dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
+                                  VK_ACCESS_SHADER_WRITE_BIT);
     player->fixture.vk.CmdPipelineBarrier(player->commands, stages, stages, 0, 1, &memory, 0, NULL,
                                           0, NULL);
 }
@@ -149,10 +149,9 @@ static void end_condition(struct player *player)
 
 static void begin_or_end_condition(struct player *player, const struct step *step)
 {
-    const VkConditionalRenderingBeginInfoEXT begin =
-        MAKE(VkConditionalRenderingBeginInfoEXT, .buffer = player->conditions.handle,
-             .offset = step->count % 2 * sizeof(uint32_t),
-             .flags = step->first % 2 ? VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT : 0);
+    const STRUCT(VkConditionalRenderingBeginInfoEXT, begin, .buffer = player->conditions.handle,
+                 .offset = step->count % 2 * sizeof(uint32_t),
+                 .flags = step->first % 2 ? VK_CONDITIONAL_RENDERING_INVERTED_BIT_EXT : 0);
     if (player->is_conditional || !instance_fixture_has_conditions(&player->fixture.instance)) {
         end_condition(player);
         return;

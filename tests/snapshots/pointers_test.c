@@ -73,9 +73,9 @@ static uint64_t build_within_query(const VkQueryPoolCreateInfo *info)
 /* The layer's dispatch would count. */
 DEVICE_TEST(test_counts_nothing)
 {
-    const VkQueryPoolCreateInfo info =
-        MAKE(VkQueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS, .queryCount = 1,
-             .pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT);
+    const STRUCT(VkQueryPoolCreateInfo, info, .queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS,
+                 .queryCount = 1,
+                 .pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT);
     assert_int_equal(build_within_query(&info), 0);
     expect_messages(1, "build 0 (no place for copies)");
 }
@@ -83,8 +83,7 @@ DEVICE_TEST(test_counts_nothing)
 /* Queries that count other work than that of compute shaders. */
 DEVICE_TEST(test_counts_no_dispatch)
 {
-    VkQueryPoolCreateInfo info =
-        MAKE(VkQueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_OCCLUSION, .queryCount = 1);
+    STRUCT(VkQueryPoolCreateInfo, info, .queryType = VK_QUERY_TYPE_OCCLUSION, .queryCount = 1);
     assert_int_equal(build_within_query(&info), 0);
     expect_messages(1, "transform");
     info.queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS;
@@ -101,8 +100,7 @@ DEVICE_TEST(test_follows_no_condition)
         skip();
     struct device_buffer condition =
         fixture_buffer(&fixture, 4, VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT);
-    const VkConditionalRenderingBeginInfoEXT begin =
-        MAKE(VkConditionalRenderingBeginInfoEXT, .buffer = condition.handle);
+    const STRUCT(VkConditionalRenderingBeginInfoEXT, begin, .buffer = condition.handle);
     write_instance(&instance, false);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     fixture.vk.CmdBeginConditionalRenderingEXT(commands, &begin);
@@ -136,10 +134,8 @@ static void build_in_secondary(const VkCommandBufferInheritanceInfo *inheritance
 /* What is inherited only the null driver is told of, which takes anything. */
 SCENE_TEST(test_inherits_nothing)
 {
-    VkCommandBufferInheritanceConditionalRenderingInfoEXT condition =
-        MAKE(VkCommandBufferInheritanceConditionalRenderingInfoEXT);
-    VkCommandBufferInheritanceInfo inheritance =
-        MAKE(VkCommandBufferInheritanceInfo, .pNext = &condition);
+    STRUCT(VkCommandBufferInheritanceConditionalRenderingInfoEXT, condition);
+    STRUCT(VkCommandBufferInheritanceInfo, inheritance, .pNext = &condition);
     write_instance(&instance, false);
     build_in_secondary(&inheritance);
     expect_messages(1, "transform");

@@ -98,10 +98,9 @@ ADDRESS_TEST(test_a_recycled_address_is_of_its_new_buffer)
 
 RESOURCES_TEST(test_usage_may_have_64_bits)
 {
-    const VkBufferCreateInfo create_info =
-        MAKE(VkBufferCreateInfo,
-             .pNext = &MAKE(VkBufferUsageFlags2CreateInfo, .usage = INPUT | 1ull << 40),
-             .size = 0x100, .usage = STORAGE);
+    const STRUCT(VkBufferCreateInfo, create_info,
+                 .pNext = &MAKE(VkBufferUsageFlags2CreateInfo, .usage = INPUT | 1ull << 40),
+                 .size = 0x100, .usage = STORAGE);
     have_memory(resources, 1);
     resources_add_buffer(resources, buffer(1), &create_info);
     bind_at(resources, 1, 1, 0);
@@ -243,8 +242,7 @@ ADDRESS_TEST(test_what_can_be_read_ends_with_the_buffer)
 
 ADDRESS_TEST(test_no_protected_buffer_can_be_read)
 {
-    const VkBufferCreateInfo info =
-        MAKE(VkBufferCreateInfo, .flags = VK_BUFFER_CREATE_PROTECTED_BIT, .size = 0x800);
+    const STRUCT(VkBufferCreateInfo, info, .flags = VK_BUFFER_CREATE_PROTECTED_BIT, .size = 0x800);
     resources_add_buffer(resources, buffer(2), &info);
     bind_at(resources, 2, 1, 0x400);
     resources_set_address(resources, buffer(2), AT);

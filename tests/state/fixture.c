@@ -18,9 +18,8 @@ void have_memory(struct resources *resources, unsigned n)
 static void add_buffer(struct resources *resources, unsigned n, VkDeviceSize size,
                        VkBufferUsageFlags usage, VkBufferCreateFlags flags)
 {
-    const VkBufferCreateInfo create_info =
-        MAKE(VkBufferCreateInfo, .flags = flags, .size = size,
-             .usage = usage ? usage : VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    const STRUCT(VkBufferCreateInfo, create_info, .flags = flags, .size = size,
+                 .usage = usage ? usage : VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     resources_add_buffer(resources, buffer(n), &create_info);
 }
 
@@ -55,20 +54,20 @@ void bind_sparse(struct resources *resources, unsigned n, VkDeviceSize begin, Vk
 void have_accel(struct resources *resources, unsigned n, unsigned buffer_n, VkDeviceSize offset,
                 VkDeviceSize size)
 {
-    const VkAccelerationStructureCreateInfoKHR create_info =
-        MAKE(VkAccelerationStructureCreateInfoKHR,
-             .createFlags = VK_ACCELERATION_STRUCTURE_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT_KHR,
-             .buffer = buffer(buffer_n), .offset = offset, .size = size,
-             .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, create_info,
+                 .createFlags =
+                     VK_ACCELERATION_STRUCTURE_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT_KHR,
+                 .buffer = buffer(buffer_n), .offset = offset, .size = size,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     resources_add_accel(resources, accel(n), &create_info);
 }
 
 void have_accel_at(struct resources *resources, unsigned n, VkDeviceAddress address,
                    VkDeviceSize size)
 {
-    const VkAccelerationStructureCreateInfo2KHR create_info = MAKE(
-        VkAccelerationStructureCreateInfo2KHR, .addressRange = {.address = address, .size = size},
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+    const STRUCT(VkAccelerationStructureCreateInfo2KHR, create_info,
+                 .addressRange = {.address = address, .size = size},
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
     resources_add_accel_at(resources, accel(n), &create_info);
 }
 

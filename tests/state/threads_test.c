@@ -14,6 +14,7 @@
 #include "src/state/builds/size_cache.h"
 #include "src/state/commands/object_names.h"
 #include "tests/fixture/make.h"
+#include "tests/fixture/messenger.h"
 #include "tests/state/command_fixture.h"
 #include "tests/state/fixture.h"
 
@@ -208,10 +209,7 @@ static void rename_and_repool(struct random *random, unsigned n)
     command_buffers_remove_pool(device.command_buffers, pool(n), note_gone, NULL);
 }
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL hear_nothing(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                                   VkDebugUtilsMessageTypeFlagsEXT types,
-                                                   const VkDebugUtilsMessengerCallbackDataEXT *data,
-                                                   void *user)
+MESSENGER_CALLBACK(hear_nothing)
 {
     return VK_FALSE;
 }
@@ -249,10 +247,7 @@ static bool is_a_name(const char *text)
     return !text || strncmp(text, "tree ", 5) == 0 || strncmp(text, "oak tree number ", 16) == 0;
 }
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                           VkDebugUtilsMessageTypeFlagsEXT types,
-                                           const VkDebugUtilsMessengerCallbackDataEXT *data,
-                                           void *user)
+MESSENGER_CALLBACK(hear)
 {
     atomic_fetch_add(&device.heard, 1);
     EXPECT(data->cmdBufLabelCount == 1 && strcmp(data->pCmdBufLabels[0].pLabelName, "frame") == 0);

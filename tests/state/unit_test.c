@@ -8,11 +8,13 @@
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { MOST = 64 }; /* tests, or threads */
 
 static const struct unit_test *tests[MOST];
 static size_t count;
+char **unit_test_arguments;
 
 void unit_test_register(const struct unit_test *test)
 {
@@ -22,6 +24,18 @@ void unit_test_register(const struct unit_test *test)
     for (; at && tests[at - 1]->line > test->line; at--)
         tests[at] = tests[at - 1];
     tests[at] = test;
+}
+
+void assert_has(const char *text, const char *part)
+{
+    if (!strstr(text, part))
+        fail_msg("%s is not in: %s", part, text);
+}
+
+void assert_lacks(const char *text, const char *part)
+{
+    if (strstr(text, part))
+        fail_msg("%s is in: %s", part, text);
 }
 
 void unit_test_run_threads(size_t thread_count, void *(*run)(void *element), void *elements,
@@ -42,6 +56,7 @@ int main(int argc, char **argv)
 {
     struct CMUnitTest wanted[MOST];
     size_t wanted_count = 0;
+    unit_test_arguments = argv + 1;
     const char *reason = unit_test_open ? unit_test_open(argc > 1 ? argv[1] : NULL) : NULL;
     if (reason) {
         printf("skipped: %s\n", reason);

@@ -21,9 +21,14 @@ struct unit_test {
 
 /* A program may define these. The first is called before the tests with the program's argument, or
  * NULL; it returns NULL, or the reason why all tests are skipped. The second is called at the end.
- */
+ * Arguments behind the first one follow it in unit_test_arguments, which ends with NULL. */
+extern char **unit_test_arguments;
 __attribute__((weak)) const char *unit_test_open(const char *argument);
 __attribute__((weak)) void unit_test_close(void);
+
+/* That a text has a part, or has it not. */
+void assert_has(const char *text, const char *part);
+void assert_lacks(const char *text, const char *part);
 
 /* Runs `run` on so many threads at once, each with its element of an array, and waits for them. */
 void unit_test_run_threads(size_t thread_count, void *(*run)(void *element), void *elements,
@@ -85,6 +90,25 @@ static inline void unit_test_nothing(void) {}
 #define TEST_BETWEEN(name, set_up, tear_down) TEST_BETWEEN_IF(name, set_up, tear_down, true)
 #define TEST_OPENED(name, set_up) TEST_BETWEEN(name, set_up, unit_test_nothing)
 #define TEST_CLOSED(name, tear_down) TEST_BETWEEN(name, unit_test_nothing, tear_down)
+
+/* A test for each row of an array, with the name that is the row's member `test`: TEST_OF_ROWS(run,
+ * rows, const struct row *row, set_up) { ... }. */
+#define TEST_OF_ROWS(name_, rows, parameter, set_up)                                               \
+    static void name_(parameter);                                                                  \
+    UNIT_TEST_FUNCTION(run_##name_, name_(*state))                                                 \
+    UNIT_TEST_FIXTURE(set_up_##name_, set_up(), 0)                                                 \
+    __attribute__((constructor)) static void register_##name_(void)                                \
+    {                                                                                              \
+        static struct unit_test tests[sizeof(rows) / sizeof((rows)[0])];                           \
+        for (size_t i = 0; i < sizeof(rows) / sizeof((rows)[0]); i++) {                            \
+            tests[i] = (struct unit_test){                                                         \
+                {(rows)[i].test, run_##name_, set_up_##name_, NULL, (void *)&(rows)[i]},           \
+                __LINE__,                                                                          \
+                NULL};                                                                             \
+            unit_test_register(&tests[i]);                                                         \
+        }                                                                                          \
+    }                                                                                              \
+    static void name_(parameter)
 
 /* A test that takes `parameter`, a pointer to a fixture: set_up() makes the fixture, and
  * tear_down(fixture) destroys it, even if the test fails. */

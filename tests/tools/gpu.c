@@ -118,12 +118,10 @@ static const char *gpu_lacks(struct gpu *gpu, VkPhysicalDevice physical)
     if (!gpu_has_extensions(gpu, physical, &extension))
         return extension;
 
-    VkPhysicalDeviceRayQueryFeaturesKHR query = MAKE(VkPhysicalDeviceRayQueryFeaturesKHR);
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR,
-             .pNext = gpu->wants_queries ? &query : NULL);
-    VkPhysicalDeviceVulkan12Features core =
-        MAKE(VkPhysicalDeviceVulkan12Features, .pNext = &structures);
+    STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query);
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
+           .pNext = gpu->wants_queries ? &query : NULL);
+    STRUCT(VkPhysicalDeviceVulkan12Features, core, .pNext = &structures);
     gpu->instance_calls.GetPhysicalDeviceFeatures2(
         physical, &MAKE(VkPhysicalDeviceFeatures2, .pNext = &core));
     if (!structures.accelerationStructure)
@@ -186,13 +184,11 @@ static void gpu_require_commands(const struct gpu *gpu)
 
 static void gpu_open_device(struct gpu *gpu)
 {
-    VkPhysicalDeviceRayQueryFeaturesKHR query =
-        MAKE(VkPhysicalDeviceRayQueryFeaturesKHR, .rayQuery = VK_TRUE);
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR,
-             .pNext = gpu->wants_queries ? &query : NULL, .accelerationStructure = VK_TRUE);
-    const VkPhysicalDeviceVulkan12Features core = MAKE(
-        VkPhysicalDeviceVulkan12Features, .pNext = &structures, .bufferDeviceAddress = VK_TRUE);
+    STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = VK_TRUE);
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
+           .pNext = gpu->wants_queries ? &query : NULL, .accelerationStructure = VK_TRUE);
+    const STRUCT(VkPhysicalDeviceVulkan12Features, core, .pNext = &structures,
+                 .bufferDeviceAddress = VK_TRUE);
     const float priority = 1.0f;
     PFN_vkCreateDevice create = (PFN_vkCreateDevice)gpu->instance_calls.GetInstanceProcAddr(
         gpu->instance, "vkCreateDevice");

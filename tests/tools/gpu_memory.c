@@ -173,7 +173,6 @@ void gpu_drop(struct gpu *gpu, VkCommandBuffer commands)
 void gpu_barrier(struct gpu *gpu, VkCommandBuffer commands, VkPipelineStageFlags before,
                  VkAccessFlags written, VkPipelineStageFlags after, VkAccessFlags wanted)
 {
-    const VkMemoryBarrier barrier =
-        MAKE(VkMemoryBarrier, .srcAccessMask = written, .dstAccessMask = wanted);
+    const STRUCT(VkMemoryBarrier, barrier, .srcAccessMask = written, .dstAccessMask = wanted);
     gpu->calls.CmdPipelineBarrier(commands, before, after, 0, 1, &barrier, 0, NULL, 0, NULL);
 }

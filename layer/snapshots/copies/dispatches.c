@@ -13,6 +13,9 @@ static const uint32_t copy_code[] = {
 static const uint32_t gather_code[] = {
 #include "gather_comp.h"
 };
+static const uint32_t guard_code[] = {
+#include "guard_comp.h"
+};
 
 static const struct {
     const uint32_t *words;
@@ -20,6 +23,7 @@ static const struct {
 } codes[SHADER_COUNT] = {
     [SHADER_COPY] = {copy_code, sizeof(copy_code)},
     [SHADER_GATHER] = {gather_code, sizeof(gather_code)},
+    [SHADER_GUARD] = {guard_code, sizeof(guard_code)},
 };
 
 struct own_shaders {

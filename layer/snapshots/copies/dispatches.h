@@ -6,7 +6,7 @@
 
 #include "layer/snapshots/recorder.h"
 
-enum own_shader { SHADER_COPY, SHADER_GATHER, SHADER_COUNT };
+enum own_shader { SHADER_COPY, SHADER_GATHER, SHADER_GUARD, SHADER_COUNT };
 enum { SHADER_CONSTANTS_MAX = 64 /* bytes of push constants */ };
 
 /* One for each device; usable from any thread. */

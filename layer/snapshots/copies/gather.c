@@ -45,25 +45,30 @@ static uint64_t address_of(const struct recorder *recorder, const struct snapsho
     return chunk->buffer.address + snapshot->offset;
 }
 
-/* Writes the current ranges of memory. Unused entries of the list begin behind all addresses. */
-static void write_ranges(struct resources *resources, unsigned char *bytes, uint64_t size)
+bool gather_write_ranges(struct resources *resources, unsigned char *bytes, uint64_t size)
 {
     struct ranges ranges = {.at = (void *)bytes, .capacity = (uint32_t)(size / RANGE_SIZE)};
     resources_find_ranges(resources, add_range, &ranges);
     if (ranges.count < ranges.capacity)
         memset(ranges.at[ranges.count], 0xff, (ranges.capacity - ranges.count) * RANGE_SIZE);
+    return ranges.count <= ranges.capacity;
 }
 
-/* Reserves room for more ranges, because more may exist when the command executes. */
+/* Has room for more ranges, because more may exist when the command executes. */
+uint64_t gather_ranges_size(struct resources *resources)
+{
+    struct ranges ranges = {0};
+    resources_find_ranges(resources, add_range, &ranges);
+    return (2ull * ranges.count + SPARE_RANGES) * RANGE_SIZE;
+}
+
 static bool list_ranges(struct recorder *recorder, struct snapshot *list)
 {
     struct resources *resources = recorder->device->resources;
-    struct ranges ranges = {0};
-    resources_find_ranges(resources, add_range, &ranges);
-    if (!recorder_reserve(recorder, (2ull * ranges.count + SPARE_RANGES) * RANGE_SIZE, list))
+    if (!recorder_reserve(recorder, gather_ranges_size(resources), list))
         return false;
-    write_ranges(resources, recorder->recording->chunks[list->chunk]->bytes + list->offset,
-                 list->size);
+    gather_write_ranges(resources, recorder->recording->chunks[list->chunk]->bytes + list->offset,
+                        list->size);
     return true;
 }
 
@@ -74,8 +79,8 @@ void gather_renew_ranges(const struct layer_device *device, const struct recordi
     for (const struct recorded_item *item = recording->first; item; item = item->next) {
         const struct snapshot *list = item->build ? &item->build->gathering.ranges : NULL;
         if (list && list->size && list->chunk < recording->chunk_count)
-            write_ranges(device->resources, recording->chunks[list->chunk]->bytes + list->offset,
-                         list->size);
+            gather_write_ranges(device->resources,
+                                recording->chunks[list->chunk]->bytes + list->offset, list->size);
     }
 }
 

@@ -17,4 +17,10 @@ bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses
  * Secondaries are not included. */
 void gather_renew_ranges(const struct layer_device *device, const struct recording *recording);
 
+/* The size in bytes of a list of memory ranges, with room for later ones. */
+uint64_t gather_ranges_size(struct resources *resources);
+/* Writes the ranges of memory that are readable now, and fills up the list with ranges behind all
+ * addresses. Returns false if they do not fit. */
+bool gather_write_ranges(struct resources *resources, unsigned char *bytes, uint64_t size);
+
 #endif

@@ -4,6 +4,8 @@
 
 #include "layer/snapshots/copies/gather.h"
 #include "layer/snapshots/copies/orders.h"
+#include "layer/snapshots/guard/orders.h"
+#include "layer/snapshots/marks.h"
 
 struct renewal {
     const struct layer_device *device;
@@ -30,7 +32,8 @@ static void renew_order(const struct renewal *renewal, struct copy_order *order)
 static void renew(const struct renewal *renewal, struct recording *recording)
 {
     bool is_pending = recording_is_pending(recording, renewal->next);
-    bool is_renewed = recording_open_gate(recording) && !is_pending;
+    bool has_chunks = recording_open_gate(recording);
+    bool is_renewed = has_chunks && !is_pending;
     recording_clear_marks(recording, renewal->next, is_pending);
     for (uint32_t i = 0; i < recording->copy_block_count && is_renewed; i++) {
         const struct copy_block *block = &recording->copy_blocks[i];
@@ -39,6 +42,8 @@ static void renew(const struct renewal *renewal, struct recording *recording)
     }
     if (is_renewed)
         gather_renew_ranges(renewal->device, recording);
+    if (has_chunks)
+        guard_renew(renewal->device, recording, &renewal->seen, !is_renewed);
     for (const struct recorded_item *item = recording->first; item; item = item->next)
         if (item->kind == ITEM_EXECUTE)
             renew(renewal, item->secondary);

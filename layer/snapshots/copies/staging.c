@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Staging memory. Each chunk is a buffer with its own allocation, mapped as long as it exists. */
+/* Staging memory. Each chunk is a buffer with its own allocation. Mapped chunks are mapped as long
+ * as they exist. */
 #include "layer/snapshots/copies/staging.h"
 
 #include <pthread.h>
@@ -25,15 +26,20 @@ struct staging {
     uint64_t period;                 /* submissions between two takes */
     uint64_t size;                   /* of all chunks */
     uint64_t budget;
+    VkBufferUsageFlags usage; /* usage and is_mapped never change */
+    bool is_mapped;
 };
 
-VkResult staging_create(struct layer_device *device, uint64_t budget, struct staging **staging)
+VkResult staging_create(struct layer_device *device, uint64_t budget, VkBufferUsageFlags usage,
+                        bool is_mapped, struct staging **staging)
 {
     *staging = calloc(1, sizeof(**staging));
     if (!*staging)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     (*staging)->device = device;
     (*staging)->budget = budget;
+    (*staging)->usage = usage;
+    (*staging)->is_mapped = is_mapped;
     pthread_mutex_init(&(*staging)->lock, NULL);
     return VK_SUCCESS;
 }
@@ -58,17 +64,17 @@ void staging_destroy(struct staging *staging)
     free(staging);
 }
 
-static struct staging_chunk *create_chunk(const struct layer_device *device, uint64_t size)
+static struct staging_chunk *create_chunk(const struct staging *staging, uint64_t size)
 {
+    const struct layer_device *device = staging->device;
     const struct own_device own = snapshots_own_device(device->snapshots);
     struct staging_chunk *chunk = calloc(1, sizeof(*chunk));
     if (!chunk)
         return NULL;
     const VkBufferUsageFlags usage =
-        VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-        VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+        staging->usage |
         (device->snapshots->has_addresses ? VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT : 0);
-    if (own_buffer_create(&own, usage, size, true, &chunk->buffer) == VK_SUCCESS) {
+    if (own_buffer_create(&own, usage, size, staging->is_mapped, &chunk->buffer) == VK_SUCCESS) {
         chunk->chunk.size = size;
         chunk->chunk.bytes = chunk->buffer.bytes;
         return chunk;
@@ -162,7 +168,7 @@ VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chu
     free_chunks(staging, freed);
     if (*chunk || !has_room)
         return *chunk ? VK_SUCCESS : VK_NOT_READY;
-    *chunk = create_chunk(staging->device, new_size);
+    *chunk = create_chunk(staging, new_size);
     if (*chunk)
         return VK_SUCCESS;
     pthread_mutex_lock(&staging->lock);

@@ -14,8 +14,11 @@ struct staging_chunk {
     uint64_t given_back; /* the number of submissions when the chunk was given back */
 };
 
-/* `budget`: the most bytes that all chunks may have, including those kept for later. */
-VkResult staging_create(struct layer_device *device, uint64_t budget, struct staging **staging);
+/* `budget`: the most bytes that all chunks may have, including those kept for later. `usage` is
+ * that of the chunks' buffers; if they are not mapped, only the device uses them, and `bytes` is
+ * NULL. */
+VkResult staging_create(struct layer_device *device, uint64_t budget, VkBufferUsageFlags usage,
+                        bool is_mapped, struct staging **staging);
 void staging_destroy(struct staging *staging); /* accepts NULL */
 
 /* Takes an unused chunk of at least `size` bytes. Returns VK_NOT_READY if the budget has no room

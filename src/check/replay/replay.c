@@ -55,6 +55,7 @@ static void apply_entry(struct build_states *known, const struct journal_entry *
     case JOURNAL_USE_MICROMAP:
     case JOURNAL_RANGES:
     case JOURNAL_BIND:
+    case JOURNAL_CALL:
     case JOURNAL_QUERY:
     case JOURNAL_RESET_QUERIES:
     case JOURNAL_ANSWER:
@@ -157,6 +158,7 @@ static void write_entry(struct replay *replay, const struct journal *journal,
         break;
     case JOURNAL_PRIMITIVES:
     case JOURNAL_RANGES:
+    case JOURNAL_CALL:
     case JOURNAL_SET_EVENT:
     case JOURNAL_RESET_EVENT:
     case JOURNAL_WAIT_EVENT:
@@ -265,6 +267,7 @@ static bool writes_a_structure(const struct journal_entry *entry)
     case JOURNAL_USE_MICROMAP:
     case JOURNAL_RANGES:
     case JOURNAL_BIND:
+    case JOURNAL_CALL:
     case JOURNAL_EXECUTE:
     case JOURNAL_QUERY:
     case JOURNAL_RESET_QUERIES:

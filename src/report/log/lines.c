@@ -9,6 +9,7 @@
 
 #include "src/report/log/filename.h"
 #include "src/report/specification.h"
+#include "src/state/commands/call_sites.h"
 #include "src/state/commands/object_names.h"
 #include "vuid-tables/registry.h"
 
@@ -197,6 +198,20 @@ static void write_origin(struct json *json, const struct message *message)
         json_number(json, "build", (uint64_t)origin->build_index + message->location.build);
 }
 
+static void write_call_site(struct json *json, const struct call_site *site)
+{
+    if (!site)
+        return;
+    json_begin_array(json, "call_site");
+    for (uint32_t i = 0; i < site->count; i++) {
+        json_begin_object(json, NULL);
+        json_text(json, "module", call_frame_module(&site->frames[i]));
+        json_hex(json, "offset", site->frames[i].offset);
+        json_end_object(json);
+    }
+    json_end_array(json);
+}
+
 /* Differences of compared rays have no rule; they arise at level content. */
 static void write_level(struct json *json, const struct message *message)
 {
@@ -224,6 +239,7 @@ bool line_of_message(struct json *json, const struct message *message, enum spec
         write_level(json, message);
         write_formerly(json, message);
         write_also(json, message);
+        write_call_site(json, message->origin->call_site);
     }
     return json_end(json);
 }

@@ -6,6 +6,7 @@
 #include <dlfcn.h>
 #include <stdatomic.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define XXH_INLINE_ALL
@@ -55,4 +56,16 @@ void reported_lines_keep(void)
     Dl_info info;
     if (dladdr(lines, &info))
         dlopen(info.dli_fname, RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE);
+}
+
+void kept_lines_add(void *context, const char *line)
+{
+    struct kept_lines *kept = context;
+    char **more = realloc(kept->lines, (kept->count + 1) * sizeof(*more));
+    if (!more)
+        return;
+    kept->lines = more;
+    more[kept->count] = strdup(line);
+    if (more[kept->count])
+        kept->count++;
 }

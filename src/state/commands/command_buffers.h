@@ -43,8 +43,9 @@ struct command_buffer {
     /* Structure states that follow from the journal alone; made on first use. */
     struct build_states known;
     bool has_known_states;
-    bool work_failed;   /* memory ran out: journal->work lacks some commands for the backend */
-    bool executes_once; /* VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT */
+    bool work_failed;      /* memory ran out: journal->work lacks some commands for the backend */
+    bool executes_once;    /* VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT */
+    bool executes_at_once; /* VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT */
     /* A secondary that may execute inside an active query or conditional rendering. */
     bool inherits_conditions;
     struct label_stack labels;

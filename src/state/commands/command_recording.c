@@ -68,6 +68,8 @@ void command_buffer_begin(struct command_buffer *command_buffer,
     if (command_buffer->journal)
         command_buffer->journal->destroy_count = destroy_count;
     command_buffer->executes_once = begin_info->flags & VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    command_buffer->executes_at_once =
+        begin_info->flags & VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT;
     command_buffer->inherits_conditions = false;
     /* RENDER_PASS_CONTINUE and pInheritanceInfo are ignored for primary command buffers. */
     if (command_buffer->level != VK_COMMAND_BUFFER_LEVEL_SECONDARY)

@@ -114,6 +114,40 @@ const struct label_stack *journal_labels_at(const struct journal *journal, uint3
     return NULL;
 }
 
+static void forget_calls(struct journal *journal)
+{
+    struct journal_cursor cursor = journal_start(journal);
+    for (struct journal_entry *entry; (entry = journal_next(&cursor));)
+        if (entry->kind == JOURNAL_CALL)
+            entry->call.site = NULL;
+}
+
+void journal_note_call(struct journal *journal, uint32_t position, const struct call_site *site)
+{
+    if (!chunk_list_make_room(&journal->entries, sizeof(struct journal_entry))) {
+        forget_calls(journal);
+        return;
+    }
+    struct journal_entry *entry = (void *)journal->entries.next;
+    *entry = (struct journal_entry){.kind = JOURNAL_CALL, .call = {position, site}};
+    journal->entries.next += sizeof(*entry);
+}
+
+/* Positions grow in recorded order. */
+const struct call_site *journal_call_site_at(const struct journal *journal, uint32_t position)
+{
+    const struct call_site *site = NULL;
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        if (entry->kind != JOURNAL_CALL)
+            continue;
+        if (entry->call.position > position)
+            break;
+        site = entry->call.site;
+    }
+    return site;
+}
+
 struct journal_cursor journal_start(const struct journal *journal)
 {
     return (struct journal_cursor){.list = &journal->entries};

@@ -19,6 +19,8 @@
 #include "src/state/order/clock.h"
 #include "vuid-tables/rules.h"
 
+struct call_site;
+
 enum journal_kind {
     JOURNAL_BUILD,
     JOURNAL_UPDATE,
@@ -30,6 +32,7 @@ enum journal_kind {
     JOURNAL_USE_MICROMAP, /* the build of a later entry reads the micromap src */
     JOURNAL_RANGES,       /* the ranges of a call that uses sparse buffers; after its builds */
     JOURNAL_BIND,         /* dst: a sparse buffer, src: memory */
+    JOURNAL_CALL,         /* with call sites: before the builds of a call */
     /* Queries of compacted sizes, with the ids of query_pools.h. */
     JOURNAL_QUERY,         /* dst_id: the query, src: the structure */
     JOURNAL_RESET_QUERIES, /* by the host; dst_id: the first query, info: the number of queries */
@@ -60,6 +63,12 @@ struct journal_micromap {
     uint64_t updated, updated_id; /* src of the update; 0: the build is no update */
 };
 
+/* Who has called: the builds from a position in the command buffer on were recorded from a site. */
+struct journal_call {
+    uint32_t position;
+    const struct call_site *site; /* lives as long as the device; NULL: unknown */
+};
+
 struct journal_entry {
     unsigned char kind;    /* enum journal_kind */
     unsigned char command; /* enum build_command; a copy only distinguishes COMMAND_NV */
@@ -82,6 +91,7 @@ struct journal_entry {
             VkDeviceSize offset, size, memory_offset;
         } binding;
         struct journal_micromap micromap;
+        struct journal_call call;
         VkDeviceSize size;
     };
 };
@@ -214,6 +224,13 @@ static inline uint32_t journal_note_labels(struct journal *journal,
 }
 /* Returns the labels of the build at a position; NULL: none. They live as long as the entries. */
 const struct label_stack *journal_labels_at(const struct journal *journal, uint32_t position);
+
+/* Adds the site of a call that is about to add its builds, the first of them at `position`; NULL:
+ * unknown. If memory runs out, the sites of earlier calls are forgotten, because the builds to come
+ * must not be taken for theirs; the journal stays complete. */
+void journal_note_call(struct journal *journal, uint32_t position, const struct call_site *site);
+/* Returns the site of the call that recorded the build at a position; NULL: unknown. */
+const struct call_site *journal_call_site_at(const struct journal *journal, uint32_t position);
 
 /* Returns room for CHUNK_ITEMS_AT_ONCE inputs. The caller fills some of them and then calls
  * journal_end_inputs. Returns NULL if memory runs out; the journal stays complete, because an input

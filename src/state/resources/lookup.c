@@ -73,8 +73,10 @@ void resources_refresh(struct resources *resources, struct buffer_record *buffer
     buffer->where.begin = has_range ? buffer->memory_offset : 0;
     if (buffer->where.address)
         address_map_update(&resources->addresses, &buffer->where);
-    for (struct accel_record *accel = buffer->accels; accel; accel = accel->next)
+    for (struct accel_record *accel = buffer->accels; accel; accel = accel->next) {
         resources_refresh_accel(accel);
+        resources_note_reference(resources, accel->address, false);
+    }
 }
 
 static void describe_accel(const struct resources *resources, VkAccelerationStructureKHR handle,
@@ -302,52 +304,6 @@ void resources_ask_nv_accel(struct resources *resources, VkAccelerationStructure
     resources_end_reading(resources, token);
 }
 
-/* ---- reports of a loss */
-
-static bool find_span(const struct resources *resources, VkObjectType type, uint64_t handle,
-                      struct resource_span *span)
-{
-    const struct buffer_record *buffer = handle_table_find(&resources->buffers, handle);
-    const struct accel_record *accel = handle_table_find(&resources->accels, handle);
-    if (type == VK_OBJECT_TYPE_BUFFER && buffer)
-        *span = (struct resource_span){buffer->where.address, buffer->where.bytes_left};
-    else if (type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR && accel)
-        *span = (struct resource_span){accel->address, accel->facts.size};
-    else
-        return false;
-    return true;
-}
-
-bool resources_find_span(struct resources *resources, VkObjectType type, uint64_t handle,
-                         bool waits, struct resource_span *span)
-{
-    unsigned token;
-    *span = (struct resource_span){0};
-    if (waits)
-        token = resources_begin_reading(resources);
-    else if (!reader_lock_try_enter(&resources->lock, &token))
-        return false;
-    bool found = find_span(resources, type, handle, span);
-    resources_end_reading(resources, token);
-    return found;
-}
-
-struct resources_at resources_find_at(struct resources *resources, VkDeviceAddress address)
-{
-    struct resources_at at = {0};
-    struct address_facts facts;
-    unsigned token = resources_begin_reading(resources);
-    resources_find_address(resources, address, &facts);
-    const struct buffer_record *buffer = resources_buffer(resources, facts.buffer);
-    at.buffer = buffer ? facts.buffer : VK_NULL_HANDLE;
-    for (const struct accel_record *accel = buffer ? buffer->accels : NULL; accel;
-         accel = accel->next)
-        if (address - buffer->where.address - accel->offset < accel->facts.size)
-            at.structure = accel->facts.handle;
-    resources_end_reading(resources, token);
-    return at;
-}
-
 /* ---- all addresses */
 
 struct range_union {
@@ -384,6 +340,21 @@ void resources_find_ranges(struct resources *resources,
     address_map_each(&resources->addresses, join_range, &joined);
     end_range(&joined);
     resources_end_reading(resources, token);
+}
+
+static void find_unknown_range(const struct address_facts *range, void *context)
+{
+    bool *is_unknown = context;
+    *is_unknown |= range->status == ADDRESS_UNKNOWN || range->is_sparse || range->is_protected;
+}
+
+bool resources_has_unknown_ranges(struct resources *resources)
+{
+    unsigned token = resources_begin_reading(resources);
+    bool is_unknown = resources->incomplete || resources->replays_addresses;
+    address_map_each(&resources->addresses, find_unknown_range, &is_unknown);
+    resources_end_reading(resources, token);
+    return is_unknown;
 }
 
 /* ---- what a command can read */

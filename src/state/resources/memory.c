@@ -53,6 +53,7 @@ void resources_destroy(struct resources *resources)
     handle_table_release(&resources->buffers);
     handle_table_release(&resources->memories);
     address_map_release(&resources->addresses);
+    free(resources->watched.changes);
     free(resources);
 }
 

@@ -44,6 +44,7 @@ static uint64_t remove_record(struct resources *resources, uint64_t handle)
     resources_count_destroyed(resources);
     if (accel->reference && --accel->reference->alive == 0)
         accel->reference->destroyed_at = resources_destroy_count(resources);
+    resources_note_reference(resources, accel->value, true);
     free_record(accel, NULL);
     return id;
 }
@@ -194,8 +195,18 @@ void resources_add_nv_reference(struct resources *resources, VkAccelerationStruc
     struct nv_reference_record *record = find_or_add(resources, reference, level_of(accel));
     if (record && (!accel || accel->reference != record))
         record->alive++;
-    if (accel)
+    if (accel) {
         accel->reference = record;
+        accel->value = reference;
+    }
+    resources_note_reference(resources, reference, true);
+    reader_lock_write_done(&resources->lock);
+}
+
+void resources_forget_nv_references(struct resources *resources)
+{
+    reader_lock_write(&resources->lock);
+    resources->nv_references_unknown = true;
     reader_lock_write_done(&resources->lock);
 }
 
@@ -212,7 +223,9 @@ enum nv_reference resources_find_nv_reference(struct resources *resources, uint6
     unsigned token = resources_begin_reading(resources);
     const struct nv_reference_record *record =
         handle_table_find(&resources->nv_references, reference);
-    enum nv_reference found = resources->incomplete ? NV_REFERENCE_UNKNOWN : NV_REFERENCE_INVALID;
+    enum nv_reference found = resources->incomplete || resources->nv_references_unknown
+                                  ? NV_REFERENCE_UNKNOWN
+                                  : NV_REFERENCE_INVALID;
     if (record)
         found = level_at(record, destroy_count);
     resources_end_reading(resources, token);

@@ -96,6 +96,7 @@ struct nv_accel_record {
     struct nv_size_facts sizes;
     struct nv_shape *created;              /* NULL: unknown */
     struct nv_reference_record *reference; /* NULL: unknown */
+    uint64_t value;                        /* of `reference` */
 };
 
 /* A value that vkGetAccelerationStructureHandleNV returned for one or more structures: a driver may
@@ -105,6 +106,13 @@ struct nv_reference_record {
     uint32_t alive;          /* number of live structures; a structure without a record counts
                               * forever */
     uint64_t destroyed_at;   /* resources_destroy_count() when the last structure was destroyed */
+};
+
+/* See reference_changes.h. */
+struct watched_references {
+    bool is_on, lacks_memory;
+    struct reference_change *changes; /* owned */
+    uint32_t count, capacity;
 };
 
 struct resources {
@@ -119,6 +127,8 @@ struct resources {
     atomic_uint_fast64_t destroy_count;  /* of destroyed records of any kind */
     bool incomplete;
     uint32_t unknown_references; /* number of structures whose address was set to unknown */
+    bool nv_references_unknown;  /* the application got a part of a value of VK_NV_ray_tracing */
+    struct watched_references watched;
     /* The application may use a capture address that it never retrieved: an address in no known
      * buffer may be in such a buffer. */
     bool replays_addresses;
@@ -145,6 +155,11 @@ void accel_record_free(struct accel_record *accel);
 /* Called when the structure is destroyed: removes it from the structures at its address and stores
  * the destroy count there. */
 void accel_record_forget_address(struct resources *resources, struct accel_record *accel);
+
+/* Returns the first live structure at an address that instances refer to, or NULL. */
+struct accel_record *accel_records_at(const struct resources *resources, VkDeviceAddress address);
+/* Notes that what a value refers to has changed (reference_changes.h). */
+void resources_note_reference(struct resources *resources, uint64_t reference, bool is_nv);
 
 /* Both return NULL if the handle is unknown. */
 struct buffer_record *resources_buffer(const struct resources *resources, VkBuffer handle);

@@ -35,6 +35,7 @@ void accel_record_forget_address(struct resources *resources, struct accel_recor
 {
     struct accel_address *at =
         accel->address ? handle_table_find(&resources->accel_addresses, accel->address) : NULL;
+    resources_note_reference(resources, accel->address, false);
     set_unknown(resources, accel, false);
     accel->address = 0;
     if (!at)
@@ -58,6 +59,13 @@ static void add_address(struct resources *resources, struct accel_record *accel,
     accel->address = address;
     accel->same_address = at->first;
     at->first = accel;
+    resources_note_reference(resources, address, false);
+}
+
+struct accel_record *accel_records_at(const struct resources *resources, VkDeviceAddress address)
+{
+    const struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
+    return at ? at->first : NULL;
 }
 
 void resources_set_accel_address(struct resources *resources, VkAccelerationStructureKHR handle,

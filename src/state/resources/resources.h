@@ -103,6 +103,8 @@ void resources_bind_nv_accel(struct resources *resources, VkAccelerationStructur
 /* Records a value that vkGetAccelerationStructureHandleNV returned for a structure. */
 void resources_add_nv_reference(struct resources *resources, VkAccelerationStructureNV handle,
                                 uint64_t reference);
+/* The application may know values that the layer has not seen whole. */
+void resources_forget_nv_references(struct resources *resources);
 /* Returns which kind of structure has or had a reference, which isn't 0. A structure destroyed
  * after resources_destroy_count() was `destroy_count` counts as alive. */
 enum nv_reference {
@@ -174,6 +176,9 @@ void resources_find_pieces(struct resources *resources, const struct sparse_byte
  * ascending order, without sparse and protected buffers. `visit` must not call this module. */
 void resources_find_ranges(struct resources *resources,
                            void (*visit)(void *user, uint64_t begin, uint64_t end), void *user);
+
+/* Whether memory outside those ranges may be readable, too. */
+bool resources_has_unknown_ranges(struct resources *resources);
 
 /* Returns how many bytes at a device address, `size` at most, an unprotected command can read that
  * executes after everything in `clock`. Returns 0 if unknown. For a sparse buffer, returns either 0

@@ -7,9 +7,9 @@
 void call_create_pool(struct calls *calls)
 {
     struct slot *slot = pick(calls, POOLS);
-    const VkCommandPoolCreateInfo info =
-        MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
-             .queueFamilyIndex = take(calls) % 3);
+    const STRUCT(VkCommandPoolCreateInfo, info,
+                 .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
+                 .queueFamilyIndex = take(calls) % 3);
     keep(calls, slot, 0, calls->vk.CreateCommandPool(calls->device, &info, NULL, CREATED(calls)));
 }
 
@@ -24,9 +24,8 @@ void call_allocate_commands(struct calls *calls)
 {
     struct slot *slot = pick(calls, COMMAND_BUFFERS);
     const VkCommandPool pool = PICK(VkCommandPool, calls, POOLS);
-    const VkCommandBufferAllocateInfo info =
-        MAKE(VkCommandBufferAllocateInfo, .commandPool = pool,
-             .level = (VkCommandBufferLevel)(take(calls) % 2), .commandBufferCount = 1);
+    const STRUCT(VkCommandBufferAllocateInfo, info, .commandPool = pool,
+                 .level = (VkCommandBufferLevel)(take(calls) % 2), .commandBufferCount = 1);
     keep(calls, slot, 0, calls->vk.AllocateCommandBuffers(calls->device, &info, CREATED(calls)));
 }
 
@@ -38,10 +37,10 @@ void call_free_commands(struct calls *calls)
 
 void call_begin(struct calls *calls)
 {
-    const VkCommandBufferInheritanceInfo inheritance = MAKE(VkCommandBufferInheritanceInfo);
+    const STRUCT(VkCommandBufferInheritanceInfo, inheritance);
     VkCommandBuffer commands = pick_any_commands(calls);
-    const VkCommandBufferBeginInfo info =
-        MAKE(VkCommandBufferBeginInfo, .flags = take(calls) % 8, .pInheritanceInfo = &inheritance);
+    const STRUCT(VkCommandBufferBeginInfo, info, .flags = take(calls) % 8,
+                 .pInheritanceInfo = &inheritance);
     if (commands)
         calls->status = calls->vk.BeginCommandBuffer(commands, &info);
 }
@@ -73,7 +72,7 @@ void call_execute(struct calls *calls)
 
 VkCopyAccelerationStructureInfoKHR take_copy(struct calls *calls)
 {
-    VkCopyAccelerationStructureInfoKHR info = MAKE(VkCopyAccelerationStructureInfoKHR);
+    STRUCT(VkCopyAccelerationStructureInfoKHR, info);
     info.src = PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
     info.dst = PICK(VkAccelerationStructureKHR, calls, STRUCTURES);
     info.mode = (VkCopyAccelerationStructureModeKHR)(take(calls) % 2);
@@ -91,10 +90,9 @@ void call_copy_structure(struct calls *calls)
 void call_serialize(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
-    VkCopyAccelerationStructureToMemoryInfoKHR info =
-        MAKE(VkCopyAccelerationStructureToMemoryInfoKHR,
-             .src = PICK(VkAccelerationStructureKHR, calls, STRUCTURES),
-             .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR);
+    STRUCT(VkCopyAccelerationStructureToMemoryInfoKHR, info,
+           .src = PICK(VkAccelerationStructureKHR, calls, STRUCTURES),
+           .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR);
     info.dst.deviceAddress = take_address(calls, 0);
     if (commands)
         calls->vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &info);
@@ -103,10 +101,9 @@ void call_serialize(struct calls *calls)
 void call_deserialize(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
-    VkCopyMemoryToAccelerationStructureInfoKHR info =
-        MAKE(VkCopyMemoryToAccelerationStructureInfoKHR,
-             .dst = PICK(VkAccelerationStructureKHR, calls, STRUCTURES),
-             .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
+           .dst = PICK(VkAccelerationStructureKHR, calls, STRUCTURES),
+           .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     info.src.deviceAddress = take_address(calls, 0);
     if (commands)
         calls->vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &info);
@@ -142,7 +139,7 @@ void call_write_properties(struct calls *calls)
 void call_create_query_pool(struct calls *calls)
 {
     struct slot *slot = pick(calls, QUERY_POOLS);
-    VkQueryPoolCreateInfo info = MAKE(VkQueryPoolCreateInfo, .queryType = take_query_type(calls));
+    STRUCT(VkQueryPoolCreateInfo, info, .queryType = take_query_type(calls));
     info.queryCount = 1u + take(calls) % 16;
     keep(calls, slot, 0, calls->vk.CreateQueryPool(calls->device, &info, NULL, CREATED(calls)));
 }
@@ -204,12 +201,12 @@ void call_fill_buffer(struct calls *calls)
 void call_barrier(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
-    const VkMemoryBarrier memory =
-        MAKE(VkMemoryBarrier, .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-             .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR);
-    const VkMemoryBarrier2 memory_2 = MAKE(
-        VkMemoryBarrier2, .srcStageMask = VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-        .srcAccessMask = VK_ACCESS_2_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
+    const STRUCT(VkMemoryBarrier, memory,
+                 .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
+                 .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR);
+    const STRUCT(VkMemoryBarrier2, memory_2,
+                 .srcStageMask = VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+                 .srcAccessMask = VK_ACCESS_2_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     if (commands && take(calls) % 2)
         calls->vk.CmdPipelineBarrier2(commands, &MAKE(VkDependencyInfo, .memoryBarrierCount = 1,
                                                       .pMemoryBarriers = &memory_2));
@@ -226,8 +223,7 @@ void call_label(struct calls *calls)
 {
     VkCommandBuffer commands = pick_any_commands(calls);
     const uint8_t kind = take(calls);
-    const VkDebugUtilsLabelEXT label =
-        MAKE(VkDebugUtilsLabelEXT, .pLabelName = kind & 4 ? "frame" : "");
+    const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = kind & 4 ? "frame" : "");
     if (commands && kind % 4 == 1)
         calls->vk.CmdEndDebugUtilsLabelEXT(commands);
     else if (commands && kind % 4 == 2)
@@ -240,7 +236,7 @@ void call_scope(struct calls *calls)
 {
     VkCommandBuffer commands = pick_commands(calls);
     const uint8_t kind = take(calls);
-    const VkRenderingInfo info = MAKE(VkRenderingInfo, .flags = kind >> 2, .layerCount = 1);
+    const STRUCT(VkRenderingInfo, info, .flags = kind >> 2, .layerCount = 1);
     const VkQueryPool pool = PICK(VkQueryPool, calls, QUERY_POOLS);
     if (!commands)
         return;

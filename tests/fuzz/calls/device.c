@@ -5,6 +5,7 @@
 
 #include "calls.h"
 #include "tests/fixture/make.h"
+#include "tests/fixture/messenger.h"
 
 VKAPI_ATTR VkResult VKAPI_CALL
 vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface *pVersionStruct);
@@ -23,10 +24,7 @@ static void negotiate(void)
 
 /* ---- the instance */
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                           VkDebugUtilsMessageTypeFlagsEXT types,
-                                           const VkDebugUtilsMessengerCallbackDataEXT *data,
-                                           void *user)
+MESSENGER_CALLBACK(hear)
 {
     const struct calls *calls = user;
     if (calls->hear)
@@ -49,18 +47,16 @@ static VkResult create_instance(struct calls *calls, const char *level, bool ski
         {layers[0], "content_budget_mib", VK_LAYER_SETTING_TYPE_UINT32_EXT, 1, &budget_mib},
         {layers[0], "duplicate_message_limit", VK_LAYER_SETTING_TYPE_UINT32_EXT, 1, &limit},
     };
-    const VkLayerSettingsCreateInfoEXT given =
-        MAKE(VkLayerSettingsCreateInfoEXT, .pNext = messenger,
-             .settingCount = sizeof(settings) / sizeof(settings[0]), .pSettings = settings);
+    const STRUCT(VkLayerSettingsCreateInfoEXT, given, .pNext = messenger,
+                 .settingCount = sizeof(settings) / sizeof(settings[0]), .pSettings = settings);
     VkLayerInstanceLink below = {.pfnNextGetInstanceProcAddr = calls_driver_proc_addr};
     VkLayerInstanceCreateInfo link = {.sType = VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO,
                                       .pNext = &given,
                                       .function = VK_LAYER_LINK_INFO,
                                       .u.pLayerInfo = &below};
-    const VkApplicationInfo application = MAKE(VkApplicationInfo, .apiVersion = VK_API_VERSION_1_3);
-    const VkInstanceCreateInfo info =
-        MAKE(VkInstanceCreateInfo, .pNext = &link, .pApplicationInfo = &application,
-             .enabledExtensionCount = 1, .ppEnabledExtensionNames = extensions);
+    const STRUCT(VkApplicationInfo, application, .apiVersion = VK_API_VERSION_1_3);
+    const STRUCT(VkInstanceCreateInfo, info, .pNext = &link, .pApplicationInfo = &application,
+                 .enabledExtensionCount = 1, .ppEnabledExtensionNames = extensions);
     PFN_vkCreateInstance create = (PFN_vkCreateInstance)layer_proc_addr(NULL, "vkCreateInstance");
     return create(&info, NULL, &calls->instance);
 }
@@ -109,11 +105,10 @@ static VkResult create_with(struct calls *calls, const void *features)
     const VkPhysicalDeviceFeatures core = {.sparseBinding = VK_TRUE,
                                            .sparseResidencyBuffer = VK_TRUE,
                                            .sparseResidencyAliased = VK_TRUE};
-    const VkDeviceCreateInfo info =
-        MAKE(VkDeviceCreateInfo, .pNext = &loader_data, .queueCreateInfoCount = 2,
-             .pQueueCreateInfos = queues,
-             .enabledExtensionCount = DEVICE_EXTENSIONS - (calls->is_cpu ? OF_DRIVER : 0),
-             .ppEnabledExtensionNames = device_extensions, .pEnabledFeatures = &core);
+    const STRUCT(VkDeviceCreateInfo, info, .pNext = &loader_data, .queueCreateInfoCount = 2,
+                 .pQueueCreateInfos = queues,
+                 .enabledExtensionCount = DEVICE_EXTENSIONS - (calls->is_cpu ? OF_DRIVER : 0),
+                 .ppEnabledExtensionNames = device_extensions, .pEnabledFeatures = &core);
     PFN_vkCreateDevice create =
         (PFN_vkCreateDevice)layer_proc_addr(calls->instance, "vkCreateDevice");
     return create(calls->physical, &info, NULL, &calls->device);
@@ -121,31 +116,27 @@ static VkResult create_with(struct calls *calls, const void *features)
 
 static VkResult create_device(struct calls *calls)
 {
-    VkPhysicalDeviceVulkan13Features core_13 =
-        MAKE(VkPhysicalDeviceVulkan13Features,
-             .pNext = &MAKE(VkPhysicalDeviceVulkan12Features, .timelineSemaphore = VK_TRUE,
-                            .hostQueryReset = VK_TRUE, .bufferDeviceAddress = VK_TRUE),
-             .synchronization2 = VK_TRUE, .dynamicRendering = VK_TRUE);
-    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext =
-        MAKE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, .pNext = &core_13, .micromap = VK_TRUE);
-    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap = MAKE(
-        VkPhysicalDeviceOpacityMicromapFeaturesKHR, .pNext = &micromap_ext, .micromap = VK_TRUE);
-    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion =
-        MAKE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV,
-             .pNext = &MAKE(VkPhysicalDeviceDisplacementMicromapFeaturesNV, .pNext = &micromap,
-                            .displacementMicromap = VK_TRUE),
-             .rayTracingMotionBlur = VK_TRUE);
-    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense =
-        MAKE(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX,
-             .pNext = &MAKE(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV,
-                            .pNext = &motion, .spheres = VK_TRUE, .linearSweptSpheres = VK_TRUE),
-             .denseGeometryFormat = VK_TRUE);
-    VkPhysicalDeviceMaintenance5Features maintenance_5 =
-        MAKE(VkPhysicalDeviceMaintenance5Features, .pNext = &dense, .maintenance5 = VK_TRUE);
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures =
-        MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .pNext = &maintenance_5,
-             .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = VK_TRUE,
-             .accelerationStructureHostCommands = VK_TRUE);
+    STRUCT(VkPhysicalDeviceVulkan13Features, core_13,
+           .pNext = &MAKE(VkPhysicalDeviceVulkan12Features, .timelineSemaphore = VK_TRUE,
+                          .hostQueryReset = VK_TRUE, .bufferDeviceAddress = VK_TRUE),
+           .synchronization2 = VK_TRUE, .dynamicRendering = VK_TRUE);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromap_ext, .pNext = &core_13,
+           .micromap = VK_TRUE);
+    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromap, .pNext = &micromap_ext,
+           .micromap = VK_TRUE);
+    STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion,
+           .pNext = &MAKE(VkPhysicalDeviceDisplacementMicromapFeaturesNV, .pNext = &micromap,
+                          .displacementMicromap = VK_TRUE),
+           .rayTracingMotionBlur = VK_TRUE);
+    STRUCT(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, dense,
+           .pNext = &MAKE(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, .pNext = &motion,
+                          .spheres = VK_TRUE, .linearSweptSpheres = VK_TRUE),
+           .denseGeometryFormat = VK_TRUE);
+    STRUCT(VkPhysicalDeviceMaintenance5Features, maintenance_5, .pNext = &dense,
+           .maintenance5 = VK_TRUE);
+    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures, .pNext = &maintenance_5,
+           .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = VK_TRUE,
+           .accelerationStructureHostCommands = VK_TRUE);
     return create_with(calls, &structures);
 }
 

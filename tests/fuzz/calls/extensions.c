@@ -112,8 +112,7 @@ void *geometry_chain(struct calls *calls, struct build_arguments *arguments, boo
 static void *spheres(struct calls *calls, struct build_arguments *arguments, bool is_host,
                      bool is_swept)
 {
-    VkAccelerationStructureGeometryLinearSweptSpheresDataNV data =
-        MAKE(VkAccelerationStructureGeometryLinearSweptSpheresDataNV);
+    STRUCT(VkAccelerationStructureGeometryLinearSweptSpheresDataNV, data);
     const size_t size =
         is_swept ? sizeof(data) : sizeof(VkAccelerationStructureGeometrySpheresDataNV);
     if (!is_swept)
@@ -221,11 +220,11 @@ void call_copy_micromap(struct calls *calls)
     const VkMicromapEXT src = PICK(VkMicromapEXT, calls, MICROMAPS);
     const VkMicromapEXT dst = PICK(VkMicromapEXT, calls, MICROMAPS);
     const uint8_t kind = take(calls);
-    const VkCopyMicromapInfoEXT copy = MAKE(VkCopyMicromapInfoEXT, .src = src, .dst = dst,
-                                            .mode = kind & 2 ? VK_COPY_MICROMAP_MODE_COMPACT_EXT
-                                                             : VK_COPY_MICROMAP_MODE_CLONE_EXT);
-    VkCopyMemoryToMicromapInfoEXT from_memory = MAKE(VkCopyMemoryToMicromapInfoEXT, .dst = dst,
-                                                     .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
+    const STRUCT(VkCopyMicromapInfoEXT, copy, .src = src, .dst = dst,
+                 .mode = kind & 2 ? VK_COPY_MICROMAP_MODE_COMPACT_EXT
+                                  : VK_COPY_MICROMAP_MODE_CLONE_EXT);
+    STRUCT(VkCopyMemoryToMicromapInfoEXT, from_memory, .dst = dst,
+           .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
     from_memory.src.deviceAddress = take_address(calls, 0);
     if (commands && kind & 1)
         calls->vk.CmdCopyMemoryToMicromapEXT(commands, &from_memory);
@@ -245,12 +244,11 @@ void call_host_micromap(struct calls *calls)
 
 static VkGeometryNV take_geometry_nv(struct calls *calls)
 {
-    VkGeometryNV geometry =
-        MAKE(VkGeometryNV,
-             .geometryType =
-                 take(calls) % 2 ? VK_GEOMETRY_TYPE_TRIANGLES_KHR : VK_GEOMETRY_TYPE_AABBS_KHR,
-             .geometry.triangles = MAKE(VkGeometryTrianglesNV, .vertexStride = 12),
-             .geometry.aabbs = MAKE(VkGeometryAABBNV, .stride = 24));
+    STRUCT(VkGeometryNV, geometry,
+           .geometryType =
+               take(calls) % 2 ? VK_GEOMETRY_TYPE_TRIANGLES_KHR : VK_GEOMETRY_TYPE_AABBS_KHR,
+           .geometry.triangles = MAKE(VkGeometryTrianglesNV, .vertexStride = 12),
+           .geometry.aabbs = MAKE(VkGeometryAABBNV, .stride = 24));
     VkGeometryTrianglesNV *triangles = &geometry.geometry.triangles;
     VkGeometryAABBNV *boxes = &geometry.geometry.aabbs;
     boxes->aabbData = triangles->vertexData = PICK(VkBuffer, calls, BUFFERS);
@@ -270,9 +268,9 @@ static VkGeometryNV take_geometry_nv(struct calls *calls)
 
 static VkAccelerationStructureInfoNV take_info_nv(struct calls *calls, const VkGeometryNV *geometry)
 {
-    VkAccelerationStructureInfoNV info =
-        MAKE(VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-             .geometryCount = 1, .pGeometries = geometry);
+    STRUCT(VkAccelerationStructureInfoNV, info,
+           .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV, .geometryCount = 1,
+           .pGeometries = geometry);
     bool is_top_level = take(calls) % 3 == 1;
     info.flags = take(calls);
     if (is_top_level) {
@@ -287,8 +285,7 @@ void call_create_nv(struct calls *calls)
 {
     struct slot *slot = pick(calls, NV_STRUCTURES);
     const VkGeometryNV geometry = take_geometry_nv(calls);
-    const VkAccelerationStructureCreateInfoNV info =
-        MAKE(VkAccelerationStructureCreateInfoNV, .info = take_info_nv(calls, &geometry));
+    const STRUCT(VkAccelerationStructureCreateInfoNV, info, .info = take_info_nv(calls, &geometry));
     keep(calls, slot, 0,
          calls->vk.CreateAccelerationStructureNV(calls->device, &info, NULL, CREATED(calls)));
 }
@@ -297,10 +294,9 @@ void call_bind_nv(struct calls *calls)
 {
     const struct slot *slot = pick(calls, NV_STRUCTURES);
     const VkDeviceMemory memory = PICK(VkDeviceMemory, calls, MEMORIES);
-    const VkBindAccelerationStructureMemoryInfoNV info =
-        MAKE(VkBindAccelerationStructureMemoryInfoNV,
-             .accelerationStructure = HANDLE_OF(VkAccelerationStructureNV, slot), .memory = memory,
-             .memoryOffset = take_offset(calls));
+    const STRUCT(VkBindAccelerationStructureMemoryInfoNV, info,
+                 .accelerationStructure = HANDLE_OF(VkAccelerationStructureNV, slot),
+                 .memory = memory, .memoryOffset = take_offset(calls));
     uint64_t handle;
     calls->vk.BindAccelerationStructureMemoryNV(calls->device, 1, &info);
     if (take(calls) % 2)

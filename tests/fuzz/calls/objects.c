@@ -9,9 +9,8 @@
 void call_allocate_memory(struct calls *calls)
 {
     struct slot *slot = pick(calls, MEMORIES);
-    const VkMemoryAllocateFlagsInfo flags =
-        MAKE(VkMemoryAllocateFlagsInfo, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
-    VkMemoryAllocateInfo info = MAKE(VkMemoryAllocateInfo);
+    const STRUCT(VkMemoryAllocateFlagsInfo, flags, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
+    STRUCT(VkMemoryAllocateInfo, info);
     info.pNext = take(calls) % 8 ? NULL : &flags;
     info.allocationSize = take_size(calls);
     info.memoryTypeIndex = (take(calls) + 1u) % 6;
@@ -38,8 +37,7 @@ void call_map_memory(struct calls *calls)
 
 static void ask_address(struct calls *calls, struct slot *slot)
 {
-    const VkBufferDeviceAddressInfo info =
-        MAKE(VkBufferDeviceAddressInfo, .buffer = HANDLE_OF(VkBuffer, slot));
+    const STRUCT(VkBufferDeviceAddressInfo, info, .buffer = HANDLE_OF(VkBuffer, slot));
     VkDeviceAddress address = calls->vk.GetBufferDeviceAddress(calls->device, &info);
     if (address)
         slot->address = address;
@@ -67,7 +65,7 @@ void call_create_buffer(struct calls *calls)
                                                     VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT |
                                                     VK_BUFFER_CREATE_SPARSE_ALIASED_BIT};
     struct slot *slot = pick(calls, BUFFERS);
-    VkBufferCreateInfo info = MAKE(VkBufferCreateInfo);
+    STRUCT(VkBufferCreateInfo, info);
     info.size = take_size(calls);
     info.usage = TAKE(calls, usages);
     info.flags = TAKE(calls, flags);
@@ -164,11 +162,9 @@ void call_create_structure(struct calls *calls)
         VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR,
         VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR, (VkAccelerationStructureTypeKHR)99};
     struct slot *slot = pick(calls, STRUCTURES);
-    const VkAccelerationStructureMotionInfoNV motion =
-        MAKE(VkAccelerationStructureMotionInfoNV, .maxInstances = 3);
+    const STRUCT(VkAccelerationStructureMotionInfoNV, motion, .maxInstances = 3);
     const VkBuffer buffer = PICK(VkBuffer, calls, BUFFERS);
-    VkAccelerationStructureCreateInfoKHR info =
-        MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = buffer);
+    STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer);
     info.pNext = take(calls) % 4 == 1 ? &motion : NULL;
     info.offset = take_offset(calls);
     info.size = take_size(calls);
@@ -180,9 +176,8 @@ void call_create_structure(struct calls *calls)
 void call_get_structure_address(struct calls *calls)
 {
     struct slot *slot = pick(calls, STRUCTURES);
-    const VkAccelerationStructureDeviceAddressInfoKHR info =
-        MAKE(VkAccelerationStructureDeviceAddressInfoKHR,
-             .accelerationStructure = HANDLE_OF(VkAccelerationStructureKHR, slot));
+    const STRUCT(VkAccelerationStructureDeviceAddressInfoKHR, info,
+                 .accelerationStructure = HANDLE_OF(VkAccelerationStructureKHR, slot));
     if (slot->is_alive)
         slot->address = calls->vk.GetAccelerationStructureDeviceAddressKHR(calls->device, &info);
 }
@@ -191,7 +186,7 @@ void call_create_micromap(struct calls *calls)
 {
     struct slot *slot = pick(calls, MICROMAPS);
     const VkBuffer buffer = PICK(VkBuffer, calls, BUFFERS);
-    VkMicromapCreateInfoEXT info = MAKE(VkMicromapCreateInfoEXT, .buffer = buffer);
+    STRUCT(VkMicromapCreateInfoEXT, info, .buffer = buffer);
     info.offset = take_offset(calls);
     info.size = take_size(calls);
     info.type = (VkMicromapTypeEXT)(take(calls) % 2);
@@ -205,9 +200,8 @@ void call_name_object(struct calls *calls)
 {
     static const char *const names[] = {"a name", "", NULL, "\xff%s%n\x01 \"quoted\"\n"};
     const uint8_t kind = take(calls);
-    VkDebugUtilsObjectNameInfoEXT info =
-        MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = VK_OBJECT_TYPE_BUFFER,
-             .pObjectName = TAKE(calls, names));
+    STRUCT(VkDebugUtilsObjectNameInfoEXT, info, .objectType = VK_OBJECT_TYPE_BUFFER,
+           .pObjectName = TAKE(calls, names));
     info.objectHandle = (uint64_t)(uintptr_t)PICK(VkBuffer, calls, BUFFERS);
     if (kind % 3 == 1) {
         info.objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;

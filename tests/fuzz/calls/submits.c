@@ -24,15 +24,14 @@ void call_submit(struct calls *calls)
     const VkSemaphore wait = PICK(VkSemaphore, calls, SEMAPHORES);
     const VkSemaphore signal = PICK(VkSemaphore, calls, SEMAPHORES);
     const uint64_t wait_value = take(calls), signal_value = take(calls);
-    const VkTimelineSemaphoreSubmitInfo values =
-        MAKE(VkTimelineSemaphoreSubmitInfo, .waitSemaphoreValueCount = 1,
-             .pWaitSemaphoreValues = &wait_value, .signalSemaphoreValueCount = 1,
-             .pSignalSemaphoreValues = &signal_value);
-    const VkSubmitInfo info =
-        MAKE(VkSubmitInfo, .pNext = byte & 8 ? NULL : &values, .waitSemaphoreCount = byte & 1,
-             .pWaitSemaphores = &wait, .pWaitDstStageMask = &stage, .commandBufferCount = count,
-             .pCommandBuffers = commands, .signalSemaphoreCount = byte >> 1 & 1,
-             .pSignalSemaphores = &signal);
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .waitSemaphoreValueCount = 1,
+                 .pWaitSemaphoreValues = &wait_value, .signalSemaphoreValueCount = 1,
+                 .pSignalSemaphoreValues = &signal_value);
+    const STRUCT(VkSubmitInfo, info, .pNext = byte & 8 ? NULL : &values,
+                 .waitSemaphoreCount = byte & 1, .pWaitSemaphores = &wait,
+                 .pWaitDstStageMask = &stage, .commandBufferCount = count,
+                 .pCommandBuffers = commands, .signalSemaphoreCount = byte >> 1 & 1,
+                 .pSignalSemaphores = &signal);
     const VkSubmitInfo infos[] = {info, info};
     calls->status =
         calls->vk.QueueSubmit(calls->queues[(byte >> 4) % QUEUES], byte & 128 ? 2 : 1, infos,
@@ -48,15 +47,14 @@ void call_submit2(struct calls *calls)
     for (uint32_t i = 0; i < count; i++)
         infos[i] = MAKE(VkCommandBufferSubmitInfo, .commandBuffer = commands[i]);
     const struct slot *waited = pick(calls, SEMAPHORES), *signalled = pick(calls, SEMAPHORES);
-    const VkSemaphoreSubmitInfo wait = MAKE(
-        VkSemaphoreSubmitInfo, .semaphore = HANDLE_OF(VkSemaphore, waited), .value = take(calls));
-    const VkSemaphoreSubmitInfo signal =
-        MAKE(VkSemaphoreSubmitInfo, .semaphore = HANDLE_OF(VkSemaphore, signalled),
-             .value = take(calls));
-    const VkSubmitInfo2 info =
-        MAKE(VkSubmitInfo2, .waitSemaphoreInfoCount = byte & 1, .pWaitSemaphoreInfos = &wait,
-             .commandBufferInfoCount = count, .pCommandBufferInfos = infos,
-             .signalSemaphoreInfoCount = byte >> 1 & 1, .pSignalSemaphoreInfos = &signal);
+    const STRUCT(VkSemaphoreSubmitInfo, wait, .semaphore = HANDLE_OF(VkSemaphore, waited),
+                 .value = take(calls));
+    const STRUCT(VkSemaphoreSubmitInfo, signal, .semaphore = HANDLE_OF(VkSemaphore, signalled),
+                 .value = take(calls));
+    const STRUCT(VkSubmitInfo2, info, .waitSemaphoreInfoCount = byte & 1,
+                 .pWaitSemaphoreInfos = &wait, .commandBufferInfoCount = count,
+                 .pCommandBufferInfos = infos, .signalSemaphoreInfoCount = byte >> 1 & 1,
+                 .pSignalSemaphoreInfos = &signal);
     calls->status =
         calls->vk.QueueSubmit2(calls->queues[(byte >> 4) % QUEUES], 1, &info,
                                byte & 4 ? PICK(VkFence, calls, FENCES) : VK_NULL_HANDLE);
@@ -94,10 +92,9 @@ void call_use_semaphore(struct calls *calls)
 {
     const VkSemaphore semaphore = PICK(VkSemaphore, calls, SEMAPHORES);
     uint64_t value = take(calls);
-    const VkSemaphoreSignalInfo signal =
-        MAKE(VkSemaphoreSignalInfo, .semaphore = semaphore, .value = value);
-    const VkSemaphoreWaitInfo wait = MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
-                                          .pSemaphores = &semaphore, .pValues = &value);
+    const STRUCT(VkSemaphoreSignalInfo, signal, .semaphore = semaphore, .value = value);
+    const STRUCT(VkSemaphoreWaitInfo, wait, .semaphoreCount = 1, .pSemaphores = &semaphore,
+                 .pValues = &value);
     const uint8_t kind = take(calls);
     if (kind % 3 == 0)
         calls->vk.SignalSemaphore(calls->device, &signal);
@@ -112,9 +109,8 @@ void call_use_semaphore(struct calls *calls)
 static void create_semaphore(struct calls *calls)
 {
     const uint32_t index = take(calls) % slot_counts[SEMAPHORES];
-    const VkSemaphoreTypeCreateInfo type =
-        MAKE(VkSemaphoreTypeCreateInfo, .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE);
-    const VkSemaphoreCreateInfo info = MAKE(VkSemaphoreCreateInfo, .pNext = index ? &type : NULL);
+    const STRUCT(VkSemaphoreTypeCreateInfo, type, .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE);
+    const STRUCT(VkSemaphoreCreateInfo, info, .pNext = index ? &type : NULL);
     keep(calls, &calls->slots[SEMAPHORES][index], 0,
          calls->vk.CreateSemaphore(calls->device, &info, NULL, CREATED(calls)));
 }
@@ -122,8 +118,8 @@ static void create_semaphore(struct calls *calls)
 void call_create_sync(struct calls *calls)
 {
     const uint8_t kind = take(calls);
-    const VkFenceCreateInfo fence_info = MAKE(VkFenceCreateInfo, .flags = kind >> 2 & 1);
-    const VkEventCreateInfo event_info = MAKE(VkEventCreateInfo);
+    const STRUCT(VkFenceCreateInfo, fence_info, .flags = kind >> 2 & 1);
+    const STRUCT(VkEventCreateInfo, event_info);
     VkFence fence;
     VkEvent event;
     if (kind % 4 == 0)

@@ -12,8 +12,8 @@
 #include <string.h>
 
 #include "probes.h"
-#include "scene.h"
 #include "tests/fixture/make.h"
+#include "tests/rules/scene.h"
 
 enum { BUILDS = 24, FIRST = SCENE_BASE_BUILDS };
 

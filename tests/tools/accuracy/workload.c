@@ -63,8 +63,7 @@ static void give_meshes(struct workload *workload, uint32_t side)
 /* What instances say of a structure. */
 static uint64_t reference_to(const struct scene *scene, VkAccelerationStructureKHR blas)
 {
-    const VkAccelerationStructureDeviceAddressInfoKHR info =
-        MAKE(VkAccelerationStructureDeviceAddressInfoKHR, .accelerationStructure = blas);
+    const STRUCT(VkAccelerationStructureDeviceAddressInfoKHR, info, .accelerationStructure = blas);
     return scene->command == COMMAND_HOST
                ? (uint64_t)blas
                : scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->fixture->device, &info);
@@ -97,7 +96,7 @@ static void give_instances(struct workload *workload, uint64_t reference, uint32
 
 static VkAccelerationStructureBuildSizesInfoKHR sizes_of(const struct workload *workload)
 {
-    VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
+    STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
     workload->scene->vk->GetAccelerationStructureBuildSizesKHR(
         workload->scene->fixture->device,
         workload->scene->command == COMMAND_HOST ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
@@ -124,9 +123,8 @@ static void make_builds(struct workload *workload, VkAccelerationStructureTypeKH
         scene_buffer(scene, workload->count * scratch_step, SCRATCH_USAGE);
 
     for (uint32_t i = 0; i < workload->count; i++) {
-        const VkAccelerationStructureCreateInfoKHR create_info =
-            MAKE(VkAccelerationStructureCreateInfoKHR, .buffer = storage.handle, .offset = i * step,
-                 .size = sizes.accelerationStructureSize, .type = type);
+        const STRUCT(VkAccelerationStructureCreateInfoKHR, create_info, .buffer = storage.handle,
+                     .offset = i * step, .size = sizes.accelerationStructureSize, .type = type);
         expect_success(
             scene->vk->CreateAccelerationStructureKHR(scene->fixture->device, &create_info, NULL,
                                                       &workload->infos[i].dstAccelerationStructure),

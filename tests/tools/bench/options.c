@@ -27,6 +27,9 @@ static const char usage[] =
     "  --samples N      a side (default: 31)\n"
     "  --quick          few short samples, and sizes up to 1000\n"
     "  --level LEVEL    the layer's setting (default: the layer's own)\n"
+    "  --call-sites MODE\n"
+    "                   frames or full: measures what that setting adds to the layer, when\n"
+    "                   called from 16 functions deep, at the default level; no bars\n"
     "  --csv FILE       writes the figures there, too\n"
     "  --no-time-bars   asks of no time that it be short\n"
     "  --no-bars        only prints\n"
@@ -123,6 +126,13 @@ static void drop_bars(const struct command_line *line, const char *value, void *
     options->time_bars = false;
 }
 
+static void read_call_sites(const struct command_line *line, const char *value, void *member)
+{
+    struct options *options = member;
+    options->call_sites = read_name(line, value, "frames", "full") ? "full" : "frames";
+    drop_bars(line, value, member);
+}
+
 static void read_profile(const struct command_line *line, const char *value, void *member)
 {
     struct options *options = member;
@@ -142,6 +152,7 @@ void options_read(struct options *options, int argc, char **argv)
         {"samples", command_line_count, offsetof(struct options, samples), true},
         {"quick", be_quick, 0, false},
         {"level", read_level, offsetof(struct options, level), true},
+        {"call-sites", read_call_sites, 0, true},
         {"csv", command_line_text, offsetof(struct options, csv), true},
         {"no-time-bars", command_line_clear, offsetof(struct options, time_bars), false},
         {"no-bars", drop_bars, 0, false},

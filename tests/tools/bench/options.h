@@ -25,6 +25,7 @@ struct options {
     uint32_t samples;
     uint32_t builds_per_sample; /* at least; a call's builds where those are more */
     const char *level, *csv;    /* or NULL */
+    const char *call_sites;     /* NULL: compare with no layer; else with the setting off */
     bool time_bars, memory_bars;
 
     /* For a profiler: record on one side alone, as often as asked for, and measure nothing. */

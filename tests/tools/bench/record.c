@@ -27,12 +27,22 @@ struct bench_case {
     uint32_t alive;  /* structures; as many as builds at least */
 };
 
+static void open_side(struct side *side, const struct options *options, bool is_with)
+{
+    const VkLayerSettingEXT call_sites = {GPU_LAYER, "call_sites", VK_LAYER_SETTING_TYPE_STRING_EXT,
+                                          1, &options->call_sites};
+    if (options->call_sites)
+        side_open_with(side, GPU_LAYER, is_with ? &call_sites : NULL);
+    else
+        side_open(side, is_with ? GPU_LAYER : NULL, options->level);
+}
+
 static void open_bench(struct bench *bench, const struct options *options, const char *driver)
 {
     *bench = (struct bench){.options = options, .driver = driver};
     driver_select(driver);
     for (int s = 0; s < SIDES; s++) {
-        side_open(&bench->sides[s], s == WITH ? GPU_LAYER : NULL, options->level);
+        open_side(&bench->sides[s], options, s == WITH);
         bench->sides[s].findings->are_expected = options->conflicts;
         recorder_open(&bench->recorders[s], &bench->sides[s]);
     }
@@ -74,6 +84,21 @@ static void take_samples(const struct bench *bench, const struct scene scenes[SI
     }
 }
 
+/* Callers that have frame pointers, and are as many as a call site has. */
+enum { CALLERS = 16 };
+
+__attribute__((noipa)) static void take_samples_deep(int callers, const struct bench *bench,
+                                                     const struct scene scenes[SIDES],
+                                                     uint32_t builds_per_call,
+                                                     double *samples[SIDES])
+{
+    if (callers)
+        take_samples_deep(callers - 1, bench, scenes, builds_per_call, samples);
+    else
+        take_samples(bench, scenes, builds_per_call, samples);
+    __asm__ volatile("" ::: "memory"); /* no tail call */
+}
+
 static void measure_time(const struct bench *bench, const struct bench_case *which,
                          struct report *report)
 {
@@ -87,7 +112,8 @@ static void measure_time(const struct bench *bench, const struct bench_case *whi
         if (bench->options->conflicts)
             scene_conflict(&scenes[s]);
     }
-    take_samples(bench, scenes, which->builds, samples);
+    take_samples_deep(bench->options->call_sites ? CALLERS : 0, bench, scenes, which->builds,
+                      samples);
     for (uint32_t i = 0; i < count; i++)
         differences[i] = samples[WITH][i] - samples[WITHOUT][i];
     row.spread = (quantile(differences, count, 0.75) - quantile(differences, count, 0.25)) / 2;
@@ -190,7 +216,7 @@ static void profile(const struct options *options)
     struct recorder recorder;
     struct scene scene;
     driver_select(options->drivers[0]);
-    side_open(&side, options->profile_with_layer ? GPU_LAYER : NULL, options->level);
+    open_side(&side, options, options->profile_with_layer);
     side.findings->are_expected = options->conflicts;
     recorder_open(&recorder, &side);
     scene_create(&scene, &side, options->with_buffers[0] ? BUFFERS_SHARED : BUFFERS_SEPARATE,

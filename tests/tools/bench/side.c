@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tests/fixture/messenger.h"
 #include "tests/tools/fail.h"
 
 /* ---- the loader's environment */
@@ -63,12 +64,8 @@ void driver_select(const char *name)
 
 /* ---- the instance and the device */
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL count_finding(
-    VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT types,
-    const VkDebugUtilsMessengerCallbackDataEXT *data, void *user)
+MESSENGER_CALLBACK(count_finding)
 {
-    (void)severity;
-    (void)types;
     struct side_findings *findings = user;
     if (findings->is_open && ++findings->count == 1)
         fprintf(stderr, "%s\n", data->pMessage);
@@ -101,15 +98,13 @@ void side_open(struct side *side, const char *layer, const char *level)
 
 void side_open_with(struct side *side, const char *layer, const VkLayerSettingEXT *setting)
 {
-    const VkLayerSettingsCreateInfoEXT settings =
-        MAKE(VkLayerSettingsCreateInfoEXT, .settingCount = 1, .pSettings = setting);
+    const STRUCT(VkLayerSettingsCreateInfoEXT, settings, .settingCount = 1, .pSettings = setting);
     *side = (struct side){.layer = layer, .findings = tool_alloc(1, sizeof(*side->findings))};
-    const VkDebugUtilsMessengerCreateInfoEXT messenger =
-        MAKE(VkDebugUtilsMessengerCreateInfoEXT, .pNext = setting ? &settings : NULL,
-             .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
-                                VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-             .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-             .pfnUserCallback = count_finding, .pUserData = side->findings);
+    const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, messenger, .pNext = setting ? &settings : NULL,
+                 .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                                    VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+                 .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+                 .pfnUserCallback = count_finding, .pUserData = side->findings);
     gpu_open(&side->gpu, layer, &messenger, false);
     require_layer(side, GPU_LAYER);
     require_layer(side, BENCH_PEER);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "findings.h"
+#include "tests/fixture/messenger.h"
 #include "tests/tools/fail.h"
 #include "tests/tools/gpu.h"
 
@@ -18,12 +19,8 @@ static char *findings_copy(const char *text)
     return copy;
 }
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL findings_callback(
-    VkDebugUtilsMessageSeverityFlagBitsEXT severity, VkDebugUtilsMessageTypeFlagsEXT types,
-    const VkDebugUtilsMessengerCallbackDataEXT *data, void *user)
+MESSENGER_CALLBACK(findings_callback)
 {
-    (void)severity;
-    (void)types;
     struct findings *findings = user;
     if (!findings->planted) {
         ++findings->clean_count;

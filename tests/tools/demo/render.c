@@ -89,9 +89,8 @@ static void render_create_set(struct render *render, struct gpu *gpu)
 
 static void render_write_set(struct render *render, struct gpu *gpu, const struct scene *scene)
 {
-    const VkWriteDescriptorSetAccelerationStructureKHR top =
-        MAKE(VkWriteDescriptorSetAccelerationStructureKHR, .accelerationStructureCount = 1,
-             .pAccelerationStructures = &scene->top.structure.handle);
+    const STRUCT(VkWriteDescriptorSetAccelerationStructureKHR, top, .accelerationStructureCount = 1,
+                 .pAccelerationStructures = &scene->top.structure.handle);
     const VkDescriptorBufferInfo buffers[BINDING_COUNT] = {
         [1] = {render->pixels.handle, 0, VK_WHOLE_SIZE},
         [2] = {scene->indices.handle, 0, VK_WHOLE_SIZE},

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Intercepts that find the call site first, for setting call_sites. Without the setting, the
+ * application's calls go to the plain intercepts, so call sites cost nothing. */
+#ifndef ASSAY_LAYER_INTERCEPTS_CALL_SITES_H
+#define ASSAY_LAYER_INTERCEPTS_CALL_SITES_H
+
+#include "layer/layer.h"
+
+/* Creates device->call_sites as the settings say. Without memory there are no call sites. */
+void call_sites_enable(struct layer_device *device);
+
+/* Returns the intercept that finds the call site and then calls `own`; or `own`, if the setting is
+ * off or the command records no builds. `own` may be NULL. */
+PFN_vkVoidFunction call_sites_command(const struct layer_instance *instance, const char *name,
+                                      PFN_vkVoidFunction own);
+
+/* The call site of the build command that this thread is in; NULL: unknown, or there is none. */
+const struct call_site *call_site_of_thread(void);
+
+#endif

@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Copies the parameters of calls with guarded builds. */
+#include "layer/snapshots/guard/calls.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "layer/snapshots/guard/references.h"
+#include "src/base/array.h"
+
+void guard_call_add(struct guard_call *call, struct recorder *recorder,
+                    struct recorded_build *build)
+{
+    if (!call || !recorder->device->snapshots->guard)
+        return;
+    struct guarded_build *grown =
+        array_make_room(call->builds, call->count, &call->capacity, sizeof(*grown));
+    if (!grown) {
+        guard_warn_unguarded(recorder->device->snapshots->guard, GUARD_LACKS_MEMORY);
+        return;
+    }
+    call->builds = grown;
+    grown[call->count].info = build->place.info;
+    call->count +=
+        guard_copy(recorder, build, call->instances, call->offset, &grown[call->count].copy);
+}
+
+void guard_call_end(struct guard_call *call, const struct recorder *recorder)
+{
+    if (call->count)
+        guard_end_copies(recorder);
+}
+
+void guard_call_release(struct guard_call *call)
+{
+    free(call->builds);
+    free(call->parameters);
+}
+
+/* ---- parameters */
+
+struct guarded_parameters {
+    VkAccelerationStructureGeometryKHR geometry;
+    VkAccelerationStructureBuildRangeInfoKHR range;
+};
+
+/* Allocates `count` infos, `count` elements of 8 bytes, and the parameters of each guarded build.
+ * Returns NULL without memory: then nothing is guarded. */
+static struct guarded_parameters *allocate(struct guard_call *call, uint32_t count,
+                                           VkAccelerationStructureBuildGeometryInfoKHR **infos,
+                                           void **elements)
+{
+    size_t size = (sizeof(**infos) + sizeof(uint64_t)) * count;
+    call->parameters = malloc(size + call->count * sizeof(struct guarded_parameters));
+    if (!call->parameters)
+        return NULL;
+    *infos = call->parameters;
+    *elements = *infos + count;
+    return (void *)((char *)call->parameters + size);
+}
+
+/* Takes the geometry from `info`, and lets it read the guarded copy. Arrays of the application may
+ * be misaligned. */
+static void guard_geometry(VkAccelerationStructureBuildGeometryInfoKHR *info,
+                           const struct guarded_copy *copy,
+                           VkAccelerationStructureGeometryKHR *geometry)
+{
+    const void *given = info->pGeometries;
+    if (!given)
+        memcpy(&given, info->ppGeometries, sizeof(given));
+    memcpy(geometry, given, sizeof(*geometry));
+    geometry->geometry.instances.data.deviceAddress = copy->data;
+    info->pGeometries = geometry;
+    info->ppGeometries = NULL;
+}
+
+void guard_call_direct(struct guard_call *call, uint32_t count,
+                       const VkAccelerationStructureBuildGeometryInfoKHR **infos,
+                       const VkAccelerationStructureBuildRangeInfoKHR *const **ranges)
+{
+    VkAccelerationStructureBuildGeometryInfoKHR *own;
+    void *elements;
+    struct guarded_parameters *parameters =
+        call->count ? allocate(call, count, &own, &elements) : NULL;
+    if (!parameters)
+        return;
+    const VkAccelerationStructureBuildRangeInfoKHR **own_ranges = elements;
+    memcpy(own, *infos, count * sizeof(*own));
+    memcpy((void *)own_ranges, *ranges, count * sizeof(*own_ranges));
+    for (uint32_t i = 0; i < call->count; i++) {
+        uint32_t info = call->builds[i].info;
+        guard_geometry(&own[info], &call->builds[i].copy, &parameters[i].geometry);
+        memcpy(&parameters[i].range, own_ranges[info], sizeof(parameters[i].range));
+        parameters[i].range.primitiveOffset = 0;
+        own_ranges[info] = &parameters[i].range;
+    }
+    *infos = own;
+    *ranges = own_ranges;
+}
+
+void guard_call_indirect(struct guard_call *call, uint32_t count,
+                         const VkAccelerationStructureBuildGeometryInfoKHR **infos,
+                         const VkDeviceAddress **addresses)
+{
+    VkAccelerationStructureBuildGeometryInfoKHR *own;
+    void *elements;
+    struct guarded_parameters *parameters =
+        call->count ? allocate(call, count, &own, &elements) : NULL;
+    if (!parameters)
+        return;
+    VkDeviceAddress *own_addresses = elements;
+    memcpy(own, *infos, count * sizeof(*own));
+    memcpy(own_addresses, *addresses, count * sizeof(*own_addresses));
+    for (uint32_t i = 0; i < call->count; i++) {
+        uint32_t info = call->builds[i].info;
+        guard_geometry(&own[info], &call->builds[i].copy, &parameters[i].geometry);
+        own_addresses[info] = call->builds[i].copy.range;
+    }
+    *infos = own;
+    *addresses = own_addresses;
+}

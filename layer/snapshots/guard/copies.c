@@ -1,0 +1,259 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Records guarded copies: their memory, and the dispatch of guard.comp. */
+#include "layer/snapshots/guard/copies.h"
+
+#include <string.h>
+
+#include "layer/snapshots/copies/dispatches.h"
+#include "layer/snapshots/copies/gather.h"
+#include "layer/snapshots/copies/staging.h"
+#include "layer/snapshots/guard/references.h"
+#include "src/snapshots/recorded_build.h"
+
+/* As guard.comp has them. */
+enum { WITH_POINTERS = 1, WITH_MOTION = 2, OF_NV = 4 };
+struct constants {
+    uint64_t gate, references, order, range, pointers, elements;
+    uint32_t count, flags;
+};
+_Static_assert(sizeof(struct constants) <= SHADER_CONSTANTS_MAX, "they can be pushed");
+
+/* Each of the 64 invocations of a workgroup copies some instances, which costs less on CPUs. */
+enum { GROUP_INSTANCES = 512, GROUPS_MAX = 65535, ALIGNMENT = 256, MOTION_STRIDE = 160 };
+
+/* ---- memory */
+
+static uint64_t align(uint64_t size)
+{
+    return (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+}
+
+/* Takes `size` bytes of the recording's guarded memory. Returns NULL without memory, or if the
+ * budget is full. */
+static struct staging_chunk *take_memory(const struct recorder *recorder, uint64_t size,
+                                         uint64_t *offset)
+{
+    struct guard *guard = recorder->device->snapshots->guard;
+    struct recording *recording = recorder->recording;
+    struct staging_chunk *chunk = (struct staging_chunk *)recording->guarded;
+    if (!chunk || align(size) > chunk->chunk.size - chunk->chunk.used) {
+        if (staging_take(guard_memory(guard), align(size), &chunk) != VK_SUCCESS)
+            return NULL;
+        chunk->next = (struct staging_chunk *)recording->guarded;
+        recording->guarded = &chunk->chunk;
+    }
+    *offset = chunk->chunk.used;
+    chunk->chunk.used += align(size);
+    return chunk;
+}
+
+void guard_free_copies(const struct guard *guard, struct snapshot_chunk *copies)
+{
+    for (struct staging_chunk *next, *chunk = (void *)copies; chunk; chunk = next) {
+        next = chunk->next;
+        staging_give_back(guard_memory(guard), chunk);
+    }
+}
+
+/* ---- which builds */
+
+static const VkAccelerationStructureGeometryInstancesDataKHR *
+instances_of(const struct build_parameters *parameters)
+{
+    return parameters->info.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR &&
+                   parameters->info.geometryCount == 1 &&
+                   parameters->geometries[0].geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR &&
+                   parameters->ranges[0].primitiveCount
+               ? &parameters->geometries[0].geometry.instances
+               : NULL;
+}
+
+/* Returns why a build cannot be guarded here, or NULL. */
+static const char *find_obstacle(const struct recorder *recorder, bool is_nv, uint64_t source)
+{
+    struct buffer_target target;
+    if (recorder->device->facts.has_other_builders)
+        return "an enabled extension builds structures by commands that the layer does not "
+               "intercept";
+    if (recorder->cannot_inject || !dispatches_are_allowed(recorder))
+        return is_nv && !recorder->device->snapshots->has_addresses
+                   ? "the feature bufferDeviceAddress is not enabled"
+                   : "the layer cannot add commands in front of them without disturbing the "
+                     "application's";
+    if (!is_nv && recorder_find(recorder, source, &target) && target.is_protected)
+        return "their instances are in a protected buffer";
+    return NULL;
+}
+
+/* ---- the copy */
+
+struct layout {
+    uint64_t element_size, pointers_offset, elements_offset, size;
+};
+
+static struct layout layout_of(const struct recorded_build *build, bool has_pointers,
+                               bool has_motion)
+{
+    uint64_t count = build->parameters.ranges[0].primitiveCount;
+    struct layout layout = {
+        .element_size = has_motion ? MOTION_STRIDE : sizeof(VkAccelerationStructureInstanceKHR)};
+    layout.pointers_offset = build->is_indirect ? ALIGNMENT : 0;
+    layout.elements_offset =
+        layout.pointers_offset + (has_pointers ? align(count * sizeof(uint64_t)) : 0);
+    layout.size = layout.elements_offset + count * layout.element_size;
+    return layout;
+}
+
+static uint64_t address_of(const struct recorder *recorder, const struct snapshot *snapshot)
+{
+    const struct staging_chunk *chunk =
+        (const struct staging_chunk *)recorder->recording->chunks[snapshot->chunk];
+    return chunk->buffer.address + snapshot->offset;
+}
+
+/* Takes the order, and the list of memory ranges for pointers. Without an order, it lies in a chunk
+ * that stays unused. */
+static bool take_order(struct recorder *recorder, struct build_guard *guard, bool has_pointers,
+                       struct snapshot *order)
+{
+    struct resources *resources = recorder->device->resources;
+    struct snapshot ranges = {0};
+    enum left_out before = recorder->left_out;
+    bool is_taken =
+        dispatches_prepare(recorder, SHADER_GUARD) &&
+        recorder_reserve(recorder, sizeof(struct guard_order), order) &&
+        (!has_pointers || recorder_reserve(recorder, gather_ranges_size(resources), &ranges));
+    recorder->left_out = before; /* the build's inputs are copied nevertheless */
+    if (!is_taken)
+        return false;
+    guard->has_order = true;
+    guard->order_chunk = order->chunk;
+    guard->order_offset = order->offset;
+    guard->ranges_chunk = ranges.chunk;
+    guard->ranges_offset = ranges.offset;
+    guard->ranges_size = ranges.size;
+    struct guard_order *written =
+        (void *)(recorder->recording->chunks[order->chunk]->bytes + order->offset);
+    *written = (struct guard_order){
+        .source = guard->source,
+        .ranges = has_pointers ? address_of(recorder, &ranges) : 0,
+        .indirect = guard->indirect,
+        .readable = GUARD_UNLIMITED,
+        .range_count = GUARD_UNLIMITED,
+        .limit = GUARD_ALL_LIVE,
+        .can_read_range = true,
+    };
+    return true;
+}
+
+static void dispatch(struct recorder *recorder, const struct constants *constants)
+{
+    uint32_t groups = (constants->count + GROUP_INSTANCES - 1) / GROUP_INSTANCES;
+    dispatches_add(recorder, SHADER_GUARD, constants, sizeof(*constants),
+                   groups < GROUPS_MAX ? groups : GROUPS_MAX);
+}
+
+/* VK_NV_ray_tracing names instances by buffer, so a transfer copies them, and the shader works in
+ * place. */
+static void copy_nv_instances(struct recorder *recorder, VkBuffer instances, VkDeviceSize offset,
+                              const struct guarded_copy *copy, uint64_t size)
+{
+    const VkBufferCopy region = {offset, copy->offset, size};
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
+        .dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT,
+    };
+    const VkuDeviceDispatchTable *next = &recorder->device->snapshots->next;
+    recorder_start_copies(recorder);
+    next->CmdCopyBuffer(recorder->handle, instances, copy->buffer, 1, &region);
+    next->CmdPipelineBarrier(recorder->handle, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                             VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 1, &barrier, 0, NULL, 0,
+                             NULL);
+}
+
+/* The part of the NV instances that is in the application's buffer; 0 if it cannot be copied. */
+static bool nv_source_is_whole(const struct recorder *recorder, VkBuffer instances,
+                               VkDeviceSize offset, uint64_t size)
+{
+    struct buffer_facts facts;
+    resources_ask_buffer(recorder->device->resources, instances, &facts);
+    return facts.alive == YES && facts.status == ADDRESS_IN_BUFFER && offset <= facts.size &&
+           size <= facts.size - offset &&
+           snapshots_can_copy(recorder->device->snapshots, instances);
+}
+
+static bool record(struct recorder *recorder, struct recorded_build *build, VkBuffer instances,
+                   VkDeviceSize offset, struct guarded_copy *copy)
+{
+    struct guard *guard = recorder->device->snapshots->guard;
+    const struct build_parameters *parameters = &build->parameters;
+    const VkAccelerationStructureGeometryInstancesDataKHR *given = instances_of(parameters);
+    bool has_pointers = given->arrayOfPointers;
+    bool has_motion = parameters->info.flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+    uint32_t count = parameters->ranges[0].primitiveCount;
+    const struct layout layout = layout_of(build, has_pointers, has_motion);
+    struct snapshot order;
+    uint64_t at;
+    struct constants constants = {.references = guard_table(guard), .count = count};
+    const struct staging_chunk *chunk =
+        constants.references ? take_memory(recorder, layout.size, &at) : NULL;
+    if (!chunk)
+        return false;
+    constants.flags = (has_pointers ? WITH_POINTERS : 0) | (has_motion ? WITH_MOTION : 0) |
+                      (instances ? OF_NV : 0);
+    constants.elements = chunk->buffer.address + at + layout.elements_offset;
+    constants.pointers = has_pointers ? chunk->buffer.address + at + layout.pointers_offset : 0;
+    constants.range = build->is_indirect ? chunk->buffer.address + at : 0;
+    *copy = (struct guarded_copy){.data = has_pointers ? constants.pointers : constants.elements,
+                                  .range = constants.range,
+                                  .buffer = chunk->buffer.handle,
+                                  .offset = at + layout.elements_offset};
+    build->guard.is_nv = instances;
+    build->guard.source = instances ? constants.elements : given->data.deviceAddress;
+    build->guard.indirect = build->is_indirect ? build->indirect_address : 0;
+    build->guard.source_size =
+        build->is_indirect ? UINT64_MAX
+                           : count * (has_pointers ? sizeof(uint64_t) : layout.element_size);
+    if (!take_order(recorder, &build->guard, has_pointers, &order))
+        return false;
+    constants.gate = recorder->recording->gate.address;
+    constants.order = address_of(recorder, &order);
+    if (instances)
+        copy_nv_instances(recorder, instances, offset, copy, count * layout.element_size);
+    dispatch(recorder, &constants);
+    recorder->recording->has_guards = true;
+    return true;
+}
+
+bool guard_copy(struct recorder *recorder, struct recorded_build *build, VkBuffer instances,
+                VkDeviceSize offset, struct guarded_copy *copy)
+{
+    struct guard *guard = recorder->device->snapshots->guard;
+    const VkAccelerationStructureGeometryInstancesDataKHR *given =
+        guard ? instances_of(&build->parameters) : NULL;
+    if (!given)
+        return false;
+    const char *obstacle = find_obstacle(recorder, instances, given->data.deviceAddress);
+    if (!obstacle && instances &&
+        !nv_source_is_whole(recorder, instances, offset,
+                            build->parameters.ranges[0].primitiveCount *
+                                sizeof(VkAccelerationStructureInstanceKHR)))
+        obstacle = "the layer cannot copy their instances";
+    if (!obstacle && record(recorder, build, instances, offset, copy))
+        return true;
+    guard_warn_unguarded(guard, obstacle ? obstacle : GUARD_LACKS_MEMORY);
+    return false;
+}
+
+void guard_end_copies(const struct recorder *recorder)
+{
+    const VkMemoryBarrier barrier = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT,
+        .dstAccessMask = VK_ACCESS_MEMORY_READ_BIT,
+    };
+    recorder->device->snapshots->next.CmdPipelineBarrier(
+        recorder->handle, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+        VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
+}

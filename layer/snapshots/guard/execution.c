@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Walks the journals of batches in execution order: counts builds, and sets the limits of guarded
+ * builds. */
+#include "layer/snapshots/guard/execution.h"
+
+#include "layer/snapshots/guard/references.h"
+#include "layer/snapshots/snapshots.h"
+#include "src/snapshots/recorded_build.h"
+#include "src/state/commands/journal.h"
+
+static struct guard *guard_of(const struct layer_device *device)
+{
+    return device->snapshots ? device->snapshots->guard : NULL;
+}
+
+static bool is_build(const struct recorded_item *item)
+{
+    return item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE;
+}
+
+/* ---- before the check */
+
+static void forget_limits(const struct recording *recording)
+{
+    if (!recording->has_guards && !recording->secondary_count)
+        return;
+    for (const struct recorded_item *item = recording->first; item; item = item->next) {
+        if (is_build(item) && item->build->guard.has_order && !recording->executes_at_once)
+            item->build->guard.has_limit = false;
+        if (item->kind == ITEM_EXECUTE)
+            forget_limits(item->secondary);
+    }
+}
+
+void guard_forget_limits(const struct layer_device *device, const struct journal *journal)
+{
+    if (guard_of(device) && journal && journal->work)
+        forget_limits(journal->work);
+}
+
+/* ---- batches */
+
+struct guard_walk {
+    struct guard *guard;
+    bool sets_limits; /* the batch is about to be submitted, at a known place in execution order */
+    bool may_precede; /* earlier submissions with guarded builds may execute after this batch */
+    bool has_guards;
+};
+
+/* A structure that was built as a top-level one is none that instances may refer to. */
+static bool writes_a_structure(const struct journal_entry *entry)
+{
+    switch ((enum journal_kind)entry->kind) {
+    case JOURNAL_BUILD:
+    case JOURNAL_UPDATE:
+        return entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+    case JOURNAL_COPY:
+    case JOURNAL_COMPACT:
+    case JOURNAL_FILL:
+        return true;
+    default:
+        return false;
+    }
+}
+
+static void set_limit(struct guard_walk *walk, struct build_guard *guard)
+{
+    guard->limit = guard_next_count(walk->guard) - 1;
+    guard->has_limit = guard->limit < GUARD_NEVER_BUILT - 1;
+    walk->has_guards = true;
+}
+
+/* Sets the limit of the guarded build at a position. Positions ascend, so the search begins at
+ * *next. */
+static void set_limit_at(struct guard_walk *walk, const struct recorded_item **next,
+                         uint32_t position)
+{
+    const struct recorded_item *item = *next;
+    while (item && (!is_build(item) || item->build->place.position < position))
+        item = item->next;
+    *next = item;
+    if (item && item->build->place.position == position && item->build->guard.has_order)
+        set_limit(walk, &item->build->guard);
+}
+
+static void walk_journal(struct guard_walk *walk, const struct journal *journal)
+{
+    const struct recording *recording = journal->work;
+    bool sets_limits =
+        walk->sets_limits && recording && recording->has_guards && !recording->executes_at_once;
+    const struct recorded_item *next = sets_limits ? recording->first : NULL;
+    struct journal_cursor cursor = journal_start(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        if (next && (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE))
+            set_limit_at(walk, &next, entry->built.position);
+        if (writes_a_structure(entry))
+            guard_note_built(walk->guard, entry->dst_id,
+                             walk->may_precede ? 0 : guard_next_count(walk->guard));
+        if (entry->kind == JOURNAL_EXECUTE)
+            walk_journal(walk, entry->secondary);
+    }
+}
+
+static void walk_batch(struct guard_walk *walk, const struct batch_run *run)
+{
+    for (uint32_t i = 0; i < run->command_count; i++)
+        if (run->commands[i].captured)
+            walk_journal(walk, run->commands[i].captured);
+}
+
+void guard_check(const struct layer_device *device, const struct batch_run *run)
+{
+    struct guard_walk walk = {.guard = guard_of(device), .sets_limits = run->predecessors_known};
+    if (!walk.guard || run->work != WORK_OF_QUEUE)
+        return;
+    struct execution_clock *guarded = guard_clock(walk.guard);
+    walk.may_precede = !execution_clock_covers(run->clock, guarded);
+    guard_update(walk.guard);
+    walk_batch(&walk, run);
+    if (walk.has_guards)
+        execution_clock_add(guarded, run->timestamp);
+}
+
+/* Work of the host counts when it begins, because a submission may overlap it. */
+void guard_run(const struct layer_device *device, const struct batch_run *run)
+{
+    struct guard_walk walk = {.guard = guard_of(device), .may_precede = true};
+    bool is_counted = run->work == WORK_OF_QUEUE ? run->checked : run->work != WORK_BEGINS;
+    if (walk.guard && !is_counted)
+        walk_batch(&walk, run);
+}

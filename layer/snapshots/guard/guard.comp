@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copies the instances of a build, and replaces references that are not in the table of live,
+// built structures by 0. The build reads the copy.
+#version 460
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+
+layout(local_size_x = 64) in;
+
+const uint POINTERS = 1; // the source is an array of pointers to instances
+const uint MOTION = 2;   // instances of VK_NV_ray_tracing_motion_blur
+const uint NV = 4;       // references are values of vkGetAccelerationStructureHandleNV
+
+const uint KIND_KHR = 1, KIND_NV = 2; // of entries
+const uint UNLIMITED = ~0u;
+
+layout(buffer_reference, std430, buffer_reference_align = 8) buffer Order
+{ // struct guard_order of recorded_build.h
+    uvec2 source, ranges, indirect;
+    uint readable; // bytes at the source; UNLIMITED: all
+    uint range_count; // UNLIMITED: anything behind a pointer can be read
+    uint limit; // structures built up to this count are built
+    uint can_read_range; // the range of an indirect build
+    uint replaced, first_replaced, unreadable, is_done;
+};
+struct Entry {
+    uvec2 reference;
+    uint built, kinds;
+};
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Entries
+{
+    Entry at[];
+};
+struct Table {
+    uvec2 entries;
+    uint mask, unused;
+};
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer References
+{ // struct references_header of references.c
+    uint current, known_kinds, unused[2];
+    Table tables[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Ranges
+{
+    uvec4 at[]; // begin and end
+};
+layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Source
+{
+    uint at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Source4
+{
+    uvec4 at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 16) writeonly buffer Target
+{
+    uint at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 16) writeonly buffer Target4
+{
+    uvec4 at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 8) writeonly buffer Pointers
+{
+    uvec2 at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Gate
+{
+    uint is_open;
+};
+
+layout(push_constant) uniform Constants
+{
+    uvec2 gate, references, order;
+    uvec2 range;    // the indirect build reads its range here
+    uvec2 pointers; // the build reads its pointers here
+    uvec2 elements; // and its instances here
+    uint count, flags;
+};
+
+bool is_at_most(uvec2 a, uvec2 b)
+{
+    return a.y < b.y || (a.y == b.y && a.x <= b.x);
+}
+
+uvec2 plus(uvec2 a, uint bytes)
+{
+    uint carry;
+    uint low = uaddCarry(a.x, bytes, carry);
+    return uvec2(low, a.y + carry);
+}
+
+// a + index * size, for a product beyond 32 bits.
+uvec2 element_at(uvec2 a, uint index, uint size)
+{
+    uint high, low;
+    umulExtended(index, size, high, low);
+    uvec2 sum = plus(a, low);
+    return uvec2(sum.x, sum.y + high);
+}
+
+// ---- references
+
+// Read once by each invocation.
+bool checks_references = false;
+uvec2 table_entries;
+uint table_mask, table_kind, built_limit;
+
+void open_table()
+{
+    References table = References(references);
+    table_kind = (flags & NV) != 0 ? KIND_NV : KIND_KHR;
+    checks_references = (table.known_kinds & table_kind) != 0;
+    Table current = table.tables[table.current];
+    table_entries = current.entries;
+    table_mask = current.mask;
+    built_limit = table_kind == KIND_NV ? UNLIMITED : Order(order).limit;
+}
+
+bool is_valid(uvec2 reference)
+{
+    if (reference == uvec2(0) || !checks_references)
+        return true;
+    uint hash = reference.x * 0x9e3779b1u ^ reference.y * 0x85ebca77u; // hash_of() of references.c
+    hash = (hash ^ hash >> 15) * 0x2c1b3c6du;
+    hash ^= hash >> 16;
+    for (uint i = 0; i <= table_mask; i++) {
+        Entry entry = Entries(table_entries).at[(hash + i) & table_mask];
+        if (entry.reference == reference)
+            return (entry.kinds & table_kind) != 0 && entry.built <= built_limit;
+        if (entry.reference == uvec2(0))
+            return false;
+    }
+    return false;
+}
+
+void note_replaced(uint index)
+{
+    atomicAdd(Order(order).replaced, 1);
+    atomicMin(Order(order).first_replaced, index);
+}
+
+// ---- where the shader may read behind pointers
+
+bool is_readable(uvec2 address, uint bytes)
+{
+    uint low = 0, high = Order(order).range_count;
+    if (high == UNLIMITED)
+        return true;
+    Ranges sorted = Ranges(Order(order).ranges);
+    while (low < high) {
+        uint middle = (low + high) / 2;
+        if (is_at_most(sorted.at[middle].xy, address))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low > 0 && is_at_most(plus(address, bytes), sorted.at[low - 1].zw);
+}
+
+// ---- elements
+
+// Words of static, matrix and SRT motion instances, without the header of 2 words.
+uint words_of(uint type)
+{
+    return type == 0 ? 16 : type == 1 ? 28 : type == 2 ? 36 : 0;
+}
+
+uint word_at(uvec2 address, uint word)
+{
+    uint skipped = address.x & 3; // only a build that breaks a rule has such an address
+    Source source = Source(uvec2(address.x - skipped, address.y));
+    uint value = source.at[word] >> (8 * skipped);
+    if (skipped != 0)
+        value |= source.at[word + 1] << (8 * (4 - skipped));
+    return value;
+}
+
+void clear(uvec2 to, uint words)
+{
+    for (uint i = 0; i < words; i++)
+        Target(to).at[i] = 0;
+}
+
+// `reference_word`: the first of the two words of the reference; UNLIMITED: its place is unknown.
+void copy_element(uint index, uvec2 from, uvec2 to, uint words, uint reference_word)
+{
+    bool replaces = false;
+    if (reference_word != UNLIMITED) {
+        uvec2 reference =
+            uvec2(word_at(from, reference_word), word_at(from, reference_word + 1));
+        replaces = !is_valid(reference);
+        if (replaces)
+            note_replaced(index);
+    }
+    for (uint i = 0; i < words; i++) {
+        bool is_reference = i == reference_word || i == reference_word + 1;
+        Target(to).at[i] = replaces && is_reference ? 0 : word_at(from, i);
+    }
+}
+
+// An aligned VkAccelerationStructureInstanceKHR.
+void copy_instance(uint index, uvec2 from, uvec2 to)
+{
+    uvec4 last = Source4(from).at[3];
+    if (!is_valid(last.zw)) {
+        note_replaced(index);
+        last.zw = uvec2(0);
+    }
+    for (uint i = 0; i < 3; i++)
+        Target4(to).at[i] = Source4(from).at[i];
+    Target4(to).at[3] = last;
+}
+
+// VkAccelerationStructureMotionInstanceNV: 38 words, each 40 words behind the one before.
+void copy_motion_instance(uint index, uvec2 from, uvec2 to)
+{
+    uint words = words_of(word_at(from, 0));
+    copy_element(index, from, to, 38, words != 0 ? words : UNLIMITED); // = words + 2 - 2
+}
+
+void copy_pointed(uint index, uvec2 source, uvec2 to)
+{
+    uvec2 from = uvec2(word_at(source, 2 * index), word_at(source, 2 * index + 1));
+    uint type = 0, words = 16;
+    if ((flags & MOTION) != 0) {
+        type = from.x & 15;
+        from.x &= ~15;
+        words = words_of(type);
+    }
+    if (words == 0) { // a type that the layer does not know: the build reads it as it is
+        Pointers(pointers).at[index] = uvec2(from.x | type, from.y);
+        return;
+    }
+    Pointers(pointers).at[index] = uvec2(to.x | type, to.y);
+    if (from == uvec2(0) || !is_readable(from, words * 4)) {
+        atomicAdd(Order(order).unreadable, 1);
+        clear(to, words);
+    } else {
+        copy_element(index, from, to, words, words - 2);
+    }
+}
+
+void copy_next(uint index, uvec2 source, uint readable)
+{
+    bool has_pointers = (flags & POINTERS) != 0, has_motion = (flags & MOTION) != 0;
+    uint size = has_pointers ? 8 : has_motion ? 160 : 64;
+    uint read = has_motion && !has_pointers ? 152 : size;
+    uvec2 to = element_at(elements, index, has_motion ? 160 : 64);
+    uint high, low;
+    umulExtended(index, size, high, low);
+    if (readable != UNLIMITED && (high != 0 || low > readable || readable - low < read)) {
+        atomicAdd(Order(order).unreadable, 1);
+        clear(to, has_motion ? 40 : 16);
+        if (has_pointers)
+            Pointers(pointers).at[index] = to;
+    } else if (has_pointers) {
+        copy_pointed(index, source, to);
+    } else if (has_motion) {
+        copy_motion_instance(index, element_at(source, index, size), to);
+    } else if ((source.x & 15) == 0) {
+        copy_instance(index, element_at(source, index, size), to);
+    } else {
+        copy_element(index, element_at(source, index, size), to, 16, 14);
+    }
+}
+
+// ---- all of them
+
+void main()
+{
+    uint first = gl_GlobalInvocationID.x, step = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
+    bool is_open = Gate(gate).is_open != 0; // layer/snapshots/copies/gates.h
+    bool is_indirect = range != uvec2(0);
+    uint used = is_open || !is_indirect ? count : 0, readable = 0;
+    uvec2 source = uvec2(0);
+    if (is_open) {
+        source = Order(order).source;
+        readable = Order(order).readable;
+        open_table();
+    }
+    if (is_open && is_indirect) {
+        Source given = Source(Order(order).indirect);
+        used = Order(order).can_read_range != 0 ? min(given.at[0], count) : 0;
+        uint offset = used != 0 ? given.at[1] : 0;
+        source = plus(source, offset);
+        readable = readable == UNLIMITED ? UNLIMITED : readable - min(readable, offset);
+    }
+    if (is_indirect && first < 4)
+        Target(range).at[first] = first == 0 ? used : 0;
+    for (uint index = first; index < used; index += step) {
+        if (is_open) {
+            copy_next(index, source, readable);
+            continue;
+        }
+        uvec2 to = element_at(elements, index, (flags & MOTION) != 0 ? 160 : 64);
+        clear(to, (flags & MOTION) != 0 ? 40 : 16);
+        if ((flags & POINTERS) != 0)
+            Pointers(pointers).at[index] = to;
+    }
+    if (is_open && first == 0)
+        Order(order).is_done = 1;
+}

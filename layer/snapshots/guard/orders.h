@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The orders of guarded builds: written before each submission, read when it has completed. */
+#ifndef ASSAY_LAYER_SNAPSHOTS_GUARD_ORDERS_H
+#define ASSAY_LAYER_SNAPSHOTS_GUARD_ORDERS_H
+
+#include "layer/snapshots/snapshots.h"
+
+/* Writes the orders of a recording that is about to be submitted. `is_pending`: the device still
+ * executes an earlier submission, so the orders stay as they are, but from now on each live
+ * structure counts as built. Secondaries are not included. */
+void guard_renew(const struct layer_device *device, const struct recording *recording,
+                 const struct execution_clock *seen, bool is_pending);
+
+#endif

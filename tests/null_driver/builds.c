@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Builds, at which a fault may happen. Those of top-level structures read the references of their
+ * instances if a test asks for that. Otherwise they look at nothing: their parameters may be
+ * invalid. */
+#include "internal.h"
+
+#include <pthread.h>
+
+enum { REFERENCES_MAX = 256, MOTION_STRIDE = 160 };
+
+static atomic_bool is_reading;
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* guards the next two */
+static uint64_t references[REFERENCES_MAX];
+static uint32_t reference_count;
+
+void null_driver_set_reads_instances(bool reads)
+{
+    atomic_store(&is_reading, reads);
+}
+
+uint32_t null_driver_take_references(uint64_t *taken, uint32_t capacity)
+{
+    pthread_mutex_lock(&lock);
+    const uint32_t count = reference_count < capacity ? reference_count : capacity;
+    memcpy(taken, references, count * sizeof(*taken));
+    reference_count = 0;
+    pthread_mutex_unlock(&lock);
+    return count;
+}
+
+/* ---- recording */
+
+void null_CmdBuildAccelerationStructuresKHR(
+    VkCommandBuffer commandBuffer, uint32_t infoCount,
+    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
+    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
+{
+    transfers_add_build(commandBuffer);
+    for (uint32_t i = 0; atomic_load(&is_reading) && i < infoCount; i++) {
+        const VkAccelerationStructureGeometryKHR *geometry =
+            pInfos[i].pGeometries != NULL ? pInfos[i].pGeometries : pInfos[i].ppGeometries[0];
+        const VkAccelerationStructureGeometryInstancesDataKHR *instances =
+            &geometry->geometry.instances;
+        if (geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR)
+            transfers_add_instances(
+                commandBuffer,
+                &(struct instances){.data = instances->data.deviceAddress +
+                                            ppBuildRangeInfos[i]->primitiveOffset,
+                                    .count = ppBuildRangeInfos[i]->primitiveCount,
+                                    .are_pointers = instances->arrayOfPointers,
+                                    .have_motion = pInfos[i].flags &
+                                                   VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV});
+    }
+}
+
+void null_CmdBuildAccelerationStructuresIndirectKHR(
+    VkCommandBuffer commandBuffer, uint32_t infoCount,
+    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
+    const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
+    const uint32_t *const *ppMaxPrimitiveCounts)
+{
+    transfers_add_build(commandBuffer);
+    for (uint32_t i = 0; atomic_load(&is_reading) && i < infoCount; i++) {
+        const VkAccelerationStructureGeometryKHR *geometry =
+            pInfos[i].pGeometries != NULL ? pInfos[i].pGeometries : pInfos[i].ppGeometries[0];
+        if (geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR)
+            transfers_add_instances(
+                commandBuffer,
+                &(struct instances){.data = geometry->geometry.instances.data.deviceAddress,
+                                    .range = pIndirectDeviceAddresses[i],
+                                    .are_pointers = geometry->geometry.instances.arrayOfPointers,
+                                    .have_motion = pInfos[i].flags &
+                                                   VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV});
+    }
+}
+
+void null_CmdBuildAccelerationStructureNV(VkCommandBuffer commandBuffer,
+                                          const VkAccelerationStructureInfoNV *pInfo,
+                                          VkBuffer instanceData, VkDeviceSize instanceOffset,
+                                          VkBool32 update, VkAccelerationStructureNV dst,
+                                          VkAccelerationStructureNV src, VkBuffer scratch,
+                                          VkDeviceSize scratchOffset)
+{
+    transfers_add_build(commandBuffer);
+    if (atomic_load(&is_reading) && pInfo->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV)
+        transfers_add_instances(commandBuffer, &(struct instances){.buffer = instanceData,
+                                                                   .data = instanceOffset,
+                                                                   .count = pInfo->instanceCount});
+}
+
+/* ---- execution */
+
+static void note(uint64_t reference)
+{
+    pthread_mutex_lock(&lock);
+    if (reference_count < REFERENCES_MAX)
+        references[reference_count++] = reference;
+    pthread_mutex_unlock(&lock);
+}
+
+/* Bytes of the type's data in front of the reference. */
+static VkDeviceSize reference_offset(uint32_t type)
+{
+    static const VkDeviceSize offsets[] = {56, 104, 136};
+    return type < COUNT_OF(offsets) ? offsets[type] : 0;
+}
+
+static void read_one(const struct instances *instances, VkDeviceAddress at)
+{
+    uint64_t reference = UINT64_MAX; /* where there is no memory */
+    uint32_t type = 0;
+    if (instances->are_pointers && !address_read(at, &at, sizeof(at)))
+        return note(reference);
+    if (instances->are_pointers && instances->have_motion) {
+        type = (uint32_t)at & 15;
+        at -= type;
+    } else if (instances->have_motion) {
+        address_read(at, &type, sizeof(type));
+        at += 2 * sizeof(uint32_t);
+    }
+    address_read(at + reference_offset(type), &reference, sizeof(reference));
+    note(reference);
+}
+
+static void read_buffer(const struct instances *instances)
+{
+    const VkDeviceSize size = sizeof(VkAccelerationStructureInstanceKHR);
+    for (uint32_t i = 0; i < instances->count; i++) {
+        VkDeviceSize left = size;
+        uint64_t reference = UINT64_MAX;
+        const unsigned char *bytes =
+            buffer_bytes(instances->buffer, instances->data + i * size, &left);
+        if (bytes != NULL && left == size)
+            memcpy(&reference, bytes + reference_offset(0), sizeof(reference));
+        note(reference);
+    }
+}
+
+void instances_read(const struct instances *given)
+{
+    struct instances instances = *given;
+    VkAccelerationStructureBuildRangeInfoKHR range;
+    if (instances.buffer != VK_NULL_HANDLE) {
+        read_buffer(&instances);
+        return;
+    }
+    if (instances.range != 0) {
+        if (!address_read(instances.range, &range, sizeof(range)))
+            return note(UINT64_MAX);
+        instances.count = range.primitiveCount;
+        instances.data += range.primitiveOffset;
+    }
+    const VkDeviceSize stride = instances.are_pointers ? sizeof(uint64_t)
+                                : instances.have_motion
+                                    ? MOTION_STRIDE
+                                    : sizeof(VkAccelerationStructureInstanceKHR);
+    for (uint32_t i = 0; i < instances.count; i++)
+        read_one(&instances, instances.data + i * stride);
+}

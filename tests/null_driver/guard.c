@@ -1,0 +1,182 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* layer/snapshots/guard/guard.comp, carried out for one invocation after the other. */
+#include "internal.h"
+
+enum {
+    POINTERS = 1,
+    MOTION = 2,
+    NV = 4,
+    MOTION_STRIDE = 160,
+    MOTION_SIZE = 152,
+    WORDS_MAX = 40,
+};
+#define UNLIMITED UINT32_MAX
+
+struct constants {
+    uint64_t gate, references, order, range, pointers, elements;
+    uint32_t count, flags;
+};
+
+struct order {
+    uint64_t source, ranges, indirect;
+    uint32_t readable, range_count, limit, can_read_range;
+    uint32_t replaced, first_replaced, unreadable, is_done;
+};
+
+struct reference_entry {
+    uint64_t reference;
+    uint32_t built, kinds;
+};
+
+struct guarding {
+    struct constants constants;
+    struct order order;
+    bool is_open;
+};
+
+/* ---- references */
+
+static bool is_valid(const struct guarding *guard, uint64_t reference)
+{
+    struct {
+        uint32_t current, known_kinds;
+    } header;
+    struct {
+        uint64_t entries;
+        uint32_t mask, unused;
+    } table;
+    const uint32_t kind = guard->constants.flags & NV ? 2 : 1;
+    if (reference == 0 || !address_read(guard->constants.references, &header, sizeof(header)) ||
+        (header.known_kinds & kind) == 0)
+        return true;
+    if (!address_read(guard->constants.references + 16 + header.current * sizeof(table), &table,
+                      sizeof(table)))
+        return true;
+    uint32_t hash = (uint32_t)reference * 0x9e3779b1u ^ (uint32_t)(reference >> 32) * 0x85ebca77u;
+    hash = (hash ^ hash >> 15) * 0x2c1b3c6du;
+    hash ^= hash >> 16;
+    struct reference_entry entry;
+    for (uint32_t i = 0; i <= table.mask; i++) {
+        if (!address_read(table.entries + ((hash + i) & table.mask) * sizeof(entry), &entry,
+                          sizeof(entry)) ||
+            entry.reference == 0)
+            return false;
+        if (entry.reference == reference)
+            return (entry.kinds & kind) != 0 && (kind == 2 || entry.built <= guard->order.limit);
+    }
+    return false;
+}
+
+/* Replaces the reference at a word, and writes the element. */
+static void write_element(struct guarding *guard, uint32_t index, uint32_t *element, uint32_t words,
+                          uint32_t reference_word, VkDeviceAddress to)
+{
+    uint64_t reference = 0;
+    if (reference_word + 1 < words)
+        memcpy(&reference, &element[reference_word], sizeof(reference));
+    if (!is_valid(guard, reference)) {
+        memset(&element[reference_word], 0, sizeof(reference));
+        guard->order.replaced++;
+        if (index < guard->order.first_replaced)
+            guard->order.first_replaced = index;
+    }
+    address_write(to, element, words * sizeof(*element));
+}
+
+/* ---- elements */
+
+static uint32_t words_of(uint32_t type)
+{
+    static const uint32_t words[] = {16, 28, 36};
+    return type < COUNT_OF(words) ? words[type] : 0;
+}
+
+static bool is_readable(const struct order *order, VkDeviceAddress address, VkDeviceSize size)
+{
+    for (uint32_t i = 0; order->range_count != UNLIMITED && i < order->range_count; i++) {
+        VkDeviceAddress range[2];
+        if (!address_read(order->ranges + i * sizeof(range), range, sizeof(range)))
+            return false;
+        if (range[0] <= address && address < range[1])
+            return size <= range[1] - address;
+    }
+    return order->range_count == UNLIMITED;
+}
+
+static void copy_pointed(struct guarding *guard, uint32_t index, VkDeviceAddress from,
+                         VkDeviceAddress to)
+{
+    uint32_t element[WORDS_MAX] = {0}, type = 0, words = 16;
+    if (guard->constants.flags & MOTION) {
+        type = (uint32_t)from & 15;
+        from -= type;
+        words = words_of(type);
+    }
+    const VkDeviceAddress pointer = (words != 0 ? to : from) + type;
+    address_write(guard->constants.pointers + index * sizeof(pointer), &pointer, sizeof(pointer));
+    if (words == 0)
+        return;
+    if (from == 0 || !is_readable(&guard->order, from, words * sizeof(*element)) ||
+        !address_read(from, element, words * sizeof(*element)))
+        guard->order.unreadable++;
+    write_element(guard, index, element, words, words - 2, to);
+}
+
+static void copy_next(struct guarding *guard, uint32_t index, VkDeviceAddress source,
+                      uint32_t readable)
+{
+    const bool has_pointers = guard->constants.flags & POINTERS;
+    const bool has_motion = guard->constants.flags & MOTION;
+    const VkDeviceSize stride = has_pointers ? 8 : has_motion ? MOTION_STRIDE : 64;
+    const VkDeviceSize size = has_motion && !has_pointers ? MOTION_SIZE : stride;
+    const VkDeviceAddress to =
+        guard->constants.elements + index * (has_motion ? MOTION_STRIDE : 64);
+    uint32_t element[WORDS_MAX] = {0};
+    const bool is_there = guard->is_open &&
+                          (readable == UNLIMITED || index * stride + size <= readable) &&
+                          address_read(source + index * stride, element, size);
+    if (!is_there) {
+        guard->order.unreadable += guard->is_open;
+        address_write(to, element, has_motion ? sizeof(element) : 64);
+        if (has_pointers)
+            address_write(guard->constants.pointers + index * sizeof(to), &to, sizeof(to));
+    } else if (has_pointers) {
+        VkDeviceAddress from;
+        memcpy(&from, element, sizeof(from));
+        copy_pointed(guard, index, from, to);
+    } else if (has_motion) {
+        const uint32_t words = words_of(element[0]);
+        write_element(guard, index, element, MOTION_SIZE / 4, words != 0 ? words : WORDS_MAX, to);
+    } else {
+        write_element(guard, index, element, 16, 14, to);
+    }
+}
+
+void guard_execute(const struct dispatch *dispatch)
+{
+    struct guarding guard = {0};
+    VkAccelerationStructureBuildRangeInfoKHR given = {0}, range = {0};
+    uint32_t gate = 0;
+    memcpy(&guard.constants, dispatch->constants, sizeof(guard.constants));
+    address_read(guard.constants.gate, &gate, sizeof(gate));
+    guard.is_open = gate != 0;
+    if (guard.is_open && !address_read(guard.constants.order, &guard.order, sizeof(guard.order)))
+        return;
+    uint32_t used = guard.constants.count, readable = guard.order.readable;
+    VkDeviceAddress source = guard.order.source;
+    if (guard.constants.range != 0) {
+        if (guard.is_open && guard.order.can_read_range)
+            address_read(guard.order.indirect, &given, sizeof(given));
+        used = given.primitiveCount < used ? given.primitiveCount : used;
+        source += given.primitiveOffset;
+        if (readable != UNLIMITED)
+            readable -= readable < given.primitiveOffset ? readable : given.primitiveOffset;
+        range.primitiveCount = used;
+        address_write(guard.constants.range, &range, sizeof(range));
+    }
+    for (uint32_t i = 0; i < used; i++)
+        copy_next(&guard, i, source, readable);
+    guard.order.is_done = 1;
+    if (guard.is_open)
+        address_write(guard.constants.order, &guard.order, sizeof(guard.order));
+}
