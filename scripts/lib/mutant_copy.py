@@ -1,19 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
 """A mutated copy of the repository, built and tested. Each worker of scripts/mutants has one."""
-import hashlib
 import json
 import os
+import re
 import signal
 import subprocess
 import threading
 import time
 
+from mutant_links import Links
+
 GIB = 1 << 30
 # A mutant may allocate or write without end. A limit of memory does not help alone, because a test
 # allocates more than 16 GiB that it never touches: choom makes the system end the mutant first.
 LIMITS = ["choom", "-n", "1000", "--", "prlimit", "--core=0", f"--fsize={GIB}", f"--as={64 * GIB}"]
-SHORTEST_TIMEOUT = 30  # seconds; a busy machine must not kill a mutant
+# A test that hangs is ended by its processor time, which does not depend on how busy the machine is.
+# One that waits for ever, which is rare, by the clock.
+SHORTEST_TIMEOUT = 30  # seconds
+# Tests whose processes end without writing counts: reach.find does not name them.
+UNCOUNTED = ("report_json_", "report_log_json")
 LAYERS_DISABLED = {"VK_LOADER_LAYERS_DISABLE": "~implicit~"}
+
+
+ORIGINAL = ".unmutated"  # the name of an output while a mutant has its place
 
 
 class Failed(Exception):
@@ -47,9 +56,10 @@ def stop_processes():
             kill_group(process)
 
 
-def run_process(command, folder, environment=None, timeout=None):
+def run_process(command, folder, environment=None, timeout=None, processor_seconds=None):
     """The exit status, None after a timeout, and the output."""
-    process = subprocess.Popen([*LIMITS, *command], cwd=folder, env=environment,
+    limits = [*LIMITS, f"--cpu={processor_seconds}"] if processor_seconds else LIMITS
+    process = subprocess.Popen([*limits, *command], cwd=folder, env=environment,
                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, start_new_session=True)
     with running_lock:
@@ -75,6 +85,8 @@ class Test:
         self.name, self.command = description["name"], description["command"]
         self.folder = properties["WORKING_DIRECTORY"]
         self.skipped = properties.get("SKIP_RETURN_CODE")
+        self.failures = [re.compile(text)
+                         for text in properties.get("FAIL_REGULAR_EXPRESSION", [])]
         self.environment = {name: value for name, value in os.environ.items()
                             if not name.startswith(("VK_", "ASSAY_"))}
         self.environment.update(LAYERS_DISABLED, ASSAY_TEST_SEED=str(seed))
@@ -83,9 +95,23 @@ class Test:
             self.environment[name] = value
         self.seconds = 0
 
-    def passes(self, timeout=None):
-        status, self.output = run_process(self.command, self.folder, self.environment, timeout)
+    def passes(self, limited=False):
+        limits = ()
+        if limited:
+            limits = max(SHORTEST_TIMEOUT, 20 * self.seconds), 3 + int(10 * self.seconds)
+        status, self.output = run_process(self.command, self.folder, self.environment, *limits)
+        if any(failure.search(self.output) for failure in self.failures):
+            return False
         return status == 0 or (status is not None and status == self.skipped)
+
+
+def tests_of(tree, preset, seed):
+    listed = subprocess.run(["ctest", "--preset", preset, "-L", "^quick$", "--show-only=json-v1"],
+                            check=True, cwd=tree, stdout=subprocess.PIPE, text=True)
+    tests = [Test(test, seed) for test in json.loads(listed.stdout)["tests"]]
+    if not tests:
+        raise Failed(f"{tree}: no test is labelled quick")
+    return tests
 
 
 class Copy:
@@ -93,7 +119,7 @@ class Copy:
         self.root, self.seed = root, seed
         self.tree = root / "build" / "mutants" / str(number)
         self.build = self.tree / "build" / "quick"
-        self.tests, self.objects = [], {}
+        self.tests, self.links = [], None
 
     # ---- before the first mutant
 
@@ -102,20 +128,34 @@ class Copy:
         if self.tests:
             return
         self.copy_files()
+        for kept in self.build.rglob("*" + ORIGINAL):  # the last run was ended by force
+            kept.replace(str(kept).removesuffix(ORIGINAL))
         self.run_or_fail(["cmake", "--preset", "quick",
                           "-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O2 -DNDEBUG"], "does not configure")
-        self.run_or_fail(["cmake", "--build", "--preset", "quick", "-j", "1"], "does not build")
-        self.find_objects()
-        listed = subprocess.run(["ctest", "--preset", "quick", "--show-only=json-v1"], check=True,
-                                cwd=self.tree, stdout=subprocess.PIPE, text=True)
-        self.tests = [Test(test, self.seed) for test in json.loads(listed.stdout)["tests"]]
-        if not self.tests:
-            raise Failed(f"{self.build}: no test is labelled quick")
-        for test in self.tests:
+        self.run_or_fail(["cmake", "--build", "--preset", "quick"], "does not build")
+        (self.build / "mutant").mkdir(exist_ok=True)
+        self.links = Links(self.build, "quick_tests")
+        tests = tests_of(self.tree, "quick", self.seed)
+        for test in tests:
             begin = time.monotonic()
             if not test.passes() and not test.passes():
                 raise Failed(f"{test.name} fails without a mutation:\n{test.output[-2000:]}")
             test.seconds = time.monotonic() - begin
+        self.tests = tests
+
+    def count_lines(self, reach):
+        """Builds a second time, and notes which lines each test executes."""
+        self.copy_files()
+        build = self.tree / "build" / "coverage"
+        self.run_or_fail(["cmake", "--preset", "coverage", "-DCMAKE_C_FLAGS_DEBUG=-O1"],
+                         "does not configure")
+        self.run_or_fail(["cmake", "--build", "--preset", "coverage",
+                          "--target", "quick_tests"], "does not build")
+        for path in build.rglob("*.gcda"):
+            path.unlink()
+        for test in tests_of(self.tree, "coverage", self.seed):
+            test.passes()
+            reach.add(self.tree, build, test.name)
 
     def copy_files(self):
         """Files that are the same keep their time, so that a second run builds little."""
@@ -145,68 +185,82 @@ class Copy:
         if status != 0:
             raise Failed(f"{self.tree} {text}:\n{output[-2000:]}")
 
-    def find_objects(self):
-        """The objects of each source that the quick tests need. The objects of all sources in src/
-        are those of None: a header may be part of any."""
-        commands = json.loads((self.build / "compile_commands.json").read_text())
-        everywhere = []
-        for command in commands:
-            name = os.path.relpath(command["file"], self.tree)
-            words = command["command"].split()
-            output = words[words.index("-o") + 1]
-            if name.startswith("src/") and (self.build / output).exists():
-                self.objects.setdefault(name, []).append(output)
-                everywhere.append(output)
-        self.objects[None] = everywhere
-
     # ---- a mutant
 
-    def try_mutation(self, mutation, results):
+    def try_mutation(self, mutation, results, reach):
         """{"outcome": ...}: killed with its killer, survived, unbuilt, equivalent or unused."""
-        path = self.tree / mutation.path
-        objects = self.objects.get(None if mutation.path.endswith(".h") else mutation.path)
+        text = (self.tree / mutation.path).read_text(encoding="utf-8")
+        names, having = reach.find(mutation.path, text.count("\n", 0, mutation.begin) + 1)
+        objects = self.links.objects_of(self.tree / mutation.path)
+        if mutation.path.endswith(".h"):
+            objects &= having  # an unused inline function is part of no object
         if not objects:
             return {"outcome": "unused"}
-        if self.make(objects) != 0:
-            raise Failed(f"{self.tree}: does not build without a mutation")
-        before = self.hashes(objects)
-        data = path.read_bytes()
-        text = data.decode()
+        mutated = self.compile(mutation, text, sorted(objects))
+        if mutated is None:
+            return {"outcome": "unbuilt"}
+        if not mutated:
+            return {"outcome": "equivalent"}
+        kept = []
+        try:
+            return self.test(self.order(mutation, results, names), mutated, kept)
+        finally:
+            for path in kept:
+                os.replace(path + ORIGINAL, path)
+
+    def compile(self, mutation, text, objects):
+        """The objects that the mutation changes, each with its mutant; None if it is no C."""
+        path, mutated = self.tree / mutation.path, {}
+        times = path.stat()
         path.write_text(text[:mutation.begin] + mutation.text + text[mutation.end:])
         try:
-            if self.make(objects) != 0:
-                return {"outcome": "unbuilt"}
-            if self.hashes(objects) == before:
-                return {"outcome": "equivalent"}
-            return self.test(mutation, results)
+            for number, made in enumerate(objects):
+                mutant = f"mutant/{number}.o"
+                status, _ = run_process(["sh", "-c", self.links.compilation(made, mutant)], self.build)
+                if status != 0:
+                    return None
+                if (self.build / made).read_bytes() != (self.build / mutant).read_bytes():
+                    mutated[made] = mutant
+            return mutated
         finally:
-            path.write_bytes(data)
+            path.write_text(text)
+            os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
 
-    def make(self, targets):
-        status, _ = run_process(["ninja", "-j", "1", *targets], self.build)
-        return status
-
-    def hashes(self, objects):
-        return [hashlib.sha256((self.build / name).read_bytes()).digest() for name in objects]
-
-    def test(self, mutation, results):
-        """The programs are linked a few at a time, because most mutants die early."""
+    def order(self, mutation, results, names):
+        """The tests that execute the mutation: those first that are likely to kill it, and short."""
         def worth(test):
-            same, others = results.kills_of(test.name, mutation.path)
-            return (1 + 10 * same + others) / (0.1 + test.seconds)
-        tests = sorted(self.tests, key=worth, reverse=True)
-        step = 3
-        while tests:
-            batch, tests = tests[:step], tests[step:]
-            step *= 2
-            if self.make(sorted({self.target_of(test) for test in batch})) != 0:
-                return {"outcome": "unbuilt"}
-            for test in batch:
-                if not test.passes(max(SHORTEST_TIMEOUT, 20 * test.seconds)):
-                    return {"outcome": "killed", "killer": test.name}
+            before, same, others = results.kills_of(test.name, mutation)
+            return before, (1 + 10 * same + others) / (0.2 + test.seconds)
+        return sorted((test for test in self.tests
+                       if test.name in names or test.name.startswith(UNCOUNTED)),
+                      key=worth, reverse=True)
+
+    def test(self, tests, mutated, kept):
+        """Links a program when its test comes, because most mutants die early."""
+        linked = set()
+        for test in tests:
+            affected = [name for name in self.links.outputs_of(test.command)
+                        if self.is_affected(name, mutated)]
+            for name in affected:
+                if name not in linked:
+                    self.link(name, mutated, kept)
+                linked.add(name)
+            if affected and not test.passes(limited=True):
+                return {"outcome": "killed", "killer": test.name}
         return {"outcome": "survived"}
 
-    def target_of(self, test):
-        """The program, whose dependencies are the layer and the null driver if it needs them."""
-        name = os.path.relpath(test.command[0], self.build)
-        return "quick_tests" if name.startswith("..") else name
+    def is_affected(self, name, mutated):
+        return not self.links.objects_in(self.links.outputs[name]).isdisjoint(mutated)
+
+    def link(self, name, mutated, kept):
+        """In the place of the output, which `kept` is for: the programs find each other there."""
+        output = self.links.outputs[name]
+        used = self.links.objects_in(output)
+        path = str(self.build / name)
+        os.replace(path, path + ORIGINAL)
+        kept.append(path)
+        command = self.links.link(output, {made: mutant for made, mutant in mutated.items()
+                                           if made in used})
+        status, text = run_process(["sh", "-c", command], self.build)
+        if status != 0:
+            raise Failed(f"{path} does not link:\n{text[-2000:]}")

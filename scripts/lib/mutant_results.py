@@ -28,6 +28,23 @@ def diff_of(root, mutation):
     return "".join(lines)
 
 
+def change_of(root, mutation):
+    """The first line that a mutation changes, before and after."""
+    lines = diff_of(root, mutation).splitlines()[3:]
+    return tuple(next((line[1:].strip() for line in lines if line[0] == sign), "") for sign in "-+")
+
+
+def read_explained(path):
+    """The kind and the reason of mutants that survive, by source, line and mutated line. The file
+    explains itself."""
+    reasons = {}
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if line and not line.startswith("#"):
+            name, before, after, kind, reason = line.split("\t")
+            reasons[name, before, after] = kind, reason
+    return reasons
+
+
 def digest_of(root):
     """Of all that a result depends on: scripts and pages are not part of it."""
     digest = hashlib.sha256()
@@ -47,26 +64,42 @@ class Results:
     def __init__(self, root):
         self.path = root / "build" / "mutants" / "results.jsonl"
         self.lock = threading.Lock()
-        self.outcomes, self.kills = {}, {}  # kills: of each folder, by test
-        digest = digest_of(root)
+        self.outcomes = {}
+        self.killers = {}  # of mutations; those of older sources and tests stay
+        self.kills = {}    # of each folder, by test
+        self.digest = digest_of(root)
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        lines = self.path.read_text().splitlines() if self.path.exists() else []
-        if lines and lines[0] == json.dumps({"digest": digest}):
-            for line in lines[1:]:
-                try:
-                    self.note(json.loads(line))
-                except ValueError:
-                    pass  # the run ended while it was written
-            print(f"mutants: {len(self.outcomes)} results of before in {self.path}")
-        records = ({"digest": digest}, *self.outcomes.values())
+        self.read(self.path.read_text().splitlines() if self.path.exists() else [])
+        records = ({"digest": self.digest, "killers": self.killers}, *self.outcomes.values())
         fresh = self.path.with_suffix(".new")
         fresh.write_text("".join(json.dumps(record) + "\n" for record in records))
         fresh.replace(self.path)
 
+    def read(self, lines):
+        digest = None
+        for line in lines:
+            try:
+                record = json.loads(line)
+            except ValueError:
+                continue  # the run ended while it was written
+            if "digest" in record:
+                digest = record["digest"]
+                for mutation, killer in record.get("killers", {}).items():
+                    self.note({"mutation": mutation, "outcome": "killed", "killer": killer})
+                self.outcomes = {}
+            else:
+                self.note(record)
+        if digest != self.digest:
+            self.outcomes = {}
+        if self.outcomes:
+            print(f"mutants: {len(self.outcomes)} results of before in {self.path}")
+
     def note(self, record):
-        self.outcomes[record["mutation"]] = record
-        if record["outcome"] == "killed":
-            folder = os.path.dirname(record["mutation"].split(":")[0])
+        mutation = record["mutation"]
+        self.outcomes[mutation] = record
+        if record["outcome"] == "killed" and self.killers.get(mutation) != record["killer"]:
+            self.killers[mutation] = record["killer"]
+            folder = os.path.dirname(mutation.split(":")[0])
             self.kills.setdefault(folder, Counter())[record["killer"]] += 1
 
     def find(self, mutation):
@@ -81,8 +114,10 @@ class Results:
                 output.write(json.dumps(record) + "\n")
         return record
 
-    def kills_of(self, test, path):
-        """How many mutants a test has killed: of the same folder, and of all."""
+    def kills_of(self, test, mutation):
+        """Whether a test has killed the mutation before, and how many of the same folder and of all."""
+        folder = os.path.dirname(mutation.path)
         with self.lock:
-            same = self.kills.get(os.path.dirname(path), {}).get(test, 0)
-            return same, sum(counter.get(test, 0) for counter in self.kills.values())
+            return (self.killers.get(key_of(mutation)) == test,
+                    self.kills.get(folder, {}).get(test, 0),
+                    sum(counter.get(test, 0) for counter in self.kills.values()))

@@ -282,14 +282,37 @@ static enum builder_result get_sizes(const struct builder_input *input, struct b
     return result;
 }
 
+/* Bytes after a block of memory that must stay as they are. */
+enum { GUARD = 64, GUARDED = 0xa5 };
+
+static void *allocate_guarded(uint64_t size)
+{
+    uint8_t *bytes = allocate(size + GUARD);
+    memset(bytes + size, GUARDED, GUARD);
+    return bytes;
+}
+
+static void check_guard(const void *block, uint64_t size)
+{
+    const uint8_t *end = (const uint8_t *)block + size;
+    for (int i = 0; i < GUARD; i++)
+        if (end[i] != GUARDED) {
+            fprintf(stderr, "the builder writes beyond %llu bytes\n", (unsigned long long)size);
+            abort();
+        }
+}
+
 void *fixture_build(const struct builder_input *input, struct builder_report *report)
 {
     struct builder_sizes sizes;
     if (get_sizes(input, &sizes) != BUILDER_OK)
         return NULL;
-    void *structure = allocate(sizes.structure), *scratch = allocate(sizes.build_scratch);
+    void *structure = allocate_guarded(sizes.structure),
+         *scratch = allocate_guarded(sizes.build_scratch);
     enum builder_result result =
         builder_build(input, structure, sizes.structure, scratch, sizes.build_scratch, report);
+    check_guard(structure, sizes.structure);
+    check_guard(scratch, sizes.build_scratch);
     free(scratch);
     if (result == BUILDER_OK)
         return scope_add(structure);
@@ -304,9 +327,10 @@ enum builder_result fixture_refit(const struct builder_input *input, const void 
     enum builder_result result = get_sizes(input, &sizes);
     if (result != BUILDER_OK)
         return result;
-    void *scratch = allocate(sizes.update_scratch);
+    void *scratch = allocate_guarded(sizes.update_scratch);
     result = builder_refit(input, source, target, builder_size(source), scratch,
                            sizes.update_scratch, report);
+    check_guard(scratch, sizes.update_scratch);
     free(scratch);
     return result;
 }

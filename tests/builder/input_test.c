@@ -40,9 +40,10 @@ SCOPE_TEST(test_formats)
 {
     for (size_t i = 0; i < sizeof(vertices) / sizeof(vertices[0]); i++) {
         const struct vertex_format *format = vertex_format_find(vertices[i].format);
-        float position[3];
+        float position[4] = {[3] = 42};
         assert_non_null(format);
         format->read(vertices[i].bytes, position);
+        assert_true(position[3] == 42);
         for (int axis = 0; axis < 3; axis++)
             assert_true(position[axis] == vertices[i].position[axis]);
     }
@@ -100,6 +101,33 @@ SCOPE_TEST(test_index_types)
     }
 }
 
+/* The builder reads 32-bit indices in one go. It finds each NaN, and no zero keeps its sign:
+ * otherwise bounds would depend on the order in which they are merged. */
+SCOPE_TEST(test_special_coordinates)
+{
+    static const uint32_t large[3] = {0, 1, 2};
+    static const uint16_t medium[3] = {0, 1, 2};
+    for (int type = 0; type < 2; type++) {
+        float corners[9] = {0};
+        INPUT(triangles, input, corners, 1);
+        input.geometry.triangles.index_type = type ? VK_INDEX_TYPE_UINT16 : VK_INDEX_TYPE_UINT32;
+        input.geometry.triangles.indices = type ? (const void *)medium : large;
+        input.geometry.triangles.indices_size = type ? sizeof(medium) : sizeof(large);
+        void *expected = fixture_build(&input.input, NULL);
+        for (int i = 0; i < 9; i++) {
+            struct builder_report report;
+            corners[i] = -0.0f;
+            void *structure = fixture_build(&input.input, NULL);
+            assert_memory_equal(structure, expected, builder_size(expected));
+            corners[i] = NAN;
+            fixture_build(&input.input, &report);
+            assert_int_equal(report.inactive, 1);
+            assert_int_equal(report.undefined, i % 3 != 0);
+            corners[i] = 0;
+        }
+    }
+}
+
 /* Empty ones between them: numbers are those of the input. */
 SCOPE_TEST(test_several_geometries)
 {
@@ -148,5 +176,27 @@ SCOPE_TEST(test_update_without_active_primitives)
         struct builder_sizes sizes;
         assert_int_equal(builder_get_sizes(input, NULL, &sizes), BUILDER_OK);
         assert_int_equal(fixture_refit(input, source, source, NULL), BUILDER_OK);
+    }
+}
+
+/* An update reports a primitive that has become inactive, and leaves it where it was. */
+SCOPE_TEST(test_update_to_an_inactive_primitive)
+{
+    float corners[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 0, 0, 6, 0, 0, 5, 1, 0};
+    struct builder_report report;
+    struct trace_hit hit;
+    INPUT(triangles, input, corners, 2);
+    input.input.flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    void *structure = fixture_build(&input.input, NULL);
+    corners[2] = corners[5] = corners[8] = 1;
+    corners[9] = NAN;
+    assert_int_equal(fixture_refit(&input.input, structure, structure, &report), BUILDER_OK);
+    assert_int_equal(report.active, 1);
+    assert_int_equal(report.inactive, 1);
+    for (uint32_t i = 0; i < 2; i++) {
+        struct trace_ray ray = fixture_ray(5 * (float)i + 0.25f, 0.25f, 3, 0, 0, -1);
+        assert_true(fixture_trace(structure, TRACE_EXACT, &ray, &hit));
+        assert_int_equal(hit.primitive, i);
+        assert_true(hit.t == (i ? 3 : 2));
     }
 }

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* How far into arrays the builder looks: to the last element, and no further. */
+#include <string.h>
+
 #include "src/bvh/input/dense.h"
 #include "src/bvh/input/source.h"
+#include "src/bvh/structure.h"
 #include "tests/builder/scope_test.h"
 
 /* The vertices that spheres name: one more than the largest index, whatever follows the last. */
@@ -42,6 +45,13 @@ TEST(test_vertices_of_spheres)
             print_message("case %zu\n", i);
         assert_int_equal(count, cases[i].expected);
     }
+}
+
+TEST(test_types_of_indices)
+{
+    assert_true(source_index_is_known(VK_INDEX_TYPE_NONE_KHR));
+    assert_true(source_index_is_known(VK_INDEX_TYPE_UINT8_KHR));
+    assert_false(source_index_is_known(VK_INDEX_TYPE_MAX_ENUM));
 }
 
 /* Each corner may name the last vertex, and not the one after it, whatever the size of indices. */
@@ -118,4 +128,129 @@ TEST(test_dense_blocks)
                         triangles[j].b[1] == 2 && triangles[j].b[2] == 1);
         }
     }
+}
+
+/* Where the arrays of triangles end: bytes of the transforms and of the indices, the first byte
+ * that is read of each, and whether the build finds everything. */
+SCOPE_TEST(test_ends_of_arrays_of_triangles)
+{
+    enum { ONE = sizeof(VkTransformMatrixKHR), INDICES = 3 * sizeof(uint16_t) };
+    static const VkTransformMatrixKHR transforms[2] = {
+        {{{1, 0, 0, 9}, {0, 1, 0, 0}, {0, 0, 1, 0}}}, {{{1, 0, 0, 5}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
+    static const uint16_t indices[3] = {0, 1, 2};
+    static const struct {
+        uint32_t transforms_size, transform_offset, indices_size, first, count;
+        bool is_found;
+    } cases[] = {
+        {2 * ONE, ONE, INDICES, 0, 1, true},     {2 * ONE, ONE + 4, INDICES, 0, 1, false},
+        {ONE - 1, 0, INDICES, 0, 1, false},      {ONE, 0, INDICES - 1, 0, 1, false},
+        {ONE, 0, INDICES, 2, 1, false},          {ONE, 0, INDICES, INDICES + 2, 1, false},
+        {ONE, 0, INDICES, INDICES + 2, 0, true},
+    };
+    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+        struct builder_report report;
+        INPUT(triangles, input, fixture_triangle, cases[i].count);
+        struct builder_triangles *triangles = &input.geometry.triangles;
+        triangles->transforms = transforms;
+        triangles->transforms_size = cases[i].transforms_size;
+        triangles->index_type = VK_INDEX_TYPE_UINT16;
+        triangles->indices = indices;
+        triangles->indices_size = cases[i].indices_size;
+        input.range.transformOffset = cases[i].transform_offset;
+        input.range.primitiveOffset = cases[i].first;
+        const void *structure = fixture_build(&input.input, &report);
+        if ((structure != NULL) != cases[i].is_found)
+            print_message("case %zu\n", i);
+        assert_int_equal(structure != NULL, cases[i].is_found);
+        float lower[3], upper[3];
+        if (structure && builder_bounds(structure, lower, upper))
+            assert_true(lower[0] == (cases[i].transform_offset ? 5 : 9));
+    }
+}
+
+/* Indices of each size lead to the last sphere, and none beyond it. */
+SCOPE_TEST(test_indices_of_spheres)
+{
+    static const VkIndexType types[] = {VK_INDEX_TYPE_UINT8_KHR, VK_INDEX_TYPE_UINT16,
+                                        VK_INDEX_TYPE_UINT32};
+    static const float centers[9] = {0, 0, 0, 10, 0, 0, 20, 0, 0}, radii[3] = {1, 1, 1};
+    for (uint32_t type = 0; type < 3; type++)
+        for (uint8_t index = 2; index < 4; index++) {
+            const uint8_t indices[4] = {index};
+            struct builder_report report;
+            float lower[3] = {0}, upper[3];
+            INPUT(triangles, input, NULL, 1);
+            input.geometry.type = VK_GEOMETRY_TYPE_SPHERES_NV;
+            input.geometry.spheres = (struct builder_spheres){
+                .vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
+                .radius_format = VK_FORMAT_R32_SFLOAT,
+                .index_type = types[type],
+                .vertices = centers,
+                .radii = radii,
+                .indices = indices,
+                .vertices_size = sizeof(centers),
+                .radii_size = sizeof(radii),
+                .indices_size = 1u << type,
+                .vertex_stride = 12,
+                .radius_stride = 4,
+                .index_stride = 1u << type,
+            };
+            const void *structure = fixture_build(&input.input, &report);
+            assert_int_equal(report.out_of_range, index == 3);
+            if (structure && builder_bounds(structure, lower, upper))
+                assert_true(lower[0] > 18 && upper[0] > 20);
+            else
+                assert_int_equal(index, 3);
+        }
+}
+
+/* What traversal relies on: bytes that a program has deserialized may be anything. */
+SCOPE_TEST(test_well_formed_structures)
+{
+    enum { COUNT = 3 };
+    float corners[9 * COUNT];
+    for (int i = 0; i < COUNT; i++)
+        memcpy(corners + 9 * i, fixture_triangle, sizeof(fixture_triangle));
+    INPUT(triangles, input, corners, COUNT);
+    struct structure_header *header = fixture_build(&input.input, NULL);
+    const uint64_t size = header->size;
+    struct triangle_record *record = structure_records(header);
+    struct wide_node *node = structure_nodes(header);
+    uint32_t *leaf = node->child;
+    while (*leaf == CHILD_EMPTY)
+        leaf++;
+    const struct {
+        uint32_t *at, value;
+        bool is_well_formed;
+    } edits[] = {
+        {&record->primitive, COUNT - 1, true},
+        {&record->primitive, COUNT, false},
+        {&record->geometry, 1, false},
+        {&header->magic, 0, false},
+        {&header->version, header->version + 1, false},
+        {&header->record_count, COUNT - 1, false},
+        {&header->record_count, header->record_capacity + 1, false},
+        {&header->record_count, 0, false},
+        {&header->node_count, header->node_capacity + 1, false},
+        {&header->node_count, 0, false},
+        {&header->geometry_count, 100, false},
+        {leaf, CHILD_EMPTY, false},
+        {leaf, 0, false},                  /* a circle */
+        {leaf, header->node_count, false}, /* no such node */
+        {leaf, leaf_child(1, COUNT), false},
+        {leaf, leaf_child(0, 1), false},
+    };
+    assert_int_equal(header->node_count, 1);
+    assert_true(structure_is_well_formed(header, size));
+    assert_true(structure_is_well_formed(header, size + 1));
+    assert_false(structure_is_well_formed(header, size - 1));
+    assert_false(structure_is_well_formed(header, sizeof(*header) - 1));
+    for (size_t i = 0; i < sizeof(edits) / sizeof(edits[0]); i++) {
+        const uint32_t before = *edits[i].at;
+        *edits[i].at = edits[i].value;
+        if (structure_is_well_formed(header, size) != edits[i].is_well_formed)
+            fail_msg("edit %zu", i);
+        *edits[i].at = before;
+    }
+    assert_true(structure_is_well_formed(header, size));
 }

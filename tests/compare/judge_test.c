@@ -260,12 +260,13 @@ static uint32_t judge_top(const struct top_reference *top, const struct top_rays
 
 TEST(test_instances)
 {
-    struct top_instance instances[3] = {
+    struct top_instance instances[4] = {
         {.given = {.transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}},
         {.given = {.transform.matrix = {{0, -2, 0, 50}, {2, 0, 0, 0}, {0, 0, 3, 7}},
                    .mask = 2,
                    .flags = VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR}},
         {.given = {.transform.matrix = {{-1, 0, 0, -20}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 4}},
+        {.given = {.transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}}, /* no mask */
     };
     struct top_reference top;
     struct top_rays top_rays;
@@ -274,7 +275,7 @@ TEST(test_instances)
     assert_non_null(copy);
     const struct input_copy *bottoms[1] = {copy};
     const struct top_input input = {
-        .count = 3, .bottom_count = 1, .instances = instances, .bottoms = bottoms};
+        .count = 4, .bottom_count = 1, .instances = instances, .bottoms = bottoms};
     GET(top_reference_open(&input, &top));
     GET(top_rays_create(&top, RAYS, &top_rays));
     assert_int_equal(top_rays.count, RAYS);
@@ -286,10 +287,16 @@ TEST(test_instances)
     answer_top(&top, &top_rays);
     for (uint32_t i = 0; i < RAYS; i++)
         for (uint32_t j = 0; j < answers[i].candidate_count && j < COMPARE_CANDIDATES; j++)
-            answers[i].candidates[j].instance += 3;
+            answers[i].candidates[j].instance += 4;
     assert_true(judge_top(&top, &top_rays, DIFFERENCE_PRIMITIVE) > RAYS / 4);
     memset(answers, 0, sizeof(answers));
     assert_true(judge_top(&top, &top_rays, DIFFERENCE_MISSED) > RAYS / 20);
+    for (uint32_t i = 0; i < RAYS; i++) { /* more candidates than are kept: any may be among them */
+        answers[i].candidate_count = COMPARE_CANDIDATES + 1;
+        for (uint32_t j = 0; j < COMPARE_CANDIDATES; j++)
+            answers[i].candidates[j].instance = 3;
+    }
+    assert_int_equal(judge_top(&top, &top_rays, DIFFERENCE_COUNT), 0);
     top_rays_free(&top_rays);
     top_reference_close(&top);
     input_copy_free(copy);

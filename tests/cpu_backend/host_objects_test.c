@@ -178,6 +178,46 @@ TEST(test_trees_of_structures)
     cpu_structures_destroy(structures);
 }
 
+struct counting_watcher {
+    struct cpu_watcher watcher;
+    uint64_t handle;
+    int count;
+};
+
+static void count_change(struct cpu_watcher *watcher, uint64_t handle)
+{
+    struct counting_watcher *counting = (struct counting_watcher *)watcher;
+    counting->handle = handle;
+    counting->count++;
+}
+
+/* Each watcher hears of a new tree and of the end, until it watches no longer. */
+TEST(test_watchers)
+{
+    struct cpu_structures *structures = open_structures();
+    const uint64_t handles[] = {add_bottom(structures), add_bottom(structures)};
+    struct late late[2] = {{.result = VK_SUCCESS}, {.result = VK_SUCCESS}};
+    struct counting_watcher watchers[3];
+    for (int i = 0; i < 3; i++) {
+        watchers[i] = (struct counting_watcher){.watcher.before_change = count_change};
+        cpu_structures_watch(structures, &watchers[i].watcher);
+    }
+    assert_true(cpu_structures_set_tree(structures, handles[0], make_lazy(&late[0])));
+    for (int i = 0; i < 3; i++)
+        assert_true(watchers[i].count == 1 && watchers[i].handle == handles[0]);
+    cpu_structures_unwatch(structures, &watchers[1].watcher);
+    assert_true(cpu_structures_set_tree(structures, handles[1], make_lazy(&late[1])));
+    cpu_structures_unwatch(structures, &watchers[2].watcher); /* the first of the list */
+    cpu_structures_remove(structures, handles[0]);
+    assert_true(watchers[0].count == 3 && watchers[1].count == 1 && watchers[2].count == 2);
+    assert_int_equal(watchers[0].handle, handles[0]);
+    assert_int_equal(watchers[2].handle, handles[1]);
+    cpu_structures_unwatch(structures, &watchers[0].watcher);
+    cpu_structures_remove(structures, handles[1]);
+    assert_int_equal(watchers[0].count, 3);
+    cpu_structures_destroy(structures);
+}
+
 /* ---- memory and scratch */
 
 enum { PAGES = 3 };

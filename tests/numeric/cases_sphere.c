@@ -121,6 +121,10 @@ CASE(61, 0, 0, "what counts for spheres")
     EXPECT(case_meets(structure, ray));
     ray.flags = TRACE_CULL_OPAQUE;
     EXPECT(!case_meets(structure, ray));
+    /* A ray that touches it meets it; its neighbour does not. */
+    ray = fixture_ray(-3, 1, 0, 2, 0, 0);
+    EXPECT(case_trace(structure, ray, &hit) && hit.t == 1.5f);
+    EXPECT(!case_meets(structure, fixture_ray(-3, nextafterf(1, 2), 0, 2, 0, 0)));
     /* seen through an instance, where it is an ellipsoid */
     VkAccelerationStructureInstanceKHR instance = fixture_instance(structure);
     instance.transform.matrix[0][0] = 2;

@@ -14,9 +14,11 @@ PROGRAM_TEST(a_lost_device_loses_the_order)
 {
     play(p, "timeline S; 10; 20 waits S=1;");
     struct submission *under_way = PREPARE(p, .queue = 3, .name = 30);
+    struct submission *other = PREPARE(p, .queue = 4, .name = 40);
     SUBMIT(p, .queue = 1, .name = 11, .result = VK_ERROR_DEVICE_LOST);
     expect_lost(p, ORDER_UNKNOWN_DEVICE_LOST);
     submission_finish(under_way, VK_SUCCESS);
+    submission_finish(other, VK_ERROR_DEVICE_LOST); /* it was lost before: 20 is released once */
     assert_int_equal(p->captured, 0);
     assert_null(submission_begin(p->order, SUBMIT_COMMANDS, QUEUE(1)));
     play(p, "12; host signals S=1; idle; ran 10;");

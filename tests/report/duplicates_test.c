@@ -152,3 +152,10 @@ TEST_OPENED(test_without_memory, surrounding_set_up)
     assert_true(hearing.count >= 2 && hearing.count <= 20);
     reporter_destroy(reporter);
 }
+
+TEST(test_names_of_ids)
+{
+    assert_string_equal(reported_id_name(SENT_VUID), SENT_ID);
+    assert_string_equal(reported_id_name(MESSAGE_ID_COUNT), difference_id((enum difference)0));
+    assert_string_equal(reported_id_name(MESSAGE_ID_COUNT + 1), difference_id((enum difference)1));
+}

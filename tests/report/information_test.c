@@ -141,6 +141,9 @@ TEST_OPENED(test_end_without_findings, surrounding_set_up)
     assert_string_equal(hearing.text,
                         "Assay reported no violations, because report_flags leaves out errors and "
                         "warnings.");
+    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn,info", 1);
+    finish(announced(&hearing, NULL));
+    assert_non_null(strstr(hearing.text, "Assay found no violations in this instance"));
 }
 
 TEST_OPENED(test_what_was_not_checked, surrounding_set_up)
@@ -159,6 +162,12 @@ TEST_OPENED(test_what_was_not_checked, surrounding_set_up)
     assert_has(hearing.text, "; 1 VUID that message_id_filter names");
     assert_has(hearing.text, "; builds without memory for copies (7)");
     assert_has(hearing.text, "; executions on a lost device (1).");
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "execution", 1);
+    finish(announced(&hearing, NULL));
+    assert_has(hearing.text, " VUIDs of higher levels (level = execution)");
+    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+    finish(announced(&hearing, NULL));
+    assert_null(strstr(hearing.text, "of higher levels"));
 }
 
 TEST_OPENED(test_report_callbacks, surrounding_set_up)

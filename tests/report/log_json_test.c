@@ -13,6 +13,8 @@
 #include "src/state/commands/label_stack.h"
 #include "src/state/commands/object_names.h"
 
+#define SENT_COMMAND "VUID-vkCmdBuildAccelerationStructuresKHR-"
+
 static char file_text[64 * 1024];
 
 static const char *read_file(const char *name)
@@ -143,6 +145,34 @@ TEST(test_lines_of_an_instance)
     assert_has(line, "\"odd builds (3)\"");
 }
 
+/* The ids of one rule are its current one and those before; "formerly" has all but the one that the
+ * finding is reported with. */
+TEST(test_former_ids)
+{
+    static const struct {
+        const char *names, *id, *formerly;
+    } cases[] = {
+        {"current", "pInfos-12258", "\"formerly\":[\"" SENT_COMMAND "pInfos-03671\"]"},
+        {"listed", "pInfos-03671", "\"formerly\":[]"},
+    };
+    for (size_t i = 0; i < LENGTH(cases); i++) {
+        const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
+        char id[100];
+        struct finding finding;
+        use_json("a.jsonl");
+        setenv("VK_ASSAY_VALIDATION_VUID_NAMES", cases[i].names, 1);
+        struct reporter *reporter = reporter_of(NULL);
+        finding_says(&finding, "scratchData.deviceAddress", "is wrong");
+        reporter_send(reporter, RULE_build_scratch_is_in_one_buffer, &location,
+                      &(struct call_origin){0}, &finding);
+        reporter_destroy(reporter);
+        snprintf(id, sizeof(id), "\"VUID\":\"" SENT_COMMAND "%s\"", cases[i].id);
+        read_file("a.jsonl");
+        assert_has(line_of(1), id);
+        assert_has(line_of(1), cases[i].formerly);
+    }
+}
+
 TEST(test_standard_error)
 {
     use_json(NULL);
@@ -243,13 +273,13 @@ TEST(test_limit_of_file_sizes)
 }
 
 /* After a line that was cut by a full disk, a new one begins on its own line. */
-TEST(test_after_a_cut_line)
+static void expect_new_line_after(size_t part)
 {
     use_json("a.jsonl");
     struct hearing hearing = {0};
     struct reporter *reporter = reporter_heard_by(&hearing);
     size_t length = strlen(read_file("a.jsonl"));
-    struct rlimit before = limit_files(length + 100);
+    struct rlimit before = limit_files(length + part);
     capture_begin(STDERR_FILENO);
     send_one(reporter);
     capture_end();
@@ -257,9 +287,16 @@ TEST(test_after_a_cut_line)
     send_one(reporter);
     reporter_destroy(reporter);
     assert_int_equal(count_lines(read_file("a.jsonl")), 4);
-    assert_int_equal(strlen(line_of(1)), 100);
+    assert_int_equal(strlen(line_of(1)), part);
     assert_has(line_of(2), "{\"Type\":\"Finding\",");
     assert_has(line_of(3), "{\"Type\":\"Summary\",");
+    remove("a.jsonl");
+}
+
+TEST(test_after_a_cut_line)
+{
+    expect_new_line_after(100);
+    expect_new_line_after(1);
 }
 
 /* ---- names of files */

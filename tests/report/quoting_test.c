@@ -45,6 +45,33 @@ TEST(test_escape_sequences)
         assert_string_equal(quote(cases[i].text, 100), cases[i].expected);
 }
 
+/* The first and the last character of each range, and their neighbours. */
+TEST(test_ranges_of_characters)
+{
+    static const struct {
+        uint32_t character;
+        bool is_escaped;
+    } cases[] = {
+        {0x1f, true},    {0x20, false},   {0x7e, false},    {0x7f, true},      {0x80, true},
+        {0x9f, true},    {0xa0, false},   {0x61b, false},   {0x61c, true},     {0x61d, false},
+        {0x7ff, false},  {0x800, false},  {0x200d, false},  {0x200e, true},    {0x200f, true},
+        {0x2010, false}, {0x2027, false}, {0x2028, true},   {0x202e, true},    {0x202f, false},
+        {0x2065, false}, {0x2066, true},  {0x2069, true},   {0x206a, false},   {0xd7ff, false},
+        {0xe000, false}, {0xffff, false}, {0x10000, false}, {0x10ffff, false},
+    };
+    for (size_t i = 0; i < LENGTH(cases); i++) {
+        const uint32_t c = cases[i].character;
+        const int length = c < 0x80 ? 1 : c < 0x800 ? 2 : c < 0x10000 ? 3 : 4;
+        char bytes[5] = {(char)c}, quoted[16], escaped[16];
+        for (int j = length - 1, shift = 0; length > 1 && j >= 0; j--, shift += 6)
+            bytes[j] =
+                (char)(j ? 0x80 | (c >> shift & 0x3f) : (0xf00 >> length & 0xff) | c >> shift);
+        snprintf(quoted, sizeof(quoted), "\"%s\"", bytes);
+        snprintf(escaped, sizeof(escaped), c < 0x80 ? "\"\\x%02x\"" : "\"\\u%04x\"", (unsigned)c);
+        assert_string_equal(quote(bytes, 100), cases[i].is_escaped ? escaped : quoted);
+    }
+}
+
 /* What a signal handler may use. */
 TEST(test_numbers_and_plain_text)
 {
@@ -77,6 +104,7 @@ TEST(test_cuts)
     assert_string_equal(quote("abc", 0), "\"\"");
     assert_int_equal(text_cut_length("\x80\x80\x80\x80\x80\x80", 5), 5);
     assert_int_equal(text_cut_length("\xf0\x9f\x90\xb0", 3), 0);
+    assert_int_equal(text_cut_length("\xf0\x80\x80\x80\x80", 4), 4); /* longer than a character */
 }
 
 static unsigned count_lines(const char *text)

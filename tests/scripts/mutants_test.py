@@ -45,10 +45,23 @@ class Repository(unittest.TestCase):
         again = mutants.Results(self.root)
         self.assertEqual(again.find(turned)["outcome"], "killed")
         self.assertIsNone(again.find(dropped))
-        self.assertEqual(again.kills_of("t", "src/b.c"), (1, 1))
-        self.assertEqual(again.kills_of("t", "src/x/b.c"), (0, 1))
         self.write(SOURCE + "\n")
-        self.assertIsNone(mutants.Results(self.root).find(turned))
+        for _ in range(2):
+            changed = mutants.Results(self.root)
+            self.assertIsNone(changed.find(turned))
+            self.assertEqual(changed.kills_of("t", turned), (True, 1, 1))
+            self.assertEqual(changed.kills_of("t", dropped), (False, 1, 1))
+            self.assertEqual(changed.kills_of("t", dropped._replace(path="src/x/b.c")), (False, 0, 1))
+            self.assertEqual(changed.kills_of("u", turned), (False, 0, 0))
+
+    def test_explained(self):
+        turned, dropped = self.mutations()
+        path = self.root / "explained.tsv"
+        path.write_text("# why\nsrc/a.c\treturn a == b;\treturn a != b;\tsame\tboth are\n")
+        reasons = mutants.read_explained(path)
+        changes = [(name.path, *mutants.change_of(self.root, name)) for name in (turned, dropped)]
+        self.assertEqual(reasons, {changes[0]: ("same", "both are")})
+        self.assertEqual(changes[1], ("src/a.c", "g();", ";"))
 
     def test_a_line_that_was_cut_is_left_out(self):
         turned, dropped = self.mutations()
@@ -60,6 +73,18 @@ class Repository(unittest.TestCase):
         again = mutants.Results(self.root)
         self.assertIsNotNone(again.find(turned))
         self.assertIsNone(again.find(dropped))
+
+
+class Explained(unittest.TestCase):
+    def test_lines_are_there(self):
+        """A line that changes is to be looked at again; one that counts for nothing occurs once."""
+        for (name, before, _), (kind, reason) in mutants.read_explained(mutants.EXPLAINED).items():
+            lines = [line.strip() for line in (ROOT / name).read_text().splitlines()]
+            self.assertIn(kind, ("same", "kept"))
+            self.assertTrue(reason)
+            self.assertIn(before, lines, name)
+            if kind == "same":
+                self.assertEqual(lines.count(before), 1, name)
 
 
 class Count(unittest.TestCase):

@@ -109,6 +109,7 @@ TEST(without_memory_a_list_stays_as_it_is)
     expect_all(&pair);
     while (pair.list.next < pair.list.limit || !pair.list.first)
         add(&pair, 1);
+    assert_int_equal(pair.count, CHUNK_ITEMS - CHUNK_ITEMS_AT_ONCE + 1);
     WITHOUT_MEMORY(assert_false(chunk_list_make_room(&pair.list, ITEM)));
     expect_all(&pair);
     add(&pair, 1);

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what recording does to a command buffer. */
+#include <stdlib.h>
+
 #include "tests/state/command_fixture.h"
 
 /* ---- states */
@@ -186,4 +188,30 @@ COMMAND_BUFFERS_TEST(test_a_secondary_remembers_only_those_that_still_execute_it
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INVALID);
     assert_int_equal(facts_of(all, 2).state, COMMAND_BUFFER_INVALID);
     assert_int_equal(secondary->dependents.count, 0);
+}
+
+/* A primary refers to the journal of each secondary that it executes, until it is recorded anew. */
+COMMAND_BUFFERS_TEST(test_a_primary_releases_the_journals_of_its_secondaries)
+{
+    struct command_buffer *first = begin(all, 1), *secondary = begin(all, 3);
+    const atomic_uint *references = &secondary->journal->references;
+    const unsigned before = atomic_load(references);
+    command_buffer_execute(first, secondary);
+    command_buffer_execute(first, secondary);
+    assert_int_equal(atomic_load(references), before + 2);
+    begin(all, 1);
+    assert_int_equal(atomic_load(references), before);
+}
+
+/* Journals free the ranges of entries: this program fails if memory is left. */
+COMMAND_BUFFERS_TEST(test_a_journal_frees_what_its_entries_hold)
+{
+    struct command_buffer *first = begin(all, 1);
+    for (int i = 0; i < 2; i++) {
+        struct journal_entry entry = {.kind = JOURNAL_RANGES, .ranges = malloc(16)};
+        journal_add(first->journal, &entry);
+        assert_true(first->journal->has_references);
+        begin(all, 1);
+        assert_false(first->journal->has_references);
+    }
 }

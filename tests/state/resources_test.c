@@ -243,3 +243,17 @@ TEST(test_resources_need_memory)
     WITHOUT_MEMORY(assert_int_equal(resources_create(&resources), VK_ERROR_OUT_OF_HOST_MEMORY));
     assert_null(resources);
 }
+
+/* A captured address that replays elsewhere, say: the last one counts. */
+RESOURCES_TEST(test_a_structure_has_one_address)
+{
+    struct accel_facts facts;
+    have_accel_at(resources, 1, 0x1000, 0x100);
+    for (VkDeviceAddress address = 0x2000; address <= 0x3000; address += 0x1000) {
+        resources_set_accel_address(resources, accel(1), address);
+        resources_find_referenced(resources, address - 0x1000, 0, &facts);
+        assert_int_equal(facts.alive, NO);
+        resources_find_referenced(resources, address, 0, &facts);
+        assert_int_equal(facts.alive, YES);
+    }
+}

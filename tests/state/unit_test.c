@@ -2,6 +2,7 @@
 /* The tests of a program, and its main function. */
 #define _GNU_SOURCE /* program_invocation_short_name */
 #include "tests/state/unit_test.h"
+#include "tests/builder/allocations.h"
 
 #include <errno.h>
 #include <pthread.h>
@@ -49,6 +50,8 @@ void unit_test_run_threads(size_t thread_count, void *(*run)(void *element), voi
         pthread_join(threads[i], NULL);
 }
 
+#pragma weak allocations_now /* not every program counts them */
+
 int main(int argc, char **argv)
 {
     struct CMUnitTest wanted[MOST];
@@ -64,9 +67,14 @@ int main(int argc, char **argv)
             wanted[wanted_count++] = tests[i]->test;
     if (wanted_count == 0)
         return 1; /* a program without tests does not pass */
-    const int failed =
+    const int before = allocations_now ? allocations_now() : 0;
+    int failed =
         _cmocka_run_group_tests(program_invocation_short_name, wanted, wanted_count, NULL, NULL);
     if (unit_test_close)
         unit_test_close();
+    if (allocations_now && !&unit_test_keeps_memory && !failed && allocations_now() > before) {
+        printf("%d blocks of memory are left\n", allocations_now() - before);
+        failed = 1;
+    }
     return failed;
 }

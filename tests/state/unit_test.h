@@ -26,6 +26,9 @@ extern char **unit_test_arguments;
 __attribute__((weak)) const char *unit_test_open(const char *argument);
 __attribute__((weak)) void unit_test_close(void);
 
+/* Defined by a program whose tests may leave memory: allocations.h. */
+extern const bool unit_test_keeps_memory __attribute__((weak));
+
 /* That a text has a part, or has it not. */
 void assert_has(const char *text, const char *part);
 void assert_lacks(const char *text, const char *part);
