@@ -358,7 +358,13 @@ static struct device_buffer serialize_unguarded(void)
     return serialized;
 }
 
-TEST_BETWEEN_IF(test_same_structure, open_scene, guard_scene_close, !platform.is_null)
+/* What NVIDIA's driver serializes has bytes that differ from build to build. */
+static bool serializes_alike(void)
+{
+    return !platform.is_null && strcmp(platform.name, "lavapipe") == 0;
+}
+
+TEST_BETWEEN_IF(test_same_structure, open_scene, guard_scene_close, serializes_alike())
 {
     uint64_t reference = guard_scene_address(scene.blas);
     guard_scene_write((uint64_t[]){reference, reference, 0, reference}, 4);
