@@ -38,6 +38,24 @@ void open_at(const char *level)
     scene_invalidate_box(0);
 }
 
+static const uint64_t wild = 0x123456789000;
+
+void build_with_wild_reference(void)
+{
+    scene_open(&(struct scene_setup){
+        .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE, .has_tlas = true});
+    fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance,
+                                                      fixture.instance.messenger, NULL);
+    struct device_buffer instances = scene_input(BUFFER_SIZE);
+    scene_write_instance(&instances, true);
+    ((VkAccelerationStructureInstanceKHR *)instances.bytes)->accelerationStructureReference = wild;
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    scene_build_instance(commands, instances.address, false);
+    scene_submit(commands);
+    fixture.vk.DeviceWaitIdle(fixture.device);
+    _exit(HANDLED);
+}
+
 void expect_signal(int number)
 {
     if (!WIFSIGNALED(status) || WTERMSIG(status) != number)

@@ -19,6 +19,9 @@ void run(void (*child)(void), const char *setting, const char *value);
 void open_at(const char *level);
 void crash(int signal, bool in_thread, bool skips_copies);
 
+/* The same: builds a TLAS with a reference that leads nowhere, waits, and ends the process. */
+void build_with_wild_reference(void);
+
 void expect_signal(int number);
 void expect_output(const char *part);
 void expect_no_output(const char *part);

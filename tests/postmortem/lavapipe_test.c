@@ -4,27 +4,6 @@
 #include "tests/postmortem/crash_child.h"
 
 #include <signal.h>
-#include <string.h>
-#include <unistd.h>
-
-enum { SIZE = 1 << 16 };
-
-static const uint64_t wild = 0x123456789000;
-
-static void build_with_wild_reference(void)
-{
-    scene_open(&(struct scene_setup){.boxes_size = SIZE, .structure_size = SIZE, .has_tlas = true});
-    fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance,
-                                                      fixture.instance.messenger, NULL);
-    struct device_buffer instances = scene_input(SIZE);
-    scene_write_instance(&instances, true);
-    ((VkAccelerationStructureInstanceKHR *)instances.bytes)->accelerationStructureReference = wild;
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_instance(commands, instances.address, false);
-    scene_submit(commands);
-    fixture.vk.DeviceWaitIdle(fixture.device);
-    _exit(HANDLED);
-}
 
 TEST(test_wild_reference)
 {
