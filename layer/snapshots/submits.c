@@ -10,6 +10,7 @@
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/guard/follow.h"
+#include "layer/snapshots/guard/references.h"
 #include "layer/snapshots/recorder.h"
 #include "layer/snapshots/tickets.h"
 #include "src/base/array.h"
@@ -161,6 +162,8 @@ static struct submit begin(VkQueue queue)
     snapshots_deliver(snapshots->device);
     guard_follow(snapshots->device);
     staging_note_submission(snapshots->staging);
+    if (snapshots->guard)
+        staging_note_submission(guard_memory(snapshots->guard));
     return (struct submit){.snapshots = snapshots, .queue = queue};
 }
 

@@ -539,3 +539,26 @@ NULL_TEST(test_nv)
         fixture.vk.FreeMemory(fixture.device, memories[i], NULL);
     }
 }
+
+/* ---- memory */
+
+/* Each command buffer has a chunk of 256 KiB for copies, and one for guarded copies. Of each kind
+ * 16 MiB stay. */
+NULL_TEST(test_idle_frames_give_copies_back)
+{
+    enum { BUFFERS = 100, KEPT = 64 };
+    VkCommandBuffer commands[BUFFERS];
+    uint64_t reference = guard_scene_address(scene.blas);
+    guard_scene_write(&reference, 1);
+    for (int i = 0; i < BUFFERS; i++) {
+        commands[i] = fixture_begin(&fixture, 0);
+        guard_scene_build(commands[i], 1);
+        scene_submit(commands[i]);
+    }
+    GET(fixture.vk.DeviceWaitIdle(fixture.device));
+    fixture.vk.FreeCommandBuffers(fixture.device, fixture.pool, BUFFERS, commands);
+    platform.null_driver.reset();
+    for (int i = 0; i < 20; i++)
+        fixture_finish(&fixture, fixture_begin(&fixture, 0));
+    assert_int_equal(platform.null_driver.calls("vkFreeMemory"), 2 * (BUFFERS - KEPT));
+}
