@@ -20,8 +20,9 @@ PLANTED = 24
 class Demo(Runs):
     def test_page(self):
         (self.folder / "assay_demo").symlink_to(DEMO)
-        result = self.run_words("--lavapipe", "--level", "content", "--html", "a.html", "--json",
-                                "a.json", "--", "./assay_demo", VK_LAYER_PATH=str(LAYERS))
+        result = self.run_words("--lavapipe", "--level", "content", "--set", "record_builds=true",
+                                "--html", "a.html", "--json", "a.json", "--", "./assay_demo",
+                                VK_LAYER_PATH=str(LAYERS))
         self.assertEqual(result.status, 99, result.err)
         found = json.loads((self.folder / "a.json").read_text(encoding="utf-8"))["new"]
         browser = Browser(self.folder)
