@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The sign of a determinant where floating-point arithmetic is sure of it, which it is of nearly
- * all (a filter after Shewchuk 1997). builder_determinant_sign() is exact. */
+/* A fast estimate of a determinant's sign, which is certain for nearly all matrices (a filter after
+ * Shewchuk 1997). builder_determinant_sign() is exact. */
 #ifndef ASSAY_BVH_DETERMINANT_H
 #define ASSAY_BVH_DETERMINANT_H
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What looks at many values at once agrees with what looks at one at a time. */
+/* Functions that scan many values at once agree with code that reads one at a time. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -12,8 +12,8 @@
 #define SMALL_SIZE ((uint64_t)1 << 20)
 
 /* Chunks that are given back are kept, because drivers take long to allocate memory: an H200 takes
- * 20 ms for 64 MiB. Above KEPT_ALWAYS bytes, those are freed that nobody took in KEPT_PERIODS times
- * the usual number of submissions between two takes. */
+ * 20 ms for 64 MiB. Above KEPT_ALWAYS bytes, a chunk is freed if it was not taken for KEPT_PERIODS
+ * times the usual number of submissions between two takes. */
 #define KEPT_ALWAYS ((uint64_t)16 << 20)
 enum { KEPT_PERIODS = 4 };
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Arrays of indices, and of positions, looked at as a whole. */
+/* Scans of whole arrays of indices and positions. */
 #ifndef ASSAY_BVH_INPUT_INDICES_H
 #define ASSAY_BVH_INPUT_INDICES_H
 
