@@ -29,7 +29,7 @@ static uint64_t now(void)
     return (uint64_t)time.tv_sec * SECOND + (uint64_t)time.tv_nsec;
 }
 
-/* How long the device may make no progress, in nanoseconds. Returns 0 if nobody watches. */
+/* Returns how long the device may make no progress, in nanoseconds, or 0 if that is not limited. */
 static uint64_t find_limit(const struct layer_device *device)
 {
     if (!device->input_checks || device->snapshots->are_for_backend ||

@@ -6,7 +6,7 @@ import re
 import shutil
 import subprocess
 
-# Frames of the C library are the start of the program or thread: nobody's mistake is in there.
+# The C library starts programs and threads. Its frames do not contain the mistake.
 START = re.compile(r"/(libc|libpthread|ld-linux[^/]*|ld-musl[^/]*)[.-][^/]*$")
 DISCRIMINATOR = re.compile(r" \(discriminator \d+\)$")
 

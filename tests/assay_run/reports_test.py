@@ -193,7 +193,7 @@ int main(void)
         self.assertIn("  from unknown module+0x2\n", result.err)
 
     def test_start_of_the_program(self):
-        """If only the C library has debug information, its lines are nobody's mistake."""
+        """If only the C library has debug information, its lines are not reported."""
         frame = self.make_program("source")
         library = self.folder / "libc.so.6"
         pathlib.Path(frame["module"]).rename(library)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* An application that makes valid calls only, at random, and knows what it has created and built.
+/* An application that makes random valid calls, and knows what it has created and built.
  * It speaks through the calls of the fuzz target: each step is an opcode of tests/fuzz/calls and
  * bytes for its operands.
  *

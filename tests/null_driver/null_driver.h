@@ -147,7 +147,7 @@ struct null_driver_fault {
     enum null_driver_place at;
     uint32_t number;   /* from 1; 0 is 1 */
     bool skips_copies; /* at a build: it happens before the copies and dispatches in front of it */
-    /* Of a loss: what vkGetDeviceFaultInfoEXT says, if the address is not 0. */
+    /* If the address is not 0, vkGetDeviceFaultInfoEXT returns these after a loss. */
     VkDeviceAddress address;
     VkDeviceSize precision;
     int signal;      /* of a crash; 0: SIGSEGV, by writing to an address without memory */

@@ -261,7 +261,7 @@ def row(cases, name, items, setups, defines):
     steps["wrong"], right = alternatives(steps.pop("fine", steps.get("wrong", [])))
     if right:
         steps["right"] = right
-    # Of calls and defines that are named like functions the case does not say what they set.
+    # A case does not say what a call, or a define named like a function, sets.
     own = [defines.expand(edit) for edit in steps["wrong"] if not re.match(r"(?!destroy)[a-z_]\w*\(", edit)]
     for key, edits in steps.items():
         steps[key] = [part for edit in edits for part in split(defines.expand(edit), ",")]

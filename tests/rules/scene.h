@@ -72,13 +72,13 @@ struct scene_nv {
 
 /* The micromaps of a scene: none until a case asks for one. */
 struct scene_micromaps {
-    /* Of scene_build_micromap. */
+    /* For scene_build_micromap(). */
     VkAccelerationStructureGeometryMicromapDataKHR data;
     VkMicromapTriangleKHR *triangles; /* what it leads to, as the host writes it */
     struct test_buffer triangle_buffer;
     VkMicromapUsageKHR usages[SCENE_USAGES];
     const VkMicromapUsageKHR *usage_pointers[SCENE_USAGES];
-    /* Of the others. */
+    /* For the other functions. */
     VkAccelerationStructureTrianglesOpacityMicromapKHR opacity, opacity_of_update;
     VkAccelerationStructureTrianglesOpacityMicromapEXT opacity_ext;
     VkAccelerationStructureTrianglesDisplacementMicromapNV displacement;

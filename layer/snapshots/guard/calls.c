@@ -44,18 +44,27 @@ struct guarded_parameters {
     VkAccelerationStructureBuildRangeInfoKHR range;
 };
 
-/* Allocates `count` infos, `count` elements of 8 bytes, and the parameters of each guarded build.
- * Returns NULL without memory: then nothing is guarded. */
-static struct guarded_parameters *allocate(struct guard_call *call, uint32_t count,
-                                           VkAccelerationStructureBuildGeometryInfoKHR **infos,
-                                           void **elements)
+_Static_assert(sizeof(void *) == sizeof(uint64_t), "elements are pointers or device addresses");
+
+/* Copies `count` infos and `count` elements of 8 bytes, and allocates the parameters of each
+ * guarded build. Returns NULL if no build is guarded, or without memory: then nothing is guarded.
+ */
+static struct guarded_parameters *
+copy_parameters(struct guard_call *call, uint32_t count,
+                const VkAccelerationStructureBuildGeometryInfoKHR *given_infos,
+                const void *given_elements, VkAccelerationStructureBuildGeometryInfoKHR **infos,
+                void **elements)
 {
     size_t size = (sizeof(**infos) + sizeof(uint64_t)) * count;
+    if (!call->count)
+        return NULL;
     call->parameters = malloc(size + call->count * sizeof(struct guarded_parameters));
     if (!call->parameters)
         return NULL;
     *infos = call->parameters;
     *elements = *infos + count;
+    memcpy(*infos, given_infos, count * sizeof(**infos));
+    memcpy(*elements, given_elements, count * sizeof(uint64_t));
     return (void *)((char *)call->parameters + size);
 }
 
@@ -81,12 +90,10 @@ void guard_call_direct(struct guard_call *call, uint32_t count,
     VkAccelerationStructureBuildGeometryInfoKHR *own;
     void *elements;
     struct guarded_parameters *parameters =
-        call->count ? allocate(call, count, &own, &elements) : NULL;
+        copy_parameters(call, count, *infos, *ranges, &own, &elements);
     if (!parameters)
         return;
     const VkAccelerationStructureBuildRangeInfoKHR **own_ranges = elements;
-    memcpy(own, *infos, count * sizeof(*own));
-    memcpy((void *)own_ranges, *ranges, count * sizeof(*own_ranges));
     for (uint32_t i = 0; i < call->count; i++) {
         uint32_t info = call->builds[i].info;
         guard_geometry(&own[info], &call->builds[i].copy, &parameters[i].geometry);
@@ -105,12 +112,10 @@ void guard_call_indirect(struct guard_call *call, uint32_t count,
     VkAccelerationStructureBuildGeometryInfoKHR *own;
     void *elements;
     struct guarded_parameters *parameters =
-        call->count ? allocate(call, count, &own, &elements) : NULL;
+        copy_parameters(call, count, *infos, *addresses, &own, &elements);
     if (!parameters)
         return;
     VkDeviceAddress *own_addresses = elements;
-    memcpy(own, *infos, count * sizeof(*own));
-    memcpy(own_addresses, *addresses, count * sizeof(*own_addresses));
     for (uint32_t i = 0; i < call->count; i++) {
         uint32_t info = call->builds[i].info;
         guard_geometry(&own[info], &call->builds[i].copy, &parameters[i].geometry);
