@@ -17,6 +17,7 @@ FOLDERS = (
     "vuid-tables",
     "src/base",
     "src/bvh",
+    "src/hazards",
     "src/state",
     "src/view",
     "src/rules",

@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Finds accesses to memory that no dependency orders (Vulkan specification, Synchronization and
+ * Cache Control: Execution and Memory Dependencies).
+ *
+ * The caller describes batches in an order in which they may execute: a batch comes after all
+ * batches whose signals it waits for. Within a batch it describes waits, then the commands with
+ * their accesses and dependencies in submission order, then signals. Every access and every
+ * synchronization command gets the next number; numbers never repeat and only grow.
+ *
+ * An access is compared with the last write of its bytes, and a write also with the reads since
+ * then. A read after a write, and a write after a write, need a memory dependency: the write
+ * happens before, is made available and is made visible to the access. A write after a read needs
+ * an execution dependency. Accesses of one command are not compared.
+ *
+ * Why this scales: a dependency orders all earlier commands of a queue at given stages. So, for
+ * each pair of queues, stage and kind of access, one number says up to where earlier accesses are
+ * ordered (frontier.h); no access is touched when a barrier executes. Only the memory part of a
+ * buffer barrier concerns some bytes and not others: it is kept with these bytes (ranges.h).
+ *
+ * If memory runs out, everything before counts as ordered. No lock; one thread at a time. */
+#ifndef ASSAY_HAZARDS_HAZARDS_H
+#define ASSAY_HAZARDS_HAZARDS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "src/hazards/scopes.h"
+
+struct hazards;
+
+enum { HAZARD_HOST_QUEUE = 0, HAZARD_QUEUES = 32 }; /* as enum in src/state/order/clock.h */
+
+/* Bytes [begin, end) of a VkDeviceMemory. `memory` is an id that is never reused. */
+struct hazard_bytes {
+    uint64_t memory;
+    uint64_t begin, end;
+};
+
+struct hazard_access {
+    enum access_kind kind;
+    struct hazard_bytes bytes;
+};
+
+/* A barrier, or one of the dependencies of a synchronization command. The execution dependency and
+ * the memory dependency of a global barrier hold for all bytes (`is_global`). That of a buffer
+ * barrier (`!is_global`) makes only writes to its bytes available and visible; its execution
+ * dependency still holds for all commands. An image barrier is a buffer barrier of no bytes. */
+struct hazard_barrier {
+    struct dependency dependency;
+    bool is_global;
+    struct hazard_bytes bytes;
+    /* Transfer of ownership between queue families: a release makes writes available and nothing
+     * visible; an acquisition makes what is available visible. The caller clears dst_kinds of a
+     * release. An acquisition makes all writes to the bytes visible that happened before it, since
+     * its first access scope is ignored. */
+    bool is_acquisition;
+};
+
+/* One of the two accesses of a hazard. */
+struct hazard_side {
+    uint32_t queue;
+    uint64_t number; /* of the access */
+    enum access_kind kind;
+};
+
+enum hazard_type { READ_AFTER_WRITE, WRITE_AFTER_READ, WRITE_AFTER_WRITE };
+
+struct hazard {
+    enum hazard_type type;
+    /* The queues differ, and nothing orders the two batches: they may execute in either order. */
+    bool is_racing;
+    struct hazard_side earlier, later;
+    struct hazard_bytes bytes; /* the first bytes that both access, up to the end of a piece */
+    bool is_ordered;           /* an execution dependency exists */
+    bool is_available;         /* the earlier write was made available on the way */
+};
+
+/* `found` is called for each hazard: one for each earlier access of each piece of the bytes. */
+struct hazards *hazards_create(void (*found)(void *user, const struct hazard *hazard), void *user);
+/* Accepts NULL. */
+void hazards_destroy(struct hazards *hazards);
+
+/* Begins a batch of a queue. completed[i] is the number of batches of queue i, HAZARD_HOST_QUEUE
+ * included, that the host had observed to be complete before it submitted this batch: everything in
+ * them is ordered before it, for all stages and accesses. `count`: queues; others have 0. A batch
+ * of host work is a batch of HAZARD_HOST_QUEUE. `is_certain` is false if batches may precede it
+ * that are not known: everything before counts as ordered then. before[i] is the number of batches
+ * of queue i that execute before this one by any order (semaphores included); it only decides
+ * is_racing. */
+struct hazard_batch {
+    uint32_t queue;
+    uint64_t number; /* among the batches of the queue; grows, need not be consecutive */
+    const uint64_t *completed, *before;
+    uint32_t count;
+    bool is_certain;
+};
+void hazards_begin_batch(struct hazards *hazards, const struct hazard_batch *batch);
+void hazards_end_batch(struct hazards *hazards);
+
+/* Semaphores, by id and value; a binary semaphore's value is the number of its signal. A wait
+ * follows the signal with this or the next larger value. The wait of a signal that is unknown
+ * (value 0, or never signalled here) orders nothing. */
+void hazards_wait(struct hazards *hazards, uint64_t semaphore, uint64_t value,
+                  const struct dependency *dst);
+void hazards_signal(struct hazards *hazards, uint64_t semaphore, uint64_t value,
+                    const struct dependency *src);
+/* No later wait needs signals up to `value`. */
+void hazards_forget_signals(struct hazards *hazards, uint64_t semaphore, uint64_t value);
+
+/* The next command begins: the accesses that follow are its own. Returns the number that its first
+ * access will have. */
+uint64_t hazards_begin_command(struct hazards *hazards);
+/* Returns the number of the access. Empty bytes are ignored (the number is still taken). */
+uint64_t hazards_access(struct hazards *hazards, const struct hazard_access *access);
+
+/* All dependencies of one vkCmdPipelineBarrier. They do not continue each other. */
+void hazards_barriers(struct hazards *hazards, const struct hazard_barrier *barriers,
+                      uint32_t count);
+/* vkCmdSetEvent2 gives the whole dependency; vkCmdSetEvent only src stages. */
+void hazards_set_event(struct hazards *hazards, uint64_t event, stage_set src);
+void hazards_reset_event(struct hazards *hazards, uint64_t event);
+/* A wait for one event: its first scope are the commands before the event was set. An event that
+ * was not set on this queue orders nothing. */
+void hazards_wait_event(struct hazards *hazards, uint64_t event,
+                        const struct hazard_barrier *barriers, uint32_t count);
+
+/* Everything that is ordered before all work to come is dropped: completed[i] batches of each queue
+ * have completed, as the host has observed, and every batch to come is submitted after that. Call
+ * now and then. */
+void hazards_prune(struct hazards *hazards, const uint64_t *completed, uint32_t count);
+/* Drops accesses to memory that was freed. */
+void hazards_forget_memory(struct hazards *hazards, uint64_t memory);
+/* The number of pieces of memory that are remembered, and bytes of memory used; for tests. */
+uint64_t hazards_piece_count(const struct hazards *hazards);
+
+#endif
