@@ -76,6 +76,7 @@ struct layer_device {
     struct device_facts facts;
     enum level level;
     bool active_rules[COMMAND_COUNT][RULE_COUNT];
+    bool finds_hazards;                          /* setting hazards */
     bool records_builds;                         /* setting record_builds */
     const struct build_recorder *build_recorder; /* for journals; NULL below level EXECUTION */
     VkPhysicalDeviceMemoryProperties memory;

@@ -36,6 +36,7 @@ static void apply_settings(struct layer_device *device)
 {
     const struct settings *settings = reporter_settings(device->instance->reporter);
     device->level = settings->level;
+    device->finds_hazards = settings->hazards && device->physical_device_count == 1;
     device->records_builds = settings->record_builds;
     if (device->level >= LEVEL_EXECUTION)
         device->build_recorder = build_notes_recorder(device);

@@ -14,7 +14,7 @@ enum {
     HELD_IN_A_ROW_MAX = 1000 /* see duplicates_wanted() */
 };
 
-enum { FIRST_RETIRED = MESSAGE_ID_COUNT + DIFFERENCE_COUNT };
+enum { FIRST_RETIRED = MESSAGE_ID_COUNT + OTHER_ID_COUNT };
 
 uint32_t reported_vuid(enum vuid vuid, const struct message_style *style,
                        const struct location *location, const struct finding *finding)
@@ -32,17 +32,16 @@ const char *reported_id_name(uint32_t id)
 {
     if (id >= FIRST_RETIRED)
         return vuid_of_retired_row(id - FIRST_RETIRED);
-    return id < MESSAGE_ID_COUNT ? vuid_texts[id].id
-                                 : difference_id((enum difference)(id - MESSAGE_ID_COUNT));
+    return id < MESSAGE_ID_COUNT ? vuid_texts[id].id : other_id_name(id - MESSAGE_ID_COUNT);
 }
 
 static bool is_enabled(const struct settings *settings, uint32_t id)
 {
     bool is_vuid = id < MESSAGE_ID_COUNT;
-    enum report_flag severity =
-        is_vuid && !vuid_is_warning((enum vuid)id) ? REPORT_ERROR : REPORT_WARNING;
-    bool is_muted =
-        is_vuid ? settings->muted[id] : settings->muted_differences[id - MESSAGE_ID_COUNT];
+    bool is_error =
+        is_vuid ? !vuid_is_warning((enum vuid)id) : other_id_is_error(id - MESSAGE_ID_COUNT);
+    enum report_flag severity = is_error ? REPORT_ERROR : REPORT_WARNING;
+    bool is_muted = is_vuid ? settings->muted[id] : settings->muted_others[id - MESSAGE_ID_COUNT];
     return id != VUID_NONE && !is_muted && settings->report_flags & severity &&
            !(settings->debug_action & DEBUG_ACTION_IGNORE);
 }

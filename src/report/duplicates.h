@@ -16,12 +16,12 @@
 #include "src/report/message.h"
 #include "src/report/settings.h"
 
-/* The ids of messages: VUIDs and warnings (enum vuid), then differences, then retired ids, which
- * only count findings. */
-enum { REPORTED_IDS = MESSAGE_ID_COUNT + DIFFERENCE_COUNT + RETIRED_COUNT };
-static inline uint32_t reported_difference(enum difference difference)
+/* The ids of messages: VUIDs and warnings (enum vuid), then other ids (other_id.h), then retired
+ * ids, which only count findings. */
+enum { REPORTED_IDS = MESSAGE_ID_COUNT + OTHER_ID_COUNT + RETIRED_COUNT };
+static inline uint32_t reported_other(unsigned other)
 {
-    return MESSAGE_ID_COUNT + (uint32_t)difference;
+    return MESSAGE_ID_COUNT + (uint32_t)other;
 }
 /* Returns the id that the message of a finding has: `vuid`, or a retired one. */
 uint32_t reported_vuid(enum vuid vuid, const struct message_style *style,

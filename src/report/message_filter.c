@@ -54,13 +54,13 @@ static struct pattern make_pattern(const char *entry)
     return pattern;
 }
 
-bool message_filter_add_difference(bool muted[DIFFERENCE_COUNT], const char *entry)
+bool message_filter_add_other(bool muted[OTHER_ID_COUNT], const char *entry)
 {
     const struct pattern pattern = make_pattern(entry);
     bool found = false;
-    for (enum difference difference = 0; difference < DIFFERENCE_COUNT; difference++)
-        if (matches(&pattern, difference_id(difference)))
-            muted[difference] = found = true;
+    for (unsigned other = 0; other < OTHER_ID_COUNT; other++)
+        if (matches(&pattern, other_id_name(other)))
+            muted[other] = found = true;
     return found;
 }
 
@@ -90,8 +90,8 @@ static bool add_narrow(struct narrow_filter **list, const char *id, const char *
     if (!filter)
         return true;
     memcpy(filter->glob, glob, size);
-    if (size == 1 || !(message_filter_add(filter->vuids, id) ||
-                       message_filter_add_difference(filter->differences, id))) {
+    if (size == 1 ||
+        !(message_filter_add(filter->vuids, id) || message_filter_add_other(filter->others, id))) {
         free(filter);
         return false;
     }
@@ -106,7 +106,7 @@ static bool add_entry(const struct message_filters *filters, char *entry)
     char *at = strchr(entry, '@');
     if (!at)
         return message_filter_add(filters->vuids, entry) ||
-               message_filter_add_difference(filters->differences, entry);
+               message_filter_add_other(filters->others, entry);
     *at = '\0';
     bool is_valid = add_narrow(filters->narrow, entry, at + 1);
     *at = '@';
@@ -147,7 +147,7 @@ void narrow_filters_free(struct narrow_filter *filters)
 
 static bool is_about(const struct narrow_filter *filter, uint32_t id)
 {
-    return id < MESSAGE_ID_COUNT ? filter->vuids[id] : filter->differences[id - MESSAGE_ID_COUNT];
+    return id < MESSAGE_ID_COUNT ? filter->vuids[id] : filter->others[id - MESSAGE_ID_COUNT];
 }
 
 bool narrow_filters_have(const struct narrow_filter *filters, uint32_t id)

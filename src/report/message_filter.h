@@ -6,27 +6,27 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "src/report/difference.h"
+#include "src/report/other_id.h"
 #include "vuid-tables/rules.h"
 
 /* Sets `muted` of each id that `entry` names: by VUID, by message number, or by the last digits of
  * a VUID. A retired id names the ids that replaced it. Returns false if `entry` names no id. */
 bool message_filter_add(bool muted[MESSAGE_ID_COUNT], const char *entry);
 
-/* The same for differences, by their ids or message numbers. */
-bool message_filter_add_difference(bool muted[DIFFERENCE_COUNT], const char *entry);
+/* The same for other ids (other_id.h), by id or message number. */
+bool message_filter_add_other(bool muted[OTHER_ID_COUNT], const char *entry);
 
 /* An entry ID@GLOB: mutes the messages of the id with an object whose debug name matches the
  * pattern, or a label that does. */
 struct narrow_filter {
     struct narrow_filter *next;
-    bool vuids[MESSAGE_ID_COUNT], differences[DIFFERENCE_COUNT];
+    bool vuids[MESSAGE_ID_COUNT], others[OTHER_ID_COUNT];
     char glob[];
 };
 
 /* Where entries are added to. */
 struct message_filters {
-    bool *vuids, *differences;     /* of MESSAGE_ID_COUNT and DIFFERENCE_COUNT elements */
+    bool *vuids, *others;          /* of MESSAGE_ID_COUNT and OTHER_ID_COUNT elements */
     struct narrow_filter **narrow; /* an owned list */
 };
 
@@ -37,8 +37,8 @@ void message_filters_load(const struct message_filters *filters, char *list,
                           void (*warn)(void *context, const char *line), void *context);
 void narrow_filters_free(struct narrow_filter *filters);
 
-/* Returns whether a filter of the list is about this id: a VUID, or MESSAGE_ID_COUNT plus a
- * difference. */
+/* Returns whether a filter of the list is about this id: a VUID, or MESSAGE_ID_COUNT plus an
+ * other id. */
 bool narrow_filters_have(const struct narrow_filter *filters, uint32_t id);
 /* Returns whether such a filter matches the name, which may be NULL. */
 bool narrow_filters_match(const struct narrow_filter *filters, uint32_t id, const char *name);

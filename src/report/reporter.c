@@ -118,7 +118,7 @@ bool reporter_send(struct reporter *reporter, enum rule rule, const struct locat
 
 bool reporter_wants_difference(const struct reporter *reporter, enum difference difference)
 {
-    return duplicates_wanted(&reporter->duplicates, reported_difference(difference));
+    return duplicates_wanted(&reporter->duplicates, reported_other(difference));
 }
 
 void reporter_send_difference(struct reporter *reporter, enum difference difference,
@@ -126,7 +126,7 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
                               const struct finding *finding)
 {
     const struct message_subject subject = message_subject_of(origin, finding);
-    const uint32_t id = reported_difference(difference);
+    const uint32_t id = reported_other(difference);
     struct message_style style = style_of(reporter);
     struct message message;
     bool delivered;

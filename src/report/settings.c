@@ -128,6 +128,7 @@ DEFINE_LOAD_CHOICE(vuid_names, vuid_names)
 DEFINE_LOAD_CHOICE(spec_text, spec_texts)
 DEFINE_LOAD_CHOICE(log_format, log_formats)
 DEFINE_LOAD_CHOICE(call_sites, call_site_modes)
+DEFINE_LOAD_CHOICE(hazards, booleans)
 DEFINE_LOAD_CHOICE(record_builds, booleans)
 DEFINE_LOAD_CHOICE(crash_report, booleans)
 DEFINE_LOAD_CHOICE(guard, guards)
@@ -201,7 +202,7 @@ static bool load_message_id_filter(const struct loader *loader, char *value)
     bool has_colons = !strchr(value, ',') && !strchr(value, '@');
     for (char *colon = value; has_colons && (colon = strchr(colon, ':'));)
         *colon = ',';
-    message_filters_load(&(struct message_filters){settings->muted, settings->muted_differences,
+    message_filters_load(&(struct message_filters){settings->muted, settings->muted_others,
                                                    &settings->narrow_filters},
                          value, loader->warn, loader->context);
     return true;
@@ -226,6 +227,7 @@ static const struct key {
     {"duplicate_message_limit", load_duplicate_message_limit, "a number; 0 is no limit", "10"},
     {"enable_message_limit", load_enable_message_limit, "true or false", "true"},
     {"message_id_filter", load_message_id_filter, "a list of VUIDs", "none"},
+    {"hazards", load_hazards, "true or false", "false"},
     {"guard", load_guard, "off or references", "off"},
     {"hang_seconds", load_hang_seconds, "a number of seconds; 0 is off", "10"},
     {"crash_report", load_crash_report, "true or false", "false"},

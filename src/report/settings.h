@@ -8,7 +8,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-#include "src/report/difference.h"
+#include "src/report/other_id.h"
 #include "vuid-tables/rules.h"
 
 /* Who executes builds. */
@@ -87,12 +87,13 @@ struct settings {
     char *log_filename;    /* NULL: stderr; owned */
     enum log_format log_format;
     enum call_site_mode call_sites;
+    bool hazards;       /* report accesses that no barrier orders */
     bool record_builds; /* the log also has a line for each build, copy and submission */
-    uint32_t duplicate_message_limit;         /* per id and object; 0: no limit */
-    bool muted[MESSAGE_ID_COUNT];             /* message_id_filter: VUIDs */
-    bool muted_differences[DIFFERENCE_COUNT]; /* message_id_filter: differences */
-    struct narrow_filter *narrow_filters;     /* message_id_filter: ID@GLOB; owned list */
-    uint32_t compare_rays;                    /* rays per build; 0: none */
+    uint32_t duplicate_message_limit;     /* per id and object; 0: no limit */
+    bool muted[MESSAGE_ID_COUNT];         /* message_id_filter: VUIDs */
+    bool muted_others[OTHER_ID_COUNT];    /* message_id_filter: other ids */
+    struct narrow_filter *narrow_filters; /* message_id_filter: ID@GLOB; owned list */
+    uint32_t compare_rays;                /* rays per build; 0: none */
     /* The settings that differ from the defaults, and where each came from; owned. NULL: there are
      * none, report_flags lacks REPORT_INFO, or memory ran out. */
     char *changes;

@@ -56,6 +56,18 @@ static void check_record_builds(const struct checker *checker)
                   "json, and a debug_action that logs. No builds are recorded.");
 }
 
+/* Journals, which hold what is to be ordered, begin at level execution. */
+static void check_hazards(const struct checker *checker)
+{
+    struct settings *settings = checker->settings;
+    if (!settings->hazards || settings->level >= LEVEL_EXECUTION)
+        return;
+    settings->hazards = false;
+    checker->warn(checker->context,
+                  "assay_validation.hazards needs level = execution or content. No hazards are "
+                  "reported.");
+}
+
 /* Guarded builds need what level content records. */
 static void check_guard(const struct checker *checker)
 {
@@ -76,6 +88,7 @@ void settings_check(struct settings *settings, void (*warn)(void *context, const
     const struct checker checker = {warn, context, settings};
     check_compare_rays(&checker);
     check_guard(&checker);
+    check_hazards(&checker);
     check_log_filename(&checker);
     check_record_builds(&checker);
 }

@@ -74,8 +74,8 @@ TEST_OPENED(test_compare_rays, surrounding_set_up)
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.compare_rays, 64);
     assert_int_equal(settings_muted(&settings), 0);
-    assert_true(settings.muted_differences[DIFFERENCE_DOUBLE]);
-    assert_false(settings.muted_differences[DIFFERENCE_MISSED]);
+    assert_true(settings.muted_others[DIFFERENCE_DOUBLE]);
+    assert_false(settings.muted_others[DIFFERENCE_MISSED]);
     assert_int_equal(warned.count, 0);
 
     surrounding_clear("assay_validation.compare_rays = 64\n");
@@ -116,6 +116,16 @@ TEST_OPENED(test_guard, surrounding_set_up)
         assert_int_equal(settings.guard, GUARD_OFF);
         ASSERT_WARNED("guard", "level = content", "backend = driver");
     }
+}
+
+TEST_OPENED(test_hazards_need_a_level, surrounding_set_up)
+{
+    surrounding_clear("assay_validation.hazards = true\n");
+    assert_true(settings_read(NULL).hazards);
+    assert_int_equal(warned.count, 0);
+    surrounding_clear("assay_validation.hazards = true\nassay_validation.level = state\n");
+    assert_false(settings_read(NULL).hazards);
+    ASSERT_WARNED("hazards", "level = execution", "content");
 }
 
 TEST_OPENED(test_instance_extension, surrounding_set_up)

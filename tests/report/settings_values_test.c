@@ -26,6 +26,7 @@ TEST_OPENED(test_values_that_are_not_understood, surrounding_set_up)
          "default"},
         {"log_format", "xml", "text or json", "text"},
         {"call_sites", "true", "off, frames or full", "off"},
+        {"hazards", "some", "true or false", "false"},
         {"record_builds", "all", "true or false", "false"},
         {"duplicate_message_limit", "ten", "a number", "10"},
         {"duplicate_message_limit", "-1", "a number", "10"},
