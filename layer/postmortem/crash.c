@@ -15,8 +15,8 @@
 #include "layer/postmortem/crash_output.h"
 #include "layer/postmortem/marked_inputs.h"
 #include "layer/postmortem/pending_list.h"
+#include "src/report/ids/message_id.h"
 #include "src/report/message.h"
-#include "src/report/message_id.h"
 
 enum { SIGNALS = 4, DEVICES_MAX = 16, VALIDATION_MILLISECONDS = 3000, PAUSE_MILLISECONDS = 10 };
 enum { REQUEST_VALIDATION = 'v', REQUEST_END = 'e', REPLY_DONE = 'd', REPLY_FAILED = 'f' };

@@ -9,7 +9,7 @@
 #include "src/bvh/trace.h"
 #include "src/compare/placing.h"
 #include "src/compare/rays.h"
-#include "src/report/difference.h"
+#include "src/report/ids/difference.h"
 
 /* The reason for a judgement. */
 enum judge_reason {

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "src/base/text_buffer.h"
-#include "src/report/message_filter.h"
-#include "src/report/message_id.h"
+#include "src/report/ids/message_filter.h"
+#include "src/report/ids/message_id.h"
 #include "src/report/message_path.h"
 #include "src/report/specification.h"
 #include "src/state/commands/object_names.h"

@@ -10,9 +10,9 @@
 
 #include "src/base/text_buffer.h"
 #include "src/report/duplicates.h"
+#include "src/report/ids/message_filter.h"
 #include "src/report/log/log.h"
 #include "src/report/message.h"
-#include "src/report/message_filter.h"
 #include "src/report/messengers.h"
 #include "src/report/settings/reported_lines.h"
 #include "src/report/settings_check.h"

@@ -7,7 +7,7 @@
 #include <strings.h>
 
 #include "src/base/text_buffer.h"
-#include "src/report/message_filter.h"
+#include "src/report/ids/message_filter.h"
 #include "src/report/settings/source.h"
 #include "src/report/settings/values.h"
 

@@ -8,7 +8,7 @@
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
 
-#include "src/report/other_id.h"
+#include "src/report/ids/other_id.h"
 #include "vuid-tables/rules.h"
 
 /* Who executes builds. */
@@ -70,7 +70,7 @@ enum call_site_mode {
     CALL_SITES_FULL,   /* by unwinding tables */
 };
 
-struct narrow_filter; /* src/report/message_filter.h */
+struct narrow_filter; /* src/report/ids/message_filter.h */
 
 struct settings {
     enum level level;

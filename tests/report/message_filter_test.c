@@ -3,9 +3,9 @@
 #include <stdio.h>
 
 #include "hearing.h"
+#include "src/report/ids/message_filter.h"
+#include "src/report/ids/message_id.h"
 #include "src/report/message.h"
-#include "src/report/message_filter.h"
-#include "src/report/message_id.h"
 
 /* The entry names `count` ids, and one of them is `vuid`. */
 static void assert_filter(const char *entry, unsigned count, enum vuid vuid)

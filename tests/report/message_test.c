@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "hearing.h"
+#include "src/report/ids/message_id.h"
 #include "src/report/message.h"
-#include "src/report/message_id.h"
 #include "src/state/commands/object_names.h"
 
 #define DEVICE_HANDLE ((VkDevice)(uintptr_t)0xd0)

@@ -7,8 +7,8 @@
 #include <unistd.h>
 
 #include "hearing.h"
+#include "src/report/ids/message_id.h"
 #include "src/report/message.h"
-#include "src/report/message_id.h"
 #include "src/state/commands/object_names.h"
 
 TEST_OPENED(test_ignore, surrounding_set_up)

@@ -6,7 +6,7 @@
 #include <sys/stat.h>
 
 #include "reading.h"
-#include "src/report/message_filter.h"
+#include "src/report/ids/message_filter.h"
 
 TEST_OPENED(test_values_that_are_not_understood, surrounding_set_up)
 {

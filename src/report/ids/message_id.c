@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Hashes ids. */
-#include "src/report/message_id.h"
+#include "src/report/ids/message_id.h"
 
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The ids of hazards, and those of differences. */
-#include "src/report/other_id.h"
+#include "src/report/ids/other_id.h"
 
 #include <stddef.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The ids of differences. */
-#include "src/report/difference.h"
+#include "src/report/ids/difference.h"
 
 #include <stddef.h>
 

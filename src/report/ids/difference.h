@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Differences between ray hits in the driver's acceleration structure and in the reference
  * builder's (setting compare_rays). Their ids are the layer's own, not VUIDs. */
-#ifndef ASSAY_REPORT_DIFFERENCE_H
-#define ASSAY_REPORT_DIFFERENCE_H
+#ifndef ASSAY_REPORT_IDS_DIFFERENCE_H
+#define ASSAY_REPORT_IDS_DIFFERENCE_H
 
 enum difference {
     DIFFERENCE_MISSED,       /* the driver misses a hit */

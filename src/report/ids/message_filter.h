@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Finds the messages that an entry of message_id_filter names. */
-#ifndef ASSAY_REPORT_MESSAGE_FILTER_H
-#define ASSAY_REPORT_MESSAGE_FILTER_H
+#ifndef ASSAY_REPORT_IDS_MESSAGE_FILTER_H
+#define ASSAY_REPORT_IDS_MESSAGE_FILTER_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "src/report/other_id.h"
+#include "src/report/ids/other_id.h"
 #include "vuid-tables/rules.h"
 
 /* Sets `muted` of each id that `entry` names: by VUID, by message number, or by the last digits of

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The numbers of messages (VkDebugUtilsMessengerCallbackDataEXT::messageIdNumber). */
-#ifndef ASSAY_REPORT_MESSAGE_ID_H
-#define ASSAY_REPORT_MESSAGE_ID_H
+#ifndef ASSAY_REPORT_IDS_MESSAGE_ID_H
+#define ASSAY_REPORT_IDS_MESSAGE_ID_H
 
 #include <stdint.h>
 

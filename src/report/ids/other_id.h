@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The ids of messages about the application that are not VUIDs: differences of compared rays, and
  * hazards. One space of numbers: the differences, then the hazards. */
-#ifndef ASSAY_REPORT_OTHER_ID_H
-#define ASSAY_REPORT_OTHER_ID_H
+#ifndef ASSAY_REPORT_IDS_OTHER_ID_H
+#define ASSAY_REPORT_IDS_OTHER_ID_H
 
 #include <stdbool.h>
 
-#include "src/report/difference.h"
+#include "src/report/ids/difference.h"
 
 /* The ids of the Khronos layer, so that filters carry over. */
 enum hazard_id {

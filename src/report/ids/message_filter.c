@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Matches filter entries with the ids of messages. */
-#include "src/report/message_filter.h"
+#include "src/report/ids/message_filter.h"
 
 #include <errno.h>
 #include <fnmatch.h>
@@ -10,7 +10,7 @@
 #include <strings.h>
 
 #include "src/base/text_buffer.h"
-#include "src/report/message_id.h"
+#include "src/report/ids/message_id.h"
 #include "src/report/settings/values.h"
 
 enum { LINE_SIZE = 1024, ENTRY_SHOWN = 200 };
