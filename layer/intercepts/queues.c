@@ -83,6 +83,25 @@ static const VkTimelineSemaphoreSubmitInfo *timeline_of(const void *chain)
     return timeline ? timeline : &none;
 }
 
+/* A semaphore without a handle adds no operation. */
+static void add_wait(struct submission *submission, VkSemaphore semaphore, uint64_t value,
+                     VkPipelineStageFlags2 stages, bool spread)
+{
+    submission_add_wait(submission, semaphore, value,
+                        spread ? SCOPE_NOTHING : scope_of_wait(stages));
+    if (semaphore)
+        submission_set_stages(submission, stages);
+}
+
+static void add_signal(struct submission *submission, VkSemaphore semaphore, uint64_t value,
+                       VkPipelineStageFlags2 stages, bool spread)
+{
+    submission_add_signal(submission, semaphore, value,
+                          spread ? SCOPE_NOTHING : scope_of_signal(stages));
+    if (semaphore)
+        submission_set_stages(submission, stages);
+}
+
 static void add_submit(struct submission *submission, const struct layer_device *device,
                        const VkSubmitInfo *info)
 {
@@ -90,17 +109,16 @@ static void add_submit(struct submission *submission, const struct layer_device 
     const VkTimelineSemaphoreSubmitInfo *timeline = timeline_of(info->pNext);
     submission_add_batch(submission);
     for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
-        submission_add_wait(
-            submission, info->pWaitSemaphores[i],
-            value_at(timeline->pWaitSemaphoreValues, timeline->waitSemaphoreValueCount, i),
-            spread ? SCOPE_NOTHING : scope_of_wait(info->pWaitDstStageMask[i]));
+        add_wait(submission, info->pWaitSemaphores[i],
+                 value_at(timeline->pWaitSemaphoreValues, timeline->waitSemaphoreValueCount, i),
+                 info->pWaitDstStageMask[i], spread);
     for (uint32_t i = 0; i < info->commandBufferCount; i++)
         submission_add_commands(submission, info->pCommandBuffers[i]);
     for (uint32_t i = 0; i < info->signalSemaphoreCount; i++)
-        submission_add_signal(
+        add_signal(
             submission, info->pSignalSemaphores[i],
             value_at(timeline->pSignalSemaphoreValues, timeline->signalSemaphoreValueCount, i),
-            spread ? SCOPE_NOTHING : SCOPE_ALL);
+            VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, spread);
 }
 
 /* A call that submits. */
@@ -183,16 +201,15 @@ static void add_submit2(struct submission *submission, const struct layer_device
     bool spread = is_spread2(device, info);
     submission_add_batch(submission);
     for (uint32_t i = 0; i < info->waitSemaphoreInfoCount; i++)
-        submission_add_wait(
-            submission, info->pWaitSemaphoreInfos[i].semaphore, info->pWaitSemaphoreInfos[i].value,
-            spread ? SCOPE_NOTHING : scope_of_wait(info->pWaitSemaphoreInfos[i].stageMask));
+        add_wait(submission, info->pWaitSemaphoreInfos[i].semaphore,
+                 info->pWaitSemaphoreInfos[i].value, info->pWaitSemaphoreInfos[i].stageMask,
+                 spread);
     for (uint32_t i = 0; i < info->commandBufferInfoCount; i++)
         submission_add_commands(submission, info->pCommandBufferInfos[i].commandBuffer);
     for (uint32_t i = 0; i < info->signalSemaphoreInfoCount; i++)
-        submission_add_signal(submission, info->pSignalSemaphoreInfos[i].semaphore,
-                              info->pSignalSemaphoreInfos[i].value,
-                              spread ? SCOPE_NOTHING
-                                     : scope_of_signal(info->pSignalSemaphoreInfos[i].stageMask));
+        add_signal(submission, info->pSignalSemaphoreInfos[i].semaphore,
+                   info->pSignalSemaphoreInfos[i].value, info->pSignalSemaphoreInfos[i].stageMask,
+                   spread);
 }
 
 static VkResult submit2(struct layer_device *state, PFN_vkQueueSubmit2 submit, VkQueue queue,

@@ -53,6 +53,23 @@ enum work_phase {
     WORK_FAILS, /* the work ends, and its effects are unknown */
 };
 
+/* The work that a semaphore operation orders, besides other semaphore operations. */
+enum semaphore_scope {
+    SCOPE_NOTHING, /* no work on acceleration structures */
+    SCOPE_BUILDS,  /* work on acceleration structures */
+    SCOPE_ALL,     /* all commands */
+};
+
+struct semaphore_operation {
+    VkSemaphore handle;
+    uint64_t id;        /* of the semaphore, never reused; 0: not tracked */
+    uint64_t value;     /* binary semaphore: number of the signal; 0: no signal is outstanding */
+    uint64_t last_wait; /* binary semaphore: its last_wait before this wait */
+    enum semaphore_scope scope;
+    bool is_signal;
+    VkPipelineStageFlags2 stages; /* see submission_set_stages() */
+};
+
 /* A batch as the hooks get it. */
 struct batch_run {
     VkQueue queue;                      /* VK_NULL_HANDLE: the host */
@@ -61,6 +78,9 @@ struct batch_run {
     enum work_phase work;
     struct timestamp timestamp;          /* host work: set at WORK_ENDS and WORK_FAILS only */
     const struct execution_clock *clock; /* all work that certainly executes before the batch */
+    const struct execution_clock *host;  /* all work that the host had observed to be complete */
+    const struct semaphore_operation *operations; /* its waits and signals */
+    uint32_t operation_count;
     const struct submitted_commands *commands;
     uint32_t command_count;
     /* See submission_set_origin(): objects may have been destroyed since the submission. */
@@ -124,13 +144,6 @@ enum submission_kind {
     SUBMIT_HOST_SIGNAL, /* vkSignalSemaphore; no queue */
 };
 
-/* The work that a semaphore operation orders, besides other semaphore operations. */
-enum semaphore_scope {
-    SCOPE_NOTHING, /* no work on acceleration structures */
-    SCOPE_BUILDS,  /* work on acceleration structures */
-    SCOPE_ALL,     /* all commands */
-};
-
 /* Returns NULL if the order is unknown or missing. The submission belongs to the order;
  * submission_finish, or submission_prepare that returns true, ends the caller's use of it. All
  * functions below accept NULL. submission_begin, submission_prepare and the functions that finish
@@ -148,6 +161,9 @@ void submission_add_commands(struct submission *submission, VkCommandBuffer comm
 void submission_add_work(struct submission *submission, void *captured);
 void submission_add_signal(struct submission *submission, VkSemaphore semaphore, uint64_t value,
                            enum semaphore_scope scope);
+
+/* The stages that the last wait or signal orders, if not ALL_COMMANDS. */
+void submission_set_stages(struct submission *submission, VkPipelineStageFlags2 stages);
 
 /* Makes submission_prepare skip the call, whatever the checks return. */
 void submission_set_skip(struct submission *submission);

@@ -12,15 +12,6 @@
 
 enum { EXECUTION_HELD_BATCHES = 4096 }; /* with more held batches the order becomes unknown */
 
-struct semaphore_operation {
-    VkSemaphore handle;
-    uint64_t id;        /* of the semaphore_clock; 0: not tracked */
-    uint64_t value;     /* binary semaphore: number of the signal */
-    uint64_t last_wait; /* binary semaphore: its last_wait before this wait */
-    enum semaphore_scope scope;
-    bool is_signal;
-};
-
 struct order_batch {
     struct submission *submission;
     struct order_batch *next; /* in the queue's held list, or in the run list */

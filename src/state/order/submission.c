@@ -100,7 +100,9 @@ static void add_operation(struct submission *submission,
         !reserve(submission, (void **)&submission->operations, submission->operation_count,
                  &submission->operation_capacity, sizeof(*operation)))
         return;
-    submission->operations[submission->operation_count++] = *operation;
+    submission->operations[submission->operation_count] = *operation;
+    submission->operations[submission->operation_count++].stages =
+        VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
     batch->operation_count++;
 }
 
@@ -117,6 +119,13 @@ void submission_add_signal(struct submission *submission, VkSemaphore semaphore,
     add_operation(submission,
                   &(struct semaphore_operation){
                       .handle = semaphore, .value = value, .scope = scope, .is_signal = true});
+}
+
+void submission_set_stages(struct submission *submission, VkPipelineStageFlags2 stages)
+{
+    const struct order_batch *batch = last_batch(submission);
+    if (batch && batch->operation_count)
+        submission->operations[submission->operation_count - 1].stages = stages;
 }
 
 static void add_commands(struct submission *submission, VkCommandBuffer handle, void *captured)
