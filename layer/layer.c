@@ -3,14 +3,15 @@
 #include "layer/layer.h"
 
 #include <inttypes.h>
-#include <pthread.h>
-#include <sched.h>
 #include <stdatomic.h>
-#include <sys/mman.h>
 
 #include "src/base/readable.h"
 #include "src/base/reader_lock.h"
 #include "src/base/text_buffer.h"
+#include "src/platform/clock.h"
+#include "src/platform/probe.h"
+#include "src/platform/process.h"
+#include "src/platform/threads.h"
 
 /* Static storage without constructor or destructor. The lists are linked through their members, so
  * publishing cannot fail. It must not fail, because it follows the call down, whose success cannot
@@ -33,11 +34,11 @@ struct quick_device {
 enum { OWNER_BITS = 6 };
 static const uintptr_t owner_index_mask = QUICK_DEVICES - 1;
 
-/* The kernel clears this page in the child of a fork (MADV_WIPEONFORK). A thread that the child
- * does not have may have held the lock, or the locks of the instances and devices. So the look-ups
- * in the child find nothing here, notice the fork, and replace all instances and devices first.
- * (Handlers of pthread_atfork() are no alternative: a library that is unloaded must not register
- * any.) */
+/* The kernel clears this page in the child of a fork (process_clear_on_fork()). A thread that the
+ * child does not have may have held the lock, or the locks of the instances and devices. So the
+ * look-ups in the child find nothing here, notice the fork, and replace all instances and devices
+ * first. (Handlers of pthread_atfork() are no alternative: a library that is unloaded must not
+ * register any.) */
 enum { PAGE = 4096 };
 enum page_state { PAGE_IS_CLEAR, PAGE_IS_BEING_FILLED, PAGE_IS_FILLED };
 static _Alignas(PAGE) union {
@@ -65,8 +66,7 @@ static const void *dispatch_key(const void *dispatchable)
 static const void *dispatch_key_safely(const void *dispatchable)
 {
     const void *key;
-    return dispatchable && readable_copy(&key, dispatchable, sizeof(key)) == sizeof(key) ? key
-                                                                                         : NULL;
+    return dispatchable && probe_copy(&key, dispatchable, sizeof(key)) == sizeof(key) ? key : NULL;
 }
 
 /* ---- forks */
@@ -123,11 +123,11 @@ __attribute__((noinline, cold)) static void fill_page(void)
     if (!atomic_compare_exchange_strong(&page.state, &found, PAGE_IS_BEING_FILLED)) {
         while (atomic_load(&page.state) != PAGE_IS_FILLED &&
                !pthread_equal(page.filled_by, pthread_self()))
-            sched_yield();
+            clock_yield();
         return;
     }
     page.filled_by = pthread_self();
-    madvise(&page, sizeof(page), MADV_WIPEONFORK);
+    process_clear_on_fork(&page, sizeof(page));
     replace_all();
     atomic_store(&page.state, PAGE_IS_FILLED);
 }

@@ -40,6 +40,7 @@
 #define ASSAY_LAYER_DESCRIPTION "Validates acceleration-structure builds"
 
 struct call_sites;
+struct hazard_objects;
 
 /* A member of the list of all instances, or of the list of all devices (layer.c). */
 struct layer_link {
@@ -103,9 +104,11 @@ struct layer_device {
     struct submissions *submissions;
     struct execution_order *order;
     struct submitted_builds *submitted_builds; /* for reports of a loss; NULL below EXECUTION */
+    struct hazard_checks *hazard_checks;       /* NULL if setting hazards is off */
     /* Which structures allow instances to disable micromaps; NULL below level CONTENT, and without
      * opacity micromaps. */
     struct built_flags *built_flags;
+    struct hazard_objects *hazard_objects; /* NULL if setting hazards is off, and without memory */
     /* From where build commands are called; NULL if setting call_sites is off, and without memory.
      */
     struct call_sites *call_sites;

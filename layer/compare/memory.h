@@ -3,7 +3,6 @@
 #ifndef ASSAY_LAYER_COMPARE_MEMORY_H
 #define ASSAY_LAYER_COMPARE_MEMORY_H
 
-#include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/utility/vk_dispatch_table.h>
@@ -11,6 +10,7 @@
 #include <vulkan/vulkan.h>
 
 #include "layer/own_objects.h"
+#include "src/platform/threads.h"
 
 /* The properties of a device that comparing needs. */
 struct compare_device {

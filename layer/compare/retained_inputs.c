@@ -2,8 +2,9 @@
 /* Retains inputs and releases them. */
 #include "layer/compare/retained_inputs.h"
 
-#include <pthread.h>
 #include <stdlib.h>
+
+#include "src/platform/threads.h"
 
 struct retained_input *retained_share(struct retained_input *input)
 {

@@ -6,10 +6,12 @@
 
 #include "layer/build_sizes.h"
 #include "layer/compare/comparer.h"
+#include "layer/execution/hazards/checks.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/guard/results.h"
 #include "layer/snapshots/marks.h"
 #include "src/check/content/executed.h"
+#include "src/platform/threads.h"
 
 /* A finding to be reported later, because the execution is locked while its snapshots are read. */
 struct pending_finding {
@@ -120,8 +122,18 @@ static bool of_another_device(void *user, enum resource_kind kind, uint64_t hand
     return layer_other_device_has(call->reading->ran->device, kind, handle);
 }
 
-static const struct check_hooks hooks = {
-    .found = found, .find_sizes = find_sizes, .of_another_device = of_another_device};
+static void refers(void *user, uint32_t position, const struct accel_facts *referenced)
+{
+    const struct read_call *call = user;
+    const struct ran_execution *ran = call->reading->ran;
+    hazard_checks_refer(ran->device->hazard_checks, ran->timestamp, call->journal, position,
+                        referenced);
+}
+
+static const struct check_hooks hooks = {.found = found,
+                                         .find_sizes = find_sizes,
+                                         .refers = refers,
+                                         .of_another_device = of_another_device};
 
 static struct read_call *begin_call(struct reading *reading, const struct journal *journal,
                                     const struct recorded_place *place)
@@ -348,7 +360,7 @@ static void read_execution(struct reading *reading, struct execution *execution,
                                  .builds = journal_start(journal),
                                  .secondaries = journal_start(journal)};
     uint32_t child = 0;
-    pthread_rwlock_rdlock(&execution->lock);
+    shared_lock_read(&execution->lock);
     bool is_known = !execution->has_no_snapshots && !atomic_load(&execution->is_overwritten);
     for (const struct recorded_item *item = NULL; (item = execution_next(execution, item));) {
         if (is_known && (item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE))
@@ -360,7 +372,7 @@ static void read_execution(struct reading *reading, struct execution *execution,
             read_execution(reading, execution->children[child], secondary);
         child++;
     }
-    pthread_rwlock_unlock(&execution->lock);
+    shared_lock_release(&execution->lock);
     leave_call(buffer.call);
 }
 

@@ -14,6 +14,7 @@ struct ran_execution {
     struct layer_device *device;
     struct execution *execution;
     struct journal *journal;
+    struct timestamp timestamp; /* of its batch */
     VkQueue queue;
     uint64_t submission;                /* number, as in struct call_origin */
     struct shared_labels *queue_labels; /* owned; NULL: none */

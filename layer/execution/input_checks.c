@@ -3,13 +3,14 @@
  * are complete. */
 #include "layer/execution/input_checks.h"
 
-#include <pthread.h>
 #include <stdlib.h>
-#include <time.h>
 
+#include "layer/execution/hazards/checks.h"
 #include "layer/execution/input_check_run.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/snapshots/coverage_warnings.h"
+#include "src/platform/clock.h"
+#include "src/platform/threads.h"
 
 /* The notes of a batch that was replayed and has not run. */
 struct noted_batch {
@@ -22,7 +23,6 @@ struct noted_batch {
 struct waiting {
     struct waiting *next;
     struct ran_execution ran;
-    struct timestamp timestamp;
 };
 
 struct input_checks {
@@ -62,6 +62,7 @@ static void mark_inputs_known(const struct input_notes *notes)
 
 static void free_waiting(struct waiting *waiting)
 {
+    hazard_checks_settle(waiting->ran.device->hazard_checks, waiting->ran.timestamp);
     mark_inputs_known(&waiting->ran.notes);
     input_notes_release(&waiting->ran.notes);
     execution_release(waiting->ran.execution);
@@ -140,8 +141,8 @@ static void run(void *user, const struct submitted_execution *submitted)
         warn_missed(input_checks->device, &(struct missed_executions){.no_memory = 1});
         return;
     }
-    waiting->timestamp = submitted->timestamp;
     waiting->ran = (struct ran_execution){
+        .timestamp = submitted->timestamp,
         .device = input_checks->device,
         .execution = execution_share(submitted->execution),
         .journal = journal_share(batch->commands[submitted->command].captured),
@@ -156,6 +157,7 @@ static void run(void *user, const struct submitted_execution *submitted)
     for (uint32_t i = 0; i < waiting->ran.notes.count; i++)
         if (waiting->ran.notes.items[i].inputs)
             waiting->ran.notes.items[i].inputs->filler = waiting;
+    hazard_checks_expect(input_checks->device->hazard_checks, submitted->timestamp);
     pthread_mutex_lock(&input_checks->lock);
     *input_checks->waiting_last = waiting;
     input_checks->waiting_last = &waiting->next;
@@ -182,8 +184,8 @@ _Static_assert(EXECUTION_QUEUES <= 64, "each queue has a bit");
 static bool is_complete(struct delivery *delivery, struct waiting *waiting)
 {
     struct ticket *ticket = waiting->ran.execution->ticket;
-    uint64_t queue = UINT64_C(1) << waiting->timestamp.queue;
-    bool was_seen = execution_clock_has(&delivery->seen, waiting->timestamp);
+    uint64_t queue = UINT64_C(1) << waiting->ran.timestamp.queue;
+    bool was_seen = execution_clock_has(&delivery->seen, waiting->ran.timestamp);
     bool is_busy = delivery->busy_queues & queue;
     VkResult end;
     if (is_busy && !was_seen)
@@ -249,7 +251,7 @@ static void deliver(struct input_checks *input_checks)
         }
         remove_waiting(input_checks, link);
         if (waiting->ran.is_complete)
-            submitted_builds_end(waiting->ran.device->submitted_builds, waiting->timestamp);
+            submitted_builds_end(waiting->ran.device->submitted_builds, waiting->ran.timestamp);
         input_checks_read(&waiting->ran, NULL, &missed);
         free_waiting(waiting);
     }
@@ -351,7 +353,7 @@ static bool wait_for_first(void *user)
     if (is_complete)
         input_checks_deliver(input_checks);
     if (is_complete && is_first(input_checks, ticket))
-        nanosleep(&(struct timespec){.tv_nsec = PAUSE_NANOSECONDS}, NULL);
+        clock_sleep(PAUSE_NANOSECONDS);
     ticket_release(ticket);
     return is_complete;
 }

@@ -6,16 +6,17 @@
  * their ids wait in pending_destroys until the next batch. */
 #include "layer/execution/submissions.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 
 #include "layer/execution/build_records.h"
+#include "layer/execution/hazards/checks.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/layer.h"
 #include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/check/replay/replay.h"
+#include "src/platform/threads.h"
 
 struct submissions {
     struct layer_device *device;
@@ -109,6 +110,7 @@ static void set_order_unknown(struct submissions *submissions, enum order_unknow
     build_undo_release(&submissions->undo);
     build_states_release(&submissions->live);
     built_flags_forget_all(submissions->device->built_flags);
+    hazard_checks_stop(submissions->device->hazard_checks);
 }
 
 static void take_pending_destroys(struct submissions *submissions)
@@ -317,9 +319,12 @@ static void run_batch(void *user, const struct batch_run *run)
     if (!submissions->order_unknown && submissions->device->records_builds)
         build_records_add_batch(submissions->device, run);
     submitted_builds_run(submissions->device->submitted_builds, run);
+    if (!submissions->order_unknown)
+        hazard_checks_add(submissions->device->hazard_checks, run);
     if (submissions->device->snapshots)
         snapshots_run(submissions->device->snapshots, run);
     input_checks_end_batch(submissions->device->input_checks, run);
+    hazard_checks_run(submissions->device->hazard_checks, run);
 }
 
 static void order_unknown(void *user, enum order_unknown_reason why)

@@ -5,6 +5,7 @@
 #include "layer/intercepts/call_sites.h"
 #include "src/base/clear.h"
 #include "src/check/replay/replay.h"
+#include "src/state/commands/hazard_list.h"
 
 void build_call_start(struct build_call *call, struct layer_device *device,
                       enum build_command command)
@@ -116,6 +117,14 @@ static struct replay replay_of(struct build_call *call)
     };
 }
 
+static void take_back(const struct build_call *call)
+{
+    struct hazard_list *hazards = call->journal->hazards;
+    journal_take_back(call->journal, &call->mark);
+    if (call->records_hazards)
+        hazard_list_take_back(hazards, hazards->before_command);
+}
+
 __attribute__((cold)) void build_call_settle_entries(struct build_call *call)
 {
     if (call->journal->has_sources_to_check) {
@@ -123,7 +132,7 @@ __attribute__((cold)) void build_call_settle_entries(struct build_call *call)
         replay_recorded(&replay, call->command_buffer, &call->mark);
     }
     if (call->skip)
-        journal_take_back(call->journal, &call->mark);
+        take_back(call);
     else
         replay_keep(call->command_buffer, &call->mark);
 }

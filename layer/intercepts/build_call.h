@@ -15,6 +15,7 @@ struct build_call {
     const struct execution_point *point;   /* of a host build, see struct check_context */
     struct journal_mark mark; /* the journal's end before the call's entries; recorded calls only */
     bool skip;                /* a callback asked to skip the call */
+    bool records_hazards;     /* the journal's hazard list has the command */
 };
 
 void build_call_start(struct build_call *call, struct layer_device *device,

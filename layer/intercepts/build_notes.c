@@ -286,12 +286,16 @@ const struct build_recorder *build_notes_recorder(const struct layer_device *dev
         .record_geometry = record_geometry,
         .record_indirect = record_indirect,
         .record_ranges = record_ranges,
+        .record_nv_build = nv_record_build,
+        .record_nv_input = nv_record_input,
     };
     static const struct build_recorder counting_recorder = {
         .record_build = record_counted_build,
         .record_geometry = record_geometry,
         .record_indirect = record_indirect,
         .record_ranges = record_ranges,
+        .record_nv_build = nv_record_build,
+        .record_nv_input = nv_record_input,
     };
     return device->records_builds ? &counting_recorder : &recorder;
 }

@@ -8,4 +8,9 @@
 /* Returns the recorder of a device's builds. */
 const struct build_recorder *build_notes_recorder(const struct layer_device *device);
 
+/* The recorder's functions for COMMAND_NV (nv.c). */
+void nv_record_build(void *user, const struct nv_call_view *view);
+void nv_record_input(void *user, uint32_t geometry, enum input_role role,
+                     const struct buffer_facts *facts);
+
 #endif

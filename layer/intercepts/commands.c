@@ -26,6 +26,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateCommandPool(VkDevice device,
     VkResult result = state->vk.CreateCommandPool(device, pCreateInfo, pAllocator, pCommandPool);
     if (result == VK_SUCCESS)
         command_buffers_add_pool(state->command_buffers, *pCommandPool,
+                                 pCreateInfo->queueFamilyIndex,
                                  queue_flags_of(state, pCreateInfo->queueFamilyIndex),
                                  pCreateInfo->flags & VK_COMMAND_POOL_CREATE_PROTECTED_BIT);
     return result;

@@ -4,11 +4,30 @@
 
 #include "layer/intercepts/call_sites.h"
 #include "layer/intercepts/intercepts.h"
+#include "src/state/commands/hazard_list.h"
 
 /* Checks the level, because backend cpu has an order at each level. */
 static bool tracks_work(const struct layer_device *device)
 {
     return device->level >= LEVEL_EXECUTION;
+}
+
+static _Thread_local struct hazard_list *next_hazards;
+
+void host_work_set_hazards(struct hazard_list *hazards)
+{
+    hazard_list_destroy(next_hazards);
+    next_hazards = hazards;
+}
+
+static void take_hazards(struct journal *journal)
+{
+    if (journal && next_hazards) {
+        journal->hazards = next_hazards;
+        next_hazards = NULL;
+        journal_hazards(journal);
+    }
+    host_work_set_hazards(NULL);
 }
 
 struct host_work host_work_begin(struct layer_device *device)
@@ -20,6 +39,8 @@ struct host_work host_work_begin(struct layer_device *device)
         work.journal->destroy_count = resources_destroy_count(device->resources);
     if (work.journal && device->call_sites)
         journal_note_call(work.journal, 0, call_site_of_thread());
+    if (device->finds_hazards)
+        take_hazards(work.journal);
     return work;
 }
 

@@ -15,6 +15,10 @@ struct host_work {
     struct submission *submission;
 };
 
+/* With setting hazards: what the next host command of this thread accesses. Takes over the list,
+ * which host_work_begin() gives to its journal. */
+void host_work_set_hazards(struct hazard_list *hazards);
+
 /* The caller then adds entries to the journal, if there is one. */
 struct host_work host_work_begin(struct layer_device *device);
 

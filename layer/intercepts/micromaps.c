@@ -16,7 +16,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateMicromapEXT(VkDevice device,
     struct layer_device *state = layer_find_device(device);
     VkResult result = state->vk.CreateMicromapEXT(device, pCreateInfo, pAllocator, pMicromap);
     if (result == VK_SUCCESS)
-        resources_add_micromap(state->resources, *pMicromap, pCreateInfo->type);
+        resources_add_micromap(state->resources, *pMicromap, pCreateInfo);
     return result;
 }
 

@@ -4,6 +4,7 @@
 
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/build_call.h"
+#include "layer/intercepts/build_notes.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/snapshots/guard/follow.h"
 #include "src/base/chain.h"
@@ -152,7 +153,7 @@ static void note_primitives(struct journal *journal, const struct nv_call_view *
     journal_add(journal, &entry);
 }
 
-static void record_build(void *user, const struct nv_call_view *view)
+void nv_record_build(void *user, const struct nv_call_view *view)
 {
     struct build_call *call = user;
     struct journal *journal = call->journal;
@@ -174,8 +175,8 @@ static void record_build(void *user, const struct nv_call_view *view)
     journal_add(journal, &entry);
 }
 
-static void record_input(void *user, uint32_t geometry, enum input_role role,
-                         const struct buffer_facts *facts)
+void nv_record_input(void *user, uint32_t geometry, enum input_role role,
+                     const struct buffer_facts *facts)
 {
     struct build_call *call = user;
     struct journal_input *input = journal_begin_inputs(call->journal);
@@ -196,11 +197,9 @@ static void run_checks(struct build_call *call, struct nv_call_view *view)
 {
     static const struct check_hooks hooks = {.found = build_call_found,
                                              .of_another_device = build_call_of_another_device};
-    static const struct build_recorder recorder = {.record_nv_build = record_build,
-                                                   .record_nv_input = record_input};
     struct check_context context = {
         .hooks = &hooks,
-        .recorder = call->journal ? &recorder : NULL,
+        .recorder = call->journal ? call->device->build_recorder : NULL,
         .user = call,
         .level = call->device->level,
         .active = call->device->active_rules[COMMAND_NV],
@@ -228,6 +227,7 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructureNV(
         .call = &call.view,
         .info_argument = pInfo,
         .instance_data = instanceData,
+        .instance_offset = instanceOffset,
         .update = update != VK_FALSE,
         .dst = dst,
         .src = src,

@@ -8,9 +8,12 @@
 #include "layer/compare/enable.h"
 #include "layer/cpu/overlay.h"
 #include "layer/cpu/results.h"
+#include "layer/execution/hazards/checks.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
 #include "layer/execution/submitted_builds.h"
+#include "layer/hazards/builds.h"
+#include "layer/hazards/objects.h"
 #include "layer/intercepts/build_notes.h"
 #include "layer/intercepts/call_sites.h"
 #include "layer/intercepts/host_work.h"
@@ -39,7 +42,8 @@ static void apply_settings(struct layer_device *device)
     device->finds_hazards = settings->hazards && device->physical_device_count == 1;
     device->records_builds = settings->record_builds;
     if (device->level >= LEVEL_EXECUTION)
-        device->build_recorder = build_notes_recorder(device);
+        device->build_recorder =
+            device->finds_hazards ? hazards_build_recorder() : build_notes_recorder(device);
     for (int command = 0; command < COMMAND_COUNT; command++)
         check_select((enum build_command)command, settings->level, settings->muted,
                      device->active_rules[command]);
@@ -48,6 +52,8 @@ static void apply_settings(struct layer_device *device)
 void layer_free_device(struct layer_device *device)
 {
     deferred_operations_destroy(device->deferred);
+    hazard_checks_destroy(device->hazard_checks);
+    device->hazard_checks = NULL;
     execution_order_destroy(device->order);
     submissions_destroy(device->submissions);
     submitted_builds_destroy(device->submitted_builds);
@@ -65,6 +71,7 @@ void layer_free_device(struct layer_device *device)
     query_pools_destroy(device->query_pools);
     events_destroy(device->events);
     call_sites_destroy(device->call_sites);
+    hazard_objects_destroy(device->hazard_objects);
     for (unsigned i = 0; i < READER_LOCK_STRIPES; i++)
         check_free_sweep(atomic_load(&device->spare_sweeps[i].sweep));
     free(device->queue_families);
@@ -96,6 +103,8 @@ VkResult layer_track_submissions(struct layer_device *device)
     if (device->level < LEVEL_EXECUTION && !device->cpu)
         return VK_SUCCESS;
     VkResult result = submissions_create(device, &device->submissions);
+    if (result == VK_SUCCESS)
+        result = hazard_checks_create(device);
     if (result == VK_SUCCESS && device->level >= LEVEL_EXECUTION)
         result = submitted_builds_create(device, &device->submitted_builds);
     if (result != VK_SUCCESS)
@@ -191,6 +200,8 @@ static VkResult set_up(struct layer_device *device, const VkDeviceCreateInfo *cr
         return result;
     apply_settings(device);
     call_sites_enable(device);
+    if (device->finds_hazards)
+        device->hazard_objects = hazard_objects_create();
     if (device->instance->backend == BACKEND_CPU)
         result = cpu_overlay_create(device, create_info);
     if (result == VK_SUCCESS)

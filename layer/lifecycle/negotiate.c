@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "layer/cpu/overlay.h"
+#include "layer/hazards/commands.h"
 #include "layer/intercepts/call_sites.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
@@ -50,7 +51,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetInstanceProcAddr(VkInstance in
     struct layer_instance *state = instance ? layer_find_instance(instance) : NULL;
     if (!state || FIND(global_commands, pName))
         return own;
-    own = call_sites_command(state, pName, own);
+    own = hazards_command(state, pName, call_sites_command(state, pName, own));
     PFN_vkVoidFunction next = state->vk.GetInstanceProcAddr(instance, pName);
     if (state->backend == BACKEND_CPU)
         next = cpu_overlay_instance_command(pName, next);
@@ -64,6 +65,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetDeviceProcAddr(VkDevice device
         return NULL;
     PFN_vkVoidFunction own =
         call_sites_command(state->instance, pName, FIND(device_commands, pName));
+    own = hazards_command(state->instance, pName, own);
     PFN_vkVoidFunction next = state->vk.GetDeviceProcAddr(device, pName);
     if (state->cpu)
         next = cpu_overlay_command(state->cpu, pName, next);

@@ -2,13 +2,12 @@
 /* Cuts waits into slices. */
 #include "layer/postmortem/hang.h"
 
-#include <time.h>
-
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/postmortem/marked_inputs.h"
 #include "layer/postmortem/pending_list.h"
 #include "layer/snapshots/snapshots.h"
+#include "src/platform/clock.h"
 #include "src/report/message.h"
 
 #define SECOND UINT64_C(1000000000)
@@ -21,13 +20,6 @@ struct watch {
     uint64_t since;    /* when progress was seen last */
     uint64_t progress; /* see submitted_builds_progress() */
 };
-
-static uint64_t now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (uint64_t)time.tv_sec * SECOND + (uint64_t)time.tv_nsec;
-}
 
 /* Returns how long the device may make no progress, in nanoseconds, or 0 if that is not limited. */
 static uint64_t find_limit(const struct layer_device *device)
@@ -46,7 +38,7 @@ static bool begin(struct layer_device *device, struct watch *watch)
         return false;
     *watch = (struct watch){.device = device,
                             .hang = limit,
-                            .since = now(),
+                            .since = clock_monotonic(),
                             .progress = submitted_builds_progress(device->submitted_builds)};
     return true;
 }
@@ -72,8 +64,8 @@ static bool look(struct watch *watch)
     uint64_t progress = submitted_builds_progress(watch->device->submitted_builds);
     if (progress != watch->progress) {
         watch->progress = progress;
-        watch->since = now();
-    } else if (now() - watch->since >= watch->hang) {
+        watch->since = clock_monotonic();
+    } else if (clock_monotonic() - watch->since >= watch->hang) {
         report(watch);
     }
     return !atomic_load(&watch->device->hang_reported);
@@ -102,11 +94,11 @@ static VkResult wait_in_slices(const struct wait *wait, uint64_t timeout)
     struct watch watch;
     if (timeout <= find_limit(wait->device) / SLICES || !begin(wait->device, &watch))
         return wait->wait(wait, timeout);
-    const uint64_t begun = now(), slice = watch.hang / SLICES;
+    const uint64_t begun = clock_monotonic(), slice = watch.hang / SLICES;
     VkResult result = VK_TIMEOUT;
     bool watches = true;
     while (result == VK_TIMEOUT) {
-        uint64_t passed = now() - begun;
+        uint64_t passed = clock_monotonic() - begun;
         uint64_t left = !has_end(begun, timeout) ? timeout
                         : passed < timeout       ? timeout - passed
                                                  : 0;

@@ -5,12 +5,11 @@
 #ifndef ASSAY_LAYER_SNAPSHOTS_SNAPSHOTS_H
 #define ASSAY_LAYER_SNAPSHOTS_SNAPSHOTS_H
 
-#include <pthread.h>
-
 #include "layer/layer.h"
 #include "layer/own_objects.h"
 #include "layer/snapshots/commands.h"
 #include "src/base/handle_table.h"
+#include "src/platform/threads.h"
 #include "src/snapshots/recording.h"
 #include "src/state/order/order.h"
 

@@ -130,9 +130,15 @@ line_for_suite() {
     printf 'deb [%s target=Packages] %s %s main\n' "$options" "${BASH_REMATCH[3]}" "$3"
 }
 
-# suite_open SUITE: prepares the two functions below for SUITE of this Debian's archive.
+# suite_open SUITE [ARCHITECTURE | Sources]: prepares the functions below for SUITE of this Debian's archive.
+# Of another architecture than the machine's, packages can only be downloaded. With Sources, it prepares
+# the source packages instead, for apt-get source with "${suite_only[@]}".
 suite_open() {
-    local suite=$1 entry release uri place
+    local suite=$1 kind=Packages architecture='' entry release uri place
+    case ${2:-} in
+    Sources) kind=Sources ;;
+    *) architecture=${2:-} ;;
+    esac
     entry=$(debian_entry)
     if [ -z "$entry" ]; then
         lists_update
@@ -153,6 +159,11 @@ suite_open() {
     *) line_for_suite "$file" "$number" "$suite" >"$suite_source" ;;
     esac
     [ -s "$suite_source" ] || die "cannot derive $suite from $file."
+    if [ -n "$architecture" ]; then # the machine's source may be for its own architecture only
+        sed -i -e '/^Architectures:/Id' -e 's/\barch=[^] ]*//' "$suite_source"
+    fi
+    [ "$kind" != Sources ] ||
+        sed -i 's/^Types: deb$/Types: deb-src/; s/^Targets: .*/Targets: Sources/; s/^deb /deb-src /; s/target=Packages/target=Sources/' "$suite_source"
 
     # Only the suite itself is fetched; the machine's own lists are read where they lie.
     local lists
@@ -161,7 +172,8 @@ suite_open() {
     find "$lists" -maxdepth 1 -type f ! -name lock -exec ln -s -t "$suite_folder/lists" {} +
     suite_options=(
         -o "Dir::State::lists=$suite_folder/lists"
-        -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache=)
+        -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache=
+        ${architecture:+-o "APT::Architecture=$architecture" -o "APT::Architectures=$architecture"})
     suite_only=(
         "${suite_options[@]}"
         -o "Dir::Etc::sourcelist=$suite_source"

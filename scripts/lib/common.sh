@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Shared by the scripts: the root of the repository and functions for output.
+# Shared by the scripts: the root of the repository, functions for output, and ctest's counts.
 # shellcheck shell=bash disable=SC2034
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -32,4 +32,17 @@ lavapipe_manifest() {
         fi
     done
     return 1
+}
+
+# report_counts FILE: how many tests of ctest's report ran or not, have failed, and were left out.
+report_counts() {
+    python3 -B - "$1" <<'END'
+import sys
+import xml.etree.ElementTree
+
+suite = xml.etree.ElementTree.parse(sys.argv[1]).getroot()
+tests, failures, skipped, disabled = (
+    int(suite.get(name, 0)) for name in ("tests", "failures", "skipped", "disabled"))
+print(tests, failures, skipped + disabled)
+END
 }

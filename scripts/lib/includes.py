@@ -3,7 +3,8 @@
 """Checks the #include lines of layer/, src/ and vuid-tables/: a file may include files of its own
 folder and of folders below it in FOLDERS; no files include each other in a circle (a source and its
 header count as one file); a folder holds at most FILES_MAX files; a file's name doesn't repeat its
-folder's. Prints each offender, and fails if there is one."""
+folder's; outside PLATFORM, no file includes a header of a system, or asks which system or compiler
+it is compiled for. Prints each offender, and fails if there is one."""
 
 import argparse
 import collections
@@ -15,6 +16,7 @@ import sys
 # From the ground up. A folder that isn't listed stands where the folder that holds it does.
 FOLDERS = (
     "vuid-tables",
+    "src/platform",
     "src/base",
     "src/bvh",
     "src/hazards",
@@ -34,11 +36,24 @@ FOLDERS = (
     "layer/execution",
     "layer/postmortem",
     "layer/intercepts",
+    "layer/hazards",
     "layer/lifecycle",
 )
+PLATFORM = "src/platform"
+# What all systems have: of C11 all but <time.h> and <threads.h>, whose place clock.h and threads.h of
+# PLATFORM take; of C++ what a file of C++ includes; <unwind.h>, which comes with the compiler; and the
+# libraries.
+PLAIN_HEADERS = frozenset(
+    """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp stdalign stdarg
+    stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string tgmath uchar wchar wctype unwind
+    immintrin""".split())
+PLAIN_FOLDERS = ("vulkan/", "vk_video/", "yajl/", "xxhash.h", "exception")
 FILES_MAX = 25
 SOURCES = (".c", ".cpp", ".h")
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
+SYSTEM_INCLUDE = re.compile(r'^\s*#\s*include\s+<([^>]+)>', re.M)
+SYSTEM_MACRO = re.compile(r"^\s*#\s*(?:el)?if.*\b(_WIN\w+|WIN32|__(?:linux|unix|APPLE|ANDROID|MINGW\w*|GLIBC|FreeBSD)_*)\b"
+                          r"|^\s*#\s*define\s+(_GNU_SOURCE|_DEFAULT_SOURCE|_POSIX_C_SOURCE)\b", re.M)
 
 
 def sources(root):
@@ -59,6 +74,16 @@ def includes(root, files):
                 yield file, name, True
             elif beside in known:
                 yield file, beside, False
+
+
+def system_parts(root, file):
+    """What a file has of a system: the names of headers and macros."""
+    text = (root / file).read_text(encoding="utf-8")
+    for name in SYSTEM_INCLUDE.findall(text):
+        if name.removesuffix(".h") not in PLAIN_HEADERS and not name.startswith(PLAIN_FOLDERS):
+            yield f"<{name}>"
+    for found in SYSTEM_MACRO.findall(text):
+        yield "".join(found)
 
 
 def rank(file):
@@ -110,6 +135,9 @@ def offenders(root):
         folder, name = os.path.split(file)
         if name.startswith(os.path.basename(folder) + "_"):
             yield f"{file}: the name repeats the folder's"
+        if not file.startswith(PLATFORM + "/"):
+            for part in system_parts(root, file):
+                yield f"{file}: {part} belongs to a system: only {PLATFORM}/ has such parts"
     edges = []
     for file, included, is_from_root in includes(root, files):
         edges.append((file, included))

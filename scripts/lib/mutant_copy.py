@@ -18,7 +18,7 @@ LIMITS = ["choom", "-n", "1000", "--", "prlimit", "--core=0", f"--fsize={GIB}", 
 # One that waits for ever, which is rare, by the clock.
 SHORTEST_TIMEOUT = 30  # seconds
 # Tests whose processes end without writing counts: reach.find does not name them.
-UNCOUNTED = ("report_json_", "report_log_json")
+UNCOUNTED = ("report_json_", "report_log_files", "report_log_json")
 LAYERS_DISABLED = {"VK_LOADER_LAYERS_DISABLE": "~implicit~"}
 
 

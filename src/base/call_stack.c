@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Walks the stack of the calling thread. */
-#define _GNU_SOURCE /* pthread_getattr_np */
 #include "src/base/call_stack.h"
 
-#include <pthread.h>
 #include <stdbool.h>
 #include <unwind.h>
+
+#include "src/platform/threads.h"
 
 /* What a function with a frame pointer stores at the address in it. */
 struct frame_record {
@@ -24,17 +24,8 @@ struct stack_bounds {
 
 __attribute__((cold, noinline)) static void find_bounds(struct stack_bounds *bounds)
 {
-    pthread_attr_t attributes;
-    void *begin;
-    size_t size;
     bounds->is_found = true;
-    if (pthread_getattr_np(pthread_self(), &attributes) != 0)
-        return;
-    if (pthread_attr_getstack(&attributes, &begin, &size) == 0) {
-        bounds->begin = (uintptr_t)begin;
-        bounds->end = bounds->begin + size;
-    }
-    pthread_attr_destroy(&attributes);
+    thread_find_stack(&bounds->begin, &bounds->end);
 }
 
 /* Noinline, so that the thread-local variable is located once per call. */
@@ -67,6 +58,10 @@ call_stack_walk_frames(const void *frame, const void *first, struct call_stack *
     const struct stack_bounds *bounds = bounds_of_thread();
     const struct frame_record *record = frame;
     start(stack, first);
+    if (!THREADS_HAVE_FRAME_RECORDS) {
+        call_stack_walk_tables(frame, first, stack);
+        return;
+    }
     if (!is_within(bounds, (uintptr_t)frame))
         return;
     while (stack->count < CALL_STACK_FRAMES) {

@@ -9,6 +9,7 @@
 
 #include "src/base/chain.h"
 #include "src/base/readable.h"
+#include "src/platform/probe.h"
 #include "vuid-tables/registry.h"
 
 /* Of a structure that is newer than the registry as much is copied as can be read, which is more
@@ -34,7 +35,7 @@ static void copy_structure(void *to, const void *from, size_t size)
     if (size)
         memcpy(to, from, size);
     else
-        readable_copy(to, from, UNKNOWN_SIZE);
+        probe_copy(to, from, UNKNOWN_SIZE);
 }
 
 VkResult chain_copy_begin(struct chain_copy *copy, const void *chain, VkStructureType type)

@@ -1,11 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Determines whether application memory is readable, without accessing it directly.
  *
- * The probe is rt_sigprocmask with an invalid `how`: the call has no effect, and reports a fault as
- * an error instead of a signal. Copies, and all probes under Valgrind, use process_vm_readv on the
- * own process. If the system forbids these calls, every pointer counts as readable. A cache
- * remembers a few readable ranges. Ranges grow page by page and merge, so that arrays that are read
- * in parallel do not evict each other. */
+ * src/platform/probe.h asks the system. A cache remembers a few readable ranges. Ranges grow page
+ * by page and merge, so that arrays that are read in parallel do not evict each other. */
 #ifndef ASSAY_BASE_READABLE_H
 #define ASSAY_BASE_READABLE_H
 
@@ -13,11 +10,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "src/platform/probe.h"
+
 enum {
     READABLE_RANGES = 8,
     READABLE_RECENT = 64, /* a power of two */
-    /* The smallest page size of the platforms. Larger pages are probed in parts. */
-    READABLE_PAGE_SHIFT = 12
+    READABLE_PAGE_SHIFT = PROBE_PAGE_SHIFT
 };
 
 /* Ranges of whole pages that were readable at the last probe. A zero-initialized cache is empty.
@@ -56,9 +54,5 @@ static inline bool readable(struct readable_cache *cache, const void *pointer, s
     return (recent == last && size - 1 <= last - begin) ||
            readable_extent(cache, pointer, size) == size;
 }
-
-/* Copies the readable bytes at the beginning of [from, from + size). `size` is at most one page.
- * Returns the number of bytes copied. */
-size_t readable_copy(void *to, const void *from, size_t size);
 
 #endif

@@ -2,10 +2,9 @@
 /* A striped lock. */
 #include "src/base/reader_lock.h"
 
-#include <sched.h>
-#include <time.h>
+#include "src/platform/clock.h"
 
-/* The thread that holds the flag may be waiting for this processor. sched_yield() runs threads of
+/* The thread that holds the flag may be waiting for this processor. clock_yield() runs threads of
  * the same priority; sleeping also runs threads of lower priority. */
 enum { YIELDS = 32, SLEEP_NS = 20000 };
 
@@ -30,9 +29,9 @@ __attribute__((noinline, cold)) static void wait_for_flag(atomic_bool *flag)
     unsigned tries = 0;
     do {
         if (tries++ < YIELDS)
-            sched_yield();
+            clock_yield();
         else
-            nanosleep(&(struct timespec){.tv_nsec = SLEEP_NS}, NULL);
+            clock_sleep(SLEEP_NS);
     } while (atomic_load_explicit(flag, memory_order_relaxed) || !try_acquire_flag(flag));
 }
 

@@ -6,13 +6,15 @@
  *
  * A stripe is a flag. Acquiring it is one atomic operation and releasing it is a plain store, so
  * that outstanding loads of a look-up do not delay the thread, as they would when a mutex is
- * unlocked. Contended acquires call sched_yield(), then sleep. Critical sections are short, so
+ * unlocked. Contended acquires call clock_yield(), then sleep. Critical sections are short, so
  * neither readers nor writers wait long. */
 #ifndef ASSAY_BASE_READER_LOCK_H
 #define ASSAY_BASE_READER_LOCK_H
 
 #include <stdatomic.h>
 #include <stdbool.h>
+
+#include "src/platform/clock.h"
 
 enum { READER_LOCK_STRIPES = 8, READER_LOCK_STRIPE_SIZE = 128 };
 

@@ -106,6 +106,38 @@ void text_append_hex(struct text_buffer *buffer, uint64_t number)
     append_digits(buffer, number, 16, 1);
 }
 
+/* Appends the date of a day since 1970-01-01: years begin in March here, so that a leap day is the
+ * last day of its year. */
+static void append_date(struct text_buffer *buffer, uint64_t days)
+{
+    days += 719468; /* since 0000-03-01 */
+    uint64_t era = days / 146097, day = days % 146097;
+    uint64_t year = (day - day / 1460 + day / 36524 - day / 146096) / 365;
+    day -= 365 * year + year / 4 - year / 100;
+    uint64_t month = (5 * day + 2) / 153;
+    day -= (153 * month + 2) / 5;
+    text_append_padded(buffer, era * 400 + year + (month >= 10), 4);
+    text_append_plain(buffer, "-");
+    text_append_padded(buffer, month < 10 ? month + 3 : month - 9, 2);
+    text_append_plain(buffer, "-");
+    text_append_padded(buffer, day + 1, 2);
+}
+
+void text_append_time(struct text_buffer *buffer, struct utc_time time)
+{
+    uint64_t seconds = time.seconds % 86400;
+    append_date(buffer, time.seconds / 86400);
+    text_append_plain(buffer, "T");
+    text_append_padded(buffer, seconds / 3600, 2);
+    text_append_plain(buffer, ":");
+    text_append_padded(buffer, seconds / 60 % 60, 2);
+    text_append_plain(buffer, ":");
+    text_append_padded(buffer, seconds % 60, 2);
+    text_append_plain(buffer, ".");
+    text_append_padded(buffer, time.nanoseconds / 1000, 6);
+    text_append_plain(buffer, "Z");
+}
+
 /* The plurals that do not end in "s" alone. */
 static const char *irregular_plural(const char *noun)
 {

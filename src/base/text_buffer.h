@@ -7,6 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "src/platform/clock.h"
+
 /* A bounded text. `text` is always terminated. `size` is in bytes and at least 4. The caller owns
  * the memory. */
 struct text_buffer {
@@ -29,6 +31,8 @@ void text_append_decimal(struct text_buffer *buffer, uint64_t number);
 void text_append_padded(struct text_buffer *buffer, uint64_t number, unsigned digits);
 /* A number such as 0x1f. */
 void text_append_hex(struct text_buffer *buffer, uint64_t number);
+/* A time such as 2026-01-31T23:59:59.000000Z. */
+void text_append_time(struct text_buffer *buffer, struct utc_time time);
 
 /* Appends a count with its noun, such as "1 byte" or "2 bytes". `noun` is the singular. */
 void text_append_count(struct text_buffer *buffer, uint64_t count, const char *noun);

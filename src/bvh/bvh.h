@@ -13,10 +13,11 @@
 #ifndef ASSAY_BVH_BVH_H
 #define ASSAY_BVH_BVH_H
 
-#include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
+
+#include "src/platform/threads.h"
 
 /* The alignment of structures and of scratch. */
 #define BUILDER_ALIGNMENT 64

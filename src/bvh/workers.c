@@ -4,11 +4,11 @@
 #include "src/bvh/workers.h"
 
 #include <fenv.h>
-#include <signal.h>
-#include <time.h>
+
+#include "src/platform/threads.h"
 
 /* The time that a helper which may leave waits for another job. */
-enum { HELPER_WAIT_NS = 1000000 }; /* nanoseconds, less than a second */
+enum { HELPER_WAIT_NS = 1000000 };
 
 /* A job lives on the stack of the thread that calls workers_run(), and is in the list of its team
  * while it runs. */
@@ -23,12 +23,8 @@ struct builder_team_job {
 void builder_team_open(struct builder_team *team)
 {
     *team = (struct builder_team){.jobs = NULL};
-    pthread_condattr_t clock;
-    pthread_condattr_init(&clock);
-    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
     pthread_mutex_init(&team->lock, NULL);
-    pthread_cond_init(&team->wakeup, &clock);
-    pthread_condattr_destroy(&clock);
+    timed_condition_init(&team->wakeup);
     pthread_cond_init(&team->done, NULL);
 }
 
@@ -58,14 +54,9 @@ static struct builder_team_job *find_job(const struct builder_team *team)
 /* Returns false if no job came for a while and the helper may leave. */
 static bool wait_for_wakeup(struct builder_team *team, bool may_leave)
 {
-    struct timespec end;
     if (!may_leave)
         return pthread_cond_wait(&team->wakeup, &team->lock) == 0;
-    clock_gettime(CLOCK_MONOTONIC, &end);
-    end.tv_nsec += HELPER_WAIT_NS;
-    end.tv_sec += end.tv_nsec / 1000000000;
-    end.tv_nsec %= 1000000000;
-    return pthread_cond_timedwait(&team->wakeup, &team->lock, &end) == 0;
+    return timed_condition_wait(&team->wakeup, &team->lock, HELPER_WAIT_NS);
 }
 
 static void help(struct builder_team *team, bool may_leave)
@@ -176,15 +167,13 @@ void workers_start(struct workers *workers, const struct builder_input *input, u
         return;
     workers->team = &workers->own;
     builder_team_open(workers->team);
-    /* Block signals, so that the application's handlers never run on these threads. */
-    sigset_t all, before;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
+    struct blocked_signals blocked;
+    threads_block_signals(&blocked);
     while (workers->started + 1 < requested &&
            pthread_create(&workers->threads[workers->started], NULL, worker_main, workers->team) ==
                0)
         workers->started++;
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    threads_unblock_signals(&blocked);
 }
 
 void workers_stop(struct workers *workers)

@@ -8,6 +8,7 @@
 
 #include "src/bvh/input/formats.h"
 #include "src/bvh/input/source.h"
+#include "src/platform/aligned.h"
 
 /* The part of an array that a build reads: `size` bytes, `offset` bytes from its address. */
 struct extent {
@@ -163,7 +164,7 @@ static VkResult fill(const struct compare_input *input, struct input_copy *copy)
     copy->parameters.info.pGeometries = NULL;
     copy->parameters.info.ppGeometries = NULL;
     VkResult result = build_parameters_allocate(&copy->parameters, count);
-    copy->bytes = aligned_alloc(COMPARE_ALIGNMENT, copy->size);
+    copy->bytes = aligned_allocate(COMPARE_ALIGNMENT, copy->size);
     if (result != VK_SUCCESS || !copy->bytes)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     memset(copy->bytes, 0, copy->size);
@@ -192,6 +193,6 @@ void input_copy_free(struct input_copy *copy)
     if (!copy)
         return;
     build_parameters_release(&copy->parameters);
-    free(copy->bytes);
+    aligned_free(copy->bytes);
     free(copy);
 }

@@ -4,11 +4,13 @@
 
 #include <stdlib.h>
 
+#include "src/platform/aligned.h"
+
 /* Allocates memory with the alignment that the builder requires of structures and scratch. */
 static void *allocate(uint64_t size)
 {
     uint64_t room = (size + BUILDER_ALIGNMENT - 1) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
-    return aligned_alloc(BUILDER_ALIGNMENT, room ? room : BUILDER_ALIGNMENT);
+    return aligned_allocate(BUILDER_ALIGNMENT, room ? room : BUILDER_ALIGNMENT);
 }
 
 bool reference_supports(const struct build_parameters *build)
@@ -67,12 +69,12 @@ static VkResult build(struct reference *reference)
     void *scratch = allocate(sizes.build_scratch);
     reference->structure = allocate(sizes.structure);
     if (!scratch || !reference->structure) {
-        free(scratch);
+        aligned_free(scratch);
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     }
     enum builder_result result = builder_build(input, reference->structure, sizes.structure,
                                                scratch, sizes.build_scratch, &reference->report);
-    free(scratch);
+    aligned_free(scratch);
     return result == BUILDER_OK ? VK_SUCCESS : VK_ERROR_FORMAT_NOT_SUPPORTED;
 }
 
@@ -95,7 +97,7 @@ VkResult reference_open(const struct input_copy *copy, struct reference *referen
 
 void reference_close(struct reference *reference)
 {
-    free(reference->structure);
+    aligned_free(reference->structure);
     free(reference->sources);
     build_input_close(&reference->input);
     *reference = (struct reference){0};

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/platform/aligned.h"
+
 /* Instances with a worse conditioned matrix are not judged: a driver's inverse may be
  * inaccurate. */
 #define CONDITION_MAX 16.0
@@ -61,7 +63,7 @@ static struct builder_resolver resolver_of(struct top_reference *reference)
 static void *allocate(uint64_t size)
 {
     uint64_t room = (size + BUILDER_ALIGNMENT) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
-    return aligned_alloc(BUILDER_ALIGNMENT, room);
+    return aligned_allocate(BUILDER_ALIGNMENT, room);
 }
 
 static VkResult build(const struct builder_input *input, struct top_reference *reference)
@@ -75,7 +77,7 @@ static VkResult build(const struct builder_input *input, struct top_reference *r
     if (scratch && reference->structure)
         result = builder_build(input, reference->structure, sizes.structure, scratch,
                                sizes.build_scratch, NULL);
-    free(scratch);
+    aligned_free(scratch);
     return result == BUILDER_OK ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
 }
 
@@ -132,7 +134,7 @@ void top_reference_close(struct top_reference *reference)
         reference_close(&reference->bottoms[i]);
     free(reference->bottoms);
     free(reference->inverses);
-    free(reference->structure);
+    aligned_free(reference->structure);
     *reference = (struct top_reference){0};
 }
 

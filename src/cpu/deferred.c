@@ -2,12 +2,12 @@
 /* Deferred operations and their jobs. */
 #include "src/cpu/deferred.h"
 
-#include <pthread.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
 #include "src/base/handle_table.h"
 #include "src/cpu/structures.h"
+#include "src/platform/threads.h"
 
 /* The work of an operation. A job outlives its operation while threads are in the work. Its lock
  * guards all members but `work`, which is constant until released. */

@@ -3,10 +3,10 @@
 #ifndef ASSAY_CPU_PRIVATE_DATA_H
 #define ASSAY_CPU_PRIVATE_DATA_H
 
-#include <pthread.h>
 #include <vulkan/vulkan_core.h>
 
 #include "src/base/handle_table.h"
+#include "src/platform/threads.h"
 
 struct cpu_private_data {
     pthread_mutex_t lock;        /* only held for look-ups */

@@ -2,13 +2,13 @@
 /* The table of query pools, and their results. */
 #include "src/cpu/query_pools.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "src/base/handle_table.h"
 #include "src/cpu/structures.h"
 #include "src/cpu/trees/property.h"
+#include "src/platform/threads.h"
 
 struct query {
     struct ticket *ticket; /* NULL: reset, or never written */

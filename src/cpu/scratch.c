@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "src/bvh/bvh.h"
+#include "src/platform/aligned.h"
 #include "src/snapshots/memory.h"
 
 _Static_assert(CPU_SCRATCH_SLACK == BUILDER_ALIGNMENT - 1, "room to align in");
@@ -67,7 +68,7 @@ VkResult cpu_scratch_take(struct cpu_scratch_claims *claims, void *given, uint64
         }
     }
     uint64_t rounded = (size + BUILDER_ALIGNMENT - 1) & ~(uint64_t)(BUILDER_ALIGNMENT - 1);
-    scratch->owned = aligned_alloc(BUILDER_ALIGNMENT, rounded ? rounded : BUILDER_ALIGNMENT);
+    scratch->owned = aligned_allocate(BUILDER_ALIGNMENT, rounded ? rounded : BUILDER_ALIGNMENT);
     scratch->bytes = scratch->owned;
     return scratch->owned ? VK_SUCCESS : VK_ERROR_OUT_OF_HOST_MEMORY;
 }
@@ -76,5 +77,5 @@ void cpu_scratch_return(struct cpu_scratch *scratch)
 {
     if (!scratch->owned)
         unclaim(scratch->claims, scratch);
-    free(scratch->owned);
+    aligned_free(scratch->owned);
 }

@@ -4,9 +4,10 @@
 #ifndef ASSAY_CPU_SCRATCH_H
 #define ASSAY_CPU_SCRATCH_H
 
-#include <pthread.h>
 #include <stdint.h>
 #include <vulkan/vulkan_core.h>
+
+#include "src/platform/threads.h"
 
 /* Scratch sizes that the backend returns are this much larger than the builder needs, so that the
  * backend can align the scratch. In bytes. */

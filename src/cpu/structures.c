@@ -2,12 +2,12 @@
 /* The table of structures, and the allocation of their handles. */
 #include "src/cpu/structures.h"
 
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 
 #include "src/base/handle_table.h"
 #include "src/base/reader_lock.h"
+#include "src/platform/threads.h"
 
 #define FIRST_HANDLE (1ull << 62)
 #define HANDLE_ALIGNMENT 256u /* of device addresses in instances: at least 16 */

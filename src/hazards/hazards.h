@@ -17,7 +17,8 @@
  * ordered (frontier.h); no access is touched when a barrier executes. Only the memory part of a
  * buffer barrier concerns some bytes and not others: it is kept with these bytes (ranges.h).
  *
- * If memory runs out, everything before counts as ordered. No lock; one thread at a time. */
+ * If memory runs out, everything before counts as ordered. No lock; one thread at a time. Ids of
+ * memory, semaphores and events are less than UINT64_MAX. */
 #ifndef ASSAY_HAZARDS_HAZARDS_H
 #define ASSAY_HAZARDS_HAZARDS_H
 
@@ -67,15 +68,18 @@ enum hazard_type { READ_AFTER_WRITE, WRITE_AFTER_READ, WRITE_AFTER_WRITE };
 
 struct hazard {
     enum hazard_type type;
-    /* The queues differ, and nothing orders the two batches: they may execute in either order. */
+    /* Nothing orders the two batches, of different queues or both of the host: they may execute in
+     * either order. */
     bool is_racing;
     struct hazard_side earlier, later;
     struct hazard_bytes bytes; /* the first bytes that both access, up to the end of a piece */
     bool is_ordered;           /* an execution dependency exists */
-    bool is_available;         /* the earlier write was made available on the way */
+    bool is_available; /* the earlier access is a write that was made available on the way */
 };
 
-/* `found` is called for each hazard: one for each earlier access of each piece of the bytes. */
+/* `found` is called for each hazard, by the call that describes the later access: one for the last
+ * write, and for the last read of each queue and kind, of each piece of the bytes. It must not call
+ * functions of this header. Returns NULL if memory runs out. */
 struct hazards *hazards_create(void (*found)(void *user, const struct hazard *hazard), void *user);
 /* Accepts NULL. */
 void hazards_destroy(struct hazards *hazards);
@@ -86,9 +90,9 @@ void hazards_destroy(struct hazards *hazards);
  * of host work is a batch of HAZARD_HOST_QUEUE. `is_certain` is false if batches may precede it
  * that are not known: everything before counts as ordered then. before[i] is the number of batches
  * of queue i that execute before this one by any order (semaphores included); it only decides
- * is_racing. */
+ * is_racing. What a completed batch has waited for is ordered as well. */
 struct hazard_batch {
-    uint32_t queue;
+    uint32_t queue;  /* less than HAZARD_QUEUES */
     uint64_t number; /* among the batches of the queue; grows, need not be consecutive */
     const uint64_t *completed, *before;
     uint32_t count;
@@ -98,13 +102,24 @@ void hazards_begin_batch(struct hazards *hazards, const struct hazard_batch *bat
 void hazards_end_batch(struct hazards *hazards);
 
 /* Semaphores, by id and value; a binary semaphore's value is the number of its signal. A wait
- * follows the signal with this or the next larger value. The wait of a signal that is unknown
- * (value 0, or never signalled here) orders nothing. */
+ * follows the signal with this or the next larger value, and the semaphore's signals with smaller
+ * values. The wait of a signal that is unknown (value 0, or never signalled here) orders nothing.
+ *
+ * The access scopes of semaphores include all memory access of the device: what happens before a
+ * signal is visible to everything that the wait happens before, whatever its kind. Only the stages
+ * count. A signal also has in its first scope the signals of the queue's earlier batches (Signal
+ * Operation Order). A fence is such a signal: describe it as a signal, of any id, with all stages.
+ *
+ * The last 32 signals of a semaphore are kept. A wait for an older one counts as a wait for
+ * everything before. */
 void hazards_wait(struct hazards *hazards, uint64_t semaphore, uint64_t value,
                   const struct dependency *dst);
 void hazards_signal(struct hazards *hazards, uint64_t semaphore, uint64_t value,
                     const struct dependency *src);
-/* No later wait needs signals up to `value`. */
+/* Whether a wait for the value would follow a signal. If it would not, the signal is one that the
+ * caller has not seen, such as one of the host, and anything may come before the wait. */
+bool hazards_has_signal(const struct hazards *hazards, uint64_t semaphore, uint64_t value);
+/* No later wait needs signals up to `value`. UINT64_MAX: the semaphore was destroyed. */
 void hazards_forget_signals(struct hazards *hazards, uint64_t semaphore, uint64_t value);
 
 /* The next command begins: the accesses that follow are its own. Returns the number that its first
@@ -116,7 +131,8 @@ uint64_t hazards_access(struct hazards *hazards, const struct hazard_access *acc
 /* All dependencies of one vkCmdPipelineBarrier. They do not continue each other. */
 void hazards_barriers(struct hazards *hazards, const struct hazard_barrier *barriers,
                       uint32_t count);
-/* vkCmdSetEvent2 gives the whole dependency; vkCmdSetEvent only src stages. */
+/* `src`: the stages of the first scope. The event of an id that was destroyed is to be reset. An
+ * event that was set twice has both first scopes, because the host may have reset it in between. */
 void hazards_set_event(struct hazards *hazards, uint64_t event, stage_set src);
 void hazards_reset_event(struct hazards *hazards, uint64_t event);
 /* A wait for one event: its first scope are the commands before the event was set. An event that
@@ -130,7 +146,7 @@ void hazards_wait_event(struct hazards *hazards, uint64_t event,
 void hazards_prune(struct hazards *hazards, const uint64_t *completed, uint32_t count);
 /* Drops accesses to memory that was freed. */
 void hazards_forget_memory(struct hazards *hazards, uint64_t memory);
-/* The number of pieces of memory that are remembered, and bytes of memory used; for tests. */
+/* The number of pieces of memory that are remembered; for tests. */
 uint64_t hazards_piece_count(const struct hazards *hazards);
 
 #endif

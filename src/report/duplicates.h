@@ -7,12 +7,12 @@
 #ifndef ASSAY_REPORT_DUPLICATES_H
 #define ASSAY_REPORT_DUPLICATES_H
 
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "src/base/handle_table.h"
+#include "src/platform/threads.h"
 #include "src/report/message.h"
 #include "src/report/settings.h"
 

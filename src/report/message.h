@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Composes messages: the text, and the data that a debug callback gets with it.
+/* Messages: the text, and the data that a debug callback gets with it.
  *
  * A message holds all of its text and allocates nothing; text that does not fit is cut. It refers
  * to its origin, whose label stack holds the names of labels. */
@@ -9,6 +9,8 @@
 #include <stdio.h>
 #include <vulkan/vulkan_core.h>
 
+#include "src/base/text_buffer.h"
+#include "src/report/ids/other_id.h"
 #include "src/report/origin.h"
 #include "src/report/settings.h"
 #include "src/view/finding.h"
@@ -35,8 +37,11 @@ struct message {
     /* Parts of the text, for lines of JSON. */
     const char *main; /* the path of the member, the sentence about it, and the hint */
     size_t main_length, path_length;
-    enum vuid vuid;                   /* VUID_NONE: not about a rule */
-    const struct call_origin *origin; /* NULL: of the layer about itself; then no location either */
+    enum vuid vuid; /* VUID_NONE: not about a rule */
+    /* NULL: of the layer about itself; then the next three members are unset. */
+    const struct call_origin *origin;
+    const char *function; /* the command */
+    enum level level;     /* that finds such mistakes */
     struct location location;
     uint32_t also_count;
     const char *also[FINDING_ALSO]; /* ids that the same mistake violates */
@@ -71,22 +76,6 @@ struct message_subject {
 struct message_subject message_subject_of(const struct call_origin *origin,
                                           const struct finding *finding);
 
-void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
-                        const struct call_origin *origin, const struct finding *finding,
-                        const struct message_style *style);
-
-/* A warning about a difference of compared rays. It quotes no sentence of the specification. */
-void message_of_difference(struct message *message, enum difference difference,
-                           const struct location *location, const struct call_origin *origin,
-                           const struct finding *finding, const struct message_style *style);
-
-/* A message of the layer about itself, not about a rule. */
-void message_of_layer(struct message *message, enum report_flag severity, const char *line);
-
-/* The same with an id of its own, such as ASSAY-device-lost. */
-void message_of_event(struct message *message, enum report_flag severity, const char *id,
-                      const char *line);
-
 /* Returns whether a filter for this id (see narrow_filters_have) matches the debug name of an
  * object of the message, or a label. */
 bool message_is_muted(const struct message *message, const struct narrow_filter *filters,
@@ -94,5 +83,32 @@ bool message_is_muted(const struct message *message, const struct narrow_filter 
 
 /* Writes the message to the log. Holds the file's lock, so writes of other threads don't mix in. */
 void message_write(const struct message *message, FILE *file);
+void message_write_to_debugger(const struct message *message);
+
+/* ---- for the composers of messages */
+
+/* Writes the heading. `text` continues behind it, with room for the last notice. */
+void message_begin(struct message *message, struct text_buffer *text, enum report_flag severity,
+                   const char *id);
+/* Says which call the message is about, and mentions its objects and labels. `function` is the
+ * command's name in static storage. */
+void message_set_origin(struct message *message, const struct call_origin *origin,
+                        const char *function, enum level level, const struct location *location);
+
+/* Appends an object such as VkBuffer 0x12["vertices"], and mentions it. Appends nothing if the
+ * message has no room for one more object. */
+void message_append_object(struct text_buffer *text, struct message *message, VkObjectType type,
+                           uint64_t handle, const struct object_names *names);
+/* Appends the labels of a stack, outermost first, like a path. Accepts NULL. */
+void message_append_labels(struct text_buffer *text, const char *what,
+                           const struct label_stack *stack);
+/* Appends the sentences about where the call was recorded and submitted, and its call site. */
+void message_append_origin(struct text_buffer *text, struct message *message);
+
+/* Appends that this was the last message of its id, if the style says so. Uses reserved room, so
+ * the notice is complete even if the text before it was cut. */
+void message_append_last_notice(struct text_buffer *text, const char *what,
+                                const struct message_subject *subject,
+                                const struct message_style *style);
 
 #endif

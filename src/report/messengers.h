@@ -7,10 +7,11 @@
 #ifndef ASSAY_REPORT_MESSENGERS_H
 #define ASSAY_REPORT_MESSENGERS_H
 
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <vulkan/vulkan_core.h>
+
+#include "src/platform/threads.h"
 
 struct message;
 struct messenger_list;

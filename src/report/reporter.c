@@ -2,17 +2,19 @@
 /* Decides which messages are sent, and sends them to messengers and log. */
 #include "src/report/reporter.h"
 
-#include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "src/base/text_buffer.h"
+#include "src/platform/files.h"
+#include "src/platform/process.h"
 #include "src/report/duplicates.h"
+#include "src/report/finding_message.h"
+#include "src/report/hazard_message.h"
 #include "src/report/ids/message_filter.h"
 #include "src/report/log/log.h"
-#include "src/report/message.h"
 #include "src/report/messengers.h"
 #include "src/report/settings/reported_lines.h"
 #include "src/report/settings_check.h"
@@ -52,6 +54,13 @@ static bool is_logged(const struct reporter *reporter, bool delivered)
            (action & DEBUG_ACTION_DEFAULT && (!delivered || reporter->log.is_owned));
 }
 
+static bool is_for_debugger(const struct reporter *reporter, bool delivered)
+{
+    uint32_t action = reporter->settings.debug_action;
+    return PROCESS_HAS_DEBUGGER_OUTPUT &&
+           (action & DEBUG_ACTION_DEBUGGER || (action & DEBUG_ACTION_DEFAULT && !delivered));
+}
+
 /* Warns once that the log cannot be written: the messengers and, if the log is a file, stderr.
  * `error` is 0 or an error number. */
 static void warn_of_log(struct reporter *reporter, int error)
@@ -79,8 +88,10 @@ static bool deliver(struct reporter *reporter, const struct message *message, bo
                 messengers_call(&reporter->messengers, message, delivered);
     if (is_logged(reporter, *delivered))
         warn_of_log(reporter, log_message(&reporter->log, message, &reporter->settings));
+    if (is_for_debugger(reporter, *delivered))
+        message_write_to_debugger(message);
     if (reporter->settings.debug_action & DEBUG_ACTION_BREAK && message->severity == REPORT_ERROR)
-        raise(SIGTRAP);
+        process_break();
     return skip;
 }
 
@@ -141,6 +152,31 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
     deliver(reporter, &message, &delivered);
 }
 
+bool reporter_wants_hazard(const struct reporter *reporter, enum hazard_id hazard)
+{
+    return duplicates_wanted(&reporter->duplicates, reported_other(other_id_of_hazard(hazard)));
+}
+
+void reporter_send_hazard(struct reporter *reporter, const struct hazard_report *report)
+{
+    const struct message_subject subject = hazard_subject(report);
+    const uint32_t id = reported_other(other_id_of_hazard(hazard_id_of(&report->hazard)));
+    const struct narrow_filter *filters = reporter->settings.narrow_filters;
+    struct message_style style = style_of(reporter);
+    struct message message;
+    bool delivered;
+    if (narrow_filters_have(filters, id)) {
+        message_of_hazard(&message, report, &style);
+        if (message_is_muted(&message, filters, id))
+            return;
+    }
+    if (!duplicates_add(&reporter->duplicates, id, id, report->later.origin.device, &subject,
+                        &style))
+        return;
+    message_of_hazard(&message, report, &style);
+    deliver(reporter, &message, &delivered);
+}
+
 static void send_line(struct reporter *reporter, _Atomic uint32_t *messages,
                       enum report_flag severity, const char *line)
 {
@@ -188,7 +224,7 @@ void reporter_report_event(struct reporter *reporter, const char *id, const char
 int reporter_log_descriptor(const struct reporter *reporter, bool *is_json)
 {
     *is_json = reporter->log.json;
-    return reporter->log.is_active ? fileno(reporter->log.file) : -1;
+    return reporter->log.is_active ? file_descriptor(reporter->log.file) : -1;
 }
 
 void reporter_silence_callbacks(struct reporter *reporter)

@@ -54,6 +54,11 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
                               const struct location *location, const struct call_origin *origin,
                               const struct finding *finding);
 
+/* The same for hazards, with severity error. */
+bool reporter_wants_hazard(const struct reporter *reporter, enum hazard_id hazard);
+struct hazard_report;
+void reporter_send_hazard(struct reporter *reporter, const struct hazard_report *report);
+
 /* Sends a message of the layer about itself (such as an invalid setting, or that memory ran out),
  * with severity warning. */
 void reporter_warn(struct reporter *reporter, const char *line);

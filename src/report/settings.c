@@ -4,9 +4,10 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
+#include "src/base/letter_case.h"
 #include "src/base/text_buffer.h"
+#include "src/platform/process.h"
 #include "src/report/ids/message_filter.h"
 #include "src/report/settings/source.h"
 #include "src/report/settings/values.h"
@@ -79,8 +80,6 @@ static const struct choice report_flags[] = {
     {NULL, 0},
 };
 
-enum { WINDOWS_DEBUG_OUTPUT = 1 << 30 }; /* an action without effect; never in struct settings */
-
 static const struct choice debug_actions[] = {
     {"default", DEBUG_ACTION_DEFAULT},
     {"ignore", DEBUG_ACTION_IGNORE},
@@ -94,7 +93,7 @@ static const struct choice debug_actions[] = {
     {"VK_DBG_LAYER_ACTION_LOG_MSG", DEBUG_ACTION_LOG},
     {"VK_DBG_LAYER_ACTION_BREAK", DEBUG_ACTION_BREAK},
     {"VK_DBG_LAYER_ACTION_FAIL", DEBUG_ACTION_FAIL},
-    {"VK_DBG_LAYER_ACTION_DEBUG_OUTPUT", WINDOWS_DEBUG_OUTPUT},
+    {"VK_DBG_LAYER_ACTION_DEBUG_OUTPUT", DEBUG_ACTION_DEBUGGER},
     {NULL, 0},
 };
 
@@ -153,11 +152,12 @@ static bool load_debug_action(const struct loader *loader, char *value)
     uint32_t actions;
     if (!value_read_flags(debug_actions, value, &actions))
         return false;
-    if (actions & WINDOWS_DEBUG_OUTPUT)
+    if (actions & DEBUG_ACTION_DEBUGGER && !PROCESS_HAS_DEBUGGER_OUTPUT) {
         loader->warn(loader->context,
                      "assay_validation.debug_action: VK_DBG_LAYER_ACTION_DEBUG_OUTPUT has an "
                      "effect on Windows only.");
-    actions &= ~(uint32_t)WINDOWS_DEBUG_OUTPUT;
+        actions &= ~(uint32_t)DEBUG_ACTION_DEBUGGER;
+    }
     if (actions != DEBUG_ACTION_IGNORE)
         actions &= ~(uint32_t)DEBUG_ACTION_IGNORE;
     /* A break or a failed call needs the message, too: it states the reason. */
@@ -255,7 +255,7 @@ static void note_value(const struct loader *loader, const struct key *key, const
     if (values)
         values[key - keys] = strdup(value);
     struct text_buffer *changes = loader->changes;
-    if (strcasecmp(value, key->default_value) == 0)
+    if (text_equals_in_any_case(value, key->default_value))
         return;
     text_append(changes, "%s%s = ", changes->length ? ", " : "", key->name);
     text_append_quoted(changes, value, VALUE_SHOWN);

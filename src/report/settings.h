@@ -25,6 +25,9 @@ enum debug_action {
     DEBUG_ACTION_BREAK = 1 << 3,    /* also raise SIGTRAP after an error */
     DEBUG_ACTION_DEFAULT = 1 << 4,  /* also log if no messenger got the message, or to a file */
     DEBUG_ACTION_FAIL = 1 << 5,     /* also skip a call that has an error */
+    /* Windows: also write to the debugger's output, as DEFAULT does if no messenger got the
+     * message. */
+    DEBUG_ACTION_DEBUGGER = 1 << 6,
 };
 
 enum report_flag {

@@ -4,9 +4,8 @@
 #ifndef ASSAY_REPORT_SUMMARY_H
 #define ASSAY_REPORT_SUMMARY_H
 
-#include <pthread.h>
-
 #include "src/base/text_buffer.h"
+#include "src/platform/threads.h"
 #include "src/report/duplicates.h"
 #include "src/report/settings.h"
 

@@ -1,11 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The host's memory, probed before it is read. */
-#define _GNU_SOURCE /* process_vm_readv */
 #include "src/snapshots/memory.h"
 
-#include <errno.h>
-#include <sys/uio.h>
-#include <unistd.h>
+#include "src/platform/probe.h"
 
 void host_memory_init(struct host_memory *host)
 {
@@ -40,20 +37,7 @@ struct input_memory host_memory_of(struct host_memory *host)
     return (struct input_memory){.find = find, .context = host};
 }
 
-/* The smallest page size of the platforms. */
-#define PAGE_SIZE 4096u
-enum { PROBED_PAGES = 64 };
-
-/* Probes one byte of each page. The kernel also faults on the local side of the copy, and reports
- * that as an error. */
-static bool probe(char *const bytes[], unsigned count)
-{
-    struct iovec pages[PROBED_PAGES];
-    for (unsigned i = 0; i < count; i++)
-        pages[i] = (struct iovec){.iov_base = bytes[i], .iov_len = 1};
-    ssize_t copied = process_vm_readv(getpid(), pages, count, pages, count, 0);
-    return copied == (ssize_t)count || (copied < 0 && errno != EFAULT);
-}
+static const uintptr_t page_size = (uintptr_t)1 << PROBE_PAGE_SHIFT;
 
 bool memory_is_writable(void *pointer, uint64_t size)
 {
@@ -63,17 +47,17 @@ bool memory_is_writable(void *pointer, uint64_t size)
     if (!begin || size - 1 > UINTPTR_MAX - begin)
         return false;
     uintptr_t last = begin + (uintptr_t)(size - 1);
-    char *bytes[PROBED_PAGES];
+    char *bytes[PROBE_PAGES];
     unsigned count = 0;
     for (uintptr_t at = begin;;) {
         bytes[count++] = (char *)at; // NOLINT(performance-no-int-to-ptr)
-        uintptr_t next = (at / PAGE_SIZE + 1) * PAGE_SIZE;
+        uintptr_t next = (at / page_size + 1) * page_size;
         bool is_end = next > last || next < at;
-        if ((is_end || count == PROBED_PAGES) && !probe(bytes, count))
+        if ((is_end || count == PROBE_PAGES) && !probe_writable(bytes, count))
             return false;
         if (is_end)
             return true;
-        if (count == PROBED_PAGES)
+        if (count == PROBE_PAGES)
             count = 0;
         at = next;
     }

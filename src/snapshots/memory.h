@@ -3,11 +3,11 @@
 #ifndef ASSAY_SNAPSHOTS_MEMORY_H
 #define ASSAY_SNAPSHOTS_MEMORY_H
 
-#include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "src/base/readable.h"
+#include "src/platform/threads.h"
 
 /* `find` may be called from several threads at once. It returns how many bytes from the address on
  * can be read, at most `size`, and sets `bytes` to them. */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "src/base/array.h"
+#include "src/platform/threads.h"
 
 struct recording *recording_create(const struct recording_memory *memory)
 {
@@ -235,7 +236,7 @@ struct execution *execution_create(struct recording *recording, struct ticket *t
     struct execution *execution = start_execution(recording, ticket);
     if (!execution)
         return NULL;
-    pthread_rwlock_init(&execution->lock, NULL);
+    shared_lock_init(&execution->lock);
     execution->recording = recording_share(recording);
     execution->ticket = ticket_share(ticket);
     if (add_children(execution)) {
@@ -299,7 +300,7 @@ void execution_release(struct execution *execution)
     if (execution->detached)
         free_copies(execution->bases, execution->chunk_count);
     spend_chunks(execution);
-    pthread_rwlock_destroy(&execution->lock);
+    shared_lock_destroy(&execution->lock);
     ticket_release(execution->ticket);
     recording_release(execution->recording);
     free_execution(execution);
@@ -322,9 +323,9 @@ static bool copy_chunks(struct execution *execution)
 
 void execution_drop_snapshots(struct execution *execution)
 {
-    pthread_rwlock_wrlock(&execution->lock);
+    shared_lock_write(&execution->lock);
     execution->has_no_snapshots = true;
-    pthread_rwlock_unlock(&execution->lock);
+    shared_lock_release(&execution->lock);
     for (uint32_t i = 0; i < execution->child_count; i++)
         execution_drop_snapshots(execution->children[i]);
 }
@@ -343,7 +344,7 @@ static bool detach(struct execution *execution, uint64_t nanoseconds)
     bool is_kept = true;
     VkResult result = execution->ticket->wait(
         execution->ticket, atomic_load(&execution->is_reached) ? nanoseconds : 0);
-    pthread_rwlock_wrlock(&execution->lock);
+    shared_lock_write(&execution->lock);
     if (!execution->detached) {
         is_kept = result == VK_SUCCESS && copy_chunks(execution);
         if (!is_kept)
@@ -351,7 +352,7 @@ static bool detach(struct execution *execution, uint64_t nanoseconds)
         execution->has_no_snapshots |= !is_kept;
         execution->detached = true;
     }
-    pthread_rwlock_unlock(&execution->lock);
+    shared_lock_release(&execution->lock);
     return is_kept;
 }
 

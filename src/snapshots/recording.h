@@ -13,10 +13,10 @@
 #ifndef ASSAY_SNAPSHOTS_RECORDING_H
 #define ASSAY_SNAPSHOTS_RECORDING_H
 
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 
+#include "src/platform/threads.h"
 #include "src/snapshots/buffer_target.h"
 #include "src/snapshots/recorded_build.h"
 #include "src/snapshots/ticket.h"
@@ -180,9 +180,8 @@ struct execution {
     atomic_bool is_overwritten; /* by another execution of the same submission */
     atomic_bool is_reached;     /* all work on which it depends has been submitted */
     /* Guards the members below. Held for reading while BVHs are built from the snapshots, which may
-     * take it for reading again for the same execution. So a waiting writer must not block readers;
-     * pthread_rwlock_init makes a lock of that kind. */
-    pthread_rwlock_t lock;
+     * take it for reading again for the same execution. */
+    struct shared_lock lock;
     unsigned char **bases; /* start of each chunk, or of its copy */
     uint64_t *sizes;       /* used bytes of each chunk; in the block of `bases` */
     bool detached;         /* `bases` are copies, because the recording executes again */

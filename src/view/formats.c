@@ -91,3 +91,14 @@ uint32_t format_size(VkFormat format)
 {
     return vkuGetFormatInfo(format).texel_block_size;
 }
+
+bool format_color_block(VkFormat format, struct format_block *block)
+{
+    const struct VKU_FORMAT_INFO info = vkuGetFormatInfo(format);
+    if (!info.texel_block_size || !vkuFormatIsColor(format) || vkuFormatIsMultiplane(format) ||
+        info.block_extent.depth != 1)
+        return false;
+    *block = (struct format_block){info.texel_block_size, info.block_extent.width,
+                                   info.block_extent.height};
+    return true;
+}

@@ -18,4 +18,11 @@ uint32_t format_size(VkFormat format);
  * and the size of a component for other formats. Returns 0 if the format has no such size. */
 uint32_t format_alignment(VkFormat format);
 
+/* Finds the blocks of a color image of one plane. Returns false for other formats. */
+struct format_block {
+    uint32_t size; /* bytes */
+    uint32_t width, height;
+};
+bool format_color_block(VkFormat format, struct format_block *block);
+
 #endif

@@ -13,6 +13,7 @@ struct nv_call_view {
     const VkAccelerationStructureInfoNV *info_argument;
     const VkAccelerationStructureInfoNV *info; /* info_argument, or NULL if it is not readable */
     VkBuffer instance_data;
+    VkDeviceSize instance_offset;
     bool update;
     VkAccelerationStructureNV dst, src;
     VkBuffer scratch;

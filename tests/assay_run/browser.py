@@ -11,7 +11,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 class Browser:
-    """One page. Messages of its console and uncaught errors are collected."""
+    """One page at a time. Messages of its console and uncaught errors are collected."""
 
     def __init__(self, folder):
         to_browser, self.write_end = os.pipe()
@@ -31,9 +31,16 @@ class Browser:
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(to_browser)
         os.close(from_browser)
-        self.buffer, self.number, self.session, self.console, self.requests = b"", 0, None, [], []
-        target = self.call("Target.createTarget", url="about:blank")["targetId"]
-        self.session = self.call("Target.attachToTarget", targetId=target,
+        self.buffer, self.number, self.session, self.target = b"", 0, None, None
+        self.open_page()
+
+    def open_page(self):
+        """In place of the page before."""
+        before, self.session, self.console, self.requests = self.target, None, [], []
+        self.target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        if before:
+            self.call("Target.closeTarget", targetId=before)
+        self.session = self.call("Target.attachToTarget", targetId=self.target,
                                  flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.call(f"{domain}.enable")

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of --html in headless Chromium."""
 
+import tempfile
 import unittest
 import unittest.mock
 
@@ -50,10 +51,16 @@ class Rows(unittest.TestCase):
 
 @unittest.skipUnless(CHROMIUM, "Chromium is not installed")
 class Page(Runs):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory(prefix="assay-test-")
+        cls.addClassCleanup(folder.cleanup)
+        cls.browser = Browser(folder.name)
+        cls.addClassCleanup(cls.browser.close)
+
     def setUp(self):
         super().setUp()
-        self.browser = Browser(self.folder)
-        self.addCleanup(self.browser.close)
+        self.browser.open_page()
 
     def open(self, *lines, width=1200):
         self.write_record(*lines)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What tests of the reference builder share. */
 #include "tests/builder/fixture.h"
+#include "src/platform/aligned.h"
 
 #include <math.h>
 #include <pthread.h>
@@ -34,7 +35,7 @@ void fixture_scope_begin(void)
 void fixture_scope_end(void)
 {
     for (size_t i = 0; i < scope.count; i++)
-        free(scope.allocations[i]);
+        aligned_free(scope.allocations[i]);
     free(scope.allocations);
     memset(&scope, 0, sizeof(scope));
 }
@@ -59,7 +60,7 @@ static void *scope_add(void *bytes)
 static void *allocate(uint64_t size)
 {
     size = (size + BUILDER_ALIGNMENT - 1) / BUILDER_ALIGNMENT * BUILDER_ALIGNMENT;
-    void *bytes = aligned_alloc(BUILDER_ALIGNMENT, size > 0 ? size : BUILDER_ALIGNMENT);
+    void *bytes = aligned_allocate(BUILDER_ALIGNMENT, size > 0 ? size : BUILDER_ALIGNMENT);
     return memset(check_memory(bytes, size), 0, size > 0 ? size : BUILDER_ALIGNMENT);
 }
 
@@ -76,8 +77,8 @@ struct fixture_mesh fixture_mesh_make(uint32_t vertices, uint32_t triangles)
 
 void fixture_mesh_free(struct fixture_mesh *mesh)
 {
-    free(mesh->positions);
-    free(mesh->indices);
+    aligned_free(mesh->positions);
+    aligned_free(mesh->indices);
 }
 
 uint64_t fixture_random(uint64_t *state)
@@ -313,10 +314,10 @@ void *fixture_build(const struct builder_input *input, struct builder_report *re
         builder_build(input, structure, sizes.structure, scratch, sizes.build_scratch, report);
     check_guard(structure, sizes.structure);
     check_guard(scratch, sizes.build_scratch);
-    free(scratch);
+    aligned_free(scratch);
     if (result == BUILDER_OK)
         return scope_add(structure);
-    free(structure);
+    aligned_free(structure);
     return NULL;
 }
 
@@ -331,7 +332,7 @@ enum builder_result fixture_refit(const struct builder_input *input, const void 
     result = builder_refit(input, source, target, builder_size(source), scratch,
                            sizes.update_scratch, report);
     check_guard(scratch, sizes.update_scratch);
-    free(scratch);
+    aligned_free(scratch);
     return result;
 }
 

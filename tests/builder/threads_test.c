@@ -64,7 +64,7 @@ SCOPE_TEST(test_threads)
 /* Enough to be split by all threads at once, some of them at one place, some inactive. */
 static struct fixture_mesh make_mesh(void)
 {
-    struct fixture_mesh mesh = fixture_soup(90000, 5);
+    struct fixture_mesh mesh = fixture_soup(45000, 5);
     for (uint32_t i = 0; i < mesh.vertex_count; i++)
         if (i / 3 % 97 == 0)
             memcpy(&mesh.positions[3 * i], &mesh.positions[3 * (i % 3)], 12);

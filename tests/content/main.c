@@ -81,18 +81,18 @@ static void play_variant(struct run *run, const struct case_list *list,
     tally_count(&run->tally, run->report.outcome, name, run->report.text);
 }
 
-/* Plays a case, and once more with its first rule muted if the message of that rule names others.
- */
+/* Plays a case; or the case with its first rule muted, if the message of that rule names others. */
 static void play_one(struct run *run, const struct case_list *list,
-                     const struct test_case *test_case, uint32_t index)
+                     const struct test_case *test_case, uint32_t index, bool mutes)
 {
     const struct play play = {.test_case = test_case, .command = variants[index].command};
     struct muted_play muted;
-    play_variant(run, list, test_case, index);
-    if (variants[index].change == CHANGE_FOR_THE_BETTER || !wording_mute(&play, &muted))
-        return;
-    play_variant(run, list, &muted.test_case, index);
-    run->setup = NULL; /* `muted` ends here */
+    if (!mutes) {
+        play_variant(run, list, test_case, index);
+    } else if (variants[index].change != CHANGE_FOR_THE_BETTER && wording_mute(&play, &muted)) {
+        play_variant(run, list, &muted.test_case, index);
+        run->setup = NULL; /* `muted` ends here */
+    }
 }
 
 /* Those that read data, which at level content alone is done. */
@@ -100,6 +100,17 @@ static bool is_about_inputs(const struct test_case *test_case)
 {
     return test_case->setup != NULL && test_case->setup->level != NULL &&
            strcmp(test_case->setup->level, "content") == 0 && !test_case->is_for_the_call;
+}
+
+/* The muted plays come last, because each of them has a device of its own. */
+static void play_all(struct run *run, bool mutes)
+{
+    for (size_t i = 0; i < LIST_COUNT; i++)
+        for (size_t j = 0; j < lists[i]->count; j++) {
+            const struct test_case *test_case = &lists[i]->cases[j];
+            for (uint32_t k = 0; k < variant_count && is_about_inputs(test_case); k++)
+                play_one(run, lists[i], test_case, k, mutes);
+        }
 }
 
 /* On the null driver, which takes everything. */
@@ -129,12 +140,8 @@ int main(int argc, char **argv)
                                   " [--filter NAME] [--list] [--verbose] [--results FILE]\n");
     if (status != 0)
         return status;
-    for (size_t i = 0; i < LIST_COUNT; i++)
-        for (size_t j = 0; j < lists[i]->count; j++) {
-            const struct test_case *test_case = &lists[i]->cases[j];
-            for (uint32_t k = 0; k < variant_count && is_about_inputs(test_case); k++)
-                play_one(&run, lists[i], test_case, k);
-        }
+    play_all(&run, false);
+    play_all(&run, true);
     texts_play(&run.platform, &run.fixture, &run.tally);
     fixture_close(&run.fixture);
     if (run.platform.is_null && !run.platform.is_cpu && !run.platform.is_guarded &&

@@ -111,6 +111,8 @@ void machine_record(struct machine *machine, const struct step *step);
 /* Around a build: its place and labels, then a barrier behind it. */
 void machine_begin_build(struct machine *machine, const struct step *step);
 void machine_end_build(struct machine *machine, const struct step *step);
+/* Between builds, and copies of structures. */
+void machine_barrier(const struct machine *machine, VkCommandBuffer command_buffer);
 
 /* What the device and the host copy, and fill a structure with. */
 VkCopyAccelerationStructureInfoKHR machine_copy(const struct machine *machine,

@@ -59,6 +59,7 @@ static void copy(struct machine *machine, const struct step *step)
         machine->nv[step->src].handle,
         step->action == ACTION_COMPACT ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
                                        : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    machine_barrier(machine, machine->command_buffers[step->object]);
 }
 
 /* No build ranges: they are not in a buffer. */

@@ -21,7 +21,7 @@ static void begin(struct machine *machine, const struct step *step)
     machine->positions[step->object] = 0;
 }
 
-static void barrier(struct machine *machine, VkCommandBuffer command_buffer)
+void machine_barrier(const struct machine *machine, VkCommandBuffer command_buffer)
 {
     const STRUCT(VkMemoryBarrier, memory_barrier,
                  .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR |
@@ -78,7 +78,7 @@ void machine_end_build(struct machine *machine, const struct step *step)
     const VkCommandBuffer command_buffer = machine->command_buffers[step->object];
     machine->vk->CmdEndDebugUtilsLabelEXT(command_buffer);
     machine->vk->CmdEndDebugUtilsLabelEXT(command_buffer);
-    barrier(machine, command_buffer);
+    machine_barrier(machine, command_buffer);
 }
 
 static void build(struct machine *machine, const struct step *step)
@@ -144,14 +144,14 @@ static void copy(struct machine *machine, VkCommandBuffer command_buffer, const 
 {
     const VkCopyAccelerationStructureInfoKHR info = machine_copy(machine, step);
     machine->vk->CmdCopyAccelerationStructureKHR(command_buffer, &info);
-    barrier(machine, command_buffer);
+    machine_barrier(machine, command_buffer);
 }
 
 static void fill(struct machine *machine, VkCommandBuffer command_buffer, const struct step *step)
 {
     const VkCopyMemoryToAccelerationStructureInfoKHR info = machine_filling(machine, step);
     machine->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
-    barrier(machine, command_buffer);
+    machine_barrier(machine, command_buffer);
 }
 
 void machine_record(struct machine *machine, const struct step *step)

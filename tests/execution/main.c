@@ -27,7 +27,7 @@ static char current_name[256];
 
 /* ---- output */
 
-static void tell(struct run *run)
+static void count_result(struct run *run)
 {
     tally_count(&run->tally, run->report.outcome, current_name, run->report.text);
 }
@@ -53,8 +53,8 @@ static void write_results(struct run *run, const struct play *play, bool expects
         else if (passed)
             run->fired[vuid] = true;
         if (run->tally.results != NULL)
-            fprintf(run->tally.results, "%s\t%s\t%s\t%s\t%s\n", run->platform.name, current_name,
-                    command_words[play->command], vuid_texts[vuid].id, outcome);
+            tally_write(&run->tally, &run->platform, current_name, play->command,
+                        vuid_texts[vuid].id, outcome);
     }
 }
 
@@ -71,7 +71,7 @@ static void play_one(struct run *run, const struct program_list *list, const str
     play_program(play, &run->fixture, &run->report);
     if (play->level == run->tally.level)
         write_results(run, play, play->is_twin || !program_reports(play->program));
-    tell(run);
+    count_result(run);
 }
 
 /* Builds are recorded with the device command, updates with each that has an id for them; what the
@@ -183,32 +183,21 @@ static void check_every_rule_has_fired(struct run *run)
             run->report.outcome = OUTCOME_FAILED;
         }
     }
-    tell(run);
+    count_result(run);
 }
 
 /* ---- the program */
-
-static int usage(void)
-{
-    fputs("usage: execution_test " PLATFORM_NAMES
-          " [--filter NAME] [--list] [--verbose] "
-          "[--results FILE] [--level NAME]\n",
-          stderr);
-    return 2;
-}
 
 int main(int argc, char **argv)
 {
     static struct run run;
 
-    if (argc < 2 || !tally_read_arguments(&run.tally, argc, argv))
-        return usage();
-    setvbuf(stdout, NULL, _IOLBF, 0);
-    const char *missing = platform_open(&run.platform, argv[1]);
-    if (missing != NULL) {
-        printf("[  SKIPPED ] %s: %s\n", argv[1], missing);
-        return 77;
-    }
+    const int status = tally_open(&run.tally, &run.platform, argc, argv,
+                                  "usage: execution_test " PLATFORM_NAMES
+                                  " [--filter NAME] [--list] [--verbose] "
+                                  "[--results FILE] [--level NAME]\n");
+    if (status != 0)
+        return status;
     differences_fill();
     play_all(&run);
     if (run.platform.is_null && run.tally.level == NULL)

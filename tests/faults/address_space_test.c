@@ -77,9 +77,9 @@ static void live(const struct setup *setup, size_t more)
     exit(0);
 }
 
-static void test_address_space(void **state)
+TEST(test_address_space)
 {
-    const struct setup setup = {.level = *state};
+    const struct setup setup = {.level = unit_test_arguments[1]};
     for (size_t i = 0; i < CHILDREN; i++) {
         int status = 0;
         fflush(NULL);
@@ -97,17 +97,4 @@ static void test_address_space(void **state)
         if (WIFEXITED(status) && WEXITSTATUS(status) == FALSE_FINDING)
             fail_msg("%zu bytes more: a finding about valid calls", i * STEP);
     }
-}
-
-int main(int argc, char **argv)
-{
-    if (argc != 3)
-        return 2;
-    const struct CMUnitTest tests[] = {
-        {"test_address_space", test_address_space, NULL, NULL, argv[2]},
-    };
-    const int unusable = platform_of_arguments(2, argv);
-    if (unusable != 0)
-        return unusable;
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -28,7 +28,7 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
     return VK_FALSE;
 }
 
-static int open_scene(void **state)
+static void open_scene(void)
 {
     static const struct setup plain;
     const VkDebugUtilsMessengerCreateInfoEXT info = {
@@ -43,15 +43,13 @@ static int open_scene(void **state)
     expect_success(
         fixture.vki.CreateDebugUtilsMessengerEXT(fixture.instance, &info, NULL, &messenger),
         "vkCreateDebugUtilsMessengerEXT");
-    return 0;
 }
 
-static int close_scene(void **state)
+static void close_scene(void)
 {
     fixture.vki.DestroyDebugUtilsMessengerEXT(fixture.instance, messenger, NULL);
     scene_close(scene);
     fixture_close(&fixture);
-    return 0;
 }
 
 static void make_mistake(void)
@@ -128,13 +126,15 @@ static void create_instance(void)
 
 /* ---- tests: a deed, in a callback of a call and of a submission */
 
+#define CALLBACK_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
+
 static void expect(unsigned count, unsigned in_deed)
 {
     assert_int_equal(callback.count, count);
     assert_int_equal(callback.in_deed, in_deed);
 }
 
-static void test_callback_destroys_its_messenger(void **state)
+CALLBACK_TEST(test_callback_destroys_its_messenger)
 {
     callback.deed = destroy_messenger;
     make_mistake();
@@ -142,14 +142,14 @@ static void test_callback_destroys_its_messenger(void **state)
     expect(1, 0);
 }
 
-static void test_callback_records(void **state)
+CALLBACK_TEST(test_callback_records)
 {
     callback.deed = record_with_mistakes;
     make_mistake();
     expect(1, 3);
 }
 
-static void test_callback_creates_and_destroys_objects(void **state)
+CALLBACK_TEST(test_callback_creates_and_destroys_objects)
 {
     callback.deed = create_and_destroy;
     make_mistake();
@@ -159,14 +159,14 @@ static void test_callback_creates_and_destroys_objects(void **state)
     expect(1, 0);
 }
 
-static void test_callback_submits_and_destroys(void **state)
+CALLBACK_TEST(test_callback_submits_and_destroys)
 {
     callback.deed = submit_and_destroy;
     submit_mistake();
     expect(1, 0);
 }
 
-static void test_callback_creates_an_instance(void **state)
+CALLBACK_TEST(test_callback_creates_an_instance)
 {
     callback.deed = create_instance;
     make_mistake();
@@ -174,19 +174,4 @@ static void test_callback_creates_an_instance(void **state)
     callback.count = 0;
     submit_mistake();
     expect(1, 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_callback_destroys_its_messenger, open_scene,
-                                        close_scene),
-        cmocka_unit_test_setup_teardown(test_callback_records, open_scene, close_scene),
-        cmocka_unit_test_setup_teardown(test_callback_creates_and_destroys_objects, open_scene,
-                                        close_scene),
-        cmocka_unit_test_setup_teardown(test_callback_submits_and_destroys, open_scene,
-                                        close_scene),
-        cmocka_unit_test_setup_teardown(test_callback_creates_an_instance, open_scene, close_scene),
-    };
-    return cmocka_run_group_tests(tests, platform_set_up, NULL);
 }

@@ -175,34 +175,20 @@ static void fork_often(void (*deed)(struct scene *scene), int code)
 }
 
 #define FORK_TEST(name, deed, code)                                                                \
-    static void name(void **state)                                                                 \
+    TEST(name)                                                                                     \
     {                                                                                              \
-        (void)state;                                                                               \
         fork_often(deed, code);                                                                    \
     }
 
 FORK_TEST(test_child_exits, leave, 0)
 FORK_TEST(test_child_executes_another_program, execute_program, 0)
-FORK_TEST(test_child_destroys_objects_of_the_parent, destroy, 0)
-FORK_TEST(test_child_records_for_the_parent, record, 0)
 FORK_TEST(test_child_creates_an_instance, create, IS_FOUND)
+FORK_TEST(test_child_records_for_the_parent, record, 0)
+FORK_TEST(test_child_destroys_objects_of_the_parent, destroy, 0)
 FORK_TEST(test_child_does_everything, use_all, IS_FOUND)
 
-int main(int argc, char **argv)
+const char *loader_test_open(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_child_exits),
-        cmocka_unit_test(test_child_executes_another_program),
-        cmocka_unit_test(test_child_creates_an_instance),
-        cmocka_unit_test(test_child_records_for_the_parent),
-        cmocka_unit_test(test_child_destroys_objects_of_the_parent),
-        cmocka_unit_test(test_child_does_everything),
-    };
-    if (argc != 3)
-        return 2;
-    level = argv[2];
-    const int unusable = platform_of_arguments(2, argv);
-    if (unusable != 0)
-        return unusable;
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    level = unit_test_arguments[1];
+    return NULL;
 }

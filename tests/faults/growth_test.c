@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* growth_test [FINDINGS CYCLES]: memory that grows with findings, or with instances. */
+/* growth_test [null FINDINGS CYCLES]: memory that grows with findings, or with instances. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/wait.h>
@@ -44,7 +44,6 @@ static const struct reporting reportings[] = {
     {"0", "content", "text", "/dev/null", false, 0},
     {"0", "execution", "text", "/dev/full", false, 1},
     {"0", "execution", "json", "/dev/full", false, 1},
-    /* Last: the layer stays loaded. */
     {"0", "execution", "text", "/nonexistent/log", false, 1},
 };
 
@@ -79,11 +78,10 @@ static void make_mistake(struct scene *scene, unsigned i)
     }
 }
 
-static void test_findings(void **state)
+static void report_often(const struct reporting *reporting)
 {
     static struct fixture fixture;
     static const struct setup plain = {.by_environment = true};
-    const struct reporting *reporting = *state;
     struct timespec begin, end;
     use(reporting);
     set("VK_INSTANCE_LAYERS", LAYER_NAME);
@@ -155,29 +153,31 @@ static long growth_of_cycles(const char *level, bool has_layer)
     return growth;
 }
 
-static void test_cycles(void **state)
-{
-    const char *level = *state;
-    const long without = growth_of_cycles(level, false), with = growth_of_cycles(level, true);
-    print_message("level %s: %u cycles, %ld KiB more, without the layer %ld KiB\n", level, cycles,
-                  with / KIB, without / KIB);
-    assert_true(with - without < CYCLES_GROWTH);
-}
-
-int main(int argc, char **argv)
+TEST(test_cycles)
 {
     static const char *const levels[] = {"execution", "content"};
-    enum { REPORTINGS = LENGTH(reportings), LEVELS = LENGTH(levels) };
-    struct CMUnitTest tests[LEVELS + REPORTINGS];
-    for (size_t i = 0; i < LEVELS; i++)
-        tests[i] = (struct CMUnitTest){"test_cycles", test_cycles, NULL, NULL,
-                                       (void *)(uintptr_t)levels[i]};
-    for (size_t i = 0; i < REPORTINGS; i++)
-        tests[LEVELS + i] = (struct CMUnitTest){"test_findings", test_findings, NULL, NULL,
-                                                (void *)(uintptr_t)&reportings[i]};
-    if (argc == 3) {
-        findings = (unsigned)atoi(argv[1]);
-        cycles = (unsigned)atoi(argv[2]);
+    for (size_t i = 0; i < LENGTH(levels); i++) {
+        const long without = growth_of_cycles(levels[i], false),
+                   with = growth_of_cycles(levels[i], true);
+        print_message("level %s: %u cycles, %ld KiB more, without the layer %ld KiB\n", levels[i],
+                      cycles, with / KIB, without / KIB);
+        assert_true(with - without < CYCLES_GROWTH);
     }
-    return cmocka_run_group_tests(tests, platform_set_up, NULL);
+}
+
+/* Last: the layer stays loaded. */
+TEST(test_findings)
+{
+    for (size_t i = 0; i < LENGTH(reportings); i++)
+        report_often(&reportings[i]);
+}
+
+const char *loader_test_open(void)
+{
+    char **numbers = unit_test_arguments;
+    if (numbers[0] && numbers[1] && numbers[2]) {
+        findings = (unsigned)atoi(numbers[1]);
+        cycles = (unsigned)atoi(numbers[2]);
+    }
+    return NULL;
 }

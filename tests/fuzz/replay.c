@@ -8,20 +8,30 @@
 #include <string.h>
 
 #include "fuzz.h"
+#include "tests/state/random.h"
 
 enum { INPUT_MAX = 1 << 16, PATH_SIZE = 1024 };
 
-static int run_file(const char *path)
+static uint8_t input[INPUT_MAX];
+static size_t input_size;
+
+static bool read_file(const char *path)
 {
-    static uint8_t input[INPUT_MAX];
     FILE *file = fopen(path, "rb");
     if (!file) {
         fprintf(stderr, "%s: can't be read\n", path);
-        return 1;
+        return false;
     }
-    size_t size = fread(input, 1, sizeof(input), file);
+    input_size = fread(input, 1, sizeof(input), file);
     fclose(file);
-    LLVMFuzzerTestOneInput(input, size);
+    return true;
+}
+
+static int run_file(const char *path)
+{
+    if (!read_file(path))
+        return 1;
+    LLVMFuzzerTestOneInput(input, input_size);
     return 0;
 }
 
@@ -55,4 +65,54 @@ int replay(int count, char **paths)
     }
     printf("%u files\n", files);
     return files == 0 ? 1 : failures;
+}
+
+/* ---- mutated files */
+
+/* Changes a byte, or cuts or repeats some. */
+static void mutate(struct random *random)
+{
+    const uint32_t size = (uint32_t)input_size, at = random_below(random, size),
+                   length = random_below(random, size - at);
+    switch (random_below(random, 6)) {
+    case 0:
+        memmove(input + at, input + at + length, size - at - length);
+        input_size -= length;
+        break;
+    case 1:
+        if (size + length <= INPUT_MAX) {
+            memmove(input + at + length, input + at, size - at);
+            input_size += length;
+        }
+        break;
+    case 2:
+        input[at] ^= (uint8_t)(1 << random_below(random, 8));
+        break;
+    default:
+        input[at] = (uint8_t)random_below(random, 256);
+    }
+}
+
+int replay_mutated(const char *folder, uint32_t count)
+{
+    struct random random = random_of(folder);
+    struct dirent **entries;
+    const int found = scandir(folder, &entries, NULL, alphasort);
+    int failures = found <= 0;
+    for (uint32_t i = 0; i < count && !failures; i++) {
+        char name[PATH_SIZE];
+        const char *chosen = entries[random_below(&random, (uint32_t)found)]->d_name;
+        snprintf(name, sizeof(name), "%s/%s", folder, chosen);
+        if (chosen[0] == '.')
+            continue;
+        failures += !read_file(name);
+        for (uint32_t n = 1 + random_below(&random, 8); n && input_size; n--)
+            mutate(&random);
+        LLVMFuzzerTestOneInput(input, input_size);
+    }
+    for (int i = 0; i < found; i++)
+        free(entries[i]);
+    if (found >= 0)
+        free(entries);
+    return failures;
 }

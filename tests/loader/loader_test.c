@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "loader_test.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -42,24 +41,4 @@ uint32_t count_findings(const struct setup *setup)
     scene_close(scene);
     fixture_close(&fixture);
     return count;
-}
-
-int platform_of_arguments(int argc, char **argv)
-{
-    if (argc != 2) {
-        fprintf(stderr, "usage: %s null|lavapipe\n", argv[0]);
-        return 2;
-    }
-    const char *missing = platform_open(&platform, argv[1]);
-    if (missing != NULL)
-        printf("%s: %s\n", argv[1], missing);
-    return missing != NULL ? 77 : 0;
-}
-
-int platform_set_up(void **state)
-{
-    const char *missing = platform_open(&platform, "null");
-    if (missing != NULL)
-        print_error("%s\n", missing);
-    return missing != NULL;
 }

@@ -29,9 +29,4 @@ bool layer_is_installed(const char *name, const char *folder);
  * of messages of the latter; if it is 1, the message is that of the mistake. */
 uint32_t count_findings(const struct setup *setup);
 
-/* For programs with a main function of their own: the platform is that of the first argument, or
- * the null driver. The first returns 0, or the exit code of a program that can't run. */
-int platform_of_arguments(int argc, char **argv);
-int platform_set_up(void **state);
-
 #endif

@@ -3,11 +3,20 @@
 #define _GNU_SOURCE
 #include "internal.h"
 
+#include <stdatomic.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
+static _Atomic uint64_t allocated;
+
+uint64_t null_driver_allocated(void)
+{
+    return atomic_load(&allocated);
+}
+
 static void release_memory(struct object *memory)
 {
+    atomic_fetch_sub(&allocated, memory->memory.size);
     if (memory->memory.host != NULL && !memory->memory.imported)
         munmap(memory->memory.host, memory->memory.size);
     address_remove_object(memory);
@@ -63,6 +72,7 @@ COMMAND(AllocateMemory)
     memory->memory.address = replayed_address(pAllocateInfo);
     if (memory->memory.address == 0)
         memory->memory.address = address_allocate(config, memory->memory.size);
+    atomic_fetch_add(&allocated, memory->memory.size);
     import(memory, pAllocateInfo);
     address_add_object(memory, memory->memory.address, memory->memory.size);
     *pMemory = HANDLE(VkDeviceMemory, memory->handle);

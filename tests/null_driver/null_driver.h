@@ -181,6 +181,8 @@ struct null_driver_api {
     /* Calls that reached the driver since the last reset, failed ones included; UINT64_MAX for a
      * name that it does not have. */
     uint64_t (*calls)(const char *name);
+    /* Bytes of device memory that are allocated. */
+    uint64_t (*allocated)(void);
     /* Sets all counts to 0, forgets pending and planned failures and the lost device, ends a
      * hang, and executes again. */
     void (*reset)(void);
@@ -196,6 +198,7 @@ NULL_DRIVER_EXPORT uint32_t null_driver_take_references(uint64_t *references, ui
 NULL_DRIVER_EXPORT void null_driver_plan_fault(const struct null_driver_fault *fault);
 NULL_DRIVER_EXPORT void null_driver_end_hang(void);
 NULL_DRIVER_EXPORT uint64_t null_driver_calls(const char *name);
+NULL_DRIVER_EXPORT uint64_t null_driver_allocated(void);
 NULL_DRIVER_EXPORT void null_driver_reset(void);
 
 /* Returns what dlopen returned; NULL, with dlerror set, where something is missing. */
@@ -216,6 +219,7 @@ static inline void *null_driver_load(const char *path, struct null_driver_api *a
         {"null_driver_plan_fault", (void **)&api->plan_fault},
         {"null_driver_end_hang", (void **)&api->end_hang},
         {"null_driver_calls", (void **)&api->calls},
+        {"null_driver_allocated", (void **)&api->allocated},
         {"null_driver_reset", (void **)&api->reset},
     };
     for (size_t i = 0; library != NULL && i < sizeof(functions) / sizeof(functions[0]); i++) {

@@ -78,32 +78,24 @@ static bool execute1(const VkSubmitInfo *info)
     return execute(&own) && goes_on;
 }
 
-COMMAND(QueueSubmit)
-{
-    bool goes_on = true, has_commands = false;
-    for (uint32_t i = 0; i < submitCount; i++)
-        has_commands |= pSubmits[i].commandBufferCount > 0;
-    if (has_commands)
-        fault_at_submit();
-    if (device_is_lost())
-        return VK_ERROR_DEVICE_LOST;
-    for (uint32_t i = 0; i < submitCount && !device_is_lost(); i++)
-        goes_on = execute1(&pSubmits[i]) && goes_on;
+/* The body of both commands. */
+#define SUBMIT(execute, command_count)                                                             \
+    bool goes_on = true, has_commands = false;                                                     \
+    for (uint32_t i = 0; i < submitCount; i++)                                                     \
+        has_commands |= pSubmits[i].command_count > 0;                                             \
+    if (has_commands)                                                                              \
+        fault_at_submit();                                                                         \
+    if (device_is_lost())                                                                          \
+        return VK_ERROR_DEVICE_LOST;                                                               \
+    for (uint32_t i = 0; i < submitCount && !device_is_lost(); i++)                                \
+        goes_on = execute(&pSubmits[i]) && goes_on;                                                \
     return end(fence, goes_on);
-}
+
+COMMAND(QueueSubmit){SUBMIT(execute1, commandBufferCount)}
 
 COMMAND(QueueSubmit2)
 {
-    bool goes_on = true, has_commands = false;
-    for (uint32_t i = 0; i < submitCount; i++)
-        has_commands |= pSubmits[i].commandBufferInfoCount > 0;
-    if (has_commands)
-        fault_at_submit();
-    if (device_is_lost())
-        return VK_ERROR_DEVICE_LOST;
-    for (uint32_t i = 0; i < submitCount && !device_is_lost(); i++)
-        goes_on = execute(&pSubmits[i]) && goes_on;
-    return end(fence, goes_on);
+    SUBMIT(execute, commandBufferInfoCount)
 }
 
 static void bind_sparse(const VkSparseBufferMemoryBindInfo *info)

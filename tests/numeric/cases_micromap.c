@@ -243,6 +243,13 @@ CASE(58, 0, 0, "micromaps and their copies")
             micromap_opacity(again, 1, 0.3f, 0.3f);
         bytes[i] ^= 0x80;
     }
+    const uint64_t data_at = bytes_size - size + 40; /* where the second triangle has its offset */
+    for (uint64_t offset = size - 2; offset <= size; offset++) {
+        memcpy(bytes + data_at, &offset, sizeof(offset));
+        EXPECT((micromap_deserialize(bytes, bytes_size, &uuids, again, size) == BUILDER_OK) ==
+               (offset == size - 2));
+    }
+    EXPECT(micromap_serialize(micromap, &uuids, bytes, bytes_size) == BUILDER_OK);
     triangles[1].dataOffset = 15; /* 2 bytes from there on */
     EXPECT(micromap_build(&input, micromap, size) == BUILDER_INPUT_OUT_OF_RANGE);
     triangles[1] = (VkMicromapTriangleEXT){0, 12, 2}; /* not as the usages say */

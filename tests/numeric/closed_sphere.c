@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "src/platform/aligned.h"
 #include "tests/builder/fixture.h"
 
 #define SIDE 115 /* 12 * 115 * 115 = 158,700 triangles */
@@ -112,7 +113,7 @@ static bool check_sphere(float offset, uint32_t rays)
         snprintf(what, sizeof(what), "quality %s", quality_names[quality]);
         for (int accuracy = TRACE_FAST; accuracy <= TRACE_EXACT; accuracy++)
             is_good &= check_rays(what, structure, &sphere, accuracy);
-        free(structure);
+        aligned_free(structure);
     }
     fixture_mesh_free(&sphere.mesh);
     return is_good;
@@ -143,8 +144,8 @@ static bool check_instance(uint32_t rays)
     }
     for (int accuracy = TRACE_ROBUST; accuracy <= TRACE_EXACT; accuracy++)
         is_good &= check_rays("turned instance", tlas, &sphere, accuracy);
-    free(tlas);
-    free(blas);
+    aligned_free(tlas);
+    aligned_free(blas);
     fixture_mesh_free(&sphere.mesh);
     return is_good;
 }

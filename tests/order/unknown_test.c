@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What makes the order partly or wholly unknown. */
 #include "program.h"
+#include "src/state/order/semaphore_clock.h"
 
 /* ---- losing the order */
 
@@ -53,6 +54,23 @@ TEST(a_missing_order_is_accepted)
     execution_order_host_clock(p.order, &clock);
     assert_int_equal(clock.queues, 0);
     program_stop(&p);
+}
+
+/* Of a semaphore with many signals, the older half is taken as over. */
+TEST(test_old_signals_are_dropped)
+{
+    const struct execution_clock *clock, none = {0};
+    struct semaphore_clock semaphore = {.timeline = true};
+    for (uint64_t value = 1; value <= SEMAPHORE_SIGNALS + 1; value++) {
+        assert_true(semaphore_clock_announce(&semaphore, value, &none));
+        semaphore_clock_set(&semaphore, value, &none, &none);
+        semaphore_clock_publish(&semaphore, value, &none);
+    }
+    for (uint64_t value = 1; value <= SEMAPHORE_SIGNALS + 1; value++) {
+        assert_int_equal(semaphore_clock_wait(&semaphore, value, NULL, &clock), SEMAPHORE_REACHED);
+        assert_int_equal(clock != NULL, value > SEMAPHORE_SIGNALS / 2);
+    }
+    semaphore_clock_release(&semaphore);
 }
 
 /* ---- what others signal */

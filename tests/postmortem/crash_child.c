@@ -100,6 +100,9 @@ void run(void (*child)(void), const char *setting, const char *value)
     while ((got = read(ends[0], output + length, sizeof(output) - 1 - length)) > 0)
         length += (size_t)got;
     output[length] = '\0';
+    char *emulator = strstr(output, "qemu: uncaught target signal");
+    if (emulator) /* under scripts/platforms aarch64; its message is the last */
+        *emulator = '\0';
     close(ends[0]);
     assert_int_equal(waitpid(pid, &status, 0), pid);
     expect_no_output("ThreadSanitizer: ");

@@ -99,6 +99,35 @@ const char *capture_end(void)
     return captured.text;
 }
 
+static char file_text[64 * 1024];
+
+const char *file_read(const char *name)
+{
+    FILE *file = fopen(name, "r");
+    assert_non_null(file);
+    file_text[fread(file_text, 1, sizeof(file_text) - 1, file)] = '\0';
+    fclose(file);
+    return file_text;
+}
+
+const char *file_line(unsigned n)
+{
+    static char line[16384];
+    const char *at = file_text;
+    for (; n; n--)
+        assert_non_null(at = strchr(at, '\n') + 1);
+    snprintf(line, sizeof(line), "%.*s", (int)strcspn(at, "\n"), at);
+    return line;
+}
+
+unsigned count_lines(const char *text)
+{
+    unsigned count = 0;
+    for (; *text; text++)
+        count += *text == '\n';
+    return count;
+}
+
 /* ---- surrounding */
 
 static char folder[] = "/tmp/assay_report_XXXXXX";
@@ -156,6 +185,15 @@ void surrounding_clear(const char *settings_text)
 void surrounding_set_up(void)
 {
     surrounding_clear(NULL);
+}
+
+void surrounding_json(const char *filename)
+{
+    surrounding_clear(NULL);
+    remove("a.jsonl");
+    setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "json", 1);
+    if (filename)
+        setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", filename, 1);
 }
 
 struct reporter *reporter_of(const void *chain)

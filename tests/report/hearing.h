@@ -39,12 +39,20 @@ VkDebugReportCallbackCreateInfoEXT hearing_report_callback(struct hearing *heari
 void capture_begin(int descriptor);
 const char *capture_end(void);
 
+/* The text of a file, until the next call; fails the test if there is no file. */
+const char *file_read(const char *name);
+/* The n-th line of that text. */
+const char *file_line(unsigned n);
+unsigned count_lines(const char *text);
+
 /* An empty folder becomes the current one and HOME, and no setting is in the environment. The text
  * is that of vk_layer_settings.txt there, or NULL for none. The folder goes after the tests. */
 void surrounding_clear(const char *settings_text);
 
 /* A setup: the same without a file. */
 void surrounding_set_up(void);
+/* The same with log_format = json and log_filename, or stderr if it is NULL; no file a.jsonl. */
+void surrounding_json(const char *filename);
 
 /* A reporter for VkInstanceCreateInfo with this chain; fails the test if there is none. */
 struct reporter *reporter_of(const void *chain);

@@ -1,58 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tests of log_format = json, and of the words in log_filename. schema_test.py validates lines. */
-#include <signal.h>
+/* Tests of log_format = json, and of names in message_id_filter. schema_test.py validates lines. */
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "hearing.h"
-#include "src/report/log/filename.h"
 #include "src/state/commands/label_stack.h"
 #include "src/state/commands/object_names.h"
 
 #define SENT_COMMAND "VUID-vkCmdBuildAccelerationStructuresKHR-"
-
-static char file_text[64 * 1024];
-
-static const char *read_file(const char *name)
-{
-    FILE *file = fopen(name, "r");
-    assert_non_null(file);
-    file_text[fread(file_text, 1, sizeof(file_text) - 1, file)] = '\0';
-    fclose(file);
-    return file_text;
-}
-
-/* Returns the n-th line of file_text. */
-static const char *line_of(unsigned n)
-{
-    static char line[16384];
-    const char *at = file_text;
-    for (; n; n--)
-        assert_non_null(at = strchr(at, '\n') + 1);
-    snprintf(line, sizeof(line), "%.*s", (int)strcspn(at, "\n"), at);
-    return line;
-}
-
-static unsigned count_lines(const char *text)
-{
-    unsigned count = 0;
-    for (; *text; text++)
-        count += *text == '\n';
-    return count;
-}
-
-static void use_json(const char *filename)
-{
-    surrounding_clear(NULL);
-    remove("a.jsonl");
-    setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "json", 1);
-    if (filename)
-        setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", filename, 1);
-}
 
 /* ---- one finding, with all that a line may have */
 
@@ -102,7 +58,7 @@ static bool send_full(struct reporter *reporter)
 
 TEST(test_lines_of_an_instance)
 {
-    use_json("a.jsonl");
+    surrounding_json("a.jsonl");
     setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "1", 1);
     set_up_names();
     struct hearing hearing = {0};
@@ -115,13 +71,13 @@ TEST(test_lines_of_an_instance)
     assert_has(hearing.text, "Something is odd.");
     reporter_destroy(reporter);
     free_names();
-    assert_int_equal(count_lines(read_file("a.jsonl")), 4);
-    const char *line = line_of(0);
+    assert_int_equal(count_lines(file_read("a.jsonl")), 4);
+    const char *line = file_line(0);
     assert_has(line, "{\"Type\":\"Header\",\"pid\":");
     assert_has(line, "\"Executable\":\"/");
     assert_has(line, "\"duplicate_message_limit\":\"1\"");
     assert_has(line, "\"level\":\"execution\"");
-    line = line_of(1);
+    line = file_line(1);
     assert_has(line, "\"Severity\":\"Error\",\"VUID\":\"" SENT_ID "\",\"MessageID\":\"0x");
     assert_has(line, "{\"type\":\"VkBuffer\",\"handle\":\"0xb\",\"name\":\"rock, \\\"large\\\"\"}");
     assert_has(line, "{\"type\":\"VkCommandBuffer\",\"handle\":\"0xc\"}");
@@ -137,9 +93,9 @@ TEST(test_lines_of_an_instance)
     assert_has(line,
                "\"device\":\"0xd\",\"queue\":\"0xe\",\"submission\":7,\"build\":3,"
                "\"level\":\"state\"");
-    assert_has(line_of(2), "\"Severity\":\"Warning\",\"VUID\":\"ASSAY-warning\"");
-    assert_has(line_of(2), "\"Objects\":[],\"MainMessage\":\"Something is odd.\"}");
-    line = line_of(3);
+    assert_has(file_line(2), "\"Severity\":\"Warning\",\"VUID\":\"ASSAY-warning\"");
+    assert_has(file_line(2), "\"Objects\":[],\"MainMessage\":\"Something is odd.\"}");
+    line = file_line(3);
     assert_has(line, "\"Type\":\"Summary\"");
     assert_has(line, "\"Findings\":{\"" SENT_ID "\":2},\"HeldBack\":{\"" SENT_ID "\":1}");
     assert_has(line, "\"odd builds (3)\"");
@@ -159,7 +115,7 @@ TEST(test_former_ids)
         const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
         char id[100];
         struct finding finding;
-        use_json("a.jsonl");
+        surrounding_json("a.jsonl");
         setenv("VK_ASSAY_VALIDATION_VUID_NAMES", cases[i].names, 1);
         struct reporter *reporter = reporter_of(NULL);
         finding_says(&finding, "scratchData.deviceAddress", "is wrong");
@@ -167,15 +123,15 @@ TEST(test_former_ids)
                       &(struct call_origin){0}, &finding);
         reporter_destroy(reporter);
         snprintf(id, sizeof(id), "\"VUID\":\"" SENT_COMMAND "%s\"", cases[i].id);
-        read_file("a.jsonl");
-        assert_has(line_of(1), id);
-        assert_has(line_of(1), cases[i].formerly);
+        file_read("a.jsonl");
+        assert_has(file_line(1), id);
+        assert_has(file_line(1), cases[i].formerly);
     }
 }
 
 TEST(test_standard_error)
 {
-    use_json(NULL);
+    surrounding_json(NULL);
     capture_begin(STDERR_FILENO);
     struct reporter *reporter = reporter_of(NULL);
     send_one(reporter);
@@ -192,20 +148,20 @@ TEST(test_standard_error)
 /* Neither report_flags nor a limit hides the lines around the findings. */
 TEST(test_flags_do_not_hide_header_and_summary)
 {
-    use_json("a.jsonl");
+    surrounding_json("a.jsonl");
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn", 1);
     struct reporter *reporter = reporter_of(NULL);
     send_one(reporter);
     reporter_destroy(reporter);
-    assert_int_equal(count_lines(read_file("a.jsonl")), 2);
-    assert_has(line_of(1), "\"Findings\":{}");
-    assert_has(line_of(1), "errors, which report_flags leaves out");
+    assert_int_equal(count_lines(file_read("a.jsonl")), 2);
+    assert_has(file_line(1), "\"Findings\":{}");
+    assert_has(file_line(1), "errors, which report_flags leaves out");
 }
 
 /* Fails before the reporter exists, or not at all. */
 TEST(test_scarce_memory)
 {
-    use_json("a.jsonl");
+    surrounding_json("a.jsonl");
     for (int count = 0; memory_is_scarce(count); count++) {
         struct reporter *reporter = NULL;
         const VkInstanceCreateInfo create_info = {0};
@@ -216,135 +172,6 @@ TEST(test_scarce_memory)
         else
             assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
     }
-}
-
-/* ---- files that cannot be written */
-
-/* Returns how often stderr has the warning. */
-static unsigned warnings_of(const char *reason)
-{
-    struct hearing hearing = {0};
-    capture_begin(STDERR_FILENO);
-    struct reporter *reporter = reporter_heard_by(&hearing);
-    send_one(reporter);
-    send_one(reporter);
-    reporter_destroy(reporter);
-    unsigned count = 0;
-    for (const char *text = capture_end(); (text = strstr(text, "cannot be written")); text++)
-        count += strstr(text, reason) == text + strlen("cannot be written (");
-    assert_in_range(hearing.count, 2, 3);
-    return count;
-}
-
-TEST(test_full_disk)
-{
-    use_json("/dev/full");
-    assert_int_equal(warnings_of("No space left on device"), 1);
-    setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "text", 1);
-    assert_int_equal(warnings_of("No space left on device"), 1);
-}
-
-/* Returns the limit before. The parent process may have ignored the signal of this limit. */
-static struct rlimit limit_files(size_t size)
-{
-    struct rlimit before;
-    signal(SIGXFSZ, SIG_DFL);
-    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
-    const struct rlimit limit = {size, before.rlim_max};
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);
-    return before;
-}
-
-/* The kernel sends SIGXFSZ, which must not end the application. The lines that fit stay. */
-TEST(test_limit_of_file_sizes)
-{
-    use_json("a.jsonl");
-    struct rlimit before = limit_files(1500);
-    unsigned warnings = warnings_of("File too large");
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
-    assert_int_equal(warnings, 1);
-    assert_has(read_file("a.jsonl"), "\"Type\":\"Header\"");
-    remove("a.jsonl");
-    setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "text", 1);
-    before = limit_files(500);
-    warnings = warnings_of("File too large");
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
-    assert_int_equal(warnings, 1);
-}
-
-/* After a line that was cut by a full disk, a new one begins on its own line. */
-static void expect_new_line_after(size_t part)
-{
-    use_json("a.jsonl");
-    struct hearing hearing = {0};
-    struct reporter *reporter = reporter_heard_by(&hearing);
-    size_t length = strlen(read_file("a.jsonl"));
-    struct rlimit before = limit_files(length + part);
-    capture_begin(STDERR_FILENO);
-    send_one(reporter);
-    capture_end();
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
-    send_one(reporter);
-    reporter_destroy(reporter);
-    assert_int_equal(count_lines(read_file("a.jsonl")), 4);
-    assert_int_equal(strlen(line_of(1)), part);
-    assert_has(line_of(2), "{\"Type\":\"Finding\",");
-    assert_has(line_of(3), "{\"Type\":\"Summary\",");
-    remove("a.jsonl");
-}
-
-TEST(test_after_a_cut_line)
-{
-    expect_new_line_after(100);
-    expect_new_line_after(1);
-}
-
-/* ---- names of files */
-
-TEST(test_words_in_the_file_name)
-{
-    char path[LOG_PATH_SIZE], expected[256], pattern[LOG_PATH_SIZE + 1];
-    assert_true(log_filename_expand("a-%p_%e%%%%p%x%", path));
-    snprintf(expected, sizeof(expected), "a-%d_report_log_json_test%%%%p%%x%%", (int)getpid());
-    assert_string_equal(path, expected);
-    memset(pattern, 'x', sizeof(pattern));
-    pattern[LOG_PATH_SIZE] = '\0';
-    assert_false(log_filename_expand(pattern, path));
-    surrounding_clear(NULL);
-    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "100%%.txt", 1);
-    struct reporter *reporter = reporter_of(NULL);
-    send_one(reporter);
-    reporter_destroy(reporter);
-    assert_has(read_file("100%.txt"), SENT_ID);
-    remove("100%.txt");
-}
-
-/* After a fork the child has a file of its own. */
-TEST(test_child)
-{
-    use_json("%p.jsonl");
-    struct reporter *reporter = reporter_of(NULL);
-    pid_t child = fork();
-    if (child == 0) {
-        struct reporter *own = reporter_of(NULL);
-        send_one(own);
-        reporter_destroy(own);
-        _exit(0);
-    }
-    int status;
-    assert_int_equal(waitpid(child, &status, 0), child);
-    assert_int_equal(status, 0);
-    reporter_destroy(reporter);
-    char name[64], pid[64];
-    snprintf(name, sizeof(name), "%d.jsonl", (int)child);
-    snprintf(pid, sizeof(pid), "\"pid\":%d,", (int)child);
-    assert_int_equal(count_lines(read_file(name)), 3);
-    for (unsigned i = 0; i < 3; i++)
-        assert_has(line_of(i), pid);
-    remove(name);
-    snprintf(name, sizeof(name), "%d.jsonl", (int)getpid());
-    assert_int_equal(count_lines(read_file(name)), 2);
-    remove(name);
 }
 
 /* ---- message_id_filter = ID@GLOB */
@@ -394,7 +221,7 @@ TEST(test_filters_with_names)
 /* Findings that are muted take nothing from the limit, and are not counted. */
 TEST(test_muted_findings_are_not_counted)
 {
-    use_json("a.jsonl");
+    surrounding_json("a.jsonl");
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", SENT_ID "@scene", 1);
     setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "1", 1);
     set_up_names();
@@ -404,6 +231,6 @@ TEST(test_muted_findings_are_not_counted)
     send_one(reporter);
     reporter_destroy(reporter);
     free_names();
-    assert_int_equal(count_lines(read_file("a.jsonl")), 3);
-    assert_has(line_of(2), "\"Findings\":{\"" SENT_ID "\":1},\"HeldBack\":{}");
+    assert_int_equal(count_lines(file_read("a.jsonl")), 3);
+    assert_has(file_line(2), "\"Findings\":{\"" SENT_ID "\":1},\"HeldBack\":{}");
 }

@@ -59,29 +59,16 @@ TEST_OPENED(test_log_file, surrounding_set_up)
     assert_string_equal(capture_end(), "");
     assert_int_equal(hearing.count, 1); /* the log comes beside the messengers */
 
-    char log[16384];
-    FILE *file = fopen("assay.log", "r"); /* written at once, not only at the end */
-    assert_non_null(file);
-    log[fread(log, 1, sizeof(log) - 1, file)] = '\0';
-    fclose(file);
+    const char *log = file_read("assay.log"); /* written at once, not only at the end */
     assert_int_equal(occurrences(log, "Validation Error: [ " SENT_ID " ]"), 2);
     reporter_destroy(first);
     reporter_destroy(second);
     remove("assay.log");
 }
 
-static void read_log(char *log, size_t size)
-{
-    FILE *file = fopen("assay.log", "r");
-    assert_non_null(file);
-    log[fread(log, 1, size - 1, file)] = '\0';
-    fclose(file);
-}
-
 /* A file that stays empty because a messenger gets all messages looks as if there were none. */
 TEST_OPENED(test_log_file_beside_a_messenger, surrounding_set_up)
 {
-    static char log[16384];
     struct hearing hearing = {0};
     setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "assay.log", 1);
     capture_begin(STDERR_FILENO);
@@ -90,7 +77,7 @@ TEST_OPENED(test_log_file_beside_a_messenger, surrounding_set_up)
     reporter_warn(reporter, "Something is odd.");
     assert_string_equal(capture_end(), "");
     assert_int_equal(hearing.count, 2);
-    read_log(log, sizeof(log));
+    const char *log = file_read("assay.log");
     assert_int_equal(occurrences(log, "Validation Error: [ " SENT_ID " ]"), 1);
     assert_int_equal(occurrences(log, "\nSomething is odd.\n"), 1);
     reporter_destroy(reporter);

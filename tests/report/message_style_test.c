@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "hearing.h"
-#include "src/report/message.h"
+#include "src/report/finding_message.h"
 #include "src/state/commands/label_stack.h"
 
 #define LINK "https://docs.vulkan.org/spec/latest/"

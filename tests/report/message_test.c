@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "hearing.h"
+#include "src/report/finding_message.h"
 #include "src/report/ids/message_id.h"
-#include "src/report/message.h"
 #include "src/state/commands/object_names.h"
 
 #define DEVICE_HANDLE ((VkDevice)(uintptr_t)0xd0)
@@ -294,8 +294,9 @@ TEST(test_long_names_and_deep_labels_are_cut)
     struct label_stack labels = {0};
     assert_int_equal(object_names_create(&names), VK_SUCCESS);
     object_names_set(names, VK_OBJECT_TYPE_COMMAND_BUFFER, 0xc0, name);
-    for (unsigned i = 0; i < 20; i++)
-        label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = i == 19 ? name : "x"});
+    for (unsigned i = 0; i <= MESSAGE_LABELS; i++)
+        label_stack_push(&labels,
+                         &(VkDebugUtilsLabelEXT){.pLabelName = i == MESSAGE_LABELS ? name : "x"});
     const struct call_origin origin = {
         .command_buffer = COMMAND_BUFFER_HANDLE, .names = names, .labels = &labels};
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "hearing.h"
-#include "src/report/message.h"
+#include "src/report/finding_message.h"
 #include "src/state/commands/call_sites.h"
 
 static struct message message;

@@ -65,6 +65,10 @@ TEST(test_names_are_cut_between_characters)
     assert_int_equal(object_names_get(names, VK_OBJECT_TYPE_BUFFER, 1, buffer, 1), 0);
     assert_string_equal(buffer, "");
     assert_int_equal(object_names_get(names, VK_OBJECT_TYPE_BUFFER, 1, NULL, 0), 0);
+    memcpy(buffer, "-----", 6);
+    assert_int_equal(object_names_try_get(names, VK_OBJECT_TYPE_BUFFER, 1, buffer, 6), 4);
+    assert_string_equal(buffer, "abcd");
+    assert_int_equal(object_names_try_get(names, VK_OBJECT_TYPE_BUFFER, 1, NULL, 0), 0);
     object_names_destroy(names);
 }
 

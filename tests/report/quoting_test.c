@@ -8,7 +8,7 @@
 
 #include "hearing.h"
 #include "src/base/text_buffer.h"
-#include "src/report/message.h"
+#include "src/report/finding_message.h"
 #include "src/state/commands/object_names.h"
 
 static const char *quote(const char *quoted, size_t size)
@@ -105,14 +105,6 @@ TEST(test_cuts)
     assert_int_equal(text_cut_length("\x80\x80\x80\x80\x80\x80", 5), 5);
     assert_int_equal(text_cut_length("\xf0\x9f\x90\xb0", 3), 0);
     assert_int_equal(text_cut_length("\xf0\x80\x80\x80\x80", 4), 4); /* longer than a character */
-}
-
-static unsigned count_lines(const char *text)
-{
-    unsigned count = 0;
-    for (; *text; text++)
-        count += *text == '\n';
-    return count;
 }
 
 #define NASTY "a\"]\nValidation Error: [ VUID-fake ]\x1b[2J\xff"

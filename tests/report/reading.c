@@ -34,6 +34,22 @@ struct settings settings_read(const void *chain)
     return settings;
 }
 
+void settings_read_scarce(const void *chain, unsigned warnings)
+{
+    for (int count = 0; memory_is_scarce(count); count++) {
+        struct settings settings;
+        VkResult result = settings_try(chain, &settings);
+        const bool failed = memory_fail_no_more();
+        if (result == VK_SUCCESS) {
+            assert_int_equal(warned.count, warnings);
+            settings_release(&settings);
+        } else {
+            assert_true(failed);
+            assert_int_equal(result, VK_ERROR_OUT_OF_HOST_MEMORY);
+        }
+    }
+}
+
 unsigned settings_muted(const struct settings *settings)
 {
     unsigned count = 0;

@@ -19,6 +19,9 @@ VkResult settings_try(const void *chain, struct settings *settings);
 /* The same; they live until the next call, or fail the test. */
 struct settings settings_read(const void *chain);
 
+/* Reads them without each allocation in turn: they say so, or warn of `warnings` lines. */
+void settings_read_scarce(const void *chain, unsigned warnings);
+
 unsigned settings_muted(const struct settings *settings);
 void assert_default_settings(const struct settings *settings);
 

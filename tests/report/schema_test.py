@@ -137,6 +137,7 @@ def read_arguments():
     parser.add_argument("--call-sites")
     parser.add_argument("--findings", type=int)
     parser.add_argument("--records", type=int, default=0)
+    parser.add_argument("--emulator", default="")
     parser.add_argument("schema", type=pathlib.Path)
     parser.add_argument("command", nargs=argparse.REMAINDER)
     return parser.parse_args()
@@ -157,7 +158,7 @@ def main():
             environment["VK_ASSAY_VALIDATION_RECORD_BUILDS"] = "true"
         if arguments.findings:
             environment["VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT"] = "0"
-        run = subprocess.run(arguments.command, env=environment, stdout=subprocess.DEVNULL,
+        run = subprocess.run(arguments.emulator.split() + arguments.command, env=environment, stdout=subprocess.DEVNULL,
                              check=False)
         if run.returncode:
             return run.returncode

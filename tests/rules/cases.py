@@ -195,7 +195,9 @@ class List:
                   for body, name in self.functions.items()]
         lines += [f"static const struct test_case {self.name}_rows[] = {{\n", *self.rows, "};\n",
                   f"CASE_LIST(cases_{self.name}, {self.name}_rows);\n"]
-        path.write_text("".join(lines), encoding="utf-8")
+        text = "".join(lines)
+        if not path.exists() or path.read_text(encoding="utf-8") != text:  # else nothing is compiled anew
+            path.write_text(text, encoding="utf-8")
 
 
 def alternatives(edits):

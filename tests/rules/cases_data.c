@@ -206,6 +206,7 @@ static void rebuild_what_allowed(struct scene *scene)
 {
     const uint32_t build = scene->info_count; /* the last of use_instances() */
     scene->infos[build].flags = 0;
+    scene_barrier(scene, scene->command_buffer);
     scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[build],
                                                  &scene->range_pointers[build]);
 }

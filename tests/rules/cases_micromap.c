@@ -138,11 +138,13 @@ static void choose(struct scene *scene, uint32_t build,
 
 /* Or'ed to the choice of the source: the source and its update have this flag. */
 #define MAY_CHANGE VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_UPDATE_BIT_KHR
+#define DATA_MAY_CHANGE VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_OPACITY_MICROMAP_DATA_UPDATE_BIT_EXT
 
 /* Builds a source in the same command buffer, and makes UPDATE its update. */
 static void update(struct scene *scene, uint32_t source_choice, VkDeviceSize update_choice)
 {
-    const VkBuildAccelerationStructureFlagsKHR flags = source_choice & MAY_CHANGE;
+    const VkBuildAccelerationStructureFlagsKHR flags =
+        source_choice & (MAY_CHANGE | DATA_MAY_CHANGE);
     const VkAccelerationStructureKHR micromaps[2] = {scene_record_micromap(scene, 4),
                                                      scene_record_micromap(scene, 4)};
     scene_use_micromap(scene);
@@ -152,8 +154,8 @@ static void update(struct scene *scene, uint32_t source_choice, VkDeviceSize upd
     scene->infos[UPDATE].flags |= flags;
     choose(scene, UPDATE, &scene->micromaps.opacity_of_update, (enum micromap_choice)update_choice,
            micromaps);
-    choose(scene, source, &scene->micromaps.opacity,
-           (enum micromap_choice)(source_choice & ~MAY_CHANGE), micromaps);
+    choose(scene, source, &scene->micromaps.opacity, (enum micromap_choice)(source_choice & ~flags),
+           micromaps);
     scene->vk->CmdBuildAccelerationStructuresKHR(scene->command_buffer, 1, &scene->infos[source],
                                                  &scene->range_pointers[source]);
     scene->infos[UPDATE].srcAccelerationStructure = scene->infos[source].dstAccelerationStructure;

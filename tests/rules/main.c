@@ -24,6 +24,8 @@ struct run {
     struct tally tally;
     struct fixture fixture;
     struct report report;
+    const char *lower_level; /* that all cases are played at */
+    bool mutes;              /* the plays of wording_mute() instead of the cases' own */
     bool fired[MESSAGE_ID_COUNT];
 };
 
@@ -54,7 +56,7 @@ static void catch_crashes(void)
 static void catch_crashes(void) {}
 #endif
 
-static void tell(struct run *run)
+static void count_result(struct run *run)
 {
     tally_count(&run->tally, run->report.outcome, current_name, run->report.text);
 }
@@ -161,16 +163,16 @@ static void play_one(struct run *run, const struct case_list *list, const struct
         return;
     judge_play(play, &run->fixture, &run->report);
     write_results(run, play);
-    tell(run);
+    count_result(run);
 }
 
-/* Plays a case, and once more with its first rule muted if the message of that rule names others.
- */
-static void play_twice(struct run *run, const struct case_list *list, const struct play *play)
+/* Plays a case; or the case with its first rule muted, if the message of that rule names others. */
+static void play_either(struct run *run, const struct case_list *list, const struct play *play)
 {
     struct muted_play muted;
-    play_one(run, list, play);
-    if (wording_mute(play, &muted))
+    if (!run->mutes)
+        play_one(run, list, play);
+    else if (wording_mute(play, &muted))
         play_one(run, list, &muted.play);
 }
 
@@ -185,35 +187,28 @@ static void play_all_forms(struct run *run, const struct case_list *list,
                             .level = run->tally.level};
         if (!fits_command(test_case, command) || !fits_level(test_case, run->tally.level))
             continue;
-        play_twice(run, list, &play);
+        play_either(run, list, &play);
         if (wants_pointers(test_case) && command == COMMAND_DEVICE) {
             play.geometry_pointers = true;
-            play_twice(run, list, &play);
+            play_either(run, list, &play);
         }
     }
 }
 
 /* At a level, the rules of it and of those below speak, and all others are silent. */
-static void play_at_level(struct run *run, const struct case_list *list,
-                          const struct test_case *test_case, const char *level)
+static void play_at_lower_level(struct run *run, const struct case_list *list,
+                                const struct test_case *test_case)
 {
     const bool is_nv = !fits_command(test_case, COMMAND_DEVICE);
     const struct play play = {.make_call = play_call,
                               .platform = &run->platform,
                               .test_case = test_case,
                               .command = is_nv ? COMMAND_NV : COMMAND_DEVICE,
-                              .level = level,
+                              .level = run->lower_level,
                               .is_mutation_alone = true};
     if (fits_command(test_case, play.command) &&
         (test_case->setup == NULL || test_case->setup->level == NULL))
-        play_twice(run, list, &play);
-}
-
-static void play_at_lower_levels(struct run *run, const struct case_list *list,
-                                 const struct test_case *test_case)
-{
-    play_at_level(run, list, test_case, "parameters");
-    play_at_level(run, list, test_case, "state");
+        play_either(run, list, &play);
 }
 
 static void for_all_cases(struct run *run,
@@ -223,6 +218,20 @@ static void for_all_cases(struct run *run,
     for (size_t i = 0; i < LIST_COUNT; i++)
         for (size_t j = 0; j < lists[i]->count; j++)
             play(run, lists[i], &lists[i]->cases[j]);
+}
+
+/* In an order that changes the setup seldom: each change is an instance and a device. */
+static void play_all(struct run *run)
+{
+    static const char *const lower_levels[] = {"parameters", "state"};
+    for (int mutes = 0; mutes < 2; mutes++) {
+        run->mutes = mutes != 0;
+        for_all_cases(run, play_all_forms);
+        for (size_t i = 0; i < 2 && run->platform.is_null && run->tally.level == NULL; i++) {
+            run->lower_level = lower_levels[i];
+            for_all_cases(run, play_at_lower_level);
+        }
+    }
 }
 
 /* ---- every rule has a case ---- */
@@ -282,7 +291,7 @@ static void check_every_rule_has_a_case(struct run *run)
             report->outcome = OUTCOME_FAILED;
         }
     }
-    tell(run);
+    count_result(run);
 }
 
 /* ---- the program ---- */
@@ -302,9 +311,7 @@ int main(int argc, char **argv)
     run.fixture.fails = run.tally.fails;
     if (run.tally.fails)
         setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "fail", 1);
-    for_all_cases(&run, play_all_forms);
-    if (run.platform.is_null && run.tally.level == NULL)
-        for_all_cases(&run, play_at_lower_levels);
+    play_all(&run);
     fixture_close(&run.fixture);
     if (run.tally.filter == NULL && !run.tally.list && run.tally.level == NULL)
         check_every_rule_has_a_case(&run);

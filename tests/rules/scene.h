@@ -367,6 +367,8 @@ VkCommandBuffer scene_command_buffer(struct scene *scene, uint32_t family);
 void scene_begin(struct scene *scene, VkCommandBuffer command_buffer,
                  VkCommandBufferUsageFlags flags);
 void scene_end(struct scene *scene, VkCommandBuffer command_buffer);
+/* Makes all earlier writes visible to all later commands. */
+void scene_barrier(struct scene *scene, VkCommandBuffer command_buffer);
 /* Submits to the family's first queue and waits. */
 void scene_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer);
 

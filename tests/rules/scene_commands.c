@@ -140,10 +140,6 @@ void scene_end_rendering(struct scene *scene, VkCommandBuffer command_buffer)
 
 void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
 {
-    const STRUCT(VkMemoryBarrier, barrier,
-                 .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-                 .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
-                                  VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     if (scene->command == COMMAND_HOST) {
         expect_success(scene->vk->BuildAccelerationStructuresKHR(
                            scene->fixture->device, VK_NULL_HANDLE, count, &scene->infos[first],
@@ -154,9 +150,6 @@ void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
     const VkCommandBuffer command_buffer = scene_begin_before(scene);
     scene->vk->CmdBuildAccelerationStructuresKHR(command_buffer, count, &scene->infos[first],
                                                  &scene->range_pointers[first]);
-    scene->vk->CmdPipelineBarrier(
-        command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-        VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
     scene_end_before(scene, command_buffer);
 }
 

@@ -90,11 +90,12 @@ static void barrier(struct scene *scene, VkCommandBuffer command_buffer, bool is
 {
     const VkPipelineStageFlags builds = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR;
     const VkPipelineStageFlags transfers = VK_PIPELINE_STAGE_TRANSFER_BIT;
-    const STRUCT(VkMemoryBarrier, memory,
-                 .srcAccessMask = is_for_builds ? VK_ACCESS_TRANSFER_WRITE_BIT : 0,
-                 .dstAccessMask =
-                     is_for_builds ? VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT
-                                   : VK_ACCESS_TRANSFER_WRITE_BIT);
+    const STRUCT(
+        VkMemoryBarrier, memory, .srcAccessMask = is_for_builds ? VK_ACCESS_TRANSFER_WRITE_BIT : 0,
+        .dstAccessMask = is_for_builds
+                             ? VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT |
+                                   VK_ACCESS_TRANSFER_READ_BIT /* of deserializations */
+                             : VK_ACCESS_TRANSFER_WRITE_BIT);
     scene->vk->CmdPipelineBarrier(command_buffer, is_for_builds ? transfers : builds,
                                   is_for_builds ? builds : transfers, 0, 1, &memory, 0, NULL, 0,
                                   NULL);
@@ -189,8 +190,17 @@ VkCommandBuffer scene_begin_before(struct scene *scene)
     return command_buffer;
 }
 
+void scene_barrier(struct scene *scene, VkCommandBuffer command_buffer)
+{
+    const VkPipelineStageFlags all = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
+    const STRUCT(VkMemoryBarrier, barrier, .srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT,
+                 .dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT);
+    scene->vk->CmdPipelineBarrier(command_buffer, all, all, 0, 1, &barrier, 0, NULL, 0, NULL);
+}
+
 void scene_end_before(struct scene *scene, VkCommandBuffer command_buffer)
 {
+    scene_barrier(scene, command_buffer);
     if (!is_in_the_calls_own(scene))
         submit_before(scene, command_buffer);
     scene_inputs_remember(scene);

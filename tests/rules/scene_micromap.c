@@ -84,6 +84,7 @@ void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure
                  .src.deviceAddress = scene->vertices.address, .dst = structure,
                  .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
     scene->vk->CmdCopyMemoryToAccelerationStructureKHR(scene->command_buffer, &info);
+    scene_barrier(scene, scene->command_buffer);
 }
 
 void scene_use_micromap(struct scene *scene)

@@ -179,16 +179,9 @@ void scene_nv_use_instances(struct scene *scene)
 void scene_nv_build(struct scene *scene, VkAccelerationStructureNV dst)
 {
     const struct scene_nv *nv = &scene->nv;
-    const STRUCT(VkMemoryBarrier, barrier,
-                 .srcAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
-                 .dstAccessMask = VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
-                                  VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
     const VkCommandBuffer command_buffer = scene_begin_before(scene);
     scene->vk->CmdBuildAccelerationStructureNV(command_buffer, &nv->info, nv->instance_data, 0,
                                                VK_FALSE, dst, VK_NULL_HANDLE, nv->scratch, 0);
-    scene->vk->CmdPipelineBarrier(
-        command_buffer, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-        VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
     scene_end_before(scene, command_buffer);
 }
 

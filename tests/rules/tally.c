@@ -13,7 +13,7 @@ enum level level_named(const char *name)
     return level;
 }
 
-bool tally_read_arguments(struct tally *tally, int argc, char **argv)
+static bool read_arguments(struct tally *tally, int argc, char **argv)
 {
     for (int i = 2; i < argc; i++) {
         if (strcmp(argv[i], "--list") == 0) {
@@ -45,7 +45,7 @@ bool tally_read_arguments(struct tally *tally, int argc, char **argv)
 int tally_open(struct tally *tally, struct platform *platform, int argc, char **argv,
                const char *usage)
 {
-    if (argc < 2 || !tally_read_arguments(tally, argc, argv)) {
+    if (argc < 2 || !read_arguments(tally, argc, argv)) {
         fputs(usage, stderr);
         return 2;
     }

@@ -31,12 +31,9 @@ struct tally {
     } reasons[TALLY_REASONS_MAX]; /* for skipping */
 };
 
-/* Reads [--filter [!]NAME] [--list] [--verbose] [--results FILE] [--level NAME] from argument 2 on;
- * false if it can't, or if the file can't be written. */
-bool tally_read_arguments(struct tally *tally, int argc, char **argv);
-
-/* The same for a program of this usage, whose platform it opens, too. Returns 0, or the exit status
- * of the program, which it has told why. */
+/* Reads [--filter [!]NAME] [--list] [--verbose] [--results FILE] [--level NAME] from argument 2 on,
+ * and opens the platform that argument 1 names. Returns 0, or the exit status of the program of
+ * this usage, which it has told why. */
 int tally_open(struct tally *tally, struct platform *platform, int argc, char **argv,
                const char *usage);
 

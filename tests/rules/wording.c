@@ -87,13 +87,58 @@ static bool names_the_others(const struct play *play, const struct fixture *fixt
     return true;
 }
 
+static bool is_id(enum rule rule, const struct play *play, const char *at)
+{
+    const char *id = rule_id(rule, play->command);
+    return id != NULL && strncmp(at, id, strlen(id)) == 0;
+}
+
+/* Whether the id at `at` is that of a rule in NAMES(), or of one that reads data which the setup's
+ * level does not. */
+static bool is_named(const struct play *play, const char *at)
+{
+    const struct test_case *test_case = play->test_case;
+    for (uint32_t i = 0; i < test_case->name_count; i++)
+        if (is_id(test_case->names[i], play, at))
+            return true;
+    const char *level = judge_setup(test_case->setup)->level;
+    if (level != NULL && level_named(level) >= LEVEL_CONTENT)
+        return false;
+    for (enum rule rule = 0; rule < RULE_COUNT; rule++)
+        if (rule_infos[rule].level == LEVEL_CONTENT && is_id(rule, play, at))
+            return true;
+    return false;
+}
+
+/* Of the case's first rule: messages of other rules name what other cases say. */
+static bool names_nothing_else(const struct play *play, const struct message *message,
+                               struct report *report)
+{
+    const struct test_case *test_case = play->test_case;
+    const char *own =
+        test_case->rule_count != 0 ? rule_id(test_case->rules[0], play->command) : NULL;
+    const char *end = strstr(message->text, "\nThe Vulkan spec states");
+    if (own == NULL || strcmp(message->id, own) != 0)
+        return true;
+    for (const char *at = strstr(message->text, " (also VUID-"); at != NULL && at < end;
+         at = strstr(at, ", VUID-")) {
+        at = strstr(at, "VUID-");
+        if (is_named(play, at))
+            continue;
+        judge_say(report, "the message of %s names %.90s\n", own, at);
+        return false;
+    }
+    return true;
+}
+
 bool wording_is_good(const struct play *play, const struct fixture *fixture, struct report *report)
 {
     bool good = names_the_others(play, fixture, report);
     for (uint32_t i = 0; i < messages_kept(&fixture->messages); i++)
         good = has_its_hint(&fixture->messages.items[i], report) &&
                counts_agree(&fixture->messages.items[i], report) &&
-               names_no_id_twice(&fixture->messages.items[i], report) && good;
+               names_no_id_twice(&fixture->messages.items[i], report) &&
+               names_nothing_else(play, &fixture->messages.items[i], report) && good;
     return good;
 }
 

@@ -6,6 +6,7 @@
 
 #include <dlfcn.h>
 #include <errno.h>
+#include <execinfo.h>
 #include <link.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -24,6 +25,9 @@ static uintptr_t first, last;
 
 static unsigned count, failing;
 static size_t failed; /* where */
+
+static uint64_t *stacks; /* of allocations, or NULL */
+static unsigned stacks_most;
 
 /* Open addressing with linear probing. A freed block keeps its slot, for the next at its address.
  */
@@ -64,9 +68,24 @@ static bool is_watched(uintptr_t caller)
     return caller >= first && caller < last;
 }
 
+static void record_stack(void)
+{
+    void *frames[64];
+    const int depth = backtrace(frames, 64);
+    uint64_t hash = 0xcbf29ce484222325u; /* FNV-1a */
+    for (int i = 0; i < depth; i++)
+        hash = (hash ^ (uintptr_t)frames[i]) * 0x100000001b3u;
+    stacks[count - 1] = hash;
+}
+
 static bool fails(uintptr_t caller)
 {
-    if (!is_watched(caller) || ++count != failing)
+    if (!is_watched(caller))
+        return false;
+    count++;
+    if (stacks && count <= stacks_most)
+        record_stack();
+    if (count != failing)
         return false;
     failed = caller - first;
     return true;
@@ -164,6 +183,12 @@ void injector_fail_at(unsigned n)
     count = 0;
     failing = n;
     failed = 0;
+}
+
+void injector_record_stacks(uint64_t *of_allocations, unsigned most)
+{
+    stacks = of_allocations;
+    stacks_most = most;
 }
 
 size_t injector_failed(void)

@@ -7,12 +7,17 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 /* Loads the library, for good, and watches it from now on. False, with dlerror set, if it can't. */
 bool injector_watch(const char *path);
 
 /* Its n-th allocation from now on fails, once; 0: none does. Counts from the start again. */
 void injector_fail_at(unsigned n);
+
+/* From now on stacks[n - 1] is set to a hash of the return addresses of the n-th allocation's
+ * callers, if n is at most `most`. NULL ends this. */
+void injector_record_stacks(uint64_t *stacks, unsigned most);
 
 /* Where in the library the failing allocation was asked for; 0: nowhere yet. Such places are
  * offsets to hand to addr2line. */

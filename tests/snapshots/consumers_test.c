@@ -171,6 +171,20 @@ TEST_BETWEEN(test_spoiled_recording_has_lost_executions, set_up, tear_down)
     assert_true(calls[0].has_no_snapshots);
 }
 
+/* An execution gives the chunks back, unless the command buffer is recorded further meanwhile. */
+TEST_BETWEEN(test_chunks_stay_if_recording_continues, set_up, tear_down)
+{
+    for (int i = 0; i < 2; i++) {
+        recordings[i]->executes_once = true;
+        struct execution *execution = execution_create(recordings[i], &ticket);
+        assert_non_null(execution);
+        if (i == 1)
+            recording_continue(recordings[i]);
+        execution_release(execution);
+        assert_int_equal(recordings[i]->is_spent, i == 0);
+    }
+}
+
 TEST_BETWEEN(test_unknown_order_runs_all_that_is_expected, set_up, tear_down)
 {
     const struct execution *older = expect(1), *newer = expect(0);

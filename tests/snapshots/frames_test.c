@@ -103,6 +103,17 @@ FRAMES_TEST(test_idle_frames_give_memory_back)
     assert_int_equal(calls("vkFreeMemory"), IN_FLIGHT); /* each chunk has more than 16 MiB */
 }
 
+/* In the steady state the layer has 1.1 times the inputs of the frames in flight at most. */
+FRAMES_TEST(test_memory_is_that_of_the_inputs)
+{
+    const uint64_t before = platform.null_driver.allocated();
+    for (int i = 0; i < 20; i++)
+        play_frame(BOXES);
+    const uint64_t taken = platform.null_driver.allocated() - before;
+    const uint64_t inputs = (uint64_t)IN_FLIGHT * BOXES * BOX_SIZE;
+    assert_in_range(taken, inputs, inputs / 10 * 11);
+}
+
 FRAMES_TEST(test_small_memory_stays)
 {
     for (int i = 0; i < 4; i++)

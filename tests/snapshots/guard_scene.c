@@ -30,6 +30,11 @@ void guard_scene_open(const char *guard)
         platform.null_driver.set_reads_instances(true);
 }
 
+void guard_scene_open_references(void)
+{
+    guard_scene_open("references");
+}
+
 void guard_scene_close(void)
 {
     if (platform.is_null)
@@ -54,6 +59,11 @@ VkAccelerationStructureKHR guard_scene_make(const struct device_buffer *buffer)
 {
     return fixture_structure(&fixture, buffer, 0, STRUCTURE_SIZE,
                              VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
+uint64_t guard_scene_wild(void)
+{
+    return 0x7f0123456700;
 }
 
 void guard_scene_destroy(VkAccelerationStructureKHR structure)
@@ -193,6 +203,12 @@ void guard_scene_build_indirect(VkCommandBuffer commands, uint32_t count)
 void guard_scene_run(VkCommandBuffer commands, uint64_t reads)
 {
     commands_run(&fixture.vk, fixture.device, fixture.queue, commands);
+    guard_scene_expect_read(&reads, 1);
+}
+
+void guard_scene_finish(VkCommandBuffer commands, uint64_t reads)
+{
+    fixture_finish(&fixture, commands);
     guard_scene_expect_read(&reads, 1);
 }
 

@@ -18,7 +18,16 @@ extern struct guard_scene {
 
 /* `guard`: the setting. scene.blas is built. */
 void guard_scene_open(const char *guard);
+void guard_scene_open_references(void); /* the same with guard = references */
 void guard_scene_close(void);
+
+#define GUARD_TEST(name) TEST_BETWEEN_IF(name, guard_scene_open_references, guard_scene_close, true)
+#define NULL_TEST(name)                                                                            \
+    TEST_BETWEEN_IF(name, guard_scene_open_references, guard_scene_close, platform.is_null)
+
+/* An address of nothing, and what the message says of it. */
+uint64_t guard_scene_wild(void);
+#define GUARD_SCENE_NO_STRUCTURE "is not the address of an acceleration structure"
 
 uint64_t guard_scene_address(VkAccelerationStructureKHR structure);
 /* A buffer for one structure; and a BLAS at its begin. */
@@ -45,8 +54,10 @@ void guard_scene_build_given_pointers(VkCommandBuffer commands, uint32_t count);
 void guard_scene_build_moving(VkCommandBuffer commands, bool are_pointers, uint32_t count);
 void guard_scene_build_indirect(VkCommandBuffer commands, uint32_t count);
 
-/* Submits, waits, and expects a build that read this reference. */
+/* Submits, waits, and expects a build that read this reference. guard_scene_finish() ends and frees
+ * the command buffer, too. */
 void guard_scene_run(VkCommandBuffer commands, uint64_t reads);
+void guard_scene_finish(VkCommandBuffer commands, uint64_t reads);
 /* What the builds have read since the last call, where the driver tells. */
 void guard_scene_expect_read(const uint64_t *references, uint32_t count);
 /* There is a message that contains both texts; all are forgotten. */

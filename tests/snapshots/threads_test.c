@@ -106,7 +106,8 @@ static void lose_device(void)
     platform.null_driver.set_device_lost(true);
 }
 
-/* Of what may not have executed nothing is said but that, and nobody waits for it. */
+/* Of what may not have executed nothing is said but that, and nobody waits for it. A thread that
+ * does not know of the loss yet submits again what for the layer has not completed. */
 TEST(test_lost_device)
 {
     if (!platform.is_null)
@@ -119,7 +120,8 @@ TEST(test_lost_device)
         close_worker(&workers[i]);
     }
     for (uint32_t i = 0; i < messages_kept(&fixture.instance.messages); i++)
-        if (!strstr(fixture.instance.messages.items[i].text, " lost"))
+        if (!strstr(fixture.instance.messages.items[i].text, " lost") &&
+            !strstr(fixture.instance.messages.items[i].text, "submitted again before"))
             fail_msg("%s", fixture.instance.messages.items[i].text);
     fixture_close(&fixture);
     platform.null_driver.set_device_lost(false);

@@ -5,7 +5,7 @@
 
 enum { QUEUE = 1, OTHER_QUEUE = 2, ID = 7 };
 
-static void write(struct built_flags *flags, bool allows, struct timestamp timestamp)
+static void write_flag(struct built_flags *flags, bool allows, struct timestamp timestamp)
 {
     const struct built built = {
         .state = BUILT_BEFORE,
@@ -38,10 +38,10 @@ static enum tristate ask(struct built_flags *flags, struct execution_point seria
 FLAGS_TEST(test_latest)
 {
     assert_int_equal(ask(flags, turn_in(flags, batch(1))), UNKNOWN);
-    write(flags, true, batch(1));
+    write_flag(flags, true, batch(1));
     assert_int_equal(ask(flags, turn_in(flags, batch(1))), YES);
     assert_int_equal(ask(flags, turn_in(flags, batch(2))), YES);
-    write(flags, false, batch(2));
+    write_flag(flags, false, batch(2));
     assert_int_equal(ask(flags, turn_in(flags, batch(2))), NO);
     built_flags_forget(flags, ID);
     assert_int_equal(ask(flags, turn_in(flags, batch(3))), UNKNOWN);
@@ -50,31 +50,31 @@ FLAGS_TEST(test_latest)
 /* Written again with the same flag, it is still known; with another, no more. */
 FLAGS_TEST(test_turns_that_have_passed)
 {
-    write(flags, false, batch(1));
+    write_flag(flags, false, batch(1));
     const struct execution_point serial = turn_in(flags, batch(2));
-    write(flags, false, batch(3));
+    write_flag(flags, false, batch(3));
     assert_int_equal(ask(flags, serial), NO);
-    write(flags, true, batch(4));
+    write_flag(flags, true, batch(4));
     assert_int_equal(ask(flags, serial), UNKNOWN);
-    write(flags, false, batch(5));
+    write_flag(flags, false, batch(5));
     assert_int_equal(ask(flags, serial), UNKNOWN);
 }
 
 FLAGS_TEST(test_without_order)
 {
-    write(flags, false, (struct timestamp){OTHER_QUEUE, 1});
+    write_flag(flags, false, (struct timestamp){OTHER_QUEUE, 1});
     struct execution_point serial = turn_in(flags, batch(9));
     assert_int_equal(ask(flags, serial), UNKNOWN);
     execution_clock_add(&serial.follows, (struct timestamp){OTHER_QUEUE, 1});
     assert_int_equal(ask(flags, serial), NO);
-    write(flags, true, timestamp_never());
+    write_flag(flags, true, timestamp_never());
     assert_int_equal(ask(flags, turn_in(flags, batch(9))), UNKNOWN);
 }
 
 FLAGS_TEST(test_within_a_batch)
 {
     struct execution_point before = turn_in(flags, batch(1));
-    write(flags, false, batch(1));
+    write_flag(flags, false, batch(1));
     struct execution_point after = turn_in(flags, batch(1));
     assert_int_equal(ask(flags, before), UNKNOWN);
     assert_int_equal(ask(flags, after), NO);
@@ -84,11 +84,11 @@ FLAGS_TEST(test_within_a_batch)
 
 FLAGS_TEST(test_states_that_tell_nothing)
 {
-    write(flags, true, batch(1));
+    write_flag(flags, true, batch(1));
     const struct built filled = {.state = BUILT_FILLED};
     built_flags_write(flags, ID, &filled, batch(2));
     assert_int_equal(ask(flags, turn_in(flags, batch(3))), UNKNOWN);
-    write(flags, true, batch(3));
+    write_flag(flags, true, batch(3));
     built_flags_forget_all(flags);
     assert_int_equal(ask(flags, turn_in(flags, batch(4))), UNKNOWN);
     assert_int_equal(built_flags_allow_disabling(flags, ID, NULL), UNKNOWN);

@@ -10,7 +10,7 @@
 #include <ucontext.h>
 #include <unistd.h>
 
-#include "src/base/modules.h"
+#include "src/platform/modules.h"
 #include "src/state/commands/call_sites.h"
 #include "src/state/commands/journal.h"
 #include "tests/state/unit_test.h"
@@ -22,14 +22,15 @@ enum { OTHER_STACK = 256 * 1024, DEPTH = 5, THREADS = 4, THREAD_STACKS = 500, SI
 
 typedef void walk_function(const void *frame, const void *first, struct call_stack *stack);
 
-__attribute__((noipa)) static void walk_here(walk_function *walk, struct call_stack *stack)
+__attribute__((noipa, noinline)) static void walk_here(walk_function *walk,
+                                                       struct call_stack *stack)
 {
     walk(__builtin_frame_address(0), __builtin_return_address(0), stack);
     __asm__ volatile("" ::: "memory"); /* no tail call */
 }
 
-__attribute__((noipa)) static void walk_at_depth(int depth, walk_function *walk,
-                                                 struct call_stack *stack)
+__attribute__((noipa, noinline)) static void walk_at_depth(int depth, walk_function *walk,
+                                                           struct call_stack *stack)
 {
     if (depth)
         walk_at_depth(depth - 1, walk, stack);
@@ -210,7 +211,7 @@ static void *open_library(const char *path, const char *symbol, uintptr_t *addre
 TEST(modules_have_paths_and_kinds)
 {
     static struct module_place place;
-    static char program[PATH_MAX];
+    static char program[MODULE_PATH_SIZE];
     uintptr_t address;
     assert_true(readlink("/proc/self/exe", program, sizeof(program) - 1) > 0);
     assert_true(module_find(stack_at_depth(1, call_stack_walk_frames).addresses[0], &place));

@@ -9,7 +9,7 @@
 
 COMMAND_BUFFERS_TEST(test_a_pool_resets_its_command_buffers)
 {
-    command_buffers_add_pool(all, pool(2), VK_QUEUE_TRANSFER_BIT, true);
+    command_buffers_add_pool(all, pool(2), 0, VK_QUEUE_TRANSFER_BIT, true);
     add(all, 2, 4);
     for (unsigned n = 1; n <= 4; n++)
         begin(all, n);
@@ -35,7 +35,7 @@ static void note_gone(void *user, VkCommandBuffer gone)
 COMMAND_BUFFERS_TEST(test_a_pool_takes_its_command_buffers_along)
 {
     unsigned seen = 0;
-    command_buffers_add_pool(all, pool(2), VK_QUEUE_COMPUTE_BIT, false);
+    command_buffers_add_pool(all, pool(2), 0, VK_QUEUE_COMPUTE_BIT, false);
     add(all, 2, 4);
     take_away(all, 2);
     command_buffers_remove_pool(all, pool(1), note_gone, &seen);
@@ -56,13 +56,13 @@ COMMAND_BUFFERS_TEST(test_freed_handles_come_again)
     const VkCommandBuffer freed[] = {handle(1), VK_NULL_HANDLE, handle(9)};
     command_buffers_remove(all, 3, freed);
     assert_int_equal(facts_of(all, 1).alive, NO);
-    command_buffers_add_pool(all, pool(2), VK_QUEUE_TRANSFER_BIT, false);
+    command_buffers_add_pool(all, pool(2), 0, VK_QUEUE_TRANSFER_BIT, false);
     add(all, 2, 1);
     assert_int_equal(facts_of(all, 1).state, COMMAND_BUFFER_INITIAL);
     assert_int_equal(facts_of(all, 1).queue_flags, VK_QUEUE_TRANSFER_BIT);
     add(all, 1, 1); /* again, without having been freed: in another pool */
     assert_int_equal(facts_of(all, 1).queue_flags, VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT);
-    command_buffers_add_pool(all, pool(1), VK_QUEUE_COMPUTE_BIT, false); /* and a pool */
+    command_buffers_add_pool(all, pool(1), 0, VK_QUEUE_COMPUTE_BIT, false); /* and a pool */
     assert_int_equal(facts_of(all, 1).alive, NO);
 }
 
@@ -97,7 +97,7 @@ TEST(test_random_lives)
                 pool_of[i] = pool_of[i] == p ? 0 : pool_of[i];
             has_pool[p] = false;
         } else if (what < 3 && !has_pool[p]) {
-            command_buffers_add_pool(all, pool(p), p, false);
+            command_buffers_add_pool(all, pool(p), 0, p, false);
             has_pool[p] = true;
         } else if (what < 15) {
             take_away(all, n);
@@ -128,11 +128,11 @@ COMMAND_BUFFERS_TEST(test_what_was_lost_is_unknown)
 
 COMMAND_BUFFERS_TEST(test_the_command_buffers_of_a_lost_pool_are_unknown)
 {
-    WITHOUT_MEMORY(command_buffers_add_pool(all, pool(2), VK_QUEUE_TRANSFER_BIT, false));
+    WITHOUT_MEMORY(command_buffers_add_pool(all, pool(2), 0, VK_QUEUE_TRANSFER_BIT, false));
     add(all, 2, 4);
     assert_int_equal(facts_of(all, 4).alive, UNKNOWN);
     /* A successor. */
-    WITHOUT_MEMORY(command_buffers_add_pool(all, pool(1), VK_QUEUE_TRANSFER_BIT, false));
+    WITHOUT_MEMORY(command_buffers_add_pool(all, pool(1), 0, VK_QUEUE_TRANSFER_BIT, false));
     assert_int_equal(facts_of(all, 1).alive, UNKNOWN);
 }
 

@@ -8,7 +8,7 @@ struct command_buffers *some_command_buffers(void)
     const VkCommandBuffer primaries[] = {handle(1), handle(2)}, secondary = handle(3);
     struct command_buffers *all = NULL;
     assert_int_equal(command_buffers_create(&all), VK_SUCCESS);
-    command_buffers_add_pool(all, pool(1), VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT, false);
+    command_buffers_add_pool(all, pool(1), 0, VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT, false);
     command_buffers_add(all, pool(1), VK_COMMAND_BUFFER_LEVEL_PRIMARY, 2, primaries);
     command_buffers_add(all, pool(1), VK_COMMAND_BUFFER_LEVEL_SECONDARY, 1, &secondary);
     return all;

@@ -58,7 +58,7 @@ static void make_stable_objects(unsigned n)
     bind_at(device.resources, n, n, n * SIZE);
     resources_set_address(device.resources, buffer(n), BASE + n * SIZE);
     have_accel(device.resources, n, n, 0x100, 0x200);
-    command_buffers_add_pool(device.command_buffers, pool(n), VK_QUEUE_COMPUTE_BIT, false);
+    command_buffers_add_pool(device.command_buffers, pool(n), 0, VK_QUEUE_COMPUTE_BIT, false);
     command_buffers_add(device.command_buffers, pool(n), VK_COMMAND_BUFFER_LEVEL_PRIMARY, 1,
                         &added);
 }
@@ -203,7 +203,7 @@ static void rename_and_repool(struct random *random, unsigned n)
     const VkCommandBuffer added = handle(n);
     name(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel(recorder),
          random_one_in(random, 2) ? "tree %u" : "oak tree number %u", n);
-    command_buffers_add_pool(device.command_buffers, pool(n), VK_QUEUE_TRANSFER_BIT, false);
+    command_buffers_add_pool(device.command_buffers, pool(n), 0, VK_QUEUE_TRANSFER_BIT, false);
     command_buffers_add(device.command_buffers, pool(n), VK_COMMAND_BUFFER_LEVEL_SECONDARY, 1,
                         &added);
     command_buffers_remove_pool(device.command_buffers, pool(n), note_gone, NULL);

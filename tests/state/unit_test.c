@@ -72,7 +72,8 @@ int main(int argc, char **argv)
         _cmocka_run_group_tests(program_invocation_short_name, wanted, wanted_count, NULL, NULL);
     if (unit_test_close)
         unit_test_close();
-    if (allocations_now && !&unit_test_keeps_memory && !failed && allocations_now() > before) {
+    const bool keeps_memory = unit_test_keeps_memory && unit_test_keeps_memory();
+    if (allocations_now && !keeps_memory && !failed && allocations_now() > before) {
         printf("%d blocks of memory are left\n", allocations_now() - before);
         failed = 1;
     }

@@ -26,8 +26,8 @@ extern char **unit_test_arguments;
 __attribute__((weak)) const char *unit_test_open(const char *argument);
 __attribute__((weak)) void unit_test_close(void);
 
-/* Defined by a program whose tests may leave memory: allocations.h. */
-extern const bool unit_test_keeps_memory __attribute__((weak));
+/* Defined by a program whose tests may leave memory, to return true: allocations.h. */
+__attribute__((weak)) bool unit_test_keeps_memory(void);
 
 /* That a text has a part, or has it not. */
 void assert_has(const char *text, const char *part);

@@ -3,8 +3,9 @@
  * as they exist. */
 #include "layer/snapshots/copies/staging.h"
 
-#include <pthread.h>
 #include <stdlib.h>
+
+#include "src/platform/threads.h"
 
 /* A chunk is large enough for a command buffer of small builds. */
 #define CHUNK_SIZE ((uint64_t)256 << 10)

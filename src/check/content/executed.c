@@ -178,12 +178,22 @@ static void retain_build(struct executed_call *call, const struct executed_build
     call->builds[call->count++] = (struct retained_build){executed->build, executed->dst_id};
 }
 
+static void report_references(const struct executed_call *call,
+                              const struct recorded_build *recorded,
+                              const struct instance_uses *uses)
+{
+    const struct check_context *context = call->walk.context;
+    for (uint32_t i = 0; context->hooks->refers && i < uses->count; i++)
+        context->hooks->refers(context->user, recorded->place.position, &uses->items[i].referenced);
+}
+
 static void collect_instances(struct executed_call *call, const struct recorded_build *recorded)
 {
     struct instance_uses *uses = call->walk.instances;
     struct build_view build = view_of(call, recorded, NULL);
     if (!uses || !uses->count)
         return;
+    report_references(call, recorded, uses);
     if (!call->sweep)
         call->sweep = check_make_sweep();
     if (call->sweep)

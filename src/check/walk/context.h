@@ -30,6 +30,9 @@ struct check_hooks {
                        struct size_facts *sizes);
     enum tristate (*vertex_format_supported)(void *user, VkFormat format);
     enum tristate (*radius_format_supported)(void *user, VkFormat format);
+    /* An instance of an executed build, at `position` of its command buffer, refers to a live
+     * structure. Called once for each structure of a build. NULL: not needed. */
+    void (*refers)(void *user, uint32_t position, const struct accel_facts *referenced);
     /* Returns whether another device of the process has such an object with that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
 };

@@ -4,12 +4,12 @@
 #ifndef ASSAY_CPU_TREES_BLAS_REFERENCES_H
 #define ASSAY_CPU_TREES_BLAS_REFERENCES_H
 
-#include <pthread.h>
 #include <stdbool.h>
 
 #include "src/base/handle_table.h"
 #include "src/bvh/bvh.h"
 #include "src/cpu/structures.h"
+#include "src/platform/threads.h"
 
 struct blas_references {
     struct cpu_structures *structures;

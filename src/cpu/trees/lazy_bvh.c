@@ -8,6 +8,7 @@
 #include "src/bvh/micromap.h"
 #include "src/cpu/trees/blas_references.h"
 #include "src/cpu/trees/make.h"
+#include "src/platform/threads.h"
 
 /* A displacement micromap, as it was when the build executed. */
 struct held_micromap {
@@ -129,7 +130,7 @@ static VkResult begin_reading(const struct lazy *lazy)
         return result;
     if (atomic_load(&execution->is_overwritten))
         atomic_compare_exchange_strong(&lazy->device->overwritten, &never, OVERWRITTEN_ONCE);
-    pthread_rwlock_rdlock(&execution->lock);
+    shared_lock_read(&execution->lock);
     return VK_SUCCESS;
 }
 
@@ -201,7 +202,7 @@ static VkResult make_build(void *context, struct cpu_tree *tree)
         result = make_from_memory(lazy, &memory, tree);
     }
     snapshot_memory_close(&snapshots);
-    pthread_rwlock_unlock(&execution->lock);
+    shared_lock_release(&execution->lock);
     return result;
 }
 
@@ -257,7 +258,7 @@ static VkResult make_deserialization(void *context, struct cpu_tree *tree)
         result = cpu_make_by_deserializing(lazy->device, &memory, lazy->serialized.address,
                                            lazy->size_max, tree);
     snapshot_memory_close(&snapshots);
-    pthread_rwlock_unlock(&execution->lock);
+    shared_lock_release(&execution->lock);
     return result;
 }
 

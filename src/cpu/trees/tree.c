@@ -2,12 +2,13 @@
 /* Reference counts of trees, and the work of lazy trees. */
 #include "src/cpu/trees/tree.h"
 
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
 #include "src/cpu/trees/bytes.h"
+#include "src/platform/aligned.h"
+#include "src/platform/threads.h"
 
 struct cpu_tree {
     atomic_uint references;
@@ -53,7 +54,7 @@ void cpu_tree_release(struct cpu_tree *tree)
     if (tree->work.make)
         tree->work.release(tree->work.context);
     pthread_mutex_destroy(&tree->lock);
-    free(tree->bytes);
+    aligned_free(tree->bytes);
     free(tree);
 }
 
@@ -62,7 +63,7 @@ void *cpu_tree_allocate(struct cpu_tree *tree, uint64_t size)
     const uint64_t mask = BUILDER_ALIGNMENT - 1;
     if (size > SIZE_MAX - mask)
         return NULL;
-    tree->bytes = aligned_alloc(BUILDER_ALIGNMENT, (size + mask) & ~mask);
+    tree->bytes = aligned_allocate(BUILDER_ALIGNMENT, (size + mask) & ~mask);
     return tree->bytes;
 }
 
@@ -71,7 +72,7 @@ static void make(struct cpu_tree *tree)
     struct cpu_tree_work work = tree->work;
     tree->work.make = NULL;
     if (work.make(work.context, tree) != VK_SUCCESS) {
-        free(tree->bytes);
+        aligned_free(tree->bytes);
         tree->bytes = NULL;
     }
     work.release(work.context);

@@ -3,12 +3,12 @@
 #include "src/report/ids/message_filter.h"
 
 #include <errno.h>
-#include <fnmatch.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
+#include "src/base/glob.h"
+#include "src/base/letter_case.h"
 #include "src/base/text_buffer.h"
 #include "src/report/ids/message_id.h"
 #include "src/report/settings/values.h"
@@ -24,7 +24,7 @@ struct pattern {
 /* Some applications print message numbers signed, others in hexadecimal. */
 static bool read_message_number(const char *text, int32_t *number)
 {
-    bool is_hex = strncasecmp(text, "0x", 2) == 0;
+    bool is_hex = text_starts_in_any_case(text, "0x");
     char *end;
     errno = 0;
     long long value = strtoll(text, &end, is_hex ? 16 : 10);
@@ -36,7 +36,7 @@ static bool read_message_number(const char *text, int32_t *number)
 
 static bool matches(const struct pattern *pattern, const char *id)
 {
-    if (strcasecmp(pattern->text, id) == 0)
+    if (text_equals_in_any_case(pattern->text, id))
         return true;
     const char *tail = strrchr(id, '-');
     if (pattern->is_digits && tail && strcmp(pattern->text, tail + 1) == 0)
@@ -162,7 +162,7 @@ bool narrow_filters_have(const struct narrow_filter *filters, uint32_t id)
 bool narrow_filters_match(const struct narrow_filter *filters, uint32_t id, const char *name)
 {
     for (; name && filters; filters = filters->next)
-        if (is_about(filters, id) && fnmatch(filters->glob, name, FNM_NOESCAPE) == 0)
+        if (is_about(filters, id) && glob_matches(filters->glob, name))
             return true;
     return false;
 }

@@ -4,20 +4,14 @@
 
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "src/base/text_buffer.h"
-
-void log_executable(char path[LOG_PATH_SIZE])
-{
-    ssize_t length = readlink("/proc/self/exe", path, LOG_PATH_SIZE - 1);
-    path[length > 0 ? length : 0] = '\0';
-}
+#include "src/platform/process.h"
 
 static void append_executable(struct text_buffer *text)
 {
     char path[LOG_PATH_SIZE];
-    log_executable(path);
+    process_executable(path, sizeof(path));
     const char *slash = strrchr(path, '/');
     text_append(text, "%s", slash ? slash + 1 : path);
 }
@@ -33,7 +27,7 @@ bool log_filename_expand(const char *pattern, char path[LOG_PATH_SIZE])
         if (!*rest)
             break;
         if (rest[1] == 'p')
-            text_append(&text, "%ld", (long)getpid());
+            text_append_decimal(&text, process_id());
         else if (rest[1] == 'e')
             append_executable(&text);
         else

@@ -13,7 +13,4 @@ enum { LOG_PATH_SIZE = 4096 };
  * not fit. */
 bool log_filename_expand(const char *pattern, char path[LOG_PATH_SIZE]);
 
-/* Writes the path of the process's executable; "" if it is unknown. */
-void log_executable(char path[LOG_PATH_SIZE]);
-
 #endif

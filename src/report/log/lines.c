@@ -4,9 +4,9 @@
 
 #include <inttypes.h>
 #include <string.h>
-#include <time.h>
-#include <unistd.h>
 
+#include "src/platform/clock.h"
+#include "src/platform/process.h"
 #include "src/report/log/filename.h"
 #include "src/report/specification.h"
 #include "src/state/commands/call_sites.h"
@@ -23,17 +23,14 @@ enum {
 
 void line_begin(struct json *json, const char *type)
 {
-    char text[TIME_SIZE + 32], seconds[TIME_SIZE];
-    struct timespec now = {0};
-    struct tm parts = {0};
-    clock_gettime(CLOCK_REALTIME, &now);
-    gmtime_r(&now.tv_sec, &parts);
-    strftime(seconds, sizeof(seconds), "%Y-%m-%dT%H:%M:%S", &parts);
-    snprintf(text, sizeof(text), "%s.%06ldZ", seconds, now.tv_nsec / 1000);
+    char time[TIME_SIZE];
+    struct text_buffer text;
+    text_begin(&text, time, sizeof(time));
+    text_append_time(&text, clock_utc());
     json_begin(json);
     json_text(json, "Type", type);
-    json_number(json, "pid", (uint64_t)getpid());
-    json_text(json, "time", text);
+    json_number(json, "pid", process_id());
+    json_text(json, "time", time);
 }
 
 /* ---- header, device */
@@ -49,7 +46,7 @@ static void write_version(struct json *json, const char *key, uint32_t version)
 static void write_application(struct json *json, const VkApplicationInfo *application)
 {
     char executable[LOG_PATH_SIZE];
-    log_executable(executable);
+    process_executable(executable, sizeof(executable));
     json_begin_object(json, "Application");
     if (application && application->pApplicationName)
         json_text(json, "Name", application->pApplicationName);
@@ -212,14 +209,6 @@ static void write_call_site(struct json *json, const struct call_site *site)
     json_end_array(json);
 }
 
-/* Differences of compared rays have no rule; they arise at level content. */
-static void write_level(struct json *json, const struct message *message)
-{
-    enum level level =
-        message->vuid == VUID_NONE ? LEVEL_CONTENT : rule_infos[rule_of_vuid(message->vuid)].level;
-    json_text(json, "level", level_name(level));
-}
-
 bool line_of_message(struct json *json, const struct message *message, enum spec_text spec_text)
 {
     line_begin(json, "Finding");
@@ -228,7 +217,7 @@ bool line_of_message(struct json *json, const struct message *message, enum spec
     json_hex(json, "MessageID", (uint32_t)message->id_number);
     write_objects(json, message);
     if (message->origin) {
-        json_text(json, "Function", build_command_name(message->location.command));
+        json_text(json, "Function", message->function);
         json_text_of_size(json, "Location", message->main, message->path_length);
     }
     json_text_of_size(json, "MainMessage", message->main, message->main_length);
@@ -236,7 +225,7 @@ bool line_of_message(struct json *json, const struct message *message, enum spec
         write_region(json, message);
         write_specification(json, message, spec_text);
         write_origin(json, message);
-        write_level(json, message);
+        json_text(json, "level", level_name(message->level));
         write_formerly(json, message);
         write_also(json, message);
         write_call_site(json, message->origin->call_site);

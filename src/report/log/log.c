@@ -3,13 +3,12 @@
 #include "src/report/log/log.h"
 
 #include <errno.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
-#include <sys/uio.h>
 
-#include "src/base/elevated.h"
+#include "src/base/letter_case.h"
+#include "src/platform/files.h"
+#include "src/platform/process.h"
 #include "src/report/log/filename.h"
 
 enum { LINE_SIZE = 1024, FILENAME_SHOWN = 200 };
@@ -29,7 +28,7 @@ static FILE *open_file(const char *filename, const char **reason)
         *reason = strerror(ENAMETOOLONG);
         return NULL;
     }
-    FILE *file = fopen(path, "ae");
+    FILE *file = file_open_to_append(path);
     *reason = strerror(errno);
     return file;
 }
@@ -39,9 +38,9 @@ static void choose_file(struct log *log, const struct settings *settings,
 {
     const char *filename = settings->log_filename, *reason;
     log->file = stderr;
-    if (!log->is_active || !filename || strcasecmp(filename, "stderr") == 0)
+    if (!log->is_active || !filename || text_equals_in_any_case(filename, "stderr"))
         return;
-    if (strcasecmp(filename, "stdout") == 0) {
+    if (text_equals_in_any_case(filename, "stdout")) {
         log->file = stdout;
         return;
     }
@@ -89,52 +88,19 @@ void log_close(struct log *log)
  * part of a line that an earlier failure has left. Returns an error number or 0. */
 static int write_all(struct log *log, const char *data, size_t size)
 {
-    int descriptor = fileno(log->file);
-    size_t newline = log->is_torn, done = 0;
+    const int descriptor = file_descriptor(log->file);
+    size_t newline = log->is_torn, done = 0, written;
     while (done < size) {
-        const struct iovec parts[] = {{(char *)(uintptr_t) "\n", newline},
-                                      {(char *)(uintptr_t)data + done, size - done}};
-        ssize_t written = writev(descriptor, parts, 2);
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written <= 0) {
+        int error = file_write(descriptor, "\n", newline, data + done, size - done, &written);
+        if (error) {
             log->is_torn |= done != 0;
-            return written < 0 ? errno : EIO;
+            return error;
         }
-        done += (size_t)written - newline;
+        done += written - newline;
         newline = 0;
     }
     log->is_torn = false;
     return 0;
-}
-
-/* A limit of file sizes, or a closed pipe, must not end the application: while the layer writes,
- * the signals of these errors are blocked. */
-struct blocked_signals {
-    sigset_t before, pending;
-};
-
-static void block_signals(struct blocked_signals *blocked)
-{
-    sigset_t signals;
-    sigemptyset(&signals);
-    sigaddset(&signals, SIGXFSZ);
-    sigaddset(&signals, SIGPIPE);
-    sigpending(&blocked->pending);
-    pthread_sigmask(SIG_BLOCK, &signals, &blocked->before);
-}
-
-/* Takes back the signal of the error, if there is one, unless the application has had it before. */
-static void unblock_signals(const struct blocked_signals *blocked, int error)
-{
-    int raised = error == EFBIG ? SIGXFSZ : error == EPIPE ? SIGPIPE : 0;
-    if (raised && !sigismember(&blocked->pending, raised)) {
-        sigset_t signals;
-        sigemptyset(&signals);
-        sigaddset(&signals, raised);
-        sigtimedwait(&signals, NULL, &(struct timespec){0});
-    }
-    pthread_sigmask(SIG_SETMASK, &blocked->before, NULL);
 }
 
 /* Returns the error of the first failure; later ones return 0. */
@@ -150,10 +116,10 @@ static int finish_line(struct log *log, bool is_complete)
     if (is_complete) {
         if (!log->is_owned)
             fflush(log->file); /* the application's text comes first */
-        struct blocked_signals blocked;
-        block_signals(&blocked);
+        struct write_signals blocked;
+        file_block_signals(&blocked);
         error = write_all(log, log->json->line, log->json->length);
-        unblock_signals(&blocked, error);
+        file_unblock_signals(&blocked, error);
     }
     pthread_mutex_unlock(&log->lock);
     return first_failure(log, error);
@@ -161,12 +127,12 @@ static int finish_line(struct log *log, bool is_complete)
 
 static int write_text(struct log *log, const struct message *message)
 {
-    struct blocked_signals blocked;
-    block_signals(&blocked);
+    struct write_signals blocked;
+    file_block_signals(&blocked);
     errno = 0;
     message_write(message, log->file);
     int error = !ferror(log->file) ? 0 : errno ? errno : EIO;
-    unblock_signals(&blocked, error);
+    file_unblock_signals(&blocked, error);
     return first_failure(log, error);
 }
 

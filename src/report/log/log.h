@@ -6,10 +6,10 @@
 #ifndef ASSAY_REPORT_LOG_LOG_H
 #define ASSAY_REPORT_LOG_LOG_H
 
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
 
+#include "src/platform/threads.h"
 #include "src/report/log/lines.h"
 #include "src/report/log/records.h"
 

@@ -5,45 +5,28 @@
 #include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
+
+#include "src/platform/files.h"
+#include "src/platform/process.h"
 
 static const char file_name[] = "vk_layer_settings.txt";
 
-/* Returns false if the user has no home, or a path is too long. */
-static bool find_users_file(char path[SETTINGS_PATH_SIZE])
-{
-    const char *data = getenv("XDG_DATA_HOME"), *home = getenv("HOME");
-    bool has_data = data && data[0];
-    if (!has_data && !(home && home[0]))
-        return false;
-    int length = snprintf(path, SETTINGS_PATH_SIZE, "%s%s/vulkan/settings.d/%s",
-                          has_data ? data : home, has_data ? "" : "/.local/share", file_name);
-    return length > 0 && length < SETTINGS_PATH_SIZE;
-}
-
-static bool is_file(const char *path)
-{
-    struct stat status;
-    return stat(path, &status) == 0 && S_ISREG(status.st_mode);
-}
-
 enum settings_path settings_file_find(char path[SETTINGS_PATH_SIZE])
 {
-    const char *given = getenv("VK_LAYER_SETTINGS_PATH");
-    struct stat status;
+    const char *given = process_variable("VK_LAYER_SETTINGS_PATH");
     bool is_given = given && given[0];
-    if (find_users_file(path) && is_file(path))
+    if (file_find_users_settings(path, SETTINGS_PATH_SIZE))
         return is_given ? SETTINGS_PATH_SECOND : SETTINGS_PATH_USED;
-    if (!is_given || stat(given, &status) != 0) {
+    if (!is_given || file_find_kind(given) == FILE_NONE) {
         snprintf(path, SETTINGS_PATH_SIZE, "%s", file_name);
         return is_given ? SETTINGS_PATH_MISSING : SETTINGS_PATH_USED;
     }
-    if (!S_ISDIR(status.st_mode)) {
+    if (file_find_kind(given) != FILE_FOLDER) {
         snprintf(path, SETTINGS_PATH_SIZE, "%s", given);
         return SETTINGS_PATH_USED;
     }
     snprintf(path, SETTINGS_PATH_SIZE, "%s/%s", given, file_name);
-    return stat(path, &status) == 0 ? SETTINGS_PATH_USED : SETTINGS_PATH_WITHOUT_FILE;
+    return file_find_kind(path) != FILE_NONE ? SETTINGS_PATH_USED : SETTINGS_PATH_WITHOUT_FILE;
 }
 
 static char *trim(char *text)
@@ -58,7 +41,7 @@ static char *trim(char *text)
 
 bool settings_file_next(FILE *file, char **buffer, size_t *size, struct settings_line *line)
 {
-    while (getline(buffer, size, file) >= 0) {
+    while (file_read_line(file, buffer, size)) {
         (*buffer)[strcspn(*buffer, "#")] = '\0';
         char *equals = strchr(*buffer, '=');
         if (equals)

@@ -84,7 +84,9 @@ VkResult settings_source_given(const struct settings_source *source, const char 
         }
         if (i)
             *end++ = ',';
-        end = stpcpy(end, text);
+        const size_t length = strlen(text);
+        memcpy(end, text, length + 1);
+        end += length;
     }
     return VK_SUCCESS;
 }

@@ -6,14 +6,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
-#include "src/base/elevated.h"
+#include "src/base/letter_case.h"
 #include "src/base/text_buffer.h"
+#include "src/platform/files.h"
+#include "src/platform/process.h"
 #include "src/report/settings/file.h"
 #include "src/report/settings/source.h"
-
-extern char **environ;
 
 #define FILE_PREFIX "assay_validation."
 #define ENVIRONMENT_PREFIX "VK_ASSAY_VALIDATION_"
@@ -34,7 +33,7 @@ static const char *meant_key(const struct search *search, const char *name)
     size_t length = strlen(name);
     for (const char *const *key = search->keys; *key; key++) {
         size_t of_key = strlen(*key);
-        if (length > of_key && strcasecmp(name + length - of_key, *key) == 0 &&
+        if (length > of_key && text_equals_in_any_case(name + length - of_key, *key) &&
             strchr("._", name[length - of_key - 1]))
             return *key;
     }
@@ -89,7 +88,7 @@ static void warn_of_line(const struct search *search, const char *words, const c
 static void warn_of_path(const struct search *search, enum settings_path state, const char *path,
                          bool file_exists)
 {
-    const char *given = getenv("VK_LAYER_SETTINGS_PATH");
+    const char *given = process_variable("VK_LAYER_SETTINGS_PATH");
     char line[LINE_SIZE];
     struct text_buffer text;
     if (state == SETTINGS_PATH_USED || !given)
@@ -126,15 +125,11 @@ static bool is_key(const struct search *search, const char *name, bool in_upper_
     return false;
 }
 
-static bool starts_with(const char *text, const char *start)
-{
-    return strncasecmp(text, start, strlen(start)) == 0;
-}
-
 /* VK_ASSAY_ENABLE and VK_ASSAY_DISABLE are the loader's. */
 static bool is_ignored_variable(const struct search *search, const char *name)
 {
-    if (!starts_with(name, "VK_ASSAY_") && !starts_with(name, "VK_LAYER_ASSAY_"))
+    if (!text_starts_in_any_case(name, "VK_ASSAY_") &&
+        !text_starts_in_any_case(name, "VK_LAYER_ASSAY_"))
         return false;
     if (strcmp(name, "VK_ASSAY_ENABLE") == 0 || strcmp(name, "VK_ASSAY_DISABLE") == 0)
         return false;
@@ -145,7 +140,7 @@ static bool is_ignored_variable(const struct search *search, const char *name)
 /* The loader compares the value with the one in the implicit layer's manifest. */
 static void check_enable_value(const struct search *search)
 {
-    const char *value = getenv("VK_ASSAY_ENABLE");
+    const char *value = process_variable("VK_ASSAY_ENABLE");
     char line[LINE_SIZE];
     struct text_buffer text;
     if (!value || !value[0] || strcmp(value, "0") == 0 || strcmp(value, "1") == 0)
@@ -157,15 +152,19 @@ static void check_enable_value(const struct search *search)
     search->warn(search->context, line);
 }
 
+static void check_variable(void *context, const char *variable)
+{
+    const struct search *search = context;
+    char name[NAME_SIZE];
+    snprintf(name, sizeof(name), "%.*s", (int)strcspn(variable, "="), variable);
+    if (is_ignored_variable(search, name))
+        warn_of_name(search, name, NULL, true);
+}
+
 static void search_environment(const struct search *search)
 {
     check_enable_value(search);
-    for (char **entry = environ; entry && *entry; entry++) {
-        char name[NAME_SIZE];
-        snprintf(name, sizeof(name), "%.*s", (int)strcspn(*entry, "="), *entry);
-        if (is_ignored_variable(search, name))
-            warn_of_name(search, name, NULL, true);
-    }
+    process_environment(check_variable, (void *)(uintptr_t)search);
 }
 
 /* ---- the file */
@@ -176,7 +175,7 @@ static bool is_meant_for_layer(const char *line)
 {
     size_t length = strcspn(line, ". \t:");
     for (size_t i = 0; i + strlen("assay") <= length; i++)
-        if (starts_with(line + i, "assay") && (i == 0 || line[i - 1] == '_'))
+        if (text_starts_in_any_case(line + i, "assay") && (i == 0 || line[i - 1] == '_'))
             return true;
     return false;
 }
@@ -185,7 +184,7 @@ static void search_file(const struct search *search)
 {
     char path[SETTINGS_PATH_SIZE], *buffer = NULL;
     enum settings_path state = settings_file_find(path);
-    FILE *file = fopen(path, "re");
+    FILE *file = file_open_to_read(path);
     struct settings_line line;
     size_t size = 0;
     warn_of_path(search, state, path, file != NULL);

@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A table of hashes of lines, in static storage without constructor or destructor. */
-#define _GNU_SOURCE /* dladdr */
 #include "src/report/settings/reported_lines.h"
 
-#include <dlfcn.h>
 #include <stdatomic.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -11,6 +9,8 @@
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
+
+#include "src/platform/process.h"
 
 enum { LINES_MAX = 64 };
 
@@ -53,9 +53,7 @@ void reported_lines_remove(const char *line)
 
 void reported_lines_keep(void)
 {
-    Dl_info info;
-    if (dladdr(lines, &info))
-        dlopen(info.dli_fname, RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE);
+    process_keep_library((const void *)lines);
 }
 
 void kept_lines_add(void *context, const char *line)

@@ -10,8 +10,11 @@
 
 #include "src/base/text_buffer.h"
 
+#define SETTINGS_LAYER "VK_LAYER_ASSAY_validation"
+
 struct settings_source {
-    VkuLayerSettingSet set; /* VK_NULL_HANDLE if the process has elevated privileges */
+    /* VK_NULL_HANDLE if the process has elevated privileges, or without the utility library. */
+    VkuLayerSettingSet set;
     /* The application's VkLayerSettingEXT of this layer, except unreadable ones; owned. */
     VkLayerSettingEXT *given;
     VkLayerSettingsCreateInfoEXT given_info;
@@ -20,6 +23,10 @@ struct settings_source {
 VkResult settings_source_open(struct settings_source *source,
                               const VkInstanceCreateInfo *create_info);
 void settings_source_close(struct settings_source *source);
+
+/* Begin and end reading outside of VK_EXT_layer_settings: library.c or plain.c. */
+VkResult settings_reader_open(struct settings_source *source);
+void settings_reader_close(struct settings_source *source);
 
 /* Sets `list` to the comma-separated values of a key; NULL if the key is not set. The caller frees
  * it. */
@@ -33,6 +40,10 @@ VkResult settings_source_text(const struct settings_source *source, const char *
 
 /* Whether the value of a key came with a comma, or as several values. The key must be set. */
 bool settings_has_comma(const char *key);
+
+/* Sets `text` to the value of a key in the environment or the settings file; NULL if it is in
+ * neither. The caller frees it. */
+VkResult settings_find_outside(const char *key, char **text);
 
 /* Appends where the value of a key came from, such as: environment variable
  * VK_ASSAY_VALIDATION_LEVEL. The key must be set. */

@@ -6,12 +6,13 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
+
+#include "src/base/letter_case.h"
 
 static const struct choice *find_choice(const struct choice *choices, const char *name)
 {
     for (const struct choice *choice = choices; choice->name; choice++)
-        if (strcasecmp(choice->name, name) == 0)
+        if (text_equals_in_any_case(choice->name, name))
             return choice;
     return NULL;
 }
@@ -19,7 +20,10 @@ static const struct choice *find_choice(const struct choice *choices, const char
 char *value_next_entry(char **list)
 {
     while (*list) {
-        char *entry = strsep(list, ",");
+        char *entry = *list, *comma = strchr(entry, ',');
+        *list = comma ? comma + 1 : NULL;
+        if (comma)
+            *comma = '\0';
         while (isspace((unsigned char)*entry))
             entry++;
         size_t length = strlen(entry);

@@ -2,10 +2,10 @@
 /* The flags that structures were built with, and the serials of the writes. */
 #include "src/state/builds/built_flags.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 
 #include "src/base/handle_table.h"
+#include "src/platform/threads.h"
 
 /* Written at `written` with serial `since`; every later write had the same flag. */
 struct flagged {

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "src/base/recording_path.h"
+#include "src/platform/aligned.h"
 #include "src/state/builds/build_info.h"
 #include "src/state/builds/small_shape.h"
 
@@ -32,7 +33,7 @@ struct size_cache {
 
 VkResult size_cache_create(struct size_cache **cache)
 {
-    *cache = aligned_alloc(CACHE_LINE, sizeof(**cache));
+    *cache = aligned_allocate(CACHE_LINE, sizeof(**cache));
     if (!*cache)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     memset((void *)*cache, 0, sizeof(**cache));
@@ -41,7 +42,7 @@ VkResult size_cache_create(struct size_cache **cache)
 
 void size_cache_destroy(struct size_cache *cache)
 {
-    free(cache);
+    aligned_free(cache);
 }
 
 static struct build_shape shape_from(XXH128_hash_t hash)

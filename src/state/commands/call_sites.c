@@ -3,12 +3,12 @@
  * unloaded before a finding is reported. */
 #include "src/state/commands/call_sites.h"
 
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "src/base/modules.h"
+#include "src/platform/modules.h"
+#include "src/platform/threads.h"
 
 enum { SLOT_BITS = 15, SLOTS = 1 << SLOT_BITS, SITES_MAX = SLOTS / 2 };
 

@@ -99,12 +99,14 @@ static struct command_pool *take_out_pool(struct command_buffers *command_buffer
 }
 
 void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommandPool handle,
-                              VkQueueFlags queue_flags, bool is_protected)
+                              uint32_t queue_family, VkQueueFlags queue_flags, bool is_protected)
 {
     struct command_pool *pool = malloc(sizeof(*pool));
     if (pool)
-        *pool = (struct command_pool){
-            .handle = handle, .queue_flags = queue_flags, .is_protected = is_protected};
+        *pool = (struct command_pool){.handle = handle,
+                                      .queue_family = queue_family,
+                                      .queue_flags = queue_flags,
+                                      .is_protected = is_protected};
     reader_lock_write(&command_buffers->lock);
     struct command_pool *old = take_out_pool(command_buffers, handle);
     if (!pool || !handle_table_set(&command_buffers->pools, (uint64_t)(uintptr_t)handle, pool)) {

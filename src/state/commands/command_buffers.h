@@ -21,6 +21,7 @@ struct command_buffers;
 
 struct command_pool {
     VkCommandPool handle;
+    uint32_t queue_family;
     VkQueueFlags queue_flags; /* of the queue family; 0: unknown */
     bool is_protected;
     struct command_buffer *first; /* list of its command buffers */
@@ -56,7 +57,7 @@ VkResult command_buffers_create(struct command_buffers **command_buffers);
 void command_buffers_destroy(struct command_buffers *command_buffers);
 
 void command_buffers_add_pool(struct command_buffers *command_buffers, VkCommandPool handle,
-                              VkQueueFlags queue_flags, bool is_protected);
+                              uint32_t queue_family, VkQueueFlags queue_flags, bool is_protected);
 /* Calls `removed` for each command buffer of the pool, without the lock. */
 void command_buffers_remove_pool(struct command_buffers *command_buffers, VkCommandPool handle,
                                  void (*removed)(void *user, VkCommandBuffer handle), void *user);

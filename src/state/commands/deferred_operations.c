@@ -2,10 +2,10 @@
 /* A table of operations under one lock. */
 #include "src/state/commands/deferred_operations.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 
 #include "src/base/handle_table.h"
+#include "src/platform/threads.h"
 
 struct operation {
     void *work;      /* NULL: none */

@@ -2,10 +2,10 @@
 /* The table of events, and which queue or host call set or reset each of them last. */
 #include "src/state/commands/events.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 
 #include "src/base/handle_table.h"
+#include "src/platform/threads.h"
 #include "src/state/commands/journal.h"
 
 struct event {

@@ -7,6 +7,7 @@
 
 #include "src/base/array.h"
 #include "src/base/recording_path.h"
+#include "src/state/commands/hazard_list.h"
 
 struct journal *journal_create(VkCommandBuffer command_buffer)
 {
@@ -110,7 +111,7 @@ const struct label_stack *journal_labels_at(const struct journal *journal, uint3
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
         if ((entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE) &&
             entry->built.position == position)
-            return entry->labels ? &journal->labels[entry->labels - 1] : NULL;
+            return journal_label_stack(journal, entry->labels);
     return NULL;
 }
 
@@ -174,6 +175,17 @@ const struct journal_input *journal_next_input(struct journal_cursor *cursor)
     return chunk_list_next(cursor->list, sizeof(struct journal_input), &cursor->place);
 }
 
+struct hazard_list *journal_hazards(struct journal *journal)
+{
+    if (!journal->hazards)
+        journal->hazards = hazard_list_create(journal_release);
+    if (journal->hazards)
+        journal->has_references = true;
+    else
+        journal->incomplete = true;
+    return journal->hazards;
+}
+
 static void release_entries(struct journal_cursor cursor)
 {
     for (struct journal_entry *entry; (entry = journal_next(&cursor));)
@@ -198,6 +210,8 @@ __attribute__((cold, noinline)) static void release_held(struct journal *journal
 {
     if (journal->has_references)
         release_entries(journal_start(journal));
+    if (journal->hazards)
+        hazard_list_clear(journal->hazards);
     while (journal->label_count)
         label_stack_clear(&journal->labels[--journal->label_count]);
     if (journal->work)
@@ -224,6 +238,7 @@ void journal_release(struct journal *journal)
     if (!journal || atomic_fetch_sub_explicit(&journal->references, 1, memory_order_acq_rel) != 1)
         return;
     journal_clear(journal);
+    hazard_list_destroy(journal->hazards);
     free(journal->labels);
     free(journal->host);
     chunk_list_free(&journal->entries);

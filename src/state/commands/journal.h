@@ -20,6 +20,7 @@
 #include "vuid-tables/rules.h"
 
 struct call_site;
+struct hazard_list;
 
 enum journal_kind {
     JOURNAL_BUILD,
@@ -143,22 +144,24 @@ struct host_view {
 
 struct journal {
     atomic_uint references;
+    uint32_t label_changes;         /* of the labels that were copied last */
     VkCommandBuffer command_buffer; /* null: a host command */
     struct host_view *host;         /* owned; NULL unless a host command that reads */
     uint64_t destroy_count;         /* resources_destroy_count when recording began */
     struct chunk_list entries, inputs;
     struct label_stack *labels; /* a copy of each label stack under which a build was recorded */
-    uint32_t label_count, label_capacity, label_changes;
+    uint32_t label_count, label_capacity;
     uint64_t recent_inputs[JOURNAL_RECENT_INPUTS]; /* buffer ids, by their low bits */
     /* Commands that a backend executes when the journal is replayed; owned, may be NULL. */
     void *work;
     void (*release_work)(void *work);
-    bool binds;                /* all entries are JOURNAL_BIND */
-    bool has_references;       /* see journal_entry_has_references */
-    bool has_sources_to_check; /* see journal_entry_has_source_to_check */
-    bool executes;             /* has JOURNAL_EXECUTE entries */
-    bool has_events;           /* it or a secondary has event entries */
-    bool incomplete;           /* memory ran out for entries: the others prove nothing */
+    struct hazard_list *hazards; /* owned; see journal_hazards() */
+    bool binds;                  /* all entries are JOURNAL_BIND */
+    bool has_references;         /* see journal_entry_has_references; or `hazards` is in use */
+    bool has_sources_to_check;   /* see journal_entry_has_source_to_check */
+    bool executes;               /* has JOURNAL_EXECUTE entries */
+    bool has_events;             /* it or a secondary has event entries */
+    bool incomplete;             /* memory ran out for entries: the others prove nothing */
 };
 
 /* Returns NULL if memory runs out. The caller owns one reference. */
@@ -222,6 +225,12 @@ static inline uint32_t journal_note_labels(struct journal *journal,
 {
     return labels->count ? journal_keep_labels(journal, labels) : 0;
 }
+/* Returns the label stack for a value of journal_entry.labels; NULL: no labels. */
+static inline const struct label_stack *journal_label_stack(const struct journal *journal,
+                                                            uint32_t labels)
+{
+    return labels ? &journal->labels[labels - 1] : NULL;
+}
 /* Returns the labels of the build at a position; NULL: none. They live as long as the entries. */
 const struct label_stack *journal_labels_at(const struct journal *journal, uint32_t position);
 
@@ -255,6 +264,11 @@ static inline void journal_end_inputs(struct journal *journal, struct journal_in
 {
     journal->inputs.next = (char *)end;
 }
+
+/* Returns the list of accesses and barriers, to be added to, and creates it if there is none.
+ * Called only with setting `hazards`. Returns NULL if memory runs out; the journal is incomplete
+ * then. */
+struct hazard_list *journal_hazards(struct journal *journal);
 
 /* A position in a journal. Later entries and inputs can be walked, or removed. */
 struct journal_mark {

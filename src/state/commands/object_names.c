@@ -3,12 +3,12 @@
  * chain. */
 #include "src/state/commands/object_names.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "src/base/handle_table.h"
 #include "src/base/text_buffer.h"
+#include "src/platform/threads.h"
 
 struct object_name {
     struct object_name *next; /* same handle, other type */

@@ -2,10 +2,10 @@
 /* Labels and counts by queue. */
 #include "src/state/commands/queue_labels.h"
 
-#include <pthread.h>
 #include <stdlib.h>
 
 #include "src/base/handle_table.h"
+#include "src/platform/threads.h"
 
 struct queue_record {
     struct label_stack stack;

@@ -8,10 +8,11 @@
 #ifndef ASSAY_STATE_COMMANDS_VALIDITY_H
 #define ASSAY_STATE_COMMANDS_VALIDITY_H
 
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
+
+#include "src/platform/threads.h"
 
 /* The validity of one recording. The recording and the secondaries that it executes share it. */
 struct validity {

@@ -81,6 +81,7 @@ struct batch_run {
     const struct execution_clock *host;  /* all work that the host had observed to be complete */
     const struct semaphore_operation *operations; /* its waits and signals */
     uint32_t operation_count;
+    bool signals_fence; /* it is the last batch of a submission with a fence */
     const struct submitted_commands *commands;
     uint32_t command_count;
     /* See submission_set_origin(): objects may have been destroyed since the submission. */

@@ -4,9 +4,8 @@
 #ifndef ASSAY_STATE_ORDER_RECORDS_H
 #define ASSAY_STATE_ORDER_RECORDS_H
 
-#include <pthread.h>
-
 #include "src/base/handle_table.h"
+#include "src/platform/threads.h"
 #include "src/state/order/order.h"
 #include "src/state/order/semaphore_clock.h"
 

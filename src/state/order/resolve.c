@@ -49,6 +49,15 @@ void submission_announce(struct submission *submission)
     }
 }
 
+static void retract_number(struct semaphore_clock *semaphore,
+                           const struct semaphore_operation *operation)
+{
+    if (!operation->is_signal)
+        semaphore->last_wait = operation->last_wait;
+    else if (semaphore->last_signal == operation->value)
+        semaphore->last_signal--;
+}
+
 void submission_retract(struct submission *submission)
 {
     for (uint32_t i = submission->operation_count; i-- > 0;) {
@@ -58,12 +67,8 @@ void submission_retract(struct submission *submission)
             continue;
         if (operation->is_signal)
             semaphore_clock_retract(semaphore, operation->value, submission);
-        if (semaphore->timeline)
-            continue;
-        if (!operation->is_signal)
-            semaphore->last_wait = operation->last_wait;
-        else if (semaphore->last_signal == operation->value)
-            semaphore->last_signal--;
+        if (!semaphore->timeline)
+            retract_number(semaphore, operation);
     }
 }
 

@@ -75,6 +75,7 @@ static struct batch_run describe(const struct order_batch *batch)
         .host = &submission->host,
         .operations = order_batch_operations(batch),
         .operation_count = batch->operation_count,
+        .signals_fence = submission->fence && order_batch_is_last(batch),
         .commands = batch->command_count ? &submission->commands[batch->first_commands] : NULL,
         .command_count = batch->command_count,
         .checked = submission->checked && batch < &submission->batches[submission->ready_count],

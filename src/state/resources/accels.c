@@ -2,6 +2,7 @@
 /* The records of acceleration structures: creation and destruction. */
 #include <stdlib.h>
 
+#include "src/platform/aligned.h"
 #include "src/state/resources/records.h"
 
 static void take_out_of_buffer(struct accel_record *accel)
@@ -20,7 +21,7 @@ void accel_record_free(struct accel_record *accel)
 {
     take_out_of_buffer(accel);
     buffer_record_release(accel->buffer);
-    free(accel);
+    aligned_free(accel);
 }
 
 /* Returns the id of the removed record, or 0. */
@@ -53,7 +54,7 @@ static struct accel_record *make_accel(VkAccelerationStructureKHR handle, VkDevi
                                        VkAccelerationStructureTypeKHR type,
                                        VkAccelerationStructureCreateFlagsKHR flags)
 {
-    struct accel_record *accel = aligned_alloc(CACHE_LINE, sizeof(*accel));
+    struct accel_record *accel = aligned_allocate(CACHE_LINE, sizeof(*accel));
     if (accel)
         *accel = (struct accel_record){.facts = {.handle = handle,
                                                  .alive = YES,
@@ -72,7 +73,9 @@ static void add_accel(struct resources *resources, struct accel_record *accel,
         accel->facts.id = ++resources->last_id;
     bool published =
         resources_publish(resources, &resources->accels, (uint64_t)(uintptr_t)handle, accel);
-    if (accel && published && buffer)
+    if (!published)
+        aligned_free(accel);
+    else if (buffer)
         put_into_buffer(accel, buffer);
 }
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/platform/aligned.h"
 #include "src/state/resources/address_slots.h"
 
 enum { FIRST_CHUNKS = 8 };
@@ -302,7 +303,7 @@ void address_map_release(struct address_map *map)
     free(map->chunks);
     free(map->firsts);
     free(map->reaches);
-    free(map->guesses.ranges);
-    free((void *)map->guesses.items);
+    aligned_free(map->guesses.ranges);
+    aligned_free((void *)map->guesses.items);
     *map = (struct address_map){0};
 }

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/platform/aligned.h"
+
 enum { FIRST_SLOTS = 128, CACHE_LINE = 64 };
 /* Guesses are tuned again if one range in CROWDED_FRACTION has no guess of its own. */
 enum { CROWDED_FRACTION = 16 };
@@ -51,13 +53,13 @@ static bool rebuild(struct address_map *map, uint32_t slot_count)
 {
     const struct address_guesses old = map->guesses;
     struct address_guesses guesses = {
-        .items = aligned_alloc(CACHE_LINE, slot_count * sizeof(*guesses.items)),
-        .ranges = aligned_alloc(CACHE_LINE, slot_count * sizeof(*guesses.ranges)),
+        .items = aligned_allocate(CACHE_LINE, slot_count * sizeof(*guesses.items)),
+        .ranges = aligned_allocate(CACHE_LINE, slot_count * sizeof(*guesses.ranges)),
         .mask = slot_count - 1};
     uint64_t *begins = begins_of_all(map);
     if (!guesses.items || !guesses.ranges || !begins) {
-        free((void *)guesses.items);
-        free(guesses.ranges);
+        aligned_free((void *)guesses.items);
+        aligned_free(guesses.ranges);
         free(begins);
         return false;
     }
@@ -69,8 +71,8 @@ static bool rebuild(struct address_map *map, uint32_t slot_count)
             uint32_t *slot = &map->chunks[c]->slots[i];
             store_range(&guesses, &old.ranges[*slot], &map->cursor, slot);
         }
-    free((void *)old.items);
-    free(old.ranges);
+    aligned_free((void *)old.items);
+    aligned_free(old.ranges);
     map->guesses = guesses;
     map->slot_count = slot_count;
     map->crowded = 0;

@@ -91,7 +91,8 @@ void resources_add_buffer(struct resources *resources, VkBuffer handle,
         resources->replays_addresses = true;
     if (buffer)
         buffer->where.buffer_id = ++resources->last_id;
-    resources_publish(resources, &resources->buffers, (uint64_t)(uintptr_t)handle, buffer);
+    if (!resources_publish(resources, &resources->buffers, (uint64_t)(uintptr_t)handle, buffer))
+        free(buffer);
     reader_lock_write_done(&resources->lock);
 }
 

@@ -15,10 +15,8 @@ bool resources_publish(struct resources *resources, struct handle_table *table, 
                        void *record)
 {
     bool published = record && handle_table_set(table, handle, record);
-    if (!published) {
+    if (!published)
         resources_become_incomplete(resources);
-        free(record);
-    }
     return published;
 }
 

@@ -2,9 +2,10 @@
 /* A ring of destroyed objects. */
 #include "src/state/resources/destroyed.h"
 
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
+
+#include "src/platform/threads.h"
 
 struct destroyed_objects {
     _Atomic uint64_t submissions;

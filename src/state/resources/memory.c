@@ -88,7 +88,8 @@ void resources_add_memory(struct resources *resources, VkDeviceMemory handle, Vk
     remove_memory(resources, handle);
     if (memory)
         memory->id = ++resources->last_id;
-    resources_publish(resources, &resources->memories, (uint64_t)(uintptr_t)handle, memory);
+    if (!resources_publish(resources, &resources->memories, (uint64_t)(uintptr_t)handle, memory))
+        free(memory);
     reader_lock_write_done(&resources->lock);
 }
 

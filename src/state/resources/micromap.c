@@ -18,14 +18,21 @@ static uint64_t remove_micromap(struct resources *resources, VkMicromapEXT handl
 }
 
 void resources_add_micromap(struct resources *resources, VkMicromapEXT handle,
-                            VkMicromapTypeEXT type)
+                            const VkMicromapCreateInfoEXT *create_info)
 {
     struct micromap_record *micromap = malloc(sizeof(*micromap));
     reader_lock_write(&resources->lock);
     remove_micromap(resources, handle);
+    const struct buffer_record *buffer = resources_buffer(resources, create_info->buffer);
     if (micromap)
-        *micromap = (struct micromap_record){.id = ++resources->last_id, .type = type};
-    resources_publish(resources, &resources->micromaps, (uint64_t)(uintptr_t)handle, micromap);
+        *micromap = (struct micromap_record){.id = ++resources->last_id,
+                                             .type = create_info->type,
+                                             .buffer = create_info->buffer,
+                                             .buffer_id = buffer ? buffer->where.buffer_id : 0,
+                                             .offset = create_info->offset,
+                                             .size = create_info->size};
+    if (!resources_publish(resources, &resources->micromaps, (uint64_t)(uintptr_t)handle, micromap))
+        free(micromap);
     reader_lock_write_done(&resources->lock);
 }
 

@@ -62,8 +62,10 @@ void resources_add_nv_accel(struct resources *resources, VkAccelerationStructure
     bool published =
         resources_publish(resources, &resources->nv_accels, (uint64_t)(uintptr_t)handle, accel);
     reader_lock_write_done(&resources->lock);
-    if (!published)
+    if (!published) {
         nv_shape_release(created);
+        free(accel);
+    }
 }
 
 uint64_t resources_remove_nv_accel(struct resources *resources, VkAccelerationStructureNV handle)

@@ -85,6 +85,9 @@ _Static_assert(offsetof(struct accel_facts, handle) == CACHE_LINE,
 struct micromap_record {
     uint64_t id;
     VkMicromapTypeEXT type;
+    VkBuffer buffer;
+    uint64_t buffer_id; /* 0: unknown */
+    VkDeviceSize offset, size;
 };
 
 struct nv_accel_record {
@@ -136,7 +139,7 @@ struct resources {
 };
 
 /* Puts a new record into a table, which then owns it. If there is no memory, or `record` is NULL,
- * frees the record, marks the state incomplete and returns false. */
+ * marks the state incomplete and returns false; the caller then frees the record. */
 bool resources_publish(struct resources *resources, struct handle_table *table, uint64_t handle,
                        void *record);
 /* Increments the number of destroyed records. */

@@ -86,7 +86,7 @@ void resources_find_referenced(struct resources *resources, VkDeviceAddress addr
 
 /* Micromaps of VK_EXT_opacity_micromap (micromap.c). */
 void resources_add_micromap(struct resources *resources, VkMicromapEXT handle,
-                            VkMicromapTypeEXT type);
+                            const VkMicromapCreateInfoEXT *create_info);
 /* Returns the id of the micromap, or 0 if the handle is unknown. */
 uint64_t resources_remove_micromap(struct resources *resources, VkMicromapEXT handle);
 void resources_find_micromap(struct resources *resources, VkMicromapEXT handle,
@@ -197,6 +197,21 @@ void resources_find_host_pieces(struct resources *resources, const void *pointer
  * mapping. */
 uint64_t resources_find_mapped(struct resources *resources, VkDeviceAddress address, uint64_t size,
                                const void **bytes);
+
+/* Returns the id of live memory, which is never reused. Returns 0 if the handle is unknown, or if
+ * the memory has several instances: then equal offsets need not be equal bytes. */
+uint64_t resources_find_memory_id(struct resources *resources, VkDeviceMemory handle);
+
+/* Finds where all bytes of a buffer, or of a micromap, lie. Returns false if they are unknown, or
+ * not in one piece of such memory. */
+struct memory_bytes {
+    uint64_t memory_id; /* see resources_find_memory_id() */
+    VkDeviceSize begin, size;
+};
+bool resources_find_buffer_bytes(struct resources *resources, VkBuffer handle,
+                                 struct memory_bytes *bytes);
+bool resources_find_micromap_bytes(struct resources *resources, VkMicromapEXT handle,
+                                   struct memory_bytes *bytes);
 
 /* Returns the number of records destroyed so far. While it stays the same, every object that was
  * found alive is alive. Takes no lock. */

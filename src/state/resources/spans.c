@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Look-ups for reports of a loss: where an object lies, and what lies at an address. */
+/* Look-ups of where an object lies, and of what lies at an address: device addresses for reports of
+ * a loss, bytes of memory for the hazard check. */
 #include "src/state/resources/records.h"
 
 static bool find_span(const struct resources *resources, VkObjectType type, uint64_t handle,
@@ -44,4 +45,60 @@ struct resources_at resources_find_at(struct resources *resources, VkDeviceAddre
             at.structure = accel->facts.handle;
     resources_end_reading(resources, token);
     return at;
+}
+
+/* ---- bytes of memory */
+
+/* Returns 0 if equal offsets need not be equal bytes. */
+static uint64_t id_of(const struct memory_record *memory)
+{
+    return memory && memory->alive && !memory->multi_instance ? memory->id : 0;
+}
+
+uint64_t resources_find_memory_id(struct resources *resources, VkDeviceMemory handle)
+{
+    unsigned token = resources_begin_reading(resources);
+    uint64_t id = id_of(resources_memory(resources, handle));
+    resources_end_reading(resources, token);
+    return id;
+}
+
+static bool find_bytes(const struct buffer_record *buffer, struct memory_bytes *bytes)
+{
+    /* `where.memory` is null if the bytes are not in one piece of one instance. */
+    *bytes = (struct memory_bytes){0};
+    if (!buffer || !buffer->where.memory)
+        return false;
+    bytes->memory_id = id_of(buffer->memory);
+    bytes->begin = buffer->where.begin;
+    bytes->size = buffer->where.bytes_left;
+    return bytes->memory_id;
+}
+
+bool resources_find_buffer_bytes(struct resources *resources, VkBuffer handle,
+                                 struct memory_bytes *bytes)
+{
+    unsigned token = resources_begin_reading(resources);
+    bool found = find_bytes(resources_buffer(resources, handle), bytes);
+    resources_end_reading(resources, token);
+    return found;
+}
+
+bool resources_find_micromap_bytes(struct resources *resources, VkMicromapEXT handle,
+                                   struct memory_bytes *bytes)
+{
+    unsigned token = resources_begin_reading(resources);
+    const struct micromap_record *micromap =
+        handle_table_find(&resources->micromaps, (uint64_t)(uintptr_t)handle);
+    const struct buffer_record *buffer =
+        micromap ? resources_buffer(resources, micromap->buffer) : NULL;
+    bool found = buffer && buffer->where.buffer_id == micromap->buffer_id &&
+                 find_bytes(buffer, bytes) && micromap->offset <= bytes->size &&
+                 micromap->size <= bytes->size - micromap->offset;
+    if (found) {
+        bytes->begin += micromap->offset;
+        bytes->size = micromap->size;
+    }
+    resources_end_reading(resources, token);
+    return found;
 }

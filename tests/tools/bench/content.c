@@ -10,34 +10,51 @@
 #include "tests/tools/fail.h"
 #include "tests/tools/measure.h"
 
-enum { MOST_SIDES = 5, MOST_FRAMES = 1001 };
+enum { MOST_SIDES = 7, MOST_FRAMES = 1001 };
 
 static const VkBool32 on = VK_TRUE;
 static const char *const execution = "execution", *const content = "content";
-static const VkLayerSettingEXT at_execution = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT,
-                                               1, &execution},
-                               at_content = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT,
-                                             1, &content},
-                               gpu_assisted = {BENCH_PEER, "gpuav_enable",
-                                               VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1, &on};
+static const VkLayerSettingEXT
+    at_execution = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &execution},
+    at_content = {GPU_LAYER, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &content},
+    with_hazards = {GPU_LAYER, "hazards", VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1, &on},
+    gpu_assisted = {BENCH_PEER, "gpuav_enable", VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1, &on},
+    with_syncval = {BENCH_PEER, "validate_sync", VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1, &on};
+
+/* Sides of both comparisons, or of one. */
+enum comparison { IN_BOTH, OF_CONTENT, OF_HAZARDS };
 
 static const struct side_kind {
     const char *name, *layer;
     const VkLayerSettingEXT *setting;
-} side_kinds[MOST_SIDES] = {{"none", NULL, NULL},
-                            {"execution", GPU_LAYER, &at_execution},
-                            {"content", GPU_LAYER, &at_content},
-                            {"khronos", BENCH_PEER, NULL},
-                            {"khronos GPU-AV", BENCH_PEER, &gpu_assisted}};
+    enum comparison comparison;
+} side_kinds[MOST_SIDES] = {{"none", NULL, NULL, IN_BOTH},
+                            {"execution", GPU_LAYER, &at_execution, IN_BOTH},
+                            {"content", GPU_LAYER, &at_content, OF_CONTENT},
+                            {"hazards", GPU_LAYER, &with_hazards, OF_HAZARDS},
+                            {"khronos", BENCH_PEER, NULL, IN_BOTH},
+                            {"khronos GPU-AV", BENCH_PEER, &gpu_assisted, OF_CONTENT},
+                            {"khronos syncval", BENCH_PEER, &with_syncval, OF_HAZARDS}};
 
-static const struct frame_kind kinds[] = {
-    {"one small build", 1, 12, false, false},
-    {"1,000 instances", 1, 1000, true, false},
-    {"100,000 instances", 1, 100000, true, false},
-    {"1,000,000 instances", 1, 1000000, true, false},
-    {"1,000,000 triangles built", 1, 1000000, false, false},
-    {"1,000,000 triangles updated", 1, 1000000, false, true},
-    {"1,000 x 1,000 triangles", 1000, 1000, false, false},
+/* The first one without a name ends the list. */
+static const struct frame_kind content_kinds[] = {
+    {"one small build", 1, 12, false, false, 0, 0},
+    {"1,000 instances", 1, 1000, true, false, 0, 0},
+    {"100,000 instances", 1, 100000, true, false, 0, 0},
+    {"1,000,000 instances", 1, 1000000, true, false, 0, 0},
+    {"1,000,000 triangles built", 1, 1000000, false, false, 0, 0},
+    {"1,000,000 triangles updated", 1, 1000000, false, true, 0, 0},
+    {"1,000 x 1,000 triangles", 1000, 1000, false, false, 0, 0},
+    {0},
+};
+static const struct frame_kind hazard_kinds[] = {
+    {"1,000 builds, 1 a call", 1000, 12, false, false, 1, 100},
+    {"1,000 builds, 10 a call", 1000, 12, false, false, 10, 100},
+    {"1,000 builds, 100 a call", 1000, 12, false, false, 100, 100},
+    {"10,000 builds, 10 a call", 10000, 12, false, false, 10, 100},
+    {"100,000 builds, 10 a call", 100000, 12, false, false, 10, 100},
+    {"100,000 builds, 100 a call", 100000, 12, false, false, 100, 100},
+    {0},
 };
 
 struct options {
@@ -46,7 +63,7 @@ struct options {
     const char *only;   /* a side; NULL: all */
     const char *scene;  /* part of a scene's name; NULL: all scenes */
     const char *csv;    /* or NULL */
-    bool with_peer;
+    bool with_peer, hazards;
 };
 
 struct bench {
@@ -65,6 +82,8 @@ static uint32_t frames_of(const struct options *options, const struct frame_kind
     if (options->frames)
         return options->frames;
     const uint32_t primitives = kind->builds * kind->primitives;
+    if (kind->builds_a_call)
+        return kind->builds >= 100000 ? 5 : kind->builds >= 10000 ? 11 : 51;
     return primitives >= 1000000 ? 11 : primitives >= 100000 ? 31 : 201;
 }
 
@@ -129,6 +148,8 @@ static const char usage[] =
     "  --driver NAME    null or lavapipe (default: what the environment names)\n"
     "  --scene NAME     only scenes with this in their names\n"
     "  --frames N       of each scene (default: 11 to 201, by its size)\n"
+    "  --hazards        compares many small builds, with a barrier every 100, with and without\n"
+    "                   setting hazards (and the Khronos layer's synchronization validation)\n"
     "  --peer           with VK_LAYER_KHRONOS_validation, too: as it is by default, and with\n"
     "                   its GPU-assisted checks\n"
     "  --only SIDE      for a profiler: none, execution, content, khronos or \"khronos GPU-AV\"\n"
@@ -140,6 +161,7 @@ static const struct command_line_option option_table[] = {
     {"scene", command_line_text, offsetof(struct options, scene), true},
     {"frames", command_line_count, offsetof(struct options, frames), true},
     {"only", command_line_text, offsetof(struct options, only), true},
+    {"hazards", command_line_set, offsetof(struct options, hazards), false},
     {"peer", command_line_set, offsetof(struct options, with_peer), false},
     {"csv", command_line_text, offsetof(struct options, csv), true},
 };
@@ -162,8 +184,9 @@ static void open_sides(struct bench *bench)
     for (int s = 0; s < MOST_SIDES; s++) {
         const struct side_kind *kind = &side_kinds[s];
         const bool is_peer = kind->layer && strcmp(kind->layer, BENCH_PEER) == 0;
-        bench->is_open[s] =
-            options->only ? strcmp(options->only, kind->name) == 0 : !is_peer || options->with_peer;
+        const bool is_compared = kind->comparison != (options->hazards ? OF_CONTENT : OF_HAZARDS);
+        bench->is_open[s] = options->only ? strcmp(options->only, kind->name) == 0
+                                          : is_compared && (!is_peer || options->with_peer);
         if (bench->is_open[s])
             side_open_with(&bench->sides[s], kind->layer, kind->setting);
         if (bench->is_open[s] && is_peer)
@@ -192,6 +215,8 @@ int main(int argc, char **argv)
     command_line_read(&line, &bench.options, argc, argv);
     if (options->frames > MOST_FRAMES)
         tool_fail("--frames is at most %d", MOST_FRAMES);
+    if (options->with_peer)
+        layers_select_all(NULL);
     if (options->driver)
         driver_select(options->driver);
     if (options->driver && strcmp(options->driver, "null") == 0)
@@ -200,7 +225,8 @@ int main(int argc, char **argv)
         tool_fail("cannot write %s", options->csv);
     open_sides(&bench);
     print_heads(&bench);
-    for (size_t i = 0; i < sizeof(kinds) / sizeof(kinds[0]); i++)
+    const struct frame_kind *kinds = options->hazards ? hazard_kinds : content_kinds;
+    for (size_t i = 0; kinds[i].name; i++)
         if (!options->scene || strstr(kinds[i].name, options->scene))
             measure(&bench, &kinds[i]);
     for (int s = 0; s < MOST_SIDES; s++)

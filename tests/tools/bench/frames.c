@@ -205,18 +205,31 @@ static void choose_mode(struct frames *frames)
     frames->is_built = true;
 }
 
-static void record(struct frames *frames)
+static void record_barrier(struct frames *frames)
 {
     struct gpu *gpu = frames->gpu;
-    const VkCommandBufferBeginInfo begin = MAKE(VkCommandBufferBeginInfo);
-    TOOL_CALL(gpu->calls, BeginCommandBuffer, frames->commands, &begin);
     gpu_barrier(gpu, frames->commands, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
                 VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
                 VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
                 VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
                     VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR);
-    gpu->calls.CmdBuildAccelerationStructuresKHR(frames->commands, frames->kind.builds,
-                                                 frames->infos, frames->ranges);
+}
+
+static void record(struct frames *frames)
+{
+    struct gpu *gpu = frames->gpu;
+    const struct frame_kind *kind = &frames->kind;
+    const uint32_t a_call = kind->builds_a_call ? kind->builds_a_call : kind->builds;
+    const uint32_t a_barrier = kind->builds_a_barrier ? kind->builds_a_barrier : kind->builds;
+    const VkCommandBufferBeginInfo begin = MAKE(VkCommandBufferBeginInfo);
+    TOOL_CALL(gpu->calls, BeginCommandBuffer, frames->commands, &begin);
+    for (uint32_t i = 0; i < kind->builds; i += a_call) {
+        const uint32_t left = kind->builds - i;
+        if (i % a_barrier == 0)
+            record_barrier(frames);
+        gpu->calls.CmdBuildAccelerationStructuresKHR(
+            frames->commands, left < a_call ? left : a_call, &frames->infos[i], &frames->ranges[i]);
+    }
     TOOL_CALL(gpu->calls, EndCommandBuffer, frames->commands);
 }
 

@@ -11,7 +11,8 @@ struct frame_kind {
     uint32_t builds;     /* bottom-level structures, or 1 top-level structure */
     uint32_t primitives; /* triangles, or instances, of each */
     bool is_top_level;
-    bool updates; /* each frame updates what the first has built */
+    bool updates;                             /* each frame updates what the first has built */
+    uint32_t builds_a_call, builds_a_barrier; /* 0: one call, after one barrier */
 };
 
 struct frames;

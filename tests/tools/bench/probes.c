@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Replaces the C library's syscall, process_vm_readv (with which the layer probes under Valgrind)
- * and clock_gettime. The program exports them, so the dynamic linker gives them to the layer too.
+/* Replaces the C library's syscall, process_vm_readv and clock_gettime. Under
+ * Valgrind the layer probes by a futex. The program exports them, so the dynamic linker gives them
+ * to the layer too.
  */
 #define _GNU_SOURCE /* RTLD_NEXT, process_vm_readv */
 #include "probes.h"
@@ -42,7 +43,7 @@ __attribute__((visibility("default"))) long syscall(long sysno, ...)
     static long (*next)(long, ...);
     if (!next)
         next = (long (*)(long, ...))dlsym(RTLD_NEXT, "syscall");
-    count += sysno == SYS_rt_sigprocmask;
+    count += sysno == SYS_rt_sigprocmask || sysno == SYS_futex;
 
     long a[6];
     va_list arguments;

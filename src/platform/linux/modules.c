@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Finds modules in the list of the dynamic linker. */
 #define _GNU_SOURCE /* dl_iterate_phdr */
-#include "src/base/modules.h"
+#include "src/platform/modules.h"
 
 #include <elf.h>
 #include <link.h>
@@ -10,29 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* ---- calls */
-
-/* The code is read from `begin` on. */
-static bool follows_call(const unsigned char *begin, const unsigned char *at)
-{
-#if defined(__x86_64__)
-    static const int sizes[] = {2, 3, 4, 6, 7}; /* of FF /2, by its addressing mode */
-    if (at - begin >= 5 && at[-5] == 0xe8)
-        return true;
-    for (unsigned i = 0; i < sizeof(sizes) / sizeof(sizes[0]); i++)
-        if (at - begin >= sizes[i] && at[-sizes[i]] == 0xff && (at[1 - sizes[i]] >> 3 & 7) == 2)
-            return true;
-    return false;
-#elif defined(__aarch64__)
-    uint32_t before;
-    if (at - begin < 4)
-        return false;
-    memcpy(&before, at - 4, sizeof(before));
-    return before >> 26 == 0x25 || (before & 0xfffffc1f) == 0xd63f0000; /* bl, blr */
-#else
-    return true;
-#endif
-}
+#include "src/platform/call_instruction.h"
 
 /* ---- symbols */
 
@@ -129,13 +107,13 @@ static const ElfW(Phdr) * find_code(const struct dl_phdr_info *info, uintptr_t a
 }
 
 /* The first module is the program, which has no name in the list. */
-static void find_path(const struct dl_phdr_info *info, bool is_program, char path[PATH_MAX])
+static void find_path(const struct dl_phdr_info *info, bool is_program, char path[MODULE_PATH_SIZE])
 {
-    ssize_t length = is_program ? readlink("/proc/self/exe", path, PATH_MAX - 1) : -1;
+    ssize_t length = is_program ? readlink("/proc/self/exe", path, MODULE_PATH_SIZE - 1) : -1;
     if (length >= 0)
         path[length] = '\0';
     else if (info->dlpi_name[0] == '/' || !realpath(info->dlpi_name, path))
-        snprintf(path, PATH_MAX, "%s", info->dlpi_name);
+        snprintf(path, MODULE_PATH_SIZE, "%s", info->dlpi_name);
 }
 
 static int visit(struct dl_phdr_info *info, size_t size, void *user)

@@ -1,16 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The modules of the process: the program and its shared objects. */
-#ifndef ASSAY_BASE_MODULES_H
-#define ASSAY_BASE_MODULES_H
+#ifndef ASSAY_PLATFORM_MODULES_H
+#define ASSAY_PLATFORM_MODULES_H
 
-#include <limits.h>
 #include <stdbool.h>
 #include <stdint.h>
 
+enum { MODULE_PATH_SIZE = 4096 };
+
 struct module_place {
-    char path[PATH_MAX];
+    char path[MODULE_PATH_SIZE];
     /* The address as the module's own file has it, which is what addr2line takes: relative to where
-     * the module was loaded or, for a program at a fixed address, the address itself. */
+     * the module was loaded or, for a program at a fixed address, the address itself. On Windows it
+     * is relative to the image base. */
     uint64_t offset;
     bool is_vulkan;    /* the module is the Vulkan loader, or a layer */
     bool follows_call; /* the instruction before the address is a call */

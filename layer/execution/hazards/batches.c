@@ -1,0 +1,235 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Copies what the hazard check needs of a batch, and finds its accesses again. */
+#include "layer/execution/hazards/batches.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "src/base/array.h"
+#include "src/state/commands/journal.h"
+
+/* ---- creation */
+
+static bool copy_journals(struct hazard_batch_record *batch, const struct batch_run *run)
+{
+    if (!run->command_count)
+        return true;
+    batch->journals = calloc(run->command_count, sizeof(batch->journals[0]));
+    if (!batch->journals)
+        return false;
+    for (uint32_t i = 0; i < run->command_count; i++) {
+        struct journal *journal = run->commands[i].captured;
+        if (!journal)
+            continue;
+        batch->journals[batch->journal_count++] = journal_share(journal);
+        batch->has_references |= journal->hazards && journal->hazards->has_references;
+    }
+    return true;
+}
+
+static bool copy_operations(struct hazard_batch_record *batch, const struct batch_run *run)
+{
+    size_t size = run->operation_count * sizeof(batch->operations[0]);
+    if (!size)
+        return true;
+    batch->operations = malloc(size);
+    if (!batch->operations)
+        return false;
+    memcpy(batch->operations, run->operations, size);
+    batch->operation_count = run->operation_count;
+    return true;
+}
+
+struct hazard_batch_record *hazard_batch_create(const struct batch_run *run)
+{
+    struct hazard_batch_record *batch = calloc(1, sizeof(*batch));
+    if (!batch)
+        return NULL;
+    batch->queue = run->queue;
+    batch->submission = run->submission;
+    batch->timestamp = run->timestamp;
+    batch->is_certain = run->predecessors_known;
+    batch->signals_fence = run->signals_fence;
+    batch->queue_labels = shared_labels_share(run->queue_labels);
+    execution_clock_copy(&batch->before, run->clock);
+    execution_clock_copy(&batch->completed, run->host);
+    execution_clock_extend(&batch->before, batch->completed.queues);
+    execution_clock_extend(&batch->completed, batch->before.queues);
+    if (copy_journals(batch, run) && copy_operations(batch, run))
+        return batch;
+    hazard_batch_free(batch);
+    return NULL;
+}
+
+void hazard_batch_free(struct hazard_batch_record *batch)
+{
+    for (uint32_t i = 0; i < batch->journal_count; i++)
+        journal_release(batch->journals[i]);
+    shared_labels_release(batch->queue_labels);
+    free(batch->journals);
+    free(batch->operations);
+    free(batch->references);
+    free(batch->commands);
+    free(batch);
+}
+
+/* ---- references */
+
+void hazard_batch_refer(struct hazard_batch_record *batch, const struct hazard_reference *reference)
+{
+    struct hazard_reference *references = array_make_room(
+        batch->references, batch->reference_count, &batch->reference_capacity, sizeof(*references));
+    if (!references) {
+        batch->lacks_references = true;
+        return;
+    }
+    batch->references = references;
+    references[batch->reference_count++] = *reference;
+}
+
+static int compare(const struct journal *journal, uint32_t position,
+                   const struct hazard_reference *reference)
+{
+    uintptr_t a = (uintptr_t)journal, b = (uintptr_t)reference->journal;
+    if (a != b)
+        return a < b ? -1 : 1;
+    return (position > reference->position) - (position < reference->position);
+}
+
+static int compare_references(const void *left, const void *right)
+{
+    const struct hazard_reference *reference = left;
+    return compare(reference->journal, reference->position, right);
+}
+
+void hazard_batch_sort_references(struct hazard_batch_record *batch)
+{
+    if (batch->reference_count)
+        qsort(batch->references, batch->reference_count, sizeof(batch->references[0]),
+              compare_references);
+}
+
+/* Returns the index of the first reference of a build at or behind the position. */
+static uint32_t find_references(const struct hazard_batch_record *batch,
+                                const struct journal *journal, uint32_t position)
+{
+    uint32_t low = 0, high = batch->reference_count;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (compare(journal, position, &batch->references[middle]) > 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+const struct hazard_reference *hazard_batch_references(const struct hazard_batch_record *batch,
+                                                       const struct hazard_command *command,
+                                                       uint32_t *count)
+{
+    const struct hazard_item *item = command->item;
+    *count = 0;
+    if (!item->reads_references || !batch->reference_count)
+        return NULL;
+    uint32_t first = find_references(batch, command->journal, item->geometry);
+    *count = find_references(batch, command->journal, item->geometry + item->info) - first;
+    return &batch->references[first];
+}
+
+/* ---- finding accesses again */
+
+bool hazard_batch_note(struct hazard_batch_record *batch, const struct hazard_command *command)
+{
+    struct hazard_command *commands = array_make_room(batch->commands, batch->command_count,
+                                                      &batch->command_capacity, sizeof(*commands));
+    if (!commands)
+        return false;
+    batch->commands = commands;
+    commands[batch->command_count++] = *command;
+    return true;
+}
+
+static const struct hazard_command *find_command(const struct hazard_batch_record *batch,
+                                                 uint64_t number)
+{
+    uint32_t low = 0, high = batch->command_count;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (batch->commands[middle].first <= number)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low ? &batch->commands[low - 1] : NULL;
+}
+
+static struct call_origin origin_of(const struct hazard_batch_record *batch,
+                                    const struct hazard_command *command, uint32_t build)
+{
+    const struct journal *journal = command->journal;
+    uint32_t position = command->item->geometry + build;
+    return (struct call_origin){
+        .command_buffer = journal->command_buffer,
+        .build_index = command->item->geometry,
+        .labels = journal_label_stack(journal, command->item->labels),
+        .call_site = command->item->info ? journal_call_site_at(journal, position) : NULL,
+        .queue = batch->queue,
+        .submission = batch->submission,
+        .queue_labels = shared_labels_stack(batch->queue_labels),
+    };
+}
+
+/* Fills the members that all accesses of a command share. */
+static void begin_side(const struct hazard_batch_record *batch,
+                       const struct hazard_command *command, uint32_t build,
+                       struct hazard_access_text *side)
+{
+    *side = (struct hazard_access_text){
+        .command = command->item->command,
+        .is_build = command->item->info != 0,
+        .info = build,
+        .origin = origin_of(batch, command, build),
+    };
+}
+
+static void describe_reference(const struct hazard_batch_record *batch,
+                               const struct hazard_command *command,
+                               const struct hazard_reference *reference,
+                               struct hazard_access_text *side)
+{
+    begin_side(batch, command, reference->position - command->item->geometry, side);
+    side->role = HAZARD_REFERENCE;
+    side->kind = ACCESS_BUILD_ACCEL_READ;
+    side->type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
+    side->object = reference->structure;
+}
+
+bool hazard_batch_find(const struct hazard_batch_record *batch, uint64_t number,
+                       struct hazard_access_text *side)
+{
+    const struct hazard_command *command = find_command(batch, number);
+    if (!command)
+        return false;
+    uint64_t left = number - command->first;
+    struct chunk_place place = command->place;
+    const struct hazard_list *list = command->journal->hazards;
+    for (const struct hazard_item *item;
+         (item = hazard_list_next(list, &place)) && item->kind == HAZARD_ACCESS;) {
+        if (left--)
+            continue;
+        begin_side(batch, command, item->info, side);
+        side->role = (enum hazard_role)item->role;
+        side->kind = (enum access_kind)item->access;
+        side->geometry = item->geometry;
+        side->type = item->object_type;
+        side->object = item->object;
+        return true;
+    }
+    uint32_t count;
+    const struct hazard_reference *references = hazard_batch_references(batch, command, &count);
+    if (left >= count)
+        return false;
+    describe_reference(batch, command, &references[left], side);
+    return true;
+}

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Batches whose accesses are judged or are compared with later ones: what the hazard check reads of
+ * a batch, and how the number of an access leads back to its command. One thread at a time. */
+#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_BATCHES_H
+#define ASSAY_LAYER_EXECUTION_HAZARDS_BATCHES_H
+
+#include "src/hazards/hazards.h"
+#include "src/report/hazard_message.h"
+#include "src/state/commands/hazard_list.h"
+#include "src/state/order/order.h"
+
+/* A structure that an instance refers to. */
+struct hazard_reference {
+    const struct journal *journal;
+    uint32_t position; /* of the build in its command buffer */
+    uint64_t structure;
+    struct hazard_bytes bytes;
+};
+
+/* A command, and the number of its first access; the other accesses follow it. */
+struct hazard_command {
+    uint64_t first;
+    const struct journal *journal;
+    const struct hazard_item *item;
+    struct chunk_place place; /* behind the item */
+};
+
+struct hazard_batch_record {
+    struct hazard_batch_record *next;
+    VkQueue queue; /* null: the host */
+    uint64_t submission;
+    struct shared_labels *queue_labels;
+    struct timestamp timestamp;
+    struct execution_clock before, completed; /* of the same number of queues */
+    bool is_certain, signals_fence;
+    struct semaphore_operation *operations;
+    uint32_t operation_count;
+    struct journal **journals;
+    uint32_t journal_count;
+
+    bool has_references; /* a command buffer builds top-level structures */
+    bool has_run;        /* no more instances will be expected */
+    uint32_t awaited;    /* command buffers whose instances are not yet known */
+    struct hazard_reference *references;
+    uint32_t reference_count, reference_capacity;
+    bool lacks_references; /* memory ran out */
+
+    /* In ascending order, once the batch is judged. */
+    struct hazard_command *commands;
+    uint32_t command_count, command_capacity;
+};
+
+/* Returns NULL if memory runs out. */
+struct hazard_batch_record *hazard_batch_create(const struct batch_run *run);
+void hazard_batch_free(struct hazard_batch_record *batch);
+/* Adds a reference. Sets lacks_references if memory runs out. */
+void hazard_batch_refer(struct hazard_batch_record *batch,
+                        const struct hazard_reference *reference);
+/* Call once all references are known, before the two functions below. */
+void hazard_batch_sort_references(struct hazard_batch_record *batch);
+/* Returns the references of a command. */
+const struct hazard_reference *hazard_batch_references(const struct hazard_batch_record *batch,
+                                                       const struct hazard_command *command,
+                                                       uint32_t *count);
+/* Notes a command. Returns false if memory runs out: its accesses can't be found then. */
+bool hazard_batch_note(struct hazard_batch_record *batch, const struct hazard_command *command);
+
+/* Describes an access of the batch by its number. Returns false if it is unknown. */
+bool hazard_batch_find(const struct hazard_batch_record *batch, uint64_t number,
+                       struct hazard_access_text *side);
+
+#endif

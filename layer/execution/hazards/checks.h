@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Setting hazards: gives what batches access, and how they are synchronized, to the hazard check
+ * (src/hazards/hazards.h) as they execute, and reports what it finds.
+ *
+ * At level content a batch that builds top-level structures is judged once the instances are known,
+ * which is after it has completed, and so are all batches behind it: references are accesses, too.
+ *
+ * The functions accept NULL. They may be called on any thread. No lock is held while a message is
+ * sent. */
+#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_CHECKS_H
+#define ASSAY_LAYER_EXECUTION_HAZARDS_CHECKS_H
+
+#include "layer/layer.h"
+
+struct hazard_checks;
+
+/* Sets device->hazard_checks; NULL if setting hazards is off. */
+VkResult hazard_checks_create(struct layer_device *device);
+/* Judges the batches that are left. */
+void hazard_checks_destroy(struct hazard_checks *checks);
+
+/* For the hook `run` of the execution order: adds a batch, and judges it once it has settled. In
+ * between the snapshots run it, which calls hazard_checks_expect(). */
+void hazard_checks_add(struct hazard_checks *checks, const struct batch_run *run);
+void hazard_checks_run(struct hazard_checks *checks, const struct batch_run *run);
+/* The order is unknown: judges the batches that are left, and no others. */
+void hazard_checks_stop(struct hazard_checks *checks);
+
+/* The instances of one command buffer of the batch will be known. For each call
+ * hazard_checks_settle() must follow, when they are known or never will be. */
+void hazard_checks_expect(struct hazard_checks *checks, struct timestamp batch);
+/* An instance of the build at `position` of the command buffer refers to a structure. */
+void hazard_checks_refer(struct hazard_checks *checks, struct timestamp batch,
+                         const struct journal *journal, uint32_t position,
+                         const struct accel_facts *referenced);
+void hazard_checks_settle(struct hazard_checks *checks, struct timestamp batch);
+
+#endif

@@ -1,0 +1,326 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Walks the lists of a batch, and reports the hazards of each command. */
+#include "layer/execution/hazards/judge.h"
+
+#include <stdlib.h>
+
+#include "src/state/commands/journal.h"
+
+/* The id of a semaphore that stands for all fences; none of the application's has it. */
+static const uint64_t FENCES = UINT64_MAX - 1;
+
+enum {
+    BARRIERS_AT_ONCE = 64, /* more need memory */
+    /* If the host has not observed the completion of so many batches, all are forgotten. */
+    BATCHES_KEPT = 4096,
+};
+
+/* ---- reports */
+
+static struct call_origin origin_for(const struct hazard_judge *judge, struct call_origin origin)
+{
+    const struct layer_device *device = judge->device;
+    origin.device = device->handle;
+    origin.names = device->names;
+    origin.destroyed = device->destroyed;
+    return origin;
+}
+
+static bool find_side(const struct hazard_judge *judge, uint64_t number,
+                      struct hazard_access_text *side)
+{
+    bool found = judge->current && hazard_batch_find(judge->current, number, side);
+    for (const struct hazard_batch_record *batch = judge->judged; batch && !found;
+         batch = batch->next)
+        if (batch->command_count && batch->commands[0].first <= number &&
+            (!batch->next || !batch->next->command_count ||
+             number < batch->next->commands[0].first))
+            found = hazard_batch_find(batch, number, side);
+    if (found)
+        side->origin = origin_for(judge, side->origin);
+    return found;
+}
+
+static void report(const struct hazard_judge *judge, const struct kind_of_hazard *kind)
+{
+    struct hazard_report report = {.hazard = kind->first, .more = kind->count - 1};
+    if (find_side(judge, kind->first.later.number, &report.later) &&
+        find_side(judge, kind->first.earlier.number, &report.earlier))
+        reporter_send_hazard(judge->device->instance->reporter, &report);
+}
+
+static void report_command(struct hazard_judge *judge)
+{
+    for (uint32_t i = 0; i < judge->kind_count; i++)
+        report(judge, &judge->kinds[i]);
+    judge->kind_count = 0;
+}
+
+static bool is_same_kind(const struct hazard *a, const struct hazard *b)
+{
+    return hazard_id_of(a) == hazard_id_of(b) && a->earlier.kind == b->earlier.kind &&
+           a->later.kind == b->later.kind;
+}
+
+/* The engine's callback. */
+static void found(void *user, const struct hazard *hazard)
+{
+    struct hazard_judge *judge = user;
+    if (judge->lost ||
+        !reporter_wants_hazard(judge->device->instance->reporter, hazard_id_of(hazard)))
+        return;
+    for (uint32_t i = 0; i < judge->kind_count; i++)
+        if (is_same_kind(&judge->kinds[i].first, hazard)) {
+            judge->kinds[i].count++;
+            return;
+        }
+    if (judge->kind_count < HAZARD_KINDS_REPORTED)
+        judge->kinds[judge->kind_count++] = (struct kind_of_hazard){*hazard, 1};
+}
+
+/* ---- judging */
+
+static void forget_first(struct hazard_judge *judge)
+{
+    struct hazard_batch_record *batch = judge->judged;
+    judge->judged = batch->next;
+    judge->judged_count--;
+    if (!judge->judged)
+        judge->judged_last = &judge->judged;
+    hazard_batch_free(batch);
+}
+
+/* After memory ran out, nothing that is known can be trusted. The accesses are numbered from the
+ * start again. */
+static void start_over(struct hazard_judge *judge)
+{
+    while (judge->judged)
+        forget_first(judge);
+    hazards_destroy(judge->hazards);
+    judge->hazards = hazards_create(found, judge);
+}
+
+/* What executes at an unknown time is compared with nothing: neither with what executed before nor
+ * with what seems to follow. */
+static bool is_compared(const struct hazard_judge *judge)
+{
+    return judge->current->is_certain;
+}
+
+static void judge_access(struct hazard_judge *judge, const struct hazard_item *item)
+{
+    if (!is_compared(judge))
+        return;
+    hazards_access(judge->hazards,
+                   &(struct hazard_access){(enum access_kind)item->access, item->bytes});
+}
+
+static void judge_references(struct hazard_judge *judge, const struct hazard_command *command)
+{
+    uint32_t count;
+    const struct hazard_reference *references =
+        hazard_batch_references(judge->current, command, &count);
+    for (uint32_t i = 0; i < count && is_compared(judge); i++)
+        hazards_access(judge->hazards,
+                       &(struct hazard_access){ACCESS_BUILD_ACCEL_READ, references[i].bytes});
+}
+
+/* Judges `count` barriers, the first of which is `item`. */
+static void judge_barriers(struct hazard_judge *judge, const struct hazard_list *list,
+                           struct chunk_place *place, const struct hazard_item *item,
+                           const struct hazard_item *wait)
+{
+    struct hazard_barrier few[BARRIERS_AT_ONCE], *barriers = few;
+    uint32_t count = wait ? wait->count : item->count;
+    if (count > BARRIERS_AT_ONCE)
+        barriers = malloc(count * sizeof(*barriers));
+    if (!barriers) {
+        judge->lost = true;
+        barriers = few;
+        count = BARRIERS_AT_ONCE;
+    }
+    uint32_t filled = 0;
+    for (; item && filled < count; item = filled < count ? hazard_list_next(list, place) : NULL)
+        barriers[filled++] = (struct hazard_barrier){.dependency = item->dependency,
+                                                     .is_global = item->is_global,
+                                                     .bytes = item->bytes,
+                                                     .is_acquisition = item->is_acquisition};
+    if (wait)
+        hazards_wait_event(judge->hazards, wait->object, barriers, filled);
+    else
+        hazards_barriers(judge->hazards, barriers, filled);
+    if (barriers != few)
+        free(barriers);
+}
+
+static void judge_list(struct hazard_judge *judge, const struct journal *journal);
+
+/* Judges an item that is not of a command. */
+static void judge_synchronization(struct hazard_judge *judge, const struct hazard_list *list,
+                                  struct chunk_place *place, const struct hazard_item *item)
+{
+    switch ((enum hazard_item_kind)item->kind) {
+    case HAZARD_COMMAND:
+    case HAZARD_ACCESS:
+        break;
+    case HAZARD_BARRIER:
+        judge_barriers(judge, list, place, item, NULL);
+        break;
+    case HAZARD_SET_EVENT:
+        hazards_set_event(judge->hazards, item->object, item->dependency.src);
+        break;
+    case HAZARD_RESET_EVENT:
+        hazards_reset_event(judge->hazards, item->object);
+        break;
+    case HAZARD_WAIT_EVENT:
+        judge_barriers(judge, list, place, item->count ? hazard_list_next(list, place) : NULL,
+                       item);
+        break;
+    case HAZARD_EXECUTE:
+        judge_list(judge, item->secondary);
+        break;
+    }
+}
+
+static void begin_command(struct hazard_judge *judge, const struct journal *journal,
+                          const struct hazard_item *item, struct chunk_place place,
+                          struct hazard_command *command)
+{
+    *command = (struct hazard_command){hazards_begin_command(judge->hazards), journal, item, place};
+    if (!hazard_batch_note(judge->current, command))
+        judge->lost = true;
+}
+
+static void end_command(struct hazard_judge *judge, struct hazard_command *command)
+{
+    if (command->item)
+        judge_references(judge, command);
+    command->item = NULL;
+    report_command(judge);
+}
+
+static void judge_list(struct hazard_judge *judge, const struct journal *journal)
+{
+    const struct hazard_list *list = journal->hazards;
+    struct hazard_command command = {0};
+    struct chunk_place place = {0};
+    if (!list)
+        return;
+    for (const struct hazard_item *item; (item = hazard_list_next(list, &place));) {
+        if (item->kind == HAZARD_ACCESS) {
+            judge_access(judge, item);
+            continue;
+        }
+        end_command(judge, &command);
+        if (item->kind == HAZARD_COMMAND)
+            begin_command(judge, journal, item, place, &command);
+        else
+            judge_synchronization(judge, list, &place, item);
+    }
+    end_command(judge, &command);
+    judge->lost |= list->incomplete;
+}
+
+/* A wait for a signal that no batch has made may follow anything. */
+static bool has_unknown_wait(const struct hazard_judge *judge)
+{
+    const struct hazard_batch_record *batch = judge->current;
+    for (uint32_t i = 0; i < batch->operation_count; i++) {
+        const struct semaphore_operation *operation = &batch->operations[i];
+        if (!operation->is_signal &&
+            (!operation->id ||
+             !hazards_has_signal(judge->hazards, operation->id, operation->value)))
+            return true;
+    }
+    return false;
+}
+
+static void judge_operations(struct hazard_judge *judge, bool signals)
+{
+    const struct hazard_batch_record *batch = judge->current;
+    for (uint32_t i = 0; i < batch->operation_count; i++) {
+        const struct semaphore_operation *operation = &batch->operations[i];
+        if (operation->is_signal != signals || !operation->id)
+            continue;
+        const struct dependency scope = signals ? dependency_of_signal(operation->stages)
+                                                : dependency_of_wait(operation->stages);
+        if (signals)
+            hazards_signal(judge->hazards, operation->id, operation->value, &scope);
+        else
+            hazards_wait(judge->hazards, operation->id, operation->value, &scope);
+    }
+}
+
+/* Later signals of the queue include what a fence waits for. */
+static void judge_fence(struct hazard_judge *judge)
+{
+    const struct dependency all = dependency_of_signal(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
+    if (judge->current->signals_fence)
+        hazards_signal(judge->hazards, FENCES, ++judge->fences, &all);
+}
+
+/* Drops what had completed, as the host knew, when the last batch was submitted. The host may know
+ * more now, but batches that are yet to be judged may have been submitted before it did. */
+static void prune(struct hazard_judge *judge, const struct execution_clock *completed)
+{
+    hazards_prune(judge->hazards, completed->counts, completed->queues);
+    while (judge->judged && execution_clock_has(completed, judge->judged->timestamp))
+        forget_first(judge);
+}
+
+static void keep(struct hazard_judge *judge, struct hazard_batch_record *batch)
+{
+    batch->next = NULL;
+    judge->current = NULL;
+    *judge->judged_last = batch;
+    judge->judged_last = &batch->next;
+    judge->judged_count++;
+    if (judge->hazards)
+        prune(judge, &batch->completed);
+    if (judge->judged_count > BATCHES_KEPT)
+        judge->lost = true;
+}
+
+void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *batch)
+{
+    judge->current = batch;
+    if (judge->lost)
+        start_over(judge);
+    judge->lost = batch->lacks_references;
+    if (judge->hazards) {
+        hazard_batch_sort_references(batch);
+        hazards_begin_batch(judge->hazards,
+                            &(struct hazard_batch){
+                                .queue = batch->timestamp.queue,
+                                .number = batch->timestamp.count,
+                                .completed = batch->completed.counts,
+                                .before = batch->before.counts,
+                                .count = batch->before.queues,
+                                .is_certain = batch->is_certain && !has_unknown_wait(judge),
+                            });
+        judge_operations(judge, false);
+        for (uint32_t i = 0; i < batch->journal_count; i++)
+            judge_list(judge, batch->journals[i]);
+        judge_operations(judge, true);
+        judge_fence(judge);
+        hazards_end_batch(judge->hazards);
+    }
+    keep(judge, batch);
+}
+
+/* ---- creation */
+
+bool hazard_judge_begin(struct hazard_judge *judge, struct layer_device *device)
+{
+    judge->device = device;
+    judge->judged_last = &judge->judged;
+    judge->hazards = hazards_create(found, judge);
+    return judge->hazards;
+}
+
+void hazard_judge_end(struct hazard_judge *judge)
+{
+    while (judge->judged)
+        forget_first(judge);
+    hazards_destroy(judge->hazards);
+}

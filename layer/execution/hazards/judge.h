@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Judges batches one by one, in execution order: gives their accesses and synchronization to the
+ * hazard check, and reports what it finds. One thread at a time, without a lock. */
+#ifndef ASSAY_LAYER_EXECUTION_HAZARDS_JUDGE_H
+#define ASSAY_LAYER_EXECUTION_HAZARDS_JUDGE_H
+
+#include "layer/execution/hazards/batches.h"
+#include "layer/layer.h"
+
+enum { HAZARD_KINDS_REPORTED = 8 }; /* in one command; each is reported once */
+
+/* Hazards of one kind in the command that is being judged. */
+struct kind_of_hazard {
+    struct hazard first;
+    uint32_t count;
+};
+
+struct hazard_judge {
+    struct layer_device *device;
+    struct hazards *hazards; /* NULL: memory ran out */
+    bool lost;               /* memory ran out: what is known proves nothing */
+    /* Batches that later ones are compared with, in ascending order of their accesses' numbers. */
+    struct hazard_batch_record *judged, **judged_last;
+    uint32_t judged_count;
+    uint64_t fences; /* signalled so far */
+    struct hazard_batch_record *current;
+    struct kind_of_hazard kinds[HAZARD_KINDS_REPORTED];
+    uint32_t kind_count;
+};
+
+/* `judge` is zero-initialized. Returns false if memory runs out. */
+bool hazard_judge_begin(struct hazard_judge *judge, struct layer_device *device);
+void hazard_judge_end(struct hazard_judge *judge);
+/* Takes over the batch. All of its references are known. */
+void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *batch);
+
+#endif

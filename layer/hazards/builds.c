@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Records the structures, scratch memory, build ranges and micromaps that builds access. */
+#include "layer/hazards/builds.h"
+
+#include "layer/hazards/host.h"
+#include "layer/intercepts/build_notes.h"
+
+bool hazards_start_build(struct hazard_recording *recording, struct build_call *call)
+{
+    *recording = (struct hazard_recording){.device = call->device,
+                                           .command_buffer = call->command_buffer,
+                                           .journal = call->journal,
+                                           .list = journal_hazards(call->journal)};
+    if (!recording->list)
+        return false;
+    if (call->records_hazards)
+        return true;
+    call->records_hazards = true;
+    struct hazard_item *command =
+        hazard_recording_command(recording, build_command_name(call->view.command));
+    if (!command)
+        return true;
+    command->info = call->view.info_count;
+    command->geometry = call->view.command_buffer.build_index;
+    return true;
+}
+
+static bool is_host(const struct build_view *build)
+{
+    return build->call->command == COMMAND_HOST;
+}
+
+/* A build accesses only accelerationStructureSize bytes of a structure, however large it was
+ * created, and an unknown part if that size is unknown: the first byte. */
+static VkDeviceSize size_in_structure(const struct build_view *build)
+{
+    return build->sizes.known ? build->sizes.acceleration_structure : 1;
+}
+
+/* An update in place writes what it reads. */
+static void add_structures(struct hazard_recording *recording, const struct build_view *build)
+{
+    struct hazard_use use = {.kind = is_host(build) ? ACCESS_HOST_WRITE : ACCESS_BUILD_ACCEL_WRITE,
+                             .role = HAZARD_DST,
+                             .info = build->index};
+    VkDeviceSize size = size_in_structure(build);
+    hazard_recording_add_accel(recording, &use, &build->dst, size);
+    if (!build_is_update(build->info) || build_is_in_place(build->info))
+        return;
+    use.kind = is_host(build) ? ACCESS_HOST_READ : ACCESS_BUILD_ACCEL_READ;
+    use.role = HAZARD_SRC;
+    hazard_recording_add_accel(recording, &use, &build->src, size);
+}
+
+static void add_scratch(struct hazard_recording *recording, const struct build_view *build)
+{
+    struct hazard_use use = {
+        .kind = ACCESS_BUILD_ACCEL_WRITE, .role = HAZARD_SCRATCH, .info = build->index};
+    if (!build->sizes.known)
+        return;
+    VkDeviceSize size = build_scratch_size(build);
+    if (!is_host(build)) {
+        hazard_recording_add_address(recording, &use, &build->scratch, 0, size);
+        return;
+    }
+    use.kind = ACCESS_HOST_WRITE;
+    hazards_add_host(recording, &use, build->info->scratchData.hostAddress, size);
+}
+
+/* A build reads an unknown part of a micromap, which begins where the micromap does. Micromaps of
+ * VK_KHR_opacity_micromap are acceleration structures. */
+static void add_micromap(struct hazard_recording *recording, const struct build_view *build,
+                         const struct micromap_use *micromap)
+{
+    struct hazard_use use = {.kind = ACCESS_BUILD_ACCEL_READ,
+                             .role = HAZARD_MICROMAP,
+                             .info = build->index,
+                             .geometry = micromap->geometry};
+    struct memory_bytes all;
+    if (is_host(build))
+        use.kind = ACCESS_HOST_READ;
+    if (!micromap->is_ext) {
+        hazard_recording_add_accel(recording, &use, &micromap->accel, 1);
+        return;
+    }
+    if (!is_host(build))
+        use.kind = ACCESS_BUILD_MICROMAP_READ;
+    VkMicromapEXT handle = (VkMicromapEXT)(uintptr_t)micromap->handle;
+    if (resources_find_micromap_bytes(recording->device->resources, handle, &all) && all.size)
+        hazard_recording_add(recording, &use, VK_OBJECT_TYPE_MICROMAP_EXT, micromap->handle,
+                             &(struct hazard_bytes){all.memory_id, all.begin, all.begin + 1});
+}
+
+static void add_micromaps(struct hazard_recording *recording, const struct build_view *build)
+{
+    const struct micromap_uses *micromaps = build->micromaps;
+    for (uint32_t i = 0; micromaps && i < micromaps->count; i++)
+        if (micromaps->items[i].handle &&
+            (!i || micromaps->items[i].handle != micromaps->items[i - 1].handle))
+            add_micromap(recording, build, &micromaps->items[i]);
+}
+
+static void add_geometry(struct hazard_recording *recording, const struct geometry_view *geometry)
+{
+    struct hazard_item *command = recording->list->command;
+    bool has_instances = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR &&
+                         !geometry_is_empty(geometry);
+    if (has_instances && command && !is_host(geometry->build)) {
+        command->reads_references = true;
+        recording->list->has_references = true;
+    }
+    hazards_add_inputs(recording, geometry);
+}
+
+/* ---- the recorder */
+
+static void record_build(void *user, const struct build_view *build,
+                         const struct geometry_view *geometry)
+{
+    struct build_call *call = user;
+    struct hazard_recording recording;
+    build_notes_recorder(call->device)->record_build(user, build, geometry);
+    if (!hazards_start_build(&recording, call))
+        return;
+    add_structures(&recording, build);
+    add_scratch(&recording, build);
+    if (geometry)
+        add_geometry(&recording, geometry);
+    add_micromaps(&recording, build);
+}
+
+static void record_geometry(void *user, const struct geometry_view *geometry)
+{
+    struct build_call *call = user;
+    struct hazard_recording recording;
+    build_notes_recorder(call->device)->record_geometry(user, geometry);
+    if (hazards_start_build(&recording, call))
+        add_geometry(&recording, geometry);
+}
+
+static void record_indirect(void *user, const struct indirect_view *indirect)
+{
+    struct build_call *call = user;
+    struct hazard_recording recording;
+    const struct hazard_use use = {
+        .kind = ACCESS_BUILD_INDIRECT_READ, .role = HAZARD_RANGES, .info = indirect->build->index};
+    build_notes_recorder(call->device)->record_indirect(user, indirect);
+    if (!indirect->stride || !hazards_start_build(&recording, call))
+        return;
+    hazards_add_elements(
+        &recording, &use,
+        &(struct hazard_elements){.facts = &indirect->facts,
+                                  .count = indirect->build->info->geometryCount,
+                                  .stride = *indirect->stride,
+                                  .size = sizeof(VkAccelerationStructureBuildRangeInfoKHR)});
+}
+
+static void record_nv_build(void *user, const struct nv_call_view *view)
+{
+    struct build_call *call = user;
+    struct hazard_recording recording;
+    build_notes_recorder(call->device)->record_nv_build(user, view);
+    if (hazards_start_build(&recording, call))
+        hazards_add_nv_build(&recording, view);
+}
+
+static void record_nv_input(void *user, uint32_t geometry, enum input_role role,
+                            const struct buffer_facts *facts)
+{
+    struct build_call *call = user;
+    build_notes_recorder(call->device)->record_nv_input(user, geometry, role, facts);
+}
+
+static void record_ranges(void *user, struct noted_ranges *ranges)
+{
+    struct build_call *call = user;
+    build_notes_recorder(call->device)->record_ranges(user, ranges);
+}
+
+const struct build_recorder *hazards_build_recorder(void)
+{
+    static const struct build_recorder recorder = {
+        .record_build = record_build,
+        .record_geometry = record_geometry,
+        .record_indirect = record_indirect,
+        .record_ranges = record_ranges,
+        .record_nv_build = record_nv_build,
+        .record_nv_input = record_nv_input,
+    };
+    return &recorder;
+}

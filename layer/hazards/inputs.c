@@ -1,0 +1,228 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Records the input data that builds surely read. What an indirect build reads depends on counts in
+ * device memory, so nothing of it is certain. */
+#include "layer/hazards/builds.h"
+
+#include "layer/hazards/host.h"
+#include "src/check/assemble/chains.h"
+#include "src/snapshots/input_find.h"
+#include "src/view/extension_view.h"
+#include "src/view/formats.h"
+
+/* ---- bytes */
+
+static void add_in_buffer(struct hazard_recording *recording, const struct hazard_use *use,
+                          const struct hazard_elements *from, uint64_t begin, uint64_t end)
+{
+    const struct address_facts *facts = from->facts;
+    uint64_t size = facts->bytes_left;
+    const struct hazard_bytes bytes = {from->memory_id,
+                                       facts->begin + (begin < size ? begin : size),
+                                       facts->begin + (end < size ? end : size)};
+    hazard_recording_add(recording, use, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)facts->buffer,
+                         &bytes);
+}
+
+static void add_bytes(struct hazard_recording *recording, const struct hazard_use *use,
+                      const struct hazard_elements *from, uint64_t begin, uint64_t end)
+{
+    if (end == UINT64_MAX)
+        return;
+    if (from->memory_id)
+        add_in_buffer(recording, use, from, begin, end);
+    else if (from->host)
+        hazards_add_host(recording, use, (const char *)from->host + begin, end - begin);
+    else
+        hazard_recording_add_address(recording, use, from->facts, begin, end);
+}
+
+/* A gap of so few bytes is padding. */
+enum { PADDING_MAX = 3 };
+
+void hazards_add_elements(struct hazard_recording *recording, const struct hazard_use *use,
+                          const struct hazard_elements *elements)
+{
+    uint64_t size = elements->size, stride = elements->stride;
+    if (!elements->count || !size)
+        return;
+    uint64_t begin = elements->offset;
+    uint64_t last = input_extent(begin, elements->count - 1, stride, 0);
+    uint64_t end = input_extent(begin, elements->count - 1, stride, size);
+    if (stride <= size + PADDING_MAX || elements->count == 1) {
+        add_bytes(recording, use, elements, begin, end);
+        return;
+    }
+    add_bytes(recording, use, elements, begin, begin + size);
+    add_bytes(recording, use, elements, last, end);
+}
+
+/* ---- geometries */
+
+/* A geometry that is being recorded. */
+struct input {
+    struct hazard_recording *recording;
+    const struct geometry_view *geometry;
+    const VkAccelerationStructureBuildRangeInfoKHR *range;
+    bool is_host;
+};
+
+static void add(const struct input *input, enum hazard_role role,
+                VkDeviceOrHostAddressConstKHR address, struct hazard_elements *elements)
+{
+    const struct hazard_use use = {
+        .kind = input->is_host ? ACCESS_HOST_READ : ACCESS_BUILD_SHADER_READ,
+        .role = role,
+        .info = input->geometry->build->index,
+        .geometry = input->geometry->index,
+    };
+    elements->host = input->is_host ? address.hostAddress : NULL;
+    if (input->is_host && !elements->host)
+        return;
+    hazards_add_elements(input->recording, &use, elements);
+}
+
+/* The facts of an address in the structures of extensions. */
+static const struct address_facts *chained_facts(const struct input *input, enum input_role role)
+{
+    static const struct address_facts unknown;
+    const struct chained_inputs *chained = input->geometry->chained;
+    for (uint32_t i = 0; chained && i < chained->count; i++)
+        if (chained->items[i].role == role)
+            return &chained->items[i].facts;
+    return &unknown;
+}
+
+/* The most common format needs no look-up. A fourth component is not read. */
+static uint32_t vertex_size(VkFormat format)
+{
+    return format == VK_FORMAT_R32G32B32_SFLOAT ? 12 : format_size(format);
+}
+
+/* Indices may skip any vertex, so an indexed geometry surely reads none in particular. maxVertex
+ * describes the data, though: if all vertices can be used, all count as read. */
+static void add_vertices(const struct input *input,
+                         const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
+{
+    const VkAccelerationStructureGeometryMotionTrianglesDataNV *motion =
+        input->geometry->chained
+            ? chain_member(
+                  triangles->pNext, &input->geometry->triangles_chain,
+                  VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV)
+            : NULL;
+    bool is_indexed = triangles->indexType != VK_INDEX_TYPE_NONE_KHR;
+    uint64_t corners = (uint64_t)input->range->primitiveCount * 3;
+    uint64_t count = input_vertices(triangles, input->range);
+    if (count > corners)
+        return;
+    struct hazard_elements vertices = {
+        .facts = &input->geometry->vertex,
+        .offset = input_extent(is_indexed ? 0 : input->range->primitiveOffset,
+                               input->range->firstVertex, triangles->vertexStride, 0),
+        .count = count,
+        .stride = triangles->vertexStride,
+        .size = vertex_size(triangles->vertexFormat),
+    };
+    add(input, HAZARD_VERTICES, triangles->vertexData, &vertices);
+    if (!motion)
+        return;
+    vertices.facts = chained_facts(input, INPUT_MOTION_VERTEX);
+    add(input, HAZARD_OTHER_INPUT, motion->vertexData, &vertices);
+}
+
+static void add_triangles(const struct input *input)
+{
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
+        &input->geometry->geometry->geometry.triangles;
+    uint64_t index_size = input_index_size(triangles->indexType);
+    add_vertices(input, triangles);
+    if (triangles->indexType != VK_INDEX_TYPE_NONE_KHR)
+        add(input, HAZARD_INDICES, triangles->indexData,
+            &(struct hazard_elements){.facts = &input->geometry->index_data,
+                                      .offset = input->range->primitiveOffset,
+                                      .count = (uint64_t)input->range->primitiveCount * 3,
+                                      .stride = index_size,
+                                      .size = index_size});
+    add(input, HAZARD_TRANSFORM, triangles->transformData,
+        &(struct hazard_elements){.facts = &input->geometry->transform,
+                                  .offset = input->range->transformOffset,
+                                  .count = 1,
+                                  .size = sizeof(VkTransformMatrixKHR)});
+}
+
+static void add_boxes(const struct input *input)
+{
+    const VkAccelerationStructureGeometryAabbsDataKHR *aabbs =
+        &input->geometry->geometry->geometry.aabbs;
+    add(input, HAZARD_BOXES, aabbs->data,
+        &(struct hazard_elements){.facts = &input->geometry->data,
+                                  .offset = input->range->primitiveOffset,
+                                  .count = input->range->primitiveCount,
+                                  .stride = aabbs->stride,
+                                  .size = sizeof(VkAabbPositionsKHR)});
+}
+
+/* Motion instances are 160 bytes apart. What surely is read of one is as much as an instance
+ * without motion has, behind its type and flags. */
+enum { MOTION_INSTANCE_STRIDE = 160, MOTION_INSTANCE_HEADER = 8 };
+
+static void add_instances(const struct input *input)
+{
+    const VkAccelerationStructureGeometryInstancesDataKHR *instances =
+        &input->geometry->geometry->geometry.instances;
+    struct hazard_elements elements = {.facts = &input->geometry->data,
+                                       .offset = input->range->primitiveOffset,
+                                       .count = input->range->primitiveCount,
+                                       .stride = sizeof(VkAccelerationStructureInstanceKHR),
+                                       .size = sizeof(VkAccelerationStructureInstanceKHR)};
+    if (instances->arrayOfPointers) {
+        elements.stride = elements.size = sizeof(VkDeviceAddress);
+    } else if (input->geometry->build->info->flags &
+               VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV) {
+        elements.stride = MOTION_INSTANCE_STRIDE;
+        elements.size += MOTION_INSTANCE_HEADER;
+    }
+    add(input, instances->arrayOfPointers ? HAZARD_INSTANCE_POINTERS : HAZARD_INSTANCES,
+        instances->data, &elements);
+}
+
+static void add_dense(const struct input *input)
+{
+    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX *dense = chain_member(
+        input->geometry->geometry->pNext, &input->geometry->chain,
+        VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DENSE_GEOMETRY_FORMAT_TRIANGLES_DATA_AMDX);
+    if (dense && !dense_is_empty(dense))
+        add(input, HAZARD_OTHER_INPUT, dense->compressedData,
+            &(struct hazard_elements){.facts = chained_facts(input, INPUT_DENSE_DATA),
+                                      .count = 1,
+                                      .size = dense->dataSize});
+}
+
+void hazards_add_inputs(struct hazard_recording *recording, const struct geometry_view *geometry)
+{
+    const struct build_view *build = geometry->build;
+    const struct input input = {
+        .recording = recording,
+        .geometry = geometry,
+        .range = build->ranges ? &build->ranges[geometry->index] : NULL,
+        .is_host = build->call->command == COMMAND_HOST,
+    };
+    if (geometry_is_dense(geometry->geometry) && geometry->chained) {
+        add_dense(&input);
+        return;
+    }
+    if (!input.range || !input.range->primitiveCount)
+        return;
+    switch (geometry->geometry->geometryType) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        add_triangles(&input);
+        break;
+    case VK_GEOMETRY_TYPE_AABBS_KHR:
+        add_boxes(&input);
+        break;
+    case VK_GEOMETRY_TYPE_INSTANCES_KHR:
+        add_instances(&input);
+        break;
+    default:
+        break;
+    }
+}

@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Records builds, copies and queries of micromaps of VK_EXT_opacity_micromap. */
+#include "layer/hazards/commands.h"
+#include "layer/hazards/host.h"
+#include "layer/intercepts/intercepts.h"
+#include "src/base/readable.h"
+
+/* Adds the first `size` bytes of a micromap. */
+static void add_micromap(struct hazard_recording *recording, const struct hazard_use *use,
+                         VkMicromapEXT handle, VkDeviceSize size)
+{
+    struct memory_bytes all;
+    if (!resources_find_micromap_bytes(recording->device->resources, handle, &all))
+        return;
+    const struct hazard_bytes bytes = {all.memory_id, all.begin,
+                                       all.begin + (size < all.size ? size : all.size)};
+    hazard_recording_add(recording, use, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)handle,
+                         &bytes);
+}
+
+static void add_whole(struct hazard_recording *recording, enum access_kind kind,
+                      enum hazard_role role, VkMicromapEXT handle)
+{
+    add_micromap(recording, &(struct hazard_use){.kind = kind, .role = role}, handle,
+                 VK_WHOLE_SIZE);
+}
+
+/* ---- builds */
+
+/* Returns 0 if the counts cannot be read. */
+static uint64_t count_triangles(const VkMicromapBuildInfoEXT *info)
+{
+    struct readable_cache *cache = readable_cache_of_thread();
+    uint64_t count = 0;
+    const void *array = info->pUsageCounts ? (const void *)info->pUsageCounts : info->ppUsageCounts;
+    size_t size = info->pUsageCounts ? sizeof(*info->pUsageCounts) : sizeof(*info->ppUsageCounts);
+    if (!info->usageCountsCount || !readable(cache, array, info->usageCountsCount * size))
+        return 0;
+    for (uint32_t i = 0; i < info->usageCountsCount; i++) {
+        const VkMicromapUsageEXT *usage =
+            info->pUsageCounts ? &info->pUsageCounts[i] : info->ppUsageCounts[i];
+        if (!readable(cache, usage, sizeof(*usage)))
+            return 0;
+        count += usage->count;
+    }
+    return count;
+}
+
+/* Adds bytes behind an address of the device or, for a build on the host, of the host. */
+static void add_bytes(struct hazard_recording *recording, const struct hazard_use *use,
+                      VkDeviceOrHostAddressConstKHR address, bool is_host, uint64_t size)
+{
+    struct address_facts facts;
+    if (is_host) {
+        hazards_add_host(recording, use, address.hostAddress, size);
+        return;
+    }
+    resources_look_up_address(recording->device->resources, address.deviceAddress, &facts);
+    hazard_recording_add_address(recording, use, &facts, 0, size);
+}
+
+/* Which part of the data the triangles use is in device memory: it is not recorded. */
+static void add_triangles(struct hazard_recording *recording, const struct hazard_use *use,
+                          const VkMicromapBuildInfoEXT *info, bool is_host)
+{
+    uint64_t count = count_triangles(info), stride = info->triangleArrayStride;
+    const uint64_t size = sizeof(VkMicromapTriangleEXT);
+    if (!count)
+        return;
+    add_bytes(recording, use, info->triangleArray, is_host, stride == size ? count * size : size);
+}
+
+static void add_build(struct hazard_recording *recording, uint32_t index,
+                      const VkMicromapBuildInfoEXT *info, bool is_host)
+{
+    const struct layer_device *device = recording->device;
+    VkMicromapBuildSizesInfoEXT sizes = {.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_SIZES_INFO_EXT};
+    if (device->vk.GetMicromapBuildSizesEXT)
+        device->vk.GetMicromapBuildSizesEXT(device->handle,
+                                            is_host
+                                                ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
+                                                : VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
+                                            info, &sizes);
+    struct hazard_use use = {.kind = is_host ? ACCESS_HOST_WRITE : ACCESS_MICROMAP_WRITE,
+                             .role = HAZARD_DST,
+                             .info = index};
+    add_micromap(recording, &use, info->dstMicromap, sizes.micromapSize);
+    use.role = HAZARD_SCRATCH;
+    add_bytes(recording, &use,
+              (VkDeviceOrHostAddressConstKHR){.deviceAddress = info->scratchData.deviceAddress},
+              is_host, sizes.buildScratchSize);
+    use.kind = is_host ? ACCESS_HOST_READ : ACCESS_MICROMAP_SHADER_READ;
+    use.role = HAZARD_OTHER_INPUT;
+    add_triangles(recording, &use, info, is_host);
+}
+
+VKAPI_ATTR void VKAPI_CALL hazards_CmdBuildMicromapsEXT(VkCommandBuffer commandBuffer,
+                                                        uint32_t infoCount,
+                                                        const VkMicromapBuildInfoEXT *pInfos)
+{
+    struct hazard_recording recording;
+    if (hazard_recording_start(&recording, commandBuffer)) {
+        hazard_recording_command(&recording, "vkCmdBuildMicromapsEXT");
+        for (uint32_t i = 0; i < infoCount; i++)
+            add_build(&recording, i, &pInfos[i], false);
+    }
+    assay_CmdBuildMicromapsEXT(commandBuffer, infoCount, pInfos);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL hazards_BuildMicromapsEXT(VkDevice device,
+                                                         VkDeferredOperationKHR deferredOperation,
+                                                         uint32_t infoCount,
+                                                         const VkMicromapBuildInfoEXT *pInfos)
+{
+    struct hazard_recording recording;
+    if (hazards_start_host(&recording, device, "vkBuildMicromapsEXT"))
+        for (uint32_t i = 0; i < infoCount; i++)
+            add_build(&recording, i, &pInfos[i], true);
+    return assay_BuildMicromapsEXT(device, deferredOperation, infoCount, pInfos);
+}
+
+/* ---- copies and queries */
+
+VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMicromapEXT(VkCommandBuffer commandBuffer,
+                                                      const VkCopyMicromapInfoEXT *pInfo)
+{
+    struct hazard_recording recording;
+    if (hazard_recording_start(&recording, commandBuffer)) {
+        hazard_recording_command(&recording, "vkCmdCopyMicromapEXT");
+        add_whole(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pInfo->src);
+        add_whole(&recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, pInfo->dst);
+    }
+    assay_CmdCopyMicromapEXT(commandBuffer, pInfo);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL hazards_CopyMicromapEXT(VkDevice device,
+                                                       VkDeferredOperationKHR deferredOperation,
+                                                       const VkCopyMicromapInfoEXT *pInfo)
+{
+    struct hazard_recording recording;
+    if (hazards_start_host(&recording, device, "vkCopyMicromapEXT")) {
+        add_whole(&recording, ACCESS_HOST_READ, HAZARD_SRC, pInfo->src);
+        add_whole(&recording, ACCESS_HOST_WRITE, HAZARD_DST, pInfo->dst);
+    }
+    return assay_CopyMicromapEXT(device, deferredOperation, pInfo);
+}
+
+/* The size of serialized data is unknown. They begin with their version, which is two UUIDs. */
+enum { HEADER_SIZE = 2 * VK_UUID_SIZE };
+
+static const struct hazard_use memory_read = {.kind = ACCESS_MICROMAP_TRANSFER_READ,
+                                              .role = HAZARD_MEMORY};
+static const struct hazard_use memory_write = {.kind = ACCESS_MICROMAP_TRANSFER_WRITE,
+                                               .role = HAZARD_MEMORY};
+
+VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMemoryToMicromapEXT(
+    VkCommandBuffer commandBuffer, const VkCopyMemoryToMicromapInfoEXT *pInfo)
+{
+    struct hazard_recording recording;
+    if (hazard_recording_start(&recording, commandBuffer)) {
+        hazard_recording_command(&recording, "vkCmdCopyMemoryToMicromapEXT");
+        add_bytes(&recording, &memory_read, pInfo->src, false, HEADER_SIZE);
+        add_whole(&recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, pInfo->dst);
+    }
+    assay_CmdCopyMemoryToMicromapEXT(commandBuffer, pInfo);
+}
+
+VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMicromapToMemoryEXT(
+    VkCommandBuffer commandBuffer, const VkCopyMicromapToMemoryInfoEXT *pInfo)
+{
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    struct hazard_recording recording;
+    if (!device)
+        return;
+    if (hazard_recording_start(&recording, commandBuffer)) {
+        hazard_recording_command(&recording, "vkCmdCopyMicromapToMemoryEXT");
+        add_whole(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pInfo->src);
+        add_bytes(&recording, &memory_write,
+                  (VkDeviceOrHostAddressConstKHR){.deviceAddress = pInfo->dst.deviceAddress}, false,
+                  HEADER_SIZE);
+    }
+    device->vk.CmdCopyMicromapToMemoryEXT(commandBuffer, pInfo);
+}
+
+VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteMicromapsPropertiesEXT(
+    VkCommandBuffer commandBuffer, uint32_t micromapCount, const VkMicromapEXT *pMicromaps,
+    VkQueryType queryType, VkQueryPool queryPool, uint32_t firstQuery)
+{
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    struct hazard_recording recording;
+    if (!device)
+        return;
+    if (hazard_recording_start(&recording, commandBuffer)) {
+        hazard_recording_command(&recording, "vkCmdWriteMicromapsPropertiesEXT");
+        for (uint32_t i = 0; i < micromapCount; i++)
+            add_whole(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pMicromaps[i]);
+    }
+    device->vk.CmdWriteMicromapsPropertiesEXT(commandBuffer, micromapCount, pMicromaps, queryType,
+                                              queryPool, firstQuery);
+}

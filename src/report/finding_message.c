@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Composes messages. */
+#include "src/report/finding_message.h"
+
+#include <inttypes.h>
+#include <string.h>
+
+#include "src/base/text_buffer.h"
+#include "src/report/ids/message_filter.h"
+#include "src/report/message_path.h"
+#include "src/report/specification.h"
+#include "src/state/commands/object_names.h"
+
+/* ---- the finding */
+
+struct message_subject message_subject_of(const struct call_origin *origin,
+                                          const struct finding *finding)
+{
+    for (uint32_t i = 0; i < finding->value_count; i++)
+        if (finding->values[i].kind == VALUE_OBJECT && finding->values[i].number)
+            return (struct message_subject){finding->values[i].object_type,
+                                            finding->values[i].number};
+    if (origin->command_buffer)
+        return (struct message_subject){VK_OBJECT_TYPE_COMMAND_BUFFER,
+                                        (uint64_t)(uintptr_t)origin->command_buffer};
+    return (struct message_subject){VK_OBJECT_TYPE_DEVICE, (uint64_t)(uintptr_t)origin->device};
+}
+
+/* Appends a recorded build such as: in VkCommandBuffer 0x12["frame"], build 3. */
+static void append_built(struct text_buffer *text, struct message *message,
+                         const struct value *built, const struct object_names *names)
+{
+    if (!built->number) {
+        text_append(text, "by %s, pInfos[%" PRIu32 "]", build_command_name(COMMAND_HOST),
+                    built->build);
+        return;
+    }
+    text_append(text, "in ");
+    message_append_object(text, message, VK_OBJECT_TYPE_COMMAND_BUFFER, built->number, names);
+    text_append(text, ", build %" PRIu32, built->build);
+}
+
+static void append_value(struct text_buffer *text, struct message *message,
+                         const struct value *value, enum build_command command,
+                         const struct object_names *names)
+{
+    switch (value->kind) {
+    case VALUE_ADDRESS:
+    case VALUE_HEX:
+        text_append(text, "0x%" PRIx64, value->number);
+        return;
+    case VALUE_NUMBER:
+        text_append(text, "%" PRIu64, value->number);
+        return;
+    case VALUE_COUNT:
+        text_append_count(text, value->number, value->text);
+        return;
+    case VALUE_REAL:
+        text_append(text, "%.9g", value->real);
+        return;
+    case VALUE_TEXT:
+        text_append(text, "%s", value->text ? value->text : "");
+        return;
+    case VALUE_FIELD:
+        message_append_build(text, command, value->build);
+        message_append_field(text, command == COMMAND_NV ? "->" : ".",
+                             value->text ? value->text : "");
+        return;
+    case VALUE_OBJECT:
+        if (!value->number) {
+            text_append(text, "VK_NULL_HANDLE");
+            return;
+        }
+        message_append_object(text, message, value->object_type, value->number, names);
+        return;
+    case VALUE_BUILT:
+        append_built(text, message, value, names);
+        return;
+    }
+}
+
+/* Appends the finding's sentence, with its values in place of {}. */
+static void append_statement(struct text_buffer *text, struct message *message,
+                             enum build_command command, const struct call_origin *origin,
+                             const struct finding *finding)
+{
+    uint32_t used = 0;
+    const char *rest = finding->says, *gap;
+    while (used < finding->value_count && (gap = strstr(rest, "{}"))) {
+        text_append(text, "%.*s", (int)(gap - rest), rest);
+        append_value(text, message, &finding->values[used++], command, origin->names);
+        rest = gap + 2;
+    }
+    size_t length = strlen(rest);
+    text_append(text, "%s%s", rest, length && rest[length - 1] == '.' ? "" : ".");
+}
+
+/* Names the ids that the same mistake violates, too. */
+static void append_also(struct text_buffer *text, struct message *message,
+                        enum build_command command, const struct finding *finding)
+{
+    const char *before = " (also ";
+    for (uint32_t i = 0; i < finding->also_count; i++) {
+        enum vuid vuid = rule_infos[finding->also[i]].vuid[command];
+        if (vuid == VUID_NONE)
+            continue;
+        text_append(text, "%s%s", before, vuid_texts[vuid].id);
+        message->also[message->also_count++] = vuid_texts[vuid].id;
+        before = ", ";
+    }
+    if (before[0] == ',')
+        text_append(text, ")");
+}
+
+/* ---- whole messages */
+
+static void append_replaced(struct text_buffer *text, uint32_t count)
+{
+    if (!count)
+        return;
+    text_append(text, " The layer replaced ");
+    text_append_count(text, count, "reference");
+    text_append(text, " of this build by 0 (setting guard).");
+}
+
+static void append_finding(struct text_buffer *text, struct message *message,
+                           const struct location *location, const struct call_origin *origin,
+                           const struct finding *finding, const char *hint)
+{
+    text_append(text, "%s(): ", build_command_name(location->command));
+    size_t before = text->length;
+    message_append_path(text, location, finding->field ? finding->field : "");
+    message->main = text->text + before;
+    message->path_length = text->length - before;
+    if (text->length > before)
+        text_append(text, " ");
+    append_statement(text, message, location->command, origin, finding);
+    for (uint32_t i = 0; i < finding->value_count; i++)
+        message_append_destroyed(text, &finding->values[i], origin);
+    if (hint)
+        text_append(text, " %s", hint);
+    append_replaced(text, origin->replaced);
+    message->main_length = text->length - before;
+    message_append_origin(text, message);
+}
+
+void message_of_finding(struct message *message, enum vuid vuid, const struct location *location,
+                        const struct call_origin *origin, const struct finding *finding,
+                        const struct message_style *style)
+{
+    const struct message_subject subject = message_subject_of(origin, finding);
+    struct text_buffer text;
+    const char *id = NULL;
+    if (style->vuid_names == VUID_NAMES_LISTED)
+        id = vuid_listed(vuid, location->command, finding->field ? finding->field : "");
+    if (!id)
+        id = vuid_texts[vuid].id;
+    message_begin(message, &text, vuid_is_warning(vuid) ? REPORT_WARNING : REPORT_ERROR, id);
+    message_set_origin(message, origin, build_command_name(location->command),
+                       rule_infos[rule_of_vuid(vuid)].level, location);
+    append_finding(&text, message, location, origin, finding, rule_infos[rule_of_vuid(vuid)].hint);
+    message->vuid = vuid;
+    append_also(&text, message, location->command, finding);
+    specification_append(&text, vuid, id, style->spec_text);
+    message_append_last_notice(&text, vuid_is_warning(vuid) ? "warning" : "VUID", &subject, style);
+}
+
+void message_of_difference(struct message *message, enum difference difference,
+                           const struct location *location, const struct call_origin *origin,
+                           const struct finding *finding, const struct message_style *style)
+{
+    const struct message_subject subject = message_subject_of(origin, finding);
+    struct text_buffer text;
+    message_begin(message, &text, REPORT_WARNING, difference_id(difference));
+    message_set_origin(message, origin, build_command_name(location->command), LEVEL_CONTENT,
+                       location);
+    append_finding(&text, message, location, origin, finding, NULL);
+    message_append_last_notice(&text, "difference", &subject, style);
+}
+
+void message_of_layer(struct message *message, enum report_flag severity, const char *line)
+{
+    const char *id = severity == REPORT_ERROR ? "ASSAY-error" : "ASSAY-warning";
+    message_of_event(message, severity, severity == REPORT_INFO ? "ASSAY-info" : id, line);
+}
+
+void message_of_event(struct message *message, enum report_flag severity, const char *id,
+                      const char *line)
+{
+    struct text_buffer text;
+    message_begin(message, &text, severity, id);
+    text_append(&text, "%s", line);
+    message->main = message->text;
+    message->main_length = text.length - (size_t)(message->text - message->buffer);
+    message->path_length = 0;
+}

@@ -1,0 +1,240 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A message has three sentences: what the two accesses are, why they are not ordered, and what
+ * orders them. */
+#include "src/report/hazard_message.h"
+
+#include <inttypes.h>
+
+#include "src/report/message.h"
+
+enum hazard_id hazard_id_of(const struct hazard *hazard)
+{
+    switch (hazard->type) {
+    case READ_AFTER_WRITE:
+        return hazard->is_racing ? HAZARD_ID_READ_RACING_WRITE : HAZARD_ID_READ_AFTER_WRITE;
+    case WRITE_AFTER_READ:
+        return hazard->is_racing ? HAZARD_ID_WRITE_RACING_READ : HAZARD_ID_WRITE_AFTER_READ;
+    case WRITE_AFTER_WRITE:
+        break;
+    }
+    return hazard->is_racing ? HAZARD_ID_WRITE_RACING_WRITE : HAZARD_ID_WRITE_AFTER_WRITE;
+}
+
+struct message_subject hazard_subject(const struct hazard_report *report)
+{
+    const struct hazard_access_text *later = &report->later;
+    if (later->object)
+        return (struct message_subject){later->type, later->object};
+    return message_subject_of(&later->origin, &(struct finding){.says = ""});
+}
+
+/* ---- members */
+
+/* The member of a geometry that has the address. */
+static const char *geometry_member(enum hazard_role role)
+{
+    switch (role) {
+    case HAZARD_VERTICES:
+        return "geometry.triangles.vertexData";
+    case HAZARD_INDICES:
+        return "geometry.triangles.indexData";
+    case HAZARD_TRANSFORM:
+        return "geometry.triangles.transformData";
+    case HAZARD_BOXES:
+        return "geometry.aabbs.data";
+    case HAZARD_INSTANCES:
+    case HAZARD_INSTANCE_POINTERS:
+        return "geometry.instances.data";
+    default:
+        return NULL;
+    }
+}
+
+static void append_build_member(struct text_buffer *text, const struct hazard_access_text *access)
+{
+    const char *member = geometry_member(access->role);
+    if (access->role == HAZARD_RANGES) {
+        text_append(text, "pIndirectDeviceAddresses[%" PRIu32 "]", access->info);
+        return;
+    }
+    if (access->role == HAZARD_REFERENCE)
+        text_append(text, "an instance of ");
+    text_append(text, "pInfos[%" PRIu32 "]", access->info);
+    if (access->role == HAZARD_DST)
+        text_append(text, ".dstAccelerationStructure");
+    else if (access->role == HAZARD_SRC)
+        text_append(text, ".srcAccelerationStructure");
+    else if (access->role == HAZARD_SCRATCH)
+        text_append(text, ".scratchData");
+    else if (member)
+        text_append(text, ".pGeometries[%" PRIu32 "].%s", access->geometry, member);
+    else if (access->role == HAZARD_OTHER_INPUT || access->role == HAZARD_MICROMAP)
+        text_append(text, ".pGeometries[%" PRIu32 "]", access->geometry);
+}
+
+static const char *plain_member(enum hazard_role role)
+{
+    switch (role) {
+    case HAZARD_DST:
+        return "dst";
+    case HAZARD_SRC:
+        return "src";
+    case HAZARD_SCRATCH:
+        return "scratchData";
+    case HAZARD_MEMORY:
+        return "deviceAddress";
+    default:
+        return "an input";
+    }
+}
+
+static void append_member(struct text_buffer *text, const struct hazard_access_text *access)
+{
+    if (access->is_build)
+        append_build_member(text, access);
+    else
+        text_append(text, "%s", plain_member(access->role));
+}
+
+/* ---- sentences */
+
+static void append_object_of(struct text_buffer *text, struct message *message,
+                             const struct hazard_access_text *access)
+{
+    if (access->object)
+        message_append_object(text, message, access->type, access->object, access->origin.names);
+    else
+        text_append(text, "memory");
+}
+
+/* Reads and writes of the later access. Scratch is read, too. */
+static const char *verb_of(const struct hazard_access_text *access)
+{
+    return access_is_write(access->kind) ? "writes" : "reads";
+}
+
+static const char *past_of(const struct hazard_access_text *access)
+{
+    return access_is_write(access->kind) ? "wrote" : "read";
+}
+
+/* Appends where the earlier access was recorded, such as: build 3 of VkCommandBuffer 0x12. */
+static void append_place(struct text_buffer *text, struct message *message,
+                         const struct hazard_access_text *access)
+{
+    const struct call_origin *origin = &access->origin;
+    text_append(text, " of %s", access->command);
+    if (!origin->command_buffer)
+        return;
+    text_append(text, " in ");
+    message_append_object(text, message, VK_OBJECT_TYPE_COMMAND_BUFFER,
+                          (uint64_t)(uintptr_t)origin->command_buffer, origin->names);
+    if (access->is_build)
+        text_append(text, ", build %" PRIu64, (uint64_t)origin->build_index + access->info);
+    message_append_labels(text, "labels", origin->labels);
+    if (origin->queue) {
+        text_append(text, ", submitted to ");
+        message_append_object(text, message, VK_OBJECT_TYPE_QUEUE,
+                              (uint64_t)(uintptr_t)origin->queue, origin->names);
+        if (origin->submission)
+            text_append(text, ", submission %" PRIu64, origin->submission);
+    }
+}
+
+static void append_accesses(struct text_buffer *text, struct message *message,
+                            const struct hazard_report *report)
+{
+    const struct hazard_bytes *bytes = &report->hazard.bytes;
+    text_append(text, " %s ", verb_of(&report->later));
+    append_object_of(text, message, &report->later);
+    text_append(text, " (bytes %" PRIu64 " to %" PRIu64 " of its memory). Earlier, ", bytes->begin,
+                bytes->end - 1);
+    append_member(text, &report->earlier);
+    append_place(text, message, &report->earlier);
+    text_append(text, "%s %s them", report->earlier.origin.command_buffer ? "," : "",
+                past_of(&report->earlier));
+    if (report->earlier.object && report->earlier.object != report->later.object) {
+        text_append(text, " as part of ");
+        append_object_of(text, message, &report->earlier);
+    }
+    text_append(text, ".");
+}
+
+static void append_reason(struct text_buffer *text, const struct hazard_report *report)
+{
+    const struct hazard *hazard = &report->hazard;
+    const char *write = access_flag_name(hazard->earlier.kind);
+    if (hazard->is_racing)
+        text_append(text, " Nothing orders the two accesses, so they may happen in either order.");
+    else if (!hazard->is_ordered)
+        text_append(text, " Nothing between them makes the second command wait for the first.");
+    else if (!hazard->is_available)
+        text_append(text,
+                    " The second command waits for the first, but no srcAccessMask with %s makes "
+                    "the write available.",
+                    write);
+    else
+        text_append(text,
+                    " The second command waits for the first, and the write is available, but no "
+                    "dstAccessMask with %s makes it visible.",
+                    access_flag_name(hazard->later.kind));
+}
+
+static void append_hint(struct text_buffer *text, const struct hazard_report *report)
+{
+    const struct hazard *hazard = &report->hazard;
+    const char *src = access_stage_name(hazard->earlier.kind);
+    const char *dst = access_stage_name(hazard->later.kind);
+    if (hazard->earlier.queue == HAZARD_HOST_QUEUE || hazard->later.queue == HAZARD_HOST_QUEUE) {
+        text_append(text,
+                    " Wait on the host until the first has completed, for example for a "
+                    "fence, before the second.");
+        return;
+    }
+    if (hazard->is_racing) {
+        text_append(text,
+                    " Signal a semaphore after the first, and let the second wait for it at %s.",
+                    dst);
+        return;
+    }
+    text_append(text, " Record a barrier between them with srcStageMask %s, dstStageMask %s", src,
+                dst);
+    if (hazard->type != WRITE_AFTER_READ)
+        text_append(text, ", srcAccessMask %s, dstAccessMask %s",
+                    access_flag_name(hazard->earlier.kind), access_flag_name(hazard->later.kind));
+    text_append(text, ".");
+}
+
+static void append_more(struct text_buffer *text, uint32_t more)
+{
+    if (!more)
+        return;
+    text_append(text, " The same command has ");
+    text_append_count(text, more, "more hazard");
+    text_append(text, " of this kind.");
+}
+
+void message_of_hazard(struct message *message, const struct hazard_report *report,
+                       const struct message_style *style)
+{
+    const struct hazard_access_text *later = &report->later;
+    const struct message_subject subject = hazard_subject(report);
+    const struct location at = {.subject = later->is_build ? SUBJECT_BUILD : SUBJECT_CALL,
+                                .build = later->info};
+    struct text_buffer text;
+    message_begin(message, &text, REPORT_ERROR,
+                  other_id_name(other_id_of_hazard(hazard_id_of(&report->hazard))));
+    message_set_origin(message, &later->origin, later->command, LEVEL_EXECUTION, &at);
+    text_append(&text, "%s(): ", later->command);
+    size_t before = text.length;
+    message->main = text.text + before;
+    append_member(&text, later);
+    message->path_length = text.length - before;
+    append_accesses(&text, message, report);
+    append_reason(&text, report);
+    append_hint(&text, report);
+    append_more(&text, report->more);
+    message->main_length = text.length - before;
+    message_append_origin(&text, message);
+    message_append_last_notice(&text, "hazard", &subject, style);
+}

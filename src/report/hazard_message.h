@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Words hazards: accesses that no dependency orders. */
+#ifndef ASSAY_REPORT_HAZARD_MESSAGE_H
+#define ASSAY_REPORT_HAZARD_MESSAGE_H
+
+#include "src/hazards/hazards.h"
+#include "src/report/ids/other_id.h"
+#include "src/report/message.h"
+#include "src/state/commands/hazard_list.h"
+
+/* An access of a command, as messages name it. */
+struct hazard_access_text {
+    const char *command; /* such as vkCmdCopyBuffer */
+    bool is_build;       /* a command that makes builds: `info` and `geometry` have a meaning */
+    enum hazard_role role;
+    enum access_kind kind;
+    uint32_t info, geometry;
+    VkObjectType type;
+    uint64_t object; /* the structure or buffer; 0: unknown */
+    struct call_origin origin;
+};
+
+struct hazard_report {
+    struct hazard hazard;
+    struct hazard_access_text earlier, later;
+    uint32_t more; /* accesses of the same kind in this command that have such a hazard, too */
+};
+
+enum hazard_id hazard_id_of(const struct hazard *hazard);
+/* The object that the message is about. */
+struct message_subject hazard_subject(const struct hazard_report *report);
+
+void message_of_hazard(struct message *message, const struct hazard_report *report,
+                       const struct message_style *style);
+
+#endif

@@ -1,0 +1,304 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The hazard check: many pieces, what is dropped, and memory that runs out. random_test.c has the
+ * rest. */
+#include <string.h>
+
+#include "../report/scarce_memory.h"
+#include "../state/random.h"
+#include "../state/unit_test.h"
+#include "src/hazards/hazards.h"
+
+enum { BYTES = 4096, KINDS = 8, MEMORY = 7 };
+
+/* What has been found since the last clear. */
+static struct hazard found[KINDS * BYTES];
+static uint32_t found_count;
+
+static void note(void *user, const struct hazard *hazard)
+{
+    (void)user;
+    assert_true(found_count < sizeof(found) / sizeof(found[0]));
+    found[found_count++] = *hazard;
+}
+
+static struct hazards *set_up(void)
+{
+    found_count = 0;
+    return hazards_create(note, NULL);
+}
+
+/* Begins a batch of queue 1, with so many batches of it completed. */
+static void begin_batch(struct hazards *hazards, uint64_t number, uint64_t completed)
+{
+    const uint64_t counts[] = {0, completed}, before[] = {0, number - 1};
+    hazards_begin_batch(hazards, &(struct hazard_batch){.queue = 1,
+                                                        .number = number,
+                                                        .completed = counts,
+                                                        .before = before,
+                                                        .count = 2,
+                                                        .is_certain = true});
+}
+
+/* One command with one access. Returns its number. */
+static uint64_t access_bytes(struct hazards *hazards, enum access_kind kind, uint64_t begin,
+                             uint64_t end)
+{
+    hazards_begin_command(hazards);
+    return hazards_access(hazards, &(struct hazard_access){kind, {MEMORY, begin, end}});
+}
+
+/* A barrier that makes writes of builds to the bytes available. */
+static void barrier(struct hazards *hazards, const struct hazard_bytes *bytes, stage_set dst)
+{
+    const struct hazard_barrier barrier = {
+        .dependency = {.src = 1 << SYNC_BUILD,
+                       .dst = dst,
+                       .src_kinds = 1 << ACCESS_BUILD_ACCEL_WRITE},
+        .bytes = *bytes};
+    hazards_barriers(hazards, &barrier, 1);
+}
+
+/* ---- pieces */
+
+/* Kinds of reads at several stages, and one of writes. */
+static const enum access_kind kinds[KINDS] = {
+    ACCESS_BUILD_ACCEL_WRITE, ACCESS_BUILD_ACCEL_READ,    ACCESS_BUILD_SHADER_READ,
+    ACCESS_COPY_ACCEL_READ,   ACCESS_BUILD_INDIRECT_READ, ACCESS_TRANSFER_READ,
+    ACCESS_MICROMAP_READ,     ACCESS_MICROMAP_SHADER_READ};
+
+/* The last accesses of each byte, and those with which an access was reported; by kind. */
+static uint64_t last[BYTES][KINDS], reported[BYTES][KINDS];
+
+/* Fills in `reported` for the bytes of an access. */
+static void collect(uint64_t begin, uint64_t end, uint64_t number)
+{
+    memset(reported[begin], 0, (end - begin) * sizeof(reported[0]));
+    for (uint32_t i = 0; i < found_count; i++) {
+        uint32_t kind = 0;
+        while (kinds[kind] != found[i].earlier.kind)
+            kind++;
+        assert_int_equal(found[i].later.number, number);
+        for (uint64_t byte = found[i].bytes.begin; byte < found[i].bytes.end; byte++) {
+            assert_true(begin <= byte && byte < end && !reported[byte][kind]);
+            reported[byte][kind] = found[i].earlier.number;
+        }
+    }
+}
+
+/* Without any order, each access is reported with the last write of each byte, and a write with the
+ * reads since. */
+static void access_and_compare(struct hazards *hazards, uint32_t kind, uint64_t begin, uint64_t end)
+{
+    found_count = 0;
+    const uint64_t number = access_bytes(hazards, kinds[kind], begin, end);
+    collect(begin, end, number);
+    for (uint64_t byte = begin; byte < end; byte++) {
+        const bool is_write = kind == 0;
+        assert_memory_equal(reported[byte], last[byte],
+                            is_write ? sizeof(last[byte]) : sizeof(last[byte][0]));
+        if (is_write)
+            memset(last[byte], 0, sizeof(last[byte]));
+        last[byte][kind] = number;
+    }
+}
+
+TEST(every_byte_has_its_own_last_accesses)
+{
+    struct random random = random_of("hazards_pieces");
+    struct hazards *hazards = set_up();
+    memset(last, 0, sizeof(last));
+    begin_batch(hazards, 1, 0);
+    for (uint64_t at = 0; at + 2 <= BYTES; at += 3) /* many leaves in ascending order */
+        access_and_compare(hazards, 0, at, at + 2);
+    for (uint32_t i = 0; i < 6000; i++) {
+        const uint64_t size = random_below(&random, 200) ? 1 + random_below(&random, 12)
+                                                         : 1 + random_below(&random, BYTES - 1);
+        const uint64_t begin = random_below(&random, (uint32_t)(BYTES - size + 1));
+        access_and_compare(hazards, random_below(&random, KINDS), begin, begin + size);
+    }
+    assert_true(hazards_piece_count(hazards) <= BYTES);
+    access_and_compare(hazards, 0, 0, BYTES);
+    assert_int_equal(hazards_piece_count(hazards), 1);
+    hazards_forget_memory(hazards, MEMORY);
+    assert_int_equal(hazards_piece_count(hazards), 0);
+    hazards_end_batch(hazards);
+    hazards_destroy(hazards);
+}
+
+/* ---- what is dropped */
+
+TEST(completed_batches_are_pruned)
+{
+    struct hazards *hazards = set_up();
+    begin_batch(hazards, 1, 0);
+    for (uint64_t at = 0; at < BYTES; at += 2)
+        access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, at, at + 1);
+    hazards_end_batch(hazards);
+    begin_batch(hazards, 2, 0);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 1, 2);
+    hazards_end_batch(hazards);
+    hazards_prune(hazards, (const uint64_t[]){0, 0}, 2);
+    assert_int_equal(hazards_piece_count(hazards), BYTES / 2 + 1);
+    for (uint64_t at = BYTES; at < 3 * BYTES; at += 2) { /* until a sweep is worth while */
+        begin_batch(hazards, at, 1);
+        access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, at, at + 1);
+        hazards_end_batch(hazards);
+    }
+    hazards_prune(hazards, (const uint64_t[]){0, 1}, 2);
+    assert_true(hazards_piece_count(hazards) < 2 * BYTES);
+    begin_batch(hazards, 3 * BYTES, 1);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, 0, 1); /* written by batch 1 */
+    assert_int_equal(found_count, 0);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, 1, 2); /* read by batch 2 */
+    assert_int_equal(found_count, 1);
+    assert_int_equal(found[0].type, WRITE_AFTER_READ);
+    hazards_destroy(hazards);
+}
+
+/* The 32 last signals are kept; a wait for an older one orders everything. */
+TEST(old_signals_never_lead_to_a_finding)
+{
+    const struct dependency none = dependency_of_signal(0),
+                            all = dependency_of_wait(VK_PIPELINE_STAGE_2_COPY_BIT);
+    struct hazards *hazards = set_up();
+    begin_batch(hazards, 1, 0);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, 0, 8);
+    for (uint64_t value = 1; value <= 40; value++)
+        hazards_signal(hazards, 1, value, &none);
+    hazards_end_batch(hazards);
+    begin_batch(hazards, 2, 0);
+    hazards_wait(hazards, 1, 20, &all);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 0, 4);
+    assert_int_equal(found_count, 1);
+    hazards_wait(hazards, 1, 8, &all);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 4, 8);
+    assert_int_equal(found_count, 1);
+    hazards_forget_signals(hazards, 1, UINT64_MAX);
+    hazards_end_batch(hazards);
+    hazards_destroy(hazards);
+}
+
+/* A write with more buffer barriers than are remembered counts as ordered. Each of these has three
+ * stages, so none covers another one. */
+TEST(many_buffer_barriers_never_lead_to_a_finding)
+{
+    struct hazards *hazards = set_up();
+    uint32_t count = 0;
+    begin_batch(hazards, 1, 0);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, 0, 8);
+    for (stage_set dst = 0; dst < 1u << 10; dst++) {
+        if (__builtin_popcount(dst) != 3)
+            continue;
+        barrier(hazards, &(struct hazard_bytes){MEMORY, 0, 4}, dst << SYNC_ACCESS_STAGES);
+        if (++count == 60)
+            access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 0, 4);
+    }
+    assert_int_equal(found_count, 1);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 0, 4);
+    assert_int_equal(found_count, 1);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 4, 8);
+    assert_int_equal(found_count, 2);
+    hazards_destroy(hazards);
+}
+
+/* ---- memory that runs out */
+
+static void play(void)
+{
+    static const struct hazard_bytes bytes = {MEMORY, 30, 200};
+    const struct dependency signal = dependency_of_signal(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
+    struct hazards *hazards = set_up();
+    if (!hazards)
+        return;
+    for (uint64_t batch = 1; batch < 4; batch++) {
+        const uint64_t counts[] = {0, batch == 3, 0}, before[] = {0, batch - 1, batch - 1};
+        hazards_begin_batch(hazards, &(struct hazard_batch){.queue = batch == 2 ? 2 : 1,
+                                                            .number = batch,
+                                                            .completed = counts,
+                                                            .before = before,
+                                                            .count = 3,
+                                                            .is_certain = true});
+        hazards_wait(hazards, 1, batch - 1, &signal);
+        for (uint64_t at = 0; at < 300; at += 3)
+            access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, at, at + 2);
+        barrier(hazards, &bytes, 1 << SYNC_COPY);
+        hazards_set_event(hazards, 5, signal.src);
+        for (uint32_t kind = 0; kind < KINDS; kind++)
+            access_bytes(hazards, kinds[kind], 31, 50 + kind);
+        hazards_wait_event(hazards, 5, NULL, 0);
+        hazards_signal(hazards, 1, batch, &signal);
+        hazards_end_batch(hazards);
+    }
+    hazards_destroy(hazards);
+}
+
+/* What is found without memory is found with it, too; and the last access, with memory again. */
+TEST(nothing_wrong_is_found_if_memory_runs_out)
+{
+    play();
+    static struct hazard all[sizeof(found) / sizeof(found[0])];
+    const uint32_t count = found_count;
+    memcpy(all, found, sizeof(all));
+    assert_true(count > 10);
+    for (int allocation = 0; memory_is_scarce(allocation); allocation++) {
+        play();
+        const int before = memory_pause();
+        for (uint32_t i = 0; i < found_count; i++) {
+            bool is_found = false;
+            for (uint32_t j = 0; j < count && !is_found; j++)
+                is_found = found[i].earlier.number == all[j].earlier.number &&
+                           found[i].later.number == all[j].later.number;
+            assert_true(is_found);
+        }
+        memory_resume(before);
+    }
+    memory_fail_no_more();
+    memory_fail_from(0);
+    play();
+    memory_fail_no_more();
+    assert_int_equal(found_count, 0);
+}
+
+TEST(hazards_are_found_again_after_memory_ran_out)
+{
+    struct hazards *hazards = set_up();
+    begin_batch(hazards, 1, 0);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, 0, 8);
+    memory_fail_from(0);
+    hazards_access(hazards, &(struct hazard_access){ACCESS_BUILD_ACCEL_READ, {MEMORY + 1, 0, 4}});
+    assert_true(memory_fail_no_more());
+    found_count = 0;
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 0, 8);
+    assert_int_equal(found_count, 0);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, 0, 8);
+    assert_int_equal(found_count, 1);
+    hazards_destroy(hazards);
+}
+
+/* An index only makes searches faster: without memory, it stays as it was for fewer pieces. */
+TEST(pieces_are_found_without_memory_for_an_index)
+{
+    struct random random = random_of("hazards_index");
+    struct hazards *hazards = set_up();
+    memset(last, 0, sizeof(last));
+    begin_batch(hazards, 1, 0);
+    for (uint64_t at = 0; at + 2 <= BYTES; at += 3)
+        access_and_compare(hazards, 0, at, at + 2);
+    for (uint32_t i = 0; i < 1000; i++) { /* searches make an index */
+        const uint64_t at = random_below(&random, BYTES / 3) * 3;
+        access_and_compare(hazards, 0, at, at + 2);
+    }
+    for (uint64_t at = 0; at < BYTES; at++)
+        access_and_compare(hazards, 0, at, at + 1);
+    memory_fail_from(0);
+    for (uint32_t i = 0; i < 5000; i++) {
+        const uint64_t at = random_below(&random, BYTES);
+        access_and_compare(hazards, 0, at, at + 1);
+    }
+    assert_true(memory_fail_no_more());
+    assert_int_equal(hazards_piece_count(hazards), BYTES);
+    hazards_end_batch(hazards);
+    hazards_prune(hazards, (const uint64_t[]){0, 1}, 2);
+    assert_int_equal(hazards_piece_count(hazards), 0);
+    hazards_destroy(hazards);
+}

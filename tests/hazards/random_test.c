@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Random programs: the hazard check finds what the model finds, byte by byte. A program that
+ * differs is shrunk and printed; ASSAY_TEST_SEED with its seed repeats it. */
+#include <inttypes.h>
+#include <stdio.h>
+
+#include "../state/random.h"
+#include "../state/unit_test.h"
+#include "generator.h"
+#include "model.h"
+
+static bool differs(const struct program *program, struct findings *model, struct findings *engine)
+{
+    model_play(program, model);
+    program_play(program, engine);
+    return !findings_equal(model, engine);
+}
+
+/* Removes steps and barriers as long as the program differs. */
+static void shrink(struct program *program)
+{
+    static struct findings model, engine;
+    for (uint32_t i = program->count; i--;) {
+        struct program smaller = *program;
+        program_remove(&smaller, i);
+        if (differs(&smaller, &model, &engine)) {
+            *program = smaller;
+            i = program->count;
+            continue;
+        }
+        smaller = *program;
+        if (smaller.steps[i].barrier_count > 1) {
+            smaller.steps[i].barrier_count--;
+            if (differs(&smaller, &model, &engine))
+                *program = smaller;
+        }
+    }
+}
+
+/* Returns the number of findings. */
+static uint32_t compare(const struct program *program, struct findings *model)
+{
+    static struct findings engine;
+    if (!differs(program, model, &engine))
+        return model->count;
+    struct program shrunk = *program;
+    shrink(&shrunk);
+    differs(&shrunk, model, &engine);
+    program_print(&shrunk);
+    findings_print("the model finds", model);
+    findings_print("the check finds", &engine);
+    fail_msg("they differ; ASSAY_TEST_SEED=%" PRIu64 " repeats it", program->seed);
+    return 0;
+}
+
+TEST(random_programs_agree_with_the_model)
+{
+    static struct program program;
+    static struct findings findings;
+    uint64_t seed = random_of("hazards_random").state, count = 0, clean = 0;
+    for (uint32_t i = 0; i < HAZARD_PROGRAMS; i++) {
+        program_generate(&program, seed + i);
+        uint32_t found = compare(&program, &findings);
+        count += found;
+        clean += !found;
+    }
+    print_message("%u programs, %" PRIu64 " findings, %" PRIu64 " programs without\n",
+                  HAZARD_PROGRAMS, count, clean);
+}
+
+/* ---- mutations */
+
+static const char *const fields[MUTATED_FIELDS] = {
+    "source stages",
+    "destination stages",
+    "source accesses",
+    "destination accesses",
+    "bytes",
+    "is_global",
+    "is_acquisition",
+    "stages of events",
+    "accesses of events",
+    "stages after events",
+    "accesses after events",
+    "stages of signals",
+    "stages of waits",
+    "completed",
+    "uncertain",
+};
+
+enum { MUTATED_PROGRAMS = 1000 };
+
+/* changed[field][bit]: the verdicts that the loss of the bit has changed. */
+static void mutate(const struct program *program, uint32_t changed[MUTATED_FIELDS][32])
+{
+    static struct findings before, after;
+    struct mutation mutation;
+    struct program mutant = *program;
+    compare(program, &before);
+    for (uint32_t i = 0; program_mutate(&mutant, i, &mutation); i++) {
+        compare(&mutant, &after);
+        if (!findings_equal(&before, &after))
+            changed[mutation.field][mutation.bit]++;
+        mutant = *program;
+    }
+}
+
+/* The programs reach each field of a dependency. */
+TEST_IF(each_field_decides_a_verdict, HAZARD_PROGRAMS > MUTATED_PROGRAMS)
+{
+    static struct program program;
+    static uint32_t changed[MUTATED_FIELDS][32];
+    uint64_t seed = random_of("hazards_mutations").state;
+    for (uint32_t i = 0; i < MUTATED_PROGRAMS; i++) {
+        program_generate(&program, seed + i);
+        mutate(&program, changed);
+    }
+    for (uint32_t field = 0; field < MUTATED_FIELDS; field++) {
+        uint32_t count = 0;
+        print_message("%s:", fields[field]);
+        for (uint32_t bit = 0; bit < 32; bit++) {
+            count += changed[field][bit];
+            if (changed[field][bit])
+                print_message(" %u:%u", bit, changed[field][bit]);
+        }
+        print_message("\n");
+        assert_true(count);
+    }
+}

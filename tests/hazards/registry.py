@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Generates sync_registry.h: stages and access flags as vk.xml defines them, in terms of scopes.h.
+
+usage: registry.py VK_XML SCOPES_H OUT
+"""
+
+import pathlib
+import re
+import sys
+import xml.etree.ElementTree as ElementTree
+
+# Stages of scopes.h whose name does not follow from the flag's.
+STAGES = {
+    "ACCELERATION_STRUCTURE_BUILD": {"BUILD", "ACCEL_COPY"},
+    "ACCELERATION_STRUCTURE_COPY": {"ACCEL_COPY"},
+    "COPY": {"COPY", "FILL"},
+    "CLEAR": {"CLEAR", "FILL"},
+    "MICROMAP_BUILD": {"MICROMAP"},
+    "TESSELLATION_CONTROL_SHADER": {"TESSELLATION_CONTROL"},
+    "TESSELLATION_EVALUATION_SHADER": {"TESSELLATION_EVALUATION"},
+    "FRAGMENT_SHADING_RATE_ATTACHMENT": {"SHADING_RATE"},
+    "FRAGMENT_DENSITY_PROCESS": {"DENSITY_PROCESS"},
+    "COLOR_ATTACHMENT_OUTPUT": {"COLOR_OUTPUT"},
+    "VIDEO_DECODE": {"VIDEO"},
+    "VIDEO_ENCODE": {"VIDEO"},
+}
+ENDS = {"NONE", "TOP_OF_PIPE", "BOTTOM_OF_PIPE"}
+
+
+class Registry:
+    """The section <sync> and the values of flags."""
+
+    def __init__(self, root, scopes):
+        self.values = {enum.get("name"): 1 << int(enum.get("bitpos"))
+                       for enum in root.iter("enum") if enum.get("bitpos")}
+        self.aliases = {enum.get("name"): enum.get("alias")
+                        for enum in root.iter("enum") if enum.get("alias")}
+        self.all = set(re.findall(r"^    SYNC_(\w+),", scopes, re.M)) - {"STAGES", "ACCESS_STAGES"}
+        self.all.add("CLEAR")
+        self.stages = {row.get("name"): row for row in root.iterfind("sync/syncstage")}
+        self.accesses = {row.get("name"): row for row in root.iterfind("sync/syncaccess")}
+        self.pipelines = [list(pipeline.iterfind("syncpipelinestage"))
+                          for pipeline in root.iterfind("sync/syncpipeline")]
+
+    def named(self, flag):
+        """The stages of scopes.h that a flag stands for."""
+        flag = flag if flag in self.stages else self.aliases[flag]
+        equivalent = self.stages[flag].find("syncequivalent")
+        if equivalent is not None:
+            return set().union(*(self.named(part) for part in equivalent.get("stage").split(",")))
+        name = re.fullmatch(r"VK_PIPELINE_STAGE_2_(\w+?)(_BIT(_[A-Z]+)?)?", flag)[1]
+        if name in ENDS:
+            return set()
+        if name == "ALL_COMMANDS":
+            return self.all - {"HOST"}
+        return STAGES.get(name, {name} if name in self.all else {"OTHER"})
+
+    def related(self, named, is_later):
+        """`named`, and the logically earlier or later stages."""
+        found = set(named)
+        for pipeline in self.pipelines:
+            order = [self.named(stage.text) for stage in pipeline if not stage.get("order")]
+            chains = [order]
+            for stage in pipeline:
+                if stage.get("before"):
+                    at = order.index(self.named(stage.get("before")))
+                    chains.append([self.named(stage.text), *order[at:]])
+            for chain in chains:
+                for first, earlier in enumerate(chain):
+                    for later in chain[first + 1:]:
+                        known, other = (earlier, later) if is_later else (later, earlier)
+                        found |= other if known & named else set()
+        return found
+
+    def stage_row(self, flag):
+        """Name, value, and the named stages; scopes as source and as destination."""
+        named = self.named(flag)
+        src, dst = self.related(named, False), self.related(named, True)
+        if flag.endswith("TOP_OF_PIPE_BIT"):
+            dst = self.all - {"HOST"}
+        if flag.endswith("BOTTOM_OF_PIPE_BIT"):
+            src = self.all - {"HOST"}
+        sets = (" | ".join(f"1u << SYNC_{name}" for name in sorted(stages)) or "0"
+                for stages in (named, src, dst))
+        return f'    {{"{flag}", {self.values.get(flag, 0):#x}, {", ".join(sets)}}},'
+
+    def access_bits(self, flag):
+        """The flag's own bit, and those of its equivalents."""
+        equivalent = self.accesses[flag].find("syncequivalent")
+        parts = equivalent.get("access").split(",") if equivalent is not None else []
+        return self.values.get(flag, 0) | sum(self.values[part] for part in parts)
+
+    def access_row(self, flag):
+        """Name, value, the value with equivalents, and the stages that support the access."""
+        support = self.accesses[flag].find("syncsupport")
+        stages = support.get("stage").split(",") if support is not None else []
+        supported = 0
+        for stage in stages:
+            supported |= self.values[self.aliases.get(stage, stage)]
+        return (f'    {{"{flag}", {self.values.get(flag, 0):#x}, {self.access_bits(flag):#x}, '
+                f'{supported:#x}}},')
+
+
+def main():
+    """Writes the header."""
+    xml, scopes, out = sys.argv[1:]
+    registry = Registry(ElementTree.parse(xml).getroot(),
+                        pathlib.Path(scopes).read_text(encoding="utf-8"))
+    lines = ["/* Generated by tests/hazards/registry.py from vk.xml. */",
+             "static const struct stage_row stage_rows[] = {",
+             *map(registry.stage_row, registry.stages), "};",
+             "static const struct access_row access_rows[] = {",
+             *map(registry.access_row, registry.accesses), "};"]
+    pathlib.Path(out).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+main()

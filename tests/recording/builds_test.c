@@ -1,0 +1,384 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What hazard lists have of builds. */
+#include "tests/recording/device.h"
+
+#include <stdio.h>
+
+#define TRIANGLES(...)                                                                             \
+    MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,       \
+         .geometry.triangles = MAKE(VkAccelerationStructureGeometryTrianglesDataKHR, __VA_ARGS__))
+
+static VkAccelerationStructureBuildGeometryInfoKHR
+info_of(const VkAccelerationStructureGeometryKHR *geometry)
+{
+    return MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                .type = geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR
+                            ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                            : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                .dstAccelerationStructure = accel(1), .scratchData.deviceAddress = BUFFERS + 0x1800,
+                .geometryCount = 1, .pGeometries = geometry);
+}
+
+enum { INPUT = BUFFERS + 0x1000 };
+
+static const VkAccelerationStructureBuildRangeInfoKHR two = {.primitiveCount = 2}, none = {0};
+
+#define BUILD_OF "vkCmdBuildAccelerationStructuresKHR*1+0\n"
+#define DST_AND_SCRATCH " B> dst accel1 0:100\n B> scratch buffer2 1800:1840\n"
+
+/* Records the geometry, and compares the inputs. */
+static void expect_inputs(const VkAccelerationStructureGeometryKHR *geometry,
+                          const VkAccelerationStructureBuildRangeInfoKHR *range, const char *inputs)
+{
+    static char all[1024];
+    bool is_top = geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR && range->primitiveCount;
+    snprintf(all, sizeof(all), "vkCmdBuildAccelerationStructuresKHR*1+0%s\n%s%s", is_top ? "!" : "",
+             DST_AND_SCRATCH, inputs);
+    const VkAccelerationStructureBuildGeometryInfoKHR info = info_of(geometry);
+    BUILD(.info = &info, .ranges = range);
+    expect(all);
+}
+
+RECORDING_TEST(triangles)
+{
+    VkAccelerationStructureGeometryKHR geometry =
+        TRIANGLES(.vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.deviceAddress = INPUT,
+                  .vertexStride = 12, .maxVertex = 99, .indexType = VK_INDEX_TYPE_NONE_KHR);
+    expect_inputs(&geometry, &two, " B<shader vertices buffer2 1000:1048\n");
+    expect_inputs(&geometry,
+                  &(VkAccelerationStructureBuildRangeInfoKHR){
+                      .primitiveCount = 1, .primitiveOffset = 4, .firstVertex = 2},
+                  " B<shader vertices buffer2 101c:1040\n");
+    expect_inputs(&geometry, &none, "");
+    geometry.geometry.triangles.transformData.deviceAddress = BUFFERS;
+    expect_inputs(
+        &geometry,
+        &(VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = 1, .transformOffset = 16},
+        " B<shader vertices buffer2 1000:1024\n B<shader transform buffer1 10:40\n");
+}
+
+/* Three bytes between elements are padding, four may belong to something else. */
+RECORDING_TEST(bytes_between_elements_are_not_read)
+{
+    VkAccelerationStructureGeometryKHR geometry =
+        TRIANGLES(.vertexFormat = VK_FORMAT_R16G16B16_SFLOAT, .vertexData.deviceAddress = INPUT,
+                  .vertexStride = 8, .maxVertex = 99, .indexType = VK_INDEX_TYPE_NONE_KHR);
+    expect_inputs(&geometry, &two, " B<shader vertices buffer2 1000:102e\n");
+    geometry.geometry.triangles.vertexStride = 10;
+    expect_inputs(&geometry, &two,
+                  " B<shader vertices buffer2 1000:1006\n B<shader vertices buffer2 1032:1038\n");
+}
+
+/* Indices may skip vertices: they surely do if there are more vertices than indices. */
+RECORDING_TEST(indexed_triangles)
+{
+    VkAccelerationStructureGeometryKHR geometry =
+        TRIANGLES(.vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.deviceAddress = INPUT,
+                  .vertexStride = 12, .maxVertex = 5, .indexType = VK_INDEX_TYPE_UINT16,
+                  .indexData.deviceAddress = BUFFERS + 0x800);
+    const VkAccelerationStructureBuildRangeInfoKHR range = {
+        .primitiveCount = 2, .primitiveOffset = 8, .firstVertex = 1};
+    expect_inputs(&geometry, &range,
+                  " B<shader vertices buffer2 100c:1054\n B<shader indices buffer1 808:814\n");
+    geometry.geometry.triangles.maxVertex = 6;
+    expect_inputs(&geometry, &range, " B<shader indices buffer1 808:814\n");
+}
+
+RECORDING_TEST(boxes)
+{
+    const VkAccelerationStructureGeometryKHR geometry =
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
+             .geometry.aabbs = MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
+                                    .data.deviceAddress = INPUT, .stride = 24));
+    expect_inputs(&geometry, &two, " B<shader boxes buffer2 1000:1030\n");
+}
+
+RECORDING_TEST(instances)
+{
+    VkAccelerationStructureGeometryKHR geometry =
+        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
+             .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                                        .data.deviceAddress = INPUT));
+    expect_inputs(&geometry, &two, " B<shader instances buffer2 1000:1080\n");
+    expect_inputs(&geometry, &none, "");
+    geometry.geometry.instances.arrayOfPointers = VK_TRUE;
+    expect_inputs(&geometry, &two, " B<shader pointers buffer2 1000:1010\n");
+    geometry.geometry.instances.arrayOfPointers = VK_FALSE;
+    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    info.flags = VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
+    BUILD(.info = &info, .ranges = &two);
+    expect("vkCmdBuildAccelerationStructuresKHR*1+0!\n" DST_AND_SCRATCH
+           " B<shader instances buffer2 1000:1048\n B<shader instances buffer2 10a0:10e8\n");
+}
+
+/* An update in place is one access, which writes. */
+RECORDING_TEST(updates)
+{
+    const VkAccelerationStructureGeometryKHR geometry =
+        TRIANGLES(.indexType = VK_INDEX_TYPE_NONE_KHR);
+    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+    info.srcAccelerationStructure = accel(2);
+    BUILD(.info = &info, .ranges = &none);
+    expect(BUILD_OF
+           " B> dst accel1 0:100\n B< src accel2 200:300\n"
+           " B> scratch buffer2 1800:1820\n");
+    info.srcAccelerationStructure = accel(1);
+    BUILD(.info = &info, .ranges = &none);
+    expect(BUILD_OF " B> dst accel1 0:100\n B> scratch buffer2 1800:1820\n");
+}
+
+/* Without counts only the ranges are certain. */
+RECORDING_TEST(indirect_builds)
+{
+    const VkAccelerationStructureGeometryKHR geometry =
+        TRIANGLES(.indexType = VK_INDEX_TYPE_NONE_KHR, .vertexData.deviceAddress = INPUT);
+    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    BUILD(.command = COMMAND_INDIRECT, .info = &info, .stride = 16, .max_count = 1);
+    expect(
+        "vkCmdBuildAccelerationStructuresIndirectKHR*1+0\n"
+        " B<indirect ranges buffer2 1000:1010\n" DST_AND_SCRATCH);
+}
+
+/* Of host memory, what is mapped device memory. */
+RECORDING_TEST(host_builds)
+{
+    static const char mapped[0x1000], other[0x40];
+    VkAccelerationStructureGeometryKHR geometry =
+        TRIANGLES(.vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.hostAddress = mapped + 8,
+                  .vertexStride = 12, .maxVertex = 99, .indexType = VK_INDEX_TYPE_NONE_KHR);
+    resources_map_memory(device.resources, memory(1), 0x4000, sizeof(mapped), mapped);
+    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    info.scratchData.hostAddress = (void *)other;
+    BUILD(.command = COMMAND_HOST, .info = &info, .ranges = &two);
+    expect_host(
+        "vkBuildAccelerationStructuresKHR*1+0\n H> dst accel1 0:100\n"
+        " H< vertices memory0 4008:4050\n");
+    info.scratchData.hostAddress = (void *)mapped;
+    BUILD(.command = COMMAND_HOST, .info = &info, .ranges = &none);
+    expect_host(
+        "vkBuildAccelerationStructuresKHR*1+0\n H> dst accel1 0:100\n"
+        " H> scratch memory0 4000:4040\n");
+}
+
+RECORDING_TEST(positions_and_labels_of_calls)
+{
+    const VkAccelerationStructureGeometryKHR geometry =
+        TRIANGLES(.indexType = VK_INDEX_TYPE_NONE_KHR);
+    struct label_stack *labels = command_buffers_labels(device.command_buffers, handle(1));
+    label_stack_push(labels, &MAKE(VkDebugUtilsLabelEXT, .pLabelName = "frame"));
+    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    BUILD(.info = &info, .ranges = &none);
+    info.dstAccelerationStructure = accel(2);
+    BUILD(.info = &info, .ranges = &none);
+    expect("vkCmdBuildAccelerationStructuresKHR*1+0 labels\n" DST_AND_SCRATCH
+           "vkCmdBuildAccelerationStructuresKHR*1+1 labels\n B> dst accel2 200:300\n"
+           " B> scratch buffer2 1800:1840\n");
+}
+
+RECORDING_TEST(a_skipped_call_leaves_nothing)
+{
+    const VkAccelerationStructureGeometryKHR geometry =
+        TRIANGLES(.indexType = VK_INDEX_TYPE_NONE_KHR);
+    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    BUILD(.info = &info, .ranges = &none);
+    BUILD(.info = &info, .ranges = &none, .skip = true);
+    expect(BUILD_OF DST_AND_SCRATCH);
+}
+
+/* The first byte of a structure is written in any case. */
+RECORDING_TEST(unknown_sizes)
+{
+    const VkAccelerationStructureGeometryKHR geometry =
+        TRIANGLES(.indexType = VK_INDEX_TYPE_NONE_KHR);
+    const VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    device.facts.limits.maxGeometryCount = 0;
+    BUILD(.info = &info, .ranges = &none);
+    expect(BUILD_OF " B> dst accel1 0:1\n");
+}
+
+/* Memory that cannot be told: unbound, of several instances, freed. */
+RECORDING_TEST(unknown_memory_is_not_accessed)
+{
+    const VkAccelerationStructureGeometryKHR geometry =
+        TRIANGLES(.indexType = VK_INDEX_TYPE_NONE_KHR);
+    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    info.dstAccelerationStructure = accel(3);
+    have_accel(device.resources, 3, 3, 0, 0x200);
+    BUILD(.info = &info, .ranges = &none);
+    expect(BUILD_OF " B> scratch buffer2 1800:1840\n");
+    resources_add_memory(device.resources, memory(2), 1 << 20, 0, true);
+    bind_at(device.resources, 3, 2, 0);
+    BUILD(.info = &info, .ranges = &none);
+    expect(BUILD_OF " B> scratch buffer2 1800:1840\n");
+    resources_remove_memory(device.resources, memory(1));
+    info.dstAccelerationStructure = accel(1);
+    BUILD(.info = &info, .ranges = &none);
+    expect(BUILD_OF);
+}
+
+/* A handle that is used again has another id. */
+RECORDING_TEST(ids_of_memory_are_never_reused)
+{
+    struct hazard_list *list = hazard_list_create(journal_release);
+    uint64_t first = hazard_list_memory_id(list, device.resources, memory(1));
+    assert_int_equal(hazard_list_memory_id(list, device.resources, memory(1)), first);
+    assert_int_equal(hazard_list_memory_id(list, device.resources, VK_NULL_HANDLE), 0);
+    resources_remove_memory(device.resources, memory(1));
+    assert_int_equal(hazard_list_memory_id(list, device.resources, memory(1)), 0);
+    have_memory(device.resources, 1);
+    assert_int_not_equal(hazard_list_memory_id(list, device.resources, memory(1)), first);
+    hazard_list_destroy(list);
+}
+
+/* ---- VK_NV_ray_tracing */
+
+static VkAccelerationStructureNV nv(unsigned n)
+{
+    return (VkAccelerationStructureNV)(uintptr_t)(0x400 + n);
+}
+
+/* Structures 1 and 2, of 0x100 bytes each, in memory 1 from 0x8000 on. */
+static void have_nv(unsigned n)
+{
+    const struct nv_size_facts sizes = {true, 0x100, 0x40, 0x20};
+    resources_add_nv_accel(device.resources, nv(n), NULL, &sizes);
+    resources_bind_nv_accel(device.resources, nv(n), memory(1), 0x8000 + n * 0x100, false);
+}
+
+static bool never(void *user, enum resource_kind kind, uint64_t object)
+{
+    return false;
+}
+
+static void build_nv(const VkAccelerationStructureInfoNV *info, bool update, unsigned src)
+{
+    static const bool active[RULE_COUNT];
+    struct readable_cache readable = {0};
+    struct build_call call;
+    struct nv_call_view view = {.call = &call.view,
+                                .info_argument = info,
+                                .instance_data = buffer(1),
+                                .instance_offset = 64,
+                                .update = update,
+                                .dst = nv(1),
+                                .src = src ? nv(src) : VK_NULL_HANDLE,
+                                .scratch = buffer(2),
+                                .scratch_offset = 0x800};
+    struct check_context context = {.hooks = &(struct check_hooks){.of_another_device = never},
+                                    .recorder = hazards_build_recorder(),
+                                    .user = &call,
+                                    .level = LEVEL_EXECUTION,
+                                    .active = active,
+                                    .readable = &readable,
+                                    .resources = device.resources};
+    build_call_start_recorded(&call, &device, COMMAND_NV, handle(1));
+    call.view.info_count = 0;
+    check_nv_build(&context, &view);
+}
+
+#define NV_BUILD "vkCmdBuildAccelerationStructureNV"
+
+RECORDING_TEST(nv_builds)
+{
+    const VkGeometryNV geometries[] = {
+        MAKE(VkGeometryNV, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
+             .geometry.triangles =
+                 MAKE(VkGeometryTrianglesNV, .vertexData = buffer(1), .vertexCount = 3,
+                      .vertexStride = 12, .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                      .indexData = buffer(2), .indexCount = 3, .indexType = VK_INDEX_TYPE_UINT32,
+                      .transformData = buffer(2), .transformOffset = 0x100)),
+        MAKE(VkGeometryNV, .geometryType = VK_GEOMETRY_TYPE_AABBS_NV,
+             .geometry.aabbs = MAKE(VkGeometryAABBNV, .aabbData = buffer(1), .numAABBs = 2,
+                                    .stride = 32, .offset = 0x40))};
+    VkAccelerationStructureInfoNV info =
+        MAKE(VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+             .geometryCount = 2, .pGeometries = geometries);
+    have_nv(1);
+    have_nv(2);
+    build_nv(&info, true, 2);
+    expect(NV_BUILD
+           "\n B> dst nv1 8100:8200\n B< src nv2 8200:8300\n"
+           " B> scratch buffer2 1800:1820\n B<shader vertices buffer1 0:24\n"
+           " B<shader indices buffer2 1000:100c\n"
+           " B<shader transform buffer2 1100:1130\n"
+           " B<shader boxes buffer1 40:58 0.1\n B<shader boxes buffer1 60:78 0.1\n");
+    info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV;
+    info.geometryCount = 0;
+    info.instanceCount = 2;
+    build_nv(&info, false, 0);
+    expect(NV_BUILD
+           "!\n B> dst nv1 8100:8200\n B> scratch buffer2 1800:1840\n"
+           " B<shader instances buffer1 40:c0\n");
+}
+
+/* ---- extensions */
+
+static void enable_extensions(void)
+{
+    device_open();
+    device.facts.dense_geometry_format = true;
+    device.facts.extension.adds_to_inputs = true;
+    device.facts.extension.dense_geometry_format_amdx = true;
+    device.facts.extension.motion_blur_nv = true;
+}
+
+static void build_bottom(const VkAccelerationStructureGeometryKHR *geometry,
+                         const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    const VkAccelerationStructureBuildGeometryInfoKHR info = info_of(geometry);
+    BUILD(.info = &info, .ranges = range);
+}
+
+TEST_BETWEEN(motion, enable_extensions, device_close)
+{
+    const VkAccelerationStructureGeometryMotionTrianglesDataNV data =
+        MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
+             .vertexData.deviceAddress = BUFFERS + 0x800);
+    const VkAccelerationStructureGeometryKHR geometry =
+        TRIANGLES(.pNext = &data, .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                  .vertexData.deviceAddress = INPUT, .vertexStride = 12, .maxVertex = 99,
+                  .indexType = VK_INDEX_TYPE_NONE_KHR);
+    build_bottom(&geometry, &two);
+    expect(
+        BUILD_OF
+        " B<shader vertices buffer2 1000:1048\n B<shader other buffer1 800:848\n" DST_AND_SCRATCH);
+}
+
+/* A chain that cannot be read is not followed. */
+TEST_BETWEEN(dense_geometries, enable_extensions, device_close)
+{
+    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX data =
+        MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
+             .compressedData.deviceAddress = INPUT, .dataSize = 0x40, .numTriangles = 1,
+             .numVertices = 3, .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX);
+    VkAccelerationStructureGeometryKHR geometry = TRIANGLES(.pNext = NULL);
+    geometry.geometryType = VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
+    geometry.pNext = &data;
+    build_bottom(&geometry, &none);
+    expect(BUILD_OF " B<shader other buffer2 1000:1040\n" DST_AND_SCRATCH);
+    geometry.pNext = (const void *)(uintptr_t)16;
+    build_bottom(&geometry, &none);
+    expect(BUILD_OF " B> dst accel1 0:1\n");
+}
+
+/* The first byte, of structures that are micromaps, too; once for consecutive geometries. */
+RECORDING_TEST(attached_micromaps)
+{
+    struct micromap_use items[] = {{.handle = 0x301, .accel = accel_facts(device.resources, 1)},
+                                   {.handle = 0x301, .accel = accel_facts(device.resources, 1)},
+                                   {.handle = 0x701, .is_ext = true, .geometry = 1},
+                                   {.handle = 0}};
+    struct micromap_uses uses = {.items = items, .count = 4};
+    const VkAccelerationStructureBuildGeometryInfoKHR info =
+        MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .geometryCount = 0);
+    struct build_call call;
+    const struct build_view view = {.call = &call.view, .info = &info, .micromaps = &uses};
+    resources_add_micromap(
+        device.resources, (VkMicromapEXT)(uintptr_t)0x701,
+        &MAKE(VkMicromapCreateInfoEXT, .buffer = buffer(2), .offset = 0x100, .size = 0x80));
+    build_call_start_recorded(&call, &device, COMMAND_DEVICE, handle(1));
+    call.view.info_count = 1;
+    hazards_build_recorder()->record_build(&call, &view, NULL);
+    expect(BUILD_OF " B< micromap accel1 0:1\n B<micromap micromap micromap1 1100:1101 0.1\n");
+}

@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What hazard lists have of commands other than builds. */
+#include "tests/recording/device.h"
+
+#include "layer/hazards/objects.h"
+
+/* A command that is recorded also goes on, once. */
+#define CALL(...)                                                                                  \
+    do {                                                                                           \
+        forwarded = 0;                                                                             \
+        hazards_##__VA_ARGS__;                                                                     \
+        assert_int_equal(forwarded, 1);                                                            \
+    } while (0)
+
+/* ---- transfers */
+
+RECORDING_TEST(copies_of_buffers)
+{
+    const VkBufferCopy regions[] = {{0, 0x10, 0x20}, {0xff0, 0, 0x20}};
+    const VkBufferCopy2 region = MAKE(VkBufferCopy2, .srcOffset = 4, .dstOffset = 8, .size = 4);
+    const VkCopyBufferInfo2 info =
+        MAKE(VkCopyBufferInfo2, .srcBuffer = buffer(1), .dstBuffer = buffer(2), .regionCount = 1,
+             .pRegions = &region);
+    CALL(CmdCopyBuffer(handle(1), buffer(1), buffer(2), 2, regions));
+    expect(
+        "vkCmdCopyBuffer\n C< src buffer1 0:20\n C> dst buffer2 1010:1030\n"
+        " C< src buffer1 ff0:1000\n C> dst buffer2 1000:1020\n");
+    CALL(CmdCopyBuffer(handle(1), buffer(3), buffer(2), 1, regions));
+    expect("vkCmdCopyBuffer\n C> dst buffer2 1010:1030\n");
+    CALL(CmdCopyBuffer2(handle(1), &info));
+    CALL(CmdCopyBuffer2KHR(handle(1), &info));
+    expect(
+        "vkCmdCopyBuffer2\n C< src buffer1 4:8\n C> dst buffer2 1008:100c\n"
+        "vkCmdCopyBuffer2KHR\n C< src buffer1 4:8\n C> dst buffer2 1008:100c\n");
+}
+
+#define IMAGE ((VkImage)(uintptr_t)0x501)
+#define LAYERS(aspect, count)                                                                      \
+    {                                                                                              \
+        .aspectMask = VK_IMAGE_ASPECT_##aspect##_BIT, .layerCount = count                          \
+    }
+
+static void copy_region(VkImageAspectFlags aspect, uint32_t row_length, uint32_t height,
+                        uint32_t layers)
+{
+    const VkBufferImageCopy region = {.bufferOffset = 0x10,
+                                      .bufferRowLength = row_length,
+                                      .bufferImageHeight = height,
+                                      .imageSubresource = {aspect, 0, 0, layers},
+                                      .imageExtent = {4, 2, 1}};
+    CALL(CmdCopyImageToBuffer(handle(1), IMAGE, VK_IMAGE_LAYOUT_GENERAL, buffer(2), 1, &region));
+}
+
+RECORDING_TEST(copies_of_images)
+{
+    static const VkImageCreateInfo image = {.format = VK_FORMAT_R8G8B8A8_UNORM};
+    VkImage created = IMAGE;
+    CALL(CreateImage(NULL, &image, NULL, &created));
+    copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 2);
+    expect("vkCmdCopyImageToBuffer\n C> dst buffer2 1010:1050\n");
+    copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 5, 0, 1);
+    expect("vkCmdCopyImageToBuffer\n C> dst buffer2 1010:1020\n C> dst buffer2 1024:1034\n");
+    copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 0, 3, 2);
+    expect("vkCmdCopyImageToBuffer\n C> dst buffer2 1010:1020\n C> dst buffer2 1050:1060\n");
+    copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, VK_REMAINING_ARRAY_LAYERS);
+    copy_region(VK_IMAGE_ASPECT_DEPTH_BIT, 0, 0, 1);
+    CALL(DestroyImage(NULL, IMAGE, NULL));
+    copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1);
+    expect("vkCmdCopyImageToBuffer\nvkCmdCopyImageToBuffer\nvkCmdCopyImageToBuffer\n");
+}
+
+RECORDING_TEST(other_copies_of_images)
+{
+    const VkBufferImageCopy region = {.imageSubresource = LAYERS(COLOR, 1),
+                                      .imageExtent = {4, 4, 1}};
+    const VkBufferImageCopy2 region2 =
+        MAKE(VkBufferImageCopy2, .imageSubresource = LAYERS(COLOR, 1), .imageExtent = {4, 4, 1});
+    const VkCopyImageToBufferInfo2 to_buffer =
+        MAKE(VkCopyImageToBufferInfo2, .srcImage = IMAGE, .dstBuffer = buffer(2), .regionCount = 1,
+             .pRegions = &region2);
+    const VkCopyBufferToImageInfo2 to_image =
+        MAKE(VkCopyBufferToImageInfo2, .srcBuffer = buffer(1), .dstImage = IMAGE, .regionCount = 1,
+             .pRegions = &region2);
+    hazard_objects_add_image(device.hazard_objects, IMAGE, VK_FORMAT_BC1_RGB_UNORM_BLOCK);
+    CALL(CmdCopyBufferToImage(handle(1), buffer(1), IMAGE, VK_IMAGE_LAYOUT_GENERAL, 1, &region));
+    CALL(CmdCopyImageToBuffer2(handle(1), &to_buffer));
+    CALL(CmdCopyImageToBuffer2KHR(handle(1), &to_buffer));
+    CALL(CmdCopyBufferToImage2(handle(1), &to_image));
+    CALL(CmdCopyBufferToImage2KHR(handle(1), &to_image));
+    expect(
+        "vkCmdCopyBufferToImage\n C< src buffer1 0:8\n"
+        "vkCmdCopyImageToBuffer2\n C> dst buffer2 1000:1008\n"
+        "vkCmdCopyImageToBuffer2KHR\n C> dst buffer2 1000:1008\n"
+        "vkCmdCopyBufferToImage2\n C< src buffer1 0:8\n"
+        "vkCmdCopyBufferToImage2KHR\n C< src buffer1 0:8\n");
+}
+
+RECORDING_TEST(fills_and_updates)
+{
+    CALL(CmdFillBuffer(handle(1), buffer(1), 4, 8, 0));
+    CALL(CmdUpdateBuffer(handle(1), buffer(1), 8, 12, ""));
+    have_buffer(device.resources, 4, 0x13, 0);
+    bind_at(device.resources, 4, 1, 0x5000);
+    CALL(CmdFillBuffer(handle(1), buffer(4), 4, VK_WHOLE_SIZE, 0));
+    CALL(CmdFillBuffer(handle(1), buffer(3), 4, VK_WHOLE_SIZE, 0));
+    expect(
+        "vkCmdFillBuffer\n F> dst buffer1 4:c\nvkCmdUpdateBuffer\n F> dst buffer1 8:14\n"
+        "vkCmdFillBuffer\n F> dst buffer4 5004:5010\nvkCmdFillBuffer\n");
+}
+
+RECORDING_TEST(commands_with_addresses)
+{
+    const VkDeviceAddressRangeKHR range = {BUFFERS + 0x1000, 8};
+    const VkDeviceMemoryCopyKHR copy =
+        MAKE(VkDeviceMemoryCopyKHR, .srcRange = {BUFFERS, 4}, .dstRange = {BUFFERS + 0x1004, 4});
+    const VkCopyDeviceMemoryInfoKHR info =
+        MAKE(VkCopyDeviceMemoryInfoKHR, .regionCount = 1, .pRegions = &copy);
+    CALL(CmdCopyMemoryKHR(handle(1), &info));
+    CALL(CmdFillMemoryKHR(handle(1), &range, 0, 0));
+    CALL(CmdUpdateMemoryKHR(handle(1), &range, 0, 4, ""));
+    expect(
+        "vkCmdCopyMemoryKHR\n C< src buffer1 0:4\n C> dst buffer2 1004:1008\n"
+        "vkCmdFillMemoryKHR\n F> dst buffer2 1000:1008\n"
+        "vkCmdUpdateMemoryKHR\n F> dst buffer2 1000:1004\n");
+}
+
+static void copy_results(VkQueryPool pool, uint32_t count, VkDeviceSize stride,
+                         VkQueryResultFlags flags)
+{
+    CALL(CmdCopyQueryPoolResults(handle(1), pool, 0, count, buffer(1), 0x10, stride, flags));
+}
+
+RECORDING_TEST(results_of_queries)
+{
+    const VkQueryPool known = (VkQueryPool)(uintptr_t)0x601, other = (VkQueryPool)(uintptr_t)0x602;
+    const VkQueryResultFlags wait = VK_QUERY_RESULT_WAIT_BIT, wide = VK_QUERY_RESULT_64_BIT,
+                             available = VK_QUERY_RESULT_WITH_AVAILABILITY_BIT;
+    query_pools_add(device.query_pools, known, 2);
+    copy_results(other, 2, 4, wait);
+    expect("vkCmdCopyQueryPoolResults\n C> dst buffer1 10:18\n");
+    copy_results(other, 2, 32, wait | wide | available);
+    expect("vkCmdCopyQueryPoolResults\n C> dst buffer1 10:20\n C> dst buffer1 30:40\n");
+    copy_results(known, 1, 0, wide | available);
+    expect("vkCmdCopyQueryPoolResults\n C> dst buffer1 18:20\n");
+    copy_results(other, 1, 0, available);
+    copy_results(known, 1, 0, 0);
+    copy_results(known, 0, 0, wait);
+    expect("vkCmdCopyQueryPoolResults\nvkCmdCopyQueryPoolResults\nvkCmdCopyQueryPoolResults\n");
+}
+
+/* ---- structures and micromaps */
+
+RECORDING_TEST(copies_of_structures)
+{
+    const VkAccelerationStructureKHR accels[] = {accel(1), accel(2)};
+    CALL(CmdCopyAccelerationStructureKHR(
+        handle(1), &MAKE(VkCopyAccelerationStructureInfoKHR, .src = accel(1), .dst = accel(2))));
+    CALL(CmdCopyAccelerationStructureToMemoryKHR(
+        handle(1), &MAKE(VkCopyAccelerationStructureToMemoryInfoKHR, .src = accel(1),
+                         .dst.deviceAddress = BUFFERS + 0x1000)));
+    CALL(CmdCopyMemoryToAccelerationStructureKHR(
+        handle(1), &MAKE(VkCopyMemoryToAccelerationStructureInfoKHR, .dst = accel(2),
+                         .src.deviceAddress = BUFFERS + 0x1000)));
+    CALL(CmdWriteAccelerationStructuresPropertiesKHR(
+        handle(1), 2, accels, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+        VK_NULL_HANDLE, 0));
+    expect(
+        "vkCmdCopyAccelerationStructureKHR\n A< src accel1 0:200\n A> dst accel2 200:400\n"
+        "vkCmdCopyAccelerationStructureToMemoryKHR\n A< src accel1 0:200\n"
+        " A>transfer memory buffer2 1000:1038\n"
+        "vkCmdCopyMemoryToAccelerationStructureKHR\n A<transfer memory buffer2 1000:1038\n"
+        " A> dst accel2 200:400\n"
+        "vkCmdWriteAccelerationStructuresPropertiesKHR\n A< src accel1 0:200\n"
+        " A< src accel2 200:400\n");
+}
+
+RECORDING_TEST(copies_of_nv_structures)
+{
+    const VkAccelerationStructureNV nv[] = {(VkAccelerationStructureNV)(uintptr_t)0x401,
+                                            (VkAccelerationStructureNV)(uintptr_t)0x402};
+    for (unsigned i = 0; i < 2; i++) {
+        resources_add_nv_accel(device.resources, nv[i], NULL,
+                               &(struct nv_size_facts){true, 0x100, 0, 0});
+        resources_bind_nv_accel(device.resources, nv[i], memory(1), i * 0x100, false);
+    }
+    CALL(CmdCopyAccelerationStructureNV(handle(1), nv[0], nv[1],
+                                        VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
+    CALL(CmdWriteAccelerationStructuresPropertiesNV(
+        handle(1), 1, nv, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV, VK_NULL_HANDLE,
+        0));
+    expect(
+        "vkCmdCopyAccelerationStructureNV\n A< src nv2 100:200\n A> dst nv1 0:100\n"
+        "vkCmdWriteAccelerationStructuresPropertiesNV\n A< src nv1 0:100\n");
+}
+
+RECORDING_TEST(host_copies_of_structures)
+{
+    static char mapped[0x1000];
+    const VkAccelerationStructureKHR structure = accel(1);
+    resources_map_memory(device.resources, memory(1), 0x4000, VK_WHOLE_SIZE, mapped);
+    CALL(CopyAccelerationStructureKHR(
+        NULL, VK_NULL_HANDLE,
+        &MAKE(VkCopyAccelerationStructureInfoKHR, .src = accel(1), .dst = accel(2))));
+    expect_host("vkCopyAccelerationStructureKHR\n H< src accel1 0:200\n H> dst accel2 200:400\n");
+    CALL(CopyAccelerationStructureToMemoryKHR(NULL, VK_NULL_HANDLE,
+                                              &MAKE(VkCopyAccelerationStructureToMemoryInfoKHR,
+                                                    .src = accel(1), .dst.hostAddress = mapped)));
+    expect_host(
+        "vkCopyAccelerationStructureToMemoryKHR\n H< src accel1 0:200\n"
+        " H> memory memory0 4000:4038\n");
+    CALL(CopyMemoryToAccelerationStructureKHR(NULL, VK_NULL_HANDLE,
+                                              &MAKE(VkCopyMemoryToAccelerationStructureInfoKHR,
+                                                    .dst = accel(1), .src.hostAddress = mapped)));
+    expect_host(
+        "vkCopyMemoryToAccelerationStructureKHR\n H< memory memory0 4000:4038\n"
+        " H> dst accel1 0:200\n");
+    CALL(WriteAccelerationStructuresPropertiesKHR(
+        NULL, 1, &structure, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, 8, mapped,
+        8));
+    expect_host("vkWriteAccelerationStructuresPropertiesKHR\n H< src accel1 0:200\n");
+}
+
+static void micromap_sizes(VkDevice of, VkAccelerationStructureBuildTypeKHR type,
+                           const VkMicromapBuildInfoEXT *info, VkMicromapBuildSizesInfoEXT *sizes)
+{
+    sizes->micromapSize = 0x40;
+    sizes->buildScratchSize = 0x10;
+}
+
+RECORDING_TEST(micromaps)
+{
+    const VkMicromapEXT one = (VkMicromapEXT)(uintptr_t)0x701;
+    const VkMicromapUsageEXT usage = {.count = 2};
+    const VkMicromapBuildInfoEXT build =
+        MAKE(VkMicromapBuildInfoEXT, .dstMicromap = one, .usageCountsCount = 1,
+             .pUsageCounts = &usage, .scratchData.deviceAddress = BUFFERS + 0x1000,
+             .triangleArray.deviceAddress = BUFFERS, .triangleArrayStride = 8);
+    resources_add_micromap(
+        device.resources, one,
+        &MAKE(VkMicromapCreateInfoEXT, .buffer = buffer(2), .offset = 0x100, .size = 0x80));
+    device.vk.GetMicromapBuildSizesEXT = micromap_sizes;
+    CALL(CmdBuildMicromapsEXT(handle(1), 1, &build));
+    CALL(CmdCopyMicromapEXT(handle(1),
+                            &MAKE(VkCopyMicromapInfoEXT, .src = one, .dst = VK_NULL_HANDLE)));
+    CALL(CmdCopyMemoryToMicromapEXT(
+        handle(1), &MAKE(VkCopyMemoryToMicromapInfoEXT, .dst = one, .src.deviceAddress = BUFFERS)));
+    CALL(CmdCopyMicromapToMemoryEXT(
+        handle(1), &MAKE(VkCopyMicromapToMemoryInfoEXT, .src = one, .dst.deviceAddress = BUFFERS)));
+    CALL(CmdWriteMicromapsPropertiesEXT(
+        handle(1), 1, &one, VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT, VK_NULL_HANDLE, 0));
+    expect(
+        "vkCmdBuildMicromapsEXT\n M> dst micromap1 1100:1140\n M> scratch buffer2 1000:1010\n"
+        " M<shader other buffer1 0:10\nvkCmdCopyMicromapEXT\n M< src micromap1 1100:1180\n"
+        "vkCmdCopyMemoryToMicromapEXT\n M<transfer memory buffer1 0:20\n"
+        " M> dst micromap1 1100:1180\nvkCmdCopyMicromapToMemoryEXT\n"
+        " M< src micromap1 1100:1180\n M>transfer memory buffer1 0:20\n"
+        "vkCmdWriteMicromapsPropertiesEXT\n M< src micromap1 1100:1180\n");
+    CALL(BuildMicromapsEXT(NULL, VK_NULL_HANDLE, 1, &build));
+    expect_host("vkBuildMicromapsEXT\n H> dst micromap1 1100:1140\n");
+    CALL(CopyMicromapEXT(NULL, VK_NULL_HANDLE, &MAKE(VkCopyMicromapInfoEXT, .dst = one)));
+    expect_host("vkCopyMicromapEXT\n H> dst micromap1 1100:1180\n");
+}

@@ -1,0 +1,384 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The device, what its commands go on to, and lists as text. */
+#include "tests/recording/device.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "layer/hazards/objects.h"
+#include "layer/intercepts/build_notes.h"
+#include "layer/intercepts/call_sites.h"
+#include "layer/intercepts/host_work.h"
+#include "layer/intercepts/intercepts.h"
+#include "layer/intercepts/journal_access.h"
+
+struct layer_device device;
+uint32_t forwarded;
+static struct journal *host_journal;
+static struct hazard_list *next_hazards;
+
+/* ---- the rest of the layer */
+
+struct layer_device *layer_find_device(const void *dispatchable)
+{
+    return &device;
+}
+
+struct layer_device *layer_find_recording_device(VkCommandBuffer command_buffer)
+{
+    return command_buffer ? &device : NULL;
+}
+
+struct layer_device *layer_find_build_device(VkCommandBuffer command_buffer)
+{
+    return layer_find_recording_device(command_buffer);
+}
+
+struct layer_device *layer_find_reporting_device(const void *dispatchable)
+{
+    return NULL;
+}
+
+bool layer_other_device_has(const struct layer_device *of, enum resource_kind kind, uint64_t object)
+{
+    return false;
+}
+
+const struct call_site *call_site_of_thread(void)
+{
+    return NULL;
+}
+
+struct command_buffer *layer_find_recording(const struct layer_device *of, VkCommandBuffer recorded)
+{
+    struct command_buffer *found = command_buffers_find(of->command_buffers, recorded);
+    return found && found->journal ? found : NULL;
+}
+
+void nv_record_build(void *user, const struct nv_call_view *view) {}
+void nv_record_input(void *user, uint32_t geometry, enum input_role role,
+                     const struct buffer_facts *facts)
+{
+}
+
+void host_work_set_hazards(struct hazard_list *hazards)
+{
+    next_hazards = hazards;
+}
+
+struct host_work host_work_begin(struct layer_device *of)
+{
+    return (struct host_work){.device = of};
+}
+
+bool host_work_prepare(struct host_work *work, bool skip)
+{
+    return skip;
+}
+
+VkResult host_work_finish(struct host_work *work, VkDeferredOperationKHR operation, VkResult result)
+{
+    return result;
+}
+
+static VkResult nothing(void)
+{
+    forwarded++;
+    return VK_SUCCESS;
+}
+
+#pragma GCC diagnostic ignored "-Wattribute-alias"
+#define STUB(name)                                                                                 \
+    extern __typeof__(*(PFN_vk##name)0) assay_##name __attribute__((alias("nothing")));
+STUB(CmdSetEvent)
+STUB(CmdSetEvent2)
+STUB(CmdSetEvent2KHR)
+STUB(CmdResetEvent)
+STUB(CmdResetEvent2)
+STUB(CmdResetEvent2KHR)
+STUB(CmdWaitEvents)
+STUB(CmdWaitEvents2)
+STUB(CmdWaitEvents2KHR)
+STUB(CmdExecuteCommands)
+STUB(CmdBeginRenderPass)
+STUB(CmdBeginRenderPass2)
+STUB(CmdBeginRenderPass2KHR)
+STUB(CmdEndRenderPass)
+STUB(CmdEndRenderPass2)
+STUB(CmdEndRenderPass2KHR)
+STUB(CmdCopyAccelerationStructureKHR)
+STUB(CmdCopyAccelerationStructureNV)
+STUB(CmdCopyMemoryToAccelerationStructureKHR)
+STUB(CmdWriteAccelerationStructuresPropertiesKHR)
+STUB(CopyAccelerationStructureKHR)
+STUB(CopyMemoryToAccelerationStructureKHR)
+STUB(WriteAccelerationStructuresPropertiesKHR)
+STUB(CmdBuildMicromapsEXT)
+STUB(CmdCopyMicromapEXT)
+STUB(CmdCopyMemoryToMicromapEXT)
+STUB(BuildMicromapsEXT)
+STUB(CopyMicromapEXT)
+
+/* ---- the device */
+
+static void have_bound_buffer(unsigned n, VkDeviceSize offset)
+{
+    have_buffer(device.resources, n, 0x1000, 0);
+    bind_at(device.resources, n, 1, offset);
+    resources_set_address(device.resources, buffer(n), BUFFERS + offset);
+}
+
+void device_open(void)
+{
+    device = (struct layer_device){.finds_hazards = true,
+                                   .level = LEVEL_EXECUTION,
+                                   .queue_family_count = 2,
+                                   .hazard_objects = hazard_objects_create()};
+    void **commands = (void **)&device.vk;
+    for (size_t i = 0; i < sizeof(device.vk) / sizeof(*commands); i++)
+        commands[i] = (void *)nothing;
+    device.facts.extension.acceleration_structure = true;
+    device.facts.extension.ray_tracing_nv = true;
+    device.facts.limits.maxGeometryCount = device.facts.limits.maxPrimitiveCount = 100;
+    device.command_buffers = some_command_buffers();
+    device.resources = no_resources();
+    assert_int_equal(query_pools_create(&device.query_pools), VK_SUCCESS);
+    have_memory(device.resources, 1);
+    have_bound_buffer(1, 0);
+    have_bound_buffer(2, 0x1000);
+    have_buffer(device.resources, 3, 0x1000, 0);
+    have_accel(device.resources, 1, 1, 0, 0x200);
+    have_accel(device.resources, 2, 1, 0x200, 0x200);
+    begin(device.command_buffers, 1);
+}
+
+void device_close(void)
+{
+    command_buffers_destroy(device.command_buffers);
+    resources_destroy(device.resources);
+    query_pools_destroy(device.query_pools);
+    hazard_objects_destroy(device.hazard_objects);
+    hazard_list_destroy(next_hazards);
+    journal_release(host_journal);
+    next_hazards = NULL;
+    host_journal = NULL;
+}
+
+/* ---- lists as text */
+
+static char list_text[8192];
+static size_t length;
+
+__attribute__((format(printf, 1, 2))) static void print(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    length += (size_t)vsnprintf(list_text + length, sizeof(list_text) - length, format, arguments);
+    va_end(arguments);
+    assert_true(length < sizeof(list_text));
+}
+
+static void print_stages(stage_set stages)
+{
+    if (stages == ALL_SYNC_STAGES) {
+        print("*");
+        return;
+    }
+    for (int i = 0; i < SYNC_ACCESS_STAGES; i++)
+        if (stages & 1u << i)
+            print("%c", "BACFMH"[i]);
+}
+
+static void print_kinds(kind_set kinds)
+{
+    if (kinds == (1u << ACCESS_KINDS) - 1) {
+        print("*");
+        return;
+    }
+    for (int i = 0; i < ACCESS_KINDS; i++)
+        if (kinds & 1u << i)
+            print("%c", 'a' + i);
+}
+
+static void print_barrier(const struct hazard_item *item)
+{
+    print("barrier ");
+    if (item->count)
+        print("%u ", item->count);
+    print_stages(item->dependency.src);
+    print(":");
+    print_kinds(item->dependency.src_kinds);
+    print(">");
+    print_stages(item->dependency.dst);
+    print(":");
+    print_kinds(item->dependency.dst_kinds);
+    if (item->is_global)
+        print(" all");
+    else if (item->bytes.memory)
+        print(" %llx:%llx", (unsigned long long)item->bytes.begin,
+              (unsigned long long)item->bytes.end);
+    print(item->is_acquisition ? " acquire\n" : "\n");
+}
+
+/* The last digit of a handle is its number. */
+static unsigned number_of(uint64_t object)
+{
+    return (unsigned)(object & 0xf);
+}
+
+static const char *type_name(VkObjectType type)
+{
+    switch ((int)type) {
+    case VK_OBJECT_TYPE_BUFFER:
+        return "buffer";
+    case VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR:
+        return "accel";
+    case VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV:
+        return "nv";
+    case VK_OBJECT_TYPE_MICROMAP_EXT:
+        return "micromap";
+    default:
+        return "memory";
+    }
+}
+
+static void print_access(const struct hazard_item *item)
+{
+    static const char *const kinds[ACCESS_KINDS] = {
+        "B<",         "B>",         "B<shader",   "B<indirect", "B<micromap", "A<", "A>",
+        "A<transfer", "A>transfer", "C<",         "C>",         "F>",         "M<", "M>",
+        "M<shader",   "M<transfer", "M>transfer", "H<",         "H>"};
+    static const char *const roles[HAZARD_ROLES] = {
+        "dst",       "src",      "scratch", "vertices", "indices",  "transform", "boxes",
+        "instances", "pointers", "other",   "ranges",   "micromap", "reference", "memory"};
+    print(" %s %s %s%u %llx:%llx", kinds[item->access], roles[item->role],
+          type_name(item->object_type), number_of(item->object),
+          (unsigned long long)item->bytes.begin, (unsigned long long)item->bytes.end);
+    if (item->info || item->geometry)
+        print(" %u.%u", item->info, item->geometry);
+    print("\n");
+}
+
+static void print_item(const struct hazard_item *item)
+{
+    switch (item->kind) {
+    case HAZARD_COMMAND:
+        print("%s", item->command);
+        if (item->info)
+            print("*%u+%u", item->info, item->geometry);
+        print("%s%s\n", item->reads_references ? "!" : "", item->labels ? " labels" : "");
+        break;
+    case HAZARD_ACCESS:
+        print_access(item);
+        break;
+    case HAZARD_BARRIER:
+        print_barrier(item);
+        break;
+    case HAZARD_SET_EVENT:
+        print("set %u ", number_of(item->object));
+        print_stages(item->dependency.src);
+        print("\n");
+        break;
+    case HAZARD_RESET_EVENT:
+        print("reset %u\n", number_of(item->object));
+        break;
+    case HAZARD_WAIT_EVENT:
+        print("wait %u*%u\n", number_of(item->object), item->count);
+        break;
+    case HAZARD_EXECUTE:
+        print("execute %u\n", number_of((uint64_t)(uintptr_t)item->secondary->command_buffer));
+        break;
+    }
+}
+
+static void expect_list(const struct hazard_list *list, const char *expected)
+{
+    struct chunk_place place = {NULL, NULL};
+    length = 0;
+    list_text[0] = '\0';
+    for (const struct hazard_item *item; list && (item = hazard_list_next(list, &place));)
+        print_item(item);
+    assert_string_equal(list_text, expected);
+}
+
+void expect_journal(const struct journal *journal, const char *expected)
+{
+    expect_list(journal->hazards, expected);
+}
+
+void expect(const char *expected)
+{
+    struct command_buffer *command_buffer = command_buffers_find(device.command_buffers, handle(1));
+    expect_journal(command_buffer->journal, expected);
+    begin(device.command_buffers, 1);
+}
+
+void expect_host(const char *expected)
+{
+    expect_list(host_journal ? host_journal->hazards : next_hazards, expected);
+    hazard_list_destroy(next_hazards);
+    journal_release(host_journal);
+    next_hazards = NULL;
+    host_journal = NULL;
+}
+
+/* ---- builds */
+
+static bool found(void *user, enum rule rule, const struct location *location,
+                  const struct finding *finding)
+{
+    return true;
+}
+
+static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                       const uint32_t *counts, VkAccelerationStructureBuildTypeKHR type,
+                       struct size_facts *sizes)
+{
+    *sizes = (struct size_facts){true, 0x100, 0x40, 0x20};
+}
+
+static enum tristate is_supported(void *user, VkFormat format)
+{
+    return YES;
+}
+
+static bool of_another_device(void *user, enum resource_kind kind, uint64_t object)
+{
+    return false;
+}
+
+void build(const struct build_parameters_of_call *parameters)
+{
+    static const bool active[RULE_COUNT];
+    static const struct check_hooks hooks = {.found = found,
+                                             .find_sizes = find_sizes,
+                                             .vertex_format_supported = is_supported,
+                                             .radius_format_supported = is_supported,
+                                             .of_another_device = of_another_device};
+    struct readable_cache readable = {0};
+    struct build_call call;
+    struct check_context context = {.hooks = &hooks,
+                                    .recorder = hazards_build_recorder(),
+                                    .user = &call,
+                                    .level = LEVEL_EXECUTION,
+                                    .active = active,
+                                    .readable = &readable,
+                                    .resources = device.resources};
+    if (parameters->command == COMMAND_HOST) {
+        build_call_start(&call, &device, COMMAND_HOST);
+        call.journal = host_journal = journal_create(VK_NULL_HANDLE);
+    } else {
+        build_call_start_recorded(&call, &device, parameters->command, handle(1));
+    }
+    call.view.info_count = 1;
+    call.view.infos = parameters->info;
+    call.view.build_ranges = &parameters->ranges;
+    call.view.indirect_addresses = &(VkDeviceAddress){BUFFERS + 0x1000};
+    call.view.indirect_strides = &parameters->stride;
+    call.view.max_primitive_counts = &(const uint32_t *){&parameters->max_count};
+    check_builds(&context, &call.view);
+    call.skip = parameters->skip;
+    build_call_settle_journal(&call);
+    if (!call.skip)
+        build_call_count_builds(&call, 1);
+}
