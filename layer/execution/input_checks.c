@@ -124,8 +124,7 @@ void input_checks_drop(struct input_checks *input_checks)
 
 static bool is_of(const struct noted_batch *batch, const struct batch_run *run)
 {
-    return batch && batch->timestamp.queue == run->timestamp.queue &&
-           batch->timestamp.count == run->timestamp.count;
+    return batch && timestamps_are_equal(batch->timestamp, run->timestamp);
 }
 
 /* The consumer's `run`. If the order is unknown, the states that builds found are unknown too, and

@@ -171,8 +171,7 @@ static bool was_seen(const struct pattern *pattern, const struct submitted_comma
 
 static bool is_of_batch(const struct pattern *pattern, const struct submitted_commands_entry *entry)
 {
-    return entry->timestamp.queue == pattern->timestamp.queue &&
-           entry->timestamp.count == pattern->timestamp.count;
+    return timestamps_are_equal(entry->timestamp, pattern->timestamp);
 }
 
 static bool is_of_call(const struct pattern *pattern, const struct submitted_commands_entry *entry)

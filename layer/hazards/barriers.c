@@ -71,7 +71,7 @@ static void add_execution(struct group *group, const struct dependency *dependen
 
 /* ---- buffer barriers */
 
-/* Of which transfers the commands of a queue family are a part. */
+/* The part of an ownership transfer that a command of a queue family executes. */
 enum transfer { NO_TRANSFER, RELEASE, ACQUISITION, UNKNOWN_TRANSFER };
 
 static enum transfer transfer_of(const struct hazard_recording *recording, uint32_t src,

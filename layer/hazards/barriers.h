@@ -18,7 +18,7 @@ void barriers_add(struct hazard_recording *recording, const struct barrier_param
 void barriers_add_wait(struct hazard_recording *recording, VkEvent event,
                        const struct barrier_parameters *parameters);
 
-/* The same for the commands of synchronization2. */
+/* For the commands of synchronization2. */
 void barriers_add_2(struct hazard_recording *recording, const VkDependencyInfo *info);
 void barriers_add_wait_2(struct hazard_recording *recording, VkEvent event,
                          const VkDependencyInfo *info);

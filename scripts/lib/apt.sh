@@ -131,7 +131,7 @@ line_for_suite() {
 }
 
 # suite_open SUITE [ARCHITECTURE | Sources]: prepares the functions below for SUITE of this Debian's archive.
-# Of another architecture than the machine's, packages can only be downloaded. With Sources, it prepares
+# Packages of another architecture than the machine's can only be downloaded. With Sources, it prepares
 # the source packages instead, for apt-get source with "${suite_only[@]}".
 suite_open() {
     local suite=$1 kind=Packages architecture='' entry release uri place

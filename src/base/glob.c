@@ -57,7 +57,7 @@ static const char *match_one(const char *glob, uint32_t character)
 
 bool glob_matches(const char *glob, const char *text)
 {
-    /* Behind the last star, and what it has covered so far ends here. */
+    /* The pattern behind the last star, and the end of the text that this star covers so far. */
     const char *behind_star = NULL, *covered = NULL;
     for (;;) {
         if (*glob == '*') {

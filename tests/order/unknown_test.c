@@ -56,7 +56,7 @@ TEST(a_missing_order_is_accepted)
     program_stop(&p);
 }
 
-/* Of a semaphore with many signals, the older half is taken as over. */
+/* If a semaphore has many signals, the older half counts as over. */
 TEST(test_old_signals_are_dropped)
 {
     const struct execution_clock *clock, none = {0};

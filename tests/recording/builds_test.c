@@ -140,7 +140,7 @@ RECORDING_TEST(indirect_builds)
         " B<indirect ranges buffer2 1000:1010\n" DST_AND_SCRATCH);
 }
 
-/* Of host memory, what is mapped device memory. */
+/* Host builds access host memory: only mapped device memory is recorded. */
 RECORDING_TEST(host_builds)
 {
     static const char mapped[0x1000], other[0x40];

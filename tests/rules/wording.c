@@ -110,7 +110,7 @@ static bool is_named(const struct play *play, const char *at)
     return false;
 }
 
-/* Of the case's first rule: messages of other rules name what other cases say. */
+/* Checks only messages of the case's first rule: other cases check those of other rules. */
 static bool names_nothing_else(const struct play *play, const struct message *message,
                                struct report *report)
 {

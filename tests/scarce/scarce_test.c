@@ -3,8 +3,8 @@
  * each time another of the layer's allocations fails. Whatever was lost, nothing crashes, nothing
  * leaks, and no message goes out that is not true.
  *
- * Of the allocations that the same calls lead to, the first and the last fail. With
- * ASSAY_SCARCE_ALL each one does: scripts/test --all.
+ * If several allocations have the same callers, only the first and the last of them fail. With
+ * ASSAY_SCARCE_ALL all of them do: scripts/test --all.
  *
  * Each life is a process, so that a crash tells which allocation it was. */
 #include <dlfcn.h>

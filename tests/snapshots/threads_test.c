@@ -106,8 +106,9 @@ static void lose_device(void)
     platform.null_driver.set_device_lost(true);
 }
 
-/* Of what may not have executed nothing is said but that, and nobody waits for it. A thread that
- * does not know of the loss yet submits again what for the layer has not completed. */
+/* The layer says only that these builds may not have executed, and nobody waits for them. A thread
+ * that does not know of the loss yet may submit a command buffer again before the layer has seen it
+ * complete. */
 TEST(test_lost_device)
 {
     if (!platform.is_null)

@@ -64,13 +64,12 @@ static struct hazard_batch_record *find(const struct hazard_checks *checks,
                                         struct timestamp timestamp)
 {
     struct hazard_batch_record *batch = checks->waiting;
-    while (batch &&
-           (batch->timestamp.queue != timestamp.queue || batch->timestamp.count != timestamp.count))
+    while (batch && !timestamps_are_equal(batch->timestamp, timestamp))
         batch = batch->next;
     return batch;
 }
 
-/* Of host work, only its end has a timestamp. If it failed, what it wrote is unknown. */
+/* Host work has a timestamp only at its end. If it failed, what it wrote is unknown. */
 static bool concerns(const struct hazard_checks *checks, const struct batch_run *run)
 {
     return checks && (run->work == WORK_OF_QUEUE || run->work == WORK_ENDS);
