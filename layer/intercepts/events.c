@@ -3,6 +3,7 @@
  * for them are recorded in journals. */
 #include "src/state/commands/events.h"
 
+#include "layer/execution/hazards/checks.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/intercepts/journal_access.h"
 #include "src/check/replay/replay.h"
@@ -26,6 +27,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyEvent(VkDevice device, VkEvent event,
 {
     struct layer_device *state = layer_find_device(device);
     events_remove(state->events, event);
+    hazard_checks_forget(state->hazard_checks, EVENT_DESTROYED, (uint64_t)(uintptr_t)event);
     state->vk.DestroyEvent(device, event, pAllocator);
 }
 

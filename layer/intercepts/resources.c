@@ -2,6 +2,7 @@
 /* Intercepts of memory, buffers, their bindings and addresses, and acceleration structures. */
 #include "src/state/resources/resources.h"
 
+#include "layer/execution/hazards/checks.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/intercepts.h"
@@ -59,6 +60,9 @@ VKAPI_ATTR void VKAPI_CALL assay_FreeMemory(VkDevice device, VkDeviceMemory memo
 {
     struct layer_device *state = layer_find_device(device);
     input_checks_deliver(state->input_checks);
+    if (state->hazard_checks)
+        hazard_checks_forget(state->hazard_checks, MEMORY_FREED,
+                             resources_find_memory_id(state->resources, memory));
     resources_remove_memory(state->resources, memory);
     object_names_set(state->names, VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)memory, NULL);
     state->vk.FreeMemory(device, memory, pAllocator);

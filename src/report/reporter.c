@@ -132,24 +132,52 @@ bool reporter_wants_difference(const struct reporter *reporter, enum difference 
     return duplicates_wanted(&reporter->duplicates, reported_other(difference));
 }
 
+/* What a message says that has no VUID: a difference, or `hazard`. */
+struct other_report {
+    enum difference difference;
+    const struct location *location;
+    const struct call_origin *origin;
+    const struct finding *finding;
+    const struct hazard_report *hazard;
+};
+
+static void message_of_other(struct message *message, const struct other_report *report,
+                             const struct message_style *style)
+{
+    if (report->hazard)
+        message_of_hazard(message, report->hazard, style);
+    else
+        message_of_difference(message, report->difference, report->location, report->origin,
+                              report->finding, style);
+}
+
+static void send_other(struct reporter *reporter, uint32_t id, VkDevice device,
+                       const struct message_subject *subject, const struct other_report *report)
+{
+    const struct narrow_filter *filters = reporter->settings.narrow_filters;
+    struct message_style style = style_of(reporter);
+    struct message message;
+    bool delivered;
+    if (narrow_filters_have(filters, id)) {
+        message_of_other(&message, report, &style);
+        if (message_is_muted(&message, filters, id))
+            return;
+    }
+    if (!duplicates_add(&reporter->duplicates, id, id, device, subject, &style))
+        return;
+    message_of_other(&message, report, &style);
+    deliver(reporter, &message, &delivered);
+}
+
 void reporter_send_difference(struct reporter *reporter, enum difference difference,
                               const struct location *location, const struct call_origin *origin,
                               const struct finding *finding)
 {
     const struct message_subject subject = message_subject_of(origin, finding);
-    const uint32_t id = reported_other(difference);
-    struct message_style style = style_of(reporter);
-    struct message message;
-    bool delivered;
-    if (narrow_filters_have(reporter->settings.narrow_filters, id)) {
-        message_of_difference(&message, difference, location, origin, finding, &style);
-        if (message_is_muted(&message, reporter->settings.narrow_filters, id))
-            return;
-    }
-    if (!duplicates_add(&reporter->duplicates, id, id, origin->device, &subject, &style))
-        return;
-    message_of_difference(&message, difference, location, origin, finding, &style);
-    deliver(reporter, &message, &delivered);
+    send_other(
+        reporter, reported_other(difference), origin->device, &subject,
+        &(struct other_report){
+            .difference = difference, .location = location, .origin = origin, .finding = finding});
 }
 
 bool reporter_wants_hazard(const struct reporter *reporter, enum hazard_id hazard)
@@ -160,21 +188,9 @@ bool reporter_wants_hazard(const struct reporter *reporter, enum hazard_id hazar
 void reporter_send_hazard(struct reporter *reporter, const struct hazard_report *report)
 {
     const struct message_subject subject = hazard_subject(report);
-    const uint32_t id = reported_other(other_id_of_hazard(hazard_id_of(&report->hazard)));
-    const struct narrow_filter *filters = reporter->settings.narrow_filters;
-    struct message_style style = style_of(reporter);
-    struct message message;
-    bool delivered;
-    if (narrow_filters_have(filters, id)) {
-        message_of_hazard(&message, report, &style);
-        if (message_is_muted(&message, filters, id))
-            return;
-    }
-    if (!duplicates_add(&reporter->duplicates, id, id, report->later.origin.device, &subject,
-                        &style))
-        return;
-    message_of_hazard(&message, report, &style);
-    deliver(reporter, &message, &delivered);
+    const enum hazard_id hazard = hazard_id_of(&report->hazard);
+    send_other(reporter, reported_other(other_id_of_hazard(hazard)), report->later.origin.device,
+               &subject, &(struct other_report){.hazard = report});
 }
 
 static void send_line(struct reporter *reporter, _Atomic uint32_t *messages,

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The fake commands, and the calls. */
+#include "layer/execution/hazards/checks.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/postmortem/hang.h"
 #include "layer/postmortem/loss.h"
@@ -26,6 +27,8 @@ void submitted_builds_remove(struct submitted_builds *submitted, VkQueue queue, 
 {
 }
 void submitted_builds_prune(struct submitted_builds *submitted) {}
+
+void hazard_checks_forget(struct hazard_checks *checks, enum hazard_end ended, uint64_t id) {}
 
 void postmortem_report_loss(struct layer_device *of_device)
 {

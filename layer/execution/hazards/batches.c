@@ -61,6 +61,16 @@ struct hazard_batch_record *hazard_batch_create(const struct batch_run *run)
     return NULL;
 }
 
+struct hazard_batch_record *hazard_batch_create_end(enum hazard_end ended, uint64_t id)
+{
+    struct hazard_batch_record *end = calloc(1, sizeof(*end));
+    if (end) {
+        end->ended = ended;
+        end->ended_id = id;
+    }
+    return end;
+}
+
 void hazard_batch_free(struct hazard_batch_record *batch)
 {
     for (uint32_t i = 0; i < batch->journal_count; i++)

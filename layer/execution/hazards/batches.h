@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Batches whose accesses are judged or are compared with later ones: what the hazard check reads of
- * a batch, and how the number of an access leads back to its command. One thread at a time. */
+ * a batch, and how the number of an access leads back to its command. Between them stands which
+ * objects have ended. One thread at a time. */
 #ifndef ASSAY_LAYER_EXECUTION_HAZARDS_BATCHES_H
 #define ASSAY_LAYER_EXECUTION_HAZARDS_BATCHES_H
 
@@ -25,8 +26,15 @@ struct hazard_command {
     struct chunk_place place; /* behind the item */
 };
 
+/* The end of an object of which the hazard check has a record. */
+enum hazard_end { NOTHING_ENDED, MEMORY_FREED, SEMAPHORE_DESTROYED, EVENT_DESTROYED };
+
 struct hazard_batch_record {
     struct hazard_batch_record *next;
+    /* If not NOTHING_ENDED, this is no batch but the end of the object `ended_id`. */
+    enum hazard_end ended;
+    uint64_t ended_id;
+
     VkQueue queue; /* null: the host */
     uint64_t submission;
     struct shared_labels *queue_labels;
@@ -52,6 +60,7 @@ struct hazard_batch_record {
 
 /* Returns NULL if memory runs out. */
 struct hazard_batch_record *hazard_batch_create(const struct batch_run *run);
+struct hazard_batch_record *hazard_batch_create_end(enum hazard_end ended, uint64_t id);
 void hazard_batch_free(struct hazard_batch_record *batch);
 /* Adds a reference. Sets lacks_references if memory runs out. */
 void hazard_batch_refer(struct hazard_batch_record *batch,

@@ -24,7 +24,7 @@ struct hazard_checks {
 
 static bool is_ready(const struct hazard_checks *checks, const struct hazard_batch_record *batch)
 {
-    return checks->stopped || (batch->has_run && !batch->awaited);
+    return checks->stopped || batch->ended || (batch->has_run && !batch->awaited);
 }
 
 /* Removes the first batch if all of its instances are known, or no more will be. Returns NULL if
@@ -75,6 +75,13 @@ static bool concerns(const struct hazard_checks *checks, const struct batch_run 
     return checks && (run->work == WORK_OF_QUEUE || run->work == WORK_ENDS);
 }
 
+/* Call with the lock. */
+static void append(struct hazard_checks *checks, struct hazard_batch_record *record)
+{
+    *checks->waiting_last = record;
+    checks->waiting_last = &record->next;
+}
+
 void hazard_checks_add(struct hazard_checks *checks, const struct batch_run *run)
 {
     if (!concerns(checks, run))
@@ -82,10 +89,8 @@ void hazard_checks_add(struct hazard_checks *checks, const struct batch_run *run
     struct hazard_batch_record *batch = hazard_batch_create(run);
     pthread_mutex_lock(&checks->lock);
     checks->missed |= !batch;
-    if (batch) {
-        *checks->waiting_last = batch;
-        checks->waiting_last = &batch->next;
-    }
+    if (batch)
+        append(checks, batch);
     pthread_mutex_unlock(&checks->lock);
 }
 
@@ -97,6 +102,17 @@ void hazard_checks_run(struct hazard_checks *checks, const struct batch_run *run
     struct hazard_batch_record *batch = find(checks, run->timestamp);
     if (batch)
         batch->has_run = true;
+    pthread_mutex_unlock(&checks->lock);
+    judge_ready(checks);
+}
+
+void hazard_checks_forget(struct hazard_checks *checks, enum hazard_end ended, uint64_t id)
+{
+    struct hazard_batch_record *end = checks && id ? hazard_batch_create_end(ended, id) : NULL;
+    if (!end)
+        return;
+    pthread_mutex_lock(&checks->lock);
+    append(checks, end);
     pthread_mutex_unlock(&checks->lock);
     judge_ready(checks);
 }

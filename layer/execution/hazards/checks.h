@@ -10,6 +10,7 @@
 #ifndef ASSAY_LAYER_EXECUTION_HAZARDS_CHECKS_H
 #define ASSAY_LAYER_EXECUTION_HAZARDS_CHECKS_H
 
+#include "layer/execution/hazards/batches.h"
 #include "layer/layer.h"
 
 struct hazard_checks;
@@ -23,6 +24,9 @@ void hazard_checks_destroy(struct hazard_checks *checks);
  * between the snapshots run it, which calls hazard_checks_expect(). */
 void hazard_checks_add(struct hazard_checks *checks, const struct batch_run *run);
 void hazard_checks_run(struct hazard_checks *checks, const struct batch_run *run);
+/* An object was freed or destroyed: the hazard check drops its record once the batches before are
+ * judged. Ignores id 0. */
+void hazard_checks_forget(struct hazard_checks *checks, enum hazard_end ended, uint64_t id);
 /* The order is unknown: judges the batches that are left, and no others. */
 void hazard_checks_stop(struct hazard_checks *checks);
 

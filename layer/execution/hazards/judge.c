@@ -281,8 +281,33 @@ static void keep(struct hazard_judge *judge, struct hazard_batch_record *batch)
         judge->lost = true;
 }
 
+/* No batch that is yet to be judged uses the object. */
+static void judge_end(struct hazard_judge *judge, const struct hazard_batch_record *end)
+{
+    if (!judge->hazards)
+        return;
+    switch (end->ended) {
+    case NOTHING_ENDED:
+        break;
+    case MEMORY_FREED:
+        hazards_forget_memory(judge->hazards, end->ended_id);
+        break;
+    case SEMAPHORE_DESTROYED:
+        hazards_forget_signals(judge->hazards, end->ended_id, UINT64_MAX);
+        break;
+    case EVENT_DESTROYED:
+        hazards_reset_event(judge->hazards, end->ended_id);
+        break;
+    }
+}
+
 void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *batch)
 {
+    if (batch->ended) {
+        judge_end(judge, batch);
+        hazard_batch_free(batch);
+        return;
+    }
     judge->current = batch;
     if (judge->lost)
         start_over(judge);

@@ -31,7 +31,7 @@ struct hazard_judge {
 /* `judge` is zero-initialized. Returns false if memory runs out. */
 bool hazard_judge_begin(struct hazard_judge *judge, struct layer_device *device);
 void hazard_judge_end(struct hazard_judge *judge);
-/* Takes over the batch. All of its references are known. */
+/* Takes over the batch, whose references are all known, or the end of an object. */
 void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *batch);
 
 #endif

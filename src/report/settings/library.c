@@ -20,8 +20,11 @@ void settings_reader_close(struct settings_source *source)
 static VkResult join(const char *const *texts, uint32_t count, char separator, char **joined)
 {
     size_t size = 1;
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < count; i++) {
+        if (!texts[i]) /* the library has counted the values of one source and read another's */
+            return VK_ERROR_OUT_OF_HOST_MEMORY;
         size += strlen(texts[i]) + 1;
+    }
     char *end = *joined = malloc(size);
     if (!end)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
