@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the wording of messages. */
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "hearing.h"
