@@ -1,30 +1,58 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A fast estimate of a determinant's sign, which is certain for nearly all matrices (a filter after
- * Shewchuk 1997). builder_determinant_sign() is exact. */
+ * Shewchuk 1997). builder_determinant_sign() is exact.
+ *
+ * It needs the default floating-point environment: products may overflow, and be rounded. */
 #ifndef ASSAY_BVH_DETERMINANT_H
 #define ASSAY_BVH_DETERMINANT_H
 
-#include <math.h>
+#include <stdint.h>
+#include <string.h>
 #include <vulkan/vulkan_core.h>
 
-/* The largest rounding error of determinant_estimate(), as a share of the sum of its terms'
- * magnitudes. The products of two floats are exact. Each term is then rounded at most four times,
- * by 2^-53 each; the bound leaves room for the rounding of the sum of magnitudes. */
-#define ESTIMATE_ERROR 1e-15
+/* The first is the largest rounding error of determinant_estimate(), as a share of the sum of its
+ * terms' magnitudes. Each term, and their sum, is rounded less than eight times, by 2^-24 each; the
+ * bound leaves room for the rounding of the sum of magnitudes. The second is for what is lost if a
+ * product is less than FLT_MIN, relative to 1 and to the element that it is multiplied by. */
+#define ESTIMATE_ERROR 1e-6F
+#define ESTIMATE_UNDERFLOW 1e-37F
+
+typedef float determinant_row __attribute__((vector_size(16)));
+
+static inline determinant_row determinant_load(const float row[4])
+{
+    determinant_row loaded;
+    memcpy(&loaded, row, sizeof(loaded));
+    return loaded;
+}
+
+/* Clears the sign bits. */
+static inline determinant_row determinant_size(determinant_row row)
+{
+    typedef int32_t bits __attribute__((vector_size(16)));
+    return (determinant_row)((bits)row & INT32_MAX);
+}
 
 /* Returns the sign of the determinant of the first three columns, or 0 if rounding errors could
- * have changed it, or if an element is not finite. */
+ * have changed it, or if an element is not finite.
+ *
+ * The three terms are computed at once: the elements of the first row, times their cofactors. The
+ * translation, in the fourth column, takes no part. */
 static inline int determinant_estimate(const VkTransformMatrixKHR *transform)
 {
-    const float *x = transform->matrix[0], *y = transform->matrix[1], *z = transform->matrix[2];
-    double sum = 0, magnitude = 0;
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        double first = (double)y[j] * z[k], second = (double)y[k] * z[j];
-        sum += x[i] * (first - second);
-        magnitude += fabs((double)x[i]) * (fabs(first) + fabs(second));
-    }
-    double error = magnitude * ESTIMATE_ERROR;
+    const determinant_row x = determinant_load(transform->matrix[0]);
+    const determinant_row y = determinant_load(transform->matrix[1]);
+    const determinant_row z = determinant_load(transform->matrix[2]);
+    const determinant_row first =
+        __builtin_shufflevector(y, y, 1, 2, 0, 0) * __builtin_shufflevector(z, z, 2, 0, 1, 1);
+    const determinant_row second =
+        __builtin_shufflevector(y, y, 2, 0, 1, 1) * __builtin_shufflevector(z, z, 1, 2, 0, 0);
+    const determinant_row terms = x * (first - second), sizes = determinant_size(x);
+    const determinant_row errors =
+        sizes * (determinant_size(first) + determinant_size(second)) * ESTIMATE_ERROR +
+        sizes * ESTIMATE_UNDERFLOW;
+    const float sum = terms[0] + terms[1] + terms[2];
+    const float error = errors[0] + errors[1] + errors[2] + ESTIMATE_UNDERFLOW;
     return (sum > error) - (sum < -error);
 }
 

@@ -84,6 +84,9 @@ static VkTransformMatrixKHR some_matrix(struct random *random)
             matrix.matrix[row][column] = scale * ((float)random_below(random, 2001) / 1000 - 1);
     for (int column = 0; column < 3; column++)
         matrix.matrix[2][column] = matrix.matrix[0][column] - matrix.matrix[1][column];
+    const int exponent = (int)random_below(random, 121) - 60; /* rows of unequal size */
+    for (int column = 0; column < 3; column++)
+        matrix.matrix[2][column] = ldexpf(matrix.matrix[2][column], exponent);
     float *changed = &matrix.matrix[random_below(random, 3)][random_below(random, 3)];
     if (random_one_in(random, 2))
         *changed = nextafterf(*changed, random_one_in(random, 2) ? INFINITY : -INFINITY);

@@ -160,6 +160,22 @@ static uint64_t checked_mark(const struct content *content,
     return ((uint64_t)content->walk->instances->geometry + 1) << 8 | instance->flags;
 }
 
+static bool was_checked(const struct content *content,
+                        const VkAccelerationStructureInstanceKHR *instance)
+{
+    const struct instance_use *use = find_use(content, instance->accelerationStructureReference);
+    return use && use->checked == checked_mark(content, instance);
+}
+
+static void check_new_instance(struct content *content, uint32_t index,
+                               const VkAccelerationStructureInstanceKHR *instance)
+{
+    check_flags_and_reference(content, index, false, instance);
+    struct instance_use *use = find_use(content, instance->accelerationStructureReference);
+    if (use)
+        use->checked = checked_mark(content, instance);
+}
+
 /* If the estimate of a determinant has a sign, the transform is invertible.
  *
  * Most instances refer to a structure that an earlier instance of the geometry refers to, with the
@@ -168,16 +184,11 @@ static uint64_t checked_mark(const struct content *content,
 static void check_plain_instance(struct content *content, uint32_t index,
                                  const VkAccelerationStructureInstanceKHR *instance)
 {
-    const uint64_t reference = instance->accelerationStructureReference;
-    struct instance_use *use = find_use(content, reference);
-    if (!use || use->checked != checked_mark(content, instance)) {
-        check_flags_and_reference(content, index, false, instance);
-        use = find_use(content, reference);
-        if (use)
-            use->checked = checked_mark(content, instance);
-    }
+    if (!was_checked(content, instance))
+        check_new_instance(content, index, instance);
     if (!determinant_estimate(&instance->transform))
-        content_check_transform(content, index, reference, &instance->transform);
+        content_check_transform(content, index, instance->accelerationStructureReference,
+                                &instance->transform);
 }
 
 static void read_instance(struct content *content, uint32_t index, const void *bytes)

@@ -2,6 +2,7 @@
 /* Reads input data in place, once from begin to end. */
 #include "src/check/content/content.h"
 
+#include <fenv.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -205,8 +206,8 @@ static void read_boxes(struct content *content,
 
 /* ---- geometries */
 
-void content_check_geometry(struct walk *walk, const struct range_view *range,
-                            const struct input_memory *memory, const struct chained_input *chained)
+static void check_geometry(struct walk *walk, const struct range_view *range,
+                           const struct input_memory *memory, const struct chained_input *chained)
 {
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
@@ -229,6 +230,18 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
         content_read_radii(&content);
     if (instances)
         content_read_instances(&content, instances);
+}
+
+/* Valid data has NaN and numbers whose products overflow: that must not become a signal. And the
+ * rules round to nearest and keep subnormals, whatever the application has set. */
+void content_check_geometry(struct walk *walk, const struct range_view *range,
+                            const struct input_memory *memory, const struct chained_input *chained)
+{
+    fenv_t before;
+    feholdexcept(&before);
+    fesetenv(FE_DFL_ENV);
+    check_geometry(walk, range, memory, chained);
+    fesetenv(&before);
 }
 
 /* Addresses are host pointers. If probing is disabled, all memory counts as readable; the limit
