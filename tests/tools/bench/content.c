@@ -84,7 +84,7 @@ static uint32_t frames_of(const struct options *options, const struct frame_kind
     const uint32_t primitives = kind->builds * kind->primitives;
     if (kind->builds_a_call)
         return kind->builds >= 100000 ? 5 : kind->builds >= 10000 ? 11 : 51;
-    return primitives >= 1000000 ? 11 : primitives >= 100000 ? 31 : 201;
+    return primitives >= 1000000 ? 11 : primitives >= 100000 ? 101 : 201;
 }
 
 static struct samples samples[MOST_SIDES];
