@@ -105,8 +105,8 @@ static VkResult submit(const struct transfer *transfer)
 }
 
 /* If a copy fails, the buffer keeps its contents. */
-static void write(void *user, struct ticket *ticket, VkBuffer buffer, const void *bytes,
-                  uint64_t size, const VkBufferCopy *regions, uint32_t region_count)
+static void write_bytes(void *user, struct ticket *ticket, VkBuffer buffer, const void *bytes,
+                        uint64_t size, const VkBufferCopy *regions, uint32_t region_count)
 {
     struct layer_device *device = user;
     struct transfer transfer = {
@@ -161,7 +161,7 @@ static void deliver(void *user)
 {
     struct layer_device *device = user;
     struct execution_clock seen = {0};
-    const struct cpu_delivery delivery = {&seen, write, device};
+    const struct cpu_delivery delivery = {&seen, write_bytes, device};
     warn(device);
     if (!cpu_playback_has_results(device->cpu->playback))
         return;

@@ -3,8 +3,9 @@
 """Checks the #include lines of layer/, src/ and vuid-tables/: a file may include files of its own
 folder and of folders below it in FOLDERS; no files include each other in a circle (a source and its
 header count as one file); a folder holds at most FILES_MAX files; a file's name doesn't repeat its
-folder's; outside PLATFORM, no file includes a header of a system, or asks which system or compiler
-it is compiled for. Prints each offender, and fails if there is one."""
+folder's; outside PLATFORM, no file includes a header of a system, calls a function that only some
+systems have, or asks which system or compiler it is compiled for. Prints each offender, and fails if
+there is one."""
 
 import argparse
 import collections
@@ -54,6 +55,11 @@ INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
 SYSTEM_INCLUDE = re.compile(r'^\s*#\s*include\s+<([^>]+)>', re.M)
 SYSTEM_MACRO = re.compile(r"^\s*#\s*(?:el)?if.*\b(_WIN\w+|WIN32|__(?:linux|unix|APPLE|ANDROID|MINGW\w*|GLIBC|FreeBSD)_*)\b"
                           r"|^\s*#\s*define\s+(_GNU_SOURCE|_DEFAULT_SOURCE|_POSIX_C_SOURCE)\b", re.M)
+# Functions that Linux declares in PLAIN_HEADERS and Windows lacks.
+SYSTEM_CALL = re.compile(
+    r"(?<![\w.>])((?:aligned_alloc|posix_memalign|secure_getenv|setenv|unsetenv|realpath|mkstemp|mkdtemp"
+    r"|strndup|strtok_r|strerror_r|strsep|strchrnul|memmem|mempcpy|reallocarray|getline|getdelim|fileno|fdopen"
+    r"|flockfile|funlockfile|open_memstream|fmemopen|dprintf|asprintf|vasprintf|popen)\()")
 
 
 def sources(root):
@@ -77,11 +83,13 @@ def includes(root, files):
 
 
 def system_parts(root, file):
-    """What a file has of a system: the names of headers and macros."""
+    """What a file has of a system: the names of headers, functions and macros."""
     text = (root / file).read_text(encoding="utf-8")
     for name in SYSTEM_INCLUDE.findall(text):
         if name.removesuffix(".h") not in PLAIN_HEADERS and not name.startswith(PLAIN_FOLDERS):
             yield f"<{name}>"
+    for name in SYSTEM_CALL.findall(text):
+        yield f"{name})"
     for found in SYSTEM_MACRO.findall(text):
         yield "".join(found)
 

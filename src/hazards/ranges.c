@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/platform/aligned.h"
+
 /* A search that takes more steps from leaf to leaf adds what it finds to the index. */
 enum { LONG_WALK = 4 };
 
@@ -12,7 +14,7 @@ enum { LONG_WALK = 4 };
 /* Adds an empty leaf behind another one, or at the front. Returns NULL if memory runs out. */
 static struct leaf *leaf_insert(struct ranges *ranges, struct leaf *prev)
 {
-    struct leaf *leaf = aligned_alloc(_Alignof(struct leaf), sizeof(*leaf));
+    struct leaf *leaf = aligned_allocate(_Alignof(struct leaf), sizeof(*leaf));
     if (!leaf)
         return NULL;
     leaf->count = 0;
@@ -54,7 +56,7 @@ static void free_removed(struct ranges *ranges)
 {
     for (struct leaf *leaf = ranges->removed; leaf;) {
         struct leaf *next = leaf->next;
-        free(leaf);
+        aligned_free(leaf);
         leaf = next;
     }
     ranges->removed = NULL;
@@ -344,7 +346,7 @@ void ranges_release(struct ranges *ranges)
         for (uint32_t i = 0; i < leaf->count; i++)
             piece_clear_notes(&leaf->pieces[i]);
         *ranges->piece_count -= leaf->count;
-        free(leaf);
+        aligned_free(leaf);
     }
     free_removed(ranges);
     free(ranges->index);

@@ -29,13 +29,7 @@ static void expect(const char *what, const char *of, uint64_t digest, uint64_t e
     print_message("%s of %s: 0x%016" PRIx64 "\n", what, of, digest);
 }
 
-/* ---- subjects; rand() differs by system, this doesn't */
-
-static float number(uint32_t *seed)
-{
-    *seed = *seed * 1664525u + 1013904223u;
-    return (float)(*seed >> 8) / (1 << 24);
-}
+/* ---- subjects */
 
 static const float octahedron[18] = {4, 0, 0, -4, 0, 0, 0, 4, 0, 0, -4, 0, 0, 0, 4, 0, 0, -4};
 static const uint32_t octahedron_indices[24] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4,
@@ -50,7 +44,7 @@ static void make_triangles(struct subject *subject)
     static const uint32_t square_indices[6] = {0, 1, 2, 1, 2, 3}; /* not in opposite directions */
     uint32_t seed = 1;
     for (int i = 0; i < 9 * LOOSE; i++)
-        loose[i] = 4 * number(&seed) + 6 * (float)(i / 9 % 5) * (i % 3 == 0) - 20;
+        loose[i] = 4 * fraction_next(&seed) + 6 * (float)(i / 9 % 5) * (i % 3 == 0) - 20;
     loose[9 * 7] = NAN;
     memcpy(loose + 9 * 11, loose + 9 * 11 + 3, 3 * sizeof(float));
     subject_begin(subject);
@@ -66,7 +60,7 @@ static void make_far_ring(struct subject *subject)
     static float vertices[3 * FAN_VERTICES];
     uint32_t seed = 3;
     for (int i = 0; i < 3 * FAN_VERTICES; i++)
-        vertices[i] = 700 + (ring_vertices[i] + number(&seed) * 0.5f) * 0.125f;
+        vertices[i] = 700 + (ring_vertices[i] + fraction_next(&seed) * 0.5f) * 0.125f;
     subject_begin(subject);
     subject_triangles(subject, vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
 }

@@ -3,7 +3,6 @@
 #include "subject.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "src/compare/vertex_ring.h"
@@ -14,13 +13,19 @@ const uint32_t ring_indices[3 * FAN_TRIANGLES] = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 
                                                   0, 5, 6, 0, 6, 7, 0, 7, 8, 0, 8, 1};
 float soup_vertices[9 * SOUP_TRIANGLES];
 
+float fraction_next(uint32_t *seed)
+{
+    *seed = *seed * 1664525u + 1013904223u;
+    return (float)(*seed >> 8) / (1 << 24);
+}
+
 void soup_fill(void)
 {
-    srand(1);
+    uint32_t seed = 1;
     for (int i = 0; i < SOUP_TRIANGLES; i++)
         for (int j = 0; j < 9; j++) {
             int square = j % 3 == 0 ? i % 10 : j % 3 == 1 ? i / 10 : 0;
-            soup_vertices[9 * i + j] = (float)square + (float)rand() / (float)RAND_MAX;
+            soup_vertices[9 * i + j] = (float)square + fraction_next(&seed);
         }
 }
 

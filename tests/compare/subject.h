@@ -11,6 +11,9 @@
 
 enum { GEOMETRIES = 4 };
 
+/* Random numbers from 0 to 1, the same on all systems, unlike those of rand(). */
+float fraction_next(uint32_t *seed);
+
 /* Separate triangles, one in each square of a grid. */
 enum { SOUP_TRIANGLES = 100 };
 extern float soup_vertices[9 * SOUP_TRIANGLES];

@@ -99,6 +99,13 @@ const char *capture_end(void)
     return captured.text;
 }
 
+const char *capture_message(const struct message *message)
+{
+    capture_begin(STDERR_FILENO);
+    message_write(message, stderr);
+    return capture_end();
+}
+
 static char file_text[64 * 1024];
 
 const char *file_read(const char *name)

@@ -5,6 +5,7 @@
 #define REPORT_HEARING_H
 
 #include "scarce_memory.h"
+#include "src/report/message.h"
 #include "src/report/reporter.h"
 #include "tests/fixture/make.h"
 #include "tests/fixture/messenger.h"
@@ -38,6 +39,8 @@ VkDebugReportCallbackCreateInfoEXT hearing_report_callback(struct hearing *heari
 /* Sends stderr (or another stream) to a file until the end, which gives the text; one at a time. */
 void capture_begin(int descriptor);
 const char *capture_end(void);
+/* What message_write() writes. */
+const char *capture_message(const struct message *message);
 
 /* The text of a file, until the next call; fails the test if there is no file. */
 const char *file_read(const char *name);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the wording of messages. */
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "hearing.h"
@@ -256,31 +255,24 @@ TEST(test_heading_and_log)
                        &(struct message_style){0});
     object_names_destroy(names);
 
-    char heading[256], *log = NULL;
+    char heading[256];
     snprintf(heading, sizeof(heading), "Validation Error: [ " SENT_ID " ] | MessageID = 0x%x\n",
              (uint32_t)message_id_number(SENT_ID));
     assert_memory_equal(message.heading, heading, strlen(heading));
     assert_ptr_equal(message.text, message.heading + strlen(heading));
 
-    size_t size;
-    FILE *file = open_memstream(&log, &size);
-    message_write(&message, file);
-    fclose(file);
+    const char *log = capture_message(&message);
     assert_memory_equal(log, message.heading, strlen(message.heading));
     assert_string_equal(log + strlen(message.heading),
                         "\n    Objects: 2\n"
                         "        [0] VkDevice 0xd0\n"
                         "        [1] VkBuffer 0xb[\"vertices\"]\n");
-    free(log);
 
     message_of_layer(&message, REPORT_WARNING, "Something is odd.");
-    file = open_memstream(&log, &size);
-    message_write(&message, file);
-    fclose(file);
+    log = capture_message(&message);
     assert_has(log, "Validation Warning: [ ASSAY-warning ] | MessageID = 0x");
     assert_has(log, "\nSomething is odd.\n");
     assert_lacks(log, "Objects");
-    free(log);
 }
 
 /* ---- what does not fit */

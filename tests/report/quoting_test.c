@@ -135,14 +135,9 @@ TEST(test_names_and_labels_stay_on_one_line)
     assert_string_equal(message.objects[1].pObjectName, NASTY);
     assert_string_equal(message.labels[0].pLabelName, NASTY);
 
-    char *log = NULL;
-    size_t size;
-    FILE *file = open_memstream(&log, &size);
-    message_write(&message, file);
-    fclose(file);
+    const char *log = capture_message(&message);
     assert_int_equal(count_lines(log), 6);
     assert_has(log, "        [1] VkBuffer 0xb[" NASTY_QUOTED "]\n");
-    free(log);
     label_stack_clear(&labels);
     object_names_destroy(names);
 }
@@ -163,19 +158,17 @@ TEST(test_the_longest_name_fits_a_line_of_the_log)
     finding_says(&finding, "a", "is {}", object(VK_OBJECT_TYPE_BUFFER, 0xb));
     message_of_finding(&message, SENT_VUID, &location, &origin, &finding,
                        &(struct message_style){0});
-    char *log = NULL;
-    size_t size;
-    FILE *file = open_memstream(&log, &size);
-    message_write(&message, file);
-    fclose(file);
-    assert_string_equal(log + size - 7, "\\x01\"]\n");
-    free(log);
+    const char *log = capture_message(&message);
+    assert_string_equal(log + strlen(log) - 7, "\\x01\"]\n");
     object_names_destroy(names);
 }
 
 /* Warnings about settings quote what the user wrote. */
 TEST_OPENED(test_settings_stay_on_one_line, surrounding_set_up)
 {
+#ifdef _WIN32
+    skip(); /* the environment is no UTF-8 there, and 0xff is a letter */
+#endif
     setenv("VK_ASSAY_VALIDATION_LEVEL", "state\"\n\x1b[2J\xff", 1);
     setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "/nonexistent/" NASTY, 1);
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", "0\n1", 1);

@@ -25,6 +25,8 @@ struct worker {
     VkFence fence;
     VkResult result; /* of what it did last */
 };
+/* Larger than a stack on Windows. */
+static struct worker workers[THREADS];
 
 static void open_worker(struct worker *worker)
 {
@@ -75,7 +77,7 @@ static void *work(void *argument)
     return NULL;
 }
 
-static void run_threads(struct worker *workers, void (*meanwhile)(void))
+static void run_threads(void (*meanwhile)(void))
 {
     pthread_t threads[THREADS];
     for (int i = 0; i < THREADS; i++)
@@ -90,9 +92,8 @@ static void run_threads(struct worker *workers, void (*meanwhile)(void))
 
 TEST(test_threads)
 {
-    struct worker workers[THREADS];
     fixture_open(&fixture, &platform, &(struct instance_settings){.level = "content"});
-    run_threads(workers, NULL);
+    run_threads(NULL);
     for (int i = 0; i < THREADS; i++) {
         GET(workers[i].result);
         close_worker(&workers[i]);
@@ -113,9 +114,8 @@ TEST(test_lost_device)
 {
     if (!platform.is_null)
         skip();
-    struct worker workers[THREADS];
     fixture_open(&fixture, &platform, &(struct instance_settings){.level = "content"});
-    run_threads(workers, lose_device);
+    run_threads(lose_device);
     for (int i = 0; i < THREADS; i++) {
         assert_true(workers[i].result == VK_SUCCESS || workers[i].result == VK_ERROR_DEVICE_LOST);
         close_worker(&workers[i]);

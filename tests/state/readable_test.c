@@ -14,6 +14,9 @@
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #endif
+#ifdef _WIN32
+#include <windows.h>
+#endif
 
 #include "random.h"
 #include "src/base/readable.h"
@@ -250,5 +253,22 @@ TEST_IF(test_without_process_vm_readv, !is_under_valgrind)
     assert_int_equal(waitpid(child, &status, 0), child);
     unmap_pages(pages);
     assert_int_equal(status, 0);
+}
+#endif
+
+#ifdef _WIN32
+/* An access would end the guard, which belongs to the application. */
+PAGES_TEST(test_guard_pages_stay)
+{
+    char *guard = pages + page_size, bytes[16];
+    DWORD before;
+    MEMORY_BASIC_INFORMATION region;
+    assert_true(VirtualProtect(guard, page_size, PAGE_READWRITE | PAGE_GUARD, &before));
+    assert_int_equal(probe_copy(bytes, guard - 8, 16), 8);
+    assert_int_equal(probe_copy(bytes, guard, 16), 0);
+    assert_false(ask(guard, 1));
+    assert_false(memory_is_writable(guard, 1));
+    assert_true(VirtualQuery(guard, &region, sizeof(region)));
+    assert_true(region.Protect & PAGE_GUARD);
 }
 #endif

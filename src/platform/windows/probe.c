@@ -23,19 +23,25 @@ bool probe_page(uintptr_t end)
     return allows((const void *)(end - 1), READABLE);
 }
 
+/* ReadProcessMemory alone would end guards. VirtualQuery alone would let another thread free the
+ * page before the copy. */
+static bool copy_from_page(void *to, const void *from, size_t size)
+{
+    SIZE_T copied;
+    return allows(from, READABLE) &&
+           ReadProcessMemory(GetCurrentProcess(), from, to, size, &copied);
+}
+
 size_t probe_copy(void *to, const void *from, size_t size)
 {
-    size_t first = page_size - ((uintptr_t)from & (page_size - 1)), count = 0;
-    SIZE_T copied;
+    size_t first = page_size - ((uintptr_t)from & (page_size - 1));
     if (first > size)
         first = size;
-    if (ReadProcessMemory(GetCurrentProcess(), from, to, first, &copied))
-        count = first;
-    if (count && size > first &&
-        ReadProcessMemory(GetCurrentProcess(), (const char *)from + first, (char *)to + first,
-                          size - first, &copied))
-        count = size;
-    return count;
+    if (!copy_from_page(to, from, first))
+        return 0;
+    bool copies_all = first == size ||
+                      copy_from_page((char *)to + first, (const char *)from + first, size - first);
+    return copies_all ? size : first;
 }
 
 bool probe_writable(char *const bytes[], unsigned count)

@@ -64,8 +64,8 @@ struct buffer_record {
 
 enum { CACHE_LINE = 64 };
 
-/* Allocated by aligned_alloc, because a look-up reads one cache line of it. resources_refresh()
- * derives from the buffer where the structure's bytes lie. */
+/* Allocated by aligned_allocate(), because a look-up reads one cache line of it.
+ * resources_refresh() derives from the buffer where the structure's bytes lie. */
 struct accel_record {
     _Alignas(CACHE_LINE) struct accel_facts facts;
 
