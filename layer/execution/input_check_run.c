@@ -10,6 +10,7 @@
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/guard/results.h"
 #include "layer/snapshots/marks.h"
+#include "src/base/float_environment.h"
 #include "src/check/content/executed.h"
 #include "src/platform/threads.h"
 
@@ -388,12 +389,15 @@ void input_checks_read(const struct ran_execution *ran, const char *when,
                                          .found = keep_finding,
                                          .user = &reading},
                               .findings_last = &reading.findings};
+    fenv_t of_application;
+    float_environment_enter(&of_application);
     read_execution(&reading, ran->execution, ran->journal);
     while (reading.open_calls) {
         struct read_call *call = reading.open_calls;
         reading.open_calls = call->next;
         end_call(call);
     }
+    float_environment_leave(&of_application);
     report_findings(&reading);
     guard_results_end(&reading.guarded, ran->device);
     missed->device_lost += reading.lacks_marks;

@@ -2,8 +2,7 @@
 /* Builds: classifies the input, lays out the scratch, and runs the steps in order. */
 #include "src/bvh/bvh.h"
 
-#include <fenv.h>
-
+#include "src/base/float_environment.h"
 #include "src/bvh/bounds.h"
 #include "src/bvh/input/input.h"
 #include "src/bvh/tree/tree.h"
@@ -177,11 +176,9 @@ enum builder_result builder_build(const struct builder_input *input, void *struc
     if (structure_size < sizes.structure || scratch_size < sizes.build_scratch)
         return BUILDER_TOO_SMALL;
     lay_out_scratch(&state, &counts, &tables, scratch);
-    /* Round to nearest and keep subnormals, whatever the application has set. */
-    fenv_t before;
-    feholdexcept(&before);
-    fesetenv(FE_DFL_ENV);
+    fenv_t of_application;
+    float_environment_enter(&of_application);
     result = run_build(&state, &tables, report);
-    fesetenv(&before);
+    float_environment_leave(&of_application);
     return result;
 }

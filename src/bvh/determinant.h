@@ -2,7 +2,7 @@
 /* A fast estimate of a determinant's sign, which is certain for nearly all matrices (a filter after
  * Shewchuk 1997). builder_determinant_sign() is exact.
  *
- * It needs the default floating-point environment: products may overflow, and be rounded. */
+ * It needs the environment of src/base/float_environment.h. */
 #ifndef ASSAY_BVH_DETERMINANT_H
 #define ASSAY_BVH_DETERMINANT_H
 

@@ -3,8 +3,7 @@
  * left. */
 #include "src/bvh/workers.h"
 
-#include <fenv.h>
-
+#include "src/base/float_environment.h"
 #include "src/platform/threads.h"
 
 /* The time that a helper which may leave waits for another job. */
@@ -62,9 +61,8 @@ static bool wait_for_wakeup(struct builder_team *team, bool may_leave)
 static void help(struct builder_team *team, bool may_leave)
 {
     bool stays = true;
-    fenv_t before;
-    feholdexcept(&before);
-    fesetenv(FE_DFL_ENV);
+    fenv_t of_application;
+    float_environment_enter(&of_application);
     pthread_mutex_lock(&team->lock);
     while (!team->is_closed && stays) {
         struct builder_team_job *job = find_job(team);
@@ -81,7 +79,7 @@ static void help(struct builder_team *team, bool may_leave)
             pthread_cond_broadcast(&team->done);
     }
     pthread_mutex_unlock(&team->lock);
-    fesetenv(&before);
+    float_environment_leave(&of_application);
 }
 
 void builder_team_help(struct builder_team *team)

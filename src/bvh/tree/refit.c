@@ -2,12 +2,11 @@
 /* Updates: writes new positions and instances into the tree of a build, and recomputes the bounds
  * from the leaves up. Equal input gives bit-identical bounds in every pass, so repeated refits do
  * not drift. */
+#include "src/base/float_environment.h"
 #include "src/bvh/bounds.h"
 #include "src/bvh/input/input.h"
 #include "src/bvh/input/report.h"
 #include "src/bvh/records.h"
-
-#include <fenv.h>
 
 static bool shape_is_same(const struct builder_input *input, const struct structure_header *header)
 {
@@ -180,13 +179,12 @@ enum builder_result builder_refit(const struct builder_input *input, const void 
     if (structure_size < before->size ||
         scratch_size < input_lay_out(input, before->kind, &counts, scratch, &tables))
         return BUILDER_TOO_SMALL;
-    fenv_t environment;
-    feholdexcept(&environment);
-    fesetenv(FE_DFL_ENV);
+    fenv_t of_application;
+    float_environment_enter(&of_application);
     struct refit refit = {
         .input = input, .header = structure, .sources = tables.sources, .report = report};
     result = open_and_run(&refit, before, &tables, &same_levels);
-    fesetenv(&environment);
+    float_environment_leave(&of_application);
     return same_levels
                ? result
                : builder_build(input, structure, structure_size, scratch, scratch_size, report);

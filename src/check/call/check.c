@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "src/base/float_environment.h"
 #include "src/base/recording_path.h"
 #include "src/check/assemble/align.h"
 #include "src/check/assemble/views.h"
@@ -234,8 +235,12 @@ __attribute__((always_inline)) static inline void check_all_builds(struct walk *
 
 ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_view *call)
 {
+    const bool reads_contents = context->level >= LEVEL_CONTENT && call->command == COMMAND_HOST;
     struct aligned_copies copies = {NULL};
     struct walk walk;
+    fenv_t of_application;
+    if (reads_contents)
+        float_environment_enter(&of_application);
     walk_start(&walk, context);
     context->copies = &copies;
     view_call(context, call);
@@ -245,6 +250,8 @@ ON_RECORDING_PATH void check_builds(struct check_context *context, struct call_v
         check_all_builds(&walk, call);
     if (copies.first)
         aligned_copies_release(&copies);
+    if (reads_contents)
+        float_environment_leave(&of_application);
 }
 
 struct sweep *check_make_sweep(void)

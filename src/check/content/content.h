@@ -10,6 +10,8 @@
 #include "src/snapshots/memory.h"
 #include "src/view/content_view.h"
 
+/* Both functions need the environment of src/base/float_environment.h. */
+
 /* Evaluates, at level CONTENT, the rules about the data of a geometry of a host build. Other rules
  * report unreadable data and unknown build ranges. */
 void check_host_inputs(struct walk *walk, const struct range_view *range);

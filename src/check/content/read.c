@@ -2,7 +2,6 @@
 /* Reads input data in place, once from begin to end. */
 #include "src/check/content/content.h"
 
-#include <fenv.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -206,8 +205,8 @@ static void read_boxes(struct content *content,
 
 /* ---- geometries */
 
-static void check_geometry(struct walk *walk, const struct range_view *range,
-                           const struct input_memory *memory, const struct chained_input *chained)
+void content_check_geometry(struct walk *walk, const struct range_view *range,
+                            const struct input_memory *memory, const struct chained_input *chained)
 {
     const VkAccelerationStructureGeometryKHR *geometry = range->geometry->geometry;
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
@@ -230,18 +229,6 @@ static void check_geometry(struct walk *walk, const struct range_view *range,
         content_read_radii(&content);
     if (instances)
         content_read_instances(&content, instances);
-}
-
-/* Valid data has NaN and numbers whose products overflow: that must not become a signal. And the
- * rules round to nearest and keep subnormals, whatever the application has set. */
-void content_check_geometry(struct walk *walk, const struct range_view *range,
-                            const struct input_memory *memory, const struct chained_input *chained)
-{
-    fenv_t before;
-    feholdexcept(&before);
-    fesetenv(FE_DFL_ENV);
-    check_geometry(walk, range, memory, chained);
-    fesetenv(&before);
 }
 
 /* Addresses are host pointers. If probing is disabled, all memory counts as readable; the limit

@@ -30,6 +30,7 @@ struct side {
     bool compares, records;
     struct fixture fixture;
     struct workload workload;
+    uint32_t times;                                          /* runs in a sample */
     double samples[MOST_SAMPLES], all_samples[MOST_SAMPLES]; /* of the thread; of all threads */
     double bytes;
 };
@@ -169,20 +170,28 @@ static void time_runs(struct side *side, uint32_t sample, uint32_t times)
     side->samples[sample] = (read_clock(CLOCK_THREAD_CPUTIME_ID) - begin) / builds;
 }
 
-/* As many runs as take a millisecond at the highest level; one where the driver takes its time. */
-static uint32_t times_of_sample(struct bench *bench)
+/* As many runs as take a millisecond, so that a level of some ns is not lost in the noise of one
+ * run; one where the driver takes its time. */
+static uint32_t times_of_sample(const struct bench *bench, struct side *side)
 {
-    struct side *side = &bench->sides[bench->side_count - 1];
-    time_runs(side, 0, 1);
-    const double once = side->samples[0] * side->workload.count;
-    return !bench->platform.is_null || once > 1e6 ? 1 : (uint32_t)(1e6 / (once + 1e4));
+    uint32_t times = 1;
+    if (!bench->platform.is_null)
+        return times;
+    for (time_runs(side, 0, times); side->samples[0] * side->workload.count * times < 1e6;
+         time_runs(side, 0, times))
+        times *= 2;
+    return times;
 }
 
-static void take_samples(struct bench *bench, uint32_t samples, uint32_t times)
+static void take_samples(struct bench *bench, uint32_t samples)
 {
+    for (uint32_t i = 0; i < bench->side_count; i++)
+        bench->sides[i].times = times_of_sample(bench, &bench->sides[i]);
     for (uint32_t i = 0; i < samples; i++)
-        for (uint32_t turn = 0; turn < bench->side_count; turn++)
-            time_runs(&bench->sides[(i + turn) % bench->side_count], i, times);
+        for (uint32_t turn = 0; turn < bench->side_count; turn++) {
+            struct side *side = &bench->sides[(i + turn) % bench->side_count];
+            time_runs(side, i, side->times);
+        }
 }
 
 /* In a world that has seen nothing else. */
@@ -214,7 +223,7 @@ static void measure(struct bench *bench, enum workload_kind kind, enum build_com
         workload_open(&side->workload, scene_open(&side->fixture, command), kind, bench->is_quick);
         workload_run(&side->workload);
     }
-    take_samples(bench, samples, times_of_sample(bench));
+    take_samples(bench, samples);
     const double without = quantile(bench->sides[0].samples, samples, 0.5);
     const double all_without = quantile(bench->sides[0].all_samples, samples, 0.5);
     for (uint32_t i = 1; i < bench->side_count; i++) {

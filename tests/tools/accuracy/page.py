@@ -161,7 +161,28 @@ def make_effects(rows):
     return rows
 
 
+# ---- frames beside the Khronos layer
+
+FRAMES = ROOT / "docs/accuracy/frames.csv"  # of scripts/bench content --peer, in Debian testing
+SIDES = {"none": "no layer", "execution": "level execution", "content": "level content",
+         "khronos": "Khronos layer", "khronos GPU-AV": "its GPU-assisted mode"}
+
+
+def frames_table():
+    times = {(row["scene"], row["side"]): row for row in read(FRAMES)}
+    scenes = dict.fromkeys(scene for scene, _ in times)
+    return table(("a frame builds", *SIDES.values()),
+                 [(scene, *(f"{rounded(cell['wall_ms'])} / {rounded(cell['cpu_ms'])}"
+                            for cell in (times[scene, side] for side in SIDES)))
+                  for scene in scenes])
+
+
 # ---- the page
+
+def rounded(milliseconds):
+    value = float(milliseconds)
+    return f"{value:.2f}" if value < 10 else f"{value:.1f}" if value < 100 else f"{value:,.0f}"
+
 
 def number(text, digits=0):
     return f"{float(text):,.{digits}f}"
@@ -288,6 +309,7 @@ def main():
 
     template = (pathlib.Path(__file__).parent / "page.md").read_text(encoding="utf-8")
     page = make_page({"CHECKS": checks_table(checks), "HOST": host_table(checks),
+                      "FRAMES": frames_table(),
                       "RECORD": duration(record_cost(costs)),
                       "MISTAKES": f"{checks[0]['mistakes']:,}", "VALID": f"{checks[0]['valid']:,}",
                       "RAYS": rays_table(rays), "TRACED": number(rays[0]["traced"]),

@@ -223,6 +223,8 @@ int main(int argc, char **argv)
         raise_limits();
     if (options->csv && !(bench.csv = fopen(options->csv, "w")))
         tool_fail("cannot write %s", options->csv);
+    if (bench.csv)
+        fprintf(bench.csv, "scene,side,wall_ms,cpu_ms\n");
     open_sides(&bench);
     print_heads(&bench);
     const struct frame_kind *kinds = options->hazards ? hazard_kinds : content_kinds;
