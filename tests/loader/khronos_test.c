@@ -69,6 +69,15 @@ static void expect_messages(const char *id, const char *own_text, bool both_know
     messages_clear(&fixture.messages);
 }
 
+/* Messages with this id, or none, none of them of this layer. Some versions of the Khronos layer
+ * compare an update with the last build that was recorded. */
+static void expect_messages_of_khronos(const char *id, const char *own_text)
+{
+    assert_int_equal(count_messages(), messages_count(&fixture.messages, id, NULL));
+    assert_int_equal(messages_count(&fixture.messages, id, own_text), 0);
+    messages_clear(&fixture.messages);
+}
+
 static void record_anew(struct scene *scene)
 {
     scene_record_in_family(scene, fixture_find_family(&fixture, VK_QUEUE_COMPUTE_BIT, 0), 0);
@@ -86,7 +95,7 @@ static void make_mistake_that_both_know(struct scene *scene)
 
 /* An update of two triangles' structure with one triangle, in a command buffer of its own: what it
  * was built with is known when it is submitted. */
-static void make_mistake_that_one_knows(struct scene *scene)
+static void make_mistake_of_update(struct scene *scene)
 {
     scene->ranges[REFIT][0].primitiveCount--;
     record_anew(scene);
@@ -105,11 +114,11 @@ static void validate(const char *first, const char *second)
     make_mistake_that_both_know(scene);
     expect_messages(INFO_COUNT_ID, "infoCount is 0", true);
 
-    make_mistake_that_one_knows(scene);
-    expect_silence();
+    make_mistake_of_update(scene);
+    expect_messages_of_khronos(PRIMITIVE_COUNT_ID, "as submitted to");
     fixture.messages.answer = VK_TRUE;
     assert_int_equal(scene_submit_call(scene), VK_ERROR_VALIDATION_FAILED_EXT);
-    expect_messages(PRIMITIVE_COUNT_ID, "primitiveCount", false);
+    expect_messages(PRIMITIVE_COUNT_ID, "as submitted to", false);
     fixture.messages.answer = VK_FALSE;
 
     scene_close(scene);
