@@ -99,7 +99,7 @@ static void create_shared(struct play *play)
     const VkBufferUsageFlags usage =
         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR;
-    const STRUCT(VkBufferCreateInfo, scratch, .size = 1024 * 1024, .usage = usage);
+    const STRUCT(VkBufferCreateInfo, scratch, .size = 4 * 1024 * 1024, .usage = usage);
     const STRUCT(VkBufferCreateInfo, instances, .size = PLAY_BUFFER_SIZE, .usage = usage);
     play->scratch = buffer_create(&play->vk, play->device, play->memory_type, &scratch);
     play->instances = buffer_create(&play->vk, play->device, play->memory_type, &instances);

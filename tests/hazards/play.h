@@ -16,7 +16,7 @@ enum {
     PLAY_OBJECTS = 48,
     PLAY_QUEUES = 3, /* two of family 0, one of family 1 */
     PLAY_ITEMS = 8,  /* of anything that a line or a submission lists */
-    PLAY_BUFFER_SIZE = 64 * 1024,
+    PLAY_BUFFER_SIZE = 128 * 1024,
     PLAY_STRUCTURE_SIZE = 32 * 1024, /* serialized, it fits into a buffer */
 };
 

@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PRIMITIVES = 2, SCRATCH_SIZE = 16 * 1024, INSTANCES_SIZE = 1024 };
+enum { PRIMITIVES = 2, SCRATCH_SIZE = 64 * 1024, INSTANCES_SIZE = 1024 };
 
 struct one_build {
     VkAccelerationStructureBuildGeometryInfoKHR info;

@@ -213,6 +213,8 @@ LIFETIME_TEST(test_secondary_recorded_further)
     for (int round = 0; round < 2; round++) {
         for (int i = 0; i < BUILDS; i++)
             scene_build_boxes(secondary, BOXES);
+        if (round != 0)
+            GET(fixture.vk.QueueWaitIdle(fixture.queue));
         submit(primary);
     }
     for (int i = 0; i < BUILDS; i++)
