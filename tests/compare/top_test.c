@@ -80,25 +80,22 @@ static void compare(const struct top_instance *instances, uint32_t count, bool a
     top_reference_close(&reference);
 }
 
+/* Inactive instances come last: see the next test. */
 TEST(test_right)
 {
     struct top_instance instances[INSTANCES] = {
-        {instance_of(0, 1, 0), 0},
-        {instance_of(0.5f, 2, 30), 0},
-        {instance_of(2, 0.25f, 5), 1},
-        {instance_of(1, 100, -2000), 0},
-        {instance_of(1, 1, 1), TOP_NO_BOTTOM},
+        {instance_of(0, 1, 0), 0},     {instance_of(0.5f, 2, 30), 0},
+        {instance_of(2, 0.25f, 5), 1}, {instance_of(1, 100, -2000), 0},
+        {instance_of(4, 3, 9), 1},     {instance_of(5, 1e-3f, 3), 0},
+        {instance_of(0.25f, 1, 2), 0}, {instance_of(1, 1, 1), TOP_NO_BOTTOM},
         {instance_of(3, 1, 8), 0},
-        {instance_of(4, 3, 9), 1},
-        {instance_of(5, 1e-3f, 3), 0},
-        {instance_of(0.25f, 1, 2), 0},
     };
     instances[3].given.flags = VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR;
-    instances[5].given.mask = 0;
-    instances[7].given.transform.matrix[0][0] *= -1; /* mirrored */
-    instances[7].given.transform.matrix[0][1] *= -1;
-    instances[8].given.instanceShaderBindingTableRecordOffset = 77;
-    instances[8].given.instanceCustomIndex = 99;
+    instances[5].given.transform.matrix[0][0] *= -1; /* mirrored */
+    instances[5].given.transform.matrix[0][1] *= -1;
+    instances[6].given.instanceShaderBindingTableRecordOffset = 77;
+    instances[6].given.instanceCustomIndex = 99;
+    instances[8].given.mask = 0;
     compare(instances, INSTANCES, false);
     assert_int_equal(tally.rays, RAYS);
     assert_int_equal(tally.all, 0);
@@ -106,6 +103,18 @@ TEST(test_right)
     assert_int_equal(tally.all, 0);
     compare(instances, 0, false);
     assert_int_equal(tally.rays, 0);
+}
+
+/* Mesa 26.1 loses as many of the last instances as are inactive or have mask 0, or crashes. */
+TEST(test_inactive_instance_before_another)
+{
+    const struct top_instance instances[3] = {{instance_of(0, 1, 0), 0},
+                                              {instance_of(1, 1, 1), TOP_NO_BOTTOM},
+                                              {instance_of(0.25f, 1, 30), 0}};
+    if (strstr(bench.driver, "Mesa 26."))
+        skip();
+    compare(instances, 3, false);
+    assert_int_equal(tally.all, 0);
 }
 
 TEST(test_ring)
