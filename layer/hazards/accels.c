@@ -52,8 +52,7 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureInfoKHR *pInfo)
 {
     struct hazard_recording recording;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdCopyAccelerationStructureKHR");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyAccelerationStructureKHR")) {
         add_accel(&recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, pInfo->src);
         add_accel(&recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_DST, pInfo->dst);
     }
@@ -65,8 +64,7 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyAccelerationStructureNV(
     VkCopyAccelerationStructureModeKHR mode)
 {
     struct hazard_recording recording;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdCopyAccelerationStructureNV");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyAccelerationStructureNV")) {
         add_nv(&recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, src);
         add_nv(&recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_DST, dst);
     }
@@ -80,8 +78,8 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyAccelerationStructureToMemoryKHR(
     struct hazard_recording recording;
     if (!device)
         return;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdCopyAccelerationStructureToMemoryKHR");
+    if (hazard_recording_begin(&recording, commandBuffer,
+                               "vkCmdCopyAccelerationStructureToMemoryKHR")) {
         add_accel(&recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, pInfo->src);
         add_header(&recording, ACCESS_COPY_ACCEL_TRANSFER_WRITE, pInfo->dst.deviceAddress);
     }
@@ -92,8 +90,8 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMemoryToAccelerationStructureKHR(
     VkCommandBuffer commandBuffer, const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
 {
     struct hazard_recording recording;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdCopyMemoryToAccelerationStructureKHR");
+    if (hazard_recording_begin(&recording, commandBuffer,
+                               "vkCmdCopyMemoryToAccelerationStructureKHR")) {
         add_header(&recording, ACCESS_COPY_ACCEL_TRANSFER_READ, pInfo->src.deviceAddress);
         add_accel(&recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_DST, pInfo->dst);
     }
@@ -106,11 +104,10 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteAccelerationStructuresPropertiesKHR(
     VkQueryPool queryPool, uint32_t firstQuery)
 {
     struct hazard_recording recording;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdWriteAccelerationStructuresPropertiesKHR");
+    if (hazard_recording_begin(&recording, commandBuffer,
+                               "vkCmdWriteAccelerationStructuresPropertiesKHR"))
         for (uint32_t i = 0; i < accelerationStructureCount; i++)
             add_accel(&recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, pAccelerationStructures[i]);
-    }
     assay_CmdWriteAccelerationStructuresPropertiesKHR(commandBuffer, accelerationStructureCount,
                                                       pAccelerationStructures, queryType, queryPool,
                                                       firstQuery);
@@ -125,11 +122,10 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteAccelerationStructuresPropertiesNV(
     struct hazard_recording recording;
     if (!device)
         return;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdWriteAccelerationStructuresPropertiesNV");
+    if (hazard_recording_begin(&recording, commandBuffer,
+                               "vkCmdWriteAccelerationStructuresPropertiesNV"))
         for (uint32_t i = 0; i < accelerationStructureCount; i++)
             add_nv(&recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, pAccelerationStructures[i]);
-    }
     device->vk.CmdWriteAccelerationStructuresPropertiesNV(commandBuffer, accelerationStructureCount,
                                                           pAccelerationStructures, queryType,
                                                           queryPool, firstQuery);

@@ -19,8 +19,7 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMemoryKHR(VkCommandBuffer commandBuffe
     struct hazard_recording recording;
     if (!device)
         return;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdCopyMemoryKHR");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyMemoryKHR")) {
         for (uint32_t i = 0; i < pInfo->regionCount; i++) {
             const VkDeviceMemoryCopyKHR *region = &pInfo->pRegions[i];
             add(&recording, ACCESS_TRANSFER_READ, HAZARD_SRC, region->srcRange.address,
@@ -41,10 +40,8 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdUpdateMemoryKHR(VkCommandBuffer commandBuf
     struct hazard_recording recording;
     if (!device)
         return;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdUpdateMemoryKHR");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdUpdateMemoryKHR"))
         add(&recording, ACCESS_FILL_WRITE, HAZARD_DST, pDstRange->address, dataSize);
-    }
     device->vk.CmdUpdateMemoryKHR(commandBuffer, pDstRange, dstFlags, dataSize, pData);
 }
 
@@ -57,9 +54,7 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdFillMemoryKHR(VkCommandBuffer commandBuffe
     struct hazard_recording recording;
     if (!device)
         return;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdFillMemoryKHR");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdFillMemoryKHR"))
         add(&recording, ACCESS_FILL_WRITE, HAZARD_DST, pDstRange->address, pDstRange->size / 4 * 4);
-    }
     device->vk.CmdFillMemoryKHR(commandBuffer, pDstRange, dstFlags, data);
 }

@@ -99,11 +99,9 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdBuildMicromapsEXT(VkCommandBuffer commandB
                                                         const VkMicromapBuildInfoEXT *pInfos)
 {
     struct hazard_recording recording;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdBuildMicromapsEXT");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdBuildMicromapsEXT"))
         for (uint32_t i = 0; i < infoCount; i++)
             add_build(&recording, i, &pInfos[i], false);
-    }
     assay_CmdBuildMicromapsEXT(commandBuffer, infoCount, pInfos);
 }
 
@@ -125,8 +123,7 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMicromapEXT(VkCommandBuffer commandBuf
                                                       const VkCopyMicromapInfoEXT *pInfo)
 {
     struct hazard_recording recording;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdCopyMicromapEXT");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyMicromapEXT")) {
         add_whole(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pInfo->src);
         add_whole(&recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, pInfo->dst);
     }
@@ -157,8 +154,7 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMemoryToMicromapEXT(
     VkCommandBuffer commandBuffer, const VkCopyMemoryToMicromapInfoEXT *pInfo)
 {
     struct hazard_recording recording;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdCopyMemoryToMicromapEXT");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyMemoryToMicromapEXT")) {
         add_bytes(&recording, &memory_read, pInfo->src, false, HEADER_SIZE);
         add_whole(&recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, pInfo->dst);
     }
@@ -172,8 +168,7 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMicromapToMemoryEXT(
     struct hazard_recording recording;
     if (!device)
         return;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdCopyMicromapToMemoryEXT");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyMicromapToMemoryEXT")) {
         add_whole(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pInfo->src);
         add_bytes(&recording, &memory_write,
                   (VkDeviceOrHostAddressConstKHR){.deviceAddress = pInfo->dst.deviceAddress}, false,
@@ -190,11 +185,9 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteMicromapsPropertiesEXT(
     struct hazard_recording recording;
     if (!device)
         return;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdWriteMicromapsPropertiesEXT");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdWriteMicromapsPropertiesEXT"))
         for (uint32_t i = 0; i < micromapCount; i++)
             add_whole(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pMicromaps[i]);
-    }
     device->vk.CmdWriteMicromapsPropertiesEXT(commandBuffer, micromapCount, pMicromaps, queryType,
                                               queryPool, firstQuery);
 }

@@ -28,6 +28,15 @@ struct hazard_item *hazard_recording_command(struct hazard_recording *recording,
     return command;
 }
 
+bool hazard_recording_begin(struct hazard_recording *recording, VkCommandBuffer handle,
+                            const char *name)
+{
+    if (!hazard_recording_start(recording, handle))
+        return false;
+    hazard_recording_command(recording, name);
+    return true;
+}
+
 void hazard_recording_add(struct hazard_recording *recording, const struct hazard_use *use,
                           VkObjectType type, uint64_t object, const struct hazard_bytes *bytes)
 {

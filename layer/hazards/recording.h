@@ -24,6 +24,10 @@ bool hazard_recording_start(struct hazard_recording *recording, VkCommandBuffer 
 /* Begins a command, whose accesses follow. Returns NULL if memory runs out. */
 struct hazard_item *hazard_recording_command(struct hazard_recording *recording, const char *name);
 
+/* Starts, and begins a command of the command buffer. Returns as hazard_recording_start(). */
+bool hazard_recording_begin(struct hazard_recording *recording, VkCommandBuffer handle,
+                            const char *name);
+
 /* What accesses bytes, and in which member. */
 struct hazard_use {
     enum access_kind kind;

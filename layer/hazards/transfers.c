@@ -25,10 +25,8 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyBuffer(VkCommandBuffer commandBuffer, 
     struct hazard_recording recording;
     if (!device)
         return;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdCopyBuffer");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyBuffer"))
         ADD_BUFFER_COPIES(&recording, srcBuffer, dstBuffer, regionCount, pRegions);
-    }
     device->vk.CmdCopyBuffer(commandBuffer, srcBuffer, dstBuffer, regionCount, pRegions);
 }
 
@@ -41,11 +39,9 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyBuffer(VkCommandBuffer commandBuffer, 
         struct hazard_recording recording;                                                         \
         if (!device)                                                                               \
             return;                                                                                \
-        if (hazard_recording_start(&recording, commandBuffer)) {                                   \
-            hazard_recording_command(&recording, "vk" #name);                                      \
+        if (hazard_recording_begin(&recording, commandBuffer, "vk" #name))                         \
             ADD_BUFFER_COPIES(&recording, pInfo->srcBuffer, pInfo->dstBuffer, pInfo->regionCount,  \
                               pInfo->pRegions);                                                    \
-        }                                                                                          \
         device->vk.name(commandBuffer, pInfo);                                                     \
     }
 
@@ -111,9 +107,8 @@ static void add_image_copy(VkCommandBuffer handle, const char *name, const struc
                            uint32_t count, const VkBufferImageCopy *regions)
 {
     struct hazard_recording recording;
-    if (!hazard_recording_start(&recording, handle))
+    if (!hazard_recording_begin(&recording, handle, name))
         return;
-    hazard_recording_command(&recording, name);
     for (uint32_t i = 0; i < count; i++)
         add_region(&recording, copy, &regions[i]);
 }
@@ -123,9 +118,8 @@ static void add_image_copy_2(VkCommandBuffer handle, const char *name,
                              const VkBufferImageCopy2 *regions)
 {
     struct hazard_recording recording;
-    if (!hazard_recording_start(&recording, handle))
+    if (!hazard_recording_begin(&recording, handle, name))
         return;
-    hazard_recording_command(&recording, name);
     for (uint32_t i = 0; i < count; i++)
         add_region(&recording, copy,
                    &(VkBufferImageCopy){regions[i].bufferOffset, regions[i].bufferRowLength,
@@ -206,11 +200,9 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdFillBuffer(VkCommandBuffer commandBuffer, 
     struct hazard_recording recording;
     if (!device)
         return;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdFillBuffer");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdFillBuffer"))
         hazard_recording_add_buffer(&recording, ACCESS_FILL_WRITE, HAZARD_DST, dstBuffer, dstOffset,
                                     filled_size(&recording, dstBuffer, dstOffset, size));
-    }
     device->vk.CmdFillBuffer(commandBuffer, dstBuffer, dstOffset, size, data);
 }
 
@@ -222,11 +214,9 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdUpdateBuffer(VkCommandBuffer commandBuffer
     struct hazard_recording recording;
     if (!device)
         return;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdUpdateBuffer");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdUpdateBuffer"))
         hazard_recording_add_buffer(&recording, ACCESS_FILL_WRITE, HAZARD_DST, dstBuffer, dstOffset,
                                     dataSize);
-    }
     device->vk.CmdUpdateBuffer(commandBuffer, dstBuffer, dstOffset, dataSize, pData);
 }
 
@@ -267,10 +257,8 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyQueryPoolResults(
     struct hazard_recording recording;
     if (!device)
         return;
-    if (hazard_recording_start(&recording, commandBuffer)) {
-        hazard_recording_command(&recording, "vkCmdCopyQueryPoolResults");
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyQueryPoolResults"))
         add_results(&recording, queryPool, queryCount, dstBuffer, dstOffset, stride, flags);
-    }
     device->vk.CmdCopyQueryPoolResults(commandBuffer, queryPool, firstQuery, queryCount, dstBuffer,
                                        dstOffset, stride, flags);
 }

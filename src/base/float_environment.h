@@ -15,7 +15,7 @@ static inline void float_environment_enter(fenv_t *of_application)
     fesetenv(FE_DFL_ENV);
 }
 
-/* The application's flags of exceptions are as they were. */
+/* Restores the application's environment. Exceptions in between set no flags in it. */
 static inline void float_environment_leave(const fenv_t *of_application)
 {
     fesetenv(of_application);

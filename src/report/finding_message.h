@@ -18,7 +18,7 @@ void message_of_difference(struct message *message, enum difference difference,
 /* A message of the layer about itself, not about a rule. */
 void message_of_layer(struct message *message, enum report_flag severity, const char *line);
 
-/* The same with an id of its own, such as ASSAY-device-lost. */
+/* A message of the layer that has an id of its own, such as ASSAY-device-lost. */
 void message_of_event(struct message *message, enum report_flag severity, const char *id,
                       const char *line);
 

@@ -48,13 +48,13 @@ bool reporter_wants(const struct reporter *reporter, enum vuid vuid);
 bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
                    const struct call_origin *origin, const struct finding *finding);
 
-/* The same for differences of compared rays, with severity warning. */
+/* Differences of compared rays have severity warning. */
 bool reporter_wants_difference(const struct reporter *reporter, enum difference difference);
 void reporter_send_difference(struct reporter *reporter, enum difference difference,
                               const struct location *location, const struct call_origin *origin,
                               const struct finding *finding);
 
-/* The same for hazards, with severity error. */
+/* Hazards have severity error. */
 bool reporter_wants_hazard(const struct reporter *reporter, enum hazard_id hazard);
 struct hazard_report;
 void reporter_send_hazard(struct reporter *reporter, const struct hazard_report *report);

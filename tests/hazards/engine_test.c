@@ -275,7 +275,7 @@ TEST(hazards_are_found_again_after_memory_ran_out)
     hazards_destroy(hazards);
 }
 
-/* An index only makes searches faster: without memory, it stays as it was for fewer pieces. */
+/* The index only makes searches faster. If memory runs out, it does not grow. */
 TEST(pieces_are_found_without_memory_for_an_index)
 {
     struct random random = random_of("hazards_index");

@@ -172,7 +172,7 @@ static void read_dependencies(struct play *play, char **words, struct dependenci
     }
 }
 
-/* The same as synchronization without 2 has it: one pair of stage masks for all. */
+/* Dependencies of vkCmdPipelineBarrier: one pair of stage masks for all. */
 struct dependencies_1 {
     VkPipelineStageFlags src, dst;
     VkMemoryBarrier memory[PLAY_ITEMS];

@@ -54,7 +54,8 @@ void surrounding_clear(const char *settings_text);
 
 /* A setup: the same without a file. */
 void surrounding_set_up(void);
-/* The same with log_format = json and log_filename, or stderr if it is NULL; no file a.jsonl. */
+/* Clears the surroundings, removes a.jsonl, and sets log_format = json and log_filename; NULL:
+ * stderr. */
 void surrounding_json(const char *filename);
 
 /* A reporter for VkInstanceCreateInfo with this chain; fails the test if there is none. */

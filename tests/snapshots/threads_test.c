@@ -107,7 +107,7 @@ static void lose_device(void)
     platform.null_driver.set_device_lost(true);
 }
 
-/* The layer says only that these builds may not have executed, and nobody waits for them. A thread
+/* The layer reports only that these builds may not have executed, and no thread hangs. A thread
  * that does not know of the loss yet may submit a command buffer again before the layer has seen it
  * complete. */
 TEST(test_lost_device)

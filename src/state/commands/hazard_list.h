@@ -95,7 +95,7 @@ void hazard_list_destroy(struct hazard_list *list);
 void hazard_list_clear(struct hazard_list *list);
 /* Returns a zeroed item, or NULL if memory runs out; the list is incomplete then. */
 struct hazard_item *hazard_list_add(struct hazard_list *list);
-/* The same, but the caller sets the whole item. */
+/* Returns an item that is not zeroed: the caller sets all of it. */
 static inline struct hazard_item *hazard_list_add_unset(struct hazard_list *list)
 {
     if (!chunk_list_make_room(&list->items, sizeof(struct hazard_item))) {
