@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Waits while the device makes no progress: one report, and results as without the layer. */
+#include "tests/fixture/messenger.h"
 #include "tests/snapshots/scene.h"
 
 #include <pthread.h>
@@ -41,17 +42,15 @@ static void close_scene(void)
 static void hang(bool skips_copies)
 {
     const uint64_t one = 1;
-    const VkTimelineSemaphoreSubmitInfo values =
-        MAKE(VkTimelineSemaphoreSubmitInfo, .signalSemaphoreValueCount = 1,
-             .pSignalSemaphoreValues = &one);
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .signalSemaphoreValueCount = 1,
+                 .pSignalSemaphoreValues = &one);
     platform.null_driver.plan_fault(&(struct null_driver_fault){
         .kind = NULL_DRIVER_HANG, .at = NULL_DRIVER_AT_BUILD, .skips_copies = skips_copies});
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 1);
+    VkCommandBuffer commands = scene_record_boxes(0, 1);
     GET(fixture.vk.EndCommandBuffer(commands));
-    const VkSubmitInfo info =
-        MAKE(VkSubmitInfo, .pNext = &values, .commandBufferCount = 1, .pCommandBuffers = &commands,
-             .signalSemaphoreCount = 1, .pSignalSemaphores = &timeline);
+    const STRUCT(VkSubmitInfo, info, .pNext = &values, .commandBufferCount = 1,
+                 .pCommandBuffers = &commands, .signalSemaphoreCount = 1,
+                 .pSignalSemaphores = &timeline);
     GET(fixture.vk.QueueSubmit(fixture.queue, 1, &info, fence));
     fixture_expect_silence(&fixture);
 }
@@ -67,13 +66,10 @@ static uint32_t count_of(const char *id)
 
 /* ---- another thread, which ends the hang when the layer has reported it */
 
-static VkBool32 VKAPI_CALL report_arrives(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                          VkDebugUtilsMessageTypeFlagsEXT types,
-                                          const VkDebugUtilsMessengerCallbackDataEXT *data,
-                                          void *reported)
+MESSENGER_CALLBACK(report_arrives)
 {
     if (strcmp(data->pMessageIdName, "ASSAY-hang") == 0)
-        *(atomic_bool *)reported = true;
+        *(atomic_bool *)user = true;
     return VK_FALSE;
 }
 
@@ -85,10 +81,7 @@ static void *end_hang(void *reported)
     return NULL;
 }
 
-static VkResult wait_for_fence(void)
-{
-    return fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, UINT64_MAX);
-}
+SCENE_CALL(wait_for_fence, fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, UINT64_MAX))
 
 static VkResult wait_for_any_fence(void)
 {
@@ -98,41 +91,39 @@ static VkResult wait_for_any_fence(void)
     return result;
 }
 
-static VkResult wait_for_semaphore(void)
-{
-    const uint64_t one = 1;
-    const VkSemaphoreWaitInfo info =
-        MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1, .pSemaphores = &timeline, .pValues = &one);
-    return fixture.vk.WaitSemaphores(fixture.device, &info, UINT64_MAX);
-}
+SCENE_CALL(wait_for_semaphore,
+           fixture.vk.WaitSemaphores(fixture.device,
+                                     &MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
+                                           .pSemaphores = &timeline, .pValues = &(uint64_t){1}),
+                                     UINT64_MAX))
+SCENE_CALL(wait_for_queue, fixture.vk.QueueWaitIdle(fixture.queue))
+SCENE_CALL(wait_for_device, fixture.vk.DeviceWaitIdle(fixture.device))
 
-static VkResult wait_for_queue(void)
-{
-    return fixture.vk.QueueWaitIdle(fixture.queue);
-}
-
-static VkResult wait_for_device(void)
-{
-    return fixture.vk.DeviceWaitIdle(fixture.device);
-}
+static const struct row {
+    const char *test;
+    VkResult (*wait)(void);
+} rows[] = {{"test_fence", wait_for_fence},
+            {"test_any_fence", wait_for_any_fence},
+            {"test_semaphore", wait_for_semaphore},
+            {"test_queue", wait_for_queue},
+            {"test_device", wait_for_device}};
 
 /* The report comes while the call waits, and the finding only once. */
-static void expect_report(VkResult (*wait)(void))
+TEST_OF_ROWS_BETWEEN(test_waits, rows, const struct row *row, open_scene, close_scene)
 {
     atomic_bool reported = false;
     VkDebugUtilsMessengerEXT messenger;
     pthread_t thread;
-    const VkDebugUtilsMessengerCreateInfoEXT info =
-        MAKE(VkDebugUtilsMessengerCreateInfoEXT,
-             .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
-             .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
-                            VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
-             .pfnUserCallback = report_arrives, .pUserData = &reported);
+    const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, info,
+                 .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+                 .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                                VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
+                 .pfnUserCallback = report_arrives, .pUserData = &reported);
     hang(false);
     GET(fixture.instance.vk.CreateDebugUtilsMessengerEXT(fixture.instance.instance, &info, NULL,
                                                          &messenger));
     assert_int_equal(pthread_create(&thread, NULL, end_hang, &reported), 0);
-    GET(wait());
+    GET(row->wait());
     pthread_join(thread, NULL);
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
     fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance, messenger, NULL);
@@ -141,33 +132,7 @@ static void expect_report(VkResult (*wait)(void))
                                     ": its inputs had been copied, and it had not finished."),
                      1);
     assert_int_equal(count_of("VUID"), 1);
-    const char *finding = fixture.instance.messages.items[0].text;
-    assert_non_null(strstr(finding, "read while the device made no progress"));
-}
-
-HANG_TEST(test_fence)
-{
-    expect_report(wait_for_fence);
-}
-
-HANG_TEST(test_any_fence)
-{
-    expect_report(wait_for_any_fence);
-}
-
-HANG_TEST(test_semaphore)
-{
-    expect_report(wait_for_semaphore);
-}
-
-HANG_TEST(test_queue)
-{
-    expect_report(wait_for_queue);
-}
-
-HANG_TEST(test_device)
-{
-    expect_report(wait_for_device);
+    assert_has(fixture.instance.messages.items[0].text, "read while the device made no progress");
 }
 
 /* ---- timeouts */

@@ -58,8 +58,6 @@ static void build_on_memory(VkBuffer buffer, const char *text)
     fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
 }
 
-/* ---- tests */
-
 SCENE_TEST(test_imported)
 {
     const STRUCT(VkExternalMemoryBufferCreateInfo, external,

@@ -39,8 +39,7 @@ static void close_scene(void)
 
 static VkCommandBuffer record(void)
 {
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 1);
+    VkCommandBuffer commands = scene_record_boxes(0, 1);
     GET(fixture.vk.EndCommandBuffer(commands));
     return commands;
 }
@@ -65,11 +64,8 @@ static void expect_told(const char *text)
 static void expect_in_message(uint32_t i, const char *text)
 {
     assert_true(i < messages_kept(&fixture.instance.messages));
-    if (!strstr(fixture.instance.messages.items[i].text, text))
-        fail_msg("\"%s\" is not in: %s", text, fixture.instance.messages.items[i].text);
+    assert_has(fixture.instance.messages.items[i].text, text);
 }
-
-/* ---- tests */
 
 TEST(test_complete_for_no_known_reason)
 {

@@ -3,8 +3,6 @@
  * one warning says so. */
 #include "tests/snapshots/scene.h"
 
-#include <string.h>
-
 #include "tests/fixture/trace.h"
 
 enum { BUFFER_SIZE = 1 << 16 };
@@ -23,8 +21,7 @@ static void open_scene(const char *level, bool is_valid)
 
 static VkCommandBuffer record(void)
 {
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 1);
+    VkCommandBuffer commands = scene_record_boxes(0, 1);
     scene_build_instance(commands, instances.address, false);
     GET(fixture.vk.EndCommandBuffer(commands));
     return commands;
@@ -35,8 +32,6 @@ static void run(VkCommandBuffer commands)
     GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
 }
-
-/* ---- tests */
 
 /* Memory that nobody has written would be an instance whose transform has no inverse. */
 TEST(test_warns_once)
