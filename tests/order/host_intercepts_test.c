@@ -39,12 +39,11 @@ TEST(what_others_signal_brings_no_order)
 
 DEVICE_TEST(shared_semaphores_and_fences_bring_no_order)
 {
-    const VkExportSemaphoreCreateInfo semaphore =
-        MAKE(VkExportSemaphoreCreateInfo,
-             .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
-    const VkExportFenceCreateInfo fence =
-        MAKE(VkExportFenceCreateInfo, .handleTypes = VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT);
-    const VkImportFenceFdInfoKHR import = MAKE(VkImportFenceFdInfoKHR, .fence = FENCE(F + 1));
+    const STRUCT(VkExportSemaphoreCreateInfo, semaphore,
+                 .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const STRUCT(VkExportFenceCreateInfo, fence,
+                 .handleTypes = VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const STRUCT(VkImportFenceFdInfoKHR, import, .fence = FENCE(F + 1));
     create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, &semaphore);
     create_fence(F, &fence);
     create_fence(F + 1, NULL);
@@ -77,9 +76,8 @@ static VkResult wait_values(uint32_t count, const uint64_t *values, VkSemaphoreW
                             PFN_vkWaitSemaphores wait)
 {
     VkSemaphore semaphores[] = {SEMAPHORE(T), SEMAPHORE(T)};
-    const VkSemaphoreWaitInfo info =
-        MAKE(VkSemaphoreWaitInfo, .flags = flags, .semaphoreCount = count,
-             .pSemaphores = semaphores, .pValues = values);
+    const STRUCT(VkSemaphoreWaitInfo, info, .flags = flags, .semaphoreCount = count,
+                 .pSemaphores = semaphores, .pValues = values);
     return wait(NULL, &info, 0);
 }
 
@@ -160,8 +158,7 @@ DEVICE_TEST(fences_are_reset)
 
 TEST(the_host_signals)
 {
-    const VkSemaphoreSignalInfo info =
-        MAKE(VkSemaphoreSignalInfo, .semaphore = SEMAPHORE(S), .value = 1);
+    const STRUCT(VkSemaphoreSignalInfo, info, .semaphore = SEMAPHORE(S), .value = 1);
     const PFN_vkSignalSemaphore signals[] = {assay_SignalSemaphore, assay_SignalSemaphoreKHR};
     for (uint32_t i = 0; i < 2; i++) {
         struct program p;

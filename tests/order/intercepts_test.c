@@ -85,9 +85,9 @@ TEST(stages_of_signals_count)
 DEVICE_TEST(batches_on_several_physical_devices_are_not_ordered)
 {
     const uint32_t zero = 0, both = 3, first = 1;
-    VkDeviceGroupSubmitInfo group =
-        MAKE(VkDeviceGroupSubmitInfo, .waitSemaphoreCount = 1, .pWaitSemaphoreDeviceIndices = &zero,
-             .commandBufferCount = 1, .pCommandBufferDeviceMasks = &both);
+    STRUCT(VkDeviceGroupSubmitInfo, group, .waitSemaphoreCount = 1,
+           .pWaitSemaphoreDeviceIndices = &zero, .commandBufferCount = 1,
+           .pCommandBufferDeviceMasks = &both);
     create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, NULL);
     PLAIN(.queue = 1, .name = 10, .signal = S, .signal_value = 1);
     PLAIN(.queue = 2, .name = 20, .wait = S, .wait_value = 1, .group = &group);
@@ -125,9 +125,8 @@ DEVICE_TEST(a_skipped_call_does_not_go_down)
 DEVICE_TEST(bindings_are_observed)
 {
     VkSemaphore wait = SEMAPHORE(S), signal = SEMAPHORE(T);
-    const VkBindSparseInfo info =
-        MAKE(VkBindSparseInfo, .waitSemaphoreCount = 1, .pWaitSemaphores = &wait,
-             .signalSemaphoreCount = 1, .pSignalSemaphores = &signal);
+    const STRUCT(VkBindSparseInfo, info, .waitSemaphoreCount = 1, .pWaitSemaphores = &wait,
+                 .signalSemaphoreCount = 1, .pSignalSemaphores = &signal);
     create_semaphore(S, VK_SEMAPHORE_TYPE_BINARY, NULL);
     create_semaphore(T, VK_SEMAPHORE_TYPE_BINARY, NULL);
     create_fence(F, NULL);
