@@ -3,7 +3,6 @@
 #include "tests/recording/device.h"
 
 #include <stdio.h>
-#include <string.h>
 
 #include "layer/hazards/objects.h"
 #include "layer/intercepts/build_notes.h"
@@ -180,26 +179,24 @@ __attribute__((format(printf, 1, 2))) static void print(const char *format, ...)
     assert_true(length < sizeof(list_text));
 }
 
+/* A letter for each member of a set, or "*" for all. */
+static void print_set(uint32_t set, uint32_t all, const char *letters)
+{
+    if (set == all)
+        print("*");
+    for (int i = 0; set != all && letters[i]; i++)
+        if (set & 1u << i)
+            print("%c", letters[i]);
+}
+
 static void print_stages(stage_set stages)
 {
-    if (stages == ALL_SYNC_STAGES) {
-        print("*");
-        return;
-    }
-    for (int i = 0; i < SYNC_ACCESS_STAGES; i++)
-        if (stages & 1u << i)
-            print("%c", "BACFMH"[i]);
+    print_set(stages, ALL_SYNC_STAGES, "BACFMH");
 }
 
 static void print_kinds(kind_set kinds)
 {
-    if (kinds == (1u << ACCESS_KINDS) - 1) {
-        print("*");
-        return;
-    }
-    for (int i = 0; i < ACCESS_KINDS; i++)
-        if (kinds & 1u << i)
-            print("%c", 'a' + i);
+    print_set(kinds, (1u << ACCESS_KINDS) - 1, "abcdefghijklmnopqrs");
 }
 
 static void print_barrier(const struct hazard_item *item)
@@ -230,18 +227,11 @@ static unsigned number_of(uint64_t object)
 
 static const char *type_name(VkObjectType type)
 {
-    switch ((int)type) {
-    case VK_OBJECT_TYPE_BUFFER:
-        return "buffer";
-    case VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR:
-        return "accel";
-    case VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV:
-        return "nv";
-    case VK_OBJECT_TYPE_MICROMAP_EXT:
-        return "micromap";
-    default:
-        return "memory";
-    }
+    return type == VK_OBJECT_TYPE_BUFFER                       ? "buffer"
+           : type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR ? "accel"
+           : type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV  ? "nv"
+           : type == VK_OBJECT_TYPE_MICROMAP_EXT               ? "micromap"
+                                                               : "memory";
 }
 
 static void print_access(const struct hazard_item *item)

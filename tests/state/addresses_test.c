@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is known of device addresses. */
 #include "tests/fixture/make.h"
+#include "tests/report/scarce_memory.h"
 #include "tests/state/fixture.h"
-#include "tests/state/without_memory.h"
 
 enum {
     STORAGE = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,

@@ -2,8 +2,8 @@
 /* Tests of the table of command pools and command buffers. */
 #include "random.h"
 #include "tests/fixture/make.h"
+#include "tests/report/scarce_memory.h"
 #include "tests/state/command_fixture.h"
-#include "tests/state/without_memory.h"
 
 /* ---- pools and handles */
 

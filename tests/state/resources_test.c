@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is known of acceleration structures, their buffers and their memory. */
+#include "tests/report/scarce_memory.h"
 #include "tests/state/fixture.h"
-#include "tests/state/without_memory.h"
 
 enum { SIZE = 0x1000 };
 

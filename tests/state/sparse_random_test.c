@@ -3,7 +3,7 @@
 #include <inttypes.h>
 
 #include "random.h"
-#include "tests/state/sparse_fixture.h"
+#include "tests/state/fixture.h"
 #include "tests/state/steps.h"
 
 struct model {

@@ -115,7 +115,7 @@ static void send(unsigned n, const struct label_stack *labels)
 
 static void record_once(struct random *random, unsigned n)
 {
-    const VkCommandBufferBeginInfo info = MAKE(VkCommandBufferBeginInfo);
+    const STRUCT(VkCommandBufferBeginInfo, info);
     const VkDebugUtilsLabelEXT label = {.pLabelName = "frame"};
     struct command_buffer *own = command_buffers_find(device.command_buffers, handle(n));
     EXPECT(own && own->handle == handle(n));
@@ -240,8 +240,6 @@ static void *make(void *context)
     return NULL;
 }
 
-/* ---- */
-
 static bool is_a_name(const char *text)
 {
     return !text || strncmp(text, "tree ", 5) == 0 || strncmp(text, "oak tree number ", 16) == 0;
@@ -258,7 +256,7 @@ MESSENGER_CALLBACK(hear)
 
 static void make_device(void)
 {
-    const VkInstanceCreateInfo create_info = MAKE(VkInstanceCreateInfo);
+    const STRUCT(VkInstanceCreateInfo, create_info);
     const VkDebugUtilsMessengerCreateInfoEXT info = messenger(hear);
     setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "0", 1);
     device.resources = no_resources();
