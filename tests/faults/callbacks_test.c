@@ -65,8 +65,6 @@ static void submit_mistake(void)
     assert_int_equal(scene_submit_call(scene), VK_SUCCESS);
 }
 
-/* ---- deeds */
-
 static void destroy_messenger(void)
 {
     fixture.vki.DestroyDebugUtilsMessengerEXT(fixture.instance, messenger, NULL);

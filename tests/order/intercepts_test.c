@@ -17,11 +17,11 @@ DEVICE_TEST(submits_are_observed_and_forwarded)
            .wait_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
     assert_string_equal(reached, "QueueSubmit2");
     assert_null(find_run(p, 40));
-    submit_second(&(struct second){.queue = 3,
-                                   .name = 31,
-                                   .signal = T,
-                                   .signal_value = 9,
-                                   .signal_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT},
+    submit_second(&(struct batch){.queue = 3,
+                                  .name = 31,
+                                  .signal = T,
+                                  .signal_value = 9,
+                                  .signal_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT},
                   assay_QueueSubmit2KHR);
     assert_string_equal(reached, "QueueSubmit2KHR");
     assert_true(follows(p, 40, 31));
@@ -47,7 +47,7 @@ TEST(stages_of_waits_count)
         fake_device_start(&p);
         create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, NULL);
         PLAIN(.queue = 1, .name = 10, .signal = S, .signal_value = 1);
-        PLAIN(.queue = 2, .name = 20, .wait = S, .wait_value = 1, .stages = cases[i].stages);
+        PLAIN(.queue = 2, .name = 20, .wait = S, .wait_value = 1, .wait_stages = cases[i].stages);
         SECOND(.queue = 3, .name = 30, .wait = S, .wait_value = 1, .wait_stages = cases[i].stages);
         assert_int_equal(follows(&p, 20, 10), cases[i].orders);
         assert_int_equal(follows(&p, 30, 10), cases[i].orders);

@@ -86,8 +86,6 @@ PROGRAM_TEST(held_batches_are_bounded)
     assert_int_equal(p->unknown_reason, ORDER_UNKNOWN_TOO_MANY_WAITS);
 }
 
-/* ---- without memory */
-
 static void play_all(struct program *program)
 {
     play(program,
@@ -128,8 +126,6 @@ TEST(without_memory_the_order_is_lost)
     assert_true(memory_fail_no_more());
     assert_null(none);
 }
-
-/* ---- cost */
 
 enum { CALLS = 2000, ROUNDS = 5 };
 

@@ -3,8 +3,6 @@
 #include "program.h"
 #include "src/state/order/semaphore_clock.h"
 
-/* ---- losing the order */
-
 static void expect_lost(const struct program *p, enum order_unknown_reason reason)
 {
     assert_int_equal(p->losses, 1);

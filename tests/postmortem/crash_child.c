@@ -14,25 +14,19 @@ enum { BUFFER_SIZE = 1 << 16 };
 char output[OUTPUT_SIZE];
 int status;
 
-/* ---- the child */
-
 void crash(const struct crash *crash)
 {
-    platform.null_driver.plan_fault(&(struct null_driver_fault){.kind = NULL_DRIVER_CRASH,
-                                                                .at = NULL_DRIVER_AT_BUILD,
-                                                                .skips_copies = crash->skips_copies,
-                                                                .signal = crash->signal,
-                                                                .in_thread = crash->in_thread});
+    PLAN_FAULT(.kind = NULL_DRIVER_CRASH, .at = NULL_DRIVER_AT_BUILD,
+               .skips_copies = crash->skips_copies, .signal = crash->signal,
+               .in_thread = crash->in_thread);
     VkCommandBuffer commands = scene_record_boxes(0, 1);
     scene_submit(commands);
 }
 
 void open_at(const char *level)
 {
-    scene_open(&(struct scene_setup){.settings.level = level,
-                                     .boxes_size = BUFFER_SIZE,
-                                     .structure_size = BUFFER_SIZE,
-                                     .has_tlas = true});
+    SCENE_OPEN(.settings.level = level, .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE,
+               .has_tlas = true);
     fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance,
                                                       fixture.instance.messenger, NULL);
     fixture.instance.messenger = VK_NULL_HANDLE;

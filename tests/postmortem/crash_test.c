@@ -8,8 +8,6 @@
 
 #define COPIED ": its inputs had been copied, and it had not finished."
 
-/* ---- what is reported */
-
 static const struct row {
     const char *test;
     struct crash crash;
@@ -73,8 +71,7 @@ TEST_OF_ROWS(test_crashes, rows, const struct row *row, unit_test_nothing)
 static void crash_at_25_builds(void)
 {
     open_at(NULL);
-    platform.null_driver.plan_fault(&(struct null_driver_fault){
-        .kind = NULL_DRIVER_CRASH, .at = NULL_DRIVER_AT_BUILD, .number = 24});
+    PLAN_FAULT(.kind = NULL_DRIVER_CRASH, .at = NULL_DRIVER_AT_BUILD, .number = 24);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     for (uint32_t i = 0; i < 25; i++)
         scene_build_boxes(commands, 1 + i);
@@ -102,8 +99,6 @@ TEST(test_nothing_to_say)
     EXPECT_ENDING(SIGSEGV);
     assert_string_equal(output, "");
 }
-
-/* ---- the record */
 
 TEST(test_json)
 {

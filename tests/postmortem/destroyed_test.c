@@ -12,8 +12,7 @@ static struct device_buffer instances;
 
 static void open_scene(void)
 {
-    scene_open(&(struct scene_setup){
-        .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE, .has_tlas = true});
+    SCENE_OPEN(.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE, .has_tlas = true);
     instances = scene_input(BUFFER_SIZE);
     scene_write_instance(&instances, true);
 }
@@ -42,8 +41,6 @@ static void run(VkCommandBuffer commands)
     scene_submit(commands);
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
 }
-
-/* ---- references */
 
 SCENE_TEST(test_structure)
 {
@@ -80,8 +77,6 @@ SCENE_TEST(test_wild_reference)
     expect_messages(1, "is not the address of an acceleration structure of this device.");
 }
 
-/* ---- inputs */
-
 SCENE_TEST(test_buffer)
 {
     struct device_buffer vertices = scene_input(BUFFER_SIZE);
@@ -97,8 +92,6 @@ SCENE_TEST(test_buffer)
                     "[\"vertices\"] had this address and was destroyed since the last "
                     "submission.");
 }
-
-/* ---- the ring */
 
 TEST(test_ring)
 {

@@ -31,8 +31,8 @@ static void close_all(void)
 
 static void lose(VkDeviceAddress address)
 {
-    platform.null_driver.plan_fault(&(struct null_driver_fault){
-        .kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_WAIT, .address = address, .precision = 64});
+    PLAN_FAULT(.kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_WAIT, .address = address,
+               .precision = 64);
     assert_int_equal(fixture.vk.DeviceWaitIdle(fixture.device), VK_ERROR_DEVICE_LOST);
 }
 

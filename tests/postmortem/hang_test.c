@@ -17,7 +17,7 @@ static VkSemaphore timeline;
 static void open_with(const char *seconds)
 {
     setenv("VK_ASSAY_VALIDATION_HANG_SECONDS", seconds, 1);
-    scene_open(&(struct scene_setup){.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
+    SCENE_OPEN(.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE);
     fence = fence_create(&fixture.vk, fixture.device);
     timeline = timeline_create(&fixture.vk, fixture.device);
     scene_invalidate_box(0);
@@ -44,8 +44,7 @@ static void hang(bool skips_copies)
     const uint64_t one = 1;
     const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .signalSemaphoreValueCount = 1,
                  .pSignalSemaphoreValues = &one);
-    platform.null_driver.plan_fault(&(struct null_driver_fault){
-        .kind = NULL_DRIVER_HANG, .at = NULL_DRIVER_AT_BUILD, .skips_copies = skips_copies});
+    PLAN_FAULT(.kind = NULL_DRIVER_HANG, .at = NULL_DRIVER_AT_BUILD, .skips_copies = skips_copies);
     VkCommandBuffer commands = scene_record_boxes(0, 1);
     GET(fixture.vk.EndCommandBuffer(commands));
     const STRUCT(VkSubmitInfo, info, .pNext = &values, .commandBufferCount = 1,
@@ -81,7 +80,12 @@ static void *end_hang(void *reported)
     return NULL;
 }
 
-SCENE_CALL(wait_for_fence, fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, UINT64_MAX))
+static VkResult wait_for(uint64_t nanoseconds)
+{
+    return fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, nanoseconds);
+}
+
+CALL_AS(wait_for_fence, wait_for(UINT64_MAX))
 
 static VkResult wait_for_any_fence(void)
 {
@@ -91,13 +95,13 @@ static VkResult wait_for_any_fence(void)
     return result;
 }
 
-SCENE_CALL(wait_for_semaphore,
-           fixture.vk.WaitSemaphores(fixture.device,
-                                     &MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
-                                           .pSemaphores = &timeline, .pValues = &(uint64_t){1}),
-                                     UINT64_MAX))
-SCENE_CALL(wait_for_queue, fixture.vk.QueueWaitIdle(fixture.queue))
-SCENE_CALL(wait_for_device, fixture.vk.DeviceWaitIdle(fixture.device))
+CALL_AS(wait_for_semaphore,
+        fixture.vk.WaitSemaphores(fixture.device,
+                                  &MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
+                                        .pSemaphores = &timeline, .pValues = &(uint64_t){1}),
+                                  UINT64_MAX))
+CALL_AS(wait_for_queue, fixture.vk.QueueWaitIdle(fixture.queue))
+CALL_AS(wait_for_device, fixture.vk.DeviceWaitIdle(fixture.device))
 
 static const struct row {
     const char *test;
@@ -142,13 +146,12 @@ HANG_TEST(test_timeouts_stay)
     hang(true);
     const uint64_t timeouts[] = {0, 1, 20 * MILLISECOND, 600 * (uint64_t)MILLISECOND};
     const uint64_t calls = platform.null_driver.calls("vkWaitForFences");
-    assert_int_equal(fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, 0), VK_TIMEOUT);
+    assert_int_equal(wait_for(0), VK_TIMEOUT);
     assert_true(platform.null_driver.calls("vkWaitForFences") > calls);
     for (size_t i = 0; i < ARRAY_COUNT(timeouts); i++) {
         struct timespec begin, end;
         clock_gettime(CLOCK_MONOTONIC, &begin);
-        assert_int_equal(fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, timeouts[i]),
-                         VK_TIMEOUT);
+        assert_int_equal(wait_for(timeouts[i]), VK_TIMEOUT);
         clock_gettime(CLOCK_MONOTONIC, &end);
         const uint64_t passed = (uint64_t)(end.tv_sec - begin.tv_sec) * 1000 * MILLISECOND +
                                 (uint64_t)end.tv_nsec - (uint64_t)begin.tv_nsec;
@@ -163,9 +166,7 @@ HANG_TEST(test_reports_once)
 {
     hang(true);
     for (int i = 0; i < 2; i++)
-        assert_int_equal(fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE,
-                                                  1500 * (uint64_t)MILLISECOND),
-                         VK_TIMEOUT);
+        assert_int_equal(wait_for(1500 * (uint64_t)MILLISECOND), VK_TIMEOUT);
     expect_messages(1,
                     "The device has made no progress for 1 second, while the application waits "
                     "for it. 1 build was submitted");
@@ -178,9 +179,7 @@ TEST_CLOSED(test_off, close_scene)
 {
     open_with("0");
     hang(false);
-    assert_int_equal(
-        fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, 1500 * (uint64_t)MILLISECOND),
-        VK_TIMEOUT);
+    assert_int_equal(wait_for(1500 * (uint64_t)MILLISECOND), VK_TIMEOUT);
     fixture_expect_silence(&fixture);
 }
 
@@ -188,8 +187,7 @@ TEST_CLOSED(test_off, close_scene)
 HANG_TEST(test_lost_while_waiting)
 {
     hang(false);
-    platform.null_driver.plan_fault(&(struct null_driver_fault){
-        .kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_WAIT, .number = 2});
+    PLAN_FAULT(.kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_WAIT, .number = 2);
     assert_int_equal(wait_for_device(), VK_ERROR_DEVICE_LOST);
     assert_int_equal(count_of("ASSAY-device-lost"), 1);
     assert_int_equal(count_of("ASSAY-hang"), 0);

@@ -12,14 +12,12 @@ static VkFence fence;
 static void plan(enum null_driver_event kind, enum null_driver_place at, uint32_t number,
                  bool skips_copies)
 {
-    platform.null_driver.plan_fault(&(struct null_driver_fault){
-        .kind = kind, .at = at, .number = number, .skips_copies = skips_copies});
+    PLAN_FAULT(.kind = kind, .at = at, .number = number, .skips_copies = skips_copies);
 }
 
 static void open_at(const char *level)
 {
-    scene_open(&(struct scene_setup){
-        .settings.level = level, .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
+    SCENE_OPEN(.settings.level = level, .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE);
     fence = fence_create(&fixture.vk, fixture.device);
     scene_invalidate_box(0);
 }
@@ -87,8 +85,6 @@ static void expect_count(uint32_t count)
     assert_int_equal(fixture.instance.messages.count, count);
 }
 
-/* ---- what is known of the builds */
-
 LOSS_TEST(test_inputs_were_copied)
 {
     lose_at_build(1, 1, false);
@@ -152,8 +148,6 @@ LOSS_TEST(test_submitted_twice)
     assert_lacks(text_of("ASSAY-device-lost"), "copied");
 }
 
-/* ---- names, labels, secondary command buffers */
-
 LOSS_TEST(test_names)
 {
     plan(NULL_DRIVER_LOSE, NULL_DRIVER_AT_BUILD, 1, false);
@@ -175,8 +169,6 @@ LOSS_TEST(test_names)
     expect_list("[\"meshes \\\"2\\\"\"], build 0, labels \"frame\", executed by VkCommandBuffer");
     expect_list("submission 1, queue labels \"main\": its inputs had been copied");
 }
-
-/* ---- levels */
 
 static void lose_at(const char *level)
 {
@@ -224,26 +216,25 @@ static VkEvent event;
 static VkQueryPool queries;
 static uint64_t value;
 
-SCENE_CALL(submit_nothing, fixture.vk.QueueSubmit(fixture.queue, 0, NULL, VK_NULL_HANDLE))
-SCENE_CALL(submit2_nothing, fixture.vk.QueueSubmit2(fixture.queue, 0, NULL, VK_NULL_HANDLE))
-SCENE_CALL(bind_nothing, fixture.vk.QueueBindSparse(fixture.queue, 0, NULL, VK_NULL_HANDLE))
-SCENE_CALL(wait_for_queue, fixture.vk.QueueWaitIdle(fixture.queue))
-SCENE_CALL(wait_for_device, fixture.vk.DeviceWaitIdle(fixture.device))
-SCENE_CALL(wait_for_fence, fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, 0))
-SCENE_CALL(get_fence, fixture.vk.GetFenceStatus(fixture.device, fence))
-SCENE_CALL(wait_for_semaphore,
-           fixture.vk.WaitSemaphores(fixture.device,
-                                     &MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
-                                           .pSemaphores = &timeline, .pValues = &value),
-                                     0))
-SCENE_CALL(get_semaphore,
-           fixture.vk.GetSemaphoreCounterValue(fixture.device, timeline, &(uint64_t){0}))
-SCENE_CALL(get_event, fixture.vk.GetEventStatus(fixture.device, event))
-SCENE_CALL(get_queries,
-           fixture.vk.GetQueryPoolResults(fixture.device, queries, 0, 1, sizeof(value), &value,
-                                          sizeof(value), VK_QUERY_RESULT_64_BIT))
-SCENE_CALL(map_memory, fixture.vk.MapMemory(fixture.device, scene.boxes.memory, 0, VK_WHOLE_SIZE, 0,
-                                            &(void *){NULL}))
+CALL_AS(submit_nothing, fixture.vk.QueueSubmit(fixture.queue, 0, NULL, VK_NULL_HANDLE))
+CALL_AS(submit2_nothing, fixture.vk.QueueSubmit2(fixture.queue, 0, NULL, VK_NULL_HANDLE))
+CALL_AS(bind_nothing, fixture.vk.QueueBindSparse(fixture.queue, 0, NULL, VK_NULL_HANDLE))
+CALL_AS(wait_for_queue, fixture.vk.QueueWaitIdle(fixture.queue))
+CALL_AS(wait_for_device, fixture.vk.DeviceWaitIdle(fixture.device))
+CALL_AS(wait_for_fence, fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, 0))
+CALL_AS(get_fence, fixture.vk.GetFenceStatus(fixture.device, fence))
+CALL_AS(wait_for_semaphore,
+        fixture.vk.WaitSemaphores(fixture.device,
+                                  &MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
+                                        .pSemaphores = &timeline, .pValues = &value),
+                                  0))
+CALL_AS(get_semaphore,
+        fixture.vk.GetSemaphoreCounterValue(fixture.device, timeline, &(uint64_t){0}))
+CALL_AS(get_event, fixture.vk.GetEventStatus(fixture.device, event))
+CALL_AS(get_queries, fixture.vk.GetQueryPoolResults(fixture.device, queries, 0, 1, sizeof(value),
+                                                    &value, sizeof(value), VK_QUERY_RESULT_64_BIT))
+CALL_AS(map_memory, fixture.vk.MapMemory(fixture.device, scene.boxes.memory, 0, VK_WHOLE_SIZE, 0,
+                                         &(void *){NULL}))
 
 static const struct {
     const char *name;
@@ -307,8 +298,7 @@ LOSS_TEST(test_lost_when_submitted)
 
 LOSS_TEST(test_lost_while_submitting)
 {
-    platform.null_driver.plan_fault(&(struct null_driver_fault){
-        .kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_BUILD, .is_at_once = true});
+    PLAN_FAULT(.kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_BUILD, .is_at_once = true);
     assert_int_equal(fixture_submit(&fixture, record(1), VK_NULL_HANDLE), VK_ERROR_DEVICE_LOST);
     expect_list(": its inputs had been copied, and it had not finished.");
     assert_has(text_of("VUID"), "submission 1, read after the device was lost.");

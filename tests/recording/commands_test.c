@@ -12,8 +12,6 @@
         assert_int_equal(forwarded, 1);                                                            \
     } while (0)
 
-/* ---- transfers */
-
 RECORDING_TEST(copies_of_buffers)
 {
     const VkBufferCopy regions[] = {{0, 0x10, 0x20}, {0xff0, 0, 0x20}};
@@ -96,8 +94,7 @@ RECORDING_TEST(fills_and_updates)
 {
     CALL(CmdFillBuffer(handle(1), buffer(1), 4, 8, 0));
     CALL(CmdUpdateBuffer(handle(1), buffer(1), 8, 12, ""));
-    have_buffer(device.resources, 4, 0x13, 0);
-    bind_at(device.resources, 4, 1, 0x5000);
+    have_bound_buffer(device.resources, 4, 0x13, 0, 1, 0x5000);
     CALL(CmdFillBuffer(handle(1), buffer(4), 4, VK_WHOLE_SIZE, 0));
     CALL(CmdFillBuffer(handle(1), buffer(3), 4, VK_WHOLE_SIZE, 0));
     expect(

@@ -122,10 +122,9 @@ STUB(CopyMicromapEXT)
 
 /* ---- the device */
 
-static void have_bound_buffer(unsigned n, VkDeviceSize offset)
+static void have_addressed_buffer(unsigned n, VkDeviceSize offset)
 {
-    have_buffer(device.resources, n, 0x1000, 0);
-    bind_at(device.resources, n, 1, offset);
+    have_bound_buffer(device.resources, n, 0x1000, 0, 1, offset);
     resources_set_address(device.resources, buffer(n), BUFFERS + offset);
 }
 
@@ -145,12 +144,20 @@ void device_open(void)
     device.resources = no_resources();
     assert_int_equal(query_pools_create(&device.query_pools), VK_SUCCESS);
     have_memory(device.resources, 1);
-    have_bound_buffer(1, 0);
-    have_bound_buffer(2, 0x1000);
+    have_addressed_buffer(1, 0);
+    have_addressed_buffer(2, 0x1000);
     have_buffer(device.resources, 3, 0x1000, 0);
     have_accel(device.resources, 1, 1, 0, 0x200);
     have_accel(device.resources, 2, 1, 0x200, 0x200);
     begin(device.command_buffers, 1);
+}
+
+static void forget_host_list(void)
+{
+    hazard_list_destroy(next_hazards);
+    journal_release(host_journal);
+    next_hazards = NULL;
+    host_journal = NULL;
 }
 
 void device_close(void)
@@ -159,10 +166,7 @@ void device_close(void)
     resources_destroy(device.resources);
     query_pools_destroy(device.query_pools);
     hazard_objects_destroy(device.hazard_objects);
-    hazard_list_destroy(next_hazards);
-    journal_release(host_journal);
-    next_hazards = NULL;
-    host_journal = NULL;
+    forget_host_list();
 }
 
 /* ---- lists as text */
@@ -308,10 +312,7 @@ void expect(const char *expected)
 void expect_host(const char *expected)
 {
     expect_list(host_journal ? host_journal->hazards : next_hazards, expected);
-    hazard_list_destroy(next_hazards);
-    journal_release(host_journal);
-    next_hazards = NULL;
-    host_journal = NULL;
+    forget_host_list();
 }
 
 /* ---- builds */

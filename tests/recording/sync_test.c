@@ -122,8 +122,6 @@ RECORDING_TEST(transfers_between_queue_families)
     expect("barrier 1 *:*>*:* all\nbarrier 1 *:*>*:* all\nbarrier 1 *:*>*:* all\n");
 }
 
-/* ---- events */
-
 #define EVENT ((VkEvent)(uintptr_t)0x807)
 
 RECORDING_TEST(events)
@@ -161,8 +159,6 @@ RECORDING_TEST(events_of_synchronization2)
            " all\nbarrier H:>:\n"
            "barrier CF:>: 0:4\nwait 7*0\nreset 7\nreset 7\n");
 }
-
-/* ---- secondary command buffers */
 
 static struct hazard_list *list_of(unsigned n)
 {
@@ -210,8 +206,6 @@ RECORDING_TEST(unknown_secondaries)
     begin(device.command_buffers, 1);
     assert_false(list_of(1)->incomplete);
 }
-
-/* ---- render passes */
 
 #define PASS ((VkRenderPass)(uintptr_t)0x901)
 
@@ -276,8 +270,6 @@ RECORDING_TEST(render_passes_2)
            " all\nbarrier 1 H:>: all\n"
            "barrier 1 " MASKED " all\nbarrier 1 H:>: all\n");
 }
-
-/* ---- without memory */
 
 /* A journal without a list is incomplete; a list without an item, too. */
 RECORDING_TEST(without_memory)

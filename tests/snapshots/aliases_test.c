@@ -91,8 +91,7 @@ static void replace_first(VkDeviceSize size)
 
 static void open_scene_at(const char *level)
 {
-    scene_open(&(struct scene_setup){
-        .settings.level = level, .boxes_size = MEMORY_SIZE, .structure_size = MEMORY_SIZE});
+    SCENE_OPEN(.settings.level = level, .boxes_size = MEMORY_SIZE, .structure_size = MEMORY_SIZE);
     vertices = scene_input(MEMORY_SIZE);
     lure_memory = memory_allocate();
     memory = memory_allocate();

@@ -4,8 +4,6 @@
 
 #include <string.h>
 
-/* ---- the device */
-
 void fixture_open_with(struct fixture *fixture, const struct platform *platform,
                        const struct instance_settings *settings, void *chain, const char *extension)
 {
@@ -45,8 +43,6 @@ void fixture_close(struct fixture *fixture)
     instance_fixture_close(&fixture->instance);
 }
 
-/* ---- objects */
-
 struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
                                     VkBufferUsageFlags usage)
 {
@@ -78,8 +74,6 @@ VkAccelerationStructureKHR fixture_structure(struct fixture *fixture,
     assert_true(fixture->structure_count < FIXTURE_OBJECTS);
     return fixture->structures[fixture->structure_count++] = structure;
 }
-
-/* ---- command buffers */
 
 VkCommandBuffer fixture_begin(struct fixture *fixture, VkCommandBufferUsageFlags flags)
 {

@@ -11,8 +11,7 @@ static uint32_t frame;
 
 static void open_scene(void)
 {
-    scene_open(&(struct scene_setup){.boxes_size = (VkDeviceSize)BOXES * BOX_SIZE,
-                                     .structure_size = 1 << 26});
+    SCENE_OPEN(.boxes_size = (VkDeviceSize)BOXES * BOX_SIZE, .structure_size = 1 << 26);
     for (uint32_t i = 0; i < IN_FLIGHT; i++) {
         commands[i] = fixture_begin(&fixture, 0);
         GET(fixture.vk.EndCommandBuffer(commands[i]));

@@ -8,10 +8,8 @@ struct guard_scene guard_scene;
 
 void guard_open(const char *guard)
 {
-    scene_open(&(struct scene_setup){.settings = {.guard = guard},
-                                     .boxes_size = sizeof(VkAabbPositionsKHR),
-                                     .structure_size = STRUCTURE_SIZE,
-                                     .has_tlas = true});
+    SCENE_OPEN(.settings = {.guard = guard}, .boxes_size = sizeof(VkAabbPositionsKHR),
+               .structure_size = STRUCTURE_SIZE, .has_tlas = true);
     guard_scene = (struct guard_scene){
         .instances = fixture_buffer(
             &fixture, GUARD_INSTANCES * INSTANCE_SIZE,

@@ -8,12 +8,6 @@ static void open_scene(void)
         &(struct scene_setup){.boxes_size = sizeof(VkAabbPositionsKHR), .structure_size = 1 << 20});
 }
 
-static void close_scene(void)
-{
-    GET(fixture.vk.DeviceWaitIdle(fixture.device));
-    scene_close();
-}
-
 static void begin_label(const char *name)
 {
     const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = name);
@@ -49,7 +43,7 @@ static void submit_box(void)
     scene_submit(commands);
 }
 
-TEST_BETWEEN(test_a_finding_at_submission, open_scene, close_scene)
+TEST_BETWEEN(test_a_finding_at_submission, open_scene, scene_wait_and_close)
 {
     submit_box();
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
@@ -69,7 +63,7 @@ TEST_BETWEEN(test_a_finding_at_submission, open_scene, close_scene)
 }
 
 /* The labels are those of the submission, whatever is open when the finding is made. */
-TEST_BETWEEN(test_a_finding_at_completion, open_scene, close_scene)
+TEST_BETWEEN(test_a_finding_at_completion, open_scene, scene_wait_and_close)
 {
     scene_invalidate_box(0);
     begin_label("first");

@@ -12,17 +12,10 @@ enum {
 
 static void open_scene(void)
 {
-    scene_open(&(struct scene_setup){.boxes_size = BOXES * sizeof(VkAabbPositionsKHR),
-                                     .structure_size = STRUCTURE_SIZE});
+    SCENE_OPEN(.boxes_size = BOXES * sizeof(VkAabbPositionsKHR), .structure_size = STRUCTURE_SIZE);
 }
 
-static void close_scene(void)
-{
-    GET(fixture.vk.DeviceWaitIdle(fixture.device));
-    scene_close();
-}
-
-#define LIFETIME_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, true)
+#define LIFETIME_TEST(name) TEST_BETWEEN_IF(name, open_scene, scene_wait_and_close, true)
 
 static void submit(VkCommandBuffer commands)
 {
@@ -219,7 +212,8 @@ LIFETIME_TEST(test_secondary_recorded_further)
 }
 
 /* What other drivers need not bear. */
-#define NULL_DRIVER_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, platform.is_null)
+#define NULL_DRIVER_TEST(name)                                                                     \
+    TEST_BETWEEN_IF(name, open_scene, scene_wait_and_close, platform.is_null)
 
 /* What was copied is still looked at. */
 NULL_DRIVER_TEST(test_reset_before_the_wait)

@@ -16,9 +16,8 @@ enum {
 
 static void open_scene_with(struct instance_settings settings)
 {
-    scene_open(&(struct scene_setup){.settings = settings,
-                                     .boxes_size = BOXES * sizeof(VkAabbPositionsKHR),
-                                     .structure_size = STRUCTURE_SIZE});
+    SCENE_OPEN(.settings = settings, .boxes_size = BOXES * sizeof(VkAabbPositionsKHR),
+               .structure_size = STRUCTURE_SIZE);
 }
 
 static void open_scene(void)

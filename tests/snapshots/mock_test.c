@@ -11,10 +11,8 @@ static struct device_buffer instances;
 
 static void open_scene(const char *level, bool is_valid)
 {
-    scene_open(&(struct scene_setup){.settings.level = level,
-                                     .boxes_size = BUFFER_SIZE,
-                                     .structure_size = BUFFER_SIZE,
-                                     .has_tlas = true});
+    SCENE_OPEN(.settings.level = level, .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE,
+               .has_tlas = true);
     instances = scene_input(BUFFER_SIZE);
     scene_write_instance(&instances, is_valid);
 }

@@ -25,10 +25,8 @@ static void build_top(VkCommandBuffer commands)
 
 static void open_scene_at(const char *level)
 {
-    scene_open(&(struct scene_setup){.settings.level = level,
-                                     .boxes_size = sizeof(VkAabbPositionsKHR),
-                                     .structure_size = STRUCTURE_SIZE,
-                                     .has_tlas = true});
+    SCENE_OPEN(.settings.level = level, .boxes_size = sizeof(VkAabbPositionsKHR),
+               .structure_size = STRUCTURE_SIZE, .has_tlas = true);
     pointers = scene_input(sizeof(uint64_t));
     instance = scene_input(INSTANCE_SIZE);
     VkCommandBuffer commands = scene_record_boxes(0, 1);

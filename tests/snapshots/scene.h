@@ -23,7 +23,12 @@ struct scene_setup {
     bool has_tlas;
 };
 void scene_open(const struct scene_setup *setup);
+#define SCENE_OPEN(...) scene_open(&(struct scene_setup){__VA_ARGS__})
 void scene_close(void);
+void scene_wait_and_close(void); /* for the device */
+
+/* Plans a fault of the null driver. */
+#define PLAN_FAULT(...) platform.null_driver.plan_fault(&(struct null_driver_fault){__VA_ARGS__})
 
 /* A buffer that builds may read. */
 struct device_buffer scene_input(VkDeviceSize size);
@@ -51,13 +56,6 @@ void scene_invalidate_box(uint32_t i);
 void expect_messages(uint32_t count, const char *text);
 
 void scene_set_name(VkObjectType type, uint64_t handle, const char *name);
-
-/* A function that makes one call, and returns its result. */
-#define SCENE_CALL(name, call)                                                                     \
-    static VkResult name(void)                                                                     \
-    {                                                                                              \
-        return call;                                                                               \
-    }
 
 /* A test between open_scene(), which its file defines, and scene_close(). unit_test_open() opens
  * the platform, by default the null driver. */

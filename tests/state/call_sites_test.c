@@ -282,10 +282,8 @@ TEST(frames_of_layers_are_left_out_unless_there_are_no_others)
     const uintptr_t own = stack_at_depth(0, call_stack_walk_frames).addresses[0];
     uintptr_t layer;
     void *library = open_library(LAYER_LIKE, "vkNegotiateLoaderLayerInterfaceVersion", &layer);
-    struct call_site site = site_of(CALL_STACK_BY_TABLES, stack_of(layer, own, 0));
-    assert_int_equal(site.count, 1);
-    site = site_of(CALL_STACK_BY_TABLES, stack_of(layer, layer, 0));
-    assert_int_equal(site.count, 2);
+    assert_int_equal(site_of(CALL_STACK_BY_TABLES, stack_of(layer, own, 0)).count, 1);
+    assert_int_equal(site_of(CALL_STACK_BY_TABLES, stack_of(layer, layer, 0)).count, 2);
     dlclose(library);
 }
 

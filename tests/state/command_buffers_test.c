@@ -5,8 +5,6 @@
 #include "tests/report/scarce_memory.h"
 #include "tests/state/command_fixture.h"
 
-/* ---- pools and handles */
-
 COMMAND_BUFFERS_TEST(test_a_pool_resets_its_command_buffers)
 {
     command_buffers_add_pool(all, pool(2), 0, VK_QUEUE_TRANSFER_BIT, true);
@@ -113,8 +111,6 @@ TEST(test_random_lives)
     }
     command_buffers_destroy(all);
 }
-
-/* ---- without memory */
 
 COMMAND_BUFFERS_TEST(test_what_was_lost_is_unknown)
 {

@@ -39,6 +39,13 @@ void bind_at(struct resources *resources, unsigned n, unsigned memory_n, VkDevic
     resources_bind_buffer(resources, buffer(n), memory(memory_n), offset, false);
 }
 
+void have_bound_buffer(struct resources *resources, unsigned n, VkDeviceSize size,
+                       VkBufferUsageFlags usage, unsigned memory_n, VkDeviceSize offset)
+{
+    have_buffer(resources, n, size, usage);
+    bind_at(resources, n, memory_n, offset);
+}
+
 const struct execution_clock all_of_queue_1 = {.queues = 2, .counts = {0, UINT64_MAX}};
 
 void bind_sparse(struct resources *resources, unsigned n, VkDeviceSize begin, VkDeviceSize size,

@@ -34,6 +34,8 @@ struct resources *no_resources(void);
 void have_memory(struct resources *resources, unsigned n);
 void have_buffer(struct resources *resources, unsigned n, VkDeviceSize size,
                  VkBufferUsageFlags usage);
+void have_bound_buffer(struct resources *resources, unsigned n, VkDeviceSize size,
+                       VkBufferUsageFlags usage, unsigned memory_n, VkDeviceSize offset);
 void have_sparse_buffer(struct resources *resources, unsigned n, VkDeviceSize size);
 void bind_at(struct resources *resources, unsigned n, unsigned memory_n, VkDeviceSize offset);
 /* Executed on queue 1. */

@@ -63,8 +63,8 @@ static struct resources *make_buffer(VkMemoryPropertyFlags properties)
 {
     struct resources *resources = make();
     resources_add_memory(resources, memory(4), 0x1000, properties, false);
-    have_buffer(resources, 1, BUFFER_SIZE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
-    bind_at(resources, 1, 4, OFFSET);
+    have_bound_buffer(resources, 1, BUFFER_SIZE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, 4,
+                      OFFSET);
     resources_set_address(resources, buffer(1), BUFFER_AT);
     return resources;
 }

@@ -181,8 +181,6 @@ TEST(test_chains_have_no_shape)
     }
 }
 
-/* ---- the cache */
-
 static struct size_facts sizes_of(const struct build_shape *shape)
 {
     return (struct size_facts){.known = true,

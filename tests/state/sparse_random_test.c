@@ -86,8 +86,6 @@ PAGES_TEST(test_random_bindings)
     }
 }
 
-/* ---- cost */
-
 /* Binds page by page, as streaming does, looks at the last page each time, and unbinds all at once.
  */
 static uint64_t steps_of_pages(uint32_t count)

@@ -198,8 +198,6 @@ TEST(test_random_calls)
     }
 }
 
-/* ---- pieces of one structure */
-
 static uint32_t visits_by_handle(struct call *call)
 {
     struct sweep sweep;
@@ -234,8 +232,6 @@ TEST(test_a_structure_in_pieces_is_one_structure)
     assert_int_equal(visits_by_handle(&call), 2);
 }
 
-/* ---- pairs that are no longer wanted */
-
 TEST(test_it_stops_where_no_more_are_wanted)
 {
     static const struct style style = {1, 2, 10, 30, false, 0};
@@ -267,8 +263,6 @@ TEST(test_it_stops_where_no_more_are_wanted)
     }
 }
 
-/* ---- cost */
-
 /* Updates of many structures from one, as a crowd is animated: each build reads the same bytes. */
 static uint64_t steps_of_updates(uint32_t builds, uint32_t *pairs)
 {
@@ -296,8 +290,6 @@ TEST(test_a_common_source_costs_no_square)
     assert_true(one >= 20000);
     assert_true(ten <= 15 * one);
 }
-
-/* ---- without memory */
 
 TEST(test_a_lost_range_silences_all)
 {

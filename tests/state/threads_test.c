@@ -54,8 +54,7 @@ static void make_stable_objects(unsigned n)
 {
     const VkCommandBuffer added = handle(n);
     have_memory(device.resources, n);
-    have_buffer(device.resources, n, SIZE, 0);
-    bind_at(device.resources, n, n, n * SIZE);
+    have_bound_buffer(device.resources, n, SIZE, 0, n, n * SIZE);
     resources_set_address(device.resources, buffer(n), BASE + n * SIZE);
     have_accel(device.resources, n, n, 0x100, 0x200);
     command_buffers_add_pool(device.command_buffers, pool(n), 0, VK_QUEUE_COMPUTE_BIT, false);
@@ -170,8 +169,7 @@ static void make_object(struct random *random, unsigned n)
         for (unsigned i = 0; i < 4; i++)
             bind_sparse(device.resources, n, i * 0x400, 0x400, n, (3 - i) * 0x400);
     } else {
-        have_buffer(device.resources, n, SIZE, 0);
-        bind_at(device.resources, n, n, 0);
+        have_bound_buffer(device.resources, n, SIZE, 0, n, 0);
     }
     resources_set_address(device.resources, buffer(n), BASE + n * SIZE);
     have_accel(device.resources, n, n, 0, 0x80);
