@@ -13,10 +13,7 @@ static struct fixture fixture;
 static struct scene *scene;
 static VkDebugUtilsMessengerEXT messenger;
 
-static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                           VkDebugUtilsMessageTypeFlagsEXT types,
-                                           const VkDebugUtilsMessengerCallbackDataEXT *data,
-                                           void *user)
+MESSENGER_CALLBACK(hear)
 {
     if (callback.depth++ == 0) {
         if (callback.count++ == 0)
@@ -31,12 +28,10 @@ static VKAPI_ATTR VkBool32 VKAPI_CALL hear(VkDebugUtilsMessageSeverityFlagBitsEX
 static void open_scene(void)
 {
     static const struct setup plain;
-    const VkDebugUtilsMessengerCreateInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
-        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-        .pfnUserCallback = hear,
-    };
+    const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, info,
+                 .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+                 .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+                 .pfnUserCallback = hear);
     callback = (struct callback){0};
     assert_null(fixture_open(&fixture, &platform, &plain));
     scene = scene_open(&fixture, COMMAND_DEVICE);
@@ -70,8 +65,6 @@ static void submit_mistake(void)
     assert_int_equal(scene_submit_call(scene), VK_SUCCESS);
 }
 
-/* ---- deeds */
-
 static void destroy_messenger(void)
 {
     fixture.vki.DestroyDebugUtilsMessengerEXT(fixture.instance, messenger, NULL);
@@ -92,12 +85,9 @@ static void create_and_destroy(void)
     scene_destroy(scene, (uint64_t)accel);
     scene_destroy(scene, (uint64_t)buffer.handle);
     scene_destroy(scene, (uint64_t)buffer.memory);
-    const VkDebugUtilsObjectNameInfoEXT name = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
-        .objectHandle = (uint64_t)(uintptr_t)scene->command_buffer,
-        .pObjectName = "named in a callback",
-    };
+    const STRUCT(VkDebugUtilsObjectNameInfoEXT, name, .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
+                 .objectHandle = (uint64_t)(uintptr_t)scene->command_buffer,
+                 .pObjectName = "named in a callback");
     scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &name);
 }
 
@@ -126,52 +116,37 @@ static void create_instance(void)
 
 /* ---- tests: a deed, in a callback of a call and of a submission */
 
-#define CALLBACK_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
+static const struct row {
+    const char *test;
+    void (*deed)(void);
+    void (*mistakes[2])(void); /* each makes a message, of which the first calls the deed */
+    unsigned in_deed;          /* messages while the deed is done */
+} rows[] = {
+    {"test_callback_records", record_with_mistakes, {make_mistake}, 3},
+    {"test_callback_creates_and_destroys_objects",
+     create_and_destroy,
+     {make_mistake, submit_mistake},
+     0},
+    {"test_callback_submits_and_destroys", submit_and_destroy, {submit_mistake}, 0},
+    {"test_callback_creates_an_instance", create_instance, {make_mistake, submit_mistake}, 0},
+};
 
-static void expect(unsigned count, unsigned in_deed)
+TEST_OF_ROWS_BETWEEN(test_deeds, rows, const struct row *row, open_scene, close_scene)
 {
-    assert_int_equal(callback.count, count);
-    assert_int_equal(callback.in_deed, in_deed);
+    callback.deed = row->deed;
+    for (int i = 0; i < 2 && row->mistakes[i]; i++) {
+        callback.count = 0;
+        row->mistakes[i]();
+        assert_int_equal(callback.count, 1);
+        assert_int_equal(callback.in_deed, row->in_deed);
+    }
 }
 
-CALLBACK_TEST(test_callback_destroys_its_messenger)
+TEST_BETWEEN(test_callback_destroys_its_messenger, open_scene, close_scene)
 {
     callback.deed = destroy_messenger;
     make_mistake();
     make_mistake();
-    expect(1, 0);
-}
-
-CALLBACK_TEST(test_callback_records)
-{
-    callback.deed = record_with_mistakes;
-    make_mistake();
-    expect(1, 3);
-}
-
-CALLBACK_TEST(test_callback_creates_and_destroys_objects)
-{
-    callback.deed = create_and_destroy;
-    make_mistake();
-    expect(1, 0);
-    callback.count = 0;
-    submit_mistake();
-    expect(1, 0);
-}
-
-CALLBACK_TEST(test_callback_submits_and_destroys)
-{
-    callback.deed = submit_and_destroy;
-    submit_mistake();
-    expect(1, 0);
-}
-
-CALLBACK_TEST(test_callback_creates_an_instance)
-{
-    callback.deed = create_instance;
-    make_mistake();
-    expect(1, 0);
-    callback.count = 0;
-    submit_mistake();
-    expect(1, 0);
+    assert_int_equal(callback.count, 1);
+    assert_int_equal(callback.in_deed, 0);
 }

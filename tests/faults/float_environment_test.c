@@ -14,7 +14,7 @@ static struct device_buffer instances;
 static void open_scene(void)
 {
     enum { SIZE = 1 << 16 };
-    scene_open(&(struct scene_setup){.boxes_size = SIZE, .structure_size = SIZE, .has_tlas = true});
+    SCENE_OPEN(.boxes_size = SIZE, .structure_size = SIZE, .has_tlas = true);
     instances = scene_input(SIZE);
     scene_write_instance(&instances, true);
 }

@@ -6,7 +6,6 @@
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -54,14 +53,10 @@ static void *use_layer(void *context)
 
 /* ---- what children do */
 
-static void leave(struct scene *scene)
-{
-    (void)scene;
-}
+static void leave(struct scene *scene) {}
 
 static void execute_program(struct scene *scene)
 {
-    (void)scene;
     execlp("true", "true", (char *)NULL);
     _exit(IS_MISSING);
 }
@@ -84,9 +79,8 @@ static void record(struct scene *scene)
         scene_call(scene);
     }
     scene->vk->EndCommandBuffer(scene->command_buffer);
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &scene->command_buffer};
+    const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
+                 .pCommandBuffers = &scene->command_buffer);
     VkQueue queue;
     scene->vk->GetDeviceQueue(fixture.device, 0, 0, &queue);
     scene->vk->QueueSubmit(queue, 1, &info, VK_NULL_HANDLE);
@@ -97,7 +91,6 @@ static void record(struct scene *scene)
 static void create(struct scene *scene)
 {
     const struct setup setup = {.level = level};
-    (void)scene;
     if (count_findings(&setup) != 1)
         _exit(IS_MISSING);
     exit(IS_FOUND);
@@ -141,7 +134,18 @@ static int wait_for(pid_t child)
     return -1;
 }
 
-static void fork_often(void (*deed)(struct scene *scene), int code)
+static const struct row {
+    const char *test;
+    void (*deed)(struct scene *scene);
+    int code; /* the child's exit code */
+} rows[] = {{"test_child_exits", leave, 0},
+            {"test_child_executes_another_program", execute_program, 0},
+            {"test_child_creates_an_instance", create, IS_FOUND},
+            {"test_child_records_for_the_parent", record, 0},
+            {"test_child_destroys_objects_of_the_parent", destroy, 0},
+            {"test_child_does_everything", use_all, IS_FOUND}};
+
+TEST_OF_ROWS(test_fork, rows, const struct row *row, unit_test_nothing)
 {
     const struct setup setup = {.level = level};
     struct scene *scenes[THREADS + 1];
@@ -161,10 +165,10 @@ static void fork_often(void (*deed)(struct scene *scene), int code)
         assert_true(child >= 0);
         if (child == 0) {
             messages_after_fork();
-            deed(scenes[THREADS]);
+            row->deed(scenes[THREADS]);
             exit(0);
         }
-        assert_int_equal(wait_for(child), code);
+        assert_int_equal(wait_for(child), row->code);
     }
     atomic_store(&are_busy, false);
     for (int i = 0; i < THREADS; i++)
@@ -173,19 +177,6 @@ static void fork_often(void (*deed)(struct scene *scene), int code)
         scene_close(scenes[i]);
     fixture_close(&fixture);
 }
-
-#define FORK_TEST(name, deed, code)                                                                \
-    TEST(name)                                                                                     \
-    {                                                                                              \
-        fork_often(deed, code);                                                                    \
-    }
-
-FORK_TEST(test_child_exits, leave, 0)
-FORK_TEST(test_child_executes_another_program, execute_program, 0)
-FORK_TEST(test_child_creates_an_instance, create, IS_FOUND)
-FORK_TEST(test_child_records_for_the_parent, record, 0)
-FORK_TEST(test_child_destroys_objects_of_the_parent, destroy, 0)
-FORK_TEST(test_child_does_everything, use_all, IS_FOUND)
 
 const char *loader_test_open(void)
 {

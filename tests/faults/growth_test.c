@@ -27,8 +27,6 @@ static long resident(void)
     return pages * sysconf(_SC_PAGESIZE);
 }
 
-/* ---- findings */
-
 struct reporting {
     const char *limit, *level;
     const char *format, *filename; /* NULL: no log */
@@ -111,8 +109,6 @@ static void report_often(const struct reporting *reporting)
     use(&(struct reporting){0});
     unsetenv("VK_INSTANCE_LAYERS");
 }
-
-/* ---- instances and devices */
 
 static void live(const char *level)
 {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The application's calls, and what the model knows of its objects. */
 #define _GNU_SOURCE /* MAP_ANONYMOUS */
-#include "model_parts.h"
+#include "model.h"
 
 #include <stdio.h>
 #include <stdlib.h>

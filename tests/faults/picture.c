@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "picture.h"
+#include "model.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -15,7 +15,6 @@
 #include <string.h>
 
 #include "model.h"
-#include "picture.h"
 #include "tests/null_driver/null_driver.h"
 #include "tests/report/scarce_memory.h"
 
@@ -191,19 +190,13 @@ static void run_all(uint32_t count)
         pthread_join(threads[i], NULL);
 }
 
-static bool is_any_lost(uint32_t count)
-{
-    bool is_lost = false;
-    for (uint32_t i = 0; i < count; i++)
-        is_lost |= models[i].is_lost;
-    return is_lost;
-}
-
 /* Returns the number of mistakes of the layer. */
 static unsigned judge(uint32_t count)
 {
-    const bool is_lost = is_any_lost(count);
+    bool is_lost = false;
     unsigned mistakes = 0, failures = 0;
+    for (uint32_t i = 0; i < count; i++)
+        is_lost |= models[i].is_lost;
     for (uint32_t i = 0; i < count; i++) {
         models[i].is_lost = is_lost;
         failures += picture_compare(&models[i], atomic_load(&is_scarce));

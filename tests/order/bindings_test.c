@@ -22,15 +22,9 @@ SCRIPT_TEST(a_chain_of_bindings_is_followed,
             "bind 12 waits S=2 signals S=3; 13 waits S=3;"
             "11 after 10; 12 after 11; 13 after 10 11 12;")
 
-PROGRAM_TEST(a_fence_covers_all_bindings_of_its_call)
-{
-    play(p, "fence F;");
-    struct submission *call = submission_begin(p->order, SUBMIT_BINDINGS, QUEUE(1));
-    call_add_batch(call, &(struct call){.name = 10});
-    call_add_batch(call, &(struct call){.name = 11});
-    assert_true(finish_batches(call, F, VK_SUCCESS));
-    play(p, "bind 12; 13; sees F; 20; 13 not after 10; 20 after 10 11; 20 not after 12;");
-}
+SCRIPT_TEST(a_fence_covers_all_bindings_of_its_call,
+            "fence F; bind 10 then 11 fence F; bind 12; 13; sees F; 20;"
+            "13 not after 10; 20 after 10 11; 20 not after 12;")
 
 SCRIPT_TEST(an_idle_queue_has_bound_all,
             "bind 10; bind 11; bind 20; idle 1; 30; 30 after 10 11; 30 not after 20;"
@@ -53,14 +47,9 @@ SCRIPT_TEST(bindings_are_held_back_too,
             "timeline S; binary T; bind 0 on 2 waits S=1 signals T;"
             "30 waits T; 10 signals S=1; 30 after 10;")
 
-PROGRAM_TEST(bindings_pass_commands_that_wait_for_them)
-{
-    play(p,
-         "timeline S; 10 waits S=1; 11; bind 12 signals S=1; ran 12 10 11;"
-         "10 after 12; 11 after 12; idle; 20;");
-    assert_int_equal(p->losses, 0);
-    play(p, "20 after 11;");
-}
+SCRIPT_TEST(bindings_pass_commands_that_wait_for_them,
+            "timeline S; 10 waits S=1; 11; bind 12 signals S=1; ran 12 10 11;"
+            "10 after 12; 11 after 12; idle; 20; losses 0; 20 after 11;")
 
 SCRIPT_TEST(commands_and_bindings_pass_bindings,
             "timeline S; bind 10 waits S=2; bind 11 waits S=1; 12 signals S=1; ran 12 11;"

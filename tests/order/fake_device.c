@@ -159,9 +159,8 @@ struct program *fake_device_open(void)
 
 void create_semaphore(uint32_t handle, VkSemaphoreType type, const void *chain)
 {
-    const VkSemaphoreTypeCreateInfo types =
-        MAKE(VkSemaphoreTypeCreateInfo, .pNext = chain, .semaphoreType = type);
-    const VkSemaphoreCreateInfo info = MAKE(VkSemaphoreCreateInfo, .pNext = &types);
+    const STRUCT(VkSemaphoreTypeCreateInfo, types, .pNext = chain, .semaphoreType = type);
+    const STRUCT(VkSemaphoreCreateInfo, info, .pNext = &types);
     VkSemaphore created;
     counter = handle;
     assert_int_equal(assay_CreateSemaphore(NULL, &info, NULL, &created), VK_SUCCESS);
@@ -169,45 +168,40 @@ void create_semaphore(uint32_t handle, VkSemaphoreType type, const void *chain)
 
 void create_fence(uint32_t handle, const void *chain)
 {
-    const VkFenceCreateInfo info = MAKE(VkFenceCreateInfo, .pNext = chain);
+    const STRUCT(VkFenceCreateInfo, info, .pNext = chain);
     VkFence created;
     counter = handle;
     assert_int_equal(assay_CreateFence(NULL, &info, NULL, &created), VK_SUCCESS);
 }
 
-VkResult submit_plain(const struct plain *plain)
+VkResult submit_plain(const struct batch *batch)
 {
-    VkCommandBuffer command_buffer = COMMAND_BUFFER(plain->name);
-    VkSemaphore wait = SEMAPHORE(plain->wait), signal = SEMAPHORE(plain->signal);
-    VkPipelineStageFlags stages =
-        plain->stages ? plain->stages : VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
-    const VkTimelineSemaphoreSubmitInfo values =
-        MAKE(VkTimelineSemaphoreSubmitInfo, .pNext = plain->group,
-             .waitSemaphoreValueCount = plain->wait_value ? 1 : 0,
-             .pWaitSemaphoreValues = plain->wait_value ? &plain->wait_value : NULL,
-             .signalSemaphoreValueCount = 1, .pSignalSemaphoreValues = &plain->signal_value);
-    const VkSubmitInfo info =
-        MAKE(VkSubmitInfo, .pNext = &values, .waitSemaphoreCount = plain->wait ? 1 : 0,
-             .pWaitSemaphores = &wait, .pWaitDstStageMask = &stages, .commandBufferCount = 1,
-             .pCommandBuffers = &command_buffer, .signalSemaphoreCount = plain->signal ? 1 : 0,
-             .pSignalSemaphores = &signal);
-    return assay_QueueSubmit(QUEUE(plain->queue), 1, &info, FENCE(plain->fence));
+    VkCommandBuffer command_buffer = COMMAND_BUFFER(batch->name);
+    VkSemaphore wait = SEMAPHORE(batch->wait), signal = SEMAPHORE(batch->signal);
+    VkPipelineStageFlags stages = batch->wait_stages ? (VkPipelineStageFlags)batch->wait_stages
+                                                     : VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .pNext = batch->group,
+                 .waitSemaphoreValueCount = batch->wait_value ? 1 : 0,
+                 .pWaitSemaphoreValues = batch->wait_value ? &batch->wait_value : NULL,
+                 .signalSemaphoreValueCount = 1, .pSignalSemaphoreValues = &batch->signal_value);
+    const STRUCT(VkSubmitInfo, info, .pNext = &values, .waitSemaphoreCount = batch->wait ? 1 : 0,
+                 .pWaitSemaphores = &wait, .pWaitDstStageMask = &stages, .commandBufferCount = 1,
+                 .pCommandBuffers = &command_buffer, .signalSemaphoreCount = batch->signal ? 1 : 0,
+                 .pSignalSemaphores = &signal);
+    return assay_QueueSubmit(QUEUE(batch->queue), 1, &info, FENCE(batch->fence));
 }
 
-VkResult submit_second(const struct second *second, PFN_vkQueueSubmit2 call)
+VkResult submit_second(const struct batch *batch, PFN_vkQueueSubmit2 call)
 {
-    const VkCommandBufferSubmitInfo commands =
-        MAKE(VkCommandBufferSubmitInfo, .commandBuffer = COMMAND_BUFFER(second->name),
-             .deviceMask = second->device_mask);
-    const VkSemaphoreSubmitInfo wait =
-        MAKE(VkSemaphoreSubmitInfo, .semaphore = SEMAPHORE(second->wait),
-             .value = second->wait_value, .stageMask = second->wait_stages);
-    const VkSemaphoreSubmitInfo signal =
-        MAKE(VkSemaphoreSubmitInfo, .semaphore = SEMAPHORE(second->signal),
-             .value = second->signal_value, .stageMask = second->signal_stages);
-    const VkSubmitInfo2 info = MAKE(
-        VkSubmitInfo2, .waitSemaphoreInfoCount = second->wait ? 1 : 0, .pWaitSemaphoreInfos = &wait,
-        .commandBufferInfoCount = 1, .pCommandBufferInfos = &commands,
-        .signalSemaphoreInfoCount = second->signal ? 1 : 0, .pSignalSemaphoreInfos = &signal);
-    return call(QUEUE(second->queue), 1, &info, FENCE(second->fence));
+    const STRUCT(VkCommandBufferSubmitInfo, commands, .commandBuffer = COMMAND_BUFFER(batch->name),
+                 .deviceMask = batch->device_mask);
+    const STRUCT(VkSemaphoreSubmitInfo, wait, .semaphore = SEMAPHORE(batch->wait),
+                 .value = batch->wait_value, .stageMask = batch->wait_stages);
+    const STRUCT(VkSemaphoreSubmitInfo, signal, .semaphore = SEMAPHORE(batch->signal),
+                 .value = batch->signal_value, .stageMask = batch->signal_stages);
+    const STRUCT(
+        VkSubmitInfo2, info, .waitSemaphoreInfoCount = batch->wait ? 1 : 0,
+        .pWaitSemaphoreInfos = &wait, .commandBufferInfoCount = 1, .pCommandBufferInfos = &commands,
+        .signalSemaphoreInfoCount = batch->signal ? 1 : 0, .pSignalSemaphoreInfos = &signal);
+    return call(QUEUE(batch->queue), 1, &info, FENCE(batch->fence));
 }

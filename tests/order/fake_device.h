@@ -25,26 +25,18 @@ struct program *fake_device_open(void);
 void create_semaphore(uint32_t handle, VkSemaphoreType type, const void *chain);
 void create_fence(uint32_t handle, const void *chain);
 
-/* A batch for vkQueueSubmit; semaphore 0: none. */
-struct plain {
+/* A batch; semaphore 0: none. */
+struct batch {
     uint32_t queue, name, wait, signal, fence;
     uint64_t wait_value, signal_value;
-    VkPipelineStageFlags stages; /* of the wait; 0: all */
-    const VkDeviceGroupSubmitInfo *group;
+    VkPipelineStageFlags2 wait_stages, signal_stages; /* vkQueueSubmit: of the wait; 0: all */
+    uint32_t device_mask;                             /* vkQueueSubmit2 */
+    const VkDeviceGroupSubmitInfo *group;             /* vkQueueSubmit */
 };
 
-VkResult submit_plain(const struct plain *plain);
-#define PLAIN(...) submit_plain(&(struct plain){__VA_ARGS__})
-
-/* The same for vkQueueSubmit2. */
-struct second {
-    uint32_t queue, name, wait, signal, fence;
-    uint64_t wait_value, signal_value;
-    VkPipelineStageFlags2 wait_stages, signal_stages;
-    uint32_t device_mask;
-};
-
-VkResult submit_second(const struct second *second, PFN_vkQueueSubmit2 call);
-#define SECOND(...) submit_second(&(struct second){__VA_ARGS__}, assay_QueueSubmit2)
+VkResult submit_plain(const struct batch *batch);
+VkResult submit_second(const struct batch *batch, PFN_vkQueueSubmit2 call);
+#define PLAIN(...) submit_plain(&(struct batch){__VA_ARGS__})
+#define SECOND(...) submit_second(&(struct batch){__VA_ARGS__}, assay_QueueSubmit2)
 
 #endif

@@ -14,8 +14,6 @@ static uint32_t min(uint32_t a, uint32_t b)
     return a < b ? a : b;
 }
 
-/* ---- semaphores */
-
 void create_semaphore(struct test *test, uint32_t handle)
 {
     static const enum semaphore_kind kinds[SEMAPHORES] = {BINARY, BINARY,  BINARY,  OWNED,
@@ -141,8 +139,6 @@ static void add_some_signal(struct test *test, struct call *call)
     else if (usage->kind == BINARY && binary_is_free(test, usage, call))
         add(call->signal, handle, ++usage->top, some_reach(test));
 }
-
-/* ---- submits */
 
 static void to_model(const struct test *test, const struct call *call, struct model_batch *batch)
 {

@@ -3,23 +3,15 @@
  * others' signals and of what the host sees. */
 #include "fake_device.h"
 
-/* A function that makes one call of the application, and returns its result. */
-#define CALL(name, call)                                                                           \
-    static VkResult name(void)                                                                     \
-    {                                                                                              \
-        return call;                                                                               \
-    }
-
-CALL(present,
-     assay_QueuePresentKHR(QUEUE(1), &MAKE(VkPresentInfoKHR, .waitSemaphoreCount = 1,
-                                           .pWaitSemaphores = &(VkSemaphore){SEMAPHORE(S)})))
-CALL(acquire,
-     assay_AcquireNextImageKHR(NULL, VK_NULL_HANDLE, 0, SEMAPHORE(S), VK_NULL_HANDLE, NULL))
-CALL(acquire_2,
-     assay_AcquireNextImage2KHR(NULL, &MAKE(VkAcquireNextImageInfoKHR, .semaphore = SEMAPHORE(S)),
-                                NULL))
-CALL(import_semaphore,
-     assay_ImportSemaphoreFdKHR(NULL, &MAKE(VkImportSemaphoreFdInfoKHR, .semaphore = SEMAPHORE(S))))
+CALL_AS(present,
+        assay_QueuePresentKHR(QUEUE(1), &MAKE(VkPresentInfoKHR, .waitSemaphoreCount = 1,
+                                              .pWaitSemaphores = &(VkSemaphore){SEMAPHORE(S)})))
+CALL_AS(acquire,
+        assay_AcquireNextImageKHR(NULL, VK_NULL_HANDLE, 0, SEMAPHORE(S), VK_NULL_HANDLE, NULL))
+CALL_AS(acquire_2, assay_AcquireNextImage2KHR(
+                       NULL, &MAKE(VkAcquireNextImageInfoKHR, .semaphore = SEMAPHORE(S)), NULL))
+CALL_AS(import_semaphore, assay_ImportSemaphoreFdKHR(NULL, &MAKE(VkImportSemaphoreFdInfoKHR,
+                                                                 .semaphore = SEMAPHORE(S))))
 
 static VkResult (*const others_signal[])(void) = {present, acquire, acquire_2, import_semaphore};
 
@@ -39,12 +31,11 @@ TEST(what_others_signal_brings_no_order)
 
 DEVICE_TEST(shared_semaphores_and_fences_bring_no_order)
 {
-    const VkExportSemaphoreCreateInfo semaphore =
-        MAKE(VkExportSemaphoreCreateInfo,
-             .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
-    const VkExportFenceCreateInfo fence =
-        MAKE(VkExportFenceCreateInfo, .handleTypes = VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT);
-    const VkImportFenceFdInfoKHR import = MAKE(VkImportFenceFdInfoKHR, .fence = FENCE(F + 1));
+    const STRUCT(VkExportSemaphoreCreateInfo, semaphore,
+                 .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const STRUCT(VkExportFenceCreateInfo, fence,
+                 .handleTypes = VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const STRUCT(VkImportFenceFdInfoKHR, import, .fence = FENCE(F + 1));
     create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, &semaphore);
     create_fence(F, &fence);
     create_fence(F + 1, NULL);
@@ -67,28 +58,27 @@ DEVICE_TEST(shared_semaphores_and_fences_bring_no_order)
     {                                                                                              \
         __VA_ARGS__                                                                                \
     }
-CALL(wait_fence, assay_WaitForFences(NULL, FENCES(FENCE(F)), VK_FALSE, 0))
-CALL(wait_fences, assay_WaitForFences(NULL, FENCES(FENCE(F), FENCE(F)), VK_TRUE, 0))
-CALL(wait_any_fence, assay_WaitForFences(NULL, FENCES(FENCE(F), FENCE(F + 1)), VK_FALSE, 0))
-CALL(fence_status, assay_GetFenceStatus(NULL, FENCE(F)))
+CALL_AS(wait_fence, assay_WaitForFences(NULL, FENCES(FENCE(F)), VK_FALSE, 0))
+CALL_AS(wait_fences, assay_WaitForFences(NULL, FENCES(FENCE(F), FENCE(F)), VK_TRUE, 0))
+CALL_AS(wait_any_fence, assay_WaitForFences(NULL, FENCES(FENCE(F), FENCE(F + 1)), VK_FALSE, 0))
+CALL_AS(fence_status, assay_GetFenceStatus(NULL, FENCE(F)))
 
 /* Waits for values of the timeline T. */
 static VkResult wait_values(uint32_t count, const uint64_t *values, VkSemaphoreWaitFlags flags,
                             PFN_vkWaitSemaphores wait)
 {
     VkSemaphore semaphores[] = {SEMAPHORE(T), SEMAPHORE(T)};
-    const VkSemaphoreWaitInfo info =
-        MAKE(VkSemaphoreWaitInfo, .flags = flags, .semaphoreCount = count,
-             .pSemaphores = semaphores, .pValues = values);
+    const STRUCT(VkSemaphoreWaitInfo, info, .flags = flags, .semaphoreCount = count,
+                 .pSemaphores = semaphores, .pValues = values);
     return wait(NULL, &info, 0);
 }
 
 static const uint64_t zero_and_five[] = {0, 5};
-CALL(wait_semaphore,
-     wait_values(1, zero_and_five + 1, VK_SEMAPHORE_WAIT_ANY_BIT, assay_WaitSemaphores))
-CALL(wait_all_semaphores, wait_values(2, zero_and_five, 0, assay_WaitSemaphoresKHR))
-CALL(wait_any_semaphore,
-     wait_values(2, zero_and_five, VK_SEMAPHORE_WAIT_ANY_BIT, assay_WaitSemaphores))
+CALL_AS(wait_semaphore,
+        wait_values(1, zero_and_five + 1, VK_SEMAPHORE_WAIT_ANY_BIT, assay_WaitSemaphores))
+CALL_AS(wait_all_semaphores, wait_values(2, zero_and_five, 0, assay_WaitSemaphoresKHR))
+CALL_AS(wait_any_semaphore,
+        wait_values(2, zero_and_five, VK_SEMAPHORE_WAIT_ANY_BIT, assay_WaitSemaphores))
 
 static VkResult read_counter(PFN_vkGetSemaphoreCounterValue read)
 {
@@ -97,11 +87,11 @@ static VkResult read_counter(PFN_vkGetSemaphoreCounterValue read)
     return read(NULL, SEMAPHORE(T), &value);
 }
 
-CALL(semaphore_counter, read_counter(assay_GetSemaphoreCounterValue))
-CALL(semaphore_counter_khr, read_counter(assay_GetSemaphoreCounterValueKHR))
-CALL(queue_idle, assay_QueueWaitIdle(QUEUE(1)))
-CALL(other_queue_idle, assay_QueueWaitIdle(QUEUE(2)))
-CALL(device_idle, assay_DeviceWaitIdle(NULL))
+CALL_AS(semaphore_counter, read_counter(assay_GetSemaphoreCounterValue))
+CALL_AS(semaphore_counter_khr, read_counter(assay_GetSemaphoreCounterValueKHR))
+CALL_AS(queue_idle, assay_QueueWaitIdle(QUEUE(1)))
+CALL_AS(other_queue_idle, assay_QueueWaitIdle(QUEUE(2)))
+CALL_AS(device_idle, assay_DeviceWaitIdle(NULL))
 
 static const struct {
     VkResult (*look)(void);
@@ -160,8 +150,7 @@ DEVICE_TEST(fences_are_reset)
 
 TEST(the_host_signals)
 {
-    const VkSemaphoreSignalInfo info =
-        MAKE(VkSemaphoreSignalInfo, .semaphore = SEMAPHORE(S), .value = 1);
+    const STRUCT(VkSemaphoreSignalInfo, info, .semaphore = SEMAPHORE(S), .value = 1);
     const PFN_vkSignalSemaphore signals[] = {assay_SignalSemaphore, assay_SignalSemaphoreKHR};
     for (uint32_t i = 0; i < 2; i++) {
         struct program p;

@@ -17,11 +17,11 @@ DEVICE_TEST(submits_are_observed_and_forwarded)
            .wait_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
     assert_string_equal(reached, "QueueSubmit2");
     assert_null(find_run(p, 40));
-    submit_second(&(struct second){.queue = 3,
-                                   .name = 31,
-                                   .signal = T,
-                                   .signal_value = 9,
-                                   .signal_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT},
+    submit_second(&(struct batch){.queue = 3,
+                                  .name = 31,
+                                  .signal = T,
+                                  .signal_value = 9,
+                                  .signal_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT},
                   assay_QueueSubmit2KHR);
     assert_string_equal(reached, "QueueSubmit2KHR");
     assert_true(follows(p, 40, 31));
@@ -47,7 +47,7 @@ TEST(stages_of_waits_count)
         fake_device_start(&p);
         create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, NULL);
         PLAIN(.queue = 1, .name = 10, .signal = S, .signal_value = 1);
-        PLAIN(.queue = 2, .name = 20, .wait = S, .wait_value = 1, .stages = cases[i].stages);
+        PLAIN(.queue = 2, .name = 20, .wait = S, .wait_value = 1, .wait_stages = cases[i].stages);
         SECOND(.queue = 3, .name = 30, .wait = S, .wait_value = 1, .wait_stages = cases[i].stages);
         assert_int_equal(follows(&p, 20, 10), cases[i].orders);
         assert_int_equal(follows(&p, 30, 10), cases[i].orders);
@@ -85,9 +85,9 @@ TEST(stages_of_signals_count)
 DEVICE_TEST(batches_on_several_physical_devices_are_not_ordered)
 {
     const uint32_t zero = 0, both = 3, first = 1;
-    VkDeviceGroupSubmitInfo group =
-        MAKE(VkDeviceGroupSubmitInfo, .waitSemaphoreCount = 1, .pWaitSemaphoreDeviceIndices = &zero,
-             .commandBufferCount = 1, .pCommandBufferDeviceMasks = &both);
+    STRUCT(VkDeviceGroupSubmitInfo, group, .waitSemaphoreCount = 1,
+           .pWaitSemaphoreDeviceIndices = &zero, .commandBufferCount = 1,
+           .pCommandBufferDeviceMasks = &both);
     create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, NULL);
     PLAIN(.queue = 1, .name = 10, .signal = S, .signal_value = 1);
     PLAIN(.queue = 2, .name = 20, .wait = S, .wait_value = 1, .group = &group);
@@ -125,9 +125,8 @@ DEVICE_TEST(a_skipped_call_does_not_go_down)
 DEVICE_TEST(bindings_are_observed)
 {
     VkSemaphore wait = SEMAPHORE(S), signal = SEMAPHORE(T);
-    const VkBindSparseInfo info =
-        MAKE(VkBindSparseInfo, .waitSemaphoreCount = 1, .pWaitSemaphores = &wait,
-             .signalSemaphoreCount = 1, .pSignalSemaphores = &signal);
+    const STRUCT(VkBindSparseInfo, info, .waitSemaphoreCount = 1, .pWaitSemaphores = &wait,
+                 .signalSemaphoreCount = 1, .pSignalSemaphores = &signal);
     create_semaphore(S, VK_SEMAPHORE_TYPE_BINARY, NULL);
     create_semaphore(T, VK_SEMAPHORE_TYPE_BINARY, NULL);
     create_fence(F, NULL);

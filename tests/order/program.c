@@ -2,8 +2,6 @@
 /* Programs of submits, and the hooks that write down. */
 #include "program.h"
 
-#include <string.h>
-
 static void *capture(void *user, VkCommandBuffer command_buffer)
 {
     struct program *program = user;
@@ -112,19 +110,12 @@ void call_add_batch(struct submission *submission, const struct call *call)
                               call->signal[i].value, scope_of(call->signal[i].reach));
 }
 
-struct submission *call_prepare(struct program *program, const struct call *call)
+void submit(struct program *program, const struct call *call)
 {
     struct submission *submission =
         submission_begin(program->order, call->kind, QUEUE(call->queue));
     call_add_batch(submission, call);
-    submission_set_fence(submission, FENCE(call->fence));
-    assert_false(submission_prepare(submission));
-    return submission;
-}
-
-void submit(struct program *program, const struct call *call)
-{
-    submission_finish(call_prepare(program, call), call->result);
+    assert_true(finish_batches(submission, call->fence, call->result));
 }
 
 bool finish_batches(struct submission *submission, uint32_t fence, VkResult result)
@@ -162,13 +153,6 @@ void wait_idle(struct program *program, uint32_t queue)
     struct idle_wait wait;
     execution_order_start_idle(program->order, QUEUE(queue), &wait);
     execution_order_observe_idle(program->order, &wait);
-}
-
-void expect_runs(const struct program *program, uint32_t count, const uint32_t *names)
-{
-    assert_int_equal(program->run_count, count);
-    for (uint32_t i = 0; i < count; i++)
-        assert_int_equal(program->runs[i].name, names[i]);
 }
 
 const struct heard *find_run(const struct program *program, uint32_t name)

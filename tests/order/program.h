@@ -7,7 +7,7 @@
 #include "src/state/order/order.h"
 #include "tests/state/unit_test.h"
 
-enum { PROGRAM_RUNS = 512, CALL_OPERATIONS = 4 };
+enum { PROGRAM_RUNS = 512, PROGRAM_NAMES = 100, CALL_OPERATIONS = 4 };
 enum { S = 1, T = 2, U = 3, F = 4, G = 5 }; /* semaphores and fences */
 
 #define QUEUE(number) ((VkQueue)(uintptr_t)(number))
@@ -33,7 +33,8 @@ struct program {
     enum order_unknown_reason unknown_reason;
     uint32_t begins, failures; /* of work of the host, which is a run when it ends */
     uint32_t captured;         /* and not released */
-    uint32_t skip_name;        /* checks of it ask to skip the call; 0: none */
+    struct submission *under_way[PROGRAM_NAMES]; /* of scripts, by the name of the first batch */
+    uint32_t skip_name;                          /* checks of it ask to skip the call; 0: none */
     /* Called once, from inside the next run or check: another thread does something meanwhile. */
     void (*meanwhile)(struct program *program);
 };
@@ -64,13 +65,11 @@ struct call {
     uint32_t fence;
     enum submission_kind kind;
     VkResult result;
+    bool is_under_way; /* in a script: it has not returned */
 };
 
-/* The steps of a call; `submit` makes them all. */
 void call_add_batch(struct submission *submission, const struct call *call);
-struct submission *call_prepare(struct program *program, const struct call *call);
 void submit(struct program *program, const struct call *call);
-#define PREPARE(program, ...) call_prepare(program, &(struct call){__VA_ARGS__})
 #define SUBMIT(program, ...) submit(program, &(struct call){__VA_ARGS__})
 
 /* Prepared and finished; false if it was to be skipped. */
@@ -91,8 +90,11 @@ void wait_idle(struct program *program, uint32_t queue); /* 0: the device */
  * fence F;
  * 10 waits S T=1 signals U;        submits a batch
  * 20 on 1 signals S/builds fence F;   also S/nothing: how far the operation reaches
+ * 10 signals S then 11 waits S;    submits two batches in one call
  * bind 10 waits S;                 submits bindings
- * 10 fails;                        is submitted, and the call fails
+ * work 90;                         work of the host
+ * 10 fails; 10 loses;              is submitted, and the call fails, or loses the device
+ * 10 begins; 10 returns; 10 failed;   a call that is under way between these statements
  * sees F; sees S=2; sees S>2;      the host sees a fence, or a value of a timeline, or at least
  * that idle 1; idle;                    waits for a queue, or for the device host signals S=1;
  * resets F; destroys S;
@@ -101,16 +103,14 @@ void wait_idle(struct program *program, uint32_t queue); /* 0: the device */
  *                                  none of them
  * 20 known; 20 unknown;            whether its predecessors are known
  * 20 checked; 20 unchecked;
- * ran 10 20; ran;                  what has run, in this order */
+ * ran 10 20; ran;                  what has run, in this order
+ * checks 1; drops 1; losses 1; begun 1; failures 1; captured 1;   how often a hook was called */
 void play(struct program *program, const char *script);
 #define SCRIPT_TEST(name, script)                                                                  \
     PROGRAM_TEST(name)                                                                             \
     {                                                                                              \
         play(p, script);                                                                           \
     }
-
-/* What has run, in this order. */
-void expect_runs(const struct program *program, uint32_t count, const uint32_t *names);
 
 /* The run of that name, or NULL. */
 const struct heard *find_run(const struct program *program, uint32_t name);

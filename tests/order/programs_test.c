@@ -61,17 +61,9 @@ SCRIPT_TEST(stages_limit_what_a_semaphore_orders,
             "30 waits T; 40 waits U; 50 waits F/builds; 20 not after 10; 30 not after 10;"
             "40 after 20 10; 50 after 20; 50 not after 10;")
 
-PROGRAM_TEST(batches_of_one_call_may_use_each_other)
-{
-    play(p, "binary S; timeline T;");
-    struct submission *call = submission_begin(p->order, SUBMIT_COMMANDS, QUEUE(1));
-    call_add_batch(call, &(struct call){.name = 10, .signal = {{S}, {T, 1}}});
-    call_add_batch(call, &(struct call){.name = 11, .wait = {{S}, {T, 1}}, .signal = {{S}}});
-    call_add_batch(call, &(struct call){.name = 12, .wait = {{S}}});
-    assert_true(finish_batches(call, 0, VK_SUCCESS));
-    assert_int_equal(p->checks, 3);
-    play(p, "ran 10 11 12; 12 after 10 11;");
-}
+SCRIPT_TEST(batches_of_one_call_may_use_each_other,
+            "binary S; timeline T; 10 signals S T=1 then 11 waits S T=1 signals S then 12 waits S;"
+            "checks 3; ran 10 11 12; 12 after 10 11;")
 
 SCRIPT_TEST(handles_are_reused,
             "timeline S; 10 signals S=5; destroys S; timeline S; 20 waits S=5; ran 10;"

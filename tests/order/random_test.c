@@ -132,25 +132,16 @@ static void present_some(struct test *test)
 
 static void step(struct test *test)
 {
-    uint32_t choice = below(test, 24);
-    if (choice < 12)
-        submit_some(test);
-    else if (choice < 15)
-        land_some(test);
-    else if (choice < 17)
-        see_some_fence(test);
-    else if (choice < 19)
-        see_some_semaphore(test);
-    else if (choice == 19)
-        see_some_idle(test);
-    else if (choice == 20)
-        signal_some_on_host(test);
-    else if (choice == 21)
-        work_on_host(test);
-    else if (choice == 22)
-        recreate_some(test);
-    else
-        present_some(test);
+    static const struct {
+        void (*step)(struct test *test);
+        uint32_t weight;
+    } steps[] = {{submit_some, 12},       {land_some, 3},     {see_some_fence, 2},
+                 {see_some_semaphore, 2}, {see_some_idle, 1}, {signal_some_on_host, 1},
+                 {work_on_host, 1},       {recreate_some, 1}, {present_some, 1}};
+    uint32_t i = 0, choice = below(test, 24);
+    for (; choice >= steps[i].weight; i++)
+        choice -= steps[i].weight;
+    steps[i].step(test);
 }
 
 static void compare(const struct test *test)

@@ -5,7 +5,7 @@
 
 #include "program.h"
 
-enum { TEXT_MAX = 2048, WORDS_MAX = 16 };
+enum { TEXT_MAX = 2048, WORDS_MAX = 24 };
 
 static bool is(const char *word, const char *other)
 {
@@ -50,27 +50,65 @@ static struct operation operation_of(const char *word)
     return operation;
 }
 
-static void play_batch(struct program *program, enum submission_kind kind, const char *const *words)
+/* Reads a batch up to "then" or the end, and returns what follows. */
+static const char *const *read_batch(struct call *call, const char *const *words)
 {
-    struct call call = {.name = number_of(*words), .kind = kind};
     struct operation *operations = NULL;
-    call.queue = call.name / 10;
-    while (*++words)
+    while (*++words && !is(*words, "then"))
         if (is(*words, "waits"))
-            operations = call.wait;
+            operations = call->wait;
         else if (is(*words, "signals"))
-            operations = call.signal;
+            operations = call->signal;
         else if (is(*words, "on"))
-            call.queue = number_of(*++words);
+            call->queue = number_of(*++words);
         else if (is(*words, "fence"))
-            call.fence = object_of(*++words);
+            call->fence = object_of(*++words);
+        else if (is(*words, "begins"))
+            call->is_under_way = true;
         else if (is(*words, "fails"))
-            call.result = VK_ERROR_OUT_OF_HOST_MEMORY;
+            call->result = VK_ERROR_OUT_OF_HOST_MEMORY;
+        else if (is(*words, "loses"))
+            call->result = VK_ERROR_DEVICE_LOST;
         else if (operations)
             *operations++ = operation_of(*words);
         else
             fail_msg("\"%s\" is no part of a batch", *words);
-    submit(program, &call);
+    return words;
+}
+
+static void play_call(struct program *program, enum submission_kind kind, const char *const *words)
+{
+    const uint32_t name = number_of(*words);
+    struct submission *submission = NULL;
+    struct call call = {.queue = kind == SUBMIT_HOST_WORK ? 0 : name / 10};
+    for (bool is_last = false; !is_last; words++) {
+        call = (struct call){.name = number_of(*words), .queue = call.queue};
+        words = read_batch(&call, words);
+        if (!submission)
+            submission = submission_begin(program->order, kind, QUEUE(call.queue));
+        call_add_batch(submission, &call);
+        is_last = !*words;
+    }
+    submission_set_fence(submission, FENCE(call.fence));
+    assert_false(submission_prepare(submission));
+    if (call.is_under_way) {
+        assert_true(name < PROGRAM_NAMES);
+        program->under_way[name] = submission;
+    } else {
+        submission_finish(submission, call.result);
+    }
+}
+
+/* The end of a call under way. */
+static bool end_call(struct program *program, const char *const *words)
+{
+    if (!is(words[1], "returns") && !is(words[1], "failed"))
+        return false;
+    struct submission *submission = program->under_way[number_of(*words)];
+    assert_non_null(submission);
+    submission_finish(submission,
+                      is(words[1], "failed") ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
+    return true;
 }
 
 static void expect_order(const struct program *program, uint32_t name, bool after,
@@ -102,10 +140,10 @@ static bool expect(const struct program *program, const char *const *words)
 
 static void expect_ran(const struct program *program, const char *const *words)
 {
-    uint32_t names[WORDS_MAX], count = 0;
-    for (; *words; words++)
-        names[count++] = number_of(*words);
-    expect_runs(program, count, names);
+    uint32_t count = 0;
+    for (; *words; words++, count++)
+        assert_true(count < program->run_count && program->runs[count].name == number_of(*words));
+    assert_int_equal(program->run_count, count);
 }
 
 /* What the host does with an object. */
@@ -125,6 +163,24 @@ static void touch(struct program *program, const char *verb, const char *word)
         execution_order_remove_fence(program->order, FENCE(given.semaphore));
     else
         execution_order_remove_semaphore(program->order, SEMAPHORE(given.semaphore));
+}
+
+/* Expects what the hooks have counted. */
+static bool expect_count(const struct program *program, const char *const *words)
+{
+    const struct {
+        const char *name;
+        uint32_t count;
+    } counts[] = {{"checks", program->checks},     {"drops", program->drops},
+                  {"losses", program->losses},     {"begun", program->begins},
+                  {"failures", program->failures}, {"captured", program->captured}};
+    for (size_t i = 0; i < sizeof(counts) / sizeof(counts[0]); i++)
+        if (is(*words, counts[i].name)) {
+            if (counts[i].count != number_of(words[1]))
+                fail_msg("%u %s", counts[i].count, *words);
+            return true;
+        }
+    return false;
 }
 
 static bool create(struct program *program, const char *kind, const char *const *words)
@@ -152,13 +208,16 @@ static void play_statement(struct program *program, const char *const *words)
     else if (is(*words, "ran"))
         expect_ran(program, words + 1);
     else if (is(*words, "bind"))
-        play_batch(program, SUBMIT_BINDINGS, words + 1);
+        play_call(program, SUBMIT_BINDINGS, words + 1);
+    else if (is(*words, "work"))
+        play_call(program, SUBMIT_HOST_WORK, words + 1);
     else if (is(*words, "host") && is(words[1], "signals"))
         touch(program, words[1], words[2]);
     else if (is(*words, "sees") || is(*words, "resets") || is(*words, "destroys"))
         touch(program, *words, words[1]);
-    else if (!create(program, *words, words + 1) && !expect(program, words))
-        play_batch(program, SUBMIT_COMMANDS, words);
+    else if (!create(program, *words, words + 1) && !expect_count(program, words) &&
+             !end_call(program, words) && !expect(program, words))
+        play_call(program, SUBMIT_COMMANDS, words);
 }
 
 void play(struct program *program, const char *script)

@@ -14,41 +14,32 @@ enum { BUFFER_SIZE = 1 << 16 };
 char output[OUTPUT_SIZE];
 int status;
 
-/* ---- the child */
-
-void crash(int signal, bool in_thread, bool skips_copies)
+void crash(const struct crash *crash)
 {
-    platform.null_driver.plan_fault(&(struct null_driver_fault){.kind = NULL_DRIVER_CRASH,
-                                                                .at = NULL_DRIVER_AT_BUILD,
-                                                                .skips_copies = skips_copies,
-                                                                .signal = signal,
-                                                                .in_thread = in_thread});
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 1);
+    PLAN_FAULT(.kind = NULL_DRIVER_CRASH, .at = NULL_DRIVER_AT_BUILD,
+               .skips_copies = crash->skips_copies, .signal = crash->signal,
+               .in_thread = crash->in_thread);
+    VkCommandBuffer commands = scene_record_boxes(0, 1);
     scene_submit(commands);
 }
 
 void open_at(const char *level)
 {
-    scene_open(&(struct scene_setup){
-        .settings.level = level, .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
+    SCENE_OPEN(.settings.level = level, .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE,
+               .has_tlas = true);
     fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance,
                                                       fixture.instance.messenger, NULL);
     fixture.instance.messenger = VK_NULL_HANDLE;
     scene_invalidate_box(0);
 }
 
-static const uint64_t wild = 0x123456789000;
-
 void build_with_wild_reference(void)
 {
-    scene_open(&(struct scene_setup){
-        .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE, .has_tlas = true});
-    fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance,
-                                                      fixture.instance.messenger, NULL);
+    open_at(NULL);
     struct device_buffer instances = scene_input(BUFFER_SIZE);
     scene_write_instance(&instances, true);
-    ((VkAccelerationStructureInstanceKHR *)instances.bytes)->accelerationStructureReference = wild;
+    ((VkAccelerationStructureInstanceKHR *)instances.bytes)->accelerationStructureReference =
+        0x123456789000;
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     scene_build_instance(commands, instances.address, false);
     scene_submit(commands);
@@ -56,26 +47,18 @@ void build_with_wild_reference(void)
     _exit(HANDLED);
 }
 
-void expect_signal(int number)
+void expect_ending(const struct ending *ending)
 {
-    if (!WIFSIGNALED(status) || WTERMSIG(status) != number)
+    const int number = ending->signal;
+    if (number ? !WIFSIGNALED(status) || WTERMSIG(status) != number
+               : !WIFEXITED(status) || WEXITSTATUS(status) != HANDLED)
         fail_msg("status 0x%x, output: %s", (unsigned)status, output);
+    for (const char *const *text = ending->says; *text; text++)
+        assert_has(output, *text);
+    if (ending->lacks)
+        assert_lacks(output, ending->lacks);
 }
 
-void expect_output(const char *part)
-{
-    if (!strstr(output, part))
-        fail_msg("\"%s\" is not in: %s", part, output);
-}
-
-void expect_no_output(const char *part)
-{
-    if (strstr(output, part))
-        fail_msg("\"%s\" is in: %s", part, output);
-}
-
-/* Runs a function in a child process, with crash_report and a setting. Fills in `output`, what the
- * child has written to stderr, and `status`. */
 void run(void (*child)(void), const char *setting, const char *value)
 {
     int ends[2];
@@ -105,5 +88,5 @@ void run(void (*child)(void), const char *setting, const char *value)
         *emulator = '\0';
     close(ends[0]);
     assert_int_equal(waitpid(pid, &status, 0), pid);
-    expect_no_output("ThreadSanitizer: ");
+    assert_lacks(output, "ThreadSanitizer: ");
 }

@@ -16,14 +16,24 @@ extern int status;               /* that waitpid() returned */
 void run(void (*child)(void), const char *setting, const char *value);
 
 /* In the child: opens a device without a messenger, and crashes at a build. */
+struct crash {
+    const char *level; /* NULL: content */
+    int signal;        /* that the driver raises; 0: it accesses an invalid address */
+    bool in_thread, skips_copies;
+};
 void open_at(const char *level);
-void crash(int signal, bool in_thread, bool skips_copies);
+void crash(const struct crash *crash);
+#define CRASH(...) crash(&(struct crash){__VA_ARGS__})
 
 /* The same: builds a TLAS with a reference that leads nowhere, waits, and ends the process. */
 void build_with_wild_reference(void);
 
-void expect_signal(int number);
-void expect_output(const char *part);
-void expect_no_output(const char *part);
+/* How a child ends: by this signal, or, if it is 0, with the exit code HANDLED. */
+struct ending {
+    int signal;
+    const char *says[8], *lacks; /* texts in the output up to NULL, and one that is not in it */
+};
+void expect_ending(const struct ending *ending);
+#define EXPECT_ENDING(...) expect_ending(&(struct ending){__VA_ARGS__})
 
 #endif

@@ -3,130 +3,75 @@
 #include "tests/postmortem/crash_child.h"
 
 #include <signal.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
 
-/* ---- what is reported */
+#define COPIED ": its inputs had been copied, and it had not finished."
 
-static void crash_in_call(void)
+static const struct row {
+    const char *test;
+    struct crash crash;
+    struct ending ending;
+    const char *setting, *value; /* NULL: none */
+} rows[] = {
+    {"test_inputs_were_copied",
+     {.in_thread = true},
+     {SIGSEGV,
+      {"[ ASSAY-crash ]",
+       "The process received SIGSEGV for address 0x10. 1 build was submitted to ", COPIED, "minX",
+       "read when the process crashed"}}},
+    {"test_call_sites",
+     {.in_thread = true},
+     {SIGSEGV, {"and it had not finished. Called from /", "/postmortem_crash_test+0x"}},
+     "VK_ASSAY_VALIDATION_CALL_SITES",
+     "frames"},
+    {"test_inputs_were_not_copied",
+     {.in_thread = true, .skips_copies = true},
+     {SIGSEGV, {": the device had not reached it."}, "minX"}},
+    /* The call that submits has not returned, so the order has not run the batch yet. */
+    {"test_in_the_submitting_call", {.level = NULL}, {SIGSEGV, {COPIED}}},
+    {"test_level_execution",
+     {.level = "execution"},
+     {SIGSEGV, {"1 build was submitted to "}, "copied"}},
+    {"test_level_state", {.level = "state"}, {SIGSEGV, .lacks = "ASSAY-crash"}},
+    {"test_off",
+     {.in_thread = true},
+     {SIGSEGV, .lacks = "ASSAY-crash"},
+     "VK_ASSAY_VALIDATION_CRASH_REPORT",
+     "false"},
+    {"test_SIGSEGV",
+     {.in_thread = true, .signal = SIGSEGV},
+     {SIGSEGV, {"received SIGSEGV", "minX"}}},
+    {"test_SIGBUS",
+     {.in_thread = true, .signal = SIGBUS},
+     {SIGBUS, {"received SIGBUS. 1 build", "minX"}}},
+    {"test_SIGFPE",
+     {.in_thread = true, .signal = SIGFPE},
+     {SIGFPE, {"received SIGFPE. 1 build", "minX"}}},
+    {"test_SIGABRT",
+     {.in_thread = true, .signal = SIGABRT},
+     {SIGABRT, {"received SIGABRT. 1 build", "minX"}}},
+};
+
+static struct crash played;
+
+static void play_crash(void)
 {
-    open_at(NULL);
-    crash(0, false, false);
+    open_at(played.level);
+    crash(&played);
 }
 
-static void crash_in_thread(void)
+TEST_OF_ROWS(test_crashes, rows, const struct row *row, unit_test_nothing)
 {
-    open_at(NULL);
-    crash(0, true, false);
-}
-
-static void crash_before_copies(void)
-{
-    open_at(NULL);
-    crash(0, true, true);
-}
-
-static void crash_at_execution(void)
-{
-    open_at("execution");
-    crash(0, false, false);
-}
-
-static void crash_at_state(void)
-{
-    open_at("state");
-    crash(0, false, false);
-}
-
-TEST(test_inputs_were_copied)
-{
-    run(crash_in_thread, NULL, NULL);
-    expect_signal(SIGSEGV);
-    expect_output("[ ASSAY-crash ]");
-    expect_output("The process received SIGSEGV for address 0x10. 1 build was submitted to ");
-    expect_output(": its inputs had been copied, and it had not finished.");
-    expect_output("minX");
-    expect_output("read when the process crashed");
-}
-
-TEST(test_call_sites)
-{
-    setenv("VK_ASSAY_VALIDATION_CALL_SITES", "frames", 1);
-    run(crash_in_thread, NULL, NULL);
-    unsetenv("VK_ASSAY_VALIDATION_CALL_SITES");
-    expect_signal(SIGSEGV);
-    expect_output("and it had not finished. Called from /");
-    expect_output("/postmortem_crash_test+0x");
-}
-
-TEST(test_inputs_were_not_copied)
-{
-    run(crash_before_copies, NULL, NULL);
-    expect_signal(SIGSEGV);
-    expect_output(": the device had not reached it.");
-    expect_no_output("minX");
-}
-
-/* The call that submits has not returned, so the order has not run the batch yet. */
-TEST(test_in_the_submitting_call)
-{
-    run(crash_in_call, NULL, NULL);
-    expect_signal(SIGSEGV);
-    expect_output(": its inputs had been copied, and it had not finished.");
-}
-
-TEST(test_levels)
-{
-    run(crash_at_execution, NULL, NULL);
-    expect_signal(SIGSEGV);
-    expect_output("1 build was submitted to ");
-    expect_no_output("copied");
-    run(crash_at_state, NULL, NULL);
-    expect_signal(SIGSEGV);
-    expect_no_output("ASSAY-crash");
-}
-
-TEST(test_off)
-{
-    run(crash_in_thread, "VK_ASSAY_VALIDATION_CRASH_REPORT", "false");
-    expect_signal(SIGSEGV);
-    expect_no_output("ASSAY-crash");
-}
-
-/* ---- other signals */
-
-static int played_signal;
-
-static void crash_by_signal(void)
-{
-    open_at(NULL);
-    crash(played_signal, true, false);
-}
-
-TEST(test_signals)
-{
-    static const struct {
-        int number;
-        const char *text;
-    } rows[] = {{SIGSEGV, "received SIGSEGV"},
-                {SIGBUS, "received SIGBUS. 1 build"},
-                {SIGFPE, "received SIGFPE. 1 build"},
-                {SIGABRT, "received SIGABRT. 1 build"}};
-    for (size_t i = 0; i < ARRAY_COUNT(rows); i++) {
-        played_signal = rows[i].number;
-        run(crash_by_signal, NULL, NULL);
-        expect_signal(rows[i].number);
-        expect_output(rows[i].text);
-        expect_output("minX");
-    }
+    played = row->crash;
+    run(play_crash, row->setting, row->value);
+    expect_ending(&row->ending);
 }
 
 static void crash_at_25_builds(void)
 {
     open_at(NULL);
-    platform.null_driver.plan_fault(&(struct null_driver_fault){
-        .kind = NULL_DRIVER_CRASH, .at = NULL_DRIVER_AT_BUILD, .number = 24});
+    PLAN_FAULT(.kind = NULL_DRIVER_CRASH, .at = NULL_DRIVER_AT_BUILD, .number = 24);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     for (uint32_t i = 0; i < 25; i++)
         scene_build_boxes(commands, 1 + i);
@@ -136,15 +81,10 @@ static void crash_at_25_builds(void)
 TEST(test_twenty_builds_are_listed)
 {
     run(crash_at_25_builds, NULL, NULL);
-    expect_signal(SIGSEGV);
-    expect_output("25 builds were submitted");
-    expect_output("1. build of ");
-    expect_output("build 23, as submitted");
-    expect_output("2. build of ");
-    expect_output("build 24, as submitted");
-    expect_output("\n20. build of ");
-    expect_no_output("\n21. build of ");
-    expect_output("\nand 5 more.");
+    EXPECT_ENDING(SIGSEGV,
+                  {"25 builds were submitted", "1. build of ", "build 23, as submitted",
+                   "2. build of ", "build 24, as submitted", "\n20. build of ", "\nand 5 more."},
+                  "\n21. build of ");
 }
 
 static void crash_without_builds(void)
@@ -156,11 +96,9 @@ static void crash_without_builds(void)
 TEST(test_nothing_to_say)
 {
     run(crash_without_builds, NULL, NULL);
-    expect_signal(SIGSEGV);
+    EXPECT_ENDING(SIGSEGV);
     assert_string_equal(output, "");
 }
-
-/* ---- the record */
 
 TEST(test_json)
 {
@@ -168,20 +106,19 @@ TEST(test_json)
     const int file = mkstemp(path);
     assert_true(file >= 0);
     setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "json", 1);
-    run(crash_in_thread, "VK_ASSAY_VALIDATION_LOG_FILENAME", path);
+    played = (struct crash){.in_thread = true};
+    run(play_crash, "VK_ASSAY_VALIDATION_LOG_FILENAME", path);
     unsetenv("VK_ASSAY_VALIDATION_LOG_FORMAT");
     const ssize_t size = read(file, record, sizeof(record) - 1);
     assert_true(size > 0);
     record[size] = '\0';
     close(file);
     unlink(path);
-    expect_signal(SIGSEGV);
-    expect_output("ASSAY-crash"); /* as text, too */
-    snprintf(output, sizeof(output), "%s", record);
-    expect_output(
-        "\"Severity\":\"Warning\",\"VUID\":\"ASSAY-crash\",\"MessageID\":\"0x22cd1989\","
-        "\"Objects\":[],\"MainMessage\":\"The process received SIGSEGV for address 0x10. "
-        "1 build was submitted to VkDevice ");
-    expect_output("complete:\\n1. build of ");
-    expect_output("\"when\":\"read when the process crashed\"");
+    EXPECT_ENDING(SIGSEGV, {"ASSAY-crash"}); /* as text, too */
+    assert_has(record,
+               "\"Severity\":\"Warning\",\"VUID\":\"ASSAY-crash\",\"MessageID\":\"0x22cd1989\","
+               "\"Objects\":[],\"MainMessage\":\"The process received SIGSEGV for address 0x10. "
+               "1 build was submitted to VkDevice ");
+    assert_has(record, "complete:\\n1. build of ");
+    assert_has(record, "\"when\":\"read when the process crashed\"");
 }

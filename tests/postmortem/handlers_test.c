@@ -49,31 +49,14 @@ static void crash_with_earlier_handler(void)
 {
     handle_signal(SIGSEGV, end_process, SA_ONSTACK);
     open_at(NULL);
-    crash(0, false, false);
-}
-
-TEST(test_earlier_handler)
-{
-    run(crash_with_earlier_handler, NULL, NULL);
-    expect_output("ASSAY-crash");
-    expect_output("minX");
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != HANDLED)
-        fail_msg("status 0x%x: %s", (unsigned)status, output);
+    CRASH(.signal = 0);
 }
 
 static void crash_with_later_handler(void)
 {
     open_at(NULL);
     handle_signal(SIGSEGV, end_process, SA_ONSTACK);
-    crash(0, false, false);
-}
-
-/* It replaced the layer's. */
-TEST(test_later_handler)
-{
-    run(crash_with_later_handler, NULL, NULL);
-    expect_no_output("ASSAY-crash");
-    assert_int_equal(WEXITSTATUS(status), HANDLED);
+    CRASH(.signal = 0);
 }
 
 static void pass_on(int number, siginfo_t *info, void *context)
@@ -87,14 +70,7 @@ static void crash_with_handler_that_passes_on(void)
 {
     open_at(NULL);
     handle_signal(SIGSEGV, pass_on, 0);
-    crash(0, false, false);
-}
-
-TEST(test_handler_that_passes_on)
-{
-    run(crash_with_handler_that_passes_on, NULL, NULL);
-    expect_signal(SIGSEGV);
-    expect_output("ASSAY-crash");
+    CRASH(.signal = 0);
 }
 
 /* The handler passes the signal on to the layer's, though its instance is gone. */
@@ -106,27 +82,12 @@ static void crash_after_the_instance(void)
     raise(SIGSEGV);
 }
 
-TEST(test_handler_outlives_the_instance)
-{
-    run(crash_after_the_instance, NULL, NULL);
-    expect_signal(SIGSEGV);
-    expect_output("passes on");
-    expect_no_output("ASSAY-crash");
-}
-
 static void crash_ignored(void)
 {
     signal(SIGFPE, SIG_IGN);
     open_at(NULL);
-    crash(SIGFPE, false, false);
+    CRASH(.signal = SIGFPE);
     _exit(HANDLED);
-}
-
-TEST(test_ignored_signal)
-{
-    run(crash_ignored, NULL, NULL);
-    expect_no_output("ASSAY-crash");
-    assert_int_equal(WEXITSTATUS(status), HANDLED);
 }
 
 static void return_from(int number, siginfo_t *info, void *context)
@@ -138,16 +99,8 @@ static void crash_with_handler_for_once(void)
 {
     handle_signal(SIGFPE, return_from, SA_RESETHAND);
     open_at(NULL);
-    crash(SIGFPE, false, false);
+    CRASH(.signal = SIGFPE);
     raise(SIGFPE);
-}
-
-TEST(test_handler_for_once)
-{
-    run(crash_with_handler_for_once, NULL, NULL);
-    expect_output("ASSAY-crash");
-    expect_output("returns");
-    expect_signal(SIGFPE);
 }
 
 static bool are_equal(const struct sigaction *a, const struct sigaction *b)
@@ -176,8 +129,25 @@ static void open_often(void)
     _exit(HANDLED);
 }
 
-TEST(test_handlers_are_put_back)
+static const struct row {
+    const char *test;
+    void (*child)(void);
+    struct ending ending;
+} rows[] = {
+    {"test_earlier_handler", crash_with_earlier_handler, {0, {"ASSAY-crash", "minX"}}},
+    /* It replaced the layer's. */
+    {"test_later_handler", crash_with_later_handler, {.lacks = "ASSAY-crash"}},
+    {"test_handler_that_passes_on", crash_with_handler_that_passes_on, {SIGSEGV, {"ASSAY-crash"}}},
+    {"test_handler_outlives_the_instance",
+     crash_after_the_instance,
+     {SIGSEGV, {"passes on"}, "ASSAY-crash"}},
+    {"test_ignored_signal", crash_ignored, {.lacks = "ASSAY-crash"}},
+    {"test_handler_for_once", crash_with_handler_for_once, {SIGFPE, {"ASSAY-crash", "returns"}}},
+    {"test_handlers_are_put_back", open_often, {0}},
+};
+
+TEST_OF_ROWS(test_handlers, rows, const struct row *row, unit_test_nothing)
 {
-    run(open_often, NULL, NULL);
-    assert_int_equal(WEXITSTATUS(status), HANDLED);
+    run(row->child, NULL, NULL);
+    expect_ending(&row->ending);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Waits while the device makes no progress: one report, and results as without the layer. */
+#include "tests/fixture/messenger.h"
 #include "tests/snapshots/scene.h"
 
 #include <pthread.h>
@@ -16,7 +17,7 @@ static VkSemaphore timeline;
 static void open_with(const char *seconds)
 {
     setenv("VK_ASSAY_VALIDATION_HANG_SECONDS", seconds, 1);
-    scene_open(&(struct scene_setup){.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
+    SCENE_OPEN(.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE);
     fence = fence_create(&fixture.vk, fixture.device);
     timeline = timeline_create(&fixture.vk, fixture.device);
     scene_invalidate_box(0);
@@ -41,17 +42,14 @@ static void close_scene(void)
 static void hang(bool skips_copies)
 {
     const uint64_t one = 1;
-    const VkTimelineSemaphoreSubmitInfo values =
-        MAKE(VkTimelineSemaphoreSubmitInfo, .signalSemaphoreValueCount = 1,
-             .pSignalSemaphoreValues = &one);
-    platform.null_driver.plan_fault(&(struct null_driver_fault){
-        .kind = NULL_DRIVER_HANG, .at = NULL_DRIVER_AT_BUILD, .skips_copies = skips_copies});
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 1);
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .signalSemaphoreValueCount = 1,
+                 .pSignalSemaphoreValues = &one);
+    PLAN_FAULT(.kind = NULL_DRIVER_HANG, .at = NULL_DRIVER_AT_BUILD, .skips_copies = skips_copies);
+    VkCommandBuffer commands = scene_record_boxes(0, 1);
     GET(fixture.vk.EndCommandBuffer(commands));
-    const VkSubmitInfo info =
-        MAKE(VkSubmitInfo, .pNext = &values, .commandBufferCount = 1, .pCommandBuffers = &commands,
-             .signalSemaphoreCount = 1, .pSignalSemaphores = &timeline);
+    const STRUCT(VkSubmitInfo, info, .pNext = &values, .commandBufferCount = 1,
+                 .pCommandBuffers = &commands, .signalSemaphoreCount = 1,
+                 .pSignalSemaphores = &timeline);
     GET(fixture.vk.QueueSubmit(fixture.queue, 1, &info, fence));
     fixture_expect_silence(&fixture);
 }
@@ -67,13 +65,10 @@ static uint32_t count_of(const char *id)
 
 /* ---- another thread, which ends the hang when the layer has reported it */
 
-static VkBool32 VKAPI_CALL report_arrives(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                          VkDebugUtilsMessageTypeFlagsEXT types,
-                                          const VkDebugUtilsMessengerCallbackDataEXT *data,
-                                          void *reported)
+MESSENGER_CALLBACK(report_arrives)
 {
     if (strcmp(data->pMessageIdName, "ASSAY-hang") == 0)
-        *(atomic_bool *)reported = true;
+        *(atomic_bool *)user = true;
     return VK_FALSE;
 }
 
@@ -85,10 +80,12 @@ static void *end_hang(void *reported)
     return NULL;
 }
 
-static VkResult wait_for_fence(void)
+static VkResult wait_for(uint64_t nanoseconds)
 {
-    return fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, UINT64_MAX);
+    return fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, nanoseconds);
 }
+
+CALL_AS(wait_for_fence, wait_for(UINT64_MAX))
 
 static VkResult wait_for_any_fence(void)
 {
@@ -98,41 +95,39 @@ static VkResult wait_for_any_fence(void)
     return result;
 }
 
-static VkResult wait_for_semaphore(void)
-{
-    const uint64_t one = 1;
-    const VkSemaphoreWaitInfo info =
-        MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1, .pSemaphores = &timeline, .pValues = &one);
-    return fixture.vk.WaitSemaphores(fixture.device, &info, UINT64_MAX);
-}
+CALL_AS(wait_for_semaphore,
+        fixture.vk.WaitSemaphores(fixture.device,
+                                  &MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
+                                        .pSemaphores = &timeline, .pValues = &(uint64_t){1}),
+                                  UINT64_MAX))
+CALL_AS(wait_for_queue, fixture.vk.QueueWaitIdle(fixture.queue))
+CALL_AS(wait_for_device, fixture.vk.DeviceWaitIdle(fixture.device))
 
-static VkResult wait_for_queue(void)
-{
-    return fixture.vk.QueueWaitIdle(fixture.queue);
-}
-
-static VkResult wait_for_device(void)
-{
-    return fixture.vk.DeviceWaitIdle(fixture.device);
-}
+static const struct row {
+    const char *test;
+    VkResult (*wait)(void);
+} rows[] = {{"test_fence", wait_for_fence},
+            {"test_any_fence", wait_for_any_fence},
+            {"test_semaphore", wait_for_semaphore},
+            {"test_queue", wait_for_queue},
+            {"test_device", wait_for_device}};
 
 /* The report comes while the call waits, and the finding only once. */
-static void expect_report(VkResult (*wait)(void))
+TEST_OF_ROWS_BETWEEN(test_waits, rows, const struct row *row, open_scene, close_scene)
 {
     atomic_bool reported = false;
     VkDebugUtilsMessengerEXT messenger;
     pthread_t thread;
-    const VkDebugUtilsMessengerCreateInfoEXT info =
-        MAKE(VkDebugUtilsMessengerCreateInfoEXT,
-             .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
-             .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
-                            VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
-             .pfnUserCallback = report_arrives, .pUserData = &reported);
+    const STRUCT(VkDebugUtilsMessengerCreateInfoEXT, info,
+                 .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT,
+                 .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                                VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
+                 .pfnUserCallback = report_arrives, .pUserData = &reported);
     hang(false);
     GET(fixture.instance.vk.CreateDebugUtilsMessengerEXT(fixture.instance.instance, &info, NULL,
                                                          &messenger));
     assert_int_equal(pthread_create(&thread, NULL, end_hang, &reported), 0);
-    GET(wait());
+    GET(row->wait());
     pthread_join(thread, NULL);
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
     fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance, messenger, NULL);
@@ -141,33 +136,7 @@ static void expect_report(VkResult (*wait)(void))
                                     ": its inputs had been copied, and it had not finished."),
                      1);
     assert_int_equal(count_of("VUID"), 1);
-    const char *finding = fixture.instance.messages.items[0].text;
-    assert_non_null(strstr(finding, "read while the device made no progress"));
-}
-
-HANG_TEST(test_fence)
-{
-    expect_report(wait_for_fence);
-}
-
-HANG_TEST(test_any_fence)
-{
-    expect_report(wait_for_any_fence);
-}
-
-HANG_TEST(test_semaphore)
-{
-    expect_report(wait_for_semaphore);
-}
-
-HANG_TEST(test_queue)
-{
-    expect_report(wait_for_queue);
-}
-
-HANG_TEST(test_device)
-{
-    expect_report(wait_for_device);
+    assert_has(fixture.instance.messages.items[0].text, "read while the device made no progress");
 }
 
 /* ---- timeouts */
@@ -177,13 +146,12 @@ HANG_TEST(test_timeouts_stay)
     hang(true);
     const uint64_t timeouts[] = {0, 1, 20 * MILLISECOND, 600 * (uint64_t)MILLISECOND};
     const uint64_t calls = platform.null_driver.calls("vkWaitForFences");
-    assert_int_equal(fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, 0), VK_TIMEOUT);
+    assert_int_equal(wait_for(0), VK_TIMEOUT);
     assert_true(platform.null_driver.calls("vkWaitForFences") > calls);
     for (size_t i = 0; i < ARRAY_COUNT(timeouts); i++) {
         struct timespec begin, end;
         clock_gettime(CLOCK_MONOTONIC, &begin);
-        assert_int_equal(fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, timeouts[i]),
-                         VK_TIMEOUT);
+        assert_int_equal(wait_for(timeouts[i]), VK_TIMEOUT);
         clock_gettime(CLOCK_MONOTONIC, &end);
         const uint64_t passed = (uint64_t)(end.tv_sec - begin.tv_sec) * 1000 * MILLISECOND +
                                 (uint64_t)end.tv_nsec - (uint64_t)begin.tv_nsec;
@@ -198,9 +166,7 @@ HANG_TEST(test_reports_once)
 {
     hang(true);
     for (int i = 0; i < 2; i++)
-        assert_int_equal(fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE,
-                                                  1500 * (uint64_t)MILLISECOND),
-                         VK_TIMEOUT);
+        assert_int_equal(wait_for(1500 * (uint64_t)MILLISECOND), VK_TIMEOUT);
     expect_messages(1,
                     "The device has made no progress for 1 second, while the application waits "
                     "for it. 1 build was submitted");
@@ -213,9 +179,7 @@ TEST_CLOSED(test_off, close_scene)
 {
     open_with("0");
     hang(false);
-    assert_int_equal(
-        fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, 1500 * (uint64_t)MILLISECOND),
-        VK_TIMEOUT);
+    assert_int_equal(wait_for(1500 * (uint64_t)MILLISECOND), VK_TIMEOUT);
     fixture_expect_silence(&fixture);
 }
 
@@ -223,8 +187,7 @@ TEST_CLOSED(test_off, close_scene)
 HANG_TEST(test_lost_while_waiting)
 {
     hang(false);
-    platform.null_driver.plan_fault(&(struct null_driver_fault){
-        .kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_WAIT, .number = 2});
+    PLAN_FAULT(.kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_WAIT, .number = 2);
     assert_int_equal(wait_for_device(), VK_ERROR_DEVICE_LOST);
     assert_int_equal(count_of("ASSAY-device-lost"), 1);
     assert_int_equal(count_of("ASSAY-hang"), 0);

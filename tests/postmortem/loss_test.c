@@ -5,21 +5,19 @@
 
 #include <string.h>
 
-enum { BUFFER_SIZE = 1 << 16, BUILDS_MAX = 25 };
+enum { BUFFER_SIZE = 1 << 16 };
 
 static VkFence fence;
 
 static void plan(enum null_driver_event kind, enum null_driver_place at, uint32_t number,
                  bool skips_copies)
 {
-    platform.null_driver.plan_fault(&(struct null_driver_fault){
-        .kind = kind, .at = at, .number = number, .skips_copies = skips_copies});
+    PLAN_FAULT(.kind = kind, .at = at, .number = number, .skips_copies = skips_copies);
 }
 
 static void open_at(const char *level)
 {
-    scene_open(&(struct scene_setup){
-        .settings.level = level, .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
+    SCENE_OPEN(.settings.level = level, .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE);
     fence = fence_create(&fixture.vk, fixture.device);
     scene_invalidate_box(0);
 }
@@ -56,6 +54,13 @@ static void submit_and_lose(VkCommandBuffer commands)
                      VK_ERROR_DEVICE_LOST);
 }
 
+/* Records builds, at one of which the device is lost: after its inputs were copied, or before. */
+static void lose_at_build(uint32_t builds, uint32_t number, bool skips_copies)
+{
+    plan(NULL_DRIVER_LOSE, NULL_DRIVER_AT_BUILD, number, skips_copies);
+    submit_and_lose(record(builds));
+}
+
 static const char *text_of(const char *id)
 {
     const struct messages *messages = &fixture.instance.messages;
@@ -70,15 +75,9 @@ static const char *text_of(const char *id)
     return found;
 }
 
-static void expect_in(const char *text, const char *part)
-{
-    if (!strstr(text, part))
-        fail_msg("\"%s\" is not in: %s", part, text);
-}
-
 static void expect_list(const char *part)
 {
-    expect_in(text_of("ASSAY-device-lost"), part);
+    assert_has(text_of("ASSAY-device-lost"), part);
 }
 
 static void expect_count(uint32_t count)
@@ -86,15 +85,12 @@ static void expect_count(uint32_t count)
     assert_int_equal(fixture.instance.messages.count, count);
 }
 
-/* ---- what is known of the builds */
-
 LOSS_TEST(test_inputs_were_copied)
 {
-    plan(NULL_DRIVER_LOSE, NULL_DRIVER_AT_BUILD, 1, false);
-    submit_and_lose(record(1));
+    lose_at_build(1, 1, false);
     expect_count(2);
-    expect_in(text_of("VUID"), "minX");
-    expect_in(text_of("VUID"), "submission 1, read after the device was lost.");
+    assert_has(text_of("VUID"), "minX");
+    assert_has(text_of("VUID"), "submission 1, read after the device was lost.");
     expect_list("The device was lost. 1 build was submitted");
     expect_list("1. build of VkAccelerationStructureKHR");
     expect_list("(65536 bytes) from 1 geometry");
@@ -103,19 +99,17 @@ LOSS_TEST(test_inputs_were_copied)
 
 LOSS_TEST(test_inputs_were_not_copied)
 {
-    plan(NULL_DRIVER_LOSE, NULL_DRIVER_AT_BUILD, 1, true);
-    submit_and_lose(record(1));
+    lose_at_build(1, 1, true);
     expect_count(2);
     expect_list(": the device had not reached it.");
-    expect_in(text_of("ASSAY-warning"), "1 on a device that is lost");
+    assert_has(text_of("ASSAY-warning"), "1 on a device that is lost");
 }
 
 /* The mark behind the first build stands, so the second one is the culprit. The third shares the
  * box that is invalid. */
 LOSS_TEST(test_second_of_three)
 {
-    plan(NULL_DRIVER_LOSE, NULL_DRIVER_AT_BUILD, 2, false);
-    submit_and_lose(record(3));
+    lose_at_build(3, 2, false);
     expect_count(4);
     expect_list("3 builds were submitted");
     expect_list("1. build of ");
@@ -124,10 +118,10 @@ LOSS_TEST(test_second_of_three)
                *first = strstr(list, "build 0");
     assert_non_null(first);
     assert_true(second < third && third < first);
-    expect_in(second, "its inputs had been copied, and it had not finished");
-    expect_in(third, "the device had not reached it");
-    expect_in(first, "it had finished");
-    expect_in(text_of("ASSAY-warning"), "1 on a device that is lost");
+    assert_has(second, "its inputs had been copied, and it had not finished");
+    assert_has(third, "the device had not reached it");
+    assert_has(first, "it had finished");
+    assert_has(text_of("ASSAY-warning"), "1 on a device that is lost");
 }
 
 LOSS_TEST(test_complete_builds_are_not_listed)
@@ -136,8 +130,7 @@ LOSS_TEST(test_complete_builds_are_not_listed)
     GET(fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, UINT64_MAX));
     expect_messages(1, "minX");
     GET(fixture.vk.ResetFences(fixture.device, 1, &fence));
-    plan(NULL_DRIVER_LOSE, NULL_DRIVER_AT_BUILD, 1, true);
-    submit_and_lose(record(1));
+    lose_at_build(1, 1, true);
     expect_list("1 build was submitted");
 }
 
@@ -152,24 +145,7 @@ LOSS_TEST(test_submitted_twice)
     platform.null_driver.set_device_lost(true);
     assert_int_equal(fixture.vk.GetFenceStatus(fixture.device, fence), VK_ERROR_DEVICE_LOST);
     expect_list("2 builds were submitted");
-    assert_null(strstr(text_of("ASSAY-device-lost"), "copied"));
-}
-
-LOSS_TEST(test_most_are_twenty)
-{
-    plan(NULL_DRIVER_LOSE, NULL_DRIVER_AT_BUILD, 1, true);
-    submit_and_lose(record(BUILDS_MAX));
-    expect_list("25 builds were submitted");
-}
-
-/* ---- names, labels, secondary command buffers */
-
-static void set_name(VkObjectType type, uint64_t handle, const char *name)
-{
-    const VkDebugUtilsObjectNameInfoEXT info =
-        MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = type, .objectHandle = handle,
-             .pObjectName = name);
-    GET(fixture.vk.SetDebugUtilsObjectNameEXT(fixture.device, &info));
+    assert_lacks(text_of("ASSAY-device-lost"), "copied");
 }
 
 LOSS_TEST(test_names)
@@ -179,8 +155,8 @@ LOSS_TEST(test_names)
                                queue = MAKE(VkDebugUtilsLabelEXT, .pLabelName = "main");
     VkCommandBuffer primary = fixture_begin(&fixture, 0),
                     secondary = fixture_begin_secondary(&fixture, 0);
-    set_name(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)scene.blas, "rabbit");
-    set_name(VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)secondary, "meshes \"2\"");
+    scene_set_name(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)scene.blas, "rabbit");
+    scene_set_name(VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)secondary, "meshes \"2\"");
     fixture.vk.CmdBeginDebugUtilsLabelEXT(secondary, &frame);
     scene_build_boxes(secondary, 1);
     GET(fixture.vk.EndCommandBuffer(secondary));
@@ -194,13 +170,10 @@ LOSS_TEST(test_names)
     expect_list("submission 1, queue labels \"main\": its inputs had been copied");
 }
 
-/* ---- levels */
-
 static void lose_at(const char *level)
 {
     open_at(level);
-    plan(NULL_DRIVER_LOSE, NULL_DRIVER_AT_BUILD, 1, false);
-    submit_and_lose(record(1));
+    lose_at_build(1, 1, false);
 }
 
 TEST_CLOSED(test_level_execution, close_scene)
@@ -209,7 +182,7 @@ TEST_CLOSED(test_level_execution, close_scene)
     expect_count(1);
     expect_list("1 build was submitted");
     expect_list("submission 1.");
-    assert_null(strstr(text_of("ASSAY-device-lost"), "copied"));
+    assert_lacks(text_of("ASSAY-device-lost"), "copied");
 }
 
 TEST_CLOSED(test_level_state, close_scene)
@@ -243,70 +216,25 @@ static VkEvent event;
 static VkQueryPool queries;
 static uint64_t value;
 
-static VkResult submit_nothing(void)
-{
-    return fixture.vk.QueueSubmit(fixture.queue, 0, NULL, VK_NULL_HANDLE);
-}
-
-static VkResult submit2_nothing(void)
-{
-    return fixture.vk.QueueSubmit2(fixture.queue, 0, NULL, VK_NULL_HANDLE);
-}
-
-static VkResult bind_nothing(void)
-{
-    return fixture.vk.QueueBindSparse(fixture.queue, 0, NULL, VK_NULL_HANDLE);
-}
-
-static VkResult wait_for_queue(void)
-{
-    return fixture.vk.QueueWaitIdle(fixture.queue);
-}
-
-static VkResult wait_for_device(void)
-{
-    return fixture.vk.DeviceWaitIdle(fixture.device);
-}
-
-static VkResult wait_for_fence(void)
-{
-    return fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, 0);
-}
-
-static VkResult get_fence(void)
-{
-    return fixture.vk.GetFenceStatus(fixture.device, fence);
-}
-
-static VkResult wait_for_semaphore(void)
-{
-    const VkSemaphoreWaitInfo info =
-        MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1, .pSemaphores = &timeline, .pValues = &value);
-    return fixture.vk.WaitSemaphores(fixture.device, &info, 0);
-}
-
-static VkResult get_semaphore(void)
-{
-    uint64_t counter;
-    return fixture.vk.GetSemaphoreCounterValue(fixture.device, timeline, &counter);
-}
-
-static VkResult get_event(void)
-{
-    return fixture.vk.GetEventStatus(fixture.device, event);
-}
-
-static VkResult get_queries(void)
-{
-    return fixture.vk.GetQueryPoolResults(fixture.device, queries, 0, 1, sizeof(value), &value,
-                                          sizeof(value), VK_QUERY_RESULT_64_BIT);
-}
-
-static VkResult map_memory(void)
-{
-    void *bytes;
-    return fixture.vk.MapMemory(fixture.device, scene.boxes.memory, 0, VK_WHOLE_SIZE, 0, &bytes);
-}
+CALL_AS(submit_nothing, fixture.vk.QueueSubmit(fixture.queue, 0, NULL, VK_NULL_HANDLE))
+CALL_AS(submit2_nothing, fixture.vk.QueueSubmit2(fixture.queue, 0, NULL, VK_NULL_HANDLE))
+CALL_AS(bind_nothing, fixture.vk.QueueBindSparse(fixture.queue, 0, NULL, VK_NULL_HANDLE))
+CALL_AS(wait_for_queue, fixture.vk.QueueWaitIdle(fixture.queue))
+CALL_AS(wait_for_device, fixture.vk.DeviceWaitIdle(fixture.device))
+CALL_AS(wait_for_fence, fixture.vk.WaitForFences(fixture.device, 1, &fence, VK_TRUE, 0))
+CALL_AS(get_fence, fixture.vk.GetFenceStatus(fixture.device, fence))
+CALL_AS(wait_for_semaphore,
+        fixture.vk.WaitSemaphores(fixture.device,
+                                  &MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
+                                        .pSemaphores = &timeline, .pValues = &value),
+                                  0))
+CALL_AS(get_semaphore,
+        fixture.vk.GetSemaphoreCounterValue(fixture.device, timeline, &(uint64_t){0}))
+CALL_AS(get_event, fixture.vk.GetEventStatus(fixture.device, event))
+CALL_AS(get_queries, fixture.vk.GetQueryPoolResults(fixture.device, queries, 0, 1, sizeof(value),
+                                                    &value, sizeof(value), VK_QUERY_RESULT_64_BIT))
+CALL_AS(map_memory, fixture.vk.MapMemory(fixture.device, scene.boxes.memory, 0, VK_WHOLE_SIZE, 0,
+                                         &(void *){NULL}))
 
 static const struct {
     const char *name;
@@ -328,7 +256,7 @@ static const struct {
 
 static void play(const char *name, VkResult (*call)(void))
 {
-    const VkEventCreateInfo info = MAKE(VkEventCreateInfo);
+    const STRUCT(VkEventCreateInfo, info);
     open_at("execution");
     timeline = timeline_create(&fixture.vk, fixture.device);
     queries = query_pool_create(&fixture.vk, fixture.device, VK_QUERY_TYPE_OCCLUSION, 1);
@@ -370,15 +298,10 @@ LOSS_TEST(test_lost_when_submitted)
 
 LOSS_TEST(test_lost_while_submitting)
 {
-    platform.null_driver.plan_fault(&(struct null_driver_fault){
-        .kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_BUILD, .is_at_once = true});
-    VkCommandBuffer commands = record(1);
-    const VkSubmitInfo info =
-        MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &commands);
-    assert_int_equal(fixture.vk.QueueSubmit(fixture.queue, 1, &info, VK_NULL_HANDLE),
-                     VK_ERROR_DEVICE_LOST);
+    PLAN_FAULT(.kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_BUILD, .is_at_once = true);
+    assert_int_equal(fixture_submit(&fixture, record(1), VK_NULL_HANDLE), VK_ERROR_DEVICE_LOST);
     expect_list(": its inputs had been copied, and it had not finished.");
-    expect_in(text_of("VUID"), "submission 1, read after the device was lost.");
+    assert_has(text_of("VUID"), "submission 1, read after the device was lost.");
 }
 
 /* A submission that fails in another way, or is skipped, is not listed. */

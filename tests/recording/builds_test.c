@@ -1,12 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What hazard lists have of builds. */
+#include "tests/fixture/geometries.h"
 #include "tests/recording/device.h"
 
 #include <stdio.h>
-
-#define TRIANGLES(...)                                                                             \
-    MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,       \
-         .geometry.triangles = MAKE(VkAccelerationStructureGeometryTrianglesDataKHR, __VA_ARGS__))
 
 static VkAccelerationStructureBuildGeometryInfoKHR
 info_of(const VkAccelerationStructureGeometryKHR *geometry)
@@ -17,6 +14,14 @@ info_of(const VkAccelerationStructureGeometryKHR *geometry)
                             : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                 .dstAccelerationStructure = accel(1), .scratchData.deviceAddress = BUFFERS + 0x1800,
                 .geometryCount = 1, .pGeometries = geometry);
+}
+
+/* Of triangles, whose number the call says. */
+static VkAccelerationStructureBuildGeometryInfoKHR plain_info(void)
+{
+    static VkAccelerationStructureGeometryKHR geometry;
+    geometry = triangles_geometry(0, 0, VK_INDEX_TYPE_NONE_KHR, 0);
+    return info_of(&geometry);
 }
 
 enum { INPUT = BUFFERS + 0x1000 };
@@ -42,8 +47,7 @@ static void expect_inputs(const VkAccelerationStructureGeometryKHR *geometry,
 RECORDING_TEST(triangles)
 {
     VkAccelerationStructureGeometryKHR geometry =
-        TRIANGLES(.vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.deviceAddress = INPUT,
-                  .vertexStride = 12, .maxVertex = 99, .indexType = VK_INDEX_TYPE_NONE_KHR);
+        triangles_geometry(INPUT, 99, VK_INDEX_TYPE_NONE_KHR, 0);
     expect_inputs(&geometry, &two, " B<shader vertices buffer2 1000:1048\n");
     expect_inputs(&geometry,
                   &(VkAccelerationStructureBuildRangeInfoKHR){
@@ -61,8 +65,9 @@ RECORDING_TEST(triangles)
 RECORDING_TEST(bytes_between_elements_are_not_read)
 {
     VkAccelerationStructureGeometryKHR geometry =
-        TRIANGLES(.vertexFormat = VK_FORMAT_R16G16B16_SFLOAT, .vertexData.deviceAddress = INPUT,
-                  .vertexStride = 8, .maxVertex = 99, .indexType = VK_INDEX_TYPE_NONE_KHR);
+        triangles_geometry(INPUT, 99, VK_INDEX_TYPE_NONE_KHR, 0);
+    geometry.geometry.triangles.vertexFormat = VK_FORMAT_R16G16B16_SFLOAT;
+    geometry.geometry.triangles.vertexStride = 8;
     expect_inputs(&geometry, &two, " B<shader vertices buffer2 1000:102e\n");
     geometry.geometry.triangles.vertexStride = 10;
     expect_inputs(&geometry, &two,
@@ -73,9 +78,7 @@ RECORDING_TEST(bytes_between_elements_are_not_read)
 RECORDING_TEST(indexed_triangles)
 {
     VkAccelerationStructureGeometryKHR geometry =
-        TRIANGLES(.vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.deviceAddress = INPUT,
-                  .vertexStride = 12, .maxVertex = 5, .indexType = VK_INDEX_TYPE_UINT16,
-                  .indexData.deviceAddress = BUFFERS + 0x800);
+        triangles_geometry(INPUT, 5, VK_INDEX_TYPE_UINT16, BUFFERS + 0x800);
     const VkAccelerationStructureBuildRangeInfoKHR range = {
         .primitiveCount = 2, .primitiveOffset = 8, .firstVertex = 1};
     expect_inputs(&geometry, &range,
@@ -86,19 +89,13 @@ RECORDING_TEST(indexed_triangles)
 
 RECORDING_TEST(boxes)
 {
-    const VkAccelerationStructureGeometryKHR geometry =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-             .geometry.aabbs = MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
-                                    .data.deviceAddress = INPUT, .stride = 24));
+    const VkAccelerationStructureGeometryKHR geometry = boxes_geometry(INPUT, 24);
     expect_inputs(&geometry, &two, " B<shader boxes buffer2 1000:1030\n");
 }
 
 RECORDING_TEST(instances)
 {
-    VkAccelerationStructureGeometryKHR geometry =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-             .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
-                                        .data.deviceAddress = INPUT));
+    VkAccelerationStructureGeometryKHR geometry = instances_geometry(INPUT, false);
     expect_inputs(&geometry, &two, " B<shader instances buffer2 1000:1080\n");
     expect_inputs(&geometry, &none, "");
     geometry.geometry.instances.arrayOfPointers = VK_TRUE;
@@ -114,9 +111,7 @@ RECORDING_TEST(instances)
 /* An update in place is one access, which writes. */
 RECORDING_TEST(updates)
 {
-    const VkAccelerationStructureGeometryKHR geometry =
-        TRIANGLES(.indexType = VK_INDEX_TYPE_NONE_KHR);
-    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    VkAccelerationStructureBuildGeometryInfoKHR info = plain_info();
     info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
     info.srcAccelerationStructure = accel(2);
     BUILD(.info = &info, .ranges = &none);
@@ -132,7 +127,7 @@ RECORDING_TEST(updates)
 RECORDING_TEST(indirect_builds)
 {
     const VkAccelerationStructureGeometryKHR geometry =
-        TRIANGLES(.indexType = VK_INDEX_TYPE_NONE_KHR, .vertexData.deviceAddress = INPUT);
+        triangles_geometry(INPUT, 0, VK_INDEX_TYPE_NONE_KHR, 0);
     VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
     BUILD(.command = COMMAND_INDIRECT, .info = &info, .stride = 16, .max_count = 1);
     expect(
@@ -145,8 +140,7 @@ RECORDING_TEST(host_builds)
 {
     static const char mapped[0x1000], other[0x40];
     VkAccelerationStructureGeometryKHR geometry =
-        TRIANGLES(.vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.hostAddress = mapped + 8,
-                  .vertexStride = 12, .maxVertex = 99, .indexType = VK_INDEX_TYPE_NONE_KHR);
+        triangles_geometry((uintptr_t)(mapped + 8), 99, VK_INDEX_TYPE_NONE_KHR, 0);
     resources_map_memory(device.resources, memory(1), 0x4000, sizeof(mapped), mapped);
     VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
     info.scratchData.hostAddress = (void *)other;
@@ -163,11 +157,9 @@ RECORDING_TEST(host_builds)
 
 RECORDING_TEST(positions_and_labels_of_calls)
 {
-    const VkAccelerationStructureGeometryKHR geometry =
-        TRIANGLES(.indexType = VK_INDEX_TYPE_NONE_KHR);
     struct label_stack *labels = command_buffers_labels(device.command_buffers, handle(1));
     label_stack_push(labels, &MAKE(VkDebugUtilsLabelEXT, .pLabelName = "frame"));
-    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    VkAccelerationStructureBuildGeometryInfoKHR info = plain_info();
     BUILD(.info = &info, .ranges = &none);
     info.dstAccelerationStructure = accel(2);
     BUILD(.info = &info, .ranges = &none);
@@ -178,9 +170,7 @@ RECORDING_TEST(positions_and_labels_of_calls)
 
 RECORDING_TEST(a_skipped_call_leaves_nothing)
 {
-    const VkAccelerationStructureGeometryKHR geometry =
-        TRIANGLES(.indexType = VK_INDEX_TYPE_NONE_KHR);
-    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    VkAccelerationStructureBuildGeometryInfoKHR info = plain_info();
     BUILD(.info = &info, .ranges = &none);
     BUILD(.info = &info, .ranges = &none, .skip = true);
     expect(BUILD_OF DST_AND_SCRATCH);
@@ -189,9 +179,7 @@ RECORDING_TEST(a_skipped_call_leaves_nothing)
 /* The first byte of a structure is written in any case. */
 RECORDING_TEST(unknown_sizes)
 {
-    const VkAccelerationStructureGeometryKHR geometry =
-        TRIANGLES(.indexType = VK_INDEX_TYPE_NONE_KHR);
-    const VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    const VkAccelerationStructureBuildGeometryInfoKHR info = plain_info();
     device.facts.limits.maxGeometryCount = 0;
     BUILD(.info = &info, .ranges = &none);
     expect(BUILD_OF " B> dst accel1 0:1\n");
@@ -200,9 +188,7 @@ RECORDING_TEST(unknown_sizes)
 /* Memory that cannot be told: unbound, of several instances, freed. */
 RECORDING_TEST(unknown_memory_is_not_accessed)
 {
-    const VkAccelerationStructureGeometryKHR geometry =
-        TRIANGLES(.indexType = VK_INDEX_TYPE_NONE_KHR);
-    VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
+    VkAccelerationStructureBuildGeometryInfoKHR info = plain_info();
     info.dstAccelerationStructure = accel(3);
     have_accel(device.resources, 3, 3, 0, 0x200);
     BUILD(.info = &info, .ranges = &none);
@@ -291,9 +277,9 @@ RECORDING_TEST(nv_builds)
         MAKE(VkGeometryNV, .geometryType = VK_GEOMETRY_TYPE_AABBS_NV,
              .geometry.aabbs = MAKE(VkGeometryAABBNV, .aabbData = buffer(1), .numAABBs = 2,
                                     .stride = 32, .offset = 0x40))};
-    VkAccelerationStructureInfoNV info =
-        MAKE(VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-             .geometryCount = 2, .pGeometries = geometries);
+    STRUCT(VkAccelerationStructureInfoNV, info,
+           .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV, .geometryCount = 2,
+           .pGeometries = geometries);
     have_nv(1);
     have_nv(2);
     build_nv(&info, true, 2);
@@ -332,13 +318,11 @@ static void build_bottom(const VkAccelerationStructureGeometryKHR *geometry,
 
 TEST_BETWEEN(motion, enable_extensions, device_close)
 {
-    const VkAccelerationStructureGeometryMotionTrianglesDataNV data =
-        MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
-             .vertexData.deviceAddress = BUFFERS + 0x800);
-    const VkAccelerationStructureGeometryKHR geometry =
-        TRIANGLES(.pNext = &data, .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                  .vertexData.deviceAddress = INPUT, .vertexStride = 12, .maxVertex = 99,
-                  .indexType = VK_INDEX_TYPE_NONE_KHR);
+    const STRUCT(VkAccelerationStructureGeometryMotionTrianglesDataNV, data,
+                 .vertexData.deviceAddress = BUFFERS + 0x800);
+    VkAccelerationStructureGeometryKHR geometry =
+        triangles_geometry(INPUT, 99, VK_INDEX_TYPE_NONE_KHR, 0);
+    geometry.geometry.triangles.pNext = &data;
     build_bottom(&geometry, &two);
     expect(
         BUILD_OF
@@ -348,13 +332,12 @@ TEST_BETWEEN(motion, enable_extensions, device_close)
 /* A chain that cannot be read is not followed. */
 TEST_BETWEEN(dense_geometries, enable_extensions, device_close)
 {
-    const VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX data =
-        MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
-             .compressedData.deviceAddress = INPUT, .dataSize = 0x40, .numTriangles = 1,
-             .numVertices = 3, .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX);
-    VkAccelerationStructureGeometryKHR geometry = TRIANGLES(.pNext = NULL);
-    geometry.geometryType = VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX;
-    geometry.pNext = &data;
+    const STRUCT(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX, data,
+                 .compressedData.deviceAddress = INPUT, .dataSize = 0x40, .numTriangles = 1,
+                 .numVertices = 3, .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX);
+    STRUCT(VkAccelerationStructureGeometryKHR, geometry, .pNext = &data,
+           .geometryType =
+               (VkGeometryTypeKHR)VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX);
     build_bottom(&geometry, &none);
     expect(BUILD_OF " B<shader other buffer2 1000:1040\n" DST_AND_SCRATCH);
     geometry.pNext = (const void *)(uintptr_t)16;
@@ -370,8 +353,7 @@ RECORDING_TEST(attached_micromaps)
                                    {.handle = 0x701, .is_ext = true, .geometry = 1},
                                    {.handle = 0}};
     struct micromap_uses uses = {.items = items, .count = 4};
-    const VkAccelerationStructureBuildGeometryInfoKHR info =
-        MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .geometryCount = 0);
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info, .geometryCount = 0);
     struct build_call call;
     const struct build_view view = {.call = &call.view, .info = &info, .micromaps = &uses};
     resources_add_micromap(

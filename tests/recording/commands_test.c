@@ -12,15 +12,12 @@
         assert_int_equal(forwarded, 1);                                                            \
     } while (0)
 
-/* ---- transfers */
-
 RECORDING_TEST(copies_of_buffers)
 {
     const VkBufferCopy regions[] = {{0, 0x10, 0x20}, {0xff0, 0, 0x20}};
-    const VkBufferCopy2 region = MAKE(VkBufferCopy2, .srcOffset = 4, .dstOffset = 8, .size = 4);
-    const VkCopyBufferInfo2 info =
-        MAKE(VkCopyBufferInfo2, .srcBuffer = buffer(1), .dstBuffer = buffer(2), .regionCount = 1,
-             .pRegions = &region);
+    const STRUCT(VkBufferCopy2, region, .srcOffset = 4, .dstOffset = 8, .size = 4);
+    const STRUCT(VkCopyBufferInfo2, info, .srcBuffer = buffer(1), .dstBuffer = buffer(2),
+                 .regionCount = 1, .pRegions = &region);
     CALL(CmdCopyBuffer(handle(1), buffer(1), buffer(2), 2, regions));
     expect(
         "vkCmdCopyBuffer\n C< src buffer1 0:20\n C> dst buffer2 1010:1030\n"
@@ -73,14 +70,12 @@ RECORDING_TEST(other_copies_of_images)
 {
     const VkBufferImageCopy region = {.imageSubresource = LAYERS(COLOR, 1),
                                       .imageExtent = {4, 4, 1}};
-    const VkBufferImageCopy2 region2 =
-        MAKE(VkBufferImageCopy2, .imageSubresource = LAYERS(COLOR, 1), .imageExtent = {4, 4, 1});
-    const VkCopyImageToBufferInfo2 to_buffer =
-        MAKE(VkCopyImageToBufferInfo2, .srcImage = IMAGE, .dstBuffer = buffer(2), .regionCount = 1,
-             .pRegions = &region2);
-    const VkCopyBufferToImageInfo2 to_image =
-        MAKE(VkCopyBufferToImageInfo2, .srcBuffer = buffer(1), .dstImage = IMAGE, .regionCount = 1,
-             .pRegions = &region2);
+    const STRUCT(VkBufferImageCopy2, region2, .imageSubresource = LAYERS(COLOR, 1),
+                 .imageExtent = {4, 4, 1});
+    const STRUCT(VkCopyImageToBufferInfo2, to_buffer, .srcImage = IMAGE, .dstBuffer = buffer(2),
+                 .regionCount = 1, .pRegions = &region2);
+    const STRUCT(VkCopyBufferToImageInfo2, to_image, .srcBuffer = buffer(1), .dstImage = IMAGE,
+                 .regionCount = 1, .pRegions = &region2);
     hazard_objects_add_image(device.hazard_objects, IMAGE, VK_FORMAT_BC1_RGB_UNORM_BLOCK);
     CALL(CmdCopyBufferToImage(handle(1), buffer(1), IMAGE, VK_IMAGE_LAYOUT_GENERAL, 1, &region));
     CALL(CmdCopyImageToBuffer2(handle(1), &to_buffer));
@@ -99,8 +94,7 @@ RECORDING_TEST(fills_and_updates)
 {
     CALL(CmdFillBuffer(handle(1), buffer(1), 4, 8, 0));
     CALL(CmdUpdateBuffer(handle(1), buffer(1), 8, 12, ""));
-    have_buffer(device.resources, 4, 0x13, 0);
-    bind_at(device.resources, 4, 1, 0x5000);
+    have_bound_buffer(device.resources, 4, 0x13, 0, 1, 0x5000);
     CALL(CmdFillBuffer(handle(1), buffer(4), 4, VK_WHOLE_SIZE, 0));
     CALL(CmdFillBuffer(handle(1), buffer(3), 4, VK_WHOLE_SIZE, 0));
     expect(
@@ -111,10 +105,9 @@ RECORDING_TEST(fills_and_updates)
 RECORDING_TEST(commands_with_addresses)
 {
     const VkDeviceAddressRangeKHR range = {BUFFERS + 0x1000, 8};
-    const VkDeviceMemoryCopyKHR copy =
-        MAKE(VkDeviceMemoryCopyKHR, .srcRange = {BUFFERS, 4}, .dstRange = {BUFFERS + 0x1004, 4});
-    const VkCopyDeviceMemoryInfoKHR info =
-        MAKE(VkCopyDeviceMemoryInfoKHR, .regionCount = 1, .pRegions = &copy);
+    const STRUCT(VkDeviceMemoryCopyKHR, copy, .srcRange = {BUFFERS, 4},
+                 .dstRange = {BUFFERS + 0x1004, 4});
+    const STRUCT(VkCopyDeviceMemoryInfoKHR, info, .regionCount = 1, .pRegions = &copy);
     CALL(CmdCopyMemoryKHR(handle(1), &info));
     CALL(CmdFillMemoryKHR(handle(1), &range, 0, 0));
     CALL(CmdUpdateMemoryKHR(handle(1), &range, 0, 4, ""));
@@ -231,10 +224,9 @@ RECORDING_TEST(micromaps)
 {
     const VkMicromapEXT one = (VkMicromapEXT)(uintptr_t)0x701;
     const VkMicromapUsageEXT usage = {.count = 2};
-    const VkMicromapBuildInfoEXT build =
-        MAKE(VkMicromapBuildInfoEXT, .dstMicromap = one, .usageCountsCount = 1,
-             .pUsageCounts = &usage, .scratchData.deviceAddress = BUFFERS + 0x1000,
-             .triangleArray.deviceAddress = BUFFERS, .triangleArrayStride = 8);
+    const STRUCT(VkMicromapBuildInfoEXT, build, .dstMicromap = one, .usageCountsCount = 1,
+                 .pUsageCounts = &usage, .scratchData.deviceAddress = BUFFERS + 0x1000,
+                 .triangleArray.deviceAddress = BUFFERS, .triangleArrayStride = 8);
     resources_add_micromap(
         device.resources, one,
         &MAKE(VkMicromapCreateInfoEXT, .buffer = buffer(2), .offset = 0x100, .size = 0x80));

@@ -3,7 +3,6 @@
 #include "tests/recording/device.h"
 
 #include <stdio.h>
-#include <string.h>
 
 #include "layer/hazards/objects.h"
 #include "layer/intercepts/build_notes.h"
@@ -123,10 +122,9 @@ STUB(CopyMicromapEXT)
 
 /* ---- the device */
 
-static void have_bound_buffer(unsigned n, VkDeviceSize offset)
+static void have_addressed_buffer(unsigned n, VkDeviceSize offset)
 {
-    have_buffer(device.resources, n, 0x1000, 0);
-    bind_at(device.resources, n, 1, offset);
+    have_bound_buffer(device.resources, n, 0x1000, 0, 1, offset);
     resources_set_address(device.resources, buffer(n), BUFFERS + offset);
 }
 
@@ -146,12 +144,20 @@ void device_open(void)
     device.resources = no_resources();
     assert_int_equal(query_pools_create(&device.query_pools), VK_SUCCESS);
     have_memory(device.resources, 1);
-    have_bound_buffer(1, 0);
-    have_bound_buffer(2, 0x1000);
+    have_addressed_buffer(1, 0);
+    have_addressed_buffer(2, 0x1000);
     have_buffer(device.resources, 3, 0x1000, 0);
     have_accel(device.resources, 1, 1, 0, 0x200);
     have_accel(device.resources, 2, 1, 0x200, 0x200);
     begin(device.command_buffers, 1);
+}
+
+static void forget_host_list(void)
+{
+    hazard_list_destroy(next_hazards);
+    journal_release(host_journal);
+    next_hazards = NULL;
+    host_journal = NULL;
 }
 
 void device_close(void)
@@ -160,10 +166,7 @@ void device_close(void)
     resources_destroy(device.resources);
     query_pools_destroy(device.query_pools);
     hazard_objects_destroy(device.hazard_objects);
-    hazard_list_destroy(next_hazards);
-    journal_release(host_journal);
-    next_hazards = NULL;
-    host_journal = NULL;
+    forget_host_list();
 }
 
 /* ---- lists as text */
@@ -180,26 +183,24 @@ __attribute__((format(printf, 1, 2))) static void print(const char *format, ...)
     assert_true(length < sizeof(list_text));
 }
 
+/* A letter for each member of a set, or "*" for all. */
+static void print_set(uint32_t set, uint32_t all, const char *letters)
+{
+    if (set == all)
+        print("*");
+    for (int i = 0; set != all && letters[i]; i++)
+        if (set & 1u << i)
+            print("%c", letters[i]);
+}
+
 static void print_stages(stage_set stages)
 {
-    if (stages == ALL_SYNC_STAGES) {
-        print("*");
-        return;
-    }
-    for (int i = 0; i < SYNC_ACCESS_STAGES; i++)
-        if (stages & 1u << i)
-            print("%c", "BACFMH"[i]);
+    print_set(stages, ALL_SYNC_STAGES, "BACFMH");
 }
 
 static void print_kinds(kind_set kinds)
 {
-    if (kinds == (1u << ACCESS_KINDS) - 1) {
-        print("*");
-        return;
-    }
-    for (int i = 0; i < ACCESS_KINDS; i++)
-        if (kinds & 1u << i)
-            print("%c", 'a' + i);
+    print_set(kinds, (1u << ACCESS_KINDS) - 1, "abcdefghijklmnopqrs");
 }
 
 static void print_barrier(const struct hazard_item *item)
@@ -230,18 +231,11 @@ static unsigned number_of(uint64_t object)
 
 static const char *type_name(VkObjectType type)
 {
-    switch ((int)type) {
-    case VK_OBJECT_TYPE_BUFFER:
-        return "buffer";
-    case VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR:
-        return "accel";
-    case VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV:
-        return "nv";
-    case VK_OBJECT_TYPE_MICROMAP_EXT:
-        return "micromap";
-    default:
-        return "memory";
-    }
+    return type == VK_OBJECT_TYPE_BUFFER                       ? "buffer"
+           : type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR ? "accel"
+           : type == VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV  ? "nv"
+           : type == VK_OBJECT_TYPE_MICROMAP_EXT               ? "micromap"
+                                                               : "memory";
 }
 
 static void print_access(const struct hazard_item *item)
@@ -318,10 +312,7 @@ void expect(const char *expected)
 void expect_host(const char *expected)
 {
     expect_list(host_journal ? host_journal->hazards : next_hazards, expected);
-    hazard_list_destroy(next_hazards);
-    journal_release(host_journal);
-    next_hazards = NULL;
-    host_journal = NULL;
+    forget_host_list();
 }
 
 /* ---- builds */

@@ -2,7 +2,7 @@
 /* What hazard lists have of barriers, events, secondary command buffers and render passes. */
 #include "tests/recording/device.h"
 
-#include "tests/state/without_memory.h"
+#include "tests/report/scarce_memory.h"
 
 #define BUILD_STAGE VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR
 #define BUILD_STAGE_1 VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR
@@ -55,14 +55,12 @@ RECORDING_TEST(barriers)
 
 RECORDING_TEST(barriers_of_synchronization2)
 {
-    const VkMemoryBarrier2 of_memory = MAKE(VkMemoryBarrier2, MASKS);
-    const VkBufferMemoryBarrier2 of_buffer =
-        MAKE(VkBufferMemoryBarrier2, MASKS, .buffer = buffer(1), .size = 4);
-    const VkImageMemoryBarrier2 of_image = MAKE(VkImageMemoryBarrier2, MASKS);
-    const VkDependencyInfo info =
-        MAKE(VkDependencyInfo, .memoryBarrierCount = 1, .pMemoryBarriers = &of_memory,
-             .bufferMemoryBarrierCount = 1, .pBufferMemoryBarriers = &of_buffer,
-             .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &of_image);
+    const STRUCT(VkMemoryBarrier2, of_memory, MASKS);
+    const STRUCT(VkBufferMemoryBarrier2, of_buffer, MASKS, .buffer = buffer(1), .size = 4);
+    const STRUCT(VkImageMemoryBarrier2, of_image, MASKS);
+    const STRUCT(VkDependencyInfo, info, .memoryBarrierCount = 1, .pMemoryBarriers = &of_memory,
+                 .bufferMemoryBarrierCount = 1, .pBufferMemoryBarriers = &of_buffer,
+                 .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &of_image);
     record(&info);
     expect("barrier 3 " MASKED " all\nbarrier " MASKED "\nbarrier " MASKED " 0:4\n");
     hazards_CmdPipelineBarrier2KHR(handle(1), &MAKE(VkDependencyInfo, .pNext = NULL));
@@ -72,27 +70,26 @@ RECORDING_TEST(barriers_of_synchronization2)
 /* Structures of extensions; one that is unknown may be any barrier. */
 RECORDING_TEST(barriers_of_extensions)
 {
-    VkMemoryBarrierAccessFlags3KHR flags =
-        MAKE(VkMemoryBarrierAccessFlags3KHR, .srcAccessMask3 = 0);
+    STRUCT(VkMemoryBarrierAccessFlags3KHR, flags, .srcAccessMask3 = 0);
     const VkMemoryRangeBarrierKHR ranges[] = {
         MAKE(VkMemoryRangeBarrierKHR, MASKS, .addressRange = {BUFFERS + 0x1004, 8}),
         MAKE(VkMemoryRangeBarrierKHR, MASKS, .addressRange = {1, 8})};
-    const VkMemoryRangeBarriersInfoKHR of_ranges = MAKE(
-        VkMemoryRangeBarriersInfoKHR, .memoryRangeBarrierCount = 2, .pMemoryRangeBarriers = ranges);
-    const VkTensorMemoryBarrierARM tensor = MAKE(VkTensorMemoryBarrierARM, MASKS);
-    const VkTensorDependencyInfoARM tensors = MAKE(
-        VkTensorDependencyInfoARM, .tensorMemoryBarrierCount = 1, .pTensorMemoryBarriers = &tensor);
+    const STRUCT(VkMemoryRangeBarriersInfoKHR, of_ranges, .memoryRangeBarrierCount = 2,
+                 .pMemoryRangeBarriers = ranges);
+    const STRUCT(VkTensorMemoryBarrierARM, tensor, MASKS);
+    const STRUCT(VkTensorDependencyInfoARM, tensors, .tensorMemoryBarrierCount = 1,
+                 .pTensorMemoryBarriers = &tensor);
     const VkBaseInStructure unknown = {.sType = (VkStructureType)0x7ffffff0};
-    const VkBufferMemoryBarrier2 of_buffer =
-        MAKE(VkBufferMemoryBarrier2, MASKS, .pNext = &flags, .buffer = buffer(1), .size = 4);
+    const STRUCT(VkBufferMemoryBarrier2, of_buffer, MASKS, .pNext = &flags, .buffer = buffer(1),
+                 .size = 4);
     record(&MAKE(VkDependencyInfo, .pNext = &of_ranges));
     expect("barrier 2 " MASKED " 1004:100c\nbarrier " MASKED " all\n");
     record(&MAKE(VkDependencyInfo, .pNext = &tensor));
     record(&MAKE(VkDependencyInfo, .pNext = &tensors));
     record(&MAKE(VkDependencyInfo, .pNext = &unknown));
     expect("barrier 1 " MASKED "\nbarrier 1 " MASKED "\nbarrier 1 *:*>*:* all\n");
-    const VkDependencyInfo info =
-        MAKE(VkDependencyInfo, .bufferMemoryBarrierCount = 1, .pBufferMemoryBarriers = &of_buffer);
+    const STRUCT(VkDependencyInfo, info, .bufferMemoryBarrierCount = 1,
+                 .pBufferMemoryBarriers = &of_buffer);
     record(&info);
     flags.srcAccessMask3 = 1;
     record(&info);
@@ -104,9 +101,8 @@ RECORDING_TEST(barriers_of_extensions)
 
 static void transfer(uint32_t src, uint32_t dst, unsigned buffer_n)
 {
-    const VkBufferMemoryBarrier2 of_buffer =
-        MAKE(VkBufferMemoryBarrier2, MASKS, .srcQueueFamilyIndex = src, .dstQueueFamilyIndex = dst,
-             .buffer = buffer(buffer_n), .size = 4);
+    const STRUCT(VkBufferMemoryBarrier2, of_buffer, MASKS, .srcQueueFamilyIndex = src,
+                 .dstQueueFamilyIndex = dst, .buffer = buffer(buffer_n), .size = 4);
     record(&MAKE(VkDependencyInfo, .bufferMemoryBarrierCount = 1,
                  .pBufferMemoryBarriers = &of_buffer));
 }
@@ -126,15 +122,13 @@ RECORDING_TEST(transfers_between_queue_families)
     expect("barrier 1 *:*>*:* all\nbarrier 1 *:*>*:* all\nbarrier 1 *:*>*:* all\n");
 }
 
-/* ---- events */
-
 #define EVENT ((VkEvent)(uintptr_t)0x807)
 
 RECORDING_TEST(events)
 {
     const VkEvent both[] = {EVENT, (VkEvent)(uintptr_t)0x808};
-    const VkMemoryBarrier barrier =
-        MAKE(VkMemoryBarrier, .srcAccessMask = WRITE_ACCEL_1, .dstAccessMask = READ_ACCEL_1);
+    const STRUCT(VkMemoryBarrier, barrier, .srcAccessMask = WRITE_ACCEL_1,
+                 .dstAccessMask = READ_ACCEL_1);
     hazards_CmdSetEvent(handle(1), EVENT, VK_PIPELINE_STAGE_TRANSFER_BIT);
     hazards_CmdWaitEvents(handle(1), 2, both, BUILD_STAGE_1, BUILD_STAGE_1, 1, &barrier, 0, NULL, 0,
                           NULL);
@@ -145,15 +139,13 @@ RECORDING_TEST(events)
 
 RECORDING_TEST(events_of_synchronization2)
 {
-    const VkMemoryBarrier2 of_memory = MAKE(VkMemoryBarrier2, MASKS);
-    const VkBufferMemoryBarrier2 of_buffer =
-        MAKE(VkBufferMemoryBarrier2, .srcStageMask = COPY_STAGE, .buffer = buffer(1), .size = 4);
-    const VkImageMemoryBarrier2 of_image =
-        MAKE(VkImageMemoryBarrier2, .srcStageMask = VK_PIPELINE_STAGE_2_HOST_BIT);
-    const VkDependencyInfo info =
-        MAKE(VkDependencyInfo, .memoryBarrierCount = 1, .pMemoryBarriers = &of_memory,
-             .bufferMemoryBarrierCount = 1, .pBufferMemoryBarriers = &of_buffer,
-             .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &of_image);
+    const STRUCT(VkMemoryBarrier2, of_memory, MASKS);
+    const STRUCT(VkBufferMemoryBarrier2, of_buffer, .srcStageMask = COPY_STAGE, .buffer = buffer(1),
+                 .size = 4);
+    const STRUCT(VkImageMemoryBarrier2, of_image, .srcStageMask = VK_PIPELINE_STAGE_2_HOST_BIT);
+    const STRUCT(VkDependencyInfo, info, .memoryBarrierCount = 1, .pMemoryBarriers = &of_memory,
+                 .bufferMemoryBarrierCount = 1, .pBufferMemoryBarriers = &of_buffer,
+                 .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &of_image);
     const VkDependencyInfo none = MAKE(VkDependencyInfo, .pNext = NULL),
                            extended = MAKE(VkDependencyInfo, .pNext = &none);
     const VkEvent event = EVENT;
@@ -167,8 +159,6 @@ RECORDING_TEST(events_of_synchronization2)
            " all\nbarrier H:>:\n"
            "barrier CF:>: 0:4\nwait 7*0\nreset 7\nreset 7\n");
 }
-
-/* ---- secondary command buffers */
 
 static struct hazard_list *list_of(unsigned n)
 {
@@ -217,13 +207,11 @@ RECORDING_TEST(unknown_secondaries)
     assert_false(list_of(1)->incomplete);
 }
 
-/* ---- render passes */
-
 #define PASS ((VkRenderPass)(uintptr_t)0x901)
 
 static void record_pass(void)
 {
-    const VkRenderPassBeginInfo info = MAKE(VkRenderPassBeginInfo, .renderPass = PASS);
+    const STRUCT(VkRenderPassBeginInfo, info, .renderPass = PASS);
     forwarded = 0;
     hazards_CmdBeginRenderPass(handle(1), &info, VK_SUBPASS_CONTENTS_INLINE);
     hazards_CmdNextSubpass(handle(1), VK_SUBPASS_CONTENTS_INLINE);
@@ -239,8 +227,7 @@ RECORDING_TEST(render_passes)
         {1, VK_SUBPASS_EXTERNAL, VK_PIPELINE_STAGE_HOST_BIT, BUILD_STAGE_1},
         {0, 1, VK_PIPELINE_STAGE_HOST_BIT, VK_PIPELINE_STAGE_HOST_BIT},
         {VK_SUBPASS_EXTERNAL, 0, BUILD_STAGE_1, VK_PIPELINE_STAGE_HOST_BIT, WRITE_ACCEL_1, 0}};
-    const VkRenderPassCreateInfo info =
-        MAKE(VkRenderPassCreateInfo, .dependencyCount = 3, .pDependencies = dependencies);
+    const STRUCT(VkRenderPassCreateInfo, info, .dependencyCount = 3, .pDependencies = dependencies);
     VkRenderPass pass = PASS;
     hazards_CreateRenderPass(NULL, &info, NULL, &pass);
     record_pass();
@@ -260,14 +247,14 @@ RECORDING_TEST(render_passes)
 
 RECORDING_TEST(render_passes_2)
 {
-    const VkMemoryBarrier2 masks = MAKE(VkMemoryBarrier2, MASKS);
+    const STRUCT(VkMemoryBarrier2, masks, MASKS);
     const VkSubpassDependency2 dependencies[] = {
         MAKE(VkSubpassDependency2, .srcSubpass = VK_SUBPASS_EXTERNAL, .pNext = &masks),
         MAKE(VkSubpassDependency2, .srcSubpass = VK_SUBPASS_EXTERNAL, .dstSubpass = 1,
              .srcStageMask = VK_PIPELINE_STAGE_HOST_BIT)};
-    const VkRenderPassCreateInfo2 info =
-        MAKE(VkRenderPassCreateInfo2, .dependencyCount = 2, .pDependencies = dependencies);
-    const VkRenderPassBeginInfo pass_info = MAKE(VkRenderPassBeginInfo, .renderPass = PASS);
+    const STRUCT(VkRenderPassCreateInfo2, info, .dependencyCount = 2,
+                 .pDependencies = dependencies);
+    const STRUCT(VkRenderPassBeginInfo, pass_info, .renderPass = PASS);
     VkRenderPass pass = PASS;
     forwarded = 0;
     hazards_CreateRenderPass2(NULL, &info, NULL, &pass);
@@ -284,15 +271,12 @@ RECORDING_TEST(render_passes_2)
            "barrier 1 " MASKED " all\nbarrier 1 H:>: all\n");
 }
 
-/* ---- without memory */
-
 /* A journal without a list is incomplete; a list without an item, too. */
 RECORDING_TEST(without_memory)
 {
     struct journal *journal = command_buffers_find(device.command_buffers, handle(1))->journal;
     const VkMemoryBarrier2 memories[64] = {MAKE(VkMemoryBarrier2, MASKS)};
-    const VkDependencyInfo info =
-        MAKE(VkDependencyInfo, .memoryBarrierCount = 64, .pMemoryBarriers = memories);
+    const STRUCT(VkDependencyInfo, info, .memoryBarrierCount = 64, .pMemoryBarriers = memories);
     WITHOUT_MEMORY(hazards_CmdFillBuffer(handle(1), buffer(1), 0, 4, 0));
     assert_null(journal->hazards);
     assert_true(journal->incomplete);

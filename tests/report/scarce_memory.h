@@ -24,4 +24,20 @@ bool memory_is_scarce(int count);
 /* Turns that off again. Returns true if an allocation has failed. */
 bool memory_fail_no_more(void);
 
+/* The first allocation of the statement fails, and there is one. */
+#define WITHOUT_MEMORY(...)                                                                        \
+    do {                                                                                           \
+        memory_fail_after(0);                                                                      \
+        __VA_ARGS__;                                                                               \
+        assert_true(memory_fail_no_more());                                                        \
+    } while (0)
+
+/* The statement allocates nothing. */
+#define ALLOCATES_NOTHING(...)                                                                     \
+    do {                                                                                           \
+        memory_fail_after(0);                                                                      \
+        __VA_ARGS__;                                                                               \
+        assert_false(memory_fail_no_more());                                                       \
+    } while (0)
+
 #endif

@@ -171,12 +171,6 @@ static void create_ears(void)
         instance_vk.CreateDebugReportCallbackEXT(instance, &info, NULL, &callback));
 }
 
-static void destroy_ears(void)
-{
-    instance_vk.DestroyDebugReportCallbackEXT(instance, callback, NULL);
-    instance_vk.DestroyDebugUtilsMessengerEXT(instance, messenger, NULL);
-}
-
 /* ---- objects */
 
 static struct owned {
@@ -305,6 +299,19 @@ VkAccelerationStructureGeometryKHR describe_triangles(VkDeviceOrHostAddressConst
                          .vertexStride = 12, .maxVertex = 2, .indexType = VK_INDEX_TYPE_NONE_KHR));
 }
 
+VkAccelerationStructureBuildGeometryInfoKHR
+describe_build(VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src, uint32_t count,
+               const VkAccelerationStructureGeometryKHR *geometries)
+{
+    return MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+                .mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                            : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
+                .srcAccelerationStructure = src, .dstAccelerationStructure = dst,
+                .geometryCount = count, .pGeometries = geometries);
+}
+
 /* ---- life */
 
 static bool is_well(void)
@@ -326,7 +333,8 @@ void application_live(void)
         while (owned_count > 0)
             destroy(&owned[--owned_count]);
         vk.DestroyDevice(device, NULL);
-        destroy_ears();
+        instance_vk.DestroyDebugReportCallbackEXT(instance, callback, NULL);
+        instance_vk.DestroyDebugUtilsMessengerEXT(instance, messenger, NULL);
     }
     if (instance)
         instance_vk.DestroyInstance(instance, NULL);

@@ -1,13 +1,27 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the files of the application share. */
+/* A ray-tracing application that copes with a lack of memory: what it asks for and does not get it
+ * asks for again. It builds much that is valid, and then makes one mistake or other. Its objects
+ * and deeds are in several files. */
 #ifndef SCARCE_APPLICATION_PARTS_H
 #define SCARCE_APPLICATION_PARTS_H
+
+#include <stdbool.h>
 
 #include <vulkan/utility/vk_dispatch_table.h>
 #include <vulkan/vulkan.h>
 
-#include "application.h"
 #include "tests/fixture/make.h"
+
+/* What its messenger heard, and what went wrong. */
+extern struct outcome {
+    bool is_creating_instance;
+    unsigned expected; /* messages about mistakes, */
+    unsigned mistakes; /* of so many */
+    char wrong[4096];  /* a message that should not have been, or what failed; "": all is well */
+} outcome;
+
+/* Lives once, from vkCreateInstance to vkDestroyInstance. */
+void application_live(void);
 
 enum {
     /* Of each object, so that tables grow beyond their first size, and arrays beyond what is kept
@@ -102,6 +116,11 @@ VkResult begin_commands(VkCommandBuffer commands);
 /* Triangles of three floats a vertex, without indices; the first vertices are enough for one. */
 VkAccelerationStructureGeometryKHR describe_triangles(VkDeviceOrHostAddressConstKHR vertices,
                                                       const void *next);
+
+/* A build or an update of a BLAS that allows updates; without scratch memory. */
+VkAccelerationStructureBuildGeometryInfoKHR
+describe_build(VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src, uint32_t count,
+               const VkAccelerationStructureGeometryKHR *geometries);
 
 /* Of VK_NV_ray_tracing (nv.c): what it records is valid, but for the mistake. */
 void create_nv(void);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The allocation functions of this program. They forward to those of the C library by the names
  * under which glibc has them beside the standard ones. */
-#define _GNU_SOURCE /* dl_iterate_phdr */
+#define _GNU_SOURCE /* _dl_find_object */
 #include "injector.h"
 
 #include <dlfcn.h>
@@ -152,30 +152,17 @@ REPLACED void free(void *ptr)
 
 /* ---- control */
 
-static int find_library(struct dl_phdr_info *info, size_t size, void *base)
-{
-    (void)size;
-    if (info->dlpi_addr != *(const uintptr_t *)base)
-        return 0;
-    for (int i = 0; i < info->dlpi_phnum; i++) {
-        const ElfW(Phdr) *part = &info->dlpi_phdr[i];
-        uintptr_t end = info->dlpi_addr + part->p_vaddr + part->p_memsz;
-        if (part->p_type == PT_LOAD && end > last)
-            last = end;
-    }
-    return 1;
-}
-
 bool injector_watch(const char *path)
 {
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     struct link_map *map;
-    if (!library || dlinfo(library, RTLD_DI_LINKMAP, &map) != 0)
+    struct dl_find_object found;
+    if (!library || dlinfo(library, RTLD_DI_LINKMAP, &map) != 0 ||
+        _dl_find_object(map->l_ld, &found) != 0)
         return false;
-    uintptr_t base = map->l_addr;
-    dl_iterate_phdr(find_library, &base);
-    first = base;
-    return last > first;
+    first = (uintptr_t)found.dlfo_map_start;
+    last = (uintptr_t)found.dlfo_map_end;
+    return true;
 }
 
 void injector_fail_at(unsigned n)

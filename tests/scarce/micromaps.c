@@ -79,15 +79,12 @@ static void build_with_micromaps(VkCommandBuffer command_buffer)
             (VkDeviceOrHostAddressConstKHR){.deviceAddress = app.input_address}, &ext[i]);
         ranges[i] = (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = 1};
     }
-    STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
-           .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-           .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-           .dstAccelerationStructure = with_micromaps, .geometryCount = GEOMETRIES,
-           .pGeometries = geometries, .scratchData.deviceAddress = app.scratch_address);
-    vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &range_array);
-    info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
-    info.srcAccelerationStructure = info.dstAccelerationStructure;
-    vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &range_array);
+    for (int i = 0; i < 2; i++) {
+        VkAccelerationStructureBuildGeometryInfoKHR info = describe_build(
+            with_micromaps, i ? with_micromaps : VK_NULL_HANDLE, GEOMETRIES, geometries);
+        info.scratchData.deviceAddress = app.scratch_address;
+        vk.CmdBuildAccelerationStructuresKHR(command_buffer, 1, &info, &range_array);
+    }
 }
 
 void record_micromaps(VkCommandBuffer command_buffer)

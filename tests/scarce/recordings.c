@@ -29,14 +29,8 @@ static VkAccelerationStructureBuildGeometryInfoKHR *
 add_build(struct call *call, VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src)
 {
     VkAccelerationStructureBuildGeometryInfoKHR *info = &call->infos[call->count];
-    *info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
-                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-                 .mode = src ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
-                             : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR,
-                 .srcAccelerationStructure = src, .dstAccelerationStructure = dst,
-                 .geometryCount = 1, .pGeometries = call->geometries,
-                 .scratchData.deviceAddress = app.scratch_address + call->count * SCRATCH_SIZE);
+    *info = describe_build(dst, src, 1, call->geometries);
+    info->scratchData.deviceAddress = app.scratch_address + call->count * SCRATCH_SIZE;
     call->range_arrays[call->count++] = call->ranges;
     return info;
 }
@@ -60,10 +54,10 @@ static void end(VkCommandBuffer command_buffer)
 static void submit(VkCommandBuffer command_buffer, bool waits, bool signals)
 {
     static const VkPipelineStageFlags stage = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
-    const VkSubmitInfo info = MAKE(
-        VkSubmitInfo, .waitSemaphoreCount = waits, .pWaitSemaphores = &app.semaphore,
-        .pWaitDstStageMask = &stage, .commandBufferCount = 1, .pCommandBuffers = &command_buffer,
-        .signalSemaphoreCount = signals, .pSignalSemaphores = &app.semaphore);
+    const STRUCT(VkSubmitInfo, info, .waitSemaphoreCount = waits, .pWaitSemaphores = &app.semaphore,
+                 .pWaitDstStageMask = &stage, .commandBufferCount = 1,
+                 .pCommandBuffers = &command_buffer, .signalSemaphoreCount = signals,
+                 .pSignalSemaphores = &app.semaphore);
     CALL(QueueSubmit, queue, 1, &info, VK_NULL_HANDLE);
 }
 
@@ -71,16 +65,10 @@ static void open_labels(VkCommandBuffer command_buffer, int count)
 {
     static const char *const names[] = {"frame", "scene", "", "trees", "a rather long label", "x"};
     for (int i = 0; i < count; i++) {
-        const VkDebugUtilsLabelEXT label = MAKE(VkDebugUtilsLabelEXT, .pLabelName = names[i % 6]);
+        const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = names[i % 6]);
         vk.CmdBeginDebugUtilsLabelEXT(command_buffer, &label);
         vk.CmdInsertDebugUtilsLabelEXT(command_buffer, &label);
     }
-}
-
-static void close_labels(VkCommandBuffer command_buffer, int count)
-{
-    while (count-- > 0)
-        vk.CmdEndDebugUtilsLabelEXT(command_buffer);
 }
 
 /* ---- valid */
@@ -119,7 +107,8 @@ static void record_builds(VkCommandBuffer command_buffer)
     send(command_buffer, &call);
     record_nv(command_buffer);
     record_micromaps(command_buffer);
-    close_labels(command_buffer, 9);
+    for (int i = 0; i < 9; i++)
+        vk.CmdEndDebugUtilsLabelEXT(command_buffer);
     end(command_buffer);
 }
 

@@ -16,7 +16,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "application.h"
+#include "application_parts.h"
 #include "injector.h"
 #include "tests/state/unit_test.h"
 
@@ -121,19 +121,17 @@ static bool repeats(const uint64_t *stacks, unsigned i, int step)
     return false;
 }
 
-static bool is_chosen(const uint64_t *stacks, unsigned i)
-{
-    return getenv("ASSAY_SCARCE_ALL") || !repeats(stacks, i, -1) || !repeats(stacks, i, 1);
-}
-
 /* ASSAY_SCARCE_AT repeats one life. */
 TEST(test_a_life_without_each_allocation)
 {
     const uint64_t *stacks = record_stacks();
-    const char *only = getenv("ASSAY_SCARCE_AT");
+    const char *only = getenv("ASSAY_SCARCE_AT"), *has_all = getenv("ASSAY_SCARCE_ALL");
     unsigned count = 0, lives = 0, bad = 0, aborted = 0;
     for (; stacks[count] && bad < ENOUGH; count++) {
-        if (only ? strtoul(only, NULL, 10) != count + 1 : !is_chosen(stacks, count))
+        const bool is_chosen =
+            only ? strtoul(only, NULL, 10) == count + 1
+                 : has_all || !repeats(stacks, count, -1) || !repeats(stacks, count, 1);
+        if (!is_chosen)
             continue;
         const enum end end = live_in_a_process(count + 1);
         bad += end == BADLY;

@@ -12,7 +12,7 @@ static struct device_buffer data; /* whose memory the buffers are bound to */
 static void open_scene(void)
 {
     const VkAabbPositionsKHR box = {.minX = 1};
-    scene_open(&(struct scene_setup){.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
+    SCENE_OPEN(.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE);
     data = fixture_buffer(&fixture, BUFFER_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
     memcpy(data.bytes, &box, sizeof(box));
 }
@@ -27,13 +27,16 @@ static VkBuffer create(VkBufferCreateFlags flags, const void *next)
     return buffer;
 }
 
-static void bind_sparse(VkBuffer buffer, VkDeviceSize size)
+static VkBuffer create_sparse(VkDeviceSize bound)
 {
-    const VkSparseMemoryBind bind = {.size = size, .memory = data.memory};
+    VkBuffer buffer =
+        create(VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT, NULL);
+    const VkSparseMemoryBind bind = {.size = bound, .memory = data.memory};
     const VkSparseBufferMemoryBindInfo binds = {buffer, 1, &bind};
     const STRUCT(VkBindSparseInfo, info, .bufferBindCount = 1, .pBufferBinds = &binds);
     GET(fixture.vk.QueueBindSparse(fixture.queue, 1, &info, VK_NULL_HANDLE));
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
+    return buffer;
 }
 
 static VkCommandBuffer record(VkBuffer buffer, uint32_t count)
@@ -50,31 +53,28 @@ static void build_boxes(VkBuffer buffer, uint32_t count)
     fixture_finish(&fixture, record(buffer, count));
 }
 
-static void build_on_memory(VkBuffer buffer, const char *text)
+/* A buffer that is not as others, and what the message about its box says. */
+static const VkExternalMemoryBufferCreateInfo external = {
+    .sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO,
+    .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT};
+static const struct row {
+    const char *test;
+    VkBufferCreateFlags flags;
+    const void *chain;
+    const char *says;
+} rows[] = {
+    {"test_imported", 0, &external, "minX"},
+    {"test_replayed", VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT, NULL, "minX"},
+    {"test_protected", VK_BUFFER_CREATE_PROTECTED_BIT, NULL, "a buffer that can't be read"},
+};
+
+TEST_OF_ROWS_BETWEEN(test_on_memory, rows, const struct row *row, open_scene, scene_close)
 {
+    VkBuffer buffer = create(row->flags, row->chain);
     GET(fixture.vk.BindBufferMemory(fixture.device, buffer, data.memory, 0));
     build_boxes(buffer, 1);
-    expect_messages(1, text);
+    expect_messages(1, row->says);
     fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
-}
-
-/* ---- tests */
-
-SCENE_TEST(test_imported)
-{
-    const STRUCT(VkExternalMemoryBufferCreateInfo, external,
-                 .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT);
-    build_on_memory(create(0, &external), "minX");
-}
-
-SCENE_TEST(test_replayed)
-{
-    build_on_memory(create(VK_BUFFER_CREATE_DEVICE_ADDRESS_CAPTURE_REPLAY_BIT, NULL), "minX");
-}
-
-SCENE_TEST(test_protected)
-{
-    build_on_memory(create(VK_BUFFER_CREATE_PROTECTED_BIT, NULL), "a buffer that can't be read");
 }
 
 /* It has the address by the time of the submission. */
@@ -96,9 +96,7 @@ SCENE_TEST(test_replaced_by_protected)
 /* All that is copied has to be bound. */
 SCENE_TEST(test_sparse)
 {
-    VkBuffer buffer =
-        create(VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT, NULL);
-    bind_sparse(buffer, BUFFER_SIZE);
+    VkBuffer buffer = create_sparse(BUFFER_SIZE);
     build_boxes(buffer, 1);
     expect_messages(1, "minX");
     fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
@@ -106,12 +104,10 @@ SCENE_TEST(test_sparse)
 
 SCENE_TEST(test_sparse_with_hole)
 {
-    VkBuffer buffer =
-        create(VK_BUFFER_CREATE_SPARSE_BINDING_BIT | VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT, NULL);
-    bind_sparse(buffer, sizeof(VkAabbPositionsKHR));
+    VkBuffer buffer = create_sparse(sizeof(VkAabbPositionsKHR));
     build_boxes(buffer, 2);
     assert_int_equal(messages_count(&fixture.instance.messages, "", NULL), 0);
     for (uint32_t i = 0; i < messages_kept(&fixture.instance.messages); i++)
-        assert_null(strstr(fixture.instance.messages.items[i].text, "minX"));
+        assert_lacks(fixture.instance.messages.items[i].text, "minX");
     fixture.vk.DestroyBuffer(fixture.device, buffer, NULL);
 }

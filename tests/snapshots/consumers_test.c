@@ -135,8 +135,6 @@ static void assert_calls(const char *kinds)
         assert_int_equal(calls[i].kind, kinds[i]);
 }
 
-/* ---- tests */
-
 TEST_BETWEEN(test_batch_runs_each_consumer_in_order, set_up, tear_down)
 {
     const struct execution *of_last = expect(1), *of_first = expect(0);

@@ -4,26 +4,32 @@
 
 #include <string.h>
 
-/* ---- the device */
-
-void fixture_open(struct fixture *fixture, const struct platform *platform,
-                  const struct instance_settings *settings)
+void fixture_open_with(struct fixture *fixture, const struct platform *platform,
+                       const struct instance_settings *settings, void *chain, const char *extension)
 {
-    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_EXTENSION_NAME,
-                                             VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
     const bool has_more = platform->is_null && settings->guard;
-    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
+    const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                      VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                      extension ? extension : VK_NV_RAY_TRACING_EXTENSION_NAME,
+                                      VK_NV_RAY_TRACING_MOTION_BLUR_EXTENSION_NAME};
+    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures, .pNext = chain,
                  .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = has_more);
     memset(fixture, 0, sizeof(*fixture));
     instance_fixture_create(&fixture->instance, platform, settings);
     GET(instance_fixture_create_device(&fixture->instance, &structures, extensions,
-                                       has_more ? ARRAY_COUNT(extensions) : 2, &fixture->device,
-                                       &fixture->vk));
+                                       has_more    ? ARRAY_COUNT(extensions)
+                                       : extension ? 3
+                                                   : 2,
+                                       &fixture->device, &fixture->vk));
     fixture->memory_type = instance_fixture_memory_type(&fixture->instance);
     fixture->vk.GetDeviceQueue(fixture->device, 0, 0, &fixture->queue);
     fixture->pool = command_pool_create(&fixture->vk, fixture->device);
+}
+
+void fixture_open(struct fixture *fixture, const struct platform *platform,
+                  const struct instance_settings *settings)
+{
+    fixture_open_with(fixture, platform, settings, NULL, NULL);
 }
 
 void fixture_close(struct fixture *fixture)
@@ -36,8 +42,6 @@ void fixture_close(struct fixture *fixture)
     fixture->vk.DestroyDevice(fixture->device, NULL);
     instance_fixture_close(&fixture->instance);
 }
-
-/* ---- objects */
 
 struct device_buffer fixture_buffer(struct fixture *fixture, VkDeviceSize size,
                                     VkBufferUsageFlags usage)
@@ -70,8 +74,6 @@ VkAccelerationStructureKHR fixture_structure(struct fixture *fixture,
     assert_true(fixture->structure_count < FIXTURE_OBJECTS);
     return fixture->structures[fixture->structure_count++] = structure;
 }
-
-/* ---- command buffers */
 
 VkCommandBuffer fixture_begin(struct fixture *fixture, VkCommandBufferUsageFlags flags)
 {
@@ -118,13 +120,11 @@ void fixture_barrier(struct fixture *fixture, VkCommandBuffer commands)
 void fixture_build(struct fixture *fixture, VkCommandBuffer commands,
                    const struct fixture_build *build)
 {
-    VkAccelerationStructureGeometryKHR geometry = build->geometry;
     VkAccelerationStructureBuildGeometryInfoKHR info = build->info;
     const VkAccelerationStructureBuildRangeInfoKHR *ranges = &build->range;
-    geometry.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
     info.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR;
     info.geometryCount = 1;
-    info.pGeometries = &geometry;
+    info.pGeometries = &build->geometry;
     fixture->vk.CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
 }
 
@@ -133,10 +133,7 @@ void fixture_build_boxes(struct fixture *fixture, VkCommandBuffer commands,
                          VkDeviceAddress scratch)
 {
     const struct fixture_build build = {
-        .geometry = {.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-                     .geometry.aabbs =
-                         MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
-                              .data.deviceAddress = boxes, .stride = sizeof(VkAabbPositionsKHR))},
+        .geometry = boxes_geometry(boxes, sizeof(VkAabbPositionsKHR)),
         .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                  .dstAccelerationStructure = dst,
                  .scratchData.deviceAddress = scratch},

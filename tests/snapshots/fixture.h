@@ -4,8 +4,8 @@
 #ifndef ASSAY_TESTS_SNAPSHOTS_FIXTURE_H
 #define ASSAY_TESTS_SNAPSHOTS_FIXTURE_H
 
+#include "tests/fixture/geometries.h"
 #include "tests/fixture/instance.h"
-#include "tests/fixture/make.h"
 
 enum { FIXTURE_OBJECTS = 32 };
 
@@ -24,6 +24,10 @@ struct fixture {
 
 void fixture_open(struct fixture *fixture, const struct platform *platform,
                   const struct instance_settings *settings);
+/* With one more extension, and a chain of features. */
+void fixture_open_with(struct fixture *fixture, const struct platform *platform,
+                       const struct instance_settings *settings, void *chain,
+                       const char *extension);
 void fixture_close(struct fixture *fixture);
 
 /* Has a device address beside its other usage; may be destroyed before the fixture is closed. */

@@ -11,8 +11,7 @@ static uint32_t frame;
 
 static void open_scene(void)
 {
-    scene_open(&(struct scene_setup){.boxes_size = (VkDeviceSize)BOXES * BOX_SIZE,
-                                     .structure_size = 1 << 26});
+    SCENE_OPEN(.boxes_size = (VkDeviceSize)BOXES * BOX_SIZE, .structure_size = 1 << 26);
     for (uint32_t i = 0; i < IN_FLIGHT; i++) {
         commands[i] = fixture_begin(&fixture, 0);
         GET(fixture.vk.EndCommandBuffer(commands[i]));
@@ -33,7 +32,7 @@ static void close_scene(void)
 /* Waits for the frame before the last, then records and submits. */
 static void play_frame(uint32_t boxes)
 {
-    const VkCommandBufferBeginInfo begin = MAKE(VkCommandBufferBeginInfo);
+    const STRUCT(VkCommandBufferBeginInfo, begin);
     const uint32_t i = frame++ % IN_FLIGHT;
     GET(fixture.vk.WaitForFences(fixture.device, 1, &fences[i], VK_TRUE, UINT64_MAX));
     GET(fixture.vk.ResetFences(fixture.device, 1, &fences[i]));
@@ -44,6 +43,12 @@ static void play_frame(uint32_t boxes)
     GET(fixture_submit(&fixture, commands[i], fences[i]));
 }
 
+static void play_frames(uint32_t count, uint32_t boxes)
+{
+    for (uint32_t i = 0; i < count; i++)
+        play_frame(boxes);
+}
+
 static uint64_t calls(const char *name)
 {
     return platform.null_driver.calls(name);
@@ -51,31 +56,26 @@ static uint64_t calls(const char *name)
 
 static void expect_nothing_created(void)
 {
-    assert_int_equal(calls("vkAllocateMemory"), 0);
-    assert_int_equal(calls("vkMapMemory"), 0);
-    assert_int_equal(calls("vkCreateBuffer"), 0);
-    assert_int_equal(calls("vkCreateFence"), 0);
-    assert_int_equal(calls("vkFreeMemory"), 0);
-    assert_int_equal(calls("vkDestroyFence"), 0);
+    static const char *const names[] = {"vkAllocateMemory", "vkMapMemory",  "vkCreateBuffer",
+                                        "vkCreateFence",    "vkFreeMemory", "vkDestroyFence"};
+    for (size_t i = 0; i < ARRAY_COUNT(names); i++)
+        assert_int_equal(calls(names[i]), 0);
 }
 
 #define FRAMES_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, true)
 
 FRAMES_TEST(test_steady_state_creates_nothing)
 {
-    for (int i = 0; i < 4; i++)
-        play_frame(BOXES);
+    play_frames(4, BOXES);
     platform.null_driver.reset();
-    for (int i = 0; i < 20; i++)
-        play_frame(BOXES);
+    play_frames(20, BOXES);
     expect_nothing_created();
 }
 
 /* A sixteenth more or less needs no other memory. */
 FRAMES_TEST(test_slightly_larger_frames_create_nothing)
 {
-    for (int i = 0; i < 4; i++)
-        play_frame(BOXES - BOXES / 40);
+    play_frames(4, BOXES - BOXES / 40);
     platform.null_driver.reset();
     for (int i = 0; i < 20; i++)
         play_frame(BOXES - BOXES / 40 + i * 1000);
@@ -95,11 +95,9 @@ FRAMES_TEST(test_rare_builds_create_nothing)
 
 FRAMES_TEST(test_idle_frames_give_memory_back)
 {
-    for (int i = 0; i < 4; i++)
-        play_frame(BOXES);
+    play_frames(4, BOXES);
     platform.null_driver.reset();
-    for (int i = 0; i < IN_FLIGHT + IDLE_FRAMES; i++)
-        play_frame(0);
+    play_frames(IN_FLIGHT + IDLE_FRAMES, 0);
     assert_int_equal(calls("vkFreeMemory"), IN_FLIGHT); /* each chunk has more than 16 MiB */
 }
 
@@ -107,8 +105,7 @@ FRAMES_TEST(test_idle_frames_give_memory_back)
 FRAMES_TEST(test_memory_is_that_of_the_inputs)
 {
     const uint64_t before = platform.null_driver.allocated();
-    for (int i = 0; i < 20; i++)
-        play_frame(BOXES);
+    play_frames(20, BOXES);
     const uint64_t taken = platform.null_driver.allocated() - before;
     const uint64_t inputs = (uint64_t)IN_FLIGHT * BOXES * BOX_SIZE;
     assert_in_range(taken, inputs, inputs / 10 * 11);
@@ -116,8 +113,7 @@ FRAMES_TEST(test_memory_is_that_of_the_inputs)
 
 FRAMES_TEST(test_small_memory_stays)
 {
-    for (int i = 0; i < 4; i++)
-        play_frame(1000);
+    play_frames(4, 1000);
     platform.null_driver.reset();
     for (int i = 0; i < 100; i++)
         play_frame(i == 99 ? 1000 : 0);

@@ -57,17 +57,14 @@ static void write_instances(unsigned char *bytes, uint32_t count, uint64_t refer
 static struct fixture_build describe(uint32_t count, const struct device_buffer *instances)
 {
     struct fixture_build build = {
-        .geometry = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-                     .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-                     .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
-                                                .data.deviceAddress = instances->address)},
+        .geometry = instances_geometry(instances->address, false),
         .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
                  .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
                  .geometryCount = 1},
         .range.primitiveCount = count,
     };
     build.info.pGeometries = &build.geometry;
-    VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
+    STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
     fixture.vk.GetAccelerationStructureBuildSizesKHR(
         fixture.device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &build.info, &count,
         &sizes);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Guarded builds: what they read beside references, what the driver makes of them, instances of
  * other extensions, and builds that are not guarded. */
+#include "tests/fixture/copies.h"
 #include "tests/snapshots/guard_scene.h"
 
 #include <string.h>
@@ -9,25 +10,25 @@
 
 GUARD_TEST(test_offset)
 {
-    uint64_t reference = guard_scene_address(scene.blas);
-    guard_scene_write((uint64_t[]){guard_scene_wild(), reference, guard_scene_wild()}, 3);
+    uint64_t reference = guard_address(scene.blas);
+    guard_write((uint64_t[]){guard_wild(), reference, guard_wild()}, 3);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    guard_scene_build_at(commands, INSTANCE_SIZE, 1);
-    guard_scene_finish(commands, reference);
+    guard_build_at(commands, INSTANCE_SIZE, 1);
+    guard_finish(commands, reference);
     fixture_expect_silence(&fixture);
 }
 
 /* A pointer to no memory. */
 GUARD_TEST(test_wild_pointer)
 {
-    uint64_t reference = guard_scene_address(scene.blas), nowhere = guard_scene_wild();
-    guard_scene_write((uint64_t[]){reference, reference}, 2);
-    guard_scene_point(1, nowhere);
+    uint64_t reference = guard_address(scene.blas), nowhere = guard_wild();
+    guard_write((uint64_t[]){reference, reference}, 2);
+    guard_point(1, nowhere);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    guard_scene_build_given_pointers(commands, 2);
+    guard_build_pointers(commands, 2);
     fixture_finish(&fixture, commands);
-    guard_scene_expect_read((uint64_t[]){reference, 0}, 2);
-    guard_scene_expect("1 instance in memory that cannot be read", "guard");
+    guard_expect_read((uint64_t[]){reference, 0}, 2);
+    guard_expect("1 instance in memory that cannot be read", "guard");
 }
 
 /* ---- the driver's result */
@@ -38,9 +39,7 @@ enum { SERIALIZED_SIZE = 2 * STRUCTURE_SIZE }; /* lavapipe writes all bytes of t
 static struct device_buffer serialize(VkCommandBuffer commands)
 {
     struct device_buffer to = fixture_buffer(&fixture, SERIALIZED_SIZE, 0);
-    const VkCopyAccelerationStructureToMemoryInfoKHR copy = MAKE(
-        VkCopyAccelerationStructureToMemoryInfoKHR, .src = scene.tlas,
-        .dst.deviceAddress = to.address, .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR);
+    const VkCopyAccelerationStructureToMemoryInfoKHR copy = serialize_info(scene.tlas, to.address);
     fixture_barrier(&fixture, commands);
     fixture.vk.CmdCopyAccelerationStructureToMemoryKHR(commands, &copy);
     fixture_finish(&fixture, commands);
@@ -51,22 +50,22 @@ static struct device_buffer serialize(VkCommandBuffer commands)
 static struct device_buffer serialize_guarded(void)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    guard_scene_build(commands, 4);
+    guard_build(commands, 4);
     return serialize(commands);
 }
 
 /* A query that counts compute work keeps the layer from dispatching. */
 static struct device_buffer serialize_unguarded(void)
 {
-    const VkQueryPoolCreateInfo info =
-        MAKE(VkQueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS, .queryCount = 1,
-             .pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT);
+    const STRUCT(VkQueryPoolCreateInfo, info, .queryType = VK_QUERY_TYPE_PIPELINE_STATISTICS,
+                 .queryCount = 1,
+                 .pipelineStatistics = VK_QUERY_PIPELINE_STATISTIC_COMPUTE_SHADER_INVOCATIONS_BIT);
     VkQueryPool queries;
     GET(fixture.vk.CreateQueryPool(fixture.device, &info, NULL, &queries));
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     fixture.vk.CmdResetQueryPool(commands, queries, 0, 1);
     fixture.vk.CmdBeginQuery(commands, queries, 0, 0);
-    guard_scene_build(commands, 4);
+    guard_build(commands, 4);
     fixture.vk.CmdEndQuery(commands, queries, 0);
     struct device_buffer serialized = serialize(commands);
     fixture.vk.DestroyQueryPool(fixture.device, queries, NULL);
@@ -79,14 +78,13 @@ static bool serializes_alike(void)
     return !platform.is_null && strcmp(platform.name, "lavapipe") == 0;
 }
 
-TEST_BETWEEN_IF(test_same_structure, guard_scene_open_references, guard_scene_close,
-                serializes_alike())
+TEST_BETWEEN_IF(test_same_structure, guard_open_references, guard_close, serializes_alike())
 {
-    uint64_t reference = guard_scene_address(scene.blas);
-    guard_scene_write((uint64_t[]){reference, reference, 0, reference}, 4);
+    uint64_t reference = guard_address(scene.blas);
+    guard_write((uint64_t[]){reference, reference, 0, reference}, 4);
     struct device_buffer guarded = serialize_guarded(), unguarded = serialize_unguarded();
     assert_memory_equal(guarded.bytes, unguarded.bytes, SERIALIZED_SIZE);
-    guard_scene_write((uint64_t[]){reference, guard_scene_wild(), 0, reference}, 4);
+    guard_write((uint64_t[]){reference, guard_wild(), 0, reference}, 4);
     struct device_buffer other = serialize_guarded();
     assert_memory_not_equal(guarded.bytes, other.bytes, SERIALIZED_SIZE);
 }
@@ -94,16 +92,15 @@ TEST_BETWEEN_IF(test_same_structure, guard_scene_open_references, guard_scene_cl
 /* One warning for a device. */
 NULL_TEST(test_unguarded)
 {
-    uint64_t reference = guard_scene_address(scene.blas);
-    guard_scene_write(&reference, 1);
+    guard_refer_to(scene.blas);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     fixture.vk.CmdPushConstants(commands, VK_NULL_HANDLE, VK_SHADER_STAGE_COMPUTE_BIT, 2, 2, "x");
     for (int i = 0; i < 2; i++) {
-        guard_scene_build(commands, 1);
+        guard_build(commands, 1);
         fixture_barrier(&fixture, commands);
     }
     assert_int_equal(fixture.instance.messages.count, 1);
-    guard_scene_expect("some builds read the application's instances unguarded", "disturbing");
+    guard_expect("some builds read the application's instances unguarded", "disturbing");
     GET(fixture.vk.EndCommandBuffer(commands));
     fixture.vk.FreeCommandBuffers(fixture.device, fixture.pool, 1, &commands);
 }
@@ -111,24 +108,23 @@ NULL_TEST(test_unguarded)
 /* Builds that cannot be guarded read what the application wrote. */
 static void build_without(const char *command)
 {
-    uint64_t reference = guard_scene_wild();
-    guard_scene_write(&reference, 1);
+    uint64_t reference = guard_wild();
+    guard_write(&reference, 1);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     platform.null_driver.fail_next(command, VK_ERROR_OUT_OF_DEVICE_MEMORY);
-    guard_scene_build(commands, 1);
+    guard_build(commands, 1);
     platform.null_driver.fail_next(command, VK_SUCCESS);
     fixture_finish(&fixture, commands);
-    guard_scene_expect_read(&reference, 1);
-    guard_scene_expect("some builds read the application's instances unguarded", "no memory");
+    guard_expect_read(&reference, 1);
+    guard_expect("some builds read the application's instances unguarded", "no memory");
 }
 
 NULL_TEST(test_without_memory)
 {
     build_without("vkAllocateMemory");
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    guard_scene_build(commands, 1);
-    guard_scene_finish(commands, 0);
-    guard_scene_expect(GUARD_SCENE_NO_STRUCTURE, "replaced 1 reference");
+    guard_build_alone(1);
+    guard_expect_read(&(uint64_t){0}, 1);
+    guard_expect(GUARD_NO_STRUCTURE, "replaced 1 reference");
 }
 
 NULL_TEST(test_without_pipeline)
@@ -140,20 +136,18 @@ NULL_TEST(test_without_pipeline)
  * driver executes it at once. */
 NULL_TEST(test_order_unknown)
 {
-    uint64_t references[] = {guard_scene_address(guard_scene_make(&guard_scene.spare)),
-                             guard_scene_wild()};
+    uint64_t references[] = {guard_address(guard_make(&guard_scene.spare)), guard_wild()};
     VkSemaphore timeline = timeline_create(&fixture.vk, fixture.device);
-    const VkSemaphoreSignalInfo signal =
-        MAKE(VkSemaphoreSignalInfo, .semaphore = timeline, .value = 1);
-    guard_scene_write(references, 2);
+    const STRUCT(VkSemaphoreSignalInfo, signal, .semaphore = timeline, .value = 1);
+    guard_write(references, 2);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    guard_scene_build(commands, 2);
+    guard_build(commands, 2);
     GET(fixture.vk.EndCommandBuffer(commands));
     fixture_submit_waiting(&fixture, commands, timeline, VK_NULL_HANDLE);
-    guard_scene_expect_read((uint64_t[]){references[0], 0}, 2);
+    guard_expect_read((uint64_t[]){references[0], 0}, 2);
     GET(fixture.vk.SignalSemaphore(fixture.device, &signal));
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
-    guard_scene_expect(GUARD_SCENE_NO_STRUCTURE, "replaced 1 reference");
+    guard_expect(GUARD_NO_STRUCTURE, "replaced 1 reference");
     fixture.vk.DestroySemaphore(fixture.device, timeline, NULL);
 }
 
@@ -168,25 +162,25 @@ static void write_moving(uint64_t valid, bool has_header)
 {
     for (uint32_t i = 0; i < MOTION_COUNT; i++) {
         const uint32_t type = i / 2;
-        const uint64_t reference = i % 2 ? guard_scene_wild() : valid;
+        const uint64_t reference = i % 2 ? guard_wild() : valid;
         unsigned char *at = guard_scene.instances.bytes + (size_t)i * MOTION_STRIDE;
         memset(at, 0, MOTION_STRIDE);
         if (has_header)
             memcpy(at, &type, sizeof(type));
         memcpy(at + 8 * has_header + reference_offsets[type], &reference, sizeof(reference));
-        guard_scene_point(i, guard_scene.instances.address + i * MOTION_STRIDE + type);
+        guard_point(i, guard_scene.instances.address + i * MOTION_STRIDE + type);
     }
 }
 
 static void build_moving(bool are_pointers)
 {
-    const uint64_t valid = guard_scene_address(scene.blas);
+    const uint64_t valid = guard_address(scene.blas);
     write_moving(valid, !are_pointers);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    guard_scene_build_moving(commands, are_pointers, MOTION_COUNT);
+    guard_build_moving(commands, are_pointers, MOTION_COUNT);
     fixture_finish(&fixture, commands);
-    guard_scene_expect_read((uint64_t[]){valid, 0, valid, 0, valid, 0}, MOTION_COUNT);
-    guard_scene_expect(GUARD_SCENE_NO_STRUCTURE, "replaced 3 references");
+    guard_expect_read((uint64_t[]){valid, 0, valid, 0, valid, 0}, MOTION_COUNT);
+    guard_expect(GUARD_NO_STRUCTURE, "replaced 3 references");
 }
 
 NULL_TEST(test_motion)
@@ -201,25 +195,15 @@ NULL_TEST(test_motion_behind_pointers)
 
 /* ---- VK_NV_ray_tracing */
 
-static uint64_t nv_handle(VkAccelerationStructureNV structure)
-{
-    uint64_t handle;
-    GET(fixture.vk.GetAccelerationStructureHandleNV(fixture.device, structure, sizeof(handle),
-                                                    &handle));
-    return handle;
-}
-
 static VkAccelerationStructureNV nv_make(const VkAccelerationStructureInfoNV *info,
                                          VkDeviceMemory *memory)
 {
-    const VkAccelerationStructureCreateInfoNV create_info =
-        MAKE(VkAccelerationStructureCreateInfoNV, .info = *info);
+    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .info = *info);
     VkAccelerationStructureNV structure;
     GET(fixture.vk.CreateAccelerationStructureNV(fixture.device, &create_info, NULL, &structure));
     *memory = memory_create(&fixture.vk, fixture.device, fixture.memory_type, STRUCTURE_SIZE);
-    const VkBindAccelerationStructureMemoryInfoNV bind =
-        MAKE(VkBindAccelerationStructureMemoryInfoNV, .accelerationStructure = structure,
-             .memory = *memory);
+    const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind, .accelerationStructure = structure,
+                 .memory = *memory);
     GET(fixture.vk.BindAccelerationStructureMemoryNV(fixture.device, 1, &bind));
     return structure;
 }
@@ -227,30 +211,27 @@ static VkAccelerationStructureNV nv_make(const VkAccelerationStructureInfoNV *in
 NULL_TEST(test_nv)
 {
     enum { BOTTOM, TOP, DESTROYED, COUNT };
-    const VkAccelerationStructureInfoNV bottom = MAKE(
-                                            VkAccelerationStructureInfoNV,
-                                            .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV),
-                                        top = MAKE(VkAccelerationStructureInfoNV,
-                                                   .type =
-                                                       VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV,
-                                                   .instanceCount = 4);
+    const STRUCT(VkAccelerationStructureInfoNV, bottom,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV);
+    const STRUCT(VkAccelerationStructureInfoNV, top,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV, .instanceCount = 4);
     VkDeviceMemory memories[COUNT];
     VkAccelerationStructureNV structures[COUNT];
     uint64_t handles[COUNT];
     for (int i = 0; i < COUNT; i++) {
         structures[i] = nv_make(i == TOP ? &top : &bottom, &memories[i]);
-        handles[i] = nv_handle(structures[i]);
+        GET(fixture.vk.GetAccelerationStructureHandleNV(fixture.device, structures[i],
+                                                        sizeof(handles[i]), &handles[i]));
     }
     fixture.vk.DestroyAccelerationStructureNV(fixture.device, structures[DESTROYED], NULL);
-    guard_scene_write(
-        (uint64_t[]){handles[BOTTOM], guard_scene_wild(), handles[TOP], handles[DESTROYED]}, 4);
+    guard_write((uint64_t[]){handles[BOTTOM], guard_wild(), handles[TOP], handles[DESTROYED]}, 4);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     fixture.vk.CmdBuildAccelerationStructureNV(commands, &top, guard_scene.instances.handle, 0,
                                                VK_FALSE, structures[TOP], VK_NULL_HANDLE,
                                                scene.scratch.handle, 0);
     fixture_finish(&fixture, commands);
-    guard_scene_expect_read((uint64_t[]){handles[BOTTOM], 0, 0, 0}, 4);
-    guard_scene_expect("12264", "replaced 3 references");
+    guard_expect_read((uint64_t[]){handles[BOTTOM], 0, 0, 0}, 4);
+    guard_expect("12264", "replaced 3 references");
     for (int i = 0; i < COUNT; i++) {
         if (i != DESTROYED)
             fixture.vk.DestroyAccelerationStructureNV(fixture.device, structures[i], NULL);
@@ -266,11 +247,10 @@ NULL_TEST(test_idle_frames_give_copies_back)
 {
     enum { BUFFERS = 100, KEPT = 64 };
     VkCommandBuffer commands[BUFFERS];
-    uint64_t reference = guard_scene_address(scene.blas);
-    guard_scene_write(&reference, 1);
+    guard_refer_to(scene.blas);
     for (int i = 0; i < BUFFERS; i++) {
         commands[i] = fixture_begin(&fixture, 0);
-        guard_scene_build(commands[i], 1);
+        guard_build(commands[i], 1);
         scene_submit(commands[i]);
     }
     GET(fixture.vk.DeviceWaitIdle(fixture.device));

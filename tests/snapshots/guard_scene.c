@@ -6,12 +6,10 @@
 
 struct guard_scene guard_scene;
 
-void guard_scene_open(const char *guard)
+void guard_open(const char *guard)
 {
-    scene_open(&(struct scene_setup){.settings = {.guard = guard},
-                                     .boxes_size = sizeof(VkAabbPositionsKHR),
-                                     .structure_size = STRUCTURE_SIZE,
-                                     .has_tlas = true});
+    SCENE_OPEN(.settings = {.guard = guard}, .boxes_size = sizeof(VkAabbPositionsKHR),
+               .structure_size = STRUCTURE_SIZE, .has_tlas = true);
     guard_scene = (struct guard_scene){
         .instances = fixture_buffer(
             &fixture, GUARD_INSTANCES * INSTANCE_SIZE,
@@ -20,22 +18,21 @@ void guard_scene_open(const char *guard)
         .pointers = scene_input(GUARD_INSTANCES * sizeof(uint64_t)),
         .range = fixture_buffer(&fixture, sizeof(VkAccelerationStructureBuildRangeInfoKHR),
                                 VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT),
-        .spare = guard_scene_buffer(),
+        .spare = guard_buffer(),
     };
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 1);
+    VkCommandBuffer commands = scene_record_boxes(0, 1);
     fixture_finish(&fixture, commands);
     fixture_expect_silence(&fixture);
     if (platform.is_null)
         platform.null_driver.set_reads_instances(true);
 }
 
-void guard_scene_open_references(void)
+void guard_open_references(void)
 {
-    guard_scene_open("references");
+    guard_open("references");
 }
 
-void guard_scene_close(void)
+void guard_close(void)
 {
     if (platform.is_null)
         platform.null_driver.set_reads_instances(false);
@@ -44,51 +41,51 @@ void guard_scene_close(void)
 
 /* ---- structures */
 
-uint64_t guard_scene_address(VkAccelerationStructureKHR structure)
+uint64_t guard_address(VkAccelerationStructureKHR structure)
 {
     return structure_address(&fixture.vk, fixture.device, structure);
 }
 
-struct device_buffer guard_scene_buffer(void)
+struct device_buffer guard_buffer(void)
 {
     return fixture_buffer(&fixture, STRUCTURE_SIZE,
                           VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
 }
 
-VkAccelerationStructureKHR guard_scene_make(const struct device_buffer *buffer)
+VkAccelerationStructureKHR guard_make(const struct device_buffer *buffer)
 {
     return fixture_structure(&fixture, buffer, 0, STRUCTURE_SIZE,
                              VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
 }
 
-uint64_t guard_scene_wild(void)
+uint64_t guard_wild(void)
 {
     return 0x7f0123456700;
 }
 
-void guard_scene_destroy(VkAccelerationStructureKHR structure)
+void guard_destroy(VkAccelerationStructureKHR structure)
 {
     assert_true(fixture.structures[--fixture.structure_count] == structure);
     fixture.vk.DestroyAccelerationStructureKHR(fixture.device, structure, NULL);
 }
 
-void guard_scene_build_boxes(VkCommandBuffer commands, VkAccelerationStructureKHR structure)
+void guard_build_boxes(VkCommandBuffer commands, VkAccelerationStructureKHR structure)
 {
     fixture_build_boxes(&fixture, commands, structure, scene.boxes.address, 1,
                         scene.scratch_address);
     fixture_barrier(&fixture, commands);
 }
 
-VkAccelerationStructureKHR guard_scene_build_another(const struct device_buffer *buffer)
+VkAccelerationStructureKHR guard_build_another(const struct device_buffer *buffer)
 {
-    VkAccelerationStructureKHR structure = guard_scene_make(buffer);
+    VkAccelerationStructureKHR structure = guard_make(buffer);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    guard_scene_build_boxes(commands, structure);
+    guard_build_boxes(commands, structure);
     fixture_finish(&fixture, commands);
     return structure;
 }
 
-uint64_t guard_scene_of_another_device(void)
+uint64_t guard_of_another_device(void)
 {
     struct fixture here = fixture;
     struct fixture other;
@@ -98,9 +95,9 @@ uint64_t guard_scene_of_another_device(void)
     fixture = other;
     /* Beside buffers that this device does not have, so that its addresses are others. */
     for (int i = 0; i < 4; i++)
-        guard_scene_buffer();
-    struct device_buffer buffer = guard_scene_buffer();
-    reference = guard_scene_address(guard_scene_make(&buffer));
+        guard_buffer();
+    struct device_buffer buffer = guard_buffer();
+    reference = guard_address(guard_make(&buffer));
     fixture_close(&fixture);
     fixture = here;
     return reference;
@@ -108,23 +105,30 @@ uint64_t guard_scene_of_another_device(void)
 
 /* ---- instances */
 
-void guard_scene_write(const uint64_t *references, uint32_t count)
+void guard_write(const uint64_t *references, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
         struct device_buffer at = guard_scene.instances;
         at.bytes += (size_t)i * INSTANCE_SIZE;
         scene_write_instance(&at, true);
         memcpy(at.bytes + INSTANCE_SIZE - sizeof(uint64_t), &references[i], sizeof(uint64_t));
-        guard_scene_point(i, guard_scene.instances.address + (VkDeviceSize)i * INSTANCE_SIZE);
+        guard_point(i, guard_scene.instances.address + (VkDeviceSize)i * INSTANCE_SIZE);
     }
 }
 
-void guard_scene_point(uint32_t pointer, uint64_t address)
+uint64_t guard_refer_to(VkAccelerationStructureKHR structure)
+{
+    const uint64_t reference = guard_address(structure);
+    guard_write(&reference, 1);
+    return reference;
+}
+
+void guard_point(uint32_t pointer, uint64_t address)
 {
     memcpy(guard_scene.pointers.bytes + pointer * sizeof(address), &address, sizeof(address));
 }
 
-void guard_scene_change_reference(VkCommandBuffer commands, uint64_t reference)
+void guard_change_reference(VkCommandBuffer commands, uint64_t reference)
 {
     fixture.vk.CmdUpdateBuffer(commands, guard_scene.instances.handle,
                                INSTANCE_SIZE - sizeof(reference), sizeof(reference), &reference);
@@ -133,63 +137,44 @@ void guard_scene_change_reference(VkCommandBuffer commands, uint64_t reference)
 
 /* ---- builds */
 
-static struct fixture_build build_of(VkDeviceAddress data, bool are_pointers)
+void guard_build_at(VkCommandBuffer commands, uint32_t offset, uint32_t count)
 {
-    return (struct fixture_build){
-        .geometry = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR,
-                     .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-                     .geometry.instances =
-                         MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
-                              .arrayOfPointers = are_pointers, .data.deviceAddress = data)},
-        .info = {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR,
-                 .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
-                 .dstAccelerationStructure = scene.tlas,
-                 .scratchData.deviceAddress = scene.scratch_address,
-                 .geometryCount = 1},
-    };
-}
-
-void guard_scene_build_at(VkCommandBuffer commands, uint32_t offset, uint32_t count)
-{
-    struct fixture_build build = build_of(guard_scene.instances.address, false);
-    build.range = (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = count,
-                                                             .primitiveOffset = offset};
+    struct fixture_build build =
+        scene_describe_instances(guard_scene.instances.address, false, count);
+    build.range.primitiveOffset = offset;
     fixture_build(&fixture, commands, &build);
 }
 
-void guard_scene_build(VkCommandBuffer commands, uint32_t count)
+void guard_build(VkCommandBuffer commands, uint32_t count)
 {
-    guard_scene_build_at(commands, 0, count);
+    guard_build_at(commands, 0, count);
 }
 
-void guard_scene_build_given_pointers(VkCommandBuffer commands, uint32_t count)
+void guard_build_pointers(VkCommandBuffer commands, uint32_t count)
 {
-    struct fixture_build build = build_of(guard_scene.pointers.address, true);
-    build.range.primitiveCount = count;
+    const struct fixture_build build =
+        scene_describe_instances(guard_scene.pointers.address, true, count);
     fixture_build(&fixture, commands, &build);
 }
 
-void guard_scene_build_moving(VkCommandBuffer commands, bool are_pointers, uint32_t count)
+void guard_build_moving(VkCommandBuffer commands, bool are_pointers, uint32_t count)
 {
-    struct fixture_build build = build_of(
-        are_pointers ? guard_scene.pointers.address : guard_scene.instances.address, are_pointers);
+    struct fixture_build build = scene_describe_instances(
+        are_pointers ? guard_scene.pointers.address : guard_scene.instances.address, are_pointers,
+        count);
     build.info.flags = VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV;
-    build.range.primitiveCount = count;
     fixture_build(&fixture, commands, &build);
-}
-
-void guard_scene_build_pointers(VkCommandBuffer commands, uint32_t count)
-{
-    guard_scene_build_given_pointers(commands, count);
 }
 
 /* The range is what the device reads: fewer instances than the host knows, from an offset on. */
-void guard_scene_build_indirect(VkCommandBuffer commands, uint32_t count)
+void guard_build_indirect(VkCommandBuffer commands, uint32_t count)
 {
-    struct fixture_build build = build_of(guard_scene.instances.address, false);
+    struct fixture_build build = scene_describe_instances(guard_scene.instances.address, false, 0);
     const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = count,
                                                             .primitiveOffset = INSTANCE_SIZE};
     const uint32_t stride = sizeof(range), most = GUARD_INSTANCES, *counts = &most;
+    build.info.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR;
+    build.info.geometryCount = 1;
     build.info.pGeometries = &build.geometry;
     memmove(guard_scene.instances.bytes + INSTANCE_SIZE, guard_scene.instances.bytes,
             (size_t)count * INSTANCE_SIZE);
@@ -198,21 +183,28 @@ void guard_scene_build_indirect(VkCommandBuffer commands, uint32_t count)
         commands, 1, &build.info, &guard_scene.range.address, &stride, &counts);
 }
 
+void guard_build_alone(uint32_t count)
+{
+    VkCommandBuffer commands = fixture_begin(&fixture, 0);
+    guard_build(commands, count);
+    fixture_finish(&fixture, commands);
+}
+
 /* ---- expectations */
 
-void guard_scene_run(VkCommandBuffer commands, uint64_t reads)
+void guard_run(VkCommandBuffer commands, uint64_t reads)
 {
     commands_run(&fixture.vk, fixture.device, fixture.queue, commands);
-    guard_scene_expect_read(&reads, 1);
+    guard_expect_read(&reads, 1);
 }
 
-void guard_scene_finish(VkCommandBuffer commands, uint64_t reads)
+void guard_finish(VkCommandBuffer commands, uint64_t reads)
 {
     fixture_finish(&fixture, commands);
-    guard_scene_expect_read(&reads, 1);
+    guard_expect_read(&reads, 1);
 }
 
-void guard_scene_expect_read(const uint64_t *references, uint32_t count)
+void guard_expect_read(const uint64_t *references, uint32_t count)
 {
     uint64_t read[2 * GUARD_INSTANCES];
     if (!platform.is_null)
@@ -222,7 +214,7 @@ void guard_scene_expect_read(const uint64_t *references, uint32_t count)
         assert_int_equal(read[i], references[i]);
 }
 
-void guard_scene_expect(const char *text, const char *other)
+void guard_expect(const char *text, const char *other)
 {
     struct messages *messages = &fixture.instance.messages;
     bool is_there = false;

@@ -2,31 +2,16 @@
 /* What findings say of the submission: its number, and the labels that were open in its queue. */
 #include "tests/snapshots/scene.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static void open_scene(void)
 {
     scene_open(
         &(struct scene_setup){.boxes_size = sizeof(VkAabbPositionsKHR), .structure_size = 1 << 20});
 }
 
-static void close_scene(void)
-{
-    GET(fixture.vk.DeviceWaitIdle(fixture.device));
-    scene_close();
-}
-
 static void begin_label(const char *name)
 {
     const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = name);
     fixture.vk.QueueBeginDebugUtilsLabelEXT(fixture.queue, &label);
-}
-
-static void insert_label(const char *name)
-{
-    const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = name);
-    fixture.vk.QueueInsertDebugUtilsLabelEXT(fixture.queue, &label);
 }
 
 static void end_label(void)
@@ -39,11 +24,7 @@ static void submit_update(void)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     const struct fixture_build build = {
-        .geometry = {.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-                     .geometry.aabbs =
-                         {.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR,
-                          .data.deviceAddress = scene.boxes.address,
-                          .stride = sizeof(VkAabbPositionsKHR)}},
+        .geometry = boxes_geometry(scene.boxes.address, sizeof(VkAabbPositionsKHR)),
         .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                  .mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR,
                  .srcAccelerationStructure = scene.blas,
@@ -58,12 +39,11 @@ static void submit_update(void)
 /* If the box is upside down, that is found when the submission is complete. */
 static void submit_box(void)
 {
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 1);
+    VkCommandBuffer commands = scene_record_boxes(0, 1);
     scene_submit(commands);
 }
 
-TEST_BETWEEN(test_a_finding_at_submission, open_scene, close_scene)
+TEST_BETWEEN(test_a_finding_at_submission, open_scene, scene_wait_and_close)
 {
     submit_box();
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
@@ -73,7 +53,8 @@ TEST_BETWEEN(test_a_finding_at_submission, open_scene, close_scene)
     end_label();
     end_label();
     expect_messages(1, ", submission 2, queue labels \"frame \\\"7\\\"\\n\" > \"updates\".");
-    insert_label("here");
+    fixture.vk.QueueInsertDebugUtilsLabelEXT(fixture.queue,
+                                             &MAKE(VkDebugUtilsLabelEXT, .pLabelName = "here"));
     submit_update();
     expect_messages(1, ", submission 3, queue labels \"here\".");
     end_label(); /* of nothing; ends what was inserted */
@@ -82,7 +63,7 @@ TEST_BETWEEN(test_a_finding_at_submission, open_scene, close_scene)
 }
 
 /* The labels are those of the submission, whatever is open when the finding is made. */
-TEST_BETWEEN(test_a_finding_at_completion, open_scene, close_scene)
+TEST_BETWEEN(test_a_finding_at_completion, open_scene, scene_wait_and_close)
 {
     scene_invalidate_box(0);
     begin_label("first");
@@ -97,7 +78,7 @@ TEST_BETWEEN(test_a_finding_at_completion, open_scene, close_scene)
     end_label();
     const struct messages *messages = &fixture.instance.messages;
     assert_int_equal(messages->count, 2);
-    assert_non_null(strstr(messages->items[0].text, ", submission 1, queue labels \"first\"."));
-    assert_non_null(strstr(messages->items[1].text, ", submission 2, queue labels \"second\"."));
+    assert_has(messages->items[0].text, ", submission 1, queue labels \"first\".");
+    assert_has(messages->items[1].text, ", submission 2, queue labels \"second\".");
     messages_clear(&fixture.instance.messages);
 }

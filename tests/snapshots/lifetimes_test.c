@@ -4,8 +4,6 @@
  * by others meanwhile. All of it is a mistake of the application, which the layer survives. */
 #include "tests/snapshots/scene.h"
 
-#include <string.h>
-
 enum {
     BOXES = 20000, /* more than half of a chunk of staging memory */
     BUILDS = 12,
@@ -14,17 +12,10 @@ enum {
 
 static void open_scene(void)
 {
-    scene_open(&(struct scene_setup){.boxes_size = BOXES * sizeof(VkAabbPositionsKHR),
-                                     .structure_size = STRUCTURE_SIZE});
+    SCENE_OPEN(.boxes_size = BOXES * sizeof(VkAabbPositionsKHR), .structure_size = STRUCTURE_SIZE);
 }
 
-static void close_scene(void)
-{
-    GET(fixture.vk.DeviceWaitIdle(fixture.device));
-    scene_close();
-}
-
-#define LIFETIME_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, true)
+#define LIFETIME_TEST(name) TEST_BETWEEN_IF(name, open_scene, scene_wait_and_close, true)
 
 static void submit(VkCommandBuffer commands)
 {
@@ -52,14 +43,20 @@ static void wait_and_read_structure(void)
     read_structure();
 }
 
-/* ---- tests */
+static VkCommandBuffer record_secondary(VkCommandBufferUsageFlags flags)
+{
+    VkCommandBuffer secondary = fixture_begin_secondary(&fixture, flags);
+    scene_build_boxes(secondary, 1);
+    GET(fixture.vk.EndCommandBuffer(secondary));
+    return secondary;
+}
 
 /* Its memory for copies went to the next command buffer when it was complete. */
 LIFETIME_TEST(test_one_time_submitted_twice)
 {
-    VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_invalidate_box(BOXES - 1);
-    scene_build_boxes(commands, BOXES);
+    VkCommandBuffer commands =
+        scene_record_boxes(VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT, BOXES);
     scene_submit(commands);
     wait();
     expect_messages(1, "minX");
@@ -104,9 +101,8 @@ LIFETIME_TEST(test_one_time_memory_of_another)
  * to the structure. */
 LIFETIME_TEST(test_one_time_submitted_twice_at_once)
 {
-    VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_invalidate_box(0);
-    scene_build_boxes(commands, 1);
+    VkCommandBuffer commands = scene_record_boxes(VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT, 1);
     scene_submit(commands);
     submit(commands);
     wait();
@@ -117,11 +113,8 @@ LIFETIME_TEST(test_one_time_submitted_twice_at_once)
 LIFETIME_TEST(test_secondary_one_time_submitted_twice)
 {
     VkCommandBuffer primary = fixture_begin(&fixture, 0);
-    VkCommandBuffer secondary =
-        fixture_begin_secondary(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     scene_invalidate_box(0);
-    scene_build_boxes(secondary, 1);
-    GET(fixture.vk.EndCommandBuffer(secondary));
+    VkCommandBuffer secondary = record_secondary(VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     fixture.vk.CmdExecuteCommands(primary, 1, &secondary);
     scene_build_boxes(primary, 1);
     scene_submit(primary);
@@ -136,8 +129,8 @@ LIFETIME_TEST(test_secondary_one_time_submitted_twice)
 /* What is recorded further finds the old copies gone, and does not take their place. */
 LIFETIME_TEST(test_one_time_recorded_further)
 {
-    VkCommandBuffer commands = fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
-    scene_build_boxes(commands, BOXES);
+    VkCommandBuffer commands =
+        scene_record_boxes(VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT, BOXES);
     scene_submit(commands);
     wait_and_read_structure();
     fixture_expect_silence(&fixture);
@@ -153,9 +146,8 @@ LIFETIME_TEST(test_one_time_recorded_further)
  * own. */
 LIFETIME_TEST(test_recorded_further_after_submission)
 {
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     scene_invalidate_box(0);
-    scene_build_boxes(commands, BOXES);
+    VkCommandBuffer commands = scene_record_boxes(0, BOXES);
     submit(commands);
     for (int i = 1; i < BUILDS; i++)
         scene_build_boxes(commands, BOXES);
@@ -170,8 +162,7 @@ LIFETIME_TEST(test_recorded_further_after_submission)
 /* The first execution is copied to make room for the second, while the recording has more. */
 LIFETIME_TEST(test_recorded_further_and_submitted_again)
 {
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, BOXES);
+    VkCommandBuffer commands = scene_record_boxes(0, BOXES);
     submit(commands);
     for (int i = 1; i < BUILDS; i++)
         scene_build_boxes(commands, BOXES);
@@ -185,12 +176,8 @@ LIFETIME_TEST(test_secondaries_executed_after_submission)
 {
     VkCommandBuffer primary = fixture_begin(&fixture, 0), secondaries[BUILDS];
     scene_invalidate_box(0);
-    for (int i = 0; i < BUILDS; i++) {
-        secondaries[i] =
-            fixture_begin_secondary(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
-        scene_build_boxes(secondaries[i], 1);
-        GET(fixture.vk.EndCommandBuffer(secondaries[i]));
-    }
+    for (int i = 0; i < BUILDS; i++)
+        secondaries[i] = record_secondary(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
     fixture.vk.CmdExecuteCommands(primary, 1, secondaries);
     submit(primary);
     fixture.vk.CmdExecuteCommands(primary, BUILDS - 1, secondaries + 1);
@@ -225,18 +212,16 @@ LIFETIME_TEST(test_secondary_recorded_further)
 }
 
 /* What other drivers need not bear. */
-#define NULL_DRIVER_TEST(name) TEST_BETWEEN_IF(name, open_scene, close_scene, platform.is_null)
+#define NULL_DRIVER_TEST(name)                                                                     \
+    TEST_BETWEEN_IF(name, open_scene, scene_wait_and_close, platform.is_null)
 
 /* What was copied is still looked at. */
 NULL_DRIVER_TEST(test_reset_before_the_wait)
 {
     const STRUCT(VkCommandBufferBeginInfo, begin);
     VkCommandBuffer primary = fixture_begin(&fixture, 0);
-    VkCommandBuffer secondary =
-        fixture_begin_secondary(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
     scene_invalidate_box(0);
-    scene_build_boxes(secondary, 1);
-    GET(fixture.vk.EndCommandBuffer(secondary));
+    VkCommandBuffer secondary = record_secondary(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
     fixture.vk.CmdExecuteCommands(primary, 1, &secondary);
     scene_build_boxes(primary, 1);
     scene_submit(primary);

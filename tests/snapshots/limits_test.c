@@ -16,9 +16,8 @@ enum {
 
 static void open_scene_with(struct instance_settings settings)
 {
-    scene_open(&(struct scene_setup){.settings = settings,
-                                     .boxes_size = BOXES * sizeof(VkAabbPositionsKHR),
-                                     .structure_size = STRUCTURE_SIZE});
+    SCENE_OPEN(.settings = settings, .boxes_size = BOXES * sizeof(VkAabbPositionsKHR),
+               .structure_size = STRUCTURE_SIZE);
 }
 
 static void open_scene(void)
@@ -36,16 +35,13 @@ static uint64_t bytes_copied(void)
     return counters.bytesSnapshot;
 }
 
-/* ---- tests */
-
 SCENE_TEST(test_only_builds_cost)
 {
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     fixture_barrier(&fixture, commands);
     fixture_finish(&fixture, commands);
     assert_int_equal(bytes_copied(), 0);
-    commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 3);
+    commands = scene_record_boxes(0, 3);
     scene_build_boxes(commands, 0);
     fixture_finish(&fixture, commands);
     assert_int_equal(bytes_copied(), 3 * sizeof(VkAabbPositionsKHR));
@@ -62,8 +58,7 @@ TEST(test_skipped_beyond_budget)
     fixture_finish(&fixture, commands);
     assert_int_equal(bytes_copied(), 2 * BOXES * sizeof(VkAabbPositionsKHR));
     expect_messages(1, "build 2 (beyond content_budget_mib), build 3 (beyond content_budget_mib)");
-    commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, BOXES);
+    commands = scene_record_boxes(0, BOXES);
     fixture_finish(&fixture, commands);
     assert_int_equal(bytes_copied(), 3 * BOXES * sizeof(VkAabbPositionsKHR));
     fixture_expect_silence(&fixture);
@@ -91,10 +86,8 @@ TEST(test_waits_for_budget)
 SCENE_TEST(test_submits_again_while_pending)
 {
     VkSemaphore semaphore = timeline_create(&fixture.vk, fixture.device);
-    VkCommandBuffer commands =
-        fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
     scene_invalidate_box(0);
-    scene_build_boxes(commands, 1);
+    VkCommandBuffer commands = scene_record_boxes(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT, 1);
     GET(fixture.vk.EndCommandBuffer(commands));
     fixture_submit_waiting(&fixture, commands, semaphore, VK_NULL_HANDLE);
     fixture_expect_silence(&fixture);
@@ -109,10 +102,8 @@ SCENE_TEST(test_submits_again_while_pending)
 
 SCENE_TEST(test_twice_in_a_submission)
 {
-    VkCommandBuffer commands =
-        fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
     scene_invalidate_box(0);
-    scene_build_boxes(commands, 1);
+    VkCommandBuffer commands = scene_record_boxes(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT, 1);
     GET(fixture.vk.EndCommandBuffer(commands));
     const VkCommandBuffer twice[] = {commands, commands};
     const STRUCT(VkSubmitInfo, info, .commandBufferCount = 2, .pCommandBuffers = twice);
@@ -125,8 +116,7 @@ SCENE_TEST(test_twice_in_a_submission)
 /* Resubmitted when it is complete, each execution is looked at by itself. */
 SCENE_TEST(test_submits_again)
 {
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 2);
+    VkCommandBuffer commands = scene_record_boxes(0, 2);
     GET(fixture.vk.EndCommandBuffer(commands));
     VkFence fence = fence_create(&fixture.vk, fixture.device);
     for (uint32_t i = 0; i < 2; i++) {
@@ -151,9 +141,8 @@ TEST(test_tells_at_destruction)
     VkEvent event;
     open_scene_with((struct instance_settings){0});
     GET(fixture.vk.CreateEvent(fixture.device, &info, NULL, &event));
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
     scene_invalidate_box(0);
-    scene_build_boxes(commands, 1);
+    VkCommandBuffer commands = scene_record_boxes(0, 1);
     fixture.vk.CmdSetEvent(commands, event, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT);
     scene_submit(commands);
     while (fixture.vk.GetEventStatus(fixture.device, event) != VK_EVENT_SET)

@@ -18,7 +18,7 @@ static VkFence fence;
 
 static void open_scene(void)
 {
-    scene_open(&(struct scene_setup){.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE});
+    SCENE_OPEN(.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE);
     timeline = timeline_create(&fixture.vk, fixture.device);
     fence = fence_create(&fixture.vk, fixture.device);
     scene_invalidate_box(0);
@@ -39,8 +39,7 @@ static void close_scene(void)
 
 static VkCommandBuffer record(void)
 {
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 1);
+    VkCommandBuffer commands = scene_record_boxes(0, 1);
     GET(fixture.vk.EndCommandBuffer(commands));
     return commands;
 }
@@ -65,11 +64,8 @@ static void expect_told(const char *text)
 static void expect_in_message(uint32_t i, const char *text)
 {
     assert_true(i < messages_kept(&fixture.instance.messages));
-    if (!strstr(fixture.instance.messages.items[i].text, text))
-        fail_msg("\"%s\" is not in: %s", text, fixture.instance.messages.items[i].text);
+    assert_has(fixture.instance.messages.items[i].text, text);
 }
-
-/* ---- tests */
 
 TEST(test_complete_for_no_known_reason)
 {
@@ -124,8 +120,7 @@ TEST(test_device_lost)
 TEST(test_device_lost_before_the_copies)
 {
     open_scene();
-    platform.null_driver.plan_fault(&(struct null_driver_fault){
-        .kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_BUILD, .skips_copies = true});
+    PLAN_FAULT(.kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_BUILD, .skips_copies = true);
     GET(fixture_submit(&fixture, record(), fence));
     assert_int_equal(wait(), VK_ERROR_DEVICE_LOST);
     expect_in_message(0, LEFT_OUT "1 on a device that is lost.");

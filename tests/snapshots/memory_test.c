@@ -2,15 +2,114 @@
 /* Random programs of uploads, copies, dispatches and builds, played by two devices, with the layer
  * at level content and without it: the application's memory is the same after each submission, and
  * what is valid stays without a message. */
-#include "tests/snapshots/player.h"
 #include "tests/snapshots/scene.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "../state/random.h"
 
 enum { PROGRAMS = 12, SUBMISSIONS = 8, STEPS = 24 };
+
+/* ---- a device with what programs work on, all of which the host can read */
+
+enum {
+    BUFFERS = 3,
+    VERTICES = 64, /* in each buffer: of 3 floats, then */
+    INDICES = 96,  /* each below VERTICES, */
+    BOXES = 16,
+    INDICES_AT = VERTICES * 12,
+    BOXES_AT = INDICES_AT + INDICES * 4,
+    SIZE = BOXES_AT + BOXES * sizeof(VkAabbPositionsKHR),
+    BLASES = 4,
+    INSTANCES = 6,
+    POINTERS_AT = INSTANCES * sizeof(VkAccelerationStructureInstanceKHR),
+    STRUCTURE_SIZE = 1 << 16,
+    SCRATCH_SIZE = 1 << 18,
+};
+
+/* As fill.comp has them, behind what other constants there are. */
+struct constants {
+    uint32_t other[4];
+    uint64_t target;
+    uint32_t value;
+};
+
+struct player {
+    struct fixture fixture;
+    struct device_buffer inputs[BUFFERS], instances, structures, scratch;
+    struct device_buffer conditions; /* two words: one that is false, and one that is true */
+    bool is_conditional;             /* the command buffer that is recorded */
+    unsigned char instances_written[POINTERS_AT + INSTANCES * 8]; /* by the host, alone */
+    VkAccelerationStructureKHR blases[BLASES], tlas;
+    VkPipelineLayout layouts[2]; /* with the same push constants: compatible */
+    VkPipeline fill;
+    VkCommandBuffer commands;
+};
+
+static const uint32_t fill_code[] = {
+#include "fill_comp.h"
+};
+
+static void write_instances(struct player *player)
+{
+    VkAccelerationStructureInstanceKHR instances[INSTANCES] = {0};
+    uint64_t pointers[INSTANCES];
+    for (uint32_t i = 0; i < INSTANCES; i++) {
+        for (int j = 0; j < 3; j++)
+            instances[i].transform.matrix[j][j] = 1;
+        instances[i].mask = 0xff;
+        instances[i].accelerationStructureReference = structure_address(
+            &player->fixture.vk, player->fixture.device, player->blases[i % BLASES]);
+        pointers[i] = player->instances.address + i * sizeof(instances[0]);
+    }
+    memcpy(player->instances_written, instances, sizeof(instances));
+    memcpy(player->instances_written + POINTERS_AT, pointers, sizeof(pointers));
+    memcpy(player->instances.bytes, player->instances_written, sizeof(player->instances_written));
+}
+
+/* Only the first of the inputs can be copied from by the application. */
+static void player_open(struct player *player, bool has_layer)
+{
+    const VkBufferUsageFlags input =
+        VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+        VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+    const struct instance_settings settings = {.level = "content", .without_layer = !has_layer};
+    struct fixture *own = &player->fixture;
+    fixture_open(own, &platform, &settings);
+    for (int i = 0; i < BUFFERS; i++)
+        player->inputs[i] = fixture_buffer(
+            own, SIZE, input | (i ? 0 : (VkBufferUsageFlags)VK_BUFFER_USAGE_TRANSFER_SRC_BIT));
+    player->instances = fixture_buffer(own, sizeof(player->instances_written), input);
+    player->scratch = fixture_buffer(own, SCRATCH_SIZE, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    player->structures = fixture_buffer(own, (BLASES + 1) * STRUCTURE_SIZE,
+                                        VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    for (int i = 0; i < BLASES; i++)
+        player->blases[i] =
+            fixture_structure(own, &player->structures, i * STRUCTURE_SIZE, STRUCTURE_SIZE,
+                              VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+    player->tlas = fixture_structure(own, &player->structures, BLASES * STRUCTURE_SIZE,
+                                     STRUCTURE_SIZE, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR);
+    player->conditions = fixture_buffer(own, 2 * sizeof(uint32_t),
+                                        instance_fixture_has_conditions(&own->instance)
+                                            ? VK_BUFFER_USAGE_CONDITIONAL_RENDERING_BIT_EXT
+                                            : VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    ((uint32_t *)player->conditions.bytes)[1] = 1;
+    write_instances(player);
+    for (int i = 0; i < 2; i++)
+        player->layouts[i] =
+            constants_layout_create(&own->vk, own->device, 0, sizeof(struct constants));
+    player->fill = compute_pipeline_create(&own->vk, own->device, player->layouts[0], fill_code,
+                                           sizeof(fill_code));
+}
+
+static void player_close(struct player *player)
+{
+    const struct fixture *own = &player->fixture;
+    own->vk.DestroyPipeline(own->device, player->fill, NULL);
+    for (int i = 0; i < 2; i++)
+        own->vk.DestroyPipelineLayout(own->device, player->layouts[i], NULL);
+    fixture_close(&player->fixture);
+}
 
 static struct player players[2]; /* with the layer, and without it */
 
@@ -75,13 +174,9 @@ static void build_triangles(struct player *player, const struct step *step)
     const VkDeviceAddress address = player->inputs[step->buffer].address;
     const bool has_indices = step->first % 2;
     struct fixture_build triangles = {
-        .geometry = {.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-                     .geometry.triangles = MAKE(
-                         VkAccelerationStructureGeometryTrianglesDataKHR,
-                         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 12,
-                         .vertexData.deviceAddress = address, .maxVertex = VERTICES - 1,
-                         .indexType = has_indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
-                         .indexData.deviceAddress = has_indices ? address + INDICES_AT : 0)},
+        .geometry = triangles_geometry(address, VERTICES - 1,
+                                       has_indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
+                                       has_indices ? address + INDICES_AT : 0),
         .range = {.primitiveCount = 1 + step->count % 8,
                   .primitiveOffset = 12 * (step->first % 8)}};
     build(player, player->blases[step->blas], VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
@@ -91,11 +186,8 @@ static void build_triangles(struct player *player, const struct step *step)
 static void build_boxes(struct player *player, const struct step *step)
 {
     struct fixture_build boxes = {
-        .geometry = {.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-                     .geometry.aabbs =
-                         MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
-                              .data.deviceAddress = player->inputs[step->buffer].address + BOXES_AT,
-                              .stride = sizeof(VkAabbPositionsKHR))},
+        .geometry = boxes_geometry(player->inputs[step->buffer].address + BOXES_AT,
+                                   sizeof(VkAabbPositionsKHR)),
         .range = {.primitiveCount = 1 + step->count % 8,
                   .primitiveOffset = 24 * (step->first % 8)}};
     build(player, player->blases[step->blas], VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
@@ -106,12 +198,8 @@ static void build_instances(struct player *player, const struct step *step)
 {
     const bool by_pointers = step->first % 2;
     struct fixture_build instances = {
-        .geometry = {.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-                     .geometry.instances =
-                         MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
-                              .arrayOfPointers = by_pointers,
-                              .data.deviceAddress =
-                                  player->instances.address + (by_pointers ? POINTERS_AT : 0))},
+        .geometry = instances_geometry(player->instances.address + (by_pointers ? POINTERS_AT : 0),
+                                       by_pointers),
         .range.primitiveCount = 1 + step->count % INSTANCES};
     build(player, player->tlas, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, &instances);
 }
@@ -261,8 +349,8 @@ TEST(test_memory_is_the_same)
 {
     struct random random = random_of("memory_test");
     for (int program = 0; program < PROGRAMS; program++) {
-        player_open(&players[0], &platform, true);
-        player_open(&players[1], &platform, false);
+        player_open(&players[0], true);
+        player_open(&players[1], false);
         for (int i = 0; i < BUFFERS; i++) {
             write_inputs(&random, players[0].inputs[i].bytes);
             memcpy(players[1].inputs[i].bytes, players[0].inputs[i].bytes, SIZE);

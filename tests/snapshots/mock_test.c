@@ -3,8 +3,6 @@
  * one warning says so. */
 #include "tests/snapshots/scene.h"
 
-#include <string.h>
-
 #include "tests/fixture/trace.h"
 
 enum { BUFFER_SIZE = 1 << 16 };
@@ -13,18 +11,15 @@ static struct device_buffer instances;
 
 static void open_scene(const char *level, bool is_valid)
 {
-    scene_open(&(struct scene_setup){.settings.level = level,
-                                     .boxes_size = BUFFER_SIZE,
-                                     .structure_size = BUFFER_SIZE,
-                                     .has_tlas = true});
+    SCENE_OPEN(.settings.level = level, .boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE,
+               .has_tlas = true);
     instances = scene_input(BUFFER_SIZE);
     scene_write_instance(&instances, is_valid);
 }
 
 static VkCommandBuffer record(void)
 {
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 1);
+    VkCommandBuffer commands = scene_record_boxes(0, 1);
     scene_build_instance(commands, instances.address, false);
     GET(fixture.vk.EndCommandBuffer(commands));
     return commands;
@@ -35,8 +30,6 @@ static void run(VkCommandBuffer commands)
     GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
     GET(fixture.vk.QueueWaitIdle(fixture.queue));
 }
-
-/* ---- tests */
 
 /* Memory that nobody has written would be an instance whose transform has no inverse. */
 TEST(test_warns_once)

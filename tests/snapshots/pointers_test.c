@@ -25,14 +25,11 @@ static void build_top(VkCommandBuffer commands)
 
 static void open_scene_at(const char *level)
 {
-    scene_open(&(struct scene_setup){.settings.level = level,
-                                     .boxes_size = sizeof(VkAabbPositionsKHR),
-                                     .structure_size = STRUCTURE_SIZE,
-                                     .has_tlas = true});
+    SCENE_OPEN(.settings.level = level, .boxes_size = sizeof(VkAabbPositionsKHR),
+               .structure_size = STRUCTURE_SIZE, .has_tlas = true);
     pointers = scene_input(sizeof(uint64_t));
     instance = scene_input(INSTANCE_SIZE);
-    VkCommandBuffer commands = fixture_begin(&fixture, 0);
-    scene_build_boxes(commands, 1);
+    VkCommandBuffer commands = scene_record_boxes(0, 1);
     fixture_finish(&fixture, commands);
     fixture_expect_silence(&fixture);
 }
@@ -41,8 +38,6 @@ static void open_scene(void)
 {
     open_scene_at("content");
 }
-
-/* ---- tests */
 
 SCENE_TEST(test_gathers)
 {

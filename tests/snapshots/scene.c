@@ -37,6 +37,12 @@ void scene_close(void)
     fixture_close(&fixture);
 }
 
+void scene_wait_and_close(void)
+{
+    GET(fixture.vk.DeviceWaitIdle(fixture.device));
+    scene_close();
+}
+
 struct device_buffer scene_input(VkDeviceSize size)
 {
     return fixture_buffer(&fixture, size,
@@ -48,6 +54,13 @@ void scene_build_boxes(VkCommandBuffer commands, uint32_t count)
     fixture_build_boxes(&fixture, commands, scene.blas, scene.boxes.address, count,
                         scene.scratch_address);
     fixture_barrier(&fixture, commands);
+}
+
+VkCommandBuffer scene_record_boxes(VkCommandBufferUsageFlags flags, uint32_t count)
+{
+    VkCommandBuffer commands = fixture_begin(&fixture, flags);
+    scene_build_boxes(commands, count);
+    return commands;
 }
 
 void scene_submit(VkCommandBuffer commands)
@@ -68,18 +81,21 @@ void scene_write_instance(const struct device_buffer *buffer, bool is_valid)
     memcpy(buffer->bytes, &written, sizeof(written));
 }
 
-void scene_build_instance(VkCommandBuffer commands, VkDeviceAddress data, bool is_pointer)
+struct fixture_build scene_describe_instances(VkDeviceAddress data, bool are_pointers,
+                                              uint32_t count)
 {
-    const struct fixture_build build = {
-        .geometry = {.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-                     .geometry.instances =
-                         MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
-                              .arrayOfPointers = is_pointer, .data.deviceAddress = data)},
+    return (struct fixture_build){
+        .geometry = instances_geometry(data, are_pointers),
         .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
                  .dstAccelerationStructure = scene.tlas,
                  .scratchData.deviceAddress = scene.scratch_address},
-        .range.primitiveCount = 1,
+        .range.primitiveCount = count,
     };
+}
+
+void scene_build_instance(VkCommandBuffer commands, VkDeviceAddress data, bool is_pointer)
+{
+    const struct fixture_build build = scene_describe_instances(data, is_pointer, 1);
     fixture_build(&fixture, commands, &build);
 }
 
@@ -88,12 +104,18 @@ void scene_invalidate_box(uint32_t i)
     ((VkAabbPositionsKHR *)scene.boxes.bytes)[i] = (VkAabbPositionsKHR){.minX = 1, .maxX = -1};
 }
 
+void scene_set_name(VkObjectType type, uint64_t handle, const char *name)
+{
+    GET(fixture.vk.SetDebugUtilsObjectNameEXT(
+        fixture.device, &MAKE(VkDebugUtilsObjectNameInfoEXT, .objectType = type,
+                              .objectHandle = handle, .pObjectName = name)));
+}
+
 void expect_messages(uint32_t count, const char *text)
 {
     struct messages *messages = &fixture.instance.messages;
     for (uint32_t i = 0; i < messages_kept(messages); i++)
-        if (!strstr(messages->items[i].text, text))
-            fail_msg("\"%s\" is not in: %s", text, messages->items[i].text);
+        assert_has(messages->items[i].text, text);
     assert_int_equal(messages->count, count);
     messages_clear(messages);
 }

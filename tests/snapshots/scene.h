@@ -23,13 +23,19 @@ struct scene_setup {
     bool has_tlas;
 };
 void scene_open(const struct scene_setup *setup);
+#define SCENE_OPEN(...) scene_open(&(struct scene_setup){__VA_ARGS__})
 void scene_close(void);
+void scene_wait_and_close(void); /* for the device */
+
+/* Plans a fault of the null driver. */
+#define PLAN_FAULT(...) platform.null_driver.plan_fault(&(struct null_driver_fault){__VA_ARGS__})
 
 /* A buffer that builds may read. */
 struct device_buffer scene_input(VkDeviceSize size);
 
-/* A build of the BLAS, with a barrier behind it. */
+/* A build of the BLAS, with a barrier behind it; and one that begins a command buffer. */
 void scene_build_boxes(VkCommandBuffer commands, uint32_t count);
+VkCommandBuffer scene_record_boxes(VkCommandBufferUsageFlags flags, uint32_t count);
 
 /* Ends a command buffer and submits it. */
 void scene_submit(VkCommandBuffer commands);
@@ -37,7 +43,10 @@ void scene_submit(VkCommandBuffer commands);
 /* An instance of the BLAS. If it is not valid, its transform has no inverse, which level content
  * reports. */
 void scene_write_instance(const struct device_buffer *buffer, bool is_valid);
-/* A build of the TLAS with one instance at an address, or with a pointer to one. */
+/* A build of the TLAS with instances at an address, or with pointers to them; and one that is
+ * recorded, with one instance. */
+struct fixture_build scene_describe_instances(VkDeviceAddress data, bool are_pointers,
+                                              uint32_t count);
 void scene_build_instance(VkCommandBuffer commands, VkDeviceAddress data, bool is_pointer);
 
 /* Turns a box upside down, which level content reports. */
@@ -45,6 +54,8 @@ void scene_invalidate_box(uint32_t i);
 
 /* There are `count` messages, and each contains the text; forgets them. */
 void expect_messages(uint32_t count, const char *text);
+
+void scene_set_name(VkObjectType type, uint64_t handle, const char *name);
 
 /* A test between open_scene(), which its file defines, and scene_close(). unit_test_open() opens
  * the platform, by default the null driver. */

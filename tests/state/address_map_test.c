@@ -118,8 +118,6 @@ static void take_out(struct fixture *fixture, struct range *range)
     range->present = false;
 }
 
-/* ---- how ranges may lie */
-
 /* Next to each other, as buffers of one heap. */
 static void lie_apart(struct random *random, struct range *range, uint32_t i)
 {
@@ -240,8 +238,6 @@ LAYOUT_TEST(test_nested_ranges, "nested", lie_nested, ENTRIES, 300)
 LAYOUT_TEST(test_ranges_at_the_top_of_the_address_space, "top", lie_at_the_top, 2000, 600)
 LAYOUT_TEST(test_ranges_far_apart, "far", lie_far_apart, 2000, 600)
 
-/* ---- changes */
-
 static void note_usage(const struct address_facts *place, void *context)
 {
     *(uint64_t *)context += place->usage;
@@ -264,8 +260,6 @@ TEST(test_what_is_said_of_one_of_equal_ranges_changes)
     assert_int_equal(usages, EQUAL - 1 + 1000);
     address_map_release(&map);
 }
-
-/* ---- edges */
 
 TEST(test_what_has_no_end_is_refused)
 {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is known of device addresses. */
 #include "tests/fixture/make.h"
+#include "tests/report/scarce_memory.h"
 #include "tests/state/fixture.h"
-#include "tests/state/without_memory.h"
 
 enum {
     STORAGE = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
@@ -16,8 +16,7 @@ static struct resources *one_buffer(void)
 {
     struct resources *resources = no_resources();
     have_memory(resources, 1);
-    have_buffer(resources, 1, 0x1000, STORAGE);
-    bind_at(resources, 1, 1, 0x400);
+    have_bound_buffer(resources, 1, 0x1000, STORAGE, 1, 0x400);
     resources_set_address(resources, buffer(1), AT);
     return resources;
 }
@@ -87,8 +86,7 @@ ADDRESS_TEST(test_an_address_that_changes_leaves_the_old_one)
 ADDRESS_TEST(test_a_recycled_address_is_of_its_new_buffer)
 {
     resources_remove_buffer(resources, buffer(1));
-    have_buffer(resources, 2, 0x800, INPUT);
-    bind_at(resources, 2, 1, 0);
+    have_bound_buffer(resources, 2, 0x800, INPUT, 1, 0);
     resources_set_address(resources, buffer(2), AT);
     struct address_facts facts = address_facts(resources, AT);
     assert_ptr_equal(facts.buffer, buffer(2));
@@ -112,11 +110,9 @@ RESOURCES_TEST(test_usage_may_have_64_bits)
 
 ADDRESS_TEST(test_aliasing_buffers_add_up)
 {
-    have_buffer(resources, 2, 0x3000, INPUT);
-    bind_at(resources, 2, 1, 0x200);
+    have_bound_buffer(resources, 2, 0x3000, INPUT, 1, 0x200);
     resources_set_address(resources, buffer(2), AT - 0x200);
-    have_buffer(resources, 3, 0x100, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
-    bind_at(resources, 3, 1, 0x400);
+    have_bound_buffer(resources, 3, 0x100, VK_BUFFER_USAGE_TRANSFER_DST_BIT, 1, 0x400);
     resources_set_address(resources, buffer(3), AT);
     struct address_facts facts = address_facts(resources, AT + 0x10);
     assert_int_equal(facts.status, ADDRESS_IN_BUFFER);
@@ -133,8 +129,7 @@ ADDRESS_TEST(test_aliasing_buffers_add_up)
 ADDRESS_TEST(test_a_bound_buffer_outweighs_an_unbound_one)
 {
     have_memory(resources, 2);
-    have_buffer(resources, 2, 0x3000, INPUT);
-    bind_at(resources, 2, 2, 0);
+    have_bound_buffer(resources, 2, 0x3000, INPUT, 2, 0);
     resources_set_address(resources, buffer(2), AT);
     resources_remove_memory(resources, memory(2));
     for (int round = 0; round < 2; round++) {
@@ -174,8 +169,7 @@ ADDRESS_TEST(test_a_lost_buffer_may_be_anywhere)
 RESOURCES_TEST(test_a_lost_address_may_be_anywhere)
 {
     have_memory(resources, 1);
-    have_buffer(resources, 1, 0x1000, STORAGE);
-    bind_at(resources, 1, 1, 0);
+    have_bound_buffer(resources, 1, 0x1000, STORAGE, 1, 0);
     WITHOUT_MEMORY(resources_set_address(resources, buffer(1), AT));
     assert_status(resources, AT, ADDRESS_UNKNOWN);
     assert_status(resources, AT + 0x10000, ADDRESS_UNKNOWN);
@@ -186,8 +180,7 @@ RESOURCES_TEST(test_a_lost_address_may_be_anywhere)
 /* A range without an end that can be told is as good as lost. */
 ADDRESS_TEST(test_a_buffer_at_the_end_of_the_address_space)
 {
-    have_buffer(resources, 2, 0x1000, STORAGE);
-    bind_at(resources, 2, 1, 0);
+    have_bound_buffer(resources, 2, 0x1000, STORAGE, 1, 0);
     resources_set_address(resources, buffer(2), UINT64_MAX - 0x1000);
     assert_status(resources, UINT64_MAX - 1, ADDRESS_IN_BUFFER);
     assert_status(resources, UINT64_MAX, ADDRESS_NOWHERE);

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 
 #include "src/base/array.h"
+#include "tests/report/scarce_memory.h"
 #include "tests/state/unit_test.h"
-#include "tests/state/without_memory.h"
 
 enum { MOST = 1000 };
 

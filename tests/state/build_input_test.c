@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which memory the input of a build is looked up in: from each address, as many bytes as the build
  * may read. The layer copies no more of a device's memory than that. */
-#include <string.h>
-
 #include "src/snapshots/build_input.h"
 #include "src/snapshots/nv_info.h"
-#include "tests/fixture/make.h"
+#include "tests/fixture/geometries.h"
 #include "tests/state/unit_test.h"
 
 enum {
@@ -40,6 +38,18 @@ static uint64_t find(void *context, uint64_t address, uint64_t size, const void 
     return size < sizeof(zeros) ? size : sizeof(zeros);
 }
 
+/* Opens and closes the input of a build, and notes what is looked up. */
+static struct build_input look_up(const struct build_parameters *build, bool is_later)
+{
+    const struct input_memory memory = {.find = find, .is_later = is_later};
+    struct build_input input;
+    found_count = 0;
+    assert_int_equal(build_input_open(build, &memory, &input), VK_SUCCESS);
+    const struct build_input opened = input;
+    build_input_close(&input);
+    return opened;
+}
+
 static void expect(const VkAccelerationStructureGeometryKHR *geometry,
                    struct chained_input *chained, VkBuildAccelerationStructureFlagsKHR flags,
                    VkAccelerationStructureBuildRangeInfoKHR range, const struct lookup *expected)
@@ -52,12 +62,8 @@ static void expect(const VkAccelerationStructureGeometryKHR *geometry,
         .ranges = &range,
         .chained = chained,
     };
-    const struct input_memory memory = {.find = find};
-    struct build_input input;
     uint32_t i = 0;
-    found_count = 0;
-    assert_int_equal(build_input_open(&build, &memory, &input), VK_SUCCESS);
-    build_input_close(&input);
+    look_up(&build, false);
     for (; expected[i].address; i++) {
         assert_true(i < found_count);
         assert_int_equal(found[i].address, expected[i].address);
@@ -65,9 +71,7 @@ static void expect(const VkAccelerationStructureGeometryKHR *geometry,
     }
     assert_int_equal(found_count, i);
     range.primitiveCount = 0;
-    found_count = 0;
-    assert_int_equal(build_input_open(&build, &memory, &input), VK_SUCCESS);
-    build_input_close(&input);
+    look_up(&build, false);
     assert_int_equal(found_count, 0);
 }
 
@@ -81,12 +85,7 @@ static void expect(const VkAccelerationStructureGeometryKHR *geometry,
 
 static VkAccelerationStructureGeometryKHR triangles(VkIndexType type, uint32_t max_vertex)
 {
-    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-                .geometry.triangles =
-                    MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
-                         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 12,
-                         .vertexData.deviceAddress = VERTICES, .indexType = type,
-                         .maxVertex = max_vertex, .indexData.deviceAddress = INDICES));
+    return triangles_geometry(VERTICES, max_vertex, type, INDICES);
 }
 
 /* Of vertices, 32 bytes from the last one's address on: as many as any format has. */
@@ -144,15 +143,9 @@ TEST(micromaps_of_triangles_are_looked_up)
 
 TEST(boxes_and_instances_are_looked_up)
 {
-    VkAccelerationStructureGeometryKHR boxes =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-             .geometry.aabbs = MAKE(VkAccelerationStructureGeometryAabbsDataKHR, .stride = 32,
-                                    .data.deviceAddress = VERTICES));
+    const VkAccelerationStructureGeometryKHR boxes = boxes_geometry(VERTICES, 32);
     EXPECT(&boxes, NULL, 0, RANGE(4, 16, 0, 0), {VERTICES, 16 + 3 * 32 + 24});
-    VkAccelerationStructureGeometryKHR instances =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-             .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
-                                        .data.deviceAddress = VERTICES));
+    VkAccelerationStructureGeometryKHR instances = instances_geometry(VERTICES, false);
     EXPECT(&instances, NULL, 0, RANGE(3, 64, 0, 0), {VERTICES, 64 + 3 * 64});
     EXPECT(&instances, NULL, VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV, RANGE(3, 64, 0, 0),
            {VERTICES, 64 + 2 * 160 + sizeof(VkAccelerationStructureMotionInstanceNV)});
@@ -174,8 +167,8 @@ static struct chained_input spheres(VkIndexType type, VkFormat radius_format)
 /* Indices are zeros: one vertex follows the first one. */
 TEST(spheres_are_looked_up)
 {
-    VkAccelerationStructureGeometryKHR geometry =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_SPHERES_NV);
+    STRUCT(VkAccelerationStructureGeometryKHR, geometry,
+           .geometryType = VK_GEOMETRY_TYPE_SPHERES_NV);
     struct chained_input chained = spheres(VK_INDEX_TYPE_NONE_KHR, VK_FORMAT_R32_SFLOAT);
     EXPECT(&geometry, &chained, 0, RANGE(3, 4, 1, 0), {VERTICES, 4 + 3 * 12 + 32},
            {RADII, 4 + 3 * 6 + 4});
@@ -194,9 +187,9 @@ TEST(spheres_are_looked_up)
 
 TEST(dense_blocks_are_looked_up)
 {
-    const VkAccelerationStructureGeometryKHR geometry = MAKE(
-        VkAccelerationStructureGeometryKHR,
-        .geometryType = (VkGeometryTypeKHR)VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX);
+    const STRUCT(VkAccelerationStructureGeometryKHR, geometry,
+                 .geometryType =
+                     (VkGeometryTypeKHR)VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX);
     struct chained_input chained = {
         .dense =
             MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
@@ -230,19 +223,14 @@ TEST(micromaps_are_looked_up)
         .ranges = &range,
         .chained = &chained,
     };
-    const struct input_memory memory = {.find = find, .is_later = true};
-    struct build_input input;
-    found_count = 0;
-    assert_int_equal(build_input_open(&build, &memory, &input), VK_SUCCESS);
+    const struct build_input input = look_up(&build, true);
     assert_true(input.is_micromap && input.micromap.stride == 12);
     assert_int_equal(found_count, 2);
     assert_true(found[0].address == INDICES && found[0].size == 6 * 12 + 8);
     assert_true(found[1].address == VERTICES && found[1].size == UINT64_MAX);
-    build_input_close(&input);
     chained.micromap.usage_count = 0;
-    assert_int_equal(build_input_open(&build, &memory, &input), VK_SUCCESS);
-    assert_int_equal(found_count, 2);
-    build_input_close(&input);
+    look_up(&build, true);
+    assert_int_equal(found_count, 0);
 }
 
 /* Geometry of another kind is nothing that a build of VK_NV_ray_tracing takes. */
@@ -251,14 +239,13 @@ TEST(other_geometry_of_nv_has_no_primitives)
     static const VkGeometryTypeKHR types[] = {VK_GEOMETRY_TYPE_TRIANGLES_NV,
                                               VK_GEOMETRY_TYPE_INSTANCES_KHR};
     for (int i = 0; i < 2; i++) {
-        const VkGeometryNV geometry =
-            MAKE(VkGeometryNV, .geometryType = types[i],
-                 .geometry = {.triangles = MAKE(VkGeometryTrianglesNV, .vertexCount = 3,
-                                                .indexType = VK_INDEX_TYPE_NONE_NV),
-                              .aabbs = MAKE(VkGeometryAABBNV, .numAABBs = 1)});
-        const VkAccelerationStructureInfoNV info = MAKE(
-            VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-            .geometryCount = 1, .pGeometries = &geometry);
+        const STRUCT(VkGeometryNV, geometry, .geometryType = types[i],
+                     .geometry = {.triangles = MAKE(VkGeometryTrianglesNV, .vertexCount = 3,
+                                                    .indexType = VK_INDEX_TYPE_NONE_NV),
+                                  .aabbs = MAKE(VkGeometryAABBNV, .numAABBs = 1)});
+        const STRUCT(VkAccelerationStructureInfoNV, info,
+                     .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV, .geometryCount = 1,
+                     .pGeometries = &geometry);
         struct readable_cache cache = {0};
         struct build_parameters build;
         assert_int_equal(nv_info_copy(&cache, &info, NULL, &build), VK_SUCCESS);

@@ -13,8 +13,8 @@
 #include "src/platform/modules.h"
 #include "src/state/commands/call_sites.h"
 #include "src/state/commands/journal.h"
+#include "tests/report/scarce_memory.h"
 #include "tests/state/unit_test.h"
-#include "tests/state/without_memory.h"
 
 enum { OTHER_STACK = 256 * 1024, DEPTH = 5, THREADS = 4, THREAD_STACKS = 500, SITES_MAX = 16384 };
 
@@ -165,16 +165,13 @@ TEST(a_walk_ends_at_what_is_no_frame_pointer)
     records[1] = (struct record){&records[2], 2};
     records[2] = (struct record){NULL, 3};
     assert_int_equal(count_from(records), 3);
-    records[1].caller = &records[1]; /* itself */
-    assert_int_equal(count_from(records), 2);
-    records[1].caller = &records[0]; /* back */
-    assert_int_equal(count_from(records), 2);
-    records[1].caller = (const char *)&records[2] + 8;
-    assert_int_equal(count_from(records), 2);
-    records[1].caller = &elsewhere;
-    assert_int_equal(count_from(records), 2);
-    records[1].caller = (const void *)(UINTPTR_MAX - 15);
-    assert_int_equal(count_from(records), 2);
+    const void *const callers[] = {&records[1] /* itself */, &records[0] /* back */,
+                                   (const char *)&records[2] + 8, &elsewhere,
+                                   (const void *)(UINTPTR_MAX - 15)};
+    for (int i = 0; i < 5; i++) {
+        records[1].caller = callers[i];
+        assert_int_equal(count_from(records), 2);
+    }
     records[1] = (struct record){&records[2], 0}; /* does not return */
     assert_int_equal(count_from(records), 1);
 }
@@ -285,10 +282,8 @@ TEST(frames_of_layers_are_left_out_unless_there_are_no_others)
     const uintptr_t own = stack_at_depth(0, call_stack_walk_frames).addresses[0];
     uintptr_t layer;
     void *library = open_library(LAYER_LIKE, "vkNegotiateLoaderLayerInterfaceVersion", &layer);
-    struct call_site site = site_of(CALL_STACK_BY_TABLES, stack_of(layer, own, 0));
-    assert_int_equal(site.count, 1);
-    site = site_of(CALL_STACK_BY_TABLES, stack_of(layer, layer, 0));
-    assert_int_equal(site.count, 2);
+    assert_int_equal(site_of(CALL_STACK_BY_TABLES, stack_of(layer, own, 0)).count, 1);
+    assert_int_equal(site_of(CALL_STACK_BY_TABLES, stack_of(layer, layer, 0)).count, 2);
     dlclose(library);
 }
 

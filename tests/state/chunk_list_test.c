@@ -2,8 +2,8 @@
 /* Lists of chunks: against an array, with places to come back to, and no memory. */
 #include "random.h"
 #include "src/base/chunk_list.h"
+#include "tests/report/scarce_memory.h"
 #include "tests/state/unit_test.h"
-#include "tests/state/without_memory.h"
 
 enum { ITEM = 24, MOST = 5000, STEPS = 4000 };
 

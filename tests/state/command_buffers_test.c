@@ -2,10 +2,8 @@
 /* Tests of the table of command pools and command buffers. */
 #include "random.h"
 #include "tests/fixture/make.h"
+#include "tests/report/scarce_memory.h"
 #include "tests/state/command_fixture.h"
-#include "tests/state/without_memory.h"
-
-/* ---- pools and handles */
 
 COMMAND_BUFFERS_TEST(test_a_pool_resets_its_command_buffers)
 {
@@ -113,8 +111,6 @@ TEST(test_random_lives)
     }
     command_buffers_destroy(all);
 }
-
-/* ---- without memory */
 
 COMMAND_BUFFERS_TEST(test_what_was_lost_is_unknown)
 {

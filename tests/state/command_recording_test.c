@@ -4,8 +4,6 @@
 
 #include "tests/state/command_fixture.h"
 
-/* ---- states */
-
 COMMAND_BUFFERS_TEST(test_a_life)
 {
     struct command_buffer_facts facts = facts_of(all, 1);
@@ -57,8 +55,6 @@ COMMAND_BUFFERS_TEST(test_beginning_again_starts_over)
     assert_int_equal(command_buffers_labels(all, handle(1))->count, 0);
 }
 
-/* ---- scopes */
-
 COMMAND_BUFFERS_TEST(test_rendering_is_a_scope)
 {
     struct command_buffer *first = begin(all, 1);
@@ -106,8 +102,6 @@ COMMAND_BUFFERS_TEST(test_only_a_secondary_continues_a_render_pass)
     begin(all, 3);
     assert_int_equal(facts_of(all, 3).in_render_pass, NO);
 }
-
-/* ---- secondary command buffers */
 
 COMMAND_BUFFERS_TEST(test_a_secondary_leaves_behind_what_it_suspended)
 {

@@ -2,8 +2,8 @@
 /* Deferred operations: work that ends once, with the result of its own operation; reused handles,
  * and no memory. */
 #include "src/state/commands/deferred_operations.h"
+#include "tests/report/scarce_memory.h"
 #include "tests/state/unit_test.h"
-#include "tests/state/without_memory.h"
 
 struct work {
     uint32_t ends;

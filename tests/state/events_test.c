@@ -4,21 +4,16 @@
 #include "tests/builder/allocations.h"
 #include "tests/state/unit_test.h"
 
-static VkEvent handle(uintptr_t n)
-{
-    return (VkEvent)n;
-}
-
 TEST(events_are_freed)
 {
     struct events *events;
     const int before = allocations_now();
     assert_int_equal(events_create(&events), VK_SUCCESS);
     for (uintptr_t n = 1; n < 100; n++) {
-        events_add(events, handle(n), n % 2);
-        events_set(events, handle(n));
+        events_add(events, (VkEvent)n, n % 2);
+        events_set(events, (VkEvent)n);
         if (n % 3 == 0)
-            events_remove(events, handle(n));
+            events_remove(events, (VkEvent)n);
     }
     events_destroy(events);
     assert_int_equal(allocations_now(), before);

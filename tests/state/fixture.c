@@ -39,6 +39,13 @@ void bind_at(struct resources *resources, unsigned n, unsigned memory_n, VkDevic
     resources_bind_buffer(resources, buffer(n), memory(memory_n), offset, false);
 }
 
+void have_bound_buffer(struct resources *resources, unsigned n, VkDeviceSize size,
+                       VkBufferUsageFlags usage, unsigned memory_n, VkDeviceSize offset)
+{
+    have_buffer(resources, n, size, usage);
+    bind_at(resources, n, memory_n, offset);
+}
+
 const struct execution_clock all_of_queue_1 = {.queues = 2, .counts = {0, UINT64_MAX}};
 
 void bind_sparse(struct resources *resources, unsigned n, VkDeviceSize begin, VkDeviceSize size,
@@ -125,4 +132,66 @@ void assert_span(struct memory_span span, unsigned memory_n, VkDeviceSize begin,
     assert_ptr_equal(span.memory, memory(memory_n));
     assert_int_equal(span.begin, begin);
     assert_int_equal(span.end, end);
+}
+
+/* ---- sparse buffers */
+
+void note_piece(void *user, const struct memory_span *piece)
+{
+    struct pieces *pieces = user;
+    assert_true(pieces->count < 64);
+    pieces->spans[pieces->count++] = *piece;
+}
+
+struct pieces pieces_of(struct resources *resources, unsigned n, VkDeviceSize begin,
+                        VkDeviceSize end)
+{
+    struct pieces pieces = {.count = 0};
+    const uint64_t id =
+        resources_find_id(resources, RESOURCE_BUFFER, (uint64_t)(uintptr_t)buffer(n));
+    const struct sparse_bytes bytes = {buffer(n), id, begin, end};
+    resources_find_pieces(resources, &bytes, &all_of_queue_1, note_piece, &pieces);
+    return pieces;
+}
+
+void expect_pieces(struct pieces pieces, const struct memory_span *spans, unsigned count)
+{
+    assert_int_equal(pieces.count, count);
+    for (unsigned i = 0; i < count; i++) {
+        assert_ptr_equal(pieces.spans[i].memory, spans[i].memory);
+        assert_int_equal(pieces.spans[i].begin, spans[i].begin);
+        assert_int_equal(pieces.spans[i].end, spans[i].end);
+    }
+}
+
+struct resources *a_structure_in_pages(void)
+{
+    struct resources *resources = no_resources();
+    for (unsigned n = 1; n <= MEMORIES; n++)
+        have_memory(resources, n);
+    have_sparse_buffer(resources, 1, PAGES * PAGE);
+    have_accel(resources, 1, 1, PAGE, 6 * PAGE);
+    return resources;
+}
+
+enum tristate backed_for(struct resources *resources, const struct execution_clock *clock)
+{
+    struct accel_facts facts = accel_facts(resources, 1);
+    assert_null(facts.memory);
+    if (!facts.is_sparse)
+        return facts.backed;
+    assert_int_equal(facts.backed, UNKNOWN);
+    const struct sparse_bytes bytes = {facts.buffer, facts.buffer_id, facts.begin,
+                                       facts.begin + facts.size};
+    struct sparse_bytes missing;
+    enum tristate answer = resources_sparse_backing(resources, &bytes, clock, &missing);
+    if (answer == NO)
+        assert_true(missing.begin < missing.end && missing.begin >= bytes.begin &&
+                    missing.end <= bytes.end);
+    return answer;
+}
+
+enum tristate backed(struct resources *resources)
+{
+    return backed_for(resources, &all_of_queue_1);
 }

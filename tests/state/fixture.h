@@ -34,6 +34,8 @@ struct resources *no_resources(void);
 void have_memory(struct resources *resources, unsigned n);
 void have_buffer(struct resources *resources, unsigned n, VkDeviceSize size,
                  VkBufferUsageFlags usage);
+void have_bound_buffer(struct resources *resources, unsigned n, VkDeviceSize size,
+                       VkBufferUsageFlags usage, unsigned memory_n, VkDeviceSize offset);
 void have_sparse_buffer(struct resources *resources, unsigned n, VkDeviceSize size);
 void bind_at(struct resources *resources, unsigned n, unsigned memory_n, VkDeviceSize offset);
 /* Executed on queue 1. */
@@ -53,5 +55,40 @@ struct address_facts address_facts(struct resources *resources, VkDeviceAddress 
 struct memory_span accel_span(const struct accel_facts *facts);
 struct memory_span address_span(const struct address_facts *facts);
 void assert_span(struct memory_span span, unsigned memory_n, VkDeviceSize begin, VkDeviceSize end);
+
+/* ---- sparse buffers */
+
+enum { PAGE = 0x100, PAGES = 48, MEMORIES = 4 };
+
+/* Pieces as they are visited. */
+struct pieces {
+    struct memory_span spans[64];
+    unsigned count;
+};
+
+/* Adds one; `user` is struct pieces. */
+void note_piece(void *user, const struct memory_span *piece);
+
+/* Of buffer n. */
+struct pieces pieces_of(struct resources *resources, unsigned n, VkDeviceSize begin,
+                        VkDeviceSize end);
+
+/* Expects pieces, each a memory and a range of it: EXPECT_PIECES(pieces, {memory(1), 0, 16}). */
+void expect_pieces(struct pieces pieces, const struct memory_span *spans, unsigned count);
+#define EXPECT_PIECES(pieces, ...)                                                                 \
+    expect_pieces(pieces, (const struct memory_span[]){__VA_ARGS__},                               \
+                  sizeof((const struct memory_span[]){__VA_ARGS__}) / sizeof(struct memory_span))
+
+/* A sparse buffer 1 with structure 1 over its pages 1 to 6, and memories. */
+struct resources *a_structure_in_pages(void);
+
+/* A test of those `resources`. */
+#define PAGES_TEST(name)                                                                           \
+    TEST_WITH(name, struct resources *resources, a_structure_in_pages, resources_destroy)
+
+/* Of structure 1, for who follows the clock. */
+enum tristate backed_for(struct resources *resources, const struct execution_clock *clock);
+/* For who follows all. */
+enum tristate backed(struct resources *resources);
 
 #endif

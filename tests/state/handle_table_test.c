@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the hash table from handles to records. */
-#include <stdlib.h>
-
 #include "random.h"
 #include "src/base/handle_table.h"
+#include "tests/report/scarce_memory.h"
 #include "tests/state/unit_test.h"
-#include "tests/state/without_memory.h"
 
 enum { KEYS = 300 };
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What is known of host addresses: mapped memory and what lies around it. */
-#include "tests/state/sparse_fixture.h"
+#include "tests/state/fixture.h"
 
 static const void *at(uintptr_t address)
 {
@@ -12,15 +12,6 @@ static struct pieces find(struct resources *resources, uintptr_t address, uint64
     struct pieces pieces = {.count = 0};
     resources_find_host_pieces(resources, at(address), size, note_piece, &pieces);
     return pieces;
-}
-
-static void expect_piece(const struct pieces *pieces, uint32_t i, VkDeviceMemory in, uint64_t begin,
-                         uint64_t end)
-{
-    assert_true(i < pieces->count);
-    assert_ptr_equal(pieces->spans[i].memory, in);
-    assert_int_equal(pieces->spans[i].begin, begin);
-    assert_int_equal(pieces->spans[i].end, end);
 }
 
 static struct resources *make(void)
@@ -36,19 +27,13 @@ TEST_WITH(pieces_end_where_mappings_do, struct resources *resources, make, resou
 {
     resources_map_memory(resources, memory(1), 0x100, 0x200, at(0x10000));
     resources_map_memory(resources, memory(2), 0, VK_WHOLE_SIZE, at(0x20000));
-    struct pieces pieces = find(resources, 0x10080, 0x10);
-    assert_int_equal(pieces.count, 1);
-    expect_piece(&pieces, 0, memory(1), 0x180, 0x190);
-    pieces = find(resources, 0x0ff00, 0x12000);
-    assert_int_equal(pieces.count, 5);
-    expect_piece(&pieces, 0, memory_of_host(), 0x0ff00, 0x10000);
-    expect_piece(&pieces, 1, memory(1), 0x100, 0x300);
-    expect_piece(&pieces, 2, memory_of_host(), 0x10200, 0x20000);
-    expect_piece(&pieces, 3, memory(2), 0, 0x1000);
-    expect_piece(&pieces, 4, memory_of_host(), 0x21000, 0x21f00);
+    EXPECT_PIECES(find(resources, 0x10080, 0x10), {memory(1), 0x180, 0x190});
+    EXPECT_PIECES(find(resources, 0x0ff00, 0x12000), {memory_of_host(), 0x0ff00, 0x10000},
+                  {memory(1), 0x100, 0x300}, {memory_of_host(), 0x10200, 0x20000},
+                  {memory(2), 0, 0x1000}, {memory_of_host(), 0x21000, 0x21f00});
     assert_int_equal(find(resources, 0x10000, 0).count, 0);
-    pieces = find(resources, UINTPTR_MAX - 1, UINT64_MAX);
-    expect_piece(&pieces, 0, memory_of_host(), UINT64_MAX - 1, UINT64_MAX);
+    EXPECT_PIECES(find(resources, UINTPTR_MAX - 1, UINT64_MAX),
+                  {memory_of_host(), UINT64_MAX - 1, UINT64_MAX});
 }
 
 TEST_WITH(mappings_end, struct resources *resources, make, resources_destroy)
@@ -58,19 +43,14 @@ TEST_WITH(mappings_end, struct resources *resources, make, resources_destroy)
     resources_unmap_memory(resources, memory(2));
     resources_unmap_memory(resources, memory(2));
     resources_unmap_memory(resources, memory(9));
-    struct pieces pieces = find(resources, 0x1000, 0x3000);
-    assert_int_equal(pieces.count, 3);
-    expect_piece(&pieces, 1, memory_of_host(), 0x2000, 0x3000);
+    EXPECT_PIECES(find(resources, 0x1000, 0x3000), {memory(1), 0, 0x1000},
+                  {memory_of_host(), 0x2000, 0x3000}, {memory(3), 0, 0x1000});
     resources_remove_memory(resources, memory(3)); /* freed while it is mapped */
-    pieces = find(resources, 0x1000, 0x3000);
-    assert_int_equal(pieces.count, 2);
-    expect_piece(&pieces, 0, memory(1), 0, 0x1000);
+    EXPECT_PIECES(find(resources, 0x1000, 0x3000), {memory(1), 0, 0x1000},
+                  {memory_of_host(), 0x2000, 0x4000});
     resources_map_memory(resources, memory(1), 0x800, VK_WHOLE_SIZE, at(0x8000)); /* elsewhere */
-    pieces = find(resources, 0x1000, 0x1000);
-    assert_int_equal(pieces.count, 1);
-    expect_piece(&pieces, 0, memory_of_host(), 0x1000, 0x2000);
-    pieces = find(resources, 0x8000, 0x1000);
-    expect_piece(&pieces, 0, memory(1), 0x800, 0x1000);
+    EXPECT_PIECES(find(resources, 0x1000, 0x1000), {memory_of_host(), 0x1000, 0x2000});
+    EXPECT_PIECES(find(resources, 0x8000, 0x800), {memory(1), 0x800, 0x1000});
     resources_map_memory(resources, memory(1), 0x2000, 1, at(0x9000)); /* beyond its end */
     assert_ptr_equal(find(resources, 0x9000, 1).spans[0].memory, memory_of_host());
 }
@@ -83,8 +63,8 @@ static struct resources *make_buffer(VkMemoryPropertyFlags properties)
 {
     struct resources *resources = make();
     resources_add_memory(resources, memory(4), 0x1000, properties, false);
-    have_buffer(resources, 1, BUFFER_SIZE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT);
-    bind_at(resources, 1, 4, OFFSET);
+    have_bound_buffer(resources, 1, BUFFER_SIZE, VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, 4,
+                      OFFSET);
     resources_set_address(resources, buffer(1), BUFFER_AT);
     return resources;
 }

@@ -8,7 +8,7 @@
 #include "src/check/assemble/views.h"
 #include "src/rules/predicates.h"
 #include "src/state/builds/previous_shape.h"
-#include "tests/fixture/make.h"
+#include "tests/fixture/geometries.h"
 #include "tests/state/unit_test.h"
 #include "vuid-tables/rules.h"
 
@@ -143,13 +143,6 @@ struct verdicts {
         verdicts->has_references[RULE_##name] = name(view, NULL);                                  \
     }
 
-static void ask_all(const struct build_view *build, const struct geometry_view *geometry,
-                    struct verdicts *verdicts)
-{
-    ROWS_OF_build(ASK, build);
-    ROWS_OF_geometry(ASK, geometry);
-}
-
 static void judge(struct sample *sample, struct verdicts *verdicts)
 {
     static const struct device_facts device = {.acceleration_structure = true};
@@ -170,7 +163,8 @@ static void judge(struct sample *sample, struct verdicts *verdicts)
     view_build(&context, &call, 0, &build);
     view_geometry(&context, &build, 0, &geometry);
     memset(verdicts, 0, sizeof(*verdicts));
-    ask_all(&build, &geometry, verdicts);
+    ROWS_OF_build(ASK, &build);
+    ROWS_OF_geometry(ASK, &geometry);
     sample->info.pGeometries = pointer;
     sample->info.ppGeometries = NULL;
 }
@@ -241,14 +235,10 @@ TEST(test_rules_of_the_shape_read_nothing_else)
 
 static struct sample a_sample(void)
 {
-    return (struct sample){
-        .info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
-                     .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, .geometryCount = 1),
-        .geometry =
-            MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-                 .geometry.triangles =
-                     MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
-                          .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 12))};
+    return (struct sample){.info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                                        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                        .geometryCount = 1),
+                           .geometry = triangles_geometry(0, 0, VK_INDEX_TYPE_NONE_KHR, 0)};
 }
 
 TEST(test_a_build_of_the_same_shape_has_its_sizes)

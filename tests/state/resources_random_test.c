@@ -7,7 +7,7 @@
 #include "random.h"
 #include "tests/state/fixture.h"
 
-enum { MEMORIES = 4, BUFFERS = 7, ACCELS = 7, OBJECTS = 4000, STEPS = 3000, SPACE = 0x400 };
+enum { BUFFERS = 7, ACCELS = 7, OBJECTS = 4000, STEPS = 3000, SPACE = 0x400 };
 
 #define BASE 0x10000u
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is known of acceleration structures, their buffers and their memory. */
+#include "tests/report/scarce_memory.h"
 #include "tests/state/fixture.h"
-#include "tests/state/without_memory.h"
 
 enum { SIZE = 0x1000 };
 
@@ -27,15 +27,12 @@ static struct resources *one_bound_buffer(void)
 {
     struct resources *resources = no_resources();
     have_memory(resources, 1);
-    have_buffer(resources, 1, SIZE, 0);
-    bind_at(resources, 1, 1, 0);
+    have_bound_buffer(resources, 1, SIZE, 0, 1, 0);
     return resources;
 }
 
 #define BOUND_BUFFER_TEST(name)                                                                    \
     TEST_WITH(name, struct resources *resources, one_bound_buffer, resources_destroy)
-
-/* ---- structures in buffers */
 
 RESOURCES_TEST(test_a_structure_has_its_details)
 {
@@ -118,16 +115,14 @@ RESOURCES_TEST(test_a_handle_created_again_is_another)
 {
     have_memory(resources, 1);
     have_memory(resources, 2);
-    have_buffer(resources, 1, SIZE, 0);
-    bind_at(resources, 1, 1, 0);
+    have_bound_buffer(resources, 1, SIZE, 0, 1, 0);
     have_accel(resources, 1, 1, 0, 0x100);
     have_accel(resources, 2, 1, 0, 0x100);
     have_accel(resources, 1, 1, 0x200, 0x100);
     assert_lies_at(resources, 1, 1, 0x200, 0x300);
     have_memory(resources, 1);
     assert_backed(resources, 1, NO);
-    have_buffer(resources, 1, SIZE, 0);
-    bind_at(resources, 1, 2, 0);
+    have_bound_buffer(resources, 1, SIZE, 0, 2, 0);
     assert_backed(resources, 2, NO);
 }
 
@@ -135,8 +130,7 @@ RESOURCES_TEST(test_buffers_share_memory)
 {
     have_memory(resources, 1);
     for (unsigned n = 1; n <= 3; n++) {
-        have_buffer(resources, n, SIZE, 0);
-        bind_at(resources, n, 1, 0x1000 * (n / 2));
+        have_bound_buffer(resources, n, SIZE, 0, 1, 0x1000 * (n / 2));
         have_accel(resources, n, n, 0x10 * n, 0x100);
     }
     assert_lies_at(resources, 1, 1, 0x10, 0x110);
@@ -146,8 +140,6 @@ RESOURCES_TEST(test_buffers_share_memory)
     assert_backed(resources, 2, NO);
     assert_lies_at(resources, 3, 1, 0x1030, 0x1130);
 }
-
-/* ---- bindings that are not known */
 
 RESOURCES_TEST(test_a_failed_bind_leaves_the_binding_unknown)
 {
@@ -200,8 +192,6 @@ RESOURCES_TEST(test_a_structure_in_an_unknown_buffer_is_backed_by_who_knows)
     have_buffer(resources, 5, SIZE, 0);
     assert_backed(resources, 1, UNKNOWN);
 }
-
-/* ---- without memory */
 
 RESOURCES_TEST(test_what_was_lost_is_unknown)
 {

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the cache of build sizes: what makes a shape, and what doesn't. */
-#include <stdatomic.h>
 #include <string.h>
 
 #include "random.h"
 #include "src/state/builds/size_cache.h"
-#include "tests/fixture/make.h"
+#include "tests/fixture/geometries.h"
 #include "tests/state/unit_test.h"
 
 enum { GEOMETRIES = 3 };
@@ -19,30 +18,10 @@ struct build {
     VkAccelerationStructureBuildTypeKHR type;
 };
 
-static void set_triangles(VkAccelerationStructureGeometryKHR *geometry)
-{
-    *geometry = MAKE(
-        VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-        .geometry.triangles = MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
-                                   .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 12,
-                                   .maxVertex = 99, .indexType = VK_INDEX_TYPE_UINT32));
-}
+static const VkGeometryTypeKHR types[] = {
+    VK_GEOMETRY_TYPE_TRIANGLES_KHR, VK_GEOMETRY_TYPE_AABBS_KHR, VK_GEOMETRY_TYPE_INSTANCES_KHR};
 
-static void set_aabbs(VkAccelerationStructureGeometryKHR *geometry)
-{
-    *geometry =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-             .geometry.aabbs = MAKE(VkAccelerationStructureGeometryAabbsDataKHR, .stride = 24));
-}
-
-static void set_instances(VkAccelerationStructureGeometryKHR *geometry)
-{
-    *geometry =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-             .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR));
-}
-
-static struct build a_build(void (*set)(VkAccelerationStructureGeometryKHR *geometry))
+static struct build a_build(VkGeometryTypeKHR type)
 {
     struct build build = {
         .info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
@@ -53,7 +32,10 @@ static struct build a_build(void (*set)(VkAccelerationStructureGeometryKHR *geom
         .type = VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
     };
     for (int i = 0; i < GEOMETRIES; i++)
-        set(&build.geometries[i]);
+        build.geometries[i] = type == VK_GEOMETRY_TYPE_TRIANGLES_KHR
+                                  ? triangles_geometry(0, 99, VK_INDEX_TYPE_UINT32, 0)
+                              : type == VK_GEOMETRY_TYPE_AABBS_KHR ? boxes_geometry(0, 24)
+                                                                   : instances_geometry(0, false);
     return build;
 }
 
@@ -70,98 +52,87 @@ static bool same_shape(struct build *a, struct build *b)
     return x.low == y.low && x.high == y.high;
 }
 
-typedef void (*change)(struct build *build);
-
-/* ---- what the sizes depend on (VkAccelerationStructureBuildSizesInfoKHR), each a change */
-
-#define CHANGE(name, statement)                                                                    \
-    static void change_##name(struct build *build)                                                 \
+/* A member of a build of one type of geometry that becomes another value. */
+struct change {
+    VkGeometryTypeKHR geometry_type;
+    size_t offset, size;
+    uint64_t value;
+    const char *name;
+};
+#define CHANGE(type, member, value)                                                                \
     {                                                                                              \
-        statement;                                                                                 \
+        VK_GEOMETRY_TYPE_##type##_KHR, offsetof(struct build, member),                             \
+            sizeof(((struct build *)0)->member), value, #member                                    \
     }
+#define TRIANGLES_OF(i) geometries[i].geometry.triangles
 
-CHANGE(build_type, build->type = VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR)
-CHANGE(type, build->info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
-CHANGE(flags, build->info.flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR)
-CHANGE(geometry_count, build->info.geometryCount--)
-CHANGE(no_geometry, build->info.geometryCount = 0)
-CHANGE(first_count, build->counts[0]++)
-CHANGE(last_count, build->counts[GEOMETRIES - 1]++)
-CHANGE(exchanged_counts, build->counts[1] = 7; build->counts[2] = 6)
-CHANGE(first_flags, build->geometries[0].flags = VK_GEOMETRY_OPAQUE_BIT_KHR)
-CHANGE(last_flags, build->geometries[2].flags = VK_GEOMETRY_OPAQUE_BIT_KHR)
-CHANGE(geometry_type, set_aabbs(&build->geometries[1]))
-CHANGE(vertex_format,
-       build->geometries[0].geometry.triangles.vertexFormat = VK_FORMAT_R16G16B16A16_SFLOAT)
-CHANGE(vertex_stride, build->geometries[1].geometry.triangles.vertexStride = 16)
-CHANGE(large_stride, build->geometries[1].geometry.triangles.vertexStride = 12 + (1ull << 32))
-CHANGE(max_vertex, build->geometries[2].geometry.triangles.maxVertex = 98)
-CHANGE(index_type, build->geometries[0].geometry.triangles.indexType = VK_INDEX_TYPE_NONE_KHR)
-CHANGE(transform, build->geometries[2].geometry.triangles.transformData.deviceAddress = 16)
-CHANGE(aabb_stride, build->geometries[1].geometry.aabbs.stride = 32)
-CHANGE(array_of_pointers, build->geometries[1].geometry.instances.arrayOfPointers = VK_TRUE)
+/* What the sizes depend on (VkAccelerationStructureBuildSizesInfoKHR). */
+static const struct change other_shapes[] = {
+    CHANGE(TRIANGLES, type, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR),
+    CHANGE(TRIANGLES, info.type, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR),
+    CHANGE(TRIANGLES, info.flags, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR),
+    CHANGE(TRIANGLES, info.geometryCount, GEOMETRIES - 1),
+    CHANGE(TRIANGLES, info.geometryCount, 0),
+    CHANGE(TRIANGLES, counts[0], 6),
+    CHANGE(TRIANGLES, counts[GEOMETRIES - 1], 8),
+    CHANGE(TRIANGLES, counts, 6 | UINT64_C(5) << 32), /* exchanged */
+    CHANGE(TRIANGLES, geometries[0].flags, VK_GEOMETRY_OPAQUE_BIT_KHR),
+    CHANGE(TRIANGLES, geometries[2].flags, VK_GEOMETRY_OPAQUE_BIT_KHR),
+    CHANGE(TRIANGLES, geometries[1].geometryType, VK_GEOMETRY_TYPE_AABBS_KHR),
+    CHANGE(TRIANGLES, TRIANGLES_OF(0).vertexFormat, VK_FORMAT_R16G16B16A16_SFLOAT),
+    CHANGE(TRIANGLES, TRIANGLES_OF(1).vertexStride, 16),
+    CHANGE(TRIANGLES, TRIANGLES_OF(1).vertexStride, 12 + (1ull << 32)),
+    CHANGE(TRIANGLES, TRIANGLES_OF(2).maxVertex, 98),
+    CHANGE(TRIANGLES, TRIANGLES_OF(0).indexType, VK_INDEX_TYPE_NONE_KHR),
+    CHANGE(TRIANGLES, TRIANGLES_OF(2).transformData, 16),
+    CHANGE(AABBS, geometries[1].geometry.aabbs.stride, 32),
+    CHANGE(AABBS, counts[GEOMETRIES - 1], 8),
+    CHANGE(AABBS, info.flags, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR),
+    CHANGE(INSTANCES, geometries[1].geometry.instances.arrayOfPointers, VK_TRUE),
+    CHANGE(INSTANCES, counts[0], 6),
+};
 
-/* ---- and what they do not */
+/* And what they do not. */
+static const struct change same_shapes[] = {
+    CHANGE(TRIANGLES, counts[0], 5), /* as it was */
+    CHANGE(AABBS, counts[0], 5),
+    CHANGE(INSTANCES, counts[0], 5),
+    CHANGE(TRIANGLES, info.mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR),
+    CHANGE(TRIANGLES, info.srcAccelerationStructure, 7),
+    CHANGE(TRIANGLES, info.dstAccelerationStructure, 8),
+    CHANGE(TRIANGLES, info.scratchData, 0x100),
+    CHANGE(TRIANGLES, TRIANGLES_OF(0).vertexData, 0x100),
+    CHANGE(TRIANGLES, TRIANGLES_OF(1).indexData, 0x100),
+    CHANGE(AABBS, geometries[2].geometry.aabbs.data, 0x100),
+    CHANGE(INSTANCES, geometries[2].geometry.instances.data, 0x100),
+};
 
-CHANGE(nothing, (void)build)
-CHANGE(mode, build->info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)
-CHANGE(src, build->info.srcAccelerationStructure = (VkAccelerationStructureKHR)(uintptr_t)7)
-CHANGE(dst, build->info.dstAccelerationStructure = (VkAccelerationStructureKHR)(uintptr_t)8)
-CHANGE(scratch, build->info.scratchData.deviceAddress = 0x100)
-CHANGE(vertices, build->geometries[0].geometry.triangles.vertexData.deviceAddress = 0x100)
-CHANGE(indices, build->geometries[1].geometry.triangles.indexData.deviceAddress = 0x100)
-CHANGE(aabbs, build->geometries[2].geometry.aabbs.data.deviceAddress = 0x100)
-CHANGE(instances, build->geometries[2].geometry.instances.data.deviceAddress = 0x100)
-
-static void assert_all(const change *changes, size_t count, const struct build *build,
-                       bool expected)
+static void assert_all(const struct change *changes, size_t count, bool expected)
 {
-    for (size_t i = 0; i < count; i++) {
-        struct build original = *build, changed = *build;
-        changes[i](&changed);
+    for (const struct change *change = changes; change < changes + count; change++) {
+        struct build original = a_build(change->geometry_type), changed = original;
+        const size_t size = change->size < 8 ? change->size : 8;
+        memcpy((char *)&changed + change->offset, &change->value, size);
         if (same_shape(&original, &changed) != expected)
-            fail_msg("change %zu makes %s shape", i, expected ? "another" : "the same");
+            fail_msg("%s = %#llx makes %s shape", change->name, (unsigned long long)change->value,
+                     expected ? "another" : "the same");
     }
 }
 
-#define ASSERT_ALL(changes, build, expected)                                                       \
-    assert_all(changes, sizeof(changes) / sizeof(changes[0]), build, expected)
-
 TEST(test_what_matters_makes_another_shape)
 {
-    const struct build triangles = a_build(set_triangles), aabbs = a_build(set_aabbs),
-                       instances = a_build(set_instances);
-    const change to_triangles[] = {
-        change_build_type,    change_type,         change_flags,         change_geometry_count,
-        change_no_geometry,   change_first_count,  change_last_count,    change_exchanged_counts,
-        change_first_flags,   change_last_flags,   change_geometry_type, change_vertex_format,
-        change_vertex_stride, change_large_stride, change_max_vertex,    change_index_type,
-        change_transform,
-    };
-    const change to_aabbs[] = {change_aabb_stride, change_last_count, change_flags};
-    const change to_instances[] = {change_array_of_pointers, change_first_count};
-    ASSERT_ALL(to_triangles, &triangles, false);
-    ASSERT_ALL(to_aabbs, &aabbs, false);
-    ASSERT_ALL(to_instances, &instances, false);
+    assert_all(other_shapes, sizeof(other_shapes) / sizeof(other_shapes[0]), false);
 }
 
 TEST(test_what_does_not_matter_leaves_the_shape)
 {
-    const struct build triangles = a_build(set_triangles), aabbs = a_build(set_aabbs),
-                       instances = a_build(set_instances);
-    const change to_triangles[] = {change_nothing, change_mode,     change_src,    change_dst,
-                                   change_scratch, change_vertices, change_indices};
-    const change to_aabbs[] = {change_nothing, change_aabbs};
-    const change to_instances[] = {change_nothing, change_instances};
-    ASSERT_ALL(to_triangles, &triangles, true);
-    ASSERT_ALL(to_aabbs, &aabbs, true);
-    ASSERT_ALL(to_instances, &instances, true);
+    assert_all(same_shapes, sizeof(same_shapes) / sizeof(same_shapes[0]), true);
 }
 
 /* Only whether there is a transform matters. */
 TEST(test_two_transforms_have_one_shape)
 {
-    struct build a = a_build(set_triangles), b = a;
+    struct build a = a_build(VK_GEOMETRY_TYPE_TRIANGLES_KHR), b = a;
     a.geometries[0].geometry.triangles.transformData.deviceAddress = 0x100;
     b.geometries[0].geometry.triangles.transformData.deviceAddress = 0x2000;
     assert_true(same_shape(&a, &b));
@@ -170,7 +141,7 @@ TEST(test_two_transforms_have_one_shape)
 /* What a geometry's union holds beside the member that its type selects is nobody's. */
 TEST(test_the_rest_of_the_union_does_not_matter)
 {
-    struct build a = a_build(set_aabbs), b = a;
+    struct build a = a_build(VK_GEOMETRY_TYPE_AABBS_KHR), b = a;
     memset((char *)&b.geometries[0].geometry + sizeof(b.geometries[0].geometry.aabbs), 0x5a,
            sizeof(b.geometries[0].geometry) - sizeof(b.geometries[0].geometry.aabbs));
     assert_true(same_shape(&a, &b));
@@ -178,7 +149,7 @@ TEST(test_the_rest_of_the_union_does_not_matter)
 
 TEST(test_an_array_of_pointers_has_the_shape_of_an_array)
 {
-    struct build a = a_build(set_triangles), b = a;
+    struct build a = a_build(VK_GEOMETRY_TYPE_TRIANGLES_KHR), b = a;
     struct build_shape x, y;
     for (int i = 0; i < GEOMETRIES; i++)
         b.pointers[i] = &b.geometries[i];
@@ -191,28 +162,24 @@ TEST(test_an_array_of_pointers_has_the_shape_of_an_array)
 TEST(test_chains_have_no_shape)
 {
     const VkBaseInStructure other = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO};
-    void (*const sets[])(VkAccelerationStructureGeometryKHR *) = {set_triangles, set_aabbs,
-                                                                  set_instances};
     struct build_shape shape;
-    struct build build = a_build(set_triangles);
+    struct build build = a_build(VK_GEOMETRY_TYPE_TRIANGLES_KHR);
     build.info.pNext = &other;
     assert_false(shape_of(&build, &shape));
     for (int i = 0; i < GEOMETRIES; i++) {
-        build = a_build(set_triangles);
+        build = a_build(VK_GEOMETRY_TYPE_TRIANGLES_KHR);
         build.geometries[i].pNext = &other;
         assert_false(shape_of(&build, &shape));
         for (int j = 0; j < 3; j++) {
-            build = a_build(sets[j]);
+            build = a_build(types[j]);
             build.geometries[i].geometry.triangles.pNext = &other; /* of any type of data */
             assert_false(shape_of(&build, &shape));
         }
-        build = a_build(set_triangles);
+        build = a_build(VK_GEOMETRY_TYPE_TRIANGLES_KHR);
         build.geometries[i].geometryType = VK_GEOMETRY_TYPE_SPHERES_NV;
         assert_false(shape_of(&build, &shape));
     }
 }
-
-/* ---- the cache */
 
 static struct size_facts sizes_of(const struct build_shape *shape)
 {

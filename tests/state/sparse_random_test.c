@@ -3,7 +3,7 @@
 #include <inttypes.h>
 
 #include "random.h"
-#include "tests/state/sparse_fixture.h"
+#include "tests/state/fixture.h"
 #include "tests/state/steps.h"
 
 struct model {
@@ -85,8 +85,6 @@ PAGES_TEST(test_random_bindings)
         assert_backed(resources, &model, first, 1 + random_below(&random, PAGES - first) % 5);
     }
 }
-
-/* ---- cost */
 
 /* Binds page by page, as streaming does, looks at the last page each time, and unbinds all at once.
  */

@@ -1,16 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of sparse buffers: what is bound where, and for whom. */
-#include "tests/state/sparse_fixture.h"
-#include "tests/state/without_memory.h"
+#include "tests/report/scarce_memory.h"
+#include "tests/state/fixture.h"
 
 PAGES_TEST(test_a_range_bound_in_one_piece)
 {
     assert_int_equal(backed(resources), NO);
     bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0x4000);
     assert_int_equal(backed(resources), YES);
-    struct pieces pieces = pieces_of(resources, 1, PAGE, 7 * PAGE);
-    assert_int_equal(pieces.count, 1);
-    assert_span(pieces.spans[0], 1, 0x4100, 0x4700);
+    EXPECT_PIECES(pieces_of(resources, 1, PAGE, 7 * PAGE), {memory(1), 0x4100, 0x4700});
 }
 
 PAGES_TEST(test_a_range_bound_in_two_pieces)
@@ -19,21 +17,16 @@ PAGES_TEST(test_a_range_bound_in_two_pieces)
     assert_int_equal(backed(resources), NO);
     bind_sparse(resources, 1, 4 * PAGE, 4 * PAGE, 2, 0x8000);
     assert_int_equal(backed(resources), YES);
-    struct pieces pieces = pieces_of(resources, 1, PAGE, 7 * PAGE);
-    assert_int_equal(pieces.count, 2);
-    assert_span(pieces.spans[0], 1, 0x4100, 0x4400);
-    assert_span(pieces.spans[1], 2, 0x8000, 0x8300);
+    EXPECT_PIECES(pieces_of(resources, 1, PAGE, 7 * PAGE), {memory(1), 0x4100, 0x4400},
+                  {memory(2), 0x8000, 0x8300});
 }
 
 PAGES_TEST(test_a_range_cut_out_of_the_middle)
 {
     bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0);
     bind_sparse(resources, 1, 3 * PAGE, PAGE, 2, 0x700);
-    struct pieces pieces = pieces_of(resources, 1, 0, 8 * PAGE);
-    assert_int_equal(pieces.count, 3);
-    assert_span(pieces.spans[0], 1, 0, 3 * PAGE);
-    assert_span(pieces.spans[1], 2, 0x700, 0x800);
-    assert_span(pieces.spans[2], 1, 4 * PAGE, 8 * PAGE);
+    EXPECT_PIECES(pieces_of(resources, 1, 0, 8 * PAGE), {memory(1), 0, 3 * PAGE},
+                  {memory(2), 0x700, 0x800}, {memory(1), 4 * PAGE, 8 * PAGE});
     bind_sparse(resources, 1, 3 * PAGE, PAGE, 0, 0); /* unbinds */
     assert_int_equal(backed(resources), NO);
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 2);
@@ -47,9 +40,7 @@ PAGES_TEST(test_memory_freed_leaves_a_hole)
     bind_sparse(resources, 1, 4 * PAGE, 4 * PAGE, 2, 0);
     resources_remove_memory(resources, memory(1));
     assert_int_equal(backed(resources), NO);
-    struct pieces pieces = pieces_of(resources, 1, 0, 8 * PAGE);
-    assert_int_equal(pieces.count, 1);
-    assert_span(pieces.spans[0], 2, 0, 4 * PAGE);
+    EXPECT_PIECES(pieces_of(resources, 1, 0, 8 * PAGE), {memory(2), 0, 4 * PAGE});
     have_memory(resources, 1); /* another one */
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 1);
 }

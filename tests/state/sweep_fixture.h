@@ -22,4 +22,19 @@ static inline bool count_pair(void *user, const struct used_range *a, const stru
     return true;
 }
 
+/* Adds a range that no variable holds. */
+static inline void add_range(struct sweep *sweep, struct used_range range)
+{
+    sweep_add(sweep, &range);
+}
+
+/* How many pairs the sweep finds. */
+static inline uint32_t count_pairs(struct sweep *sweep)
+{
+    uint32_t pairs = 0;
+    sweep_equal_handles(sweep, count_pair, &pairs);
+    sweep_shared_memory(sweep, count_pair, &pairs);
+    return pairs;
+}
+
 #endif

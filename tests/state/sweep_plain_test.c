@@ -6,11 +6,6 @@
 
 enum { PLACE = 64, PLACES = 40 };
 
-static void add(struct sweep *sweep, struct used_range range)
-{
-    sweep_add(sweep, &range);
-}
-
 /* A build of a structure that has a place of its own. Handles aren't in the order of places. */
 static void add_build(struct random *random, struct sweep *sweep, uint32_t build, uint32_t place,
                       bool is_unknown)
@@ -19,13 +14,13 @@ static void add_build(struct random *random, struct sweep *sweep, uint32_t build
     const uint32_t end = begin + PLACE + (random_one_in(random, 60) ? 8 : 0);
     const uint32_t handle = 1 + place * 7 % (PLACES + 1);
     if (is_unknown)
-        add(sweep, range_of(ROLE_DST, build, handle, 0, 0, 0));
+        add_range(sweep, range_of(ROLE_DST, build, handle, 0, 0, 0));
     else
-        add(sweep, range_of(ROLE_DST, build, handle, 1, begin, end));
+        add_range(sweep, range_of(ROLE_DST, build, handle, 1, begin, end));
     if (!random_one_in(random, 4))
-        add(sweep, range_of(ROLE_SCRATCH, build, 0, 2, begin, end));
+        add_range(sweep, range_of(ROLE_SCRATCH, build, 0, 2, begin, end));
     if (random_one_in(random, 60))
-        add(sweep, range_of(ROLE_SRC, build, 1 + random_below(random, PLACES), 0, 0, 0));
+        add_range(sweep, range_of(ROLE_SRC, build, 1 + random_below(random, PLACES), 0, 0, 0));
 }
 
 /* Some builds meet. */
@@ -39,14 +34,6 @@ static void make_random(struct random *random, struct sweep *sweep)
         add_build(random, sweep, build, is_next ? build : random_below(random, PLACES),
                   has_unknown && random_one_in(random, 4));
     }
-}
-
-static uint32_t count_pairs(struct sweep *sweep)
-{
-    uint32_t pairs = 0;
-    sweep_equal_handles(sweep, count_pair, &pairs);
-    sweep_shared_memory(sweep, count_pair, &pairs);
-    return pairs;
 }
 
 TEST(test_plain_calls_have_no_pairs)

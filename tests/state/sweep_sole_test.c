@@ -85,9 +85,7 @@ static uint32_t count_by_sweep(const struct check_context *context, const struct
     struct sweep sweep;
     sweep_init(&sweep);
     pairs_collect(context, &sweep, build);
-    uint32_t found = sweep.noted_count;
-    sweep_equal_handles(&sweep, count_pair, &found);
-    sweep_shared_memory(&sweep, count_pair, &found);
+    const uint32_t found = sweep.noted_count + count_pairs(&sweep);
     sweep_release(&sweep);
     return found;
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the sweep over a call's structures and ranges, against all pairs taken one by one. */
 #include <inttypes.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "../report/scarce_memory.h"
@@ -199,8 +198,6 @@ TEST(test_random_calls)
     }
 }
 
-/* ---- pieces of one structure */
-
 static uint32_t visits_by_handle(struct call *call)
 {
     struct sweep sweep;
@@ -235,8 +232,6 @@ TEST(test_a_structure_in_pieces_is_one_structure)
     assert_int_equal(visits_by_handle(&call), 2);
 }
 
-/* ---- pairs that are no longer wanted */
-
 TEST(test_it_stops_where_no_more_are_wanted)
 {
     static const struct style style = {1, 2, 10, 30, false, 0};
@@ -268,25 +263,18 @@ TEST(test_it_stops_where_no_more_are_wanted)
     }
 }
 
-/* ---- cost */
-
 /* Updates of many structures from one, as a crowd is animated: each build reads the same bytes. */
 static uint64_t steps_of_updates(uint32_t builds, uint32_t *pairs)
 {
     struct sweep sweep;
     uint64_t start = steps_so_far();
-    *pairs = 0;
     sweep_init(&sweep);
     for (uint32_t i = 0; i < builds; i++) {
-        struct used_range dst = range_of(ROLE_DST, i, 2 + i, 1, 1000 + 100 * i, 1100 + 100 * i);
-        struct used_range src = range_of(ROLE_SRC, i, 1, 1, 0, 1000);
-        struct used_range scratch = range_of(ROLE_SCRATCH, i, 0, 2, 100 * i, 100 * i + 100);
-        sweep_add(&sweep, &dst);
-        sweep_add(&sweep, &src);
-        sweep_add(&sweep, &scratch);
+        add_range(&sweep, range_of(ROLE_DST, i, 2 + i, 1, 1000 + 100 * i, 1100 + 100 * i));
+        add_range(&sweep, range_of(ROLE_SRC, i, 1, 1, 0, 1000));
+        add_range(&sweep, range_of(ROLE_SCRATCH, i, 0, 2, 100 * i, 100 * i + 100));
     }
-    sweep_equal_handles(&sweep, count_pair, pairs);
-    sweep_shared_memory(&sweep, count_pair, pairs);
+    *pairs = count_pairs(&sweep);
     sweep_release(&sweep);
     return steps_so_far() - start;
 }
@@ -302,8 +290,6 @@ TEST(test_a_common_source_costs_no_square)
     assert_true(one >= 20000);
     assert_true(ten <= 15 * one);
 }
-
-/* ---- without memory */
 
 TEST(test_a_lost_range_silences_all)
 {

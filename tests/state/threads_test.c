@@ -54,8 +54,7 @@ static void make_stable_objects(unsigned n)
 {
     const VkCommandBuffer added = handle(n);
     have_memory(device.resources, n);
-    have_buffer(device.resources, n, SIZE, 0);
-    bind_at(device.resources, n, n, n * SIZE);
+    have_bound_buffer(device.resources, n, SIZE, 0, n, n * SIZE);
     resources_set_address(device.resources, buffer(n), BASE + n * SIZE);
     have_accel(device.resources, n, n, 0x100, 0x200);
     command_buffers_add_pool(device.command_buffers, pool(n), 0, VK_QUEUE_COMPUTE_BIT, false);
@@ -115,7 +114,7 @@ static void send(unsigned n, const struct label_stack *labels)
 
 static void record_once(struct random *random, unsigned n)
 {
-    const VkCommandBufferBeginInfo info = MAKE(VkCommandBufferBeginInfo);
+    const STRUCT(VkCommandBufferBeginInfo, info);
     const VkDebugUtilsLabelEXT label = {.pLabelName = "frame"};
     struct command_buffer *own = command_buffers_find(device.command_buffers, handle(n));
     EXPECT(own && own->handle == handle(n));
@@ -170,8 +169,7 @@ static void make_object(struct random *random, unsigned n)
         for (unsigned i = 0; i < 4; i++)
             bind_sparse(device.resources, n, i * 0x400, 0x400, n, (3 - i) * 0x400);
     } else {
-        have_buffer(device.resources, n, SIZE, 0);
-        bind_at(device.resources, n, n, 0);
+        have_bound_buffer(device.resources, n, SIZE, 0, n, 0);
     }
     resources_set_address(device.resources, buffer(n), BASE + n * SIZE);
     have_accel(device.resources, n, n, 0, 0x80);
@@ -240,8 +238,6 @@ static void *make(void *context)
     return NULL;
 }
 
-/* ---- */
-
 static bool is_a_name(const char *text)
 {
     return !text || strncmp(text, "tree ", 5) == 0 || strncmp(text, "oak tree number ", 16) == 0;
@@ -258,7 +254,7 @@ MESSENGER_CALLBACK(hear)
 
 static void make_device(void)
 {
-    const VkInstanceCreateInfo create_info = MAKE(VkInstanceCreateInfo);
+    const STRUCT(VkInstanceCreateInfo, create_info);
     const VkDebugUtilsMessengerCreateInfoEXT info = messenger(hear);
     setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "0", 1);
     device.resources = no_resources();

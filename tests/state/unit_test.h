@@ -96,18 +96,21 @@ static inline void unit_test_nothing(void) {}
 
 /* A test for each row of an array, with the name that is the row's member `test`: TEST_OF_ROWS(run,
  * rows, const struct row *row, set_up) { ... }. */
-#define TEST_OF_ROWS(name_, rows, parameter, set_up)                                               \
+#define TEST_OF_ROWS(name, rows, parameter, set_up)                                                \
+    TEST_OF_ROWS_BETWEEN(name, rows, parameter, set_up, unit_test_nothing)
+#define TEST_OF_ROWS_BETWEEN(name_, rows, parameter, set_up, tear_down)                            \
     static void name_(parameter);                                                                  \
     UNIT_TEST_FUNCTION(run_##name_, name_(*state))                                                 \
     UNIT_TEST_FIXTURE(set_up_##name_, set_up(), 0)                                                 \
+    UNIT_TEST_FIXTURE(tear_down_##name_, tear_down(), 0)                                           \
     __attribute__((constructor)) static void register_##name_(void)                                \
     {                                                                                              \
         static struct unit_test tests[sizeof(rows) / sizeof((rows)[0])];                           \
         for (size_t i = 0; i < sizeof(rows) / sizeof((rows)[0]); i++) {                            \
-            tests[i] = (struct unit_test){                                                         \
-                {(rows)[i].test, run_##name_, set_up_##name_, NULL, (void *)&(rows)[i]},           \
-                __LINE__,                                                                          \
-                NULL};                                                                             \
+            tests[i] = (struct unit_test){{(rows)[i].test, run_##name_, set_up_##name_,            \
+                                           tear_down_##name_, (void *)&(rows)[i]},                 \
+                                          __LINE__,                                                \
+                                          NULL};                                                   \
             unit_test_register(&tests[i]);                                                         \
         }                                                                                          \
     }                                                                                              \
