@@ -42,6 +42,11 @@ void gpu_close(struct gpu *gpu);
 
 /* ---- objects (gpu_memory.c) */
 
+static inline VkDeviceSize gpu_align(VkDeviceSize size, VkDeviceSize alignment)
+{
+    return (size + alignment - 1) / alignment * alignment;
+}
+
 enum gpu_place {
     GPU_PLACE_HOST,   /* mapped for as long as the buffer lives, coherent */
     GPU_PLACE_DEVICE, /* wherever the device likes it */

@@ -93,8 +93,7 @@ struct gpu_buffer gpu_create_scratch(struct gpu *gpu, const char *name, VkDevice
 
 VkDeviceAddress gpu_scratch_address(const struct gpu *gpu, const struct gpu_buffer *buffer)
 {
-    VkDeviceSize alignment = gpu_scratch_alignment(gpu);
-    return (buffer->address + alignment - 1) / alignment * alignment;
+    return gpu_align(buffer->address, gpu_scratch_alignment(gpu));
 }
 
 /* ---- acceleration structures */

@@ -2,9 +2,12 @@
 /* Reading a command line. */
 #include "command_line.h"
 
+#include <errno.h>
 #include <getopt.h>
-#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+
+#include "tests/tools/fail.h"
 
 enum { MOST_OPTIONS = 16 };
 
@@ -23,6 +26,22 @@ uint32_t command_line_number(const struct command_line *line, const char *text, 
     return (uint32_t)number;
 }
 
+FILE *command_line_open_csv(const char *path, const char *heads)
+{
+    FILE *csv = path ? fopen(path, "w") : NULL;
+    if (path && !csv)
+        tool_fail("%s: %s", path, strerror(errno));
+    if (csv)
+        fprintf(csv, "%s\n", heads);
+    return csv;
+}
+
+void command_line_close_csv(FILE *csv)
+{
+    if (csv && fclose(csv) != 0)
+        tool_fail("the CSV file could not be written: %s", strerror(errno));
+}
+
 void command_line_count(const struct command_line *line, const char *value, void *member)
 {
     char *end;
@@ -33,21 +52,16 @@ void command_line_count(const struct command_line *line, const char *value, void
 
 void command_line_text(const struct command_line *line, const char *value, void *member)
 {
-    (void)line;
     *(const char **)member = value;
 }
 
 void command_line_set(const struct command_line *line, const char *value, void *member)
 {
-    (void)line;
-    (void)value;
     *(bool *)member = true;
 }
 
 void command_line_clear(const struct command_line *line, const char *value, void *member)
 {
-    (void)line;
-    (void)value;
     *(bool *)member = false;
 }
 

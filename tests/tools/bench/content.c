@@ -221,10 +221,7 @@ int main(int argc, char **argv)
         driver_select(options->driver);
     if (options->driver && strcmp(options->driver, "null") == 0)
         raise_limits();
-    if (options->csv && !(bench.csv = fopen(options->csv, "w")))
-        tool_fail("cannot write %s", options->csv);
-    if (bench.csv)
-        fprintf(bench.csv, "scene,side,wall_ms,cpu_ms\n");
+    bench.csv = command_line_open_csv(options->csv, "scene,side,wall_ms,cpu_ms");
     open_sides(&bench);
     print_heads(&bench);
     const struct frame_kind *kinds = options->hazards ? hazard_kinds : content_kinds;
@@ -234,7 +231,6 @@ int main(int argc, char **argv)
     for (int s = 0; s < MOST_SIDES; s++)
         if (bench.is_open[s])
             side_close(&bench.sides[s]);
-    if (bench.csv && fclose(bench.csv) != 0)
-        tool_fail("cannot write %s", options->csv);
+    command_line_close_csv(bench.csv);
     return 0;
 }

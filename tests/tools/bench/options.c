@@ -111,7 +111,6 @@ static void read_level(const struct command_line *line, const char *value, void 
 static void be_quick(const struct command_line *line, const char *value, void *member)
 {
     struct options *options = member;
-    (void)value;
     options->samples = 3;
     options->builds_per_sample = 200;
     read_sizes(line, "1,10,100,1000", &options->sizes);
@@ -120,8 +119,6 @@ static void be_quick(const struct command_line *line, const char *value, void *m
 static void drop_bars(const struct command_line *line, const char *value, void *member)
 {
     struct options *options = member;
-    (void)line;
-    (void)value;
     options->memory_bars = false;
     options->time_bars = false;
 }

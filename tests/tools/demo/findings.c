@@ -74,8 +74,6 @@ void findings_print(const char *text, const char *margin)
 
 static int findings_is_layer(struct dl_phdr_info *library, size_t size, void *unused)
 {
-    (void)size;
-    (void)unused;
     return strstr(library->dlpi_name, GPU_LAYER_LIBRARY) != NULL;
 }
 

@@ -10,7 +10,6 @@
 #include "mesh.h"
 #include "picture.h"
 #include "plants.h"
-#include "render.h"
 #include "scene.h"
 #include "tests/tools/fail.h"
 #include "tests/tools/gpu.h"

@@ -50,10 +50,6 @@ struct plant {
 extern const struct plant plants[];
 extern const uint32_t plant_count;
 
-void plant_objects_create(struct plant_objects *objects, struct gpu *gpu,
-                          const struct scene *scene);
-void plant_objects_destroy(struct plant_objects *objects, struct gpu *gpu);
-
 /* Repeats the scene's builds with planted mistakes and prints what the layer says about each. */
 struct mistakes_score {
     uint32_t planted;

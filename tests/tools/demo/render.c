@@ -2,7 +2,7 @@
 /* Draws the scene with ray queries in a compute shader. */
 #include <string.h>
 
-#include "render.h"
+#include "scene.h"
 #include "tests/fixture/make.h"
 #include "tests/tools/fail.h"
 

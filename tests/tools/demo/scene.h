@@ -66,4 +66,37 @@ void scene_describe_update(const struct scene *scene, const struct gpu *gpu,
                            struct build_call *call);
 void scene_describe_top(const struct scene *scene, const struct gpu *gpu, struct build_call *call);
 
+/* ---- where things stand: the boxes and the instances (layout.c) */
+
+#define LAYOUT_BOX_COUNT 480
+#define LAYOUT_INSTANCE_COUNT 7
+
+/* What scene.comp reads from an instance's custom index. */
+#define LAYOUT_TWISTED_BIT                                                                         \
+    0x100 /* shaded with the second set of normals; below it, the material                         \
+           */
+
+/* The BLAS that instances refer to. */
+struct layout_references {
+    VkDeviceAddress mesh;
+    VkDeviceAddress twisted;
+    VkDeviceAddress box_field;
+};
+
+void layout_boxes(VkAabbPositionsKHR boxes[LAYOUT_BOX_COUNT]);
+void layout_instances(VkAccelerationStructureInstanceKHR instances[LAYOUT_INSTANCE_COUNT],
+                      const struct layout_references *references);
+
+/* ---- pictures */
+
+#define RENDER_GRID 3 /* samples a pixel, squared */
+
+/* Fill pixels[width * height] with RGBA bytes, the top row first. */
+void render_scene(struct gpu *gpu, const struct scene *scene, uint32_t width, uint32_t height,
+                  uint32_t *pixels);
+
+/* The same with the layer's reference tracing (assay.h), on a device of backend cpu. */
+void trace_scene(struct gpu *gpu, const struct scene *scene, uint32_t width, uint32_t height,
+                 uint32_t *pixels);
+
 #endif

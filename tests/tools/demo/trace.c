@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include "layer/assay.h"
-#include "render.h"
 #include "shade.h"
 #include "tests/tools/fail.h"
 
