@@ -7,13 +7,13 @@
 
 /* ---- operations */
 
-MACHINE_DESTROYS(DeferredOperationKHR)
+SCENE_DESTROYS(destroy_operation, DestroyDeferredOperationKHR, VkDeferredOperationKHR)
 
 void machine_create_operation(struct machine *machine, uint32_t operation)
 {
     VkDeferredOperationKHR *handle = &machine->operations[operation];
     MACHINE_CALL(machine, CreateDeferredOperationKHR, machine->device, NULL, handle);
-    scene_defer(machine->scene, machine->device, (uint64_t)*handle, destroy_DeferredOperationKHR);
+    scene_defer(machine->scene, machine->device, (uint64_t)*handle, destroy_operation);
 }
 
 /* ---- builds and copies */

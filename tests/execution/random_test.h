@@ -32,11 +32,19 @@ struct random_test {
     bool failed;
 };
 
-/* Ends the program where there is no null driver. */
-void random_test_open(struct random_test *test, const struct platform *platform);
+/* ---- dice, steps, and the comparison with the model (random_steps.c) */
 
-/* Plays one program, which depends on test->random alone; sets test->failed where layer and model
- * differ, and prints how. */
-void random_test_play(struct random_test *test);
+uint32_t below(struct random_test *test, uint32_t bound);
+bool chance(struct random_test *test, uint32_t percent);
+struct shape random_shape(struct random_test *test);
+
+void take_step(struct random_test *test, struct step step);
+/* Ends a group of steps whose findings the model knows by now. */
+void settle(struct random_test *test);
+bool has_findings(const struct model *model);
+
+/* random_host.c: a command of the host; and the completion of an operation, if it has work. */
+void work_on_host(struct random_test *test);
+void join(struct random_test *test, uint32_t operation);
 
 #endif

@@ -38,11 +38,7 @@ struct build_line {
 
 static VkDeviceOrHostAddressKHR place(const struct build_line *line, const char *word)
 {
-    VkDeviceSize offset;
-    const struct play_object *object = play_place(line->play, word, &offset);
-    if (line->is_host)
-        return (VkDeviceOrHostAddressKHR){.hostAddress = object->buffer.bytes + offset};
-    return (VkDeviceOrHostAddressKHR){.deviceAddress = object->buffer.address + offset};
+    return play_address_for(line->play, word, line->is_host);
 }
 
 static VkDeviceOrHostAddressConstKHR input(const struct build_line *line, const char *word)
@@ -52,24 +48,21 @@ static VkDeviceOrHostAddressConstKHR input(const struct build_line *line, const 
 
 static VkDeviceOrHostAddressKHR unused_scratch(struct play *play, bool is_host)
 {
-    VkDeviceSize offset = play->scratch_used;
+    const VkDeviceSize offset = play->scratch_used;
     play->scratch_used += SCRATCH_SIZE;
     PLAY_REQUIRE(play, play->scratch_used <= play->scratch.size);
-    if (is_host)
-        return (VkDeviceOrHostAddressKHR){.hostAddress = play->scratch.bytes + offset};
-    return (VkDeviceOrHostAddressKHR){.deviceAddress = play->scratch.address + offset};
+    return play_address_in(&play->scratch, offset, is_host);
 }
 
 static VkDeviceOrHostAddressConstKHR unused_instances(const struct build_line *line, char **names)
 {
     struct play *play = line->play;
-    VkDeviceSize offset = play->instances_used;
+    const VkDeviceSize offset = play->instances_used;
     play->instances_used += INSTANCES_SIZE;
     PLAY_REQUIRE(play, play->instances_used <= play->instances.size);
     play_write_instances(play, play->instances.bytes + offset, names);
-    if (line->is_host)
-        return (VkDeviceOrHostAddressConstKHR){.hostAddress = play->instances.bytes + offset};
-    return (VkDeviceOrHostAddressConstKHR){.deviceAddress = play->instances.address + offset};
+    return (VkDeviceOrHostAddressConstKHR){
+        .deviceAddress = play_address_in(&play->instances, offset, line->is_host).deviceAddress};
 }
 
 /* ---- the line */

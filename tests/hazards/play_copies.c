@@ -34,15 +34,6 @@ static VkCopyAccelerationStructureModeKHR mode_of(const char *word)
     return VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR;
 }
 
-static VkDeviceOrHostAddressKHR place(struct play *play, const char *word, bool is_host)
-{
-    VkDeviceSize offset;
-    const struct play_object *object = play_place(play, word, &offset);
-    if (is_host)
-        return (VkDeviceOrHostAddressKHR){.hostAddress = object->buffer.bytes + offset};
-    return (VkDeviceOrHostAddressKHR){.deviceAddress = object->buffer.address + offset};
-}
-
 static void copy_structure(struct play *play, char **words, bool is_host)
 {
     const STRUCT(VkCopyAccelerationStructureInfoKHR, info, .mode = mode_of(words[0]),
@@ -58,7 +49,7 @@ static void serialize(struct play *play, char **words, bool is_host)
 {
     const STRUCT(VkCopyAccelerationStructureToMemoryInfoKHR, info, .mode = mode_of(words[0]),
                  .src = play_object(play, words[1])->structure,
-                 .dst = place(play, words[3], is_host));
+                 .dst = play_address_for(play, words[3], is_host));
     if (is_host)
         GET(play->vk.CopyAccelerationStructureToMemoryKHR(play->device, NULL, &info));
     else
@@ -67,9 +58,8 @@ static void serialize(struct play *play, char **words, bool is_host)
 
 static void deserialize(struct play *play, char **words, bool is_host)
 {
-    const VkDeviceOrHostAddressKHR src = place(play, words[1], is_host);
     const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info, .mode = mode_of(words[0]),
-                 .src.deviceAddress = src.deviceAddress,
+                 .src.deviceAddress = play_address_for(play, words[1], is_host).deviceAddress,
                  .dst = play_object(play, words[3])->structure);
     if (is_host)
         GET(play->vk.CopyMemoryToAccelerationStructureKHR(play->device, NULL, &info));
