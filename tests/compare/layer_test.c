@@ -8,6 +8,7 @@
 
 #include "bench.h"
 #include "layer/compare/structures.h"
+#include "tests/fixture/copies.h"
 
 static struct subject subject;
 static struct messages *const messages = &bench.instance.messages;
@@ -98,8 +99,8 @@ TEST(test_boxes)
 static void copy_structure(VkCommandBuffer commands, const struct compare_structure *from,
                            const struct compare_structure *to)
 {
-    const STRUCT(VkCopyAccelerationStructureInfoKHR, info, .src = from->handle, .dst = to->handle,
-                 .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    const VkCopyAccelerationStructureInfoKHR info =
+        copy_info(from->handle, to->handle, VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     bench.vk.CmdCopyAccelerationStructureKHR(commands, &info);
     commands_barrier(&bench.vk, commands);
 }

@@ -79,11 +79,9 @@ void machine_end_build(struct machine *machine, const struct step *step);
 /* Between builds, and copies of structures. */
 void machine_barrier(const struct machine *machine, VkCommandBuffer command_buffer);
 
-/* What the device and the host copy, and fill a structure with. */
+/* What the device and the host copy. */
 VkCopyAccelerationStructureInfoKHR machine_copy(const struct machine *machine,
                                                 const struct step *step);
-VkCopyMemoryToAccelerationStructureInfoKHR machine_filling(const struct machine *machine,
-                                                           const struct step *step);
 
 /* machine_nv.c: gives the machine structures of its kind; takes a step, unless it is the same for
  * both extensions; and whether a program has no other steps than it can take. */

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "machine.h"
+#include "tests/fixture/copies.h"
 
 /* ---- operations */
 
@@ -61,8 +62,8 @@ void machine_host(struct machine *machine, const struct step *step)
 {
     const VkDeferredOperationKHR operation = machine->operations[step->object];
     const VkCopyAccelerationStructureInfoKHR copy = machine_copy(machine, step);
-    VkCopyMemoryToAccelerationStructureInfoKHR filling = machine_filling(machine, step);
-    filling.src.hostAddress = machine->blob.host;
+    const VkCopyMemoryToAccelerationStructureInfoKHR filling =
+        deserialize_info((uintptr_t)machine->blob.host, machine->structures[step->dst].handle);
     switch (step->action) {
     case ACTION_HOST_CLONE:
     case ACTION_HOST_COMPACT:

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "machine.h"
+#include "tests/fixture/copies.h"
 
 static void push_label(struct machine *machine, VkCommandBuffer command_buffer, const char *name)
 {
@@ -125,19 +126,9 @@ VkCopyAccelerationStructureInfoKHR machine_copy(const struct machine *machine,
                                                 const struct step *step)
 {
     const bool compacts = step->action == ACTION_COMPACT || step->action == ACTION_HOST_COMPACT;
-    return MAKE(VkCopyAccelerationStructureInfoKHR, .src = machine->structures[step->src].handle,
-                .dst = machine->structures[step->dst].handle,
-                .mode = compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
-                                 : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-}
-
-VkCopyMemoryToAccelerationStructureInfoKHR machine_filling(const struct machine *machine,
-                                                           const struct step *step)
-{
-    return MAKE(VkCopyMemoryToAccelerationStructureInfoKHR,
-                .src.deviceAddress = machine->blob.address,
-                .dst = machine->structures[step->dst].handle,
-                .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    return copy_info(machine->structures[step->src].handle, machine->structures[step->dst].handle,
+                     compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                              : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
 }
 
 static void copy(struct machine *machine, VkCommandBuffer command_buffer, const struct step *step)
@@ -149,7 +140,8 @@ static void copy(struct machine *machine, VkCommandBuffer command_buffer, const 
 
 static void fill(struct machine *machine, VkCommandBuffer command_buffer, const struct step *step)
 {
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = machine_filling(machine, step);
+    const VkCopyMemoryToAccelerationStructureInfoKHR info =
+        deserialize_info(machine->blob.address, machine->structures[step->dst].handle);
     machine->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
     machine_barrier(machine, command_buffer);
 }

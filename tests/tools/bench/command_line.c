@@ -65,6 +65,18 @@ void command_line_clear(const struct command_line *line, const char *value, void
     *(bool *)member = false;
 }
 
+static bool is_choice(const char *choices, const char *value)
+{
+    size_t length;
+    for (;; choices += length + 1) {
+        length = strcspn(choices, "|");
+        if (strlen(value) == length && strncmp(choices, value, length) == 0)
+            return true;
+        if (!choices[length])
+            return false;
+    }
+}
+
 void command_line_read(const struct command_line *line, void *options, int argc, char **argv)
 {
     struct option names[MOST_OPTIONS + 2] = {{"help", no_argument, NULL, 'h'}};
@@ -81,6 +93,8 @@ void command_line_read(const struct command_line *line, void *options, int argc,
             exit(2);
         }
         const struct command_line_option *option = &line->options[which - 1];
+        if (option->choices && !is_choice(option->choices, optarg))
+            command_line_wrong(line, "unknown name", optarg);
         option->read(line, optarg, (char *)options + option->member);
     }
     if (optind < argc)

@@ -16,8 +16,9 @@ typedef void command_line_reader(const struct command_line *line, const char *va
 struct command_line_option {
     const char *name;
     command_line_reader *read;
-    size_t member;  /* its offset in the options */
-    bool has_value; /* --name value */
+    size_t member;       /* its offset in the options */
+    bool has_value;      /* --name value */
+    const char *choices; /* the values that it may have, as "one|other"; NULL: any */
 };
 
 /* Of one program. Every program also has --help. */
