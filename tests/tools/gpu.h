@@ -9,6 +9,7 @@
 #include <vulkan/vulkan.h>
 
 #include "tests/fixture/make.h"
+#include "tests/tools/fail.h"
 
 #define GPU_LAYER "VK_LAYER_ASSAY_validation"
 #define GPU_LAYER_LIBRARY "libVkLayer_assay"

@@ -2,8 +2,6 @@
 /* Buffers, the structures that lie in them, and command buffers. */
 #include <stdint.h>
 
-#include "tests/fixture/make.h"
-#include "tests/tools/fail.h"
 #include "tests/tools/gpu.h"
 
 void gpu_name(struct gpu *gpu, VkObjectType type, uint64_t handle, const char *name)

@@ -10,7 +10,6 @@
 #include <stdlib.h>
 
 #include "embree.h"
-#include "model.h"
 #include "tests/tools/measure.h"
 
 enum { QUALITIES = 3 };

@@ -7,7 +7,6 @@
 #include "command_line.h"
 #include "frames.h"
 #include "tests/null_driver/null_driver.h"
-#include "tests/tools/fail.h"
 #include "tests/tools/measure.h"
 
 enum { MOST_SIDES = 7, MOST_FRAMES = 1001 };

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "tests/fixture/geometry.h"
-#include "tests/tools/fail.h"
 #include "tests/tools/measure.h"
 
 enum { REFERRED = 1000 }; /* structures that instances refer to */

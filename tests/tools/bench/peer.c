@@ -8,7 +8,6 @@
 #include "options.h"
 #include "peer_report.h"
 #include "recorder.h"
-#include "tests/tools/fail.h"
 #include "tests/tools/measure.h"
 
 enum {

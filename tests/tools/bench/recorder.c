@@ -4,7 +4,6 @@
 
 #include <pthread.h>
 
-#include "tests/tools/fail.h"
 #include "tests/tools/measure.h"
 
 void recorder_open(struct recorder *recorder, const struct side *side)

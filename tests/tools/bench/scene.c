@@ -6,8 +6,6 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "tests/tools/fail.h"
-
 enum {
     TRIANGLES = 12, /* a cube */
     VERTICES = 8,

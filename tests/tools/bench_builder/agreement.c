@@ -9,7 +9,6 @@
 
 #include "embree.h"
 #include "exact.h"
-#include "model.h"
 
 #define ULPS 4
 

@@ -11,7 +11,6 @@
 #include <string.h>
 
 #include "embree.h"
-#include "model.h"
 #include "tests/tools/measure.h"
 
 #define RUNS 5

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Meshes from files that assimp reads. */
-#include "model.h"
+#include "embree.h"
 
 #include <assimp/cimport.h>
 #include <assimp/postprocess.h>

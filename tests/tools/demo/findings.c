@@ -6,10 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "findings.h"
+#include "plants.h"
 #include "tests/fixture/messenger.h"
-#include "tests/tools/fail.h"
-#include "tests/tools/gpu.h"
 
 static char *findings_copy(const char *text)
 {

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "plants.h"
-#include "tests/tools/fail.h"
 
 /* ---- objects that only mistakes use: to make them is valid, to build with them is not */
 

@@ -6,8 +6,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "picture.h"
-#include "tests/tools/fail.h"
+#include "scene.h"
 
 #define PATH_SIZE 4096
 

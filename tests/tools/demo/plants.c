@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The mistakes, one small function each, and their table. */
 #include "plants.h"
-#include "tests/tools/fail.h"
 
 #define CALL "VUID-vkCmdBuildAccelerationStructuresKHR-"
 #define INFO "VUID-VkAccelerationStructureBuildGeometryInfoKHR-"

@@ -3,8 +3,6 @@
 #include <string.h>
 
 #include "scene.h"
-#include "tests/fixture/make.h"
-#include "tests/tools/fail.h"
 
 static const uint32_t scene_comp[] = {
 #include "scene_comp.h" /* generated from scene.comp */

@@ -4,7 +4,6 @@
 
 #include "scene.h"
 #include "tests/fixture/geometry.h"
-#include "tests/tools/fail.h"
 
 #define BUILD_INPUT                                                                                \
     (VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |                        \

@@ -9,7 +9,6 @@
 
 #include "layer/assay.h"
 #include "shade.h"
-#include "tests/tools/fail.h"
 
 #define ROWS 4 /* of a batch */
 #define BOUNCES 2
