@@ -12,6 +12,7 @@
  * `update` without `src` is in place. A top-level structure has an instance for each name, in a
  * buffer that the host has written, unless `instances` says where they are. */
 #include "play.h"
+#include "tests/fixture/geometry.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -72,9 +73,9 @@ static struct one_build *begin(struct build_line *line, const char *name)
     PLAY_REQUIRE(line->play, line->count < PLAY_ITEMS);
     struct one_build *build = &line->builds[line->count++];
     const bool is_top = name[0] == 'T';
-    build->geometry = MAKE(VkAccelerationStructureGeometryKHR,
-                           .geometryType = is_top ? VK_GEOMETRY_TYPE_INSTANCES_KHR
-                                                  : VK_GEOMETRY_TYPE_TRIANGLES_KHR);
+    build->geometry = is_top ? instances_geometry(0) : triangles_geometry(0, 3 * PRIMITIVES, 0);
+    if (!is_top)
+        build->geometry.geometry.triangles.indexType = VK_INDEX_TYPE_NONE_KHR;
     build->info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
                        .type = is_top ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
                                       : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
@@ -83,13 +84,6 @@ static struct one_build *begin(struct build_line *line, const char *name)
                        .dstAccelerationStructure = play_object(line->play, name)->structure,
                        .geometryCount = 1, .pGeometries = &build->geometry);
     build->range.primitiveCount = is_top ? 0 : PRIMITIVES;
-    if (is_top)
-        build->geometry.geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR);
-    else
-        build->geometry.geometry.triangles =
-            MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
-                 .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 3 * sizeof(float),
-                 .maxVertex = 3 * PRIMITIVES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
     return build;
 }
 
@@ -102,14 +96,6 @@ static void attach_micromap(struct play *play, struct one_build *build, const ch
              .pUsageCounts = &build->usage, .micromap = play_object(play, name)->micromap);
     build->usage.count = PRIMITIVES;
     build->geometry.geometry.triangles.pNext = &build->micromap;
-}
-
-static void use_boxes(const struct build_line *line, struct one_build *build, const char *word)
-{
-    build->geometry.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
-    build->geometry.geometry.aabbs =
-        MAKE(VkAccelerationStructureGeometryAabbsDataKHR, .data = input(line, word),
-             .stride = sizeof(VkAabbPositionsKHR));
 }
 
 /* Reads an option with one operand. */
@@ -129,7 +115,7 @@ static void read_operand(struct build_line *line, struct one_build *build, const
         play_init(play, (char *[]){"", (char *)(uintptr_t)word, "transform"});
         triangles->transformData = input(line, word);
     } else if (play_is(option, "boxes")) {
-        use_boxes(line, build, word);
+        build->geometry = boxes_geometry(input(line, word).deviceAddress);
     } else if (play_is(option, "micromap")) {
         attach_micromap(play, build, word);
     } else if (play_is(option, "scratch")) {
