@@ -21,12 +21,17 @@ enum { RAYS = 3000, WAYS = 24, LOOSE = 60 };
 static struct compare_answer answers[RAYS];
 static bool all_equal;
 
-static void expect(const char *what, const char *of, uint64_t digest, uint64_t expected)
+static void start(void)
+{
+    all_equal = true;
+}
+
+static void expect(const char *what, uint64_t digest, uint64_t expected)
 {
     if (digest == expected)
         return;
     all_equal = false;
-    print_message("%s of %s: 0x%016" PRIx64 "\n", what, of, digest);
+    print_message("%s: 0x%016" PRIx64 "\n", what, digest);
 }
 
 /* ---- subjects */
@@ -68,33 +73,12 @@ static void make_far_ring(struct subject *subject)
 static void make_boxes(struct subject *subject)
 {
     static VkAabbPositionsKHR boxes[BOXES];
-    boxes_fill(boxes);
+    subject_grid(subject, boxes);
     boxes[5].minX = NAN;
     boxes[6].maxY = boxes[6].minY; /* flat */
-    subject_begin(subject);
-    subject_boxes(subject, boxes, BOXES);
 }
 
 /* ---- answers */
-
-static enum trace_answer keep(void *context, struct trace_hit *hit)
-{
-    struct compare_answer *answer = context;
-    const struct compare_hit kept = {
-        hit->t,
-        hit->u,
-        hit->v,
-        COMPARE_HIT | (hit->is_aabb ? COMPARE_AABB : hit->front_face ? COMPARE_FRONT : 0),
-        hit->geometry,
-        hit->primitive,
-        hit->instance,
-        0};
-    if (answer->candidate_count < COMPARE_CANDIDATES)
-        answer->candidates[answer->candidate_count++] = kept;
-    if (!hit->is_aabb && (!answer->closest.kind || kept.t < answer->closest.t))
-        answer->closest = kept;
-    return TRACE_IGNORE;
-}
 
 /* A way to be wrong, or by 2 to the power of -scale nearly right. */
 static void spoil_hit(struct compare_hit *hit, uint32_t way, int scale)
@@ -170,15 +154,12 @@ static void spoil(struct compare_answer *answer, uint32_t way, int scale, const 
     }
 }
 
-static void answer_all(const struct trace_scene *scene, const struct compare_ray *rays,
-                       const struct ring *rings, uint32_t count)
+/* Makes what the traversal answers wrong: `rings` may be NULL. */
+static void spoil_all(const struct ring *rings, uint32_t count)
 {
-    memset(answers, 0, sizeof(answers));
     for (uint32_t i = 0; i < count; i++) {
-        struct trace_ray ray = {.t_min = rays[i].t_min, .t_max = rays[i].t_max, .cull_mask = 0xff};
-        memcpy(ray.origin, rays[i].origin, sizeof(ray.origin));
-        memcpy(ray.direction, rays[i].direction, sizeof(ray.direction));
-        trace_candidates(scene, &ray, &(struct trace_visitor){keep, &answers[i]});
+        if (answers[i].candidate_count > COMPARE_CANDIDATES)
+            answers[i].candidate_count = COMPARE_CANDIDATES;
         spoil(&answers[i], i % WAYS, 6 + (int)(i / WAYS % 18), rings ? &rings[i] : NULL);
     }
 }
@@ -229,19 +210,34 @@ static uint64_t digest_of_texts(const struct summary *summary)
     return digest;
 }
 
-static void compare(struct subject *subject, const char *name, const uint64_t expected[4])
+static const struct row {
+    const char *test;
+    void (*make)(struct subject *subject);
+    uint64_t rays, rings, judgements, texts;
+} rows[] = {
+    {"test_triangles", make_triangles, 0xff6264ce2ea87830, 0x47626af5e611c574, 0x58fc5c0f6039f91f,
+     0x8e2f983811d86ee8},
+    {"test_far_ring", make_far_ring, 0x403428e1e7d14cbe, 0xd086a2bcf41177a4, 0x6b2001e7963c2e03,
+     0x34c18daf668b39bb},
+    {"test_boxes", make_boxes, 0x01b0c4bc67e5633b, 0x8e87211ff8353505, 0xae42bac40c7d1ae7,
+     0xb5ea43bd63c551b7},
+};
+
+TEST_OF_ROWS(test_subject, rows, const struct row *row, start)
 {
+    struct subject subject;
     struct reference reference;
     struct rays rays;
     struct summary summary;
     uint64_t generated = DIGEST_BEGIN, rings = DIGEST_BEGIN, judged = DIGEST_BEGIN;
+    row->make(&subject);
     const int before = allocations_now();
-    struct input_copy *copy = input_copy_create(&subject->input);
+    struct input_copy *copy = input_copy_create(&subject.input);
     assert_non_null(copy);
-    assert_int_equal(reference_open(copy, &reference), VK_SUCCESS);
-    assert_int_equal(rays_create(&reference, RAYS, &rays), VK_SUCCESS);
-    answer_all(&(struct trace_scene){.structure = reference.structure, .accuracy = TRACE_EXACT},
-               rays.rays, rays.rings, rays.count);
+    GET(reference_open(copy, &reference));
+    GET(rays_create(&reference, RAYS, &rays));
+    answer_exactly(reference.structure, NULL, rays.rays, rays.count, answers);
+    spoil_all(rays.rings, rays.count);
     digest_add_words(&generated, rays.rays, rays.count * sizeof(*rays.rays));
     digest_add(&generated, rays.aims, rays.count * sizeof(*rays.aims));
     shorten(rays.rays, rays.count);
@@ -255,58 +251,20 @@ static void compare(struct subject *subject, const char *name, const uint64_t ex
         add_judgement(&judged, differs, &judgement);
     }
     summary_make(&reference, &rays, answers, &summary);
-    expect("rays", name, generated, expected[0]);
-    expect("rings", name, rings, expected[1]);
-    expect("judgements", name, judged, expected[2]);
-    expect("texts", name, digest_of_texts(&summary), expected[3]);
+    expect("rays", generated, row->rays);
+    expect("rings", rings, row->rings);
+    expect("judgements", judged, row->judgements);
+    expect("texts", digest_of_texts(&summary), row->texts);
     rays_free(&rays);
     reference_close(&reference);
     input_copy_free(copy);
     assert_null(rays.rays);
     assert_null(reference.structure);
     assert_int_equal(allocations_now(), before);
-}
-
-TEST(test_triangles)
-{
-    struct subject subject;
-    all_equal = true;
-    make_triangles(&subject);
-    compare(&subject, "triangles",
-            (const uint64_t[]){0xff6264ce2ea87830, 0x47626af5e611c574, 0x58fc5c0f6039f91f,
-                               0x8e2f983811d86ee8});
-    assert_true(all_equal);
-}
-
-TEST(test_far_ring)
-{
-    struct subject subject;
-    all_equal = true;
-    make_far_ring(&subject);
-    compare(&subject, "a far ring",
-            (const uint64_t[]){0x403428e1e7d14cbe, 0xd086a2bcf41177a4, 0x6b2001e7963c2e03,
-                               0x34c18daf668b39bb});
-    assert_true(all_equal);
-}
-
-TEST(test_boxes)
-{
-    struct subject subject;
-    all_equal = true;
-    make_boxes(&subject);
-    compare(&subject, "boxes",
-            (const uint64_t[]){0x01b0c4bc67e5633b, 0x8e87211ff8353505, 0xae42bac40c7d1ae7,
-                               0xb5ea43bd63c551b7});
     assert_true(all_equal);
 }
 
 /* ---- instances */
-
-static const void *find_bottom(void *context, uint64_t number)
-{
-    const struct top_reference *top = context;
-    return number ? top->bottoms[number - 1].structure : NULL;
-}
 
 enum { INSTANCES = 9 };
 
@@ -328,7 +286,7 @@ static const struct top_instance instances[INSTANCES] = {
     {{.transform.matrix = {{16.01f, 0, 0, 600}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .mask = 1}, 0},
 };
 
-TEST(test_instances)
+TEST_OPENED(test_instances, start)
 {
     struct subject subjects[2];
     struct input_copy *copies[2];
@@ -336,7 +294,6 @@ TEST(test_instances)
     struct top_rays rays;
     struct summary summary;
     uint64_t generated = DIGEST_BEGIN, judged = DIGEST_BEGIN;
-    all_equal = true;
     make_triangles(&subjects[0]);
     make_boxes(&subjects[1]);
     const int before = allocations_now();
@@ -346,12 +303,10 @@ TEST(test_instances)
                                     .bottom_count = 2,
                                     .instances = instances,
                                     .bottoms = (const struct input_copy *const *)copies};
-    assert_int_equal(top_reference_open(&input, &top), VK_SUCCESS);
-    assert_int_equal(top_rays_create(&top, RAYS, &rays), VK_SUCCESS);
-    answer_all(&(struct trace_scene){.structure = top.structure,
-                                     .accuracy = TRACE_EXACT,
-                                     .resolver = {find_bottom, &top}},
-               rays.rays, NULL, rays.count);
+    GET(top_reference_open(&input, &top));
+    GET(top_rays_create(&top, RAYS, &rays));
+    answer_exactly(top.structure, &top, rays.rays, rays.count, answers);
+    spoil_all(NULL, rays.count);
     digest_add_words(&generated, rays.rays, rays.count * sizeof(*rays.rays));
     digest_add(&generated, rays.aims, rays.count * sizeof(*rays.aims));
     for (uint32_t i = 0; i < rays.count; i++) {
@@ -360,9 +315,9 @@ TEST(test_instances)
         add_judgement(&judged, differs, &judgement);
     }
     summary_make_top(&top, &rays, answers, &summary);
-    expect("rays", "instances", generated, 0xebc639656332eed4);
-    expect("judgements", "instances", judged, 0x1bd81cb21c0115a1);
-    expect("texts", "instances", digest_of_texts(&summary), 0xbbc36f8799e7cccd);
+    expect("rays", generated, 0xebc639656332eed4);
+    expect("judgements", judged, 0x1bd81cb21c0115a1);
+    expect("texts", digest_of_texts(&summary), 0xbbc36f8799e7cccd);
     top_rays_free(&rays);
     top_reference_close(&top);
     for (int i = 0; i < 2; i++)

@@ -5,6 +5,7 @@
 
 #include "layer/compare/tracer.h"
 #include "subject.h"
+#include "tests/fixture/instance.h"
 
 enum bench_kind {
     BENCH_QUERIES,
@@ -13,20 +14,11 @@ enum bench_kind {
     BENCH_LAYER_PIPELINES,
 };
 
-/* Messages of the layer. */
-struct heard {
-    uint32_t count, counts[DIFFERENCE_COUNT];
-    char texts[DIFFERENCE_COUNT][4096], last[4096]; /* the last ones */
-};
-
 struct bench {
     enum bench_kind kind;
-    struct heard heard;
-    VkDebugUtilsMessengerEXT messenger;
+    struct instance_fixture instance;
     VkCommandPool pool;                   /* BENCH_LAYER */
     char driver[VK_MAX_DRIVER_INFO_SIZE]; /* its version */
-    VkInstance instance;
-    VkPhysicalDevice physical;
     VkDevice device;
     VkQueue queue;
     VkPhysicalDeviceMemoryProperties memory;
@@ -45,6 +37,9 @@ void bench_close(void);
 extern struct bench bench;
 const char *bench_open_tests(const char *argument, enum bench_kind queries,
                              enum bench_kind pipelines);
+
+/* How many messages there were of a difference. */
+uint32_t bench_count(enum difference difference);
 
 /* A command buffer, which is submitted, waited for and freed. */
 VkCommandBuffer bench_begin(void);

@@ -72,8 +72,7 @@ TEST(test_formats)
     triangles->vertexData.hostAddress = vertices;
     expect_silence(NULL, "normalized vertices, indices of 16 bits");
     triangles->vertexFormat = VK_FORMAT_R16G16_SNORM;
-    compare(NULL, "in a plane"); /* where they overlap, and any of them may come first */
-    assert_int_equal(tally.all, 0);
+    expect_silence(NULL, "in a plane"); /* they overlap, and any of them may come first */
 }
 
 TEST(test_update)
@@ -88,9 +87,7 @@ TEST(test_update)
 TEST(test_boxes)
 {
     VkAabbPositionsKHR boxes[BOXES];
-    boxes_fill(boxes);
-    subject_begin(&subject);
-    subject_boxes(&subject, boxes, BOXES);
+    subject_grid(&subject, boxes);
     compare(NULL, "boxes");
     assert_int_equal(tally.all, tally.by_aim[AIM_LIMIT]);
 }
@@ -156,10 +153,8 @@ TEST(test_inactive)
     float vertices[9 * SOUP_TRIANGLES];
     subject_inactive(&subject, vertices);
     expect_defect("the last triangle inactive", DIFFERENCE_MISSED, REASON_MEETS);
-    boxes_fill(boxes);
+    subject_grid(&subject, boxes);
     boxes[13].minX = NAN;
-    subject_begin(&subject);
-    subject_boxes(&subject, boxes, BOXES);
     expect_defect("a box inactive", DIFFERENCE_MISSED, REASON_MEETS);
     expect_defect("a box inactive", DIFFERENCE_MISSED, REASON_LIMIT);
 }

@@ -22,8 +22,6 @@ static uint64_t readable_size;
 
 static uint64_t find_readable(void *context, uint64_t address, uint64_t size, const void **bytes)
 {
-    (void)context;
-    (void)address;
     *bytes = NULL;
     return size < readable_size ? size : readable_size;
 }

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "src/compare/top.h"
 #include "src/compare/vertex_ring.h"
 #include "subject.h"
 
@@ -17,46 +16,6 @@ static struct reference reference;
 static struct rays rays;
 static struct compare_answer answers[RAYS];
 
-static struct compare_hit hit_of(const struct trace_hit *from)
-{
-    return (struct compare_hit){
-        .t = from->t,
-        .u = from->u,
-        .v = from->v,
-        .kind = COMPARE_HIT | (from->is_aabb      ? COMPARE_AABB
-                               : from->front_face ? COMPARE_FRONT
-                                                  : 0),
-        .geometry = from->geometry,
-        .primitive = from->primitive,
-        .instance = from->instance,
-    };
-}
-
-static enum trace_answer keep(void *context, struct trace_hit *candidate)
-{
-    struct compare_answer *answer = context;
-    const struct compare_hit hit = hit_of(candidate);
-    if (answer->candidate_count < COMPARE_CANDIDATES)
-        answer->candidates[answer->candidate_count] = hit;
-    answer->candidate_count++;
-    if (!candidate->is_aabb && (!answer->closest.kind || hit.t < answer->closest.t))
-        answer->closest = hit;
-    return TRACE_IGNORE;
-}
-
-/* What the scene's exact traversal answers to each ray. */
-static void answer_all(const struct trace_scene *scene, const struct compare_ray *from,
-                       uint32_t count)
-{
-    memset(answers, 0, sizeof(answers));
-    for (uint32_t i = 0; i < count; i++, from++) {
-        struct trace_ray ray = {.t_min = from->t_min, .t_max = from->t_max, .cull_mask = 0xff};
-        memcpy(ray.origin, from->origin, sizeof(ray.origin));
-        memcpy(ray.direction, from->direction, sizeof(ray.direction));
-        trace_candidates(scene, &ray, &(struct trace_visitor){keep, &answers[i]});
-    }
-}
-
 static void open_case(void)
 {
     copy = input_copy_create(&subject.input);
@@ -64,8 +23,7 @@ static void open_case(void)
     GET(reference_open(copy, &reference));
     GET(rays_create(&reference, RAYS, &rays));
     assert_int_equal(rays.count, RAYS);
-    answer_all(&(struct trace_scene){.structure = reference.structure, .accuracy = TRACE_EXACT},
-               rays.rays, RAYS);
+    answer_exactly(reference.structure, NULL, rays.rays, RAYS, answers);
 }
 
 static void close_case(void)
@@ -121,10 +79,8 @@ TEST(test_right_answers)
     open_ring();
     assert_true(expect_all_right() > RAYS / 4);
     close_case();
-    boxes_fill(boxes);
+    subject_grid(&subject, boxes);
     boxes[4].minX = NAN;
-    subject_begin(&subject);
-    subject_boxes(&subject, boxes, BOXES);
     open_case();
     expect_all_right();
     for (uint32_t i = 0; i < RAYS; i++) /* more boxes than are met are allowed */
@@ -231,19 +187,6 @@ TEST(test_mistakes)
 
 /* ---- instances */
 
-static const void *find_bottom(void *context, uint64_t number)
-{
-    const struct top_reference *top = context;
-    return top->bottoms[number - 1].structure;
-}
-
-static void answer_top(struct top_reference *top, const struct top_rays *top_rays)
-{
-    const struct trace_scene scene = {
-        .structure = top->structure, .accuracy = TRACE_EXACT, .resolver = {find_bottom, top}};
-    answer_all(&scene, top_rays->rays, top_rays->count);
-}
-
 static uint32_t judge_top(const struct top_reference *top, const struct top_rays *top_rays,
                           enum difference expected)
 {
@@ -279,12 +222,12 @@ TEST(test_instances)
     GET(top_reference_open(&input, &top));
     GET(top_rays_create(&top, RAYS, &top_rays));
     assert_int_equal(top_rays.count, RAYS);
-    answer_top(&top, &top_rays);
+    answer_exactly(top.structure, &top, top_rays.rays, top_rays.count, answers);
     assert_int_equal(judge_top(&top, &top_rays, DIFFERENCE_COUNT), 0);
     for (uint32_t i = 0; i < RAYS; i++)
         answers[i].closest.kind ^= COMPARE_FRONT * (answers[i].closest.kind != 0);
     assert_true(judge_top(&top, &top_rays, DIFFERENCE_FACING) > RAYS / 20);
-    answer_top(&top, &top_rays);
+    answer_exactly(top.structure, &top, top_rays.rays, top_rays.count, answers);
     for (uint32_t i = 0; i < RAYS; i++)
         for (uint32_t j = 0; j < answers[i].candidate_count && j < COMPARE_CANDIDATES; j++)
             answers[i].candidates[j].instance += 4;

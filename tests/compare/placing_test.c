@@ -68,11 +68,8 @@ TEST(test_sides)
         const struct placing placing = place(cases[i].ray, 0);
         if (placing.side != cases[i].side || placing.is_well_formed != cases[i].is_well_formed ||
             placing.is_within != cases[i].is_within)
-            print_message("case %zu: %d %d %d\n", i, placing.side, placing.is_well_formed,
-                          placing.is_within);
-        assert_int_equal(placing.side, cases[i].side);
-        assert_int_equal(placing.is_well_formed, cases[i].is_well_formed);
-        assert_int_equal(placing.is_within, cases[i].is_within);
+            fail_msg("case %zu: %d %d %d", i, placing.side, placing.is_well_formed,
+                     placing.is_within);
     }
     /* No area, and too thin for the numbers around. */
     const struct triangle_record flat = {.a = {0, 0, 8}, .b = {4, 0, 8}, .c = {2, 0, 8}},
@@ -126,9 +123,7 @@ TEST(test_boxes)
         const bool meets = placing_meets_box(&cases[i].ray, &box, 0, false);
         const bool meets_if_moved = placing_meets_box(&cases[i].ray, &box, 0, true);
         if (meets != cases[i].meets || meets_if_moved != cases[i].meets_if_moved)
-            print_message("case %zu: %d %d\n", i, meets, meets_if_moved);
-        assert_int_equal(meets, cases[i].meets);
-        assert_int_equal(meets_if_moved, cases[i].meets_if_moved);
+            fail_msg("case %zu: %d %d", i, meets, meets_if_moved);
         assert_false(placing_meets_box(&cases[i].ray, &flat, 0, false));
         assert_false(
             placing_meets_box(&cases[i].ray, &box, 0x1p16, false)); /* nothing is certain */

@@ -11,14 +11,14 @@
 #include "layer/compare/structures.h"
 
 /* The messages of one life. */
-static void expect_truth(const struct heard *heard, unsigned failing)
+static void expect_truth(const struct messages *messages, unsigned failing)
 {
-    uint32_t of_rings = heard->counts[DIFFERENCE_MISSED] + heard->counts[DIFFERENCE_DOUBLE];
+    uint32_t of_rings = bench_count(DIFFERENCE_MISSED) + bench_count(DIFFERENCE_DOUBLE);
     uint32_t differences = 0;
     for (enum difference d = 0; d < DIFFERENCE_COUNT; d++)
-        differences += heard->counts[d];
-    if (differences != of_rings || (heard->count > differences && failing == 0))
-        fail_msg("allocation %u: %s", failing, heard->last);
+        differences += bench_count(d);
+    if (differences != of_rings || (messages->count > differences && failing == 0))
+        fail_msg("allocation %u: %s", failing, messages->items[0].text);
 }
 
 /* A fan is built and updated. False once there are fewer allocations. */
@@ -41,7 +41,7 @@ static bool live(unsigned failing)
     compare_structure_free(device, &update);
     compare_structure_free(device, &structure);
     bench_close();
-    expect_truth(&bench.heard, failing);
+    expect_truth(&bench.instance.messages, failing);
     assert_int_equal(injector_live(), 0);
     return injector_failed() != 0;
 }

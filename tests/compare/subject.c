@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "src/compare/vertex_ring.h"
+#include "tests/fixture/geometry.h"
 
 const float ring_vertices[3 * FAN_VERTICES] = {0, 0,  0, 1, 0,  0,  1, 1, 0,  0, 1, 0,  -1, 1,
                                                0, -1, 0, 0, -1, -1, 0, 0, -1, 0, 1, -1, 0};
@@ -27,15 +28,6 @@ void soup_fill(void)
             int square = j % 3 == 0 ? i % 10 : j % 3 == 1 ? i / 10 : 0;
             soup_vertices[9 * i + j] = (float)square + fraction_next(&seed);
         }
-}
-
-void boxes_fill(VkAabbPositionsKHR boxes[BOXES])
-{
-    for (int i = 0; i < BOXES; i++) {
-        int layer = i / 9, row = i / 3 % 3, column = i % 3;
-        float x = 2 * (float)column, y = 2 * (float)row, z = 2 * (float)layer;
-        boxes[i] = (VkAabbPositionsKHR){x, y, z, x + 1, y + 1, z + 1};
-    }
 }
 
 static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
@@ -67,14 +59,10 @@ static void add(struct subject *subject, const VkAccelerationStructureGeometryKH
 void subject_triangles(struct subject *subject, const float *vertices, uint32_t vertex_count,
                        const uint32_t *indices, uint32_t triangle_count)
 {
-    const VkAccelerationStructureGeometryKHR geometry =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-             .geometry.triangles = MAKE(
-                 VkAccelerationStructureGeometryTrianglesDataKHR,
-                 .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.hostAddress = vertices,
-                 .vertexStride = 3 * sizeof(float), .maxVertex = vertex_count - 1,
-                 .indexType = indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR,
-                 .indexData.hostAddress = indices));
+    VkAccelerationStructureGeometryKHR geometry =
+        triangles_geometry((uintptr_t)vertices, vertex_count, (uintptr_t)indices);
+    if (!indices)
+        geometry.geometry.triangles.indexType = VK_INDEX_TYPE_NONE_KHR;
     add(subject, &geometry, triangle_count);
 }
 
@@ -120,11 +108,64 @@ void subject_update(struct subject *source, struct subject *subject,
 
 void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uint32_t count)
 {
-    const VkAccelerationStructureGeometryKHR geometry =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-             .geometry.aabbs = MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
-                                    .data.hostAddress = boxes, .stride = sizeof(*boxes)));
+    const VkAccelerationStructureGeometryKHR geometry = boxes_geometry((uintptr_t)boxes);
     add(subject, &geometry, count);
+}
+
+void subject_grid(struct subject *subject, VkAabbPositionsKHR boxes[BOXES])
+{
+    for (int i = 0; i < BOXES; i++) {
+        int layer = i / 9, row = i / 3 % 3, column = i % 3;
+        float x = 2 * (float)column, y = 2 * (float)row, z = 2 * (float)layer;
+        boxes[i] = (VkAabbPositionsKHR){x, y, z, x + 1, y + 1, z + 1};
+    }
+    subject_begin(subject);
+    subject_boxes(subject, boxes, BOXES);
+}
+
+/* ---- answers */
+
+static enum trace_answer keep(void *context, struct trace_hit *candidate)
+{
+    struct compare_answer *answer = context;
+    const struct compare_hit hit = {
+        .t = candidate->t,
+        .u = candidate->u,
+        .v = candidate->v,
+        .kind = COMPARE_HIT | (candidate->is_aabb      ? COMPARE_AABB
+                               : candidate->front_face ? COMPARE_FRONT
+                                                       : 0),
+        .geometry = candidate->geometry,
+        .primitive = candidate->primitive,
+        .instance = candidate->instance,
+    };
+    if (answer->candidate_count < COMPARE_CANDIDATES)
+        answer->candidates[answer->candidate_count] = hit;
+    answer->candidate_count++;
+    if (!candidate->is_aabb && (!answer->closest.kind || hit.t < answer->closest.t))
+        answer->closest = hit;
+    return TRACE_IGNORE;
+}
+
+static const void *find_bottom(void *context, uint64_t number)
+{
+    const struct top_reference *top = context;
+    return number ? top->bottoms[number - 1].structure : NULL;
+}
+
+void answer_exactly(const void *structure, struct top_reference *top,
+                    const struct compare_ray *rays, uint32_t count, struct compare_answer *answers)
+{
+    struct trace_scene scene = {.structure = structure, .accuracy = TRACE_EXACT};
+    if (top)
+        scene.resolver = (struct builder_resolver){find_bottom, top};
+    memset(answers, 0, count * sizeof(*answers));
+    for (uint32_t i = 0; i < count; i++) {
+        struct trace_ray ray = {.t_min = rays[i].t_min, .t_max = rays[i].t_max, .cull_mask = 0xff};
+        memcpy(ray.origin, rays[i].origin, sizeof(ray.origin));
+        memcpy(ray.direction, rays[i].direction, sizeof(ray.direction));
+        trace_candidates(&scene, &ray, &(struct trace_visitor){keep, &answers[i]});
+    }
 }
 
 /* ---- tallies */

@@ -5,6 +5,7 @@
 #define TESTS_COMPARE_SUBJECT_H
 
 #include "src/compare/judge.h"
+#include "src/compare/top.h"
 #include "tests/fixture/make.h"
 #include "tests/fixture/objects.h"
 #include "tests/state/unit_test.h"
@@ -47,9 +48,13 @@ enum { FAN_VERTICES = 9, FAN_TRIANGLES = 8 };
 extern const float ring_vertices[3 * FAN_VERTICES];
 extern const uint32_t ring_indices[3 * FAN_TRIANGLES];
 
-/* 27 boxes, apart. */
+/* A new subject of 27 boxes, apart, which it fills in. */
 enum { BOXES = 27 };
-void boxes_fill(VkAabbPositionsKHR boxes[BOXES]);
+void subject_grid(struct subject *subject, VkAabbPositionsKHR boxes[BOXES]);
+
+/* What the reference's exact traversal answers to each ray; with `top`, in a TLAS. */
+void answer_exactly(const void *structure, struct top_reference *top,
+                    const struct compare_ray *rays, uint32_t count, struct compare_answer *answers);
 
 enum { REASONS = REASON_NOT_FIRST + 1, AIMS = AIM_LIMIT + 1 };
 struct tally {

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "bench.h"
-#include "src/compare/top.h"
 
 enum { RAYS = 4096, BOTTOMS = 3, INSTANCES = 9 };
 
@@ -135,12 +134,9 @@ const char *unit_test_open(const char *argument)
     const char *lacks = bench_open_tests(argument, BENCH_QUERIES, BENCH_PIPELINES);
     if (lacks)
         return lacks;
-    boxes_fill(boxes);
-    for (int i = 0; i < BOTTOMS; i++)
-        subject_begin(&subjects[i]);
-    subject_triangles(&subjects[0], soup_vertices, 3 * SOUP_TRIANGLES, NULL, SOUP_TRIANGLES);
-    subject_boxes(&subjects[1], boxes, BOXES);
-    subject_triangles(&subjects[2], ring_vertices, FAN_VERTICES, ring_indices, FAN_TRIANGLES);
+    subject_soup(&subjects[0]);
+    subject_grid(&subjects[1], boxes);
+    subject_ring(&subjects[2]);
     for (int i = 0; i < BOTTOMS; i++) {
         bottoms[i] = input_copy_create(&subjects[i].input);
         assert_non_null(bottoms[i]);

@@ -55,19 +55,19 @@ void machine_create_pool(struct machine *machine, uint32_t command_buffer)
     machine_allocate(machine, command_buffer);
 }
 
-MACHINE_DESTROYS(Fence)
-MACHINE_DESTROYS(Semaphore)
+SCENE_CREATES(create_fence, Fence, VkFence, VkFenceCreateInfo)
+SCENE_CREATES(create_semaphore, Semaphore, VkSemaphore, VkSemaphoreCreateInfo)
+SCENE_CREATES(create_query_pool, QueryPool, VkQueryPool, VkQueryPoolCreateInfo)
+SCENE_CREATES(create_event, Event, VkEvent, VkEventCreateInfo)
 
-static VkSemaphore create_semaphore(struct machine *machine, VkSemaphoreType type, bool is_shared)
+static VkSemaphore create_semaphore_of(struct machine *machine, VkSemaphoreType type,
+                                       bool is_shared)
 {
     const STRUCT(VkExportSemaphoreCreateInfo, export_info,
                  .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
     const STRUCT(VkSemaphoreTypeCreateInfo, type_info, .pNext = is_shared ? &export_info : NULL,
                  .semaphoreType = type);
-    VkSemaphore semaphore;
-    MACHINE_CREATE(machine, Semaphore, &MAKE(VkSemaphoreCreateInfo, .pNext = &type_info),
-                   &semaphore);
-    return semaphore;
+    return create_semaphore(machine->scene, &MAKE(VkSemaphoreCreateInfo, .pNext = &type_info));
 }
 
 void machine_open(struct machine *machine, struct fixture *fixture,
@@ -94,17 +94,24 @@ void machine_open(struct machine *machine, struct fixture *fixture,
     }
     for (uint32_t i = 0; i < COMMAND_BUFFERS; i++)
         machine_create_pool(machine, i);
-    MACHINE_CREATE(machine, Fence, &MAKE(VkFenceCreateInfo), &machine->fence);
-    machine_create_queries(machine);
-    machine_create_events(machine);
+    machine->fence = create_fence(machine->scene, &MAKE(VkFenceCreateInfo));
+    machine->queries = create_query_pool(
+        machine->scene, &MAKE(VkQueryPoolCreateInfo,
+                              .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                              .queryCount = QUERIES));
+    for (uint32_t i = 0; i < EVENTS; i++)
+        machine->events[i] = create_event(
+            machine->scene,
+            &MAKE(VkEventCreateInfo, .flags = i == G ? VK_EVENT_CREATE_DEVICE_ONLY_BIT : 0));
     for (uint32_t i = 1; i <= DEFERRED_OPERATIONS; i++)
         machine_create_operation(machine, i);
     for (uint32_t i = 0; i < SEMAPHORES; i++) {
-        machine->binaries[i] = create_semaphore(machine, VK_SEMAPHORE_TYPE_BINARY, false);
-        machine->timelines[i] = create_semaphore(machine, VK_SEMAPHORE_TYPE_TIMELINE, false);
+        machine->binaries[i] = create_semaphore_of(machine, VK_SEMAPHORE_TYPE_BINARY, false);
+        machine->timelines[i] = create_semaphore_of(machine, VK_SEMAPHORE_TYPE_TIMELINE, false);
     }
     if (fixture->platform->is_null)
-        machine->timelines[FOREIGN] = create_semaphore(machine, VK_SEMAPHORE_TYPE_TIMELINE, true);
+        machine->timelines[FOREIGN] =
+            create_semaphore_of(machine, VK_SEMAPHORE_TYPE_TIMELINE, true);
 }
 
 void machine_close(struct machine *machine)
@@ -145,6 +152,21 @@ static VkDeviceSize size_of(const struct machine *machine, const struct step *st
                                                    : MACHINE_ACCEL_SIZE;
 }
 
+static void create_sparse(struct machine *machine, uint32_t structure)
+{
+    struct scene *scene = machine->scene;
+    struct test_buffer *buffer = &machine->structures[structure].buffer;
+    *buffer = scene_sparse_buffer(scene, MACHINE_ACCEL_SIZE, ACCEL_USAGE,
+                                  VK_BUFFER_CREATE_SPARSE_RESIDENCY_BIT |
+                                      VK_BUFFER_CREATE_SPARSE_ALIASED_BIT);
+    if (MACHINE_ACCEL_SIZE % scene_sparse_page(scene, buffer) != 0)
+        abort();
+    if (machine->pages.handle == VK_NULL_HANDLE)
+        machine->pages = scene_allocate(scene, (VkDeviceSize)SPARSE_PAGES * MACHINE_ACCEL_SIZE);
+    machine->structures[structure].handle =
+        scene_accel_in(scene, buffer, 0, MACHINE_ACCEL_SIZE, machine->type);
+}
+
 static void change_structure(struct machine *machine, const struct step *step)
 {
     struct scene *scene = machine->scene;
@@ -156,7 +178,7 @@ static void change_structure(struct machine *machine, const struct step *step)
     else if (step->action == ACTION_FREE_MEMORY)
         scene_destroy(scene, (uint64_t)buffer->memory);
     else if (step->action == ACTION_CREATE_SPARSE)
-        machine_create_sparse(machine, step->object);
+        create_sparse(machine, step->object);
     else
         create_structure(machine, step->object, size_of(machine, step),
                          step->action == ACTION_CREATE_GENERIC

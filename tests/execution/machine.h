@@ -4,35 +4,15 @@
 #define EXECUTION_MACHINE_H
 
 #include "program.h"
+#include "tests/fixture/batches.h"
 
-enum { MACHINE_BATCHES = 4, MACHINE_MEMBERS = 4, MACHINE_ACCEL_SIZE = 65536 };
+enum { MACHINE_ACCEL_SIZE = 65536 };
 
 /* Where a build was recorded; or NOWHERE, or BY_HOST with its index in pInfos. */
 struct place {
     uint32_t command_buffer, position;
 };
 enum { NOWHERE = COMMAND_BUFFERS, BY_HOST };
-
-struct machine_semaphore {
-    VkSemaphore handle;
-    uint64_t value;  /* of a timeline */
-    uint64_t stages; /* 0: all */
-};
-
-/* A submission that is being put together. */
-struct machine_batch {
-    uint32_t commands[MACHINE_MEMBERS], command_count;
-    struct machine_semaphore waits[MACHINE_MEMBERS], signals[MACHINE_MEMBERS];
-    uint32_t wait_count, signal_count;
-};
-
-/* The semaphores of a batch as vkQueueSubmit and vkQueueBindSparse take them. */
-struct machine_semaphores {
-    VkSemaphore waits[MACHINE_MEMBERS], signals[MACHINE_MEMBERS];
-    uint64_t wait_values[MACHINE_MEMBERS], signal_values[MACHINE_MEMBERS];
-    VkPipelineStageFlags stages[MACHINE_MEMBERS];
-    VkTimelineSemaphoreSubmitInfo values;
-};
 
 struct machine {
     struct scene *scene;
@@ -62,7 +42,7 @@ struct machine {
     VkQueryPool queries;
     VkDeviceSize compacted; /* as read last */
 
-    struct machine_batch batches[MACHINE_BATCHES];
+    struct batch batches[BATCHES_MAX]; /* of the submission that is being put together */
     uint32_t batch_count;
     uint32_t positions[COMMAND_BUFFERS];                        /* builds recorded so far */
     VkDeferredOperationKHR operations[DEFERRED_OPERATIONS + 1]; /* the first is null */
@@ -73,21 +53,6 @@ struct machine {
 /* Calls a command of the machine's device that has to succeed. */
 #define MACHINE_CALL(machine, name, ...)                                                           \
     expect_success((machine)->vk->name(__VA_ARGS__), "vk" #name)
-
-/* Defines the function that MACHINE_CREATE needs for objects of a type, which is named without Vk.
- */
-#define MACHINE_DESTROYS(type)                                                                     \
-    static void destroy_##type(struct scene *scene, VkDevice device, uint64_t handle)              \
-    {                                                                                              \
-        scene->vk->Destroy##type(device, (Vk##type)handle, NULL);                                  \
-    }
-
-/* Creates an object, which lives as long as the scene. */
-#define MACHINE_CREATE(machine, type, info, handle)                                                \
-    do {                                                                                           \
-        MACHINE_CALL(machine, Create##type, (machine)->device, info, NULL, handle);                \
-        scene_defer((machine)->scene, (machine)->device, (uint64_t) * (handle), destroy_##type);   \
-    } while (0)
 
 /* `type` is that of the structures. */
 void machine_open(struct machine *machine, struct fixture *fixture,
@@ -114,21 +79,15 @@ void machine_end_build(struct machine *machine, const struct step *step);
 /* Between builds, and copies of structures. */
 void machine_barrier(const struct machine *machine, VkCommandBuffer command_buffer);
 
-/* What the device and the host copy, and fill a structure with. */
+/* What the device and the host copy. */
 VkCopyAccelerationStructureInfoKHR machine_copy(const struct machine *machine,
                                                 const struct step *step);
-VkCopyMemoryToAccelerationStructureInfoKHR machine_filling(const struct machine *machine,
-                                                           const struct step *step);
 
 /* machine_nv.c: gives the machine structures of its kind; takes a step, unless it is the same for
  * both extensions; and whether a program has no other steps than it can take. */
 void machine_nv_open(struct machine *machine);
 bool machine_nv_step(struct machine *machine, const struct step *step);
 bool machine_nv_takes(const struct program *program);
-
-/* machine_queries.c */
-void machine_create_queries(struct machine *machine);
-void machine_query(struct machine *machine, const struct step *step);
 
 /* Gives a command buffer a pool of its own. */
 void machine_create_pool(struct machine *machine, uint32_t command_buffer);
@@ -142,17 +101,8 @@ const struct shape *machine_shape(const struct machine *machine, const struct st
 void machine_host(struct machine *machine, const struct step *step);
 void machine_create_operation(struct machine *machine, uint32_t operation);
 
-/* machine_sparse.c */
-void machine_create_sparse(struct machine *machine, uint32_t structure);
-void machine_bind(struct machine *machine, const struct step *step);
-
-/* machine_events.c */
-void machine_create_events(struct machine *machine);
-void machine_use_event(struct machine *machine, const struct step *step);
-
 /* machine_submit.c */
-void machine_fill_semaphores(struct machine_semaphores *semaphores,
-                             const struct machine_batch *batch);
 void machine_submit(struct machine *machine, const struct step *step);
+void machine_query(struct machine *machine, const struct step *step);
 
 #endif

@@ -4,16 +4,17 @@
 #include <stdlib.h>
 
 #include "machine.h"
+#include "tests/fixture/copies.h"
 
 /* ---- operations */
 
-MACHINE_DESTROYS(DeferredOperationKHR)
+SCENE_DESTROYS(destroy_operation, DestroyDeferredOperationKHR, VkDeferredOperationKHR)
 
 void machine_create_operation(struct machine *machine, uint32_t operation)
 {
     VkDeferredOperationKHR *handle = &machine->operations[operation];
     MACHINE_CALL(machine, CreateDeferredOperationKHR, machine->device, NULL, handle);
-    scene_defer(machine->scene, machine->device, (uint64_t)*handle, destroy_DeferredOperationKHR);
+    scene_defer(machine->scene, machine->device, (uint64_t)*handle, destroy_operation);
 }
 
 /* ---- builds and copies */
@@ -61,8 +62,8 @@ void machine_host(struct machine *machine, const struct step *step)
 {
     const VkDeferredOperationKHR operation = machine->operations[step->object];
     const VkCopyAccelerationStructureInfoKHR copy = machine_copy(machine, step);
-    VkCopyMemoryToAccelerationStructureInfoKHR filling = machine_filling(machine, step);
-    filling.src.hostAddress = machine->blob.host;
+    const VkCopyMemoryToAccelerationStructureInfoKHR filling =
+        deserialize_info((uintptr_t)machine->blob.host, machine->structures[step->dst].handle);
     switch (step->action) {
     case ACTION_HOST_CLONE:
     case ACTION_HOST_COMPACT:

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "machine.h"
+#include "tests/fixture/copies.h"
 
 static void push_label(struct machine *machine, VkCommandBuffer command_buffer, const char *name)
 {
@@ -125,19 +126,9 @@ VkCopyAccelerationStructureInfoKHR machine_copy(const struct machine *machine,
                                                 const struct step *step)
 {
     const bool compacts = step->action == ACTION_COMPACT || step->action == ACTION_HOST_COMPACT;
-    return MAKE(VkCopyAccelerationStructureInfoKHR, .src = machine->structures[step->src].handle,
-                .dst = machine->structures[step->dst].handle,
-                .mode = compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
-                                 : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-}
-
-VkCopyMemoryToAccelerationStructureInfoKHR machine_filling(const struct machine *machine,
-                                                           const struct step *step)
-{
-    return MAKE(VkCopyMemoryToAccelerationStructureInfoKHR,
-                .src.deviceAddress = machine->blob.address,
-                .dst = machine->structures[step->dst].handle,
-                .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    return copy_info(machine->structures[step->src].handle, machine->structures[step->dst].handle,
+                     compacts ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                              : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
 }
 
 static void copy(struct machine *machine, VkCommandBuffer command_buffer, const struct step *step)
@@ -149,10 +140,75 @@ static void copy(struct machine *machine, VkCommandBuffer command_buffer, const 
 
 static void fill(struct machine *machine, VkCommandBuffer command_buffer, const struct step *step)
 {
-    const VkCopyMemoryToAccelerationStructureInfoKHR info = machine_filling(machine, step);
+    const VkCopyMemoryToAccelerationStructureInfoKHR info =
+        deserialize_info(machine->blob.address, machine->structures[step->dst].handle);
     machine->vk->CmdCopyMemoryToAccelerationStructureKHR(command_buffer, &info);
     machine_barrier(machine, command_buffer);
 }
+
+/* ---- events */
+
+/* What sets an event comes before it, and what is behind a wait after it, whether the device sets
+ * the event or the host. */
+static const STRUCT(VkMemoryBarrier2, builds,
+                    .srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT |
+                                    VK_PIPELINE_STAGE_2_HOST_BIT,
+                    .srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT,
+                    .dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+                    .dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT);
+static const STRUCT(VkDependencyInfo, dependency, .memoryBarrierCount = 1,
+                    .pMemoryBarriers = &builds);
+
+static void set_event(const struct machine *machine, VkCommandBuffer command_buffer, VkEvent event,
+                      enum command_name name)
+{
+    const VkuDeviceDispatchTable *vk = machine->vk;
+    if (name == NAME)
+        vk->CmdSetEvent(command_buffer, event, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT);
+    else
+        (name == NAME_2 ? vk->CmdSetEvent2 : vk->CmdSetEvent2KHR)(command_buffer, event,
+                                                                  &dependency);
+}
+
+static void reset_event(const struct machine *machine, VkCommandBuffer command_buffer,
+                        VkEvent event, enum command_name name)
+{
+    const VkuDeviceDispatchTable *vk = machine->vk;
+    if (name == NAME)
+        vk->CmdResetEvent(command_buffer, event, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT);
+    else
+        (name == NAME_2 ? vk->CmdResetEvent2 : vk->CmdResetEvent2KHR)(
+            command_buffer, event, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
+}
+
+static void wait_event(const struct machine *machine, VkCommandBuffer command_buffer, VkEvent event,
+                       enum command_name name)
+{
+    const VkuDeviceDispatchTable *vk = machine->vk;
+    const STRUCT(VkMemoryBarrier, barrier, .srcAccessMask = (VkAccessFlags)builds.srcAccessMask,
+                 .dstAccessMask = (VkAccessFlags)builds.dstAccessMask);
+    if (name == NAME)
+        vk->CmdWaitEvents(command_buffer, 1, &event, (VkPipelineStageFlags)builds.srcStageMask,
+                          (VkPipelineStageFlags)builds.dstStageMask, 1, &barrier, 0, NULL, 0, NULL);
+    else
+        (name == NAME_2 ? vk->CmdWaitEvents2 : vk->CmdWaitEvents2KHR)(command_buffer, 1, &event,
+                                                                      &dependency);
+}
+
+static void use_event(struct machine *machine, const struct step *step)
+{
+    const VkCommandBuffer command_buffer = machine->command_buffers[step->object];
+    const VkEvent event = machine->events[step->dst];
+    const enum command_name name = (enum command_name)step->detail;
+    if (step->action == ACTION_SET_EVENT)
+        set_event(machine, command_buffer, event, name);
+    else if (step->action == ACTION_RESET_EVENT)
+        reset_event(machine, command_buffer, event, name);
+    else
+        wait_event(machine, command_buffer, event, name);
+}
+
+/* ---- all of it */
 
 void machine_record(struct machine *machine, const struct step *step)
 {
@@ -189,7 +245,7 @@ void machine_record(struct machine *machine, const struct step *step)
     case ACTION_SET_EVENT:
     case ACTION_RESET_EVENT:
     case ACTION_WAIT_EVENT:
-        machine_use_event(machine, step);
+        use_event(machine, step);
         break;
     case ACTION_RESET:
         MACHINE_CALL(machine, ResetCommandBuffer, command_buffer, 0);

@@ -1,106 +1,59 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The machine's submissions, in the form of vkQueueSubmit or of vkQueueSubmit2. */
+/* The machine's submissions, and what the host waits for. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "machine.h"
 
-static uint64_t stages_of(uint64_t given)
-{
-    return given != 0 ? given : VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
-}
-
-/* ---- putting it together */
-
 static void add_semaphore(struct machine *machine, const struct step *step)
 {
-    struct machine_batch *batch = &machine->batches[machine->batch_count - 1];
+    struct batch *batch = &machine->batches[machine->batch_count - 1];
     const bool is_timeline = step->action == ACTION_WAIT_FOR || step->action == ACTION_SIGNAL_TO;
     const bool is_wait = step->action == ACTION_WAIT_FOR || step->action == ACTION_WAIT;
-    struct machine_semaphore *added =
-        is_wait ? &batch->waits[batch->wait_count++] : &batch->signals[batch->signal_count++];
-    added->handle =
-        is_timeline ? machine->timelines[step->object] : machine->binaries[step->object];
-    added->stages = is_timeline ? 0 : step->value;
-    added->value = step->value;
+    STRUCT(VkSemaphoreSubmitInfo, info, .stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+           .semaphore = (is_timeline ? machine->timelines : machine->binaries)[step->object]);
+    if (is_timeline)
+        info.value = step->value;
+    else if (step->value != 0)
+        info.stageMask = step->value;
+    if (is_wait)
+        batch->waits[batch->wait_count++] = info;
+    else
+        batch->signals[batch->signal_count++] = info;
 }
 
-static void add_commands(struct machine *machine, uint32_t command_buffer)
+static void submit(struct machine *machine, const struct step *step, VkFence fence)
 {
-    struct machine_batch *batch = &machine->batches[machine->batch_count - 1];
-    batch->commands[batch->command_count++] = command_buffer;
+    machine->result = batches_submit(machine->vk, machine->queues[step->object],
+                                     machine->batch_count, machine->batches, fence);
+    machine->batch_count = 0;
 }
 
-/* ---- the two forms */
-
-void machine_fill_semaphores(struct machine_semaphores *semaphores,
-                             const struct machine_batch *batch)
+static void submit_2(struct machine *machine, const struct step *step)
 {
-    for (uint32_t i = 0; i < MACHINE_MEMBERS; i++) {
-        semaphores->waits[i] = batch->waits[i].handle;
-        semaphores->stages[i] = (VkPipelineStageFlags)stages_of(batch->waits[i].stages);
-        semaphores->wait_values[i] = batch->waits[i].value;
-        semaphores->signals[i] = batch->signals[i].handle;
-        semaphores->signal_values[i] = batch->signals[i].value;
-    }
-    semaphores->values =
-        MAKE(VkTimelineSemaphoreSubmitInfo, .waitSemaphoreValueCount = batch->wait_count,
-             .pWaitSemaphoreValues = semaphores->wait_values,
-             .signalSemaphoreValueCount = batch->signal_count,
-             .pSignalSemaphoreValues = semaphores->signal_values);
+    const VkuDeviceDispatchTable *vk = machine->vk;
+    machine->result = batches_submit_2(step->value != 0 ? vk->QueueSubmit2KHR : vk->QueueSubmit2,
+                                       machine->queues[step->object], machine->batch_count,
+                                       machine->batches, VK_NULL_HANDLE);
+    machine->batch_count = 0;
 }
 
-static VkResult submit(struct machine *machine, VkQueue queue, VkFence fence)
+static void bind(struct machine *machine, const struct step *step)
 {
-    VkCommandBuffer commands[MACHINE_BATCHES][MACHINE_MEMBERS];
-    struct machine_semaphores semaphores[MACHINE_BATCHES];
-    VkSubmitInfo infos[MACHINE_BATCHES];
-
-    for (uint32_t i = 0; i < machine->batch_count; i++) {
-        const struct machine_batch *batch = &machine->batches[i];
-        for (uint32_t j = 0; j < MACHINE_MEMBERS; j++)
-            commands[i][j] = machine->command_buffers[batch->commands[j]];
-        machine_fill_semaphores(&semaphores[i], batch);
-        infos[i] = MAKE(
-            VkSubmitInfo, .pNext = &semaphores[i].values, .waitSemaphoreCount = batch->wait_count,
-            .pWaitSemaphores = semaphores[i].waits, .pWaitDstStageMask = semaphores[i].stages,
-            .commandBufferCount = batch->command_count, .pCommandBuffers = commands[i],
-            .signalSemaphoreCount = batch->signal_count,
-            .pSignalSemaphores = semaphores[i].signals);
-    }
-    return machine->vk->QueueSubmit(queue, machine->batch_count, infos, fence);
+    static const struct batch empty;
+    const VkSparseMemoryBind bind = {
+        .size = MACHINE_ACCEL_SIZE,
+        .memory = step->value != 0 ? machine->pages.handle : VK_NULL_HANDLE,
+        .memoryOffset = step->value != 0 ? (step->value - 1) * MACHINE_ACCEL_SIZE : 0,
+    };
+    const VkSparseBufferMemoryBindInfo buffer_bind = {
+        .buffer = machine->structures[step->dst].buffer.handle, .bindCount = 1, .pBinds = &bind};
+    machine->result = batch_bind(machine->vk, machine->queues[step->object],
+                                 machine->batch_count != 0 ? machine->batches : &empty,
+                                 &buffer_bind, step->detail != 0 ? machine->fence : VK_NULL_HANDLE);
 }
 
-static VkSemaphoreSubmitInfo semaphore_info(const struct machine_semaphore *semaphore)
-{
-    return MAKE(VkSemaphoreSubmitInfo, .semaphore = semaphore->handle, .value = semaphore->value,
-                .stageMask = stages_of(semaphore->stages));
-}
-
-static VkResult submit2(struct machine *machine, VkQueue queue, bool by_older_name)
-{
-    VkCommandBufferSubmitInfo commands[MACHINE_BATCHES][MACHINE_MEMBERS];
-    VkSemaphoreSubmitInfo waits[MACHINE_BATCHES][MACHINE_MEMBERS],
-        signals[MACHINE_BATCHES][MACHINE_MEMBERS];
-    VkSubmitInfo2 infos[MACHINE_BATCHES];
-
-    for (uint32_t i = 0; i < machine->batch_count; i++) {
-        const struct machine_batch *batch = &machine->batches[i];
-        for (uint32_t j = 0; j < MACHINE_MEMBERS; j++) {
-            commands[i][j] = MAKE(VkCommandBufferSubmitInfo,
-                                  .commandBuffer = machine->command_buffers[batch->commands[j]]);
-            waits[i][j] = semaphore_info(&batch->waits[j]);
-            signals[i][j] = semaphore_info(&batch->signals[j]);
-        }
-        infos[i] = MAKE(
-            VkSubmitInfo2, .waitSemaphoreInfoCount = batch->wait_count,
-            .pWaitSemaphoreInfos = waits[i], .commandBufferInfoCount = batch->command_count,
-            .pCommandBufferInfos = commands[i], .signalSemaphoreInfoCount = batch->signal_count,
-            .pSignalSemaphoreInfos = signals[i]);
-    }
-    return by_older_name
-               ? machine->vk->QueueSubmit2KHR(queue, machine->batch_count, infos, VK_NULL_HANDLE)
-               : machine->vk->QueueSubmit2(queue, machine->batch_count, infos, VK_NULL_HANDLE);
-}
+/* ---- the host */
 
 static void signal_from_host(struct machine *machine, const struct step *step)
 {
@@ -142,26 +95,23 @@ void machine_submit(struct machine *machine, const struct step *step)
     const struct fixture *fixture = machine->scene->fixture;
     switch (step->action) {
     case ACTION_BATCH:
-        machine->batches[machine->batch_count++] = (struct machine_batch){0};
+        machine->batches[machine->batch_count++] = (struct batch){.command_count = 0};
         break;
     case ACTION_WITH:
-        add_commands(machine, step->object);
+        batch_add_commands(&machine->batches[machine->batch_count - 1],
+                           machine->command_buffers[step->object]);
         break;
     case ACTION_SUBMIT:
     case ACTION_FAILED_SUBMIT:
-        machine->result = submit(machine, machine->queues[step->object],
-                                 step->value != 0 ? machine->fence : VK_NULL_HANDLE);
-        machine->batch_count = 0;
+        submit(machine, step, step->value != 0 ? machine->fence : VK_NULL_HANDLE);
         break;
     case ACTION_SUBMIT2:
-        machine->result = submit2(machine, machine->queues[step->object], step->value != 0);
-        machine->batch_count = 0;
+        submit_2(machine, step);
         break;
     case ACTION_LOST_SUBMIT:
         fixture->platform->null_driver.set_device_lost(true);
-        machine->result = submit(machine, machine->queues[step->object], VK_NULL_HANDLE);
+        submit(machine, step, VK_NULL_HANDLE);
         fixture->platform->null_driver.set_device_lost(false);
-        machine->batch_count = 0;
         break;
     case ACTION_FAIL_SUBMIT:
         fixture->platform->null_driver.fail_next(step->value != 0 ? "vkQueueBindSparse"
@@ -170,7 +120,7 @@ void machine_submit(struct machine *machine, const struct step *step)
         break;
     case ACTION_BIND:
     case ACTION_FAILED_BIND:
-        machine_bind(machine, step);
+        bind(machine, step);
         machine->batch_count = 0;
         break;
     case ACTION_SIGNAL_FROM_HOST:
@@ -192,5 +142,48 @@ void machine_submit(struct machine *machine, const struct step *step)
         break;
     default:
         add_semaphore(machine, step);
+    }
+}
+
+/* ---- queries of compacted sizes, as the host resets and reads them */
+
+/* Reads query 0 with a stride that leaves room for two results; its availability may come second.
+ */
+static void read_queries(struct machine *machine, VkQueryResultFlags flags)
+{
+    uint64_t words[4] = {0};
+    const VkResult result = machine->vk->GetQueryPoolResults(
+        machine->device, machine->queries, 0, 1, sizeof(words), words, sizeof(words), flags);
+    uint32_t first_half;
+    memcpy(&first_half, words, sizeof(first_half));
+    if (result == VK_SUCCESS)
+        machine->compacted = flags & VK_QUERY_RESULT_64_BIT ? words[0] : first_half;
+    else if (result != VK_NOT_READY)
+        expect_success(result, "vkGetQueryPoolResults");
+}
+
+static void query_on_the_host(struct machine *machine, uint32_t structure)
+{
+    MACHINE_CALL(machine, WriteAccelerationStructuresPropertiesKHR, machine->device, 1,
+                 &machine->structures[structure].handle,
+                 VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                 sizeof(machine->compacted), &machine->compacted, sizeof(machine->compacted));
+}
+
+void machine_query(struct machine *machine, const struct step *step)
+{
+    switch (step->action) {
+    case ACTION_HOST_RESET_QUERIES:
+        machine->vk->ResetQueryPool(machine->device, machine->queries, 0, QUERIES);
+        break;
+    case ACTION_CANNOT_READ:
+        machine->scene->fixture->platform->null_driver.fail_next("vkGetQueryPoolResults",
+                                                                 VK_NOT_READY);
+        break;
+    case ACTION_HOST_QUERY:
+        query_on_the_host(machine, step->src);
+        break;
+    default:
+        read_queries(machine, (VkQueryResultFlags)step->value);
     }
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The model. It keeps every write of every structure, and for every batch the set of batches that
  * certainly came before. */
-#include "model.h"
+#include "random_test.h"
 
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What recorded builds use and no longer is there when they are submitted. */
-#include "tests/execution/destroyed.h"
+#include "program.h"
 
 #define TRIANGLES_FIELD(field) ".pGeometries[0].geometry.triangles." field ".deviceAddress"
 

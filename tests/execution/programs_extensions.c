@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What extensions add to builds, as the builds are submitted: their inputs may have died, and dense
  * geometries are updated by what their source was built with. */
-#include "tests/execution/destroyed.h"
+#include "program.h"
 
 #define MOTION_FIELD                                                                               \
     ".pGeometries[0].geometry.triangles."                                                          \
@@ -36,23 +36,18 @@ SHAPE_BUT(lower_primitives, dense, dense.max_primitive, 0)
 SHAPE_BUT(higher_geometries, dense, dense.max_geometry, 2)
 SHAPE_BUT(less_data, dense, dense.size, 384)
 
+#define DENSE_UPDATE(name_, rule_, path_, bad_, ...)                                               \
+    {                                                                                              \
+        .name = name_, .steps = STEPS(__VA_ARGS__), .once = true, .needs = NEEDS_EXTENSIONS,       \
+        RULE_IS(rule_), .path = (path_), .shape = dense, .bad = (bad_)                             \
+    }
 /* What counts is what X was built with last when the update executes. */
 #define DENSE_UPDATES(name_, rule_, path_, bad_)                                                   \
-    {.name = name_,                                                                                \
-     .steps = STEPS(UPDATE_XY(B), BAD_X(A), RUN(A), REPORTS, RUN(B)),                              \
-     .once = true,                                                                                 \
-     .needs = NEEDS_EXTENSIONS,                                                                    \
-     RULE_IS(rule_),                                                                               \
-     .path = DENSE_FIELD(path_),                                                                   \
-     .shape = dense,                                                                               \
-     .bad = (bad_)},                                                                               \
-    {                                                                                              \
-        .name = name_ "_of_a_copy",                                                                \
-        .steps = STEPS(BAD_X(A), RECORD(C, CLONE(C, X, Z)), GOOD_X(D), RECORD_UPDATE(B, Z, Y),     \
-                       RUN(A), RUN(C), RUN(D), REPORTS, RUN(B)),                                   \
-        .once = true, .needs = NEEDS_EXTENSIONS, RULE_IS(rule_), .path = DENSE_FIELD(path_),       \
-        .shape = dense, .bad = (bad_)                                                              \
-    }
+    DENSE_UPDATE(name_, rule_, DENSE_FIELD(path_), bad_, UPDATE_XY(B), BAD_X(A), RUN(A), REPORTS,  \
+                 RUN(B)),                                                                          \
+        DENSE_UPDATE(name_ "_of_a_copy", rule_, DENSE_FIELD(path_), bad_, BAD_X(A),                \
+                     RECORD(C, CLONE(C, X, Z)), GOOD_X(D), RECORD_UPDATE(B, Z, Y), RUN(A), RUN(C), \
+                     RUN(D), REPORTS, RUN(B))
 
 static const struct program programs[] = {
     INPUT_DIES("motion_buffer_destroyed", NEEDS_EXTENSIONS, BOXES, DESTROY_INPUT,
@@ -84,14 +79,9 @@ static const struct program programs[] = {
     DENSE_UPDATES("dense_max_geometry_index", RULE_dense_max_geometry_index_matches_source,
                   "maxGeometryIndex", higher_geometries),
     DENSE_UPDATES("dense_data_size", RULE_dense_data_size_matches_source, "dataSize", less_data),
-    {.name = "dense_source_of_triangles",
-     .steps = STEPS(UPDATE_XY(B), BAD_X(A), RUN(A), REPORTS, RUN(B)),
-     .once = true,
-     .needs = NEEDS_EXTENSIONS,
-     RULE_IS(RULE_geometry_type_matches_source),
-     .path = ".pGeometries[0].geometryType",
-     .shape = dense,
-     .bad = shape_plain},
+    DENSE_UPDATE("dense_source_of_triangles", RULE_geometry_type_matches_source,
+                 ".pGeometries[0].geometryType", shape_plain, UPDATE_XY(B), BAD_X(A), RUN(A),
+                 REPORTS, RUN(B)),
 };
 
 PROGRAM_LIST(extension_programs, programs);

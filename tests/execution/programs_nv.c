@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What recorded builds of VK_NV_ray_tracing use and no longer is there when they are submitted. */
-#include "tests/execution/destroyed.h"
+#include "program.h"
 
 SHAPE_BUT(instances, shape_plain, geometry_type, VK_GEOMETRY_TYPE_INSTANCES_KHR)
 

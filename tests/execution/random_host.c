@@ -2,7 +2,7 @@
 /* Random commands of the host, at once or deferred. */
 #include <stdio.h>
 
-#include "random_steps.h"
+#include "random_test.h"
 
 void join(struct random_test *test, uint32_t operation)
 {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Dice, steps, and the comparison with the model. */
-#include "random_steps.h"
+#include "random_test.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -4,8 +4,84 @@
 #define EXECUTION_RANDOM_TEST_H
 
 #include "machine.h"
-#include "model.h"
 #include "tests/state/random.h"
+
+/* ---- the obvious model of what is known of structures when: what the layer has to say, and no
+ * more (model.c) */
+
+enum { MODEL_BATCHES = 64, MODEL_WRITES = 512, MODEL_OPERATIONS = 16 };
+
+enum content_state { NEVER_BUILT, NOT_KNOWN, BUILT };
+
+struct content {
+    enum content_state state;
+    struct shape shape;
+    bool counted; /* its primitive counts are known */
+};
+
+/* What a command buffer does: a step of it with its shape. */
+struct operation {
+    enum action action;
+    uint32_t dst, src; /* of ACTION_EXECUTE, dst is the secondary */
+    struct content asked;
+    bool is_judged; /* when it was recorded */
+};
+
+struct recording {
+    struct operation operations[MODEL_OPERATIONS];
+    uint32_t count;
+    bool knows[STRUCTURES]; /* by itself, and what */
+    struct content known[STRUCTURES];
+};
+
+/* Batches are numbered as they are submitted; sets of them are bits. */
+struct model_batch {
+    uint32_t queue;
+    struct recording recordings[2];
+    uint32_t recording_count;
+    uint64_t host;                  /* what the host had seen complete */
+    uint32_t waits_for, wait_value; /* a timeline's value; 0: for none */
+    int binary_signal;              /* the batch that signals what this one waits for; -1: none */
+    uint32_t signal_value;          /* of its queue's timeline; 0: none */
+    bool has_run;
+    uint64_t follows;
+};
+
+struct model {
+    struct recording command_buffers[COMMAND_BUFFERS];
+    struct model_batch batches[MODEL_BATCHES];
+    uint32_t batch_count;
+    uint64_t host;
+    struct {
+        struct content content;
+        uint32_t batch;
+    } writes[STRUCTURES][MODEL_WRITES];
+    uint32_t write_count[STRUCTURES];
+    uint32_t host_writers[STRUCTURES]; /* commands of the host that are writing it */
+    uint32_t findings[RULE_COUNT];     /* since they were last cleared */
+};
+
+void model_begin(struct model *model, uint32_t command_buffer);
+void model_record(struct model *model, uint32_t command_buffer, const struct operation *operation);
+
+/* A batch that is being filled; then its submission, which may let others run, too. */
+struct model_batch *model_add_batch(struct model *model, uint32_t queue);
+void model_run(struct model *model);
+/* The batches of one queue that nothing holds back; false if there were none. */
+bool model_run_queue(struct model *model, uint32_t queue);
+
+/* Work of the host, one operation: judged when it begins; then carried out, or called off; then, if
+ * it was carried out, it ends. Returns its batch. */
+uint32_t model_judge_work(struct model *model, const struct operation *operation);
+void model_begin_work(struct model *model, const struct operation *operation);
+void model_end_work(struct model *model, uint32_t batch, const struct operation *operation,
+                    bool fails);
+
+/* The host has waited for all there is; nothing is held back. */
+void model_idle(struct model *model);
+void model_create(struct model *model, uint32_t structure);
+
+/* ---- random programs */
 
 enum { STEPS_MAX = 512 };
 
@@ -32,11 +108,19 @@ struct random_test {
     bool failed;
 };
 
-/* Ends the program where there is no null driver. */
-void random_test_open(struct random_test *test, const struct platform *platform);
+/* ---- dice, steps, and the comparison with the model (random_steps.c) */
 
-/* Plays one program, which depends on test->random alone; sets test->failed where layer and model
- * differ, and prints how. */
-void random_test_play(struct random_test *test);
+uint32_t below(struct random_test *test, uint32_t bound);
+bool chance(struct random_test *test, uint32_t percent);
+struct shape random_shape(struct random_test *test);
+
+void take_step(struct random_test *test, struct step step);
+/* Ends a group of steps whose findings the model knows by now. */
+void settle(struct random_test *test);
+bool has_findings(const struct model *model);
+
+/* random_host.c: a command of the host; and the completion of an operation, if it has work. */
+void work_on_host(struct random_test *test);
+void join(struct random_test *test, uint32_t operation);
 
 #endif

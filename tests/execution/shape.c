@@ -2,6 +2,8 @@
 /* Shapes, and one difference for each rule about updates. */
 #include "shape.h"
 
+#include "tests/fixture/geometry.h"
+
 enum {
     ALLOW_UPDATE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
     ALLOW_COMPACTION = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
@@ -58,21 +60,66 @@ static void fill_geometry(VkAccelerationStructureGeometryKHR *geometry, const st
     if (shape->geometry_type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
         fill_triangles(&geometry->geometry.triangles, scene, shape, by_host);
     else if (shape->geometry_type == VK_GEOMETRY_TYPE_AABBS_KHR)
-        geometry->geometry.aabbs =
-            MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
-                 .data.deviceAddress = address_of(&scene->boxes, by_host), .stride = 24);
+        geometry->geometry = boxes_geometry(address_of(&scene->boxes, by_host)).geometry;
     else if (shape->geometry_type == VK_GEOMETRY_TYPE_INSTANCES_KHR)
-        geometry->geometry.instances =
-            MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
-                 .data.deviceAddress = address_of(&scene->instances, by_host));
+        geometry->geometry = instances_geometry(address_of(&scene->instances, by_host)).geometry;
 }
+
+/* ---- what extensions add to a geometry, for the device: second positions and radii are where the
+ * scene has boxes, and so is dense data */
+
+/* Spheres and linear swept spheres share these members. */
+#define SPHERES_OF(scene)                                                                          \
+    .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,                                                    \
+    .vertexData.deviceAddress = (scene)->vertices.address, .vertexStride = 12,                     \
+    .radiusFormat = VK_FORMAT_R32_SFLOAT, .radiusData.deviceAddress = (scene)->boxes.address,      \
+    .radiusStride = 4, .indexType = VK_INDEX_TYPE_UINT32,                                          \
+    .indexData.deviceAddress = (scene)->indices.address, .indexStride = 4
+
+static void fill_extension(struct shape_arguments *arguments, uint32_t index,
+                           const struct scene *scene, const struct shape *shape)
+{
+    VkAccelerationStructureGeometryKHR *geometry = &arguments->geometries[index];
+    union shape_extension *chained = &arguments->chained[index];
+    switch ((int)shape->geometry_type) {
+    case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
+        if (!shape->moves)
+            return;
+        chained->motion = MAKE(VkAccelerationStructureGeometryMotionTrianglesDataNV,
+                               .vertexData.deviceAddress = scene->boxes.address);
+        geometry->geometry.triangles.pNext = chained;
+        return;
+    case VK_GEOMETRY_TYPE_SPHERES_NV:
+        chained->spheres = MAKE(VkAccelerationStructureGeometrySpheresDataNV, SPHERES_OF(scene));
+        break;
+    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
+        chained->swept =
+            MAKE(VkAccelerationStructureGeometryLinearSweptSpheresDataNV, SPHERES_OF(scene),
+                 .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV);
+        break;
+    case VK_GEOMETRY_TYPE_DENSE_GEOMETRY_FORMAT_TRIANGLES_AMDX:
+        chained->dense = MAKE(VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX,
+                              .compressedData.deviceAddress = scene->boxes.address,
+                              .dataSize = shape->dense.size, .numTriangles = shape->dense.triangles,
+                              .numVertices = shape->dense.vertices,
+                              .maxPrimitiveIndex = shape->dense.max_primitive,
+                              .maxGeometryIndex = shape->dense.max_geometry,
+                              .format = VK_COMPRESSED_TRIANGLE_FORMAT_DGF1_AMDX);
+        break;
+    default:
+        return;
+    }
+    geometry->pNext = chained;
+}
+
+/* ---- the arguments */
 
 void shape_fill(struct shape_arguments *arguments, const struct scene *scene,
                 const struct shape *shape, bool by_host)
 {
     for (uint32_t i = 0; i < shape->geometry_count; i++) {
         fill_geometry(&arguments->geometries[i], scene, shape, by_host);
-        shape_fill_extension(arguments, i, scene, shape);
+        fill_extension(arguments, i, scene, shape);
         arguments->ranges[i] =
             (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = shape->primitive_count};
         arguments->counts[i] = shape->primitive_count;

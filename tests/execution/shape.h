@@ -48,18 +48,13 @@ struct shape_arguments {
     const VkAccelerationStructureBuildRangeInfoKHR *range_pointer;
     uint32_t counts[SHAPE_GEOMETRIES];
     const uint32_t *count_pointer;
-    union {
+    union shape_extension {
         VkAccelerationStructureGeometryMotionTrianglesDataNV motion;
         VkAccelerationStructureGeometrySpheresDataNV spheres;
         VkAccelerationStructureGeometryLinearSweptSpheresDataNV swept;
         VkAccelerationStructureDenseGeometryFormatTrianglesDataAMDX dense;
     } chained[SHAPE_GEOMETRIES];
 };
-
-/* Fills and chains what extensions add to the index-th geometry, for the device: second positions
- * and radii are where the scene has boxes, and so is dense data. shape_extensions.c. */
-void shape_fill_extension(struct shape_arguments *arguments, uint32_t index,
-                          const struct scene *scene, const struct shape *shape);
 
 /* Inputs are those of the scene, at their addresses for the device or the host; dst, src and
  * scratch are left to the caller. */

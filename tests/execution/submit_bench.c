@@ -4,13 +4,12 @@
  * What the layer costs where recorded builds are submitted, on the null driver: CPU time a build of
  * vkQueueSubmit beyond that at level state, and memory kept for a build that can't be updated, from
  * its recording until after its submission. Exit status 1 if a bar is not met. */
-#include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "machine.h"
+#include "tests/tools/measure.h"
 
 enum { BUILDS = 10000, ROUNDS = 15, BUILDS_A_CALL = 100, TIME_BAR = 100, MEMORY_BAR = 256 };
 
@@ -28,31 +27,6 @@ struct figures {
     double first, again, updates;
     double bytes;
 };
-
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return (double)time.tv_sec * 1e9 + (double)time.tv_nsec;
-}
-
-static size_t bytes_in_use(void)
-{
-    const struct mallinfo2 info = mallinfo2();
-    return info.uordblks + info.hblkhd;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *values, uint32_t count)
-{
-    qsort(values, count, sizeof(*values), compare);
-    return values[count / 2];
-}
 
 /* ---- structures */
 
@@ -112,11 +86,11 @@ static double submit(struct bench *bench, uint32_t cb)
 {
     const STRUCT(VkSubmitInfo, info, .commandBufferCount = 1,
                  .pCommandBuffers = &bench->machine.command_buffers[cb]);
-    const double start = now();
+    const double start = thread_time();
     expect_success(
         bench->fixture.vk.QueueSubmit(bench->machine.queues[0], 1, &info, VK_NULL_HANDLE),
         "vkQueueSubmit");
-    const double spent = now() - start;
+    const double spent = thread_time() - start;
     machine_step(&bench->machine, &(struct step)IDLE);
     return spent / bench->build_count;
 }
@@ -141,11 +115,11 @@ static void measure_rounds(struct bench *bench, const struct test_buffer *buffer
     plain.flags = 0;
     for (uint32_t i = 0; i < bench->rounds; i++) {
         create_structures(bench, buffer);
-        const size_t before = bytes_in_use();
+        const double before = bytes_allocated();
         record(bench, A, &plain, false);
         first[i] = submit(bench, A);
         if (i == 0) /* later recordings reuse what this one leaves */
-            figures->bytes = (double)(bytes_in_use() - before) / bench->build_count;
+            figures->bytes = (bytes_allocated() - before) / bench->build_count;
         again[i] = submit(bench, A);
         machine_step(&bench->machine, &(struct step)RESET_POOL(A));
 
@@ -160,9 +134,9 @@ static void measure_rounds(struct bench *bench, const struct test_buffer *buffer
         machine_step(&bench->machine, &(struct step)RESET_POOL(A));
         machine_step(&bench->machine, &(struct step)RESET_POOL(B));
     }
-    figures->first = median(first, bench->rounds);
-    figures->again = median(again, bench->rounds);
-    figures->updates = median(updates, bench->rounds);
+    figures->first = quantile(first, bench->rounds, 0.5);
+    figures->again = quantile(again, bench->rounds, 0.5);
+    figures->updates = quantile(updates, bench->rounds, 0.5);
     free(first);
 }
 

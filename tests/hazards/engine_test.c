@@ -16,7 +16,6 @@ static uint32_t found_count;
 
 static void note(void *user, const struct hazard *hazard)
 {
-    (void)user;
     assert_true(found_count < sizeof(found) / sizeof(found[0]));
     found[found_count++] = *hazard;
 }
@@ -27,16 +26,22 @@ static struct hazards *set_up(void)
     return hazards_create(note, NULL);
 }
 
-/* Begins a batch of queue 1, with so many batches of it completed. */
-static void begin_batch(struct hazards *hazards, uint64_t number, uint64_t completed)
+/* Begins a batch of queue 1 or 2, with so many batches of the first completed. */
+static void begin_batch_on(struct hazards *hazards, uint32_t queue, uint64_t number,
+                           uint64_t completed)
 {
-    const uint64_t counts[] = {0, completed}, before[] = {0, number - 1};
-    hazards_begin_batch(hazards, &(struct hazard_batch){.queue = 1,
+    const uint64_t counts[] = {0, completed, 0}, before[] = {0, number - 1, number - 1};
+    hazards_begin_batch(hazards, &(struct hazard_batch){.queue = queue,
                                                         .number = number,
                                                         .completed = counts,
                                                         .before = before,
-                                                        .count = 2,
+                                                        .count = 3,
                                                         .is_certain = true});
+}
+
+static void begin_batch(struct hazards *hazards, uint64_t number, uint64_t completed)
+{
+    begin_batch_on(hazards, 1, number, completed);
 }
 
 /* One command with one access. Returns its number. */
@@ -211,13 +216,7 @@ static void play(void)
     if (!hazards)
         return;
     for (uint64_t batch = 1; batch < 4; batch++) {
-        const uint64_t counts[] = {0, batch == 3, 0}, before[] = {0, batch - 1, batch - 1};
-        hazards_begin_batch(hazards, &(struct hazard_batch){.queue = batch == 2 ? 2 : 1,
-                                                            .number = batch,
-                                                            .completed = counts,
-                                                            .before = before,
-                                                            .count = 3,
-                                                            .is_certain = true});
+        begin_batch_on(hazards, batch == 2 ? 2 : 1, batch, batch == 3);
         hazards_wait(hazards, 1, batch - 1, &signal);
         for (uint64_t at = 0; at < 300; at += 3)
             access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, at, at + 2);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The hazard check keeps nothing of objects that are destroyed. */
+#include "tests/fixture/batches.h"
 #include "tests/fixture/instance.h"
 #include "tests/fixture/make.h"
 #include "tests/state/unit_test.h"
@@ -51,13 +52,11 @@ static void use_objects(void)
     vk.CmdFillBuffer(commands, buffer.handle, 0, 256, 1);
     vk.CmdSetEvent(commands, event, VK_PIPELINE_STAGE_TRANSFER_BIT);
     GET(vk.EndCommandBuffer(commands));
-    const uint64_t one = 1;
-    const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .signalSemaphoreValueCount = 1,
-                 .pSignalSemaphoreValues = &one);
-    const STRUCT(VkSubmitInfo, submit, .pNext = &values, .commandBufferCount = 1,
-                 .pCommandBuffers = &commands, .signalSemaphoreCount = 1,
-                 .pSignalSemaphores = &semaphore);
-    GET(vk.QueueSubmit(queue, 1, &submit, VK_NULL_HANDLE));
+    struct batch batch = {
+        .signals = {MAKE(VkSemaphoreSubmitInfo, .semaphore = semaphore, .value = 1)},
+        .signal_count = 1};
+    batch_add_commands(&batch, commands);
+    GET(batches_submit(&vk, queue, 1, &batch, VK_NULL_HANDLE));
     GET(vk.QueueWaitIdle(queue));
     vk.FreeCommandBuffers(device, pool, 1, &commands);
     vk.DestroyEvent(device, event, NULL);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "generator.h"
+#include "program.h"
 
 #include <string.h>
 

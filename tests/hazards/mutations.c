@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "generator.h"
+#include "program.h"
 
 /* Counts candidates down to the wanted one. */
 struct search {

@@ -9,13 +9,14 @@
 #define ASSAY_TESTS_HAZARDS_PLAY_H
 
 #include "cases.h"
+#include "tests/fixture/batches.h"
 #include "tests/fixture/instance.h"
 #include "tests/fixture/make.h"
 
 enum {
     PLAY_OBJECTS = 48,
-    PLAY_QUEUES = 3, /* two of family 0, one of family 1 */
-    PLAY_ITEMS = 8,  /* of anything that a line or a submission lists */
+    PLAY_QUEUES = 3,          /* two of family 0, one of family 1 */
+    PLAY_ITEMS = BATCH_ITEMS, /* of anything that a line or a submission lists */
     PLAY_BUFFER_SIZE = 128 * 1024,
     PLAY_STRUCTURE_SIZE = 32 * 1024, /* serialized, it fits into a buffer */
 };
@@ -33,13 +34,6 @@ struct play_object {
         VkImage image;
     };
     uint64_t value; /* of a timeline */
-};
-
-/* A batch as vkQueueSubmit2 takes it. */
-struct play_batch {
-    VkCommandBufferSubmitInfo commands[PLAY_ITEMS];
-    VkSemaphoreSubmitInfo waits[PLAY_ITEMS], signals[PLAY_ITEMS];
-    uint32_t command_count, wait_count, signal_count;
 };
 
 struct play {
@@ -63,7 +57,7 @@ struct play {
     VkCommandBuffer executed;           /* the last secondary */
     VkCommandBuffer ended[PLAY_ITEMS];  /* for the next batch */
     uint32_t ended_count;
-    struct play_batch batches[PLAY_ITEMS];
+    struct batch batches[BATCHES_MAX];
     uint32_t batch_count;
     VkFence fence;
     VkRenderPass render_pass; /* null: none was begun */
@@ -89,6 +83,10 @@ struct play_object *play_object(struct play *play, const char *name);
 /* Finds an object and the offset behind its name. */
 struct play_object *play_place(struct play *play, const char *word, VkDeviceSize *offset);
 VkDeviceAddress play_address(struct play *play, const char *word);
+/* An address of a buffer, for the device or the host. */
+VkDeviceOrHostAddressKHR play_address_in(const struct device_buffer *buffer, VkDeviceSize offset,
+                                         bool is_host);
+VkDeviceOrHostAddressKHR play_address_for(struct play *play, const char *word, bool is_host);
 void play_destroy_objects(struct play *play);
 /* alias NAME PLACE: a buffer in the memory of another one.
  * place NAME PLACE: a structure in a buffer. */

@@ -12,6 +12,7 @@
  * `update` without `src` is in place. A top-level structure has an instance for each name, in a
  * buffer that the host has written, unless `instances` says where they are. */
 #include "play.h"
+#include "tests/fixture/geometry.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -38,11 +39,7 @@ struct build_line {
 
 static VkDeviceOrHostAddressKHR place(const struct build_line *line, const char *word)
 {
-    VkDeviceSize offset;
-    const struct play_object *object = play_place(line->play, word, &offset);
-    if (line->is_host)
-        return (VkDeviceOrHostAddressKHR){.hostAddress = object->buffer.bytes + offset};
-    return (VkDeviceOrHostAddressKHR){.deviceAddress = object->buffer.address + offset};
+    return play_address_for(line->play, word, line->is_host);
 }
 
 static VkDeviceOrHostAddressConstKHR input(const struct build_line *line, const char *word)
@@ -52,24 +49,21 @@ static VkDeviceOrHostAddressConstKHR input(const struct build_line *line, const 
 
 static VkDeviceOrHostAddressKHR unused_scratch(struct play *play, bool is_host)
 {
-    VkDeviceSize offset = play->scratch_used;
+    const VkDeviceSize offset = play->scratch_used;
     play->scratch_used += SCRATCH_SIZE;
     PLAY_REQUIRE(play, play->scratch_used <= play->scratch.size);
-    if (is_host)
-        return (VkDeviceOrHostAddressKHR){.hostAddress = play->scratch.bytes + offset};
-    return (VkDeviceOrHostAddressKHR){.deviceAddress = play->scratch.address + offset};
+    return play_address_in(&play->scratch, offset, is_host);
 }
 
 static VkDeviceOrHostAddressConstKHR unused_instances(const struct build_line *line, char **names)
 {
     struct play *play = line->play;
-    VkDeviceSize offset = play->instances_used;
+    const VkDeviceSize offset = play->instances_used;
     play->instances_used += INSTANCES_SIZE;
     PLAY_REQUIRE(play, play->instances_used <= play->instances.size);
     play_write_instances(play, play->instances.bytes + offset, names);
-    if (line->is_host)
-        return (VkDeviceOrHostAddressConstKHR){.hostAddress = play->instances.bytes + offset};
-    return (VkDeviceOrHostAddressConstKHR){.deviceAddress = play->instances.address + offset};
+    return (VkDeviceOrHostAddressConstKHR){
+        .deviceAddress = play_address_in(&play->instances, offset, line->is_host).deviceAddress};
 }
 
 /* ---- the line */
@@ -79,9 +73,9 @@ static struct one_build *begin(struct build_line *line, const char *name)
     PLAY_REQUIRE(line->play, line->count < PLAY_ITEMS);
     struct one_build *build = &line->builds[line->count++];
     const bool is_top = name[0] == 'T';
-    build->geometry = MAKE(VkAccelerationStructureGeometryKHR,
-                           .geometryType = is_top ? VK_GEOMETRY_TYPE_INSTANCES_KHR
-                                                  : VK_GEOMETRY_TYPE_TRIANGLES_KHR);
+    build->geometry = is_top ? instances_geometry(0) : triangles_geometry(0, 3 * PRIMITIVES, 0);
+    if (!is_top)
+        build->geometry.geometry.triangles.indexType = VK_INDEX_TYPE_NONE_KHR;
     build->info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
                        .type = is_top ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
                                       : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
@@ -90,13 +84,6 @@ static struct one_build *begin(struct build_line *line, const char *name)
                        .dstAccelerationStructure = play_object(line->play, name)->structure,
                        .geometryCount = 1, .pGeometries = &build->geometry);
     build->range.primitiveCount = is_top ? 0 : PRIMITIVES;
-    if (is_top)
-        build->geometry.geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR);
-    else
-        build->geometry.geometry.triangles =
-            MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
-                 .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = 3 * sizeof(float),
-                 .maxVertex = 3 * PRIMITIVES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
     return build;
 }
 
@@ -109,14 +96,6 @@ static void attach_micromap(struct play *play, struct one_build *build, const ch
              .pUsageCounts = &build->usage, .micromap = play_object(play, name)->micromap);
     build->usage.count = PRIMITIVES;
     build->geometry.geometry.triangles.pNext = &build->micromap;
-}
-
-static void use_boxes(const struct build_line *line, struct one_build *build, const char *word)
-{
-    build->geometry.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
-    build->geometry.geometry.aabbs =
-        MAKE(VkAccelerationStructureGeometryAabbsDataKHR, .data = input(line, word),
-             .stride = sizeof(VkAabbPositionsKHR));
 }
 
 /* Reads an option with one operand. */
@@ -136,7 +115,7 @@ static void read_operand(struct build_line *line, struct one_build *build, const
         play_init(play, (char *[]){"", (char *)(uintptr_t)word, "transform"});
         triangles->transformData = input(line, word);
     } else if (play_is(option, "boxes")) {
-        use_boxes(line, build, word);
+        build->geometry = boxes_geometry(input(line, word).deviceAddress);
     } else if (play_is(option, "micromap")) {
         attach_micromap(play, build, word);
     } else if (play_is(option, "scratch")) {

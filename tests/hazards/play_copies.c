@@ -10,6 +10,7 @@
  *
  * SIZE is 64 unless said otherwise. */
 #include "play.h"
+#include "tests/fixture/copies.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -23,31 +24,12 @@ static VkDeviceSize size_of(const char *word)
 
 /* ---- structures */
 
-static VkCopyAccelerationStructureModeKHR mode_of(const char *word)
-{
-    if (play_is(word, "compact"))
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
-    if (play_is(word, "serialize"))
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_SERIALIZE_KHR;
-    if (play_is(word, "deserialize"))
-        return VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR;
-    return VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR;
-}
-
-static VkDeviceOrHostAddressKHR place(struct play *play, const char *word, bool is_host)
-{
-    VkDeviceSize offset;
-    const struct play_object *object = play_place(play, word, &offset);
-    if (is_host)
-        return (VkDeviceOrHostAddressKHR){.hostAddress = object->buffer.bytes + offset};
-    return (VkDeviceOrHostAddressKHR){.deviceAddress = object->buffer.address + offset};
-}
-
 static void copy_structure(struct play *play, char **words, bool is_host)
 {
-    const STRUCT(VkCopyAccelerationStructureInfoKHR, info, .mode = mode_of(words[0]),
-                 .src = play_object(play, words[1])->structure,
-                 .dst = play_object(play, words[3])->structure);
+    const VkCopyAccelerationStructureInfoKHR info =
+        copy_info(play_object(play, words[1])->structure, play_object(play, words[3])->structure,
+                  play_is(words[0], "compact") ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                                               : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     if (is_host)
         GET(play->vk.CopyAccelerationStructureKHR(play->device, NULL, &info));
     else
@@ -56,9 +38,9 @@ static void copy_structure(struct play *play, char **words, bool is_host)
 
 static void serialize(struct play *play, char **words, bool is_host)
 {
-    const STRUCT(VkCopyAccelerationStructureToMemoryInfoKHR, info, .mode = mode_of(words[0]),
-                 .src = play_object(play, words[1])->structure,
-                 .dst = place(play, words[3], is_host));
+    const VkCopyAccelerationStructureToMemoryInfoKHR info =
+        serialize_info(play_object(play, words[1])->structure,
+                       play_address_for(play, words[3], is_host).deviceAddress);
     if (is_host)
         GET(play->vk.CopyAccelerationStructureToMemoryKHR(play->device, NULL, &info));
     else
@@ -67,10 +49,9 @@ static void serialize(struct play *play, char **words, bool is_host)
 
 static void deserialize(struct play *play, char **words, bool is_host)
 {
-    const VkDeviceOrHostAddressKHR src = place(play, words[1], is_host);
-    const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info, .mode = mode_of(words[0]),
-                 .src.deviceAddress = src.deviceAddress,
-                 .dst = play_object(play, words[3])->structure);
+    const VkCopyMemoryToAccelerationStructureInfoKHR info =
+        deserialize_info(play_address_for(play, words[1], is_host).deviceAddress,
+                         play_object(play, words[3])->structure);
     if (is_host)
         GET(play->vk.CopyMemoryToAccelerationStructureKHR(play->device, NULL, &info));
     else

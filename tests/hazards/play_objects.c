@@ -141,10 +141,24 @@ struct play_object *play_place(struct play *play, const char *word, VkDeviceSize
     return play_object(play, name);
 }
 
-VkDeviceAddress play_address(struct play *play, const char *word)
+VkDeviceOrHostAddressKHR play_address_in(const struct device_buffer *buffer, VkDeviceSize offset,
+                                         bool is_host)
+{
+    if (is_host)
+        return (VkDeviceOrHostAddressKHR){.hostAddress = buffer->bytes + offset};
+    return (VkDeviceOrHostAddressKHR){.deviceAddress = buffer->address + offset};
+}
+
+VkDeviceOrHostAddressKHR play_address_for(struct play *play, const char *word, bool is_host)
 {
     VkDeviceSize offset;
-    return play_place(play, word, &offset)->buffer.address + offset;
+    const struct play_object *object = play_place(play, word, &offset);
+    return play_address_in(&object->buffer, offset, is_host);
+}
+
+VkDeviceAddress play_address(struct play *play, const char *word)
+{
+    return play_address_for(play, word, false).deviceAddress;
 }
 
 /* ---- other places */

@@ -100,11 +100,11 @@ static void add_semaphore(struct play *play, const char *word, VkSemaphoreSubmit
 static void add_batch(struct play *play, char **words)
 {
     end_primary(play);
-    PLAY_REQUIRE(play, play->batch_count < PLAY_ITEMS);
-    struct play_batch *batch = &play->batches[play->batch_count++];
-    *batch = (struct play_batch){.command_count = play->ended_count};
+    PLAY_REQUIRE(play, play->batch_count < BATCHES_MAX);
+    struct batch *batch = &play->batches[play->batch_count++];
+    *batch = (struct batch){.command_count = 0};
     for (uint32_t i = 0; i < play->ended_count; i++)
-        batch->commands[i] = MAKE(VkCommandBufferSubmitInfo, .commandBuffer = play->ended[i]);
+        batch_add_commands(batch, play->ended[i]);
     play->ended_count = 0;
     for (; *words; words++) {
         if (play_is(*words, "wait"))
@@ -116,52 +116,14 @@ static void add_batch(struct play *play, char **words)
     }
 }
 
-static VkSubmitInfo2 info_of(const struct play_batch *batch)
-{
-    return MAKE(VkSubmitInfo2, .waitSemaphoreInfoCount = batch->wait_count,
-                .pWaitSemaphoreInfos = batch->waits, .commandBufferInfoCount = batch->command_count,
-                .pCommandBufferInfos = batch->commands,
-                .signalSemaphoreInfoCount = batch->signal_count,
-                .pSignalSemaphoreInfos = batch->signals);
-}
-
-/* One batch as vkQueueSubmit takes it, which submits it. */
-static void submit_1(const struct play *play, VkQueue queue, const struct play_batch *batch,
-                     VkFence fence)
-{
-    VkCommandBuffer commands[PLAY_ITEMS];
-    VkSemaphore waits[PLAY_ITEMS], signals[PLAY_ITEMS];
-    VkPipelineStageFlags stages[PLAY_ITEMS];
-    uint64_t wait_values[PLAY_ITEMS], signal_values[PLAY_ITEMS];
-    for (uint32_t i = 0; i < PLAY_ITEMS; i++) {
-        commands[i] = batch->commands[i].commandBuffer;
-        waits[i] = batch->waits[i].semaphore;
-        stages[i] = (VkPipelineStageFlags)batch->waits[i].stageMask;
-        wait_values[i] = batch->waits[i].value;
-        signals[i] = batch->signals[i].semaphore;
-        signal_values[i] = batch->signals[i].value;
-    }
-    const STRUCT(VkTimelineSemaphoreSubmitInfo, values,
-                 .waitSemaphoreValueCount = batch->wait_count, .pWaitSemaphoreValues = wait_values,
-                 .signalSemaphoreValueCount = batch->signal_count,
-                 .pSignalSemaphoreValues = signal_values);
-    const STRUCT(VkSubmitInfo, info, .pNext = &values, .waitSemaphoreCount = batch->wait_count,
-                 .pWaitSemaphores = waits, .pWaitDstStageMask = stages,
-                 .commandBufferCount = batch->command_count, .pCommandBuffers = commands,
-                 .signalSemaphoreCount = batch->signal_count, .pSignalSemaphores = signals);
-    GET(play->vk.QueueSubmit(queue, 1, &info, fence));
-}
-
 static void submit_batches(struct play *play, VkQueue queue, bool by_2, VkFence fence)
 {
-    VkSubmitInfo2 infos[PLAY_ITEMS];
-    PLAY_REQUIRE(play, queue && (by_2 || play->batch_count == 1));
-    for (uint32_t i = 0; i < play->batch_count; i++)
-        infos[i] = info_of(&play->batches[i]);
+    PLAY_REQUIRE(play, queue != NULL);
     if (by_2)
-        GET(play->vk.QueueSubmit2(queue, play->batch_count, infos, fence));
+        GET(batches_submit_2(play->vk.QueueSubmit2, queue, play->batch_count, play->batches,
+                             fence));
     else
-        submit_1(play, queue, &play->batches[0], fence);
+        GET(batches_submit(&play->vk, queue, play->batch_count, play->batches, fence));
     play->batches[0] = play->batches[play->batch_count - 1]; /* for `again` */
     play->batch_count = 0;
 }
@@ -182,23 +144,15 @@ static void submit(struct play *play, char **words)
 
 static void bind(struct play *play, char **words)
 {
-    VkSemaphore waits[PLAY_ITEMS], signals[PLAY_ITEMS];
     add_batch(play, words + 1);
-    const struct play_batch *batch = &play->batches[--play->batch_count];
+    const struct batch *batch = &play->batches[--play->batch_count];
     PLAY_REQUIRE(play, !batch->command_count);
-    for (uint32_t i = 0; i < PLAY_ITEMS; i++) {
-        waits[i] = batch->waits[i].semaphore;
-        signals[i] = batch->signals[i].semaphore;
-    }
-    const STRUCT(VkBindSparseInfo, info, .waitSemaphoreCount = batch->wait_count,
-                 .pWaitSemaphores = waits, .signalSemaphoreCount = batch->signal_count,
-                 .pSignalSemaphores = signals);
-    GET(play->vk.QueueBindSparse(play->queues[queue_of(play, words[1])], 1, &info, VK_NULL_HANDLE));
+    GET(batch_bind(&play->vk, play->queues[queue_of(play, words[1])], batch, NULL, VK_NULL_HANDLE));
 }
 
 static void submit_again(struct play *play, char **words)
 {
-    struct play_batch *batch = &play->batches[0];
+    struct batch *batch = &play->batches[0];
     PLAY_REQUIRE(play, !play->batch_count && !play->primary);
     batch->wait_count = batch->signal_count = 0;
     play->batch_count = 1;

@@ -100,6 +100,13 @@ struct dependencies {
     VkMemoryBarrier2 memory[PLAY_ITEMS];
     VkBufferMemoryBarrier2 buffers[PLAY_ITEMS];
     VkImageMemoryBarrier2 images[PLAY_ITEMS];
+    /* As the older commands take them: with one pair of stage masks for all. */
+    struct {
+        VkPipelineStageFlags src, dst;
+        VkMemoryBarrier memory[PLAY_ITEMS];
+        VkBufferMemoryBarrier buffers[PLAY_ITEMS];
+        VkImageMemoryBarrier images[PLAY_ITEMS];
+    } old;
 };
 
 /* What stands in front of the masks. */
@@ -132,25 +139,57 @@ static char **read_target(struct play *play, char **words, struct target *target
     return words;
 }
 
+static void add_buffer(struct dependencies *to, const struct target *target,
+                       const VkMemoryBarrier2 *masks)
+{
+    const uint32_t i = to->info.bufferMemoryBarrierCount++;
+    to->buffers[i] =
+        MAKE(VkBufferMemoryBarrier2, .srcStageMask = masks->srcStageMask,
+             .srcAccessMask = masks->srcAccessMask, .dstStageMask = masks->dstStageMask,
+             .dstAccessMask = masks->dstAccessMask, .srcQueueFamilyIndex = target->src_family,
+             .dstQueueFamilyIndex = target->dst_family, .buffer = target->buffer->buffer.handle,
+             .offset = target->offset, .size = target->size);
+    to->old.buffers[i] = MAKE(
+        VkBufferMemoryBarrier, .srcAccessMask = (VkAccessFlags)masks->srcAccessMask,
+        .dstAccessMask = (VkAccessFlags)masks->dstAccessMask,
+        .srcQueueFamilyIndex = target->src_family, .dstQueueFamilyIndex = target->dst_family,
+        .buffer = target->buffer->buffer.handle, .offset = target->offset, .size = target->size);
+}
+
+static void add_image(struct dependencies *to, const struct target *target,
+                      const VkMemoryBarrier2 *masks)
+{
+    const uint32_t i = to->info.imageMemoryBarrierCount++;
+    to->images[i] =
+        MAKE(VkImageMemoryBarrier2, .srcStageMask = masks->srcStageMask,
+             .srcAccessMask = masks->srcAccessMask, .dstStageMask = masks->dstStageMask,
+             .dstAccessMask = masks->dstAccessMask, .oldLayout = VK_IMAGE_LAYOUT_GENERAL,
+             .newLayout = VK_IMAGE_LAYOUT_GENERAL, .srcQueueFamilyIndex = target->src_family,
+             .dstQueueFamilyIndex = target->dst_family, .image = target->image->image,
+             .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1});
+    to->old.images[i] = MAKE(
+        VkImageMemoryBarrier, .srcAccessMask = (VkAccessFlags)masks->srcAccessMask,
+        .dstAccessMask = (VkAccessFlags)masks->dstAccessMask, .oldLayout = VK_IMAGE_LAYOUT_GENERAL,
+        .newLayout = VK_IMAGE_LAYOUT_GENERAL, .srcQueueFamilyIndex = target->src_family,
+        .dstQueueFamilyIndex = target->dst_family, .image = target->image->image,
+        .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1});
+}
+
 static void add(struct dependencies *to, const struct target *target, const VkMemoryBarrier2 *masks)
 {
-    if (target->buffer)
-        to->buffers[to->info.bufferMemoryBarrierCount++] =
-            MAKE(VkBufferMemoryBarrier2, .srcStageMask = masks->srcStageMask,
-                 .srcAccessMask = masks->srcAccessMask, .dstStageMask = masks->dstStageMask,
-                 .dstAccessMask = masks->dstAccessMask, .srcQueueFamilyIndex = target->src_family,
-                 .dstQueueFamilyIndex = target->dst_family, .buffer = target->buffer->buffer.handle,
-                 .offset = target->offset, .size = target->size);
-    else if (target->image)
-        to->images[to->info.imageMemoryBarrierCount++] =
-            MAKE(VkImageMemoryBarrier2, .srcStageMask = masks->srcStageMask,
-                 .srcAccessMask = masks->srcAccessMask, .dstStageMask = masks->dstStageMask,
-                 .dstAccessMask = masks->dstAccessMask, .oldLayout = VK_IMAGE_LAYOUT_GENERAL,
-                 .newLayout = VK_IMAGE_LAYOUT_GENERAL, .srcQueueFamilyIndex = target->src_family,
-                 .dstQueueFamilyIndex = target->dst_family, .image = target->image->image,
-                 .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1});
-    else
-        to->memory[to->info.memoryBarrierCount++] = *masks;
+    to->old.src |= (VkPipelineStageFlags)masks->srcStageMask;
+    to->old.dst |= (VkPipelineStageFlags)masks->dstStageMask;
+    if (target->buffer) {
+        add_buffer(to, target, masks);
+    } else if (target->image) {
+        add_image(to, target, masks);
+    } else {
+        const uint32_t i = to->info.memoryBarrierCount++;
+        to->memory[i] = *masks;
+        to->old.memory[i] =
+            MAKE(VkMemoryBarrier, .srcAccessMask = (VkAccessFlags)masks->srcAccessMask,
+                 .dstAccessMask = (VkAccessFlags)masks->dstAccessMask);
+    }
 }
 
 static void read_dependencies(struct play *play, char **words, struct dependencies *to)
@@ -172,84 +211,34 @@ static void read_dependencies(struct play *play, char **words, struct dependenci
     }
 }
 
-/* Dependencies of vkCmdPipelineBarrier: one pair of stage masks for all. */
-struct dependencies_1 {
-    VkPipelineStageFlags src, dst;
-    VkMemoryBarrier memory[PLAY_ITEMS];
-    VkBufferMemoryBarrier buffers[PLAY_ITEMS];
-    VkImageMemoryBarrier images[PLAY_ITEMS];
-};
-
-static void add_stages(struct dependencies_1 *to, VkPipelineStageFlags2 src,
-                       VkPipelineStageFlags2 dst)
-{
-    to->src |= (VkPipelineStageFlags)src;
-    to->dst |= (VkPipelineStageFlags)dst;
-}
-
-static void translate(const struct dependencies *from, struct dependencies_1 *to)
-{
-    *to = (struct dependencies_1){0};
-    for (uint32_t i = 0; i < from->info.memoryBarrierCount; i++) {
-        const VkMemoryBarrier2 *memory = &from->memory[i];
-        add_stages(to, memory->srcStageMask, memory->dstStageMask);
-        to->memory[i] = MAKE(VkMemoryBarrier, .srcAccessMask = (VkAccessFlags)memory->srcAccessMask,
-                             .dstAccessMask = (VkAccessFlags)memory->dstAccessMask);
-    }
-    for (uint32_t i = 0; i < from->info.bufferMemoryBarrierCount; i++) {
-        const VkBufferMemoryBarrier2 *buffer = &from->buffers[i];
-        add_stages(to, buffer->srcStageMask, buffer->dstStageMask);
-        to->buffers[i] =
-            MAKE(VkBufferMemoryBarrier, .srcAccessMask = (VkAccessFlags)buffer->srcAccessMask,
-                 .dstAccessMask = (VkAccessFlags)buffer->dstAccessMask,
-                 .srcQueueFamilyIndex = buffer->srcQueueFamilyIndex,
-                 .dstQueueFamilyIndex = buffer->dstQueueFamilyIndex, .buffer = buffer->buffer,
-                 .offset = buffer->offset, .size = buffer->size);
-    }
-    for (uint32_t i = 0; i < from->info.imageMemoryBarrierCount; i++) {
-        const VkImageMemoryBarrier2 *image = &from->images[i];
-        add_stages(to, image->srcStageMask, image->dstStageMask);
-        to->images[i] = MAKE(
-            VkImageMemoryBarrier, .srcAccessMask = (VkAccessFlags)image->srcAccessMask,
-            .dstAccessMask = (VkAccessFlags)image->dstAccessMask, .oldLayout = image->oldLayout,
-            .newLayout = image->newLayout, .srcQueueFamilyIndex = image->srcQueueFamilyIndex,
-            .dstQueueFamilyIndex = image->dstQueueFamilyIndex, .image = image->image,
-            .subresourceRange = image->subresourceRange);
-    }
-}
-
 /* ---- commands */
 
 static void play_barrier(struct play *play, char **words)
 {
     struct dependencies all;
-    struct dependencies_1 old;
     read_dependencies(play, words + 1, &all);
     if (play_is(words[0], "barrier")) {
         play->vk.CmdPipelineBarrier2(play_commands(play), &all.info);
         return;
     }
-    translate(&all, &old);
-    play->vk.CmdPipelineBarrier(play_commands(play), old.src, old.dst, 0,
-                                all.info.memoryBarrierCount, old.memory,
-                                all.info.bufferMemoryBarrierCount, old.buffers,
-                                all.info.imageMemoryBarrierCount, old.images);
+    play->vk.CmdPipelineBarrier(play_commands(play), all.old.src, all.old.dst, 0,
+                                all.info.memoryBarrierCount, all.old.memory,
+                                all.info.bufferMemoryBarrierCount, all.old.buffers,
+                                all.info.imageMemoryBarrierCount, all.old.images);
 }
 
 static void play_wait(struct play *play, char **words, VkEvent event)
 {
     struct dependencies all;
-    struct dependencies_1 old;
     read_dependencies(play, words + 2, &all);
     if (play_is(words[0], "wait")) {
         play->vk.CmdWaitEvents2(play_commands(play), 1, &event, &all.info);
         return;
     }
-    translate(&all, &old);
-    play->vk.CmdWaitEvents(play_commands(play), 1, &event, old.src, old.dst,
-                           all.info.memoryBarrierCount, old.memory,
-                           all.info.bufferMemoryBarrierCount, old.buffers,
-                           all.info.imageMemoryBarrierCount, old.images);
+    play->vk.CmdWaitEvents(play_commands(play), 1, &event, all.old.src, all.old.dst,
+                           all.info.memoryBarrierCount, all.old.memory,
+                           all.info.bufferMemoryBarrierCount, all.old.buffers,
+                           all.info.imageMemoryBarrierCount, all.old.images);
 }
 
 static bool play_event(struct play *play, char **words)

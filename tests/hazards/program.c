@@ -189,29 +189,29 @@ static const char *const kind_names[ACCESS_KINDS] = {
     "micromap_copy_write",  "host_read",         "host_write",
 };
 
-static void print_kinds(kind_set kinds)
+/* The names of the bits; the others as a number. */
+static void print_set(uint32_t set, const char *const *names, uint32_t count)
 {
     uint32_t printed = 0;
-    for (uint32_t kind = 0; kind < ACCESS_KINDS; kind++)
-        if (kinds >> kind & 1)
-            printf("%s%s", printed++ ? "|" : "", kind_names[kind]);
-    printf("%s", printed ? "" : "0");
+    for (uint32_t i = 0; i < count; i++)
+        if (set >> i & 1)
+            printf("%s%s", printed++ ? "|" : "", names[i]);
+    if (!printed || set >> count)
+        printf("%s0x%" PRIx32, printed ? "|" : "", set >> count << count);
+}
+
+static void print_kinds(kind_set kinds)
+{
+    print_set(kinds, kind_names, ACCESS_KINDS);
 }
 
 static void print_stages(stage_set stages)
 {
     static const char *const names[] = {"build", "accel_copy", "copy", "fill", "micromap", "host"};
-    uint32_t printed = 0;
-    if (stages == ALL_SYNC_STAGES) {
+    if (stages == ALL_SYNC_STAGES)
         printf("all");
-        return;
-    }
-    for (uint32_t stage = 0; stage < SYNC_ACCESS_STAGES; stage++)
-        if (stages >> stage & 1)
-            printf("%s%s", printed++ ? "|" : "", names[stage]);
-    if (!printed || stages >> SYNC_ACCESS_STAGES)
-        printf("%s0x%" PRIx32, printed ? "|" : "",
-               stages >> SYNC_ACCESS_STAGES << SYNC_ACCESS_STAGES);
+    else
+        print_set(stages, names, SYNC_ACCESS_STAGES);
 }
 
 static void print_bytes(const struct hazard_bytes *bytes)

@@ -6,8 +6,7 @@
 
 #include "../state/random.h"
 #include "../state/unit_test.h"
-#include "generator.h"
-#include "model.h"
+#include "program.h"
 
 static bool differs(const struct program *program, struct findings *model, struct findings *engine)
 {

@@ -6,8 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/fixture/make.h"
-#include "tests/tools/fail.h"
 #include "tests/tools/gpu.h"
 
 static const char *const gpu_extensions[] = {

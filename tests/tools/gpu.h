@@ -9,6 +9,7 @@
 #include <vulkan/vulkan.h>
 
 #include "tests/fixture/make.h"
+#include "tests/tools/fail.h"
 
 #define GPU_LAYER "VK_LAYER_ASSAY_validation"
 #define GPU_LAYER_LIBRARY "libVkLayer_assay"
@@ -41,6 +42,11 @@ void gpu_open(struct gpu *gpu, const char *layer,
 void gpu_close(struct gpu *gpu);
 
 /* ---- objects (gpu_memory.c) */
+
+static inline VkDeviceSize gpu_align(VkDeviceSize size, VkDeviceSize alignment)
+{
+    return (size + alignment - 1) / alignment * alignment;
+}
 
 enum gpu_place {
     GPU_PLACE_HOST,   /* mapped for as long as the buffer lives, coherent */

@@ -2,8 +2,6 @@
 /* Buffers, the structures that lie in them, and command buffers. */
 #include <stdint.h>
 
-#include "tests/fixture/make.h"
-#include "tests/tools/fail.h"
 #include "tests/tools/gpu.h"
 
 void gpu_name(struct gpu *gpu, VkObjectType type, uint64_t handle, const char *name)
@@ -93,8 +91,7 @@ struct gpu_buffer gpu_create_scratch(struct gpu *gpu, const char *name, VkDevice
 
 VkDeviceAddress gpu_scratch_address(const struct gpu *gpu, const struct gpu_buffer *buffer)
 {
-    VkDeviceSize alignment = gpu_scratch_alignment(gpu);
-    return (buffer->address + alignment - 1) / alignment * alignment;
+    return gpu_align(buffer->address, gpu_scratch_alignment(gpu));
 }
 
 /* ---- acceleration structures */

@@ -2,6 +2,7 @@
 /* Clocks, and medians of samples. */
 #include "tests/tools/measure.h"
 
+#include <malloc.h>
 #include <stdlib.h>
 
 double read_clock(clockid_t clock)
@@ -14,6 +15,12 @@ double read_clock(clockid_t clock)
 double thread_time(void)
 {
     return read_clock(CLOCK_THREAD_CPUTIME_ID);
+}
+
+double bytes_allocated(void)
+{
+    const struct mallinfo2 info = mallinfo2();
+    return (double)info.uordblks + (double)info.hblkhd;
 }
 
 static int compare(const void *a, const void *b)

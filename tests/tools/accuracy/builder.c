@@ -10,7 +10,6 @@
 #include <stdlib.h>
 
 #include "embree.h"
-#include "model.h"
 #include "tests/tools/measure.h"
 
 enum { QUALITIES = 3 };
@@ -41,15 +40,8 @@ static struct trace_ray *make_rays(const struct fixture_mesh *mesh)
         lower[i % 3] = fminf(lower[i % 3], mesh->positions[i]);
         upper[i % 3] = fmaxf(upper[i % 3], mesh->positions[i]);
     }
-    for (uint32_t ray = 0; ray < ray_count; ray++) {
-        rays[ray] = (struct trace_ray){.t_max = INFINITY, .cull_mask = 0xff};
-        for (int i = 0; i < 3; i++) {
-            const float margin = 0.1f * (upper[i] - lower[i]);
-            rays[ray].origin[i] = fixture_uniform(&random, lower[i] - margin, upper[i] + margin);
-            rays[ray].direction[i] =
-                fixture_uniform(&random, lower[i], upper[i]) - rays[ray].origin[i];
-        }
-    }
+    for (uint32_t i = 0; i < ray_count; i++)
+        rays[i] = model_random_ray(lower, upper, 0.1f, 0, &random);
     return rays;
 }
 
@@ -130,7 +122,6 @@ static void measure_mesh(const char *name, struct fixture_mesh mesh)
 
 int main(int count, char **arguments)
 {
-    (void)arguments;
     const bool is_quick = count > 1;
     struct fixture_mesh bunny;
     if (is_quick) {

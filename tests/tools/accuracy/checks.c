@@ -7,7 +7,6 @@
  * a median; and that of all threads of the process. Memory is what stays allocated once a scene is
  * there and built, likewise. On lavapipe builds execute on threads of the
  * driver's. */
-#include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -152,12 +151,6 @@ static void close_bench(struct bench *bench)
 
 /* ---- time and memory */
 
-static double allocated(void)
-{
-    const struct mallinfo2 info = mallinfo2();
-    return (double)info.uordblks + (double)info.hblkhd;
-}
-
 static void time_runs(struct side *side, uint32_t sample, uint32_t times)
 {
     const struct workload *workload = &side->workload;
@@ -202,10 +195,10 @@ static void measure_bytes(const struct bench *bench, struct side *side, enum wor
     struct workload workload;
     open_fixture(bench, side, &fixture);
     struct scene *scene = scene_open(&fixture, command);
-    const double before = allocated();
+    const double before = bytes_allocated();
     workload_open(&workload, scene, kind, bench->is_quick);
     workload_run(&workload);
-    side->bytes = (allocated() - before) / workload.count;
+    side->bytes = (bytes_allocated() - before) / workload.count;
     workload_close(&workload);
     scene_close(scene);
     fixture_close(&fixture);

@@ -62,10 +62,7 @@ static void use_update(struct run *run)
     }
 }
 
-static void destroy_queries(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyQueryPool(device, (VkQueryPool)handle, NULL);
-}
+SCENE_CREATES(create_queries, QueryPool, VkQueryPool, VkQueryPoolCreateInfo)
 
 static void use_compaction(struct run *run)
 {
@@ -73,10 +70,7 @@ static void use_compaction(struct run *run)
     const VkQueryPoolCreateInfo create_info = MAKE(
         VkQueryPoolCreateInfo, .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
         .queryCount = BUILDS);
-    expect_success(
-        scene->vk->CreateQueryPool(scene->fixture->device, &create_info, NULL, &run->queries),
-        "vkCreateQueryPool");
-    scene_defer(scene, scene->fixture->device, (uint64_t)run->queries, destroy_queries);
+    run->queries = create_queries(scene, &create_info);
     for (uint32_t i = 0; i < BUILDS; i++) {
         scene->infos[FIRST + i].flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
         run->compacted[i] = scene_accel_for(scene, FIRST + i);

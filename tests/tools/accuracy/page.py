@@ -134,23 +134,20 @@ def mark_front(rows, costs):
                                    for other in points))
 
 
-def make_rays(rows):
-    by_set = collections.defaultdict(list)
+def mark_fronts(rows, keys, costs):
+    """The same for each group of rows that have the same keys."""
+    groups = collections.defaultdict(list)
     for row in rows:
-        by_set[row["rays"]].append(row)
-    for of_set in by_set.values():
-        mark_front(of_set, ("ns_a_ray", "wrong_in_a_million"))
+        groups[tuple(row[key] for key in keys)].append(row)
+    for group in groups.values():
+        mark_front(group, costs)
     return rows
 
 
 def make_builder(rows):
-    by_mesh = collections.defaultdict(list)
     for row in rows:
         row["ns_a_primitive"] = f"{1e3 / float(row['mprims_a_second']):.1f}"
-        by_mesh[row["mesh"], row["builder"]].append(row)
-    for of_mesh in by_mesh.values():
-        mark_front(of_mesh, ("ns_a_primitive", "sah"))
-    return rows
+    return mark_fronts(rows, ("mesh", "builder"), ("ns_a_primitive", "sah"))
 
 
 def make_effects(rows):
@@ -297,7 +294,7 @@ def main():
     costs = [row for driver in ("null", "lavapipe")
              if (raw / f"costs-{driver}.csv").exists() for row in read(raw / f"costs-{driver}.csv")]
     checks = make_checks(raw, arguments.dump, costs)
-    rays = make_rays(read(raw / "rays.csv"))
+    rays = mark_fronts(read(raw / "rays.csv"), ("rays",), ("ns_a_ray", "wrong_in_a_million"))
     builder = make_builder(read(raw / "builder.csv")) if (raw / "builder.csv").exists() else []
     effects = make_effects(read(raw / "effects.csv"))
     plain = read(raw / "plain.csv") if (raw / "plain.csv").exists() else []

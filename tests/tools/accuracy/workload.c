@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Making scenes, and building them. */
 #include "workload.h"
-#include "tests/fixture/make.h"
+#include "tests/fixture/geometry.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -13,14 +13,6 @@ enum { ALIGNMENT = 256 };
 const char *const workload_names[WORKLOAD_KINDS] = {[WORKLOAD_MESH] = "one mesh",
                                                     [WORKLOAD_SMALL] = "1,000 small meshes",
                                                     [WORKLOAD_INSTANCES] = "100,000 instances"};
-
-static void *allocate(size_t count, size_t size)
-{
-    void *bytes = calloc(count, size);
-    if (bytes == NULL)
-        abort();
-    return bytes;
-}
 
 static VkDeviceSize aligned(VkDeviceSize size, VkDeviceSize alignment)
 {
@@ -46,27 +38,12 @@ static void give_meshes(struct workload *workload, uint32_t side)
     for (uint32_t i = 0; i < workload->count; i++) {
         memcpy(vertex_buffer.host + i * vertex_step, mesh.positions, vertices);
         memcpy(index_buffer.host + i * index_step, mesh.indices, indices);
-        workload->geometries[i] = MAKE(
-            VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-            .geometry.triangles = MAKE(
-                VkAccelerationStructureGeometryTrianglesDataKHR,
-                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                .vertexData.deviceAddress = scene_address(scene, &vertex_buffer, i * vertex_step),
-                .vertexStride = 12, .maxVertex = mesh.vertex_count - 1,
-                .indexType = VK_INDEX_TYPE_UINT32,
-                .indexData.deviceAddress = scene_address(scene, &index_buffer, i * index_step)));
+        workload->geometries[i] = triangles_geometry(
+            scene_address(scene, &vertex_buffer, i * vertex_step), mesh.vertex_count,
+            scene_address(scene, &index_buffer, i * index_step));
         workload->ranges[i].primitiveCount = mesh.triangle_count;
     }
     fixture_mesh_free(&mesh);
-}
-
-/* What instances say of a structure. */
-static uint64_t reference_to(const struct scene *scene, VkAccelerationStructureKHR blas)
-{
-    const STRUCT(VkAccelerationStructureDeviceAddressInfoKHR, info, .accelerationStructure = blas);
-    return scene->command == COMMAND_HOST
-               ? (uint64_t)blas
-               : scene->vk->GetAccelerationStructureDeviceAddressKHR(scene->fixture->device, &info);
 }
 
 static void give_instances(struct workload *workload, uint64_t reference, uint32_t count)
@@ -85,10 +62,7 @@ static void give_instances(struct workload *workload, uint64_t reference, uint32
             .mask = 0xff,
             .accelerationStructureReference = reference};
     }
-    workload->geometries[0] =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-             .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
-                                        .data.deviceAddress = scene_address(scene, &buffer, 0)));
+    workload->geometries[0] = instances_geometry(scene_address(scene, &buffer, 0));
     workload->ranges[0].primitiveCount = count;
 }
 
@@ -156,10 +130,10 @@ void workload_run(const struct workload *workload)
 static void reserve(struct workload *workload, struct scene *scene, uint32_t count)
 {
     *workload = (struct workload){.scene = scene, .count = count};
-    workload->infos = allocate(count, sizeof(*workload->infos));
-    workload->geometries = allocate(count, sizeof(*workload->geometries));
-    workload->ranges = allocate(count, sizeof(*workload->ranges));
-    workload->range_pointers = allocate(count, sizeof(void *));
+    workload->infos = fixture_allocate(count * sizeof(*workload->infos));
+    workload->geometries = fixture_allocate(count * sizeof(*workload->geometries));
+    workload->ranges = fixture_allocate(count * sizeof(*workload->ranges));
+    workload->range_pointers = fixture_allocate(count * sizeof(void *));
     workload->family = fixture_find_family(scene->fixture, VK_QUEUE_COMPUTE_BIT, 0);
     workload->command_buffer = scene_command_buffer(scene, workload->family);
 }
@@ -172,10 +146,7 @@ static void release(struct workload *workload)
     free(workload->range_pointers);
 }
 
-static void destroy_accel(struct scene *scene, VkDevice device, uint64_t handle)
-{
-    scene->vk->DestroyAccelerationStructureKHR(device, (VkAccelerationStructureKHR)handle, NULL);
-}
+SCENE_DESTROYS(destroy_accel, DestroyAccelerationStructureKHR, VkAccelerationStructureKHR)
 
 /* A BLAS of the scene, built, for its instances. */
 static uint64_t build_instanced(struct scene *scene)
@@ -188,7 +159,7 @@ static uint64_t build_instanced(struct scene *scene)
     const VkAccelerationStructureKHR accel = blas.infos[0].dstAccelerationStructure;
     scene_defer(scene, scene->fixture->device, (uint64_t)accel, destroy_accel);
     release(&blas);
-    return reference_to(scene, accel);
+    return scene_reference(scene, accel);
 }
 
 void workload_open(struct workload *workload, struct scene *scene, enum workload_kind kind,

@@ -2,9 +2,12 @@
 /* Reading a command line. */
 #include "command_line.h"
 
+#include <errno.h>
 #include <getopt.h>
-#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+
+#include "tests/tools/fail.h"
 
 enum { MOST_OPTIONS = 16 };
 
@@ -23,6 +26,22 @@ uint32_t command_line_number(const struct command_line *line, const char *text, 
     return (uint32_t)number;
 }
 
+FILE *command_line_open_csv(const char *path, const char *heads)
+{
+    FILE *csv = path ? fopen(path, "w") : NULL;
+    if (path && !csv)
+        tool_fail("%s: %s", path, strerror(errno));
+    if (csv)
+        fprintf(csv, "%s\n", heads);
+    return csv;
+}
+
+void command_line_close_csv(FILE *csv)
+{
+    if (csv && fclose(csv) != 0)
+        tool_fail("the CSV file could not be written: %s", strerror(errno));
+}
+
 void command_line_count(const struct command_line *line, const char *value, void *member)
 {
     char *end;
@@ -33,22 +52,29 @@ void command_line_count(const struct command_line *line, const char *value, void
 
 void command_line_text(const struct command_line *line, const char *value, void *member)
 {
-    (void)line;
     *(const char **)member = value;
 }
 
 void command_line_set(const struct command_line *line, const char *value, void *member)
 {
-    (void)line;
-    (void)value;
     *(bool *)member = true;
 }
 
 void command_line_clear(const struct command_line *line, const char *value, void *member)
 {
-    (void)line;
-    (void)value;
     *(bool *)member = false;
+}
+
+static bool is_choice(const char *choices, const char *value)
+{
+    size_t length;
+    for (;; choices += length + 1) {
+        length = strcspn(choices, "|");
+        if (strlen(value) == length && strncmp(choices, value, length) == 0)
+            return true;
+        if (!choices[length])
+            return false;
+    }
 }
 
 void command_line_read(const struct command_line *line, void *options, int argc, char **argv)
@@ -67,6 +93,8 @@ void command_line_read(const struct command_line *line, void *options, int argc,
             exit(2);
         }
         const struct command_line_option *option = &line->options[which - 1];
+        if (option->choices && !is_choice(option->choices, optarg))
+            command_line_wrong(line, "unknown name", optarg);
         option->read(line, optarg, (char *)options + option->member);
     }
     if (optind < argc)

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 struct command_line;
 
@@ -15,8 +16,9 @@ typedef void command_line_reader(const struct command_line *line, const char *va
 struct command_line_option {
     const char *name;
     command_line_reader *read;
-    size_t member;  /* its offset in the options */
-    bool has_value; /* --name value */
+    size_t member;       /* its offset in the options */
+    bool has_value;      /* --name value */
+    const char *choices; /* the values that it may have, as "one|other"; NULL: any */
 };
 
 /* Of one program. Every program also has --help. */
@@ -35,6 +37,10 @@ _Noreturn void command_line_wrong(const struct command_line *line, const char *w
 
 /* The number that a text begins with, and where that ends. */
 uint32_t command_line_number(const struct command_line *line, const char *text, char **end);
+
+/* Opens the file that --csv names, and writes its first line; NULL for NULL. Then closes it. */
+FILE *command_line_open_csv(const char *path, const char *heads);
+void command_line_close_csv(FILE *csv);
 
 command_line_reader command_line_count; /* a uint32_t */
 command_line_reader command_line_text;  /* a const char * */

@@ -7,7 +7,6 @@
 #include "command_line.h"
 #include "frames.h"
 #include "tests/null_driver/null_driver.h"
-#include "tests/tools/fail.h"
 #include "tests/tools/measure.h"
 
 enum { MOST_SIDES = 7, MOST_FRAMES = 1001 };
@@ -221,10 +220,7 @@ int main(int argc, char **argv)
         driver_select(options->driver);
     if (options->driver && strcmp(options->driver, "null") == 0)
         raise_limits();
-    if (options->csv && !(bench.csv = fopen(options->csv, "w")))
-        tool_fail("cannot write %s", options->csv);
-    if (bench.csv)
-        fprintf(bench.csv, "scene,side,wall_ms,cpu_ms\n");
+    bench.csv = command_line_open_csv(options->csv, "scene,side,wall_ms,cpu_ms");
     open_sides(&bench);
     print_heads(&bench);
     const struct frame_kind *kinds = options->hazards ? hazard_kinds : content_kinds;
@@ -234,7 +230,6 @@ int main(int argc, char **argv)
     for (int s = 0; s < MOST_SIDES; s++)
         if (bench.is_open[s])
             side_close(&bench.sides[s]);
-    if (bench.csv && fclose(bench.csv) != 0)
-        tool_fail("cannot write %s", options->csv);
+    command_line_close_csv(bench.csv);
     return 0;
 }

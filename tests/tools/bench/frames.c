@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/tools/fail.h"
+#include "tests/fixture/geometry.h"
 #include "tests/tools/measure.h"
 
 enum { REFERRED = 1000 }; /* structures that instances refer to */
@@ -19,9 +19,7 @@ struct frames {
     VkAccelerationStructureBuildGeometryInfoKHR *infos;
     VkAccelerationStructureBuildRangeInfoKHR range;
     const VkAccelerationStructureBuildRangeInfoKHR **ranges;
-    VkCommandPool pool;
-    VkCommandBuffer commands;
-    VkFence fence;
+    struct recorder recorder;
     bool is_built;
 };
 
@@ -64,12 +62,7 @@ static void open_triangles(struct frames *frames)
     free(vertices);
     free(indices);
     frames->geometry =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR);
-    frames->geometry.geometry.triangles = MAKE(
-        VkAccelerationStructureGeometryTrianglesDataKHR, .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-        .vertexData.deviceAddress = frames->vertices.address, .vertexStride = 12,
-        .maxVertex = count + 1, .indexType = VK_INDEX_TYPE_UINT32,
-        .indexData.deviceAddress = frames->indices.address);
+        triangles_geometry(frames->vertices.address, count + 2, frames->indices.address);
 }
 
 /* Instances refer to many structures, in no order. */
@@ -91,18 +84,10 @@ static void open_instances(struct frames *frames, struct side *side)
     }
     frames->instances = upload(frames->gpu, "instances", instances, count * sizeof(*instances));
     free(instances);
-    frames->geometry =
-        MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR);
-    frames->geometry.geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
-                                               .data.deviceAddress = frames->instances.address);
+    frames->geometry = instances_geometry(frames->instances.address);
 }
 
 /* ---- structures */
-
-static VkDeviceSize align(VkDeviceSize size, VkDeviceSize alignment)
-{
-    return (size + alignment - 1) / alignment * alignment;
-}
 
 static VkAccelerationStructureTypeKHR type_of(const struct frames *frames)
 {
@@ -124,10 +109,10 @@ static void open_structures(struct frames *frames)
         gpu->device, VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info,
         &frames->kind.primitives, &sizes);
     const VkDeviceSize scratch =
-        align(sizes.buildScratchSize > sizes.updateScratchSize ? sizes.buildScratchSize
-                                                               : sizes.updateScratchSize,
-              256);
-    const VkDeviceSize size = align(sizes.accelerationStructureSize, 256);
+        gpu_align(sizes.buildScratchSize > sizes.updateScratchSize ? sizes.buildScratchSize
+                                                                   : sizes.updateScratchSize,
+                  256);
+    const VkDeviceSize size = gpu_align(sizes.accelerationStructureSize, 256);
     frames->scratch = gpu_create_scratch(gpu, "scratch", scratch * builds);
     frames->storage = gpu_create_buffer(gpu, "structures", GPU_PLACE_DEVICE,
                                         VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
@@ -151,22 +136,14 @@ static void open_structures(struct frames *frames)
 struct frames *frames_open(const struct frame_kind *kind, struct side *side)
 {
     struct frames *frames = tool_alloc(1, sizeof(*frames));
-    struct gpu *gpu = frames->gpu = &side->gpu;
+    frames->gpu = &side->gpu;
     frames->kind = *kind;
     if (kind->is_top_level)
         open_instances(frames, side);
     else
         open_triangles(frames);
     open_structures(frames);
-    const VkCommandPoolCreateInfo pool =
-        MAKE(VkCommandPoolCreateInfo, .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
-             .queueFamilyIndex = gpu->queue_family);
-    TOOL_CALL(gpu->calls, CreateCommandPool, gpu->device, &pool, NULL, &frames->pool);
-    const VkCommandBufferAllocateInfo allocate =
-        MAKE(VkCommandBufferAllocateInfo, .commandPool = frames->pool, .commandBufferCount = 1);
-    TOOL_CALL(gpu->calls, AllocateCommandBuffers, gpu->device, &allocate, &frames->commands);
-    const VkFenceCreateInfo fence = MAKE(VkFenceCreateInfo);
-    TOOL_CALL(gpu->calls, CreateFence, gpu->device, &fence, NULL, &frames->fence);
+    recorder_open(&frames->recorder, side);
     return frames;
 }
 
@@ -175,8 +152,7 @@ void frames_close(struct frames *frames)
     if (!frames)
         return;
     struct gpu *gpu = frames->gpu;
-    gpu->calls.DestroyFence(gpu->device, frames->fence, NULL);
-    gpu->calls.DestroyCommandPool(gpu->device, frames->pool, NULL);
+    recorder_close(&frames->recorder);
     for (uint32_t i = 0; i < frames->kind.builds; i++)
         gpu_destroy_structure(gpu, &frames->structures[i]);
     gpu_destroy_buffer(gpu, &frames->vertices);
@@ -208,7 +184,8 @@ static void choose_mode(struct frames *frames)
 static void record_barrier(struct frames *frames)
 {
     struct gpu *gpu = frames->gpu;
-    gpu_barrier(gpu, frames->commands, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+    gpu_barrier(gpu, frames->recorder.commands,
+                VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
                 VK_ACCESS_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
                 VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
                 VK_ACCESS_ACCELERATION_STRUCTURE_READ_BIT_KHR |
@@ -221,29 +198,24 @@ static void record(struct frames *frames)
     const struct frame_kind *kind = &frames->kind;
     const uint32_t a_call = kind->builds_a_call ? kind->builds_a_call : kind->builds;
     const uint32_t a_barrier = kind->builds_a_barrier ? kind->builds_a_barrier : kind->builds;
-    const VkCommandBufferBeginInfo begin = MAKE(VkCommandBufferBeginInfo);
-    TOOL_CALL(gpu->calls, BeginCommandBuffer, frames->commands, &begin);
+    recorder_begin(&frames->recorder, 0);
     for (uint32_t i = 0; i < kind->builds; i += a_call) {
         const uint32_t left = kind->builds - i;
         if (i % a_barrier == 0)
             record_barrier(frames);
-        gpu->calls.CmdBuildAccelerationStructuresKHR(
-            frames->commands, left < a_call ? left : a_call, &frames->infos[i], &frames->ranges[i]);
+        gpu->calls.CmdBuildAccelerationStructuresKHR(frames->recorder.commands,
+                                                     left < a_call ? left : a_call,
+                                                     &frames->infos[i], &frames->ranges[i]);
     }
-    TOOL_CALL(gpu->calls, EndCommandBuffer, frames->commands);
+    recorder_end(&frames->recorder);
 }
 
 struct frame_times frames_run(struct frames *frames)
 {
-    struct gpu *gpu = frames->gpu;
     choose_mode(frames);
     const double wall = read_clock(CLOCK_MONOTONIC), cpu = read_clock(CLOCK_PROCESS_CPUTIME_ID);
     record(frames);
-    const VkSubmitInfo submit =
-        MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &frames->commands);
-    TOOL_CALL(gpu->calls, QueueSubmit, gpu->queue, 1, &submit, frames->fence);
-    TOOL_CALL(gpu->calls, WaitForFences, gpu->device, 1, &frames->fence, VK_TRUE, UINT64_MAX);
-    TOOL_CALL(gpu->calls, ResetFences, gpu->device, 1, &frames->fence);
+    recorder_submit_and_wait(&frames->recorder);
     return (struct frame_times){read_clock(CLOCK_MONOTONIC) - wall,
                                 read_clock(CLOCK_PROCESS_CPUTIME_ID) - cpu};
 }

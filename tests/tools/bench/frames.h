@@ -3,7 +3,7 @@
 #ifndef BENCH_FRAMES_H
 #define BENCH_FRAMES_H
 
-#include "side.h"
+#include "recorder.h"
 
 /* What each frame builds. */
 struct frame_kind {

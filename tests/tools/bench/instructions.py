@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Counts what the layer adds to recording a build: instructions, with callgrind, and system calls
 that probe memory, which callgrind doesn't see. Compares both with the counts in a file, so that a
-slow-down shows on a machine whose clock says little."""
+slow-down shows on a machine whose clock says little. With --conflicts all builds of a call have the
+same dst and scratch, and a build of a large call takes no more than one of a small call: the search
+for pairs stays linear, however many pairs are in conflict."""
 
 import argparse
 import csv
@@ -22,6 +24,10 @@ CASES = [Case(buffers, order, call) for call in (STRUCTURES, 1)
 MARGIN = 0.15  # compilers and C libraries differ,
 PROBES_SLACK = 5  # and so do the pages that arrays begin in
 
+# Builds a call whose builds are all in conflict; and the margin, of what the small call takes: its
+# square would be eight times that.
+SMALL, LARGE, CONFLICT_MARGIN = 1000, 8000, 0.5
+
 # Instructions of a build, probes of a round of all.
 Counts = namedtuple("Counts", "instructions probes")
 
@@ -30,12 +36,24 @@ def fail(message):
     sys.exit(f"instructions.py: {message}")
 
 
-def count(arguments, case, layer):
+def count(arguments, case, layer, times, *options):
     """What recording takes with the layer ("on") or without ("off")."""
     instructions, probes = count_recording(
         arguments, layer, "--buffers", case.buffers, "--order", case.order, "--sizes", case.call,
-        "--alive", STRUCTURES, "--times", TIMES)
-    return Counts(instructions, probes / TIMES)
+        "--times", times, *options)
+    return Counts(instructions, probes / times)
+
+
+def compare_conflicts(arguments):
+    added = {}
+    for builds in (SMALL, LARGE):
+        case = Case("shared", "created", builds)
+        without, with_layer = (count(arguments, case, layer, 2, "--conflicts").instructions
+                               for layer in ("off", "on"))
+        added[builds] = with_layer - without
+        print(f"{builds:5} builds a call: {added[builds]:.0f} instructions a build", flush=True)
+    if added[LARGE] > added[SMALL] * (1 + CONFLICT_MARGIN):
+        fail("a build of a large call takes more than one of a small call")
 
 
 def read_expected(path):
@@ -66,14 +84,7 @@ def verdict(counted, expected):
     return "fewer: update the file" if is_more(expected, counted) else "as expected"
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--record", type=pathlib.Path, required=True, help="the program")
-    parser.add_argument("--expected", type=pathlib.Path, required=True, help="the file of counts")
-    parser.add_argument("--valgrind", default="valgrind")
-    parser.add_argument("--update", action="store_true", help="write the counts to the file")
-    arguments = parser.parse_args()
-
+def compare_expected(arguments):
     expected = {} if arguments.update else read_expected(arguments.expected)
     added = {}
     worse = False
@@ -81,7 +92,8 @@ def main():
     print(f"{'buffers':10}{'order':10}{'a call':>6}{'without':>9}{'with':>9}"
           f"{'overhead':>10}{'expected':>10}{'probes':>8}{'expected':>10}")
     for case in CASES:
-        without, with_layer = (count(arguments, case, layer) for layer in ("off", "on"))
+        without, with_layer = (count(arguments, case, layer, TIMES, "--alive", STRUCTURES)
+                               for layer in ("off", "on"))
         added[case] = Counts(with_layer.instructions - without.instructions, with_layer.probes)
         wanted = added[case] if arguments.update else expected.get(case)
         if not wanted:
@@ -97,6 +109,18 @@ def main():
     if worse:
         fail(f"more than expected by over {MARGIN:.0%}; if that is meant, run "
              "scripts/bench instructions --update")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--record", type=pathlib.Path, required=True, help="the program")
+    parser.add_argument("--valgrind", default="valgrind")
+    parser.add_argument("--update", action="store_true", help="write the counts to the file")
+    mode = parser.add_mutually_exclusive_group(required=True)
+    mode.add_argument("--expected", type=pathlib.Path, help="the file of counts")
+    mode.add_argument("--conflicts", action="store_true")
+    arguments = parser.parse_args()
+    (compare_conflicts if arguments.conflicts else compare_expected)(arguments)
 
 
 if __name__ == "__main__":

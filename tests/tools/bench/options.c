@@ -63,19 +63,10 @@ static void read_sizes(const struct command_line *line, const char *list, void *
     qsort(sizes->builds, sizes->count, sizeof(sizes->builds[0]), compare);
 }
 
-/* Which of two names it is. */
-static int read_name(const struct command_line *line, const char *text, const char *first,
-                     const char *second)
-{
-    if (strcmp(text, first) != 0 && strcmp(text, second) != 0)
-        command_line_wrong(line, "unknown name", text);
-    return strcmp(text, second) == 0;
-}
-
 static void read_driver(const struct command_line *line, const char *value, void *member)
 {
     struct options *options = member;
-    options->drivers[0] = read_name(line, value, "null", "lavapipe") ? "lavapipe" : "null";
+    options->drivers[0] = value;
     options->driver_count = 1;
 }
 
@@ -87,31 +78,17 @@ static void choose(bool chosen[2], int which)
 
 static void read_buffers(const struct command_line *line, const char *value, void *member)
 {
-    choose(member,
-           read_name(line, value, buffers_name(BUFFERS_SHARED), buffers_name(BUFFERS_SEPARATE)));
+    choose(member, strcmp(value, buffers_name(BUFFERS_SEPARATE)) == 0);
 }
 
 static void read_order(const struct command_line *line, const char *value, void *member)
 {
-    choose(member, read_name(line, value, order_name(ORDER_CREATED), order_name(ORDER_SHUFFLED)));
-}
-
-static void read_level(const struct command_line *line, const char *value, void *member)
-{
-    static const char *const levels[] = {"parameters", "state", "execution", "content"};
-    for (size_t i = 0; i < sizeof(levels) / sizeof(levels[0]); i++) {
-        if (strcmp(value, levels[i]) == 0) {
-            *(const char **)member = value;
-            return;
-        }
-    }
-    command_line_wrong(line, "unknown level", value);
+    choose(member, strcmp(value, order_name(ORDER_SHUFFLED)) == 0);
 }
 
 static void be_quick(const struct command_line *line, const char *value, void *member)
 {
     struct options *options = member;
-    (void)value;
     options->samples = 3;
     options->builds_per_sample = 200;
     read_sizes(line, "1,10,100,1000", &options->sizes);
@@ -120,8 +97,6 @@ static void be_quick(const struct command_line *line, const char *value, void *m
 static void drop_bars(const struct command_line *line, const char *value, void *member)
 {
     struct options *options = member;
-    (void)line;
-    (void)value;
     options->memory_bars = false;
     options->time_bars = false;
 }
@@ -129,7 +104,7 @@ static void drop_bars(const struct command_line *line, const char *value, void *
 static void read_call_sites(const struct command_line *line, const char *value, void *member)
 {
     struct options *options = member;
-    options->call_sites = read_name(line, value, "frames", "full") ? "full" : "frames";
+    options->call_sites = value;
     drop_bars(line, value, member);
 }
 
@@ -137,26 +112,27 @@ static void read_profile(const struct command_line *line, const char *value, voi
 {
     struct options *options = member;
     options->profile = true;
-    options->profile_with_layer = read_name(line, value, "off", "on");
+    options->profile_with_layer = strcmp(value, "on") == 0;
 }
 
 void options_read(struct options *options, int argc, char **argv)
 {
     static const struct command_line_option table[] = {
-        {"driver", read_driver, 0, true},
+        {"driver", read_driver, 0, true, "null|lavapipe"},
         {"sizes", read_sizes, offsetof(struct options, sizes), true},
         {"alive", command_line_count, offsetof(struct options, alive), true},
-        {"buffers", read_buffers, offsetof(struct options, with_buffers), true},
-        {"order", read_order, offsetof(struct options, with_order), true},
+        {"buffers", read_buffers, offsetof(struct options, with_buffers), true, "shared|separate"},
+        {"order", read_order, offsetof(struct options, with_order), true, "created|shuffled"},
         {"conflicts", command_line_set, offsetof(struct options, conflicts), false},
         {"samples", command_line_count, offsetof(struct options, samples), true},
         {"quick", be_quick, 0, false},
-        {"level", read_level, offsetof(struct options, level), true},
-        {"call-sites", read_call_sites, 0, true},
+        {"level", command_line_text, offsetof(struct options, level), true,
+         "parameters|state|execution|content"},
+        {"call-sites", read_call_sites, 0, true, "frames|full"},
         {"csv", command_line_text, offsetof(struct options, csv), true},
         {"no-time-bars", command_line_clear, offsetof(struct options, time_bars), false},
         {"no-bars", drop_bars, 0, false},
-        {"profile", read_profile, 0, true},
+        {"profile", read_profile, 0, true, "on|off"},
         {"times", command_line_count, offsetof(struct options, profile_times), true},
     };
     const struct command_line line = {"record", usage, table, sizeof(table) / sizeof(table[0])};
@@ -195,17 +171,10 @@ static const char peer_usage[] =
     "  --no-bars        only prints\n"
     "  --help           this text\n";
 
-static void read_peer_driver(const struct command_line *line, const char *value, void *member)
-{
-    if (strcmp(value, "lavapipe") != 0 && strcmp(value, "null") != 0)
-        command_line_wrong(line, "unknown driver", value);
-    *(const char **)member = value;
-}
-
 void peer_options_read(struct peer_options *options, int argc, char **argv)
 {
     static const struct command_line_option table[] = {
-        {"driver", read_peer_driver, offsetof(struct peer_options, driver), true},
+        {"driver", command_line_text, offsetof(struct peer_options, driver), true, "lavapipe|null"},
         {"layers", command_line_text, offsetof(struct peer_options, layers), true},
         {"without-peer", command_line_clear, offsetof(struct peer_options, with_peer), false},
         {"most", command_line_count, offsetof(struct peer_options, most_builds), true},

@@ -8,7 +8,6 @@
 #include "options.h"
 #include "peer_report.h"
 #include "recorder.h"
-#include "tests/tools/fail.h"
 #include "tests/tools/measure.h"
 
 enum {
@@ -169,7 +168,6 @@ static struct figures quantiles(struct comparison *comparison, uint32_t count, d
  * unless that is asked for, nobody is measured by it. */
 static double take_recording(struct comparison *comparison, int c, void *user)
 {
-    (void)user;
     const struct scene *scene = &comparison->scenes[c];
     const struct recorder *recorder = &comparison->recorders[c];
     uint32_t times = (BUILDS_PER_SAMPLE + scene->count - 1) / scene->count;

@@ -2,11 +2,9 @@
 /* Printing the comparison, and holding it to the bars. */
 #include "peer_report.h"
 
-#include <errno.h>
 #include <math.h>
-#include <string.h>
 
-#include "tests/tools/fail.h"
+#include "command_line.h"
 
 /* Of calls of so many builds, and of more up to the next. */
 static const struct recording_bar {
@@ -30,12 +28,8 @@ void peer_report_open(struct peer_report *report, const char *csv_path)
 {
     *report = (struct peer_report){.with_bars = true, .at_reference = NAN};
     setvbuf(stdout, NULL, _IOLBF, 0); /* figures come slowly */
-    if (!csv_path)
-        return;
-    report->csv = fopen(csv_path, "w");
-    if (!report->csv)
-        tool_fail("%s: %s", csv_path, strerror(errno));
-    fprintf(report->csv, "figure,scene,threads,builds,layer,ns_a_build,added_ns_a_build\n");
+    report->csv = command_line_open_csv(
+        csv_path, "figure,scene,threads,builds,layer,ns_a_build,added_ns_a_build");
 }
 
 static void write_csv(struct peer_report *report, const char *figure, const char *scene,
@@ -197,8 +191,7 @@ void peer_report_threads(struct peer_report *report, uint32_t builds,
 
 bool peer_report_close(struct peer_report *report)
 {
-    if (report->csv && fclose(report->csv) != 0)
-        tool_fail("the CSV file could not be written: %s", strerror(errno));
+    command_line_close_csv(report->csv);
     if (report->with_bars)
         printf("\nbars: %u of %u met, %u could not be measured here\n",
                report->bars - report->missed, report->bars, report->unmeasured);

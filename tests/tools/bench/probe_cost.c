@@ -41,7 +41,6 @@ static void by_mincore(size_t count)
 
 static void by_nothing(size_t count)
 {
-    (void)count;
     syscall(SYS_getppid);
 }
 

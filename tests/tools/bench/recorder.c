@@ -2,10 +2,8 @@
 /* Recording and measuring. */
 #include "recorder.h"
 
-#include <malloc.h>
 #include <pthread.h>
 
-#include "tests/tools/fail.h"
 #include "tests/tools/measure.h"
 
 void recorder_open(struct recorder *recorder, const struct side *side)
@@ -20,20 +18,24 @@ void recorder_open(struct recorder *recorder, const struct side *side)
               &MAKE(VkCommandBufferAllocateInfo, .commandPool = recorder->pool,
                     .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY, .commandBufferCount = 1),
               &recorder->commands);
+    TOOL_CALL(side->gpu.calls, CreateFence, side->gpu.device, &MAKE(VkFenceCreateInfo), NULL,
+              &recorder->fence);
 }
 
 void recorder_close(struct recorder *recorder)
 {
-    recorder->side->gpu.calls.DestroyCommandPool(recorder->side->gpu.device, recorder->pool, NULL);
+    const struct gpu *gpu = &recorder->side->gpu;
+    gpu->calls.DestroyFence(gpu->device, recorder->fence, NULL);
+    gpu->calls.DestroyCommandPool(gpu->device, recorder->pool, NULL);
 }
 
-static void begin(const struct recorder *recorder, VkCommandBufferUsageFlags flags)
+void recorder_begin(const struct recorder *recorder, VkCommandBufferUsageFlags flags)
 {
     const VkCommandBufferBeginInfo info = MAKE(VkCommandBufferBeginInfo, .flags = flags);
     TOOL_CALL(recorder->side->gpu.calls, BeginCommandBuffer, recorder->commands, &info);
 }
 
-static void end(const struct recorder *recorder)
+void recorder_end(const struct recorder *recorder)
 {
     TOOL_CALL(recorder->side->gpu.calls, EndCommandBuffer, recorder->commands);
 }
@@ -54,9 +56,9 @@ static void build(const struct recorder *recorder, const struct scene *scene, ui
 static void record_call(const struct recorder *recorder, const struct scene *scene, uint32_t first,
                         uint32_t count)
 {
-    begin(recorder, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    recorder_begin(recorder, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     build(recorder, scene, first, count);
-    end(recorder);
+    recorder_end(recorder);
     reset(recorder);
 }
 
@@ -81,40 +83,27 @@ double recorder_time(const struct recorder *recorder, const struct scene *scene,
 
 /* ---- submissions */
 
-static void submit_and_wait(const struct recorder *recorder, VkFence fence)
+void recorder_submit_and_wait(const struct recorder *recorder)
 {
-    const struct side *side = recorder->side;
-    const VkSubmitInfo info =
-        MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &recorder->commands);
-    VkQueue queue;
-    side->gpu.calls.GetDeviceQueue(side->gpu.device, side->gpu.queue_family, 0, &queue);
-    TOOL_CALL(side->gpu.calls, QueueSubmit, queue, 1, &info, fence);
-    TOOL_CALL(side->gpu.calls, WaitForFences, side->gpu.device, 1, &fence, VK_TRUE, UINT64_MAX);
-    TOOL_CALL(side->gpu.calls, ResetFences, side->gpu.device, 1, &fence);
-}
-
-static VkFence create_fence(const struct side *side)
-{
-    VkFence fence;
-    TOOL_CALL(side->gpu.calls, CreateFence, side->gpu.device, &MAKE(VkFenceCreateInfo), NULL,
-              &fence);
-    return fence;
+    const struct gpu *gpu = &recorder->side->gpu;
+    TOOL_CALL(gpu->calls, QueueSubmit, gpu->queue, 1,
+              &MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &recorder->commands),
+              recorder->fence);
+    TOOL_CALL(gpu->calls, WaitForFences, gpu->device, 1, &recorder->fence, VK_TRUE, UINT64_MAX);
+    TOOL_CALL(gpu->calls, ResetFences, gpu->device, 1, &recorder->fence);
 }
 
 struct submit_times recorder_submit(const struct recorder *recorder, const struct scene *scene)
 {
-    const struct side *side = recorder->side;
-    VkFence fence = create_fence(side);
-    begin(recorder, 0);
+    recorder_begin(recorder, 0);
     build(recorder, scene, 0, scene->count);
-    end(recorder);
+    recorder_end(recorder);
     double before = thread_time();
-    submit_and_wait(recorder, fence);
+    recorder_submit_and_wait(recorder);
     double between = thread_time();
-    submit_and_wait(recorder, fence);
+    recorder_submit_and_wait(recorder);
     struct submit_times times = {.first = between - before, .again = thread_time() - between};
     reset(recorder);
-    side->gpu.calls.DestroyFence(side->gpu.device, fence, NULL);
     return times;
 }
 
@@ -122,40 +111,32 @@ void recorder_clear_inputs(const struct recorder *recorder, const struct scene *
 {
     static const enum scene_part inputs[] = {PART_VERTICES, PART_INDICES};
     const struct side *side = recorder->side;
-    VkFence fence = create_fence(side);
-    begin(recorder, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    recorder_begin(recorder, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     for (size_t i = 0; i < sizeof(inputs) / sizeof(inputs[0]); i++) {
         const struct scene_ranges *ranges = &scene->parts[inputs[i]];
         for (uint32_t b = 0; b < ranges->buffer_count; b++)
             side->gpu.calls.CmdFillBuffer(recorder->commands, ranges->buffers[b], 0, VK_WHOLE_SIZE,
                                           0);
     }
-    end(recorder);
-    submit_and_wait(recorder, fence);
+    recorder_end(recorder);
+    recorder_submit_and_wait(recorder);
     reset(recorder);
-    side->gpu.calls.DestroyFence(side->gpu.device, fence, NULL);
 }
 
 /* ---- memory */
-
-static double allocated(void)
-{
-    struct mallinfo2 info = mallinfo2();
-    return (double)info.uordblks + (double)info.hblkhd;
-}
 
 double recorder_memory(const struct scene *scene, uint32_t builds_per_call)
 {
     struct recorder recorder;
     recorder_open(&recorder, scene->side);
-    double before = allocated();
-    begin(&recorder, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+    double before = bytes_allocated();
+    recorder_begin(&recorder, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
     for (uint32_t first = 0; first < scene->count; first += builds_per_call) {
         uint32_t left = scene->count - first;
         build(&recorder, scene, first, left < builds_per_call ? left : builds_per_call);
     }
-    double after = allocated();
-    end(&recorder);
+    double after = bytes_allocated();
+    recorder_end(&recorder);
     reset(&recorder);
     recorder_close(&recorder);
     return after > 0 ? after - before : -1;

@@ -9,10 +9,16 @@ struct recorder {
     const struct side *side;
     VkCommandPool pool;
     VkCommandBuffer commands;
+    VkFence fence;
 };
 
 void recorder_open(struct recorder *recorder, const struct side *side);
 void recorder_close(struct recorder *recorder);
+
+/* The command buffer is begun, ended, submitted and waited for. */
+void recorder_begin(const struct recorder *recorder, VkCommandBufferUsageFlags flags);
+void recorder_end(const struct recorder *recorder);
+void recorder_submit_and_wait(const struct recorder *recorder);
 
 /* Records all builds of the scene, in calls of `builds_per_call`, each of which has the command
  * buffer for itself: it is begun before, and ended and reset behind it. `times` times. */

@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Making the scene. */
 #include "scene.h"
-#include "tests/fixture/make.h"
+#include "tests/fixture/geometry.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
-
-#include "tests/tools/fail.h"
 
 enum {
     TRIANGLES = 12, /* a cube */
@@ -40,11 +38,6 @@ static VkBufferUsageFlags usage_of(enum scene_part part)
 
 /* ---- ranges */
 
-static VkDeviceSize align_up(VkDeviceSize size, VkDeviceSize alignment)
-{
-    return (size + alignment - 1) / alignment * alignment;
-}
-
 static void find_addresses(const struct side *side, struct scene_ranges *ranges, uint32_t count)
 {
     ranges->addresses = tool_alloc(count, sizeof(*ranges->addresses));
@@ -68,7 +61,7 @@ static void create_ranges(struct scene *scene, enum scene_part part, enum buffer
     VkDeviceSize alignment = side->gpu.limits.minAccelerationStructureScratchOffsetAlignment;
     if (alignment < STRUCTURE_ALIGNMENT)
         alignment = STRUCTURE_ALIGNMENT;
-    ranges->stride = align_up(size, alignment);
+    ranges->stride = gpu_align(size, alignment);
     for (uint32_t i = 0; i < ranges->buffer_count; i++)
         ranges->buffers[i] = gpu_make_buffer(&side->gpu, usage_of(part),
                                              shared ? scene->count * ranges->stride : size);
@@ -77,7 +70,7 @@ static void create_ranges(struct scene *scene, enum scene_part part, enum buffer
     side->gpu.calls.GetBufferMemoryRequirements(side->gpu.device, ranges->buffers[0], &needs);
     if (!shared)
         ranges->stride =
-            align_up(needs.size, needs.alignment > alignment ? needs.alignment : alignment);
+            gpu_align(needs.size, needs.alignment > alignment ? needs.alignment : alignment);
     VkDeviceSize total = shared ? needs.size : scene->count * ranges->stride;
     ranges->memory = gpu_allocate(&side->gpu, total, needs.memoryTypeBits, GPU_PLACE_DEVICE);
     for (uint32_t i = 0; i < ranges->buffer_count; i++)
@@ -98,18 +91,6 @@ static void destroy_ranges(const struct side *side, struct scene_ranges *ranges)
 
 /* ---- structures */
 
-static VkAccelerationStructureGeometryKHR geometry_of(VkDeviceAddress vertices,
-                                                      VkDeviceAddress indices)
-{
-    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-                .geometry.triangles =
-                    MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
-                         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                         .vertexData.deviceAddress = vertices, .vertexStride = VERTEX_SIZE,
-                         .maxVertex = VERTICES - 1, .indexType = VK_INDEX_TYPE_UINT32,
-                         .indexData.deviceAddress = indices));
-}
-
 static VkAccelerationStructureBuildGeometryInfoKHR
 info_of(const VkAccelerationStructureGeometryKHR *geometry)
 {
@@ -122,7 +103,7 @@ info_of(const VkAccelerationStructureGeometryKHR *geometry)
 
 static VkAccelerationStructureBuildSizesInfoKHR sizes_on(const struct side *side)
 {
-    const VkAccelerationStructureGeometryKHR geometry = geometry_of(0, 0);
+    const VkAccelerationStructureGeometryKHR geometry = triangles_geometry(0, VERTICES, 0);
     const VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
     const uint32_t triangles = TRIANGLES;
     VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
@@ -174,8 +155,9 @@ static void fill_arrays(struct scene *scene, enum order order)
     scene->ranges = tool_alloc(scene->count, sizeof(*scene->ranges));
     scene->range_pointers = tool_alloc(scene->count, sizeof(*scene->range_pointers));
     for (uint32_t i = 0; i < scene->count; i++) {
-        scene->geometries[i] = geometry_of(scene->parts[PART_VERTICES].addresses[at[i]],
-                                           scene->parts[PART_INDICES].addresses[at[i]]);
+        scene->geometries[i] =
+            triangles_geometry(scene->parts[PART_VERTICES].addresses[at[i]], VERTICES,
+                               scene->parts[PART_INDICES].addresses[at[i]]);
         scene->infos[i] = info_of(&scene->geometries[i]);
         scene->infos[i].dstAccelerationStructure = scene->structures[at[i]];
         scene->infos[i].scratchData.deviceAddress = scene->parts[PART_SCRATCH].addresses[at[i]];

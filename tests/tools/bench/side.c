@@ -9,7 +9,6 @@
 #include <string.h>
 
 #include "tests/fixture/messenger.h"
-#include "tests/tools/fail.h"
 
 /* ---- the loader's environment */
 

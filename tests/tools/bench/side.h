@@ -6,7 +6,6 @@
 
 #include <stdbool.h>
 
-#include "tests/fixture/make.h"
 #include "tests/tools/gpu.h"
 
 #define BENCH_PEER "VK_LAYER_KHRONOS_validation"

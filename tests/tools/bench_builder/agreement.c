@@ -9,7 +9,6 @@
 
 #include "embree.h"
 #include "exact.h"
-#include "model.h"
 
 #define ULPS 4
 
@@ -99,19 +98,6 @@ static bool agrees(const struct answer *ours, const struct answer *theirs)
            ulps_between(ours->hit.t, theirs->hit.t) <= ULPS;
 }
 
-static struct trace_ray random_ray(const void *structure, uint64_t *random)
-{
-    struct trace_ray ray = {.t_max = INFINITY};
-    float lower[3], upper[3];
-    builder_bounds(structure, lower, upper);
-    for (int i = 0; i < 3; i++) {
-        float margin = 0.2f * (upper[i] - lower[i]);
-        ray.origin[i] = fixture_uniform(random, lower[i] - margin, upper[i] + margin);
-        ray.direction[i] = fixture_uniform(random, lower[i], upper[i]) - ray.origin[i];
-    }
-    return ray;
-}
-
 static uint32_t compare(const char *path, const struct fixture_mesh *mesh, uint32_t rays)
 {
     struct fixture_input input;
@@ -120,8 +106,10 @@ static uint32_t compare(const char *path, const struct fixture_mesh *mesh, uint3
     struct embree_scene *scene = embree_scene_create(mesh, EMBREE_MEDIUM);
     uint32_t counts[VERDICTS] = {0}, hits = 0, same = 0;
     uint64_t random = 88172645463325252u;
+    float lower[3], upper[3];
+    builder_bounds(structure, lower, upper);
     for (uint32_t i = 0; i < rays; i++) {
-        struct trace_ray ray = random_ray(structure, &random);
+        struct trace_ray ray = model_random_ray(lower, upper, 0.2f, 0, &random);
         struct answer ours = {0}, theirs = {0};
         ours.is_hit = fixture_trace(structure, TRACE_EXACT, &ray, &ours.hit);
         theirs.is_hit = embree_trace(scene, &ray, &theirs.hit);

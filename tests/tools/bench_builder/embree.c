@@ -7,7 +7,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
+
+#include "tests/tools/measure.h"
 
 #define WIDTH 4
 #define LEAF 4
@@ -22,7 +23,6 @@ struct node {
 
 static void *create_node(RTCThreadLocalAllocator allocator, unsigned count, void *context)
 {
-    (void)context;
     struct node *node = rtcThreadLocalAlloc(allocator, sizeof(*node), 16);
     node->count = count;
     node->is_leaf = false;
@@ -31,14 +31,12 @@ static void *create_node(RTCThreadLocalAllocator allocator, unsigned count, void
 
 static void set_children(void *node, void **children, unsigned count, void *context)
 {
-    (void)context;
     for (unsigned i = 0; i < count; i++)
         ((struct node *)node)->children[i] = children[i];
 }
 
 static void set_bounds(void *node, const struct RTCBounds **bounds, unsigned count, void *context)
 {
-    (void)context;
     for (unsigned i = 0; i < count; i++)
         ((struct node *)node)->bounds[i] = *bounds[i];
 }
@@ -46,7 +44,6 @@ static void set_bounds(void *node, const struct RTCBounds **bounds, unsigned cou
 static void *create_leaf(RTCThreadLocalAllocator allocator,
                          const struct RTCBuildPrimitive *primitives, size_t count, void *context)
 {
-    (void)context;
     uint32_t *leaf = rtcThreadLocalAlloc(allocator, 64, 16);
     for (size_t i = 0; i < count; i++)
         leaf[1 + i] = primitives[i].primID;
@@ -121,7 +118,6 @@ static const enum RTCBuildQuality qualities[] = {
 static void split_box(const struct RTCBuildPrimitive *primitive, unsigned axis, float position,
                       struct RTCBounds *left, struct RTCBounds *right, void *context)
 {
-    (void)context;
     *left = *right = *(const struct RTCBounds *)primitive;
     (&left->upper_x)[axis] = position;
     (&right->lower_x)[axis] = position;
@@ -151,14 +147,11 @@ struct embree_tree embree_build(const struct fixture_mesh *mesh, enum embree_qua
     arguments.setNodeBounds = set_bounds;
     arguments.createLeaf = create_leaf;
     arguments.splitPrimitive = split_box;
-    struct timespec begin, end;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &begin);
+    const double begin = read_clock(CLOCK_PROCESS_CPUTIME_ID);
     const struct node *root = rtcBuildBVH(&arguments);
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &end);
+    const double seconds = (read_clock(CLOCK_PROCESS_CPUTIME_ID) - begin) / 1e9;
     double whole, sum = sum_areas(root, &whole);
-    struct embree_tree tree = {(double)(end.tv_sec - begin.tv_sec) +
-                                   1e-9 * (double)(end.tv_nsec - begin.tv_nsec),
-                               sum / whole};
+    struct embree_tree tree = {seconds, sum / whole};
     free(primitives);
     rtcReleaseBVH(bvh);
     rtcReleaseDevice(device);

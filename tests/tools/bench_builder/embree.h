@@ -21,4 +21,14 @@ struct embree_scene *embree_scene_create(const struct fixture_mesh *mesh,
 void embree_scene_destroy(struct embree_scene *scene);
 bool embree_trace(struct embree_scene *scene, const struct trace_ray *ray, struct trace_hit *hit);
 
+/* ---- meshes from files that assimp reads, with one vertex a position, and rays (model.c) */
+
+/* Says on stderr why not. */
+bool model_load(const char *path, struct fixture_mesh *mesh);
+
+/* A ray from a point in or about a box to another one. The margins around the box are in terms of
+ * its size. */
+struct trace_ray model_random_ray(const float lower[3], const float upper[3], float margin,
+                                  float margin_of_aim, uint64_t *random);
+
 #endif

@@ -11,7 +11,6 @@
 #include <string.h>
 
 #include "embree.h"
-#include "model.h"
 #include "tests/tools/measure.h"
 
 #define RUNS 5
@@ -109,18 +108,6 @@ static struct embree_tree embree_best(const struct fixture_mesh *mesh, enum embr
     return best;
 }
 
-static struct trace_ray random_ray(const float lower[3], const float upper[3], uint64_t *random)
-{
-    struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
-    for (int i = 0; i < 3; i++) {
-        float margin = 0.1f * (upper[i] - lower[i]);
-        ray.origin[i] = fixture_uniform(random, lower[i] - margin, upper[i] + margin);
-        ray.direction[i] = fixture_uniform(random, lower[i] - margin, upper[i] + margin);
-        ray.direction[i] -= ray.origin[i];
-    }
-    return ray;
-}
-
 static void compare_rays(const char *name, const struct builder_run *run,
                          const struct fixture_mesh *mesh)
 {
@@ -133,7 +120,7 @@ static void compare_rays(const char *name, const struct builder_run *run,
         uint64_t random = 88172645463325252u, found = 0;
         double begin = thread_time();
         for (int ray_number = 0; ray_number < RAYS; ray_number++) {
-            struct trace_ray ray = random_ray(lower, upper, &random);
+            struct trace_ray ray = model_random_ray(lower, upper, 0.1f, 0.1f, &random);
             struct trace_hit hit;
             found += i % 2 == 0 ? fixture_trace(run->structure, TRACE_ROBUST, &ray, &hit)
                                 : embree_trace(scene, &ray, &hit);

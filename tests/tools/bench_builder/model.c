@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Meshes from files that assimp reads. */
-#include "model.h"
+#include "embree.h"
 
 #include <assimp/cimport.h>
 #include <assimp/postprocess.h>
@@ -61,4 +61,18 @@ bool model_load(const char *path, struct fixture_mesh *mesh)
         copy_part(scene->mMeshes[i], mesh);
     aiReleaseImport(scene);
     return mesh->triangle_count > 0;
+}
+
+struct trace_ray model_random_ray(const float lower[3], const float upper[3], float margin,
+                                  float margin_of_aim, uint64_t *random)
+{
+    struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
+    for (int i = 0; i < 3; i++) {
+        const float about = margin * (upper[i] - lower[i]);
+        const float about_aim = margin_of_aim * (upper[i] - lower[i]);
+        ray.origin[i] = fixture_uniform(random, lower[i] - about, upper[i] + about);
+        ray.direction[i] = fixture_uniform(random, lower[i] - about_aim, upper[i] + about_aim);
+        ray.direction[i] -= ray.origin[i];
+    }
+    return ray;
 }

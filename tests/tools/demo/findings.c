@@ -6,10 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "findings.h"
+#include "plants.h"
 #include "tests/fixture/messenger.h"
-#include "tests/tools/fail.h"
-#include "tests/tools/gpu.h"
 
 static char *findings_copy(const char *text)
 {
@@ -74,8 +72,6 @@ void findings_print(const char *text, const char *margin)
 
 static int findings_is_layer(struct dl_phdr_info *library, size_t size, void *unused)
 {
-    (void)size;
-    (void)unused;
     return strstr(library->dlpi_name, GPU_LAYER_LIBRARY) != NULL;
 }
 

@@ -5,8 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "layout.h"
-#include "mesh.h"
+#include "scene.h"
 
 #define GOLDEN_ANGLE 2.39996323f
 

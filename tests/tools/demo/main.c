@@ -6,14 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "findings.h"
-#include "mesh.h"
-#include "picture.h"
 #include "plants.h"
-#include "render.h"
 #include "scene.h"
-#include "tests/tools/fail.h"
-#include "tests/tools/gpu.h"
 #include "tests/tools/measure.h"
 
 #define WIDTH 960

@@ -9,8 +9,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "mesh.h"
-#include "tests/tools/fail.h"
+#include "scene.h"
 
 /* How far the top of the twisted mesh is turned against its base, in radians a unit of height. */
 #define TWIST 1.6f

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Puts primitives in an order in which neighbours in space are neighbours in memory. */
-#include "mesh.h"
+#include "scene.h"
 
 static int order_widest_axis(const float (*centres)[3], const uint32_t *order, uint32_t count)
 {

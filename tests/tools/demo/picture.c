@@ -1,14 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Writes, reads and compares pictures. */
-#include <errno.h>
 #include <png.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
-#include "picture.h"
-#include "tests/tools/fail.h"
+#include "scene.h"
 
 #define PATH_SIZE 4096
 
@@ -37,18 +35,10 @@ void picture_write(const char *folder, const char *name, uint32_t width, uint32_
     char path[PATH_SIZE];
     picture_path(folder, name, path);
     picture_make_folder(folder);
-    FILE *file = fopen(path, "wb");
-    if (!file)
-        tool_fail("picture %s: %s", path, strerror(errno));
-
     png_image image = {
         .version = PNG_IMAGE_VERSION, .width = width, .height = height, .format = PNG_FORMAT_RGBA};
-    const int written = png_image_write_to_stdio(&image, file, 0, pixels, 0, NULL);
-    const int closed = fclose(file);
-    if (!written)
+    if (!png_image_write_to_file(&image, path, 0, pixels, 0, NULL))
         tool_fail("picture %s: %s", path, image.message);
-    if (closed)
-        tool_fail("picture %s: %s", path, strerror(errno));
 }
 
 bool picture_read(const char *folder, const char *name, uint32_t width, uint32_t height,

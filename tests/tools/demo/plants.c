@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The mistakes, one small function each, and their table. */
 #include "plants.h"
-#include "tests/tools/fail.h"
 
 #define CALL "VUID-vkCmdBuildAccelerationStructuresKHR-"
 #define INFO "VUID-VkAccelerationStructureBuildGeometryInfoKHR-"
@@ -19,6 +18,13 @@ static void plant_dst(struct plant_site *site, uint32_t i, const struct gpu_stru
     site->call.infos[i].dstAccelerationStructure = dst->handle;
 }
 
+/* A mistake of one statement. */
+#define PLANT(name, statement)                                                                     \
+    static void name(struct plant_site *site)                                                      \
+    {                                                                                              \
+        statement;                                                                                 \
+    }
+
 /* ---- scratch */
 
 static void plant_misaligned_scratch(struct plant_site *site)
@@ -28,10 +34,7 @@ static void plant_misaligned_scratch(struct plant_site *site)
     site->is_possible = alignment > 1;
 }
 
-static void plant_common_scratch(struct plant_site *site)
-{
-    site->call.infos[1].scratchData = site->call.infos[0].scratchData;
-}
+PLANT(plant_common_scratch, site->call.infos[1].scratchData = site->call.infos[0].scratchData)
 
 static void plant_short_scratch(struct plant_site *site)
 {
@@ -44,11 +47,8 @@ static void plant_short_scratch(struct plant_site *site)
         last + 1 - address < build_call_sizes(site->gpu, &site->call, 0).buildScratchSize;
 }
 
-static void plant_scratch_usage(struct plant_site *site)
-{
-    site->call.infos[0].scratchData.deviceAddress =
-        gpu_scratch_address(site->gpu, &site->objects->no_storage);
-}
+PLANT(plant_scratch_usage, site->call.infos[0].scratchData.deviceAddress =
+                               gpu_scratch_address(site->gpu, &site->objects->no_storage))
 
 static void plant_scratch_in_dst(struct plant_site *site)
 {
@@ -59,10 +59,8 @@ static void plant_scratch_in_dst(struct plant_site *site)
 
 /* ---- dst */
 
-static void plant_same_dst(struct plant_site *site)
-{
-    site->call.infos[1].dstAccelerationStructure = site->call.infos[0].dstAccelerationStructure;
-}
+PLANT(plant_same_dst,
+      site->call.infos[1].dstAccelerationStructure = site->call.infos[0].dstAccelerationStructure)
 
 static void plant_overlapping_dst(struct plant_site *site)
 {
@@ -71,32 +69,15 @@ static void plant_overlapping_dst(struct plant_site *site)
     site->is_possible = site->objects->shared_low.size > 256;
 }
 
-static void plant_small_dst(struct plant_site *site)
-{
-    plant_dst(site, 0, &site->objects->small);
-}
-
-static void plant_dst_type(struct plant_site *site)
-{
-    plant_dst(site, 0, &site->objects->of_top_type);
-}
-
-static void plant_unbacked_dst(struct plant_site *site)
-{
-    plant_dst(site, 0, &site->objects->unbacked);
-}
+PLANT(plant_small_dst, plant_dst(site, 0, &site->objects->small))
+PLANT(plant_dst_type, plant_dst(site, 0, &site->objects->of_top_type))
+PLANT(plant_unbacked_dst, plant_dst(site, 0, &site->objects->unbacked))
 
 /* ---- the build */
 
-static void plant_generic_type(struct plant_site *site)
-{
-    site->call.infos[0].type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR;
-}
-
-static void plant_both_preferences(struct plant_site *site)
-{
-    site->call.infos[0].flags |= VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR;
-}
+PLANT(plant_generic_type, site->call.infos[0].type = VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR)
+PLANT(plant_both_preferences,
+      site->call.infos[0].flags |= VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR)
 
 static void plant_mixed_geometries(struct plant_site *site)
 {
@@ -120,17 +101,11 @@ static void plant_two_in_top(struct plant_site *site)
     call->ranges[0][1].primitiveCount = 1;
 }
 
-static void plant_update_without_src(struct plant_site *site)
-{
-    site->call.infos[0].srcAccelerationStructure = VK_NULL_HANDLE;
-}
+PLANT(plant_update_without_src, site->call.infos[0].srcAccelerationStructure = VK_NULL_HANDLE)
 
 /* ---- inputs */
 
-static void plant_vertex_stride(struct plant_site *site)
-{
-    plant_triangles(site)->vertexStride += 2;
-}
+PLANT(plant_vertex_stride, plant_triangles(site)->vertexStride += 2)
 
 static void plant_vertex_format(struct plant_site *site)
 {
@@ -144,15 +119,9 @@ static void plant_vertex_format(struct plant_site *site)
 }
 
 /* The device is made without VK_KHR_index_type_uint8, which would allow it. */
-static void plant_index_type(struct plant_site *site)
-{
-    plant_triangles(site)->indexType = VK_INDEX_TYPE_UINT8_KHR;
-}
-
-static void plant_input_usage(struct plant_site *site)
-{
-    plant_triangles(site)->vertexData.deviceAddress = site->objects->no_input.address;
-}
+PLANT(plant_index_type, plant_triangles(site)->indexType = VK_INDEX_TYPE_UINT8_KHR)
+PLANT(plant_input_usage,
+      plant_triangles(site)->vertexData.deviceAddress = site->objects->no_input.address)
 
 static void plant_beyond_max_vertex(struct plant_site *site)
 {
@@ -162,10 +131,7 @@ static void plant_beyond_max_vertex(struct plant_site *site)
     plant_triangles(site)->maxVertex = 1;
 }
 
-static void plant_aabb_stride(struct plant_site *site)
-{
-    site->call.geometries[1][0].geometry.aabbs.stride -= 4;
-}
+PLANT(plant_aabb_stride, site->call.geometries[1][0].geometry.aabbs.stride -= 4)
 
 /* One instance fewer, so that the eight bytes are there to be read. */
 static void plant_misaligned_instances(struct plant_site *site)
@@ -188,15 +154,8 @@ static void plant_render_pass(struct plant_site *site)
         VK_SUBPASS_CONTENTS_INLINE);
 }
 
-static void plant_end_render_pass(struct plant_site *site)
-{
-    site->gpu->calls.CmdEndRenderPass(site->commands);
-}
-
-static void plant_ended(struct plant_site *site)
-{
-    TOOL_CALL(site->gpu->calls, EndCommandBuffer, site->commands);
-}
+PLANT(plant_end_render_pass, site->gpu->calls.CmdEndRenderPass(site->commands))
+PLANT(plant_ended, TOOL_CALL(site->gpu->calls, EndCommandBuffer, site->commands))
 
 const struct plant plants[] = {
     {"a scratch address off the device's alignment", CALL "pInfos-03710", plant_misaligned_scratch},

@@ -2,9 +2,7 @@
 /* Draws the scene with ray queries in a compute shader. */
 #include <string.h>
 
-#include "render.h"
-#include "tests/fixture/make.h"
-#include "tests/tools/fail.h"
+#include "scene.h"
 
 static const uint32_t scene_comp[] = {
 #include "scene_comp.h" /* generated from scene.comp */

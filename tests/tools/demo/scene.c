@@ -2,10 +2,8 @@
 /* Builds the scene's acceleration structures: two BLAS at once, an update, a compaction, a TLAS. */
 #include <string.h>
 
-#include "layout.h"
 #include "scene.h"
-#include "tests/fixture/make.h"
-#include "tests/tools/fail.h"
+#include "tests/fixture/geometry.h"
 
 #define BUILD_INPUT                                                                                \
     (VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |                        \
@@ -57,29 +55,10 @@ void build_call_record(struct gpu *gpu, VkCommandBuffer commands, struct build_c
 static VkAccelerationStructureGeometryKHR scene_triangles(const struct scene *scene,
                                                           VkDeviceAddress vertices)
 {
-    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-                .geometry.triangles =
-                    MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
-                         .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                         .vertexData.deviceAddress = vertices, .vertexStride = 3 * sizeof(float),
-                         .maxVertex = scene->vertex_count - 1, .indexType = VK_INDEX_TYPE_UINT32,
-                         .indexData.deviceAddress = scene->indices.address),
-                .flags = VK_GEOMETRY_OPAQUE_BIT_KHR);
-}
-
-static VkAccelerationStructureGeometryKHR scene_boxes(const struct scene *scene)
-{
-    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR,
-                .geometry.aabbs = MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
-                                       .data.deviceAddress = scene->boxes.address,
-                                       .stride = sizeof(VkAabbPositionsKHR)));
-}
-
-static VkAccelerationStructureGeometryKHR scene_instances(const struct scene *scene)
-{
-    return MAKE(VkAccelerationStructureGeometryKHR, .geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR,
-                .geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
-                                           .data.deviceAddress = scene->instances.address));
+    VkAccelerationStructureGeometryKHR geometry =
+        triangles_geometry(vertices, scene->vertex_count, scene->indices.address);
+    geometry.flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
+    return geometry;
 }
 
 static void scene_aim(VkAccelerationStructureBuildGeometryInfoKHR *info, const struct gpu *gpu,
@@ -102,7 +81,7 @@ void scene_describe_bottom(const struct scene *scene, const struct gpu *gpu,
     *call = (struct build_call){0};
     const VkAccelerationStructureGeometryKHR triangles =
         scene_triangles(scene, scene->vertices.address);
-    const VkAccelerationStructureGeometryKHR boxes = scene_boxes(scene);
+    const VkAccelerationStructureGeometryKHR boxes = boxes_geometry(scene->boxes.address);
     scene_aim(build_call_add(call, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, mesh_flags,
                              &triangles, scene->triangle_count),
               gpu, &scene->mesh);
@@ -128,7 +107,8 @@ void scene_describe_update(const struct scene *scene, const struct gpu *gpu,
 void scene_describe_top(const struct scene *scene, const struct gpu *gpu, struct build_call *call)
 {
     *call = (struct build_call){0};
-    const VkAccelerationStructureGeometryKHR instances = scene_instances(scene);
+    const VkAccelerationStructureGeometryKHR instances =
+        instances_geometry(scene->instances.address);
     scene_aim(build_call_add(call, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
                              VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR, &instances,
                              scene->instance_count),

@@ -4,8 +4,6 @@
 
 #include <assert.h>
 
-#include "layout.h"
-
 /* ---- spaces */
 
 static void invert(const VkTransformMatrixKHR *transform, float inverse[3][3])

@@ -7,10 +7,8 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "layer/assay.h"
-#include "render.h"
 #include "shade.h"
-#include "tests/tools/fail.h"
+#include "tests/fixture/trace.h"
 
 #define ROWS 4 /* of a batch */
 #define BOUNCES 2
@@ -83,17 +81,10 @@ static AssayAnswer answer(void *data, uint32_t ray, AssayHit *candidate)
 static void trace_rays(struct batch *batch)
 {
     const struct trace *trace = batch->trace;
-    const AssayTraceInfo info = {
-        .accelerationStructure = (uint64_t)trace->top,
-        .accuracy = ASSAY_ACCURACY_EXACT,
-        .rayCount = batch->ray_count,
-        .raySize = sizeof(*batch->rays),
-        .hitSize = sizeof(*batch->hits),
-        .rays = batch->rays,
-        .hits = batch->hits,
-        .candidate = answer,
-        .userData = batch,
-    };
+    AssayTraceInfo info = trace_info((uint64_t)trace->top, ASSAY_ACCURACY_EXACT, batch->ray_count,
+                                     batch->rays, batch->hits);
+    info.candidate = answer;
+    info.userData = batch;
     tool_check(trace->trace_rays(trace->gpu->device, &info), "vkTraceRaysASSAY");
 }
 
