@@ -29,6 +29,4 @@ typedef uint16_t encoder_value(void *context, uint32_t triangle, uint32_t level,
 void *encoder_micromap(uint32_t format, uint32_t count, const uint8_t *levels, encoder_value *value,
                        void *context, VkMicromapUsageEXT *usages, struct encoder_values *coded);
 
-void encoder_write_bits(uint8_t *bytes, uint32_t at, uint32_t count, uint32_t value);
-
 #endif

@@ -13,36 +13,22 @@
 /* ---- the driver */
 
 static struct {
-    unsigned calls, writes, copies;
+    unsigned writes, copies;
     uint32_t bindings[8]; /* written */
 } seen;
 
-PLAYED(CreateDescriptorSetLayout)
-{
-    seen.calls++;
-    return VK_SUCCESS;
-}
+COUNTED(CreateDescriptorSetLayout)
+COUNTED(CreateDescriptorPool)
+COUNTED(CreateDescriptorUpdateTemplate)
 
 PLAYED(GetDescriptorSetLayoutSupport)
 {
     pSupport->supported = VK_TRUE;
 }
 
-PLAYED(CreateDescriptorPool)
-{
-    seen.calls++;
-    return VK_SUCCESS;
-}
-
-PLAYED(CreateDescriptorUpdateTemplate)
-{
-    seen.calls++;
-    return VK_SUCCESS;
-}
-
 static void see_writes(uint32_t count, const VkWriteDescriptorSet *writes)
 {
-    seen.calls++;
+    calls++;
     for (uint32_t i = 0; i < count; i++)
         seen.bindings[seen.writes++] = writes[i].dstBinding;
 }
@@ -68,14 +54,13 @@ PLAYED(CmdPushDescriptorSet2)
 
 PLAYED(GetDescriptorEXT)
 {
-    seen.calls++;
+    calls++;
 }
 
 static void clear(void)
 {
     memset(&seen, 0, sizeof(seen));
-    refusals = 0;
-    refused_command = "";
+    below_clear();
 }
 
 /* ---- tests */
@@ -108,7 +93,7 @@ TEST_OPENED(test_layouts, clear)
     assert_int_equal(refusals, 1);
     assert_string_equal(refused_command, "vkCreateDescriptorSetLayout");
     REFUSED(try_layout(VK_DESCRIPTOR_TYPE_MUTABLE_EXT, &mutable));
-    assert_int_equal(seen.calls, 1);
+    assert_int_equal(calls, 1);
 }
 
 TEST_OPENED(test_pools_and_templates, clear)
@@ -127,7 +112,7 @@ TEST_OPENED(test_pools_and_templates, clear)
     REFUSED(cpu_CreateDescriptorPool(DEVICE, &info, NULL, &pool));
     REFUSED(cpu_CreateDescriptorUpdateTemplate(DEVICE, &template_info, NULL, &template));
     assert_int_equal(refusals, 2);
-    assert_int_equal(seen.calls, 2);
+    assert_int_equal(calls, 2);
 }
 
 /* What the four bits of `structures` name are structures; the rest has to arrive, in order. */
@@ -158,7 +143,7 @@ static void check_writes(unsigned structures)
         assert_memory_equal(seen.bindings, expected, count * sizeof(*expected));
         assert_int_equal(seen.copies, command == 0);
         if (!structures)
-            assert_int_equal(seen.calls, 1);
+            assert_int_equal(calls, 1);
     }
 }
 
@@ -173,10 +158,10 @@ TEST_OPENED(test_descriptors_in_memory, clear)
     VkDescriptorGetInfoEXT info = {.type = OTHER};
     char data[16];
     cpu_GetDescriptorEXT(DEVICE, &info, sizeof(data), data);
-    assert_int_equal(seen.calls, 1);
+    assert_int_equal(calls, 1);
     info.type = STRUCTURE;
     cpu_GetDescriptorEXT(DEVICE, &info, sizeof(data), data);
-    assert_int_equal(seen.calls, 1);
+    assert_int_equal(calls, 1);
     assert_string_equal(refused_command, "vkGetDescriptorEXT");
     REFUSED(cpu_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT(DEVICE, NULL, data));
     assert_int_equal(refusals, 2);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the driver sees of shaders, of which those that trace rays are refused. */
+/* What the driver sees of shaders, of which those that trace rays are refused.
+ */
 
 #include "below.h"
 #include "layer/cpu/commands.h"
@@ -8,38 +9,10 @@
 
 /* ---- the driver */
 
-static unsigned calls;
-
-PLAYED(CreateShaderModule)
-{
-    calls++;
-    return VK_SUCCESS;
-}
-
-PLAYED(CreateShadersEXT)
-{
-    calls++;
-    return VK_SUCCESS;
-}
-
-PLAYED(CreateComputePipelines)
-{
-    calls++;
-    return VK_SUCCESS;
-}
-
-PLAYED(CreateGraphicsPipelines)
-{
-    calls++;
-    return VK_SUCCESS;
-}
-
-static void clear(void)
-{
-    calls = 0;
-    refusals = 0;
-    refused_command = "";
-}
+COUNTED(CreateShaderModule)
+COUNTED(CreateShadersEXT)
+COUNTED(CreateComputePipelines)
+COUNTED(CreateGraphicsPipelines)
 
 /* ---- tests */
 
@@ -79,7 +52,7 @@ static VkResult try_code(const uint32_t *code, size_t size)
     return result;
 }
 
-TEST_OPENED(test_shaders, clear)
+TEST_OPENED(test_shaders, below_clear)
 {
     GET(try_code(plain, sizeof(plain)));
     GET(try_code(behind, sizeof(behind)));
@@ -94,7 +67,7 @@ TEST_OPENED(test_shaders, clear)
     assert_int_equal(calls, 22);
 }
 
-TEST_OPENED(test_pipelines_of_nv, clear)
+TEST_OPENED(test_pipelines_of_nv, below_clear)
 {
     VkPipeline pipelines[2] = {(VkPipeline)(uintptr_t)7, (VkPipeline)(uintptr_t)7};
     char data[16];

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands that name addresses, on backend cpu: the buffer that had an address when a command was
  * recorded is destroyed before the submission, and another one on the same memory has it. */
-#include "result_scene.h"
+#include "device_fixture.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -18,8 +18,7 @@ static VkBuffer create_alias(const struct device_buffer *buffer, VkDeviceSize si
     GET(vk.CreateBuffer(device, &info, NULL, &alias));
     vk.GetBufferMemoryRequirements(device, alias, &requirements);
     GET(vk.BindBufferMemory(device, alias, buffer->memory, 0));
-    const STRUCT(VkBufferDeviceAddressInfo, address, .buffer = alias);
-    assert_int_equal(vk.GetBufferDeviceAddress(device, &address), buffer->address);
+    assert_int_equal(buffer_address(&vk, device, alias), buffer->address);
     OWN(DestroyBuffer, alias);
     return alias;
 }
@@ -41,28 +40,26 @@ static void replace(struct device_buffer *buffer, VkDeviceSize size, struct lure
 SILENT_TEST(test_builds)
 {
     struct lures lures;
-    result_scene_open(COMPACTED_SIZE);
-    struct device_buffer *data = &scene.build.data;
-    memcpy(data->bytes, scene.host.data, scene.build.size);
+    open_device_pair(COMPACTABLE);
+    struct device_buffer *data = &on_device.triangles.data;
+    memcpy(data->bytes, pair.triangles.data, pair.triangles.size);
     VkCommandBuffer commands = device_begin(PRIMARY);
-    device_build(commands, &scene.build, scene.blas.handle, VK_NULL_HANDLE);
-    replace(data, scene.build.size, &lures);
+    device_build(commands, &on_device.triangles, pair.blas.handle, VK_NULL_HANDLE);
+    replace(data, pair.triangles.size, &lures);
     device_finish(commands);
-    assert_true(fixture_trace(scene.blas.handle, 0.25f, 0.25f).isHit);
+    assert_true(fixture_trace(pair.blas.handle, 0.25f, 0.25f).isHit);
 }
 
 SILENT_TEST(test_serializes)
 {
     struct lures lures;
     size_t size;
-    result_scene_open(COMPACTED_SIZE);
-    VkCommandBuffer commands = device_begin(PRIMARY);
-    result_scene_record_build(commands);
-    device_finish(commands);
-    const void *expected = fixture_serialize(scene.blas.handle, &size);
+    open_device_pair(COMPACTABLE);
+    run_blas();
+    const void *expected = fixture_serialize(pair.blas.handle, &size);
     struct device_buffer buffer = device_buffer_create(size);
-    commands = device_begin(PRIMARY);
-    device_save(commands, scene.blas.handle, buffer.address);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    device_save(commands, pair.blas.handle, buffer.address);
     replace(&buffer, size, &lures);
     device_finish(commands);
     assert_memory_equal(buffer.bytes, expected, size);
@@ -74,15 +71,13 @@ SILENT_TEST(test_deserializes)
 {
     struct lures lures;
     size_t size;
-    result_scene_open(COMPACTED_SIZE);
-    VkCommandBuffer commands = device_begin(PRIMARY);
-    result_scene_record_build(commands);
-    device_finish(commands);
-    const void *bytes = fixture_serialize(scene.blas.handle, &size);
+    open_device_pair(COMPACTABLE);
+    run_blas();
+    const void *bytes = fixture_serialize(pair.blas.handle, &size);
     struct device_buffer buffer = device_buffer_create(size);
     memcpy(buffer.bytes, bytes, size);
-    struct fixture_structure loaded = fixture_create_blas(scene.blas.size);
-    commands = device_begin(PRIMARY);
+    struct fixture_structure loaded = fixture_create_blas(pair.blas.size);
+    VkCommandBuffer commands = device_begin(PRIMARY);
     device_load(commands, buffer.address, loaded.handle);
     replace(&buffer, size, &lures);
     device_finish(commands);

@@ -69,27 +69,29 @@ static VkDeviceOrHostAddressConstKHR *data_of(VkAccelerationStructureGeometryKHR
     }
 }
 
-void device_build_create(struct fixture_build *host, VkDeviceSize size, struct device_build *build)
+VkDeviceAddress device_scratch_create(const struct fixture_build *build)
 {
     enum { ALIGNMENT = 256 };
-    const VkDeviceSize scratch = fixture_scratch_size(host) + ALIGNMENT;
+    const VkDeviceSize size = fixture_scratch_size(build) + ALIGNMENT;
+    return (device_buffer_create(size).address + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+}
+
+void device_build_create(struct fixture_build *host, struct device_build *build)
+{
     *build = (struct device_build){.host = host,
-                                   .size = size,
                                    .geometry = host->geometry,
                                    .info = host->info,
-                                   .staging = device_buffer_create(size),
-                                   .data = device_buffer_create(size),
-                                   .scratch = device_buffer_create(scratch)};
+                                   .staging = device_buffer_create(host->size),
+                                   .data = device_buffer_create(host->size)};
     data_of(&build->geometry)->deviceAddress = build->data.address;
     build->info.pGeometries = &build->geometry;
-    build->info.scratchData.deviceAddress =
-        (build->scratch.address + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    build->info.scratchData.deviceAddress = device_scratch_create(host);
 }
 
 void device_upload(VkCommandBuffer commands, struct device_build *build)
 {
-    const VkBufferCopy region = {0, 0, build->size};
-    memcpy(build->staging.bytes, build->host->data, build->size);
+    const VkBufferCopy region = {0, 0, build->host->size};
+    memcpy(build->staging.bytes, build->host->data, build->host->size);
     device_barrier(commands);
     vk.CmdCopyBuffer(commands, build->staging.handle, build->data.handle, 1, &region);
     device_barrier(commands);
@@ -105,6 +107,21 @@ void device_build(VkCommandBuffer commands, struct device_build *build,
     build->info.srcAccelerationStructure = src;
     vk.CmdBuildAccelerationStructuresKHR(commands, 1, &build->info, &ranges);
     device_barrier(commands);
+}
+
+struct device_buffer device_build_indirect(VkCommandBuffer commands,
+                                           const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                                           uint32_t most,
+                                           const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    const uint32_t stride = sizeof(*range), *const counts = &most;
+    const struct device_buffer buffer = device_buffer_create(RANGE_AT + sizeof(*range));
+    const VkDeviceAddress address = buffer.address + RANGE_AT;
+    if (range)
+        memcpy(buffer.bytes + RANGE_AT, range, sizeof(*range));
+    vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, info, &address, &stride, &counts);
+    device_barrier(commands);
+    return buffer;
 }
 
 void device_copy(VkCommandBuffer commands, VkAccelerationStructureKHR src,
@@ -126,12 +143,49 @@ void device_load(VkCommandBuffer commands, VkDeviceAddress src, VkAccelerationSt
     vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &info);
 }
 
-/* ---- asking */
-
 uint64_t device_query(VkQueryPool pool, uint32_t query)
 {
     uint64_t value = 0;
     GET(vk.GetQueryPoolResults(device, pool, query, 1, sizeof(value), &value, sizeof(value),
                                VK_QUERY_RESULT_64_BIT));
     return value;
+}
+
+/* ---- the pair */
+
+struct device_pair on_device;
+
+void open_device_pair(VkBuildAccelerationStructureFlagsKHR flags)
+{
+    open_unbuilt_pair(TRIANGLES_OF_PAIR, flags);
+    device_build_create(&pair.triangles, &on_device.triangles);
+    device_build_create(&pair.instances, &on_device.instances);
+}
+
+void open_queried_pair(VkQueryType type)
+{
+    open_device_pair(COMPACTABLE);
+    on_device.pool = query_pool_create(&vk, device, type, QUERIES);
+    OWN(DestroyQueryPool, on_device.pool);
+}
+
+void record_queries(VkCommandBuffer commands, VkQueryType type)
+{
+    const VkAccelerationStructureKHR both[] = {pair.blas.handle, pair.blas.handle};
+    vk.CmdResetQueryPool(commands, on_device.pool, 0, QUERIES);
+    vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, 2, both, type, on_device.pool, 0);
+    device_barrier(commands);
+}
+
+void record_blas(VkCommandBuffer commands)
+{
+    device_upload(commands, &on_device.triangles);
+    device_build(commands, &on_device.triangles, pair.blas.handle, VK_NULL_HANDLE);
+}
+
+void run_blas(void)
+{
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    record_blas(commands);
+    device_finish(commands);
 }

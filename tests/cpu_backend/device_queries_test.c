@@ -2,25 +2,22 @@
 /* Queries about structures by command buffers on backend cpu, through the loader. */
 #include <string.h>
 
-#include "result_scene.h"
-
-static const VkQueryType SERIALIZATION_SIZE =
-    VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
+#include "device_fixture.h"
 
 #define NOT_READY(call) assert_int_equal(call, VK_NOT_READY)
 
 SILENT_TEST(test_queries)
 {
-    result_scene_open(COMPACTED_SIZE);
+    open_queried_pair(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(PRIMARY);
-    result_scene_record_build(commands);
-    result_scene_record_queries(commands, COMPACTED_SIZE);
+    record_blas(commands);
+    record_queries(commands, COMPACTED_SIZE);
     device_finish(commands);
 
-    const VkDeviceSize expected = fixture_property(scene.blas.handle, COMPACTED_SIZE);
-    assert_in_range(expected, 1, scene.blas.size - 1);
+    const VkDeviceSize expected = fixture_property(pair.blas.handle, COMPACTED_SIZE);
+    assert_in_range(expected, 1, pair.blas.size - 1);
     uint64_t wide[2][2];
-    GET(vk.GetQueryPoolResults(device, scene.pool, 0, 2, sizeof(wide), wide, sizeof(wide[0]),
+    GET(vk.GetQueryPoolResults(device, on_device.pool, 0, 2, sizeof(wide), wide, sizeof(wide[0]),
                                VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT |
                                    VK_QUERY_RESULT_WITH_AVAILABILITY_BIT));
     for (int i = 0; i < 2; i++) {
@@ -28,13 +25,13 @@ SILENT_TEST(test_queries)
         assert_int_equal(wide[i][1], 1);
     }
     uint32_t narrow[QUERIES] = {7, 7, 7};
-    NOT_READY(vk.GetQueryPoolResults(device, scene.pool, 0, QUERIES, sizeof(narrow), narrow,
+    NOT_READY(vk.GetQueryPoolResults(device, on_device.pool, 0, QUERIES, sizeof(narrow), narrow,
                                      sizeof(narrow[0]), 0));
     assert_int_equal(narrow[1], expected);
     assert_int_equal(narrow[2], 7);
     uint32_t partial[2] = {7, 7};
     NOT_READY(vk.GetQueryPoolResults(
-        device, scene.pool, 2, 1, sizeof(partial), partial, sizeof(partial),
+        device, on_device.pool, 2, 1, sizeof(partial), partial, sizeof(partial),
         VK_QUERY_RESULT_PARTIAL_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT));
     assert_int_equal(partial[0], 0);
     assert_int_equal(partial[1], 0);
@@ -43,16 +40,15 @@ SILENT_TEST(test_queries)
 /* A query tells of the structure as it was when the query was written. */
 SILENT_TEST(test_query_keeps_its_timestamp)
 {
-    result_scene_open(SERIALIZATION_SIZE);
+    open_queried_pair(SERIALIZATION_SIZE);
     VkCommandBuffer commands = device_begin(PRIMARY);
-    result_scene_record_build(commands);
-    result_scene_record_queries(commands, SERIALIZATION_SIZE);
-    scene.host.range.primitiveCount = 1;
-    result_scene_record_build(commands);
+    record_blas(commands);
+    record_queries(commands, SERIALIZATION_SIZE);
+    pair.triangles.range.primitiveCount = 1;
+    record_blas(commands);
     device_finish(commands);
-    const uint64_t value = device_query(scene.pool, 1);
-    assert_in_range(value, fixture_property(scene.blas.handle, SERIALIZATION_SIZE) + 1, UINT64_MAX);
-    scene.host.range.primitiveCount = TRIANGLES;
+    const uint64_t value = device_query(on_device.pool, 1);
+    assert_in_range(value, fixture_property(pair.blas.handle, SERIALIZATION_SIZE) + 1, UINT64_MAX);
 }
 
 SILENT_TEST(test_other_queries)
@@ -66,20 +62,30 @@ SILENT_TEST(test_other_queries)
     NOT_READY(vk.GetQueryPoolResults(device, pool, 0, 1, sizeof(value), &value, sizeof(value), 0));
 }
 
+static const uint64_t untouched = ~0ull / 255 * 0xee;
+
+/* Begins commands that write the queries, and fills a buffer for their results.
+ */
+static VkCommandBuffer begin_with_queries(struct device_buffer *buffer)
+{
+    open_queried_pair(COMPACTED_SIZE);
+    *buffer = device_buffer_create(256);
+    memset(buffer->bytes, 0xee, 256);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    record_blas(commands);
+    record_queries(commands, COMPACTED_SIZE);
+    return commands;
+}
+
 SILENT_TEST(test_copied_queries)
 {
-    result_scene_open(COMPACTED_SIZE);
-    struct device_buffer buffer = device_buffer_create(256);
-    memset(buffer.bytes, 0xee, 256);
-    VkCommandBuffer commands = device_begin(PRIMARY);
-    result_scene_record_build(commands);
-    result_scene_record_queries(commands, COMPACTED_SIZE);
-    vk.CmdCopyQueryPoolResults(commands, scene.pool, 0, QUERIES, buffer.handle, 32, 32,
+    struct device_buffer buffer;
+    VkCommandBuffer commands = begin_with_queries(&buffer);
+    vk.CmdCopyQueryPoolResults(commands, on_device.pool, 0, QUERIES, buffer.handle, 32, 32,
                                VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
-    vk.CmdResetQueryPool(commands, scene.pool, 0, QUERIES);
+    vk.CmdResetQueryPool(commands, on_device.pool, 0, QUERIES);
     device_finish(commands);
-    const uint64_t expected = fixture_property(scene.blas.handle, COMPACTED_SIZE),
-                   untouched = ~0ull / 255 * 0xee;
+    const uint64_t expected = fixture_property(pair.blas.handle, COMPACTED_SIZE);
     const uint64_t *words = (uint64_t *)buffer.bytes;
     const uint64_t found[] = {words[4], words[5],  words[6], words[8],
                               words[9], words[12], words[13]};
@@ -91,28 +97,23 @@ SILENT_TEST(test_copied_queries)
  * written for queries that there aren't. */
 SILENT_TEST(test_wild_counts)
 {
-    result_scene_open(COMPACTED_SIZE);
-    struct device_buffer buffer = device_buffer_create(256);
-    memset(buffer.bytes, 0xee, 256);
-    VkCommandBuffer commands = device_begin(PRIMARY);
-    result_scene_record_build(commands);
-    result_scene_record_queries(commands, COMPACTED_SIZE);
-    vk.CmdCopyQueryPoolResults(commands, scene.pool, 1, QUERIES, buffer.handle, 0, 8,
+    struct device_buffer buffer;
+    VkCommandBuffer commands = begin_with_queries(&buffer);
+    vk.CmdCopyQueryPoolResults(commands, on_device.pool, 1, QUERIES, buffer.handle, 0, 8,
                                VK_QUERY_RESULT_64_BIT);
-    vk.CmdResetQueryPool(commands, scene.pool, 1, UINT32_MAX);
+    vk.CmdResetQueryPool(commands, on_device.pool, 1, UINT32_MAX);
     device_finish(commands);
-    const uint64_t expected = fixture_property(scene.blas.handle, COMPACTED_SIZE),
-                   untouched = ~0ull / 255 * 0xee;
+    const uint64_t expected = fixture_property(pair.blas.handle, COMPACTED_SIZE);
     const uint64_t wanted[] = {expected, untouched, untouched};
     assert_memory_equal(buffer.bytes, wanted, sizeof(wanted));
     uint64_t values[2] = {0};
-    NOT_READY(vk.GetQueryPoolResults(device, scene.pool, 0, 2, sizeof(values), values, 8,
+    NOT_READY(vk.GetQueryPoolResults(device, on_device.pool, 0, 2, sizeof(values), values, 8,
                                      VK_QUERY_RESULT_64_BIT));
     assert_int_equal(values[0], expected);
-    vk.ResetQueryPool(device, scene.pool, 1, UINT32_MAX);
-    GET(vk.GetQueryPoolResults(device, scene.pool, 0, 1, sizeof(values), values, 8,
+    vk.ResetQueryPool(device, on_device.pool, 1, UINT32_MAX);
+    GET(vk.GetQueryPoolResults(device, on_device.pool, 0, 1, sizeof(values), values, 8,
                                VK_QUERY_RESULT_64_BIT));
-    vk.ResetQueryPool(device, scene.pool, 0, UINT32_MAX);
-    NOT_READY(vk.GetQueryPoolResults(device, scene.pool, 0, 1, sizeof(values), values, 8,
+    vk.ResetQueryPool(device, on_device.pool, 0, UINT32_MAX);
+    NOT_READY(vk.GetQueryPoolResults(device, on_device.pool, 0, 1, sizeof(values), values, 8,
                                      VK_QUERY_RESULT_64_BIT));
 }

@@ -1,25 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What command buffers write of structures to buffers on backend cpu, through the loader: it is
  * there once the application knows that the submission is complete. */
-#include "result_scene.h"
+#include "device_fixture.h"
 
 #include <stdlib.h>
 
-static const VkQueryType SERIALIZATION_SIZE =
-    VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
-
 SILENT_TEST(test_compaction)
 {
-    result_scene_open(COMPACTED_SIZE);
+    open_queried_pair(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(PRIMARY);
-    result_scene_record_build(commands);
-    result_scene_record_queries(commands, COMPACTED_SIZE);
+    record_blas(commands);
+    record_queries(commands, COMPACTED_SIZE);
     device_finish(commands);
-    const uint64_t size = device_query(scene.pool, 0);
+    const uint64_t size = device_query(on_device.pool, 0);
     struct fixture_structure compacted = fixture_create_blas(size);
     commands = device_begin(PRIMARY);
-    device_copy(commands, scene.blas.handle, compacted.handle,
-                VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    device_copy(commands, pair.blas.handle, compacted.handle, COMPACT);
     device_finish(commands);
     assert_true(fixture_trace(compacted.handle, 0.25f, 0.25f).isHit);
 }
@@ -79,23 +75,21 @@ static void run_and_learn(VkCommandBuffer commands, enum learning learning)
 SILENT_TEST(test_serialization)
 {
     for (enum learning learning = BY_FENCE; learning <= BY_DEVICE; learning++) {
-        result_scene_open(SERIALIZATION_SIZE);
-        VkCommandBuffer commands = device_begin(PRIMARY);
-        result_scene_record_build(commands);
-        device_finish(commands);
-        const VkDeviceSize size = fixture_property(scene.blas.handle, SERIALIZATION_SIZE);
+        open_device_pair(0);
+        run_blas();
+        const VkDeviceSize size = fixture_property(pair.blas.handle, SERIALIZATION_SIZE);
         struct device_buffer buffer = device_buffer_create(size + 256);
         const VkDeviceAddress address = (buffer.address + 255) / 256 * 256;
-        commands = device_begin(PRIMARY);
-        device_save(commands, scene.blas.handle, address);
+        VkCommandBuffer commands = device_begin(PRIMARY);
+        device_save(commands, pair.blas.handle, address);
         run_and_learn(commands, learning);
         size_t expected_size;
-        const void *expected = fixture_serialize(scene.blas.handle, &expected_size);
+        const void *expected = fixture_serialize(pair.blas.handle, &expected_size);
         assert_int_equal(expected_size, size);
         assert_memory_equal(buffer.bytes + (address - buffer.address), expected, size);
         GET(vk.DeviceWaitIdle(device));
 
-        struct fixture_structure loaded = fixture_create_blas(scene.blas.size);
+        struct fixture_structure loaded = fixture_create_blas(pair.blas.size);
         commands = device_begin(PRIMARY);
         device_load(commands, address, loaded.handle);
         device_finish(commands);
@@ -103,15 +97,16 @@ SILENT_TEST(test_serialization)
     }
 }
 
-/* One batch of a submission is seen complete, while another waits for the host. */
+/* One batch of a submission is seen complete, while another waits for the host.
+ */
 SILENT_TEST(test_batch_that_waits_for_the_host)
 {
-    result_scene_open(COMPACTED_SIZE);
+    open_queried_pair(COMPACTED_SIZE);
     struct device_buffer buffer = device_buffer_create(256);
     VkCommandBuffer commands = device_begin(PRIMARY);
-    result_scene_record_build(commands);
-    result_scene_record_queries(commands, COMPACTED_SIZE);
-    vk.CmdCopyQueryPoolResults(commands, scene.pool, 0, 1, buffer.handle, 0, 8,
+    record_blas(commands);
+    record_queries(commands, COMPACTED_SIZE);
+    vk.CmdCopyQueryPoolResults(commands, on_device.pool, 0, 1, buffer.handle, 0, 8,
                                VK_QUERY_RESULT_64_BIT);
     const VkSemaphore semaphore = timeline_create(&vk, device);
     OWN(DestroySemaphore, semaphore);
@@ -132,5 +127,5 @@ SILENT_TEST(test_batch_that_waits_for_the_host)
     GET(vk.SignalSemaphore(device, &signal));
     GET(vk.DeviceWaitIdle(device));
     const uint64_t *words = (uint64_t *)buffer.bytes;
-    assert_int_equal(words[0], fixture_property(scene.blas.handle, COMPACTED_SIZE));
+    assert_int_equal(words[0], fixture_property(pair.blas.handle, COMPACTED_SIZE));
 }

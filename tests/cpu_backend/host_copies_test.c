@@ -1,42 +1,33 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Backend cpu through the loader: clones and compaction, properties, and structures that go to
  * memory and come back elsewhere. The valid calls are silent. */
-#include "host_scene.h"
+#include "host_fixture.h"
 
 #include <stdlib.h>
 
 NOISY_TEST(test_copies)
 {
-    open_scene(100, COMPACTABLE | UPDATABLE);
-    uint64_t size = fixture_property(scene.blas.handle,
-                                     VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR);
-    assert_true(size > 0 && size <= scene.blas.size);
-    assert_int_equal(
-        fixture_property(scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR),
-        scene.blas.size);
+    open_pair(100, COMPACTABLE | UPDATABLE);
+    uint64_t size = fixture_property(pair.blas.handle, COMPACTED_SIZE);
+    assert_true(size > 0 && size <= pair.blas.size);
+    assert_int_equal(fixture_property(pair.blas.handle, STRUCTURE_SIZE), pair.blas.size);
     struct fixture_structure compact = fixture_create_blas(size);
-    struct fixture_structure clone = fixture_create_blas(scene.blas.size);
-    GET(copy_structure(scene.blas.handle, compact.handle,
-                       VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
-    GET(copy_structure(scene.blas.handle, clone.handle,
-                       VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
-    expect_silence();
-    assert_int_equal(
-        fixture_property(compact.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR), size);
-    fixture_move(&scene.triangles, 2, 0, 0);
-    GET(host_build(&scene.triangles, compact.handle, compact.handle));
+    struct fixture_structure clone = fixture_create_blas(pair.blas.size);
+    GET(host_copy(pair.blas.handle, compact.handle, COMPACT));
+    GET(host_copy(pair.blas.handle, clone.handle, CLONE));
+    messages_expect_none(messages);
+    assert_int_equal(fixture_property(compact.handle, STRUCTURE_SIZE), size);
+    fixture_move(&pair.triangles, 2, 0, 0);
+    GET(host_build(&pair.triangles, compact.handle, compact.handle));
     assert_float_equal(fixture_trace(compact.handle, 0.25f, 0.25f).t, 3, 0);
     assert_float_equal(fixture_trace(clone.handle, 0.25f, 0.25f).t, 1, 0);
-    expect_silence();
+    messages_expect_none(messages);
 
-    if (size < scene.blas.size)
-        expect_mistake(copy_structure(scene.blas.handle, compact.handle,
-                                      VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
+    if (size < pair.blas.size)
+        expect_mistake(host_copy(pair.blas.handle, compact.handle, CLONE));
     destroy((uint64_t)clone.handle);
-    expect_mistake(copy_structure(scene.blas.handle, clone.handle,
-                                  VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
-    expect_mistake(copy_structure(clone.handle, compact.handle,
-                                  VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR));
+    expect_mistake(host_copy(pair.blas.handle, clone.handle, CLONE));
+    expect_mistake(host_copy(clone.handle, compact.handle, COMPACT));
 }
 
 static VkResult deserialize(const void *bytes, VkAccelerationStructureKHR dst)
@@ -52,34 +43,33 @@ static VkAccelerationStructureCompatibilityKHR compatibility(const void *bytes)
     return answer;
 }
 
-/* A scene written to memory, destroyed, and read back with other references. */
+/* A pair written to memory, destroyed, and read back with other references. */
 NOISY_TEST(test_serialize_and_relocate)
 {
-    open_scene(100, 0);
+    open_pair(100, 0);
     size_t blas_size, tlas_size;
     uint64_t pointers = fixture_property(
-        scene.tlas.handle,
+        pair.tlas.handle,
         VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR);
     assert_int_equal(pointers, 2);
-    uint64_t *blas = fixture_serialize(scene.blas.handle, &blas_size);
-    uint64_t *tlas = fixture_serialize(scene.tlas.handle, &tlas_size);
+    uint64_t *blas = fixture_serialize(pair.blas.handle, &blas_size);
+    uint64_t *tlas = fixture_serialize(pair.tlas.handle, &tlas_size);
     assert_int_equal(blas[4], blas_size);
     assert_int_equal(tlas[4], tlas_size);
     assert_int_equal(tlas[6], 2);
-    assert_int_equal(tlas[7], (uint64_t)scene.blas.handle);
-    destroy_scene();
+    assert_int_equal(tlas[7], (uint64_t)pair.blas.handle);
+    destroy_pair();
 
     struct fixture_structure new_blas = fixture_create_blas(blas[5]);
-    struct fixture_structure new_tlas =
-        fixture_create(VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, tlas[5]);
+    struct fixture_structure new_tlas = fixture_create(TOP, tlas[5]);
     assert_int_equal(compatibility(tlas), VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR);
     GET(deserialize(blas, new_blas.handle));
     GET(deserialize(tlas, new_tlas.handle));
     assert_false(fixture_trace(new_tlas.handle, 0.25f, 0.25f).isHit); /* its BLAS is gone */
     tlas[7] = tlas[8] = structure_address(&vk, device, new_blas.handle);
     GET(deserialize(tlas, new_tlas.handle));
-    expect_scene(new_tlas.handle, 1);
-    expect_silence();
+    expect_pair(new_tlas.handle, 1);
+    messages_expect_none(messages);
 
     tlas[4] -= 8;
     expect_mistake(deserialize(tlas, new_tlas.handle));
@@ -90,5 +80,5 @@ NOISY_TEST(test_serialize_and_relocate)
     expect_mistake(deserialize(tlas, new_tlas.handle));
     expect_mistake(deserialize(NULL, new_tlas.handle));
     expect_mistake(deserialize((void *)(uintptr_t)0x1000, new_tlas.handle));
-    expect_scene(new_tlas.handle, 1);
+    expect_pair(new_tlas.handle, 1);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Backend cpu through the loader: handles of its objects, addresses, names and private data. */
-#include "host_scene.h"
+#include "host_fixture.h"
 
 #include <string.h>
 
@@ -22,10 +22,10 @@ static VkAccelerationStructureKHR create_generic(VkBuffer buffer, VkDeviceSize o
 /* Stable, of nobody else, and as far apart as the offsets of generic structures. */
 SILENT_TEST(test_addresses)
 {
-    open_scene(10, 0);
-    uint64_t blas = address_of(scene.blas.handle), tlas = address_of(scene.tlas.handle);
+    open_pair(10, 0);
+    uint64_t blas = address_of(pair.blas.handle), tlas = address_of(pair.tlas.handle);
     assert_true(blas != 0 && tlas != 0 && blas != tlas);
-    assert_int_equal(address_of(scene.blas.handle), blas);
+    assert_int_equal(address_of(pair.blas.handle), blas);
     assert_int_equal(address_of((VkAccelerationStructureKHR)0x1234), 0);
 
     struct fixture_structure first = fixture_create_blas(4096);
@@ -36,17 +36,17 @@ SILENT_TEST(test_addresses)
 
 SILENT_TEST(test_names)
 {
-    open_scene(10, 0);
+    open_pair(10, 0);
     STRUCT(VkDebugUtilsObjectNameInfoEXT, name,
            .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-           .objectHandle = (uint64_t)scene.blas.handle, .pObjectName = "bunny");
+           .objectHandle = (uint64_t)pair.blas.handle, .pObjectName = "bunny");
     GET(vk.SetDebugUtilsObjectNameEXT(device, &name));
     const STRUCT(VkDebugUtilsObjectTagInfoEXT, tag,
                  .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                 .objectHandle = (uint64_t)scene.blas.handle, .tagSize = 4, .pTag = "tag");
+                 .objectHandle = (uint64_t)pair.blas.handle, .tagSize = 4, .pTag = "tag");
     GET(vk.SetDebugUtilsObjectTagEXT(device, &tag));
     name.objectType = VK_OBJECT_TYPE_BUFFER; /* the driver's own */
-    name.objectHandle = (uint64_t)scene.blas.storage.handle;
+    name.objectHandle = (uint64_t)pair.blas.storage.handle;
     GET(vk.SetDebugUtilsObjectNameEXT(device, &name));
 }
 
@@ -74,10 +74,10 @@ SILENT_TEST(test_private_data)
 {
     if (!vk.SetPrivateData)
         skip();
-    open_scene(10, 0);
-    const uint64_t blas = (uint64_t)scene.blas.handle, tlas = (uint64_t)scene.tlas.handle;
+    open_pair(10, 0);
+    const uint64_t blas = (uint64_t)pair.blas.handle, tlas = (uint64_t)pair.tlas.handle;
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
-    const uint64_t buffer = (uint64_t)scene.blas.storage.handle;
+    const uint64_t buffer = (uint64_t)pair.blas.storage.handle;
     VkPrivateDataSlot slots[] = {create_slot(), create_slot()};
     set_data(slots[0], type, blas, 1);
     set_data(slots[1], type, blas, 2);
@@ -94,7 +94,7 @@ SILENT_TEST(test_private_data)
     assert_int_equal(get_data(slots[0], type, tlas), 0);
     assert_int_equal(get_data(slots[1], type, blas), 2);
     set_data(slots[0], type, blas, 6);
-    destroy_scene();
+    destroy_pair();
     assert_int_equal(get_data(slots[0], type, blas), 0);
 }
 

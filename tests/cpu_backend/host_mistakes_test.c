@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Backend cpu through the loader: what mistakes lead to. None crashes, and each leaves the
  * structures as they were. */
-#include "host_scene.h"
+#include "host_fixture.h"
 
 #include <string.h>
 #include <sys/mman.h>
@@ -11,63 +11,60 @@
 
 NOISY_TEST(test_wild_handles)
 {
-    open_scene(10, UPDATABLE);
-    expect_mistake(host_build(&scene.triangles, WILD, VK_NULL_HANDLE));
-    expect_mistake(host_build(&scene.triangles, scene.blas.handle, WILD));
-    expect_mistake(
-        copy_structure(WILD, scene.blas.handle, VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
+    open_pair(10, UPDATABLE);
+    expect_mistake(host_build(&pair.triangles, WILD, VK_NULL_HANDLE));
+    expect_mistake(host_build(&pair.triangles, pair.blas.handle, WILD));
+    expect_mistake(host_copy(WILD, pair.blas.handle, CLONE));
     uint64_t value = 1;
     const VkAccelerationStructureKHR wild = WILD;
-    expect_mistake(vk.WriteAccelerationStructuresPropertiesKHR(
-        device, 1, &wild, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR, 8, &value, 8));
+    expect_mistake(vk.WriteAccelerationStructuresPropertiesKHR(device, 1, &wild, STRUCTURE_SIZE, 8,
+                                                               &value, 8));
     assert_int_equal(value, 0);
     expect_mistake(vk.WriteAccelerationStructuresPropertiesKHR(
-        device, 1, &scene.blas.handle, VK_QUERY_TYPE_OCCLUSION, 8, &value, 8));
+        device, 1, &pair.blas.handle, VK_QUERY_TYPE_OCCLUSION, 8, &value, 8));
     const VkDeferredOperationKHR operation = (VkDeferredOperationKHR)0x42;
-    expect_mistake(fixture_build(operation, &scene.triangles, scene.blas.handle, VK_NULL_HANDLE));
+    expect_mistake(fixture_build(operation, &pair.triangles, pair.blas.handle, VK_NULL_HANDLE));
     expect_mistake(vk.DeferredOperationJoinKHR(device, operation));
     expect_mistake(vk.GetDeferredOperationResultKHR(device, operation));
     assert_int_equal(vk.GetDeferredOperationMaxConcurrencyKHR(device, operation), 0);
     vk.DestroyDeferredOperationKHR(device, operation, NULL);
     vk.DestroyDeferredOperationKHR(device, VK_NULL_HANDLE, NULL);
     vk.DestroyAccelerationStructureKHR(device, VK_NULL_HANDLE, NULL);
-    expect_scene(scene.tlas.handle, 1);
+    expect_pair(pair.tlas.handle, 1);
 }
 
 /* An instance of what is destroyed, or not built, is as good as none. */
 NOISY_TEST(test_destroyed)
 {
-    open_scene(10, UPDATABLE);
-    expect_scene(scene.tlas.handle, 1);
-    struct fixture_structure empty = fixture_create_blas(scene.blas.size);
-    VkAccelerationStructureInstanceKHR *instances = scene.instances.data;
+    open_pair(10, UPDATABLE);
+    expect_pair(pair.tlas.handle, 1);
+    struct fixture_structure empty = fixture_create_blas(pair.blas.size);
+    VkAccelerationStructureInstanceKHR *instances = pair.instances.data;
     instances[1].accelerationStructureReference = (uint64_t)empty.handle;
-    GET(host_build(&scene.instances, scene.tlas.handle, VK_NULL_HANDLE));
-    expect_hit(scene.tlas.handle, 0.25f, 1, 0);
-    assert_false(fixture_trace(scene.tlas.handle, 2.25f, 0.25f).isHit);
-    destroy((uint64_t)scene.blas.handle);
-    assert_false(fixture_trace(scene.tlas.handle, 0.25f, 0.25f).isHit);
+    GET(host_build(&pair.instances, pair.tlas.handle, VK_NULL_HANDLE));
+    expect_hit(pair.tlas.handle, 0.25f, 1, 0);
+    assert_false(fixture_trace(pair.tlas.handle, 2.25f, 0.25f).isHit);
+    destroy((uint64_t)pair.blas.handle);
+    assert_false(fixture_trace(pair.tlas.handle, 0.25f, 0.25f).isHit);
     destroy((uint64_t)empty.handle);
-    destroy((uint64_t)scene.tlas.handle);
-    AssayTraceInfo info =
-        trace_info((uint64_t)scene.tlas.handle, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
-    expect_mistake(trace_rays(device, &info));
+    destroy((uint64_t)pair.tlas.handle);
+    expect_mistake(fixture_trace_none(pair.tlas.handle));
 }
 
 static VkResult build_again(void)
 {
-    return host_build(&scene.triangles, scene.blas.handle, VK_NULL_HANDLE);
+    return host_build(&pair.triangles, pair.blas.handle, VK_NULL_HANDLE);
 }
 
 /* Each leaves the structure as it was. */
 NOISY_TEST(test_bad_pointers)
 {
-    open_scene(10, UPDATABLE);
+    open_pair(10, UPDATABLE);
     size_t page = (size_t)sysconf(_SC_PAGESIZE);
     char *hole = mmap(NULL, 2 * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     mprotect(hole + page, page, PROT_NONE);
     VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        &scene.triangles.geometry.geometry.triangles;
+        &pair.triangles.geometry.geometry.triangles;
     const VkAccelerationStructureGeometryTrianglesDataKHR valid = *triangles;
 
     triangles->vertexData.hostAddress = NULL;
@@ -95,31 +92,30 @@ NOISY_TEST(test_bad_pointers)
     expect_mistake(build_again());
     *triangles = valid;
 
-    scene.triangles.info.scratchData.hostAddress = hole + page; /* the backend has its own */
+    pair.triangles.info.scratchData.hostAddress = hole + page; /* the backend has its own */
     GET(build_again());
-    scene.triangles.info.scratchData.hostAddress = scene.triangles.scratch;
-    scene.triangles.info.pGeometries = (const void *)(hole + page - 8);
+    pair.triangles.info.scratchData.hostAddress = pair.triangles.scratch;
+    pair.triangles.info.pGeometries = (const void *)(hole + page - 8);
     expect_mistake(build_again());
-    scene.triangles.info.pGeometries = &scene.triangles.geometry;
-    scene.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
-    expect_mistake(host_build(&scene.instances, scene.tlas.handle, VK_NULL_HANDLE));
-    expect_mistake(vk.WriteAccelerationStructuresPropertiesKHR(
-        device, 1, &scene.blas.handle, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR, 8,
-        hole + page, 8));
+    pair.triangles.info.pGeometries = &pair.triangles.geometry;
+    pair.instances.geometry.geometry.instances.arrayOfPointers = VK_TRUE;
+    expect_mistake(host_build(&pair.instances, pair.tlas.handle, VK_NULL_HANDLE));
+    expect_mistake(vk.WriteAccelerationStructuresPropertiesKHR(device, 1, &pair.blas.handle,
+                                                               STRUCTURE_SIZE, 8, hole + page, 8));
     GET(build_again());
-    expect_scene(scene.tlas.handle, 1);
+    expect_pair(pair.tlas.handle, 1);
     munmap(hole, 2 * page);
 }
 
 /* A shape that the source hasn't, and a structure that is too small. */
 NOISY_TEST(test_bad_builds)
 {
-    open_scene(10, UPDATABLE);
-    scene.triangles.range.primitiveCount = 9;
-    expect_mistake(host_build(&scene.triangles, scene.blas.handle, scene.blas.handle));
-    scene.triangles.range.primitiveCount = 10;
+    open_pair(10, UPDATABLE);
+    pair.triangles.range.primitiveCount = 9;
+    expect_mistake(host_build(&pair.triangles, pair.blas.handle, pair.blas.handle));
+    pair.triangles.range.primitiveCount = 10;
     struct fixture_structure small = fixture_create_blas(256);
-    expect_mistake(host_build(&scene.triangles, small.handle, VK_NULL_HANDLE));
-    expect_mistake(host_build(&scene.triangles, scene.blas.handle, small.handle));
-    expect_scene(scene.tlas.handle, 1);
+    expect_mistake(host_build(&pair.triangles, small.handle, VK_NULL_HANDLE));
+    expect_mistake(host_build(&pair.triangles, pair.blas.handle, small.handle));
+    expect_pair(pair.tlas.handle, 1);
 }

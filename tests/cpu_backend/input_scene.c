@@ -19,33 +19,18 @@ void input_scene_open(struct input_scene *scene, VkGeometryTypeKHR type, const v
 
 void input_scene_create(struct input_scene *scene)
 {
-    enum { ALIGNMENT = 256 };
     scene->blas = fixture_create_for(&scene->build);
-    scene->scratch = device_buffer_create(fixture_scratch_size(&scene->build) + ALIGNMENT);
-    scene->build.info.scratchData.deviceAddress =
-        (scene->scratch.address + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    scene->build.info.scratchData.deviceAddress = device_scratch_create(&scene->build);
     scene->build.info.dstAccelerationStructure = scene->blas.handle;
-}
-
-static void record_indirect(struct input_scene *scene, VkCommandBuffer commands,
-                            const VkAccelerationStructureBuildRangeInfoKHR *ranges,
-                            struct device_buffer *buffer)
-{
-    const uint32_t stride = sizeof(*ranges), *counts = &scene->build.range.primitiveCount;
-    *buffer = device_buffer_create(sizeof(*ranges));
-    if (ranges)
-        memcpy(buffer->bytes, ranges, sizeof(*ranges));
-    vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene->build.info, &buffer->address,
-                                                 &stride, &counts);
 }
 
 void input_scene_build(struct input_scene *scene,
                        const VkAccelerationStructureBuildRangeInfoKHR *ranges, bool is_indirect)
 {
-    struct device_buffer buffer = {0};
-    VkCommandBuffer commands = device_begin(VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(PRIMARY);
     if (is_indirect)
-        record_indirect(scene, commands, ranges, &buffer);
+        device_build_indirect(commands, &scene->build.info, scene->build.range.primitiveCount,
+                              ranges);
     else
         vk.CmdBuildAccelerationStructuresKHR(commands, 1, &scene->build.info, &ranges);
     device_barrier(commands);
@@ -64,10 +49,8 @@ void input_scene_expect_hit(const struct input_scene *scene, float y, float z, f
                             uint32_t primitive)
 {
     const AssayHit hit = input_scene_trace(scene, y, z);
-    assert_true(hit.isHit);
+    expect_hit_at(hit, t, primitive);
     assert_false(hit.isAabb);
-    assert_float_equal(hit.t, t, 1e-5);
-    assert_int_equal(hit.primitive, primitive);
 }
 
 void input_scene_expect_miss(const struct input_scene *scene, float y, float z)

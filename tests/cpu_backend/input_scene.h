@@ -11,7 +11,7 @@ enum { INPUT_SIZE = 4096 };
 struct input_scene {
     struct fixture_build build;
     struct fixture_structure blas;
-    struct device_buffer vertices, radii, indices, scratch;
+    struct device_buffer vertices, radii, indices;
 };
 
 /* A geometry that all else of is to be filled in; nothing is made yet but the buffers. */

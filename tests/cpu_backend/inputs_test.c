@@ -138,11 +138,10 @@ NOISY_TEST(test_spheres_out_of_range)
     struct input_scene scene;
     VkAccelerationStructureGeometrySpheresDataNV data;
     open_spheres(&scene, &data);
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.blas.handle};
     ((uint16_t *)scene.indices.bytes)[OFFSET / 2] = 0xffff;
     GIVE_ADDRESSES(&data, &scene, address);
     input_scene_build(&scene, &all_spheres, false);
-    expect_mistake(trace_rays(device, &info));
+    expect_mistake(fixture_trace_none(scene.blas.handle));
     fill_spheres(&scene);
     GIVE_ADDRESSES(&data, &scene, bytes);
     data.indexData.deviceAddress = 0x1000;
@@ -176,13 +175,8 @@ static void expect_dense(const struct input_scene *scene)
                               .direction = {0, 0, 1},
                               .tMax = 100,
                               .cullMask = 0xff};
-        AssayHit hit;
-        const AssayTraceInfo info =
-            trace_info((uint64_t)scene->blas.handle, ASSAY_ACCURACY_EXACT, 1, &ray, &hit);
-        GET(trace_rays(device, &info));
-        assert_true(hit.isHit);
-        assert_float_equal(hit.t, 2, 0);
-        assert_int_equal(hit.primitive, 2 * i);
+        const AssayHit hit = fixture_trace_ray(scene->blas.handle, &ray);
+        expect_hit_at(hit, 2, 2 * i);
         assert_false(hit.isOpaque);
     }
 }

@@ -20,8 +20,6 @@ enum {
     BOXES_AT = 16392,
     INSTANCES_AT = 20496,
     DATA_SIZE = 32768,
-    UPDATABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV,
-    COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_NV,
 };
 
 static struct device_buffer data;
@@ -91,7 +89,7 @@ static void open_twins(struct twins *twins, VkAccelerationStructureTypeKHR type,
 /* Plain triangles, then indexed ones 10 higher. */
 static void describe_triangles(struct twins *twins, VkBuildAccelerationStructureFlagsKHR flags)
 {
-    open_twins(twins, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 2, flags);
+    open_twins(twins, BOTTOM, 2, flags);
     for (int i = 0; i < 2; i++) {
         const VkDeviceSize at = i == 0 ? PLAIN_AT : SHARED_AT;
         VkGeometryTrianglesNV *nv = &twins->nv_geometries[i].geometry.triangles;
@@ -122,7 +120,7 @@ static void describe_triangles(struct twins *twins, VkBuildAccelerationStructure
 
 static void describe_boxes(struct twins *twins)
 {
-    open_twins(twins, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 1, 0);
+    open_twins(twins, BOTTOM, 1, 0);
     twins->nv_geometries[0].geometryType = VK_GEOMETRY_TYPE_AABBS_NV;
     VkGeometryAABBNV *nv = &twins->nv_geometries[0].geometry.aabbs;
     nv->aabbData = data.handle;
@@ -139,7 +137,7 @@ static void describe_boxes(struct twins *twins)
 /* Instances of one BLAS, 20 apart in y. */
 static void describe_instances(struct twins *twins, uint64_t reference)
 {
-    open_twins(twins, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, 0, UPDATABLE);
+    open_twins(twins, TOP, 0, UPDATABLE);
     twins->nv.instanceCount = INSTANCES;
     for (int i = 0; i < INSTANCES; i++) {
         const VkAccelerationStructureInstanceKHR element = {
@@ -301,10 +299,8 @@ DATA_TEST(test_copies)
     struct nv_structure compact = nv_create(&nothing, size);
     assert_int_equal(compact.size, size);
     VkCommandBuffer commands = device_begin(PRIMARY);
-    vk.CmdCopyAccelerationStructureNV(commands, clone.handle, blas.handle,
-                                      VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-    vk.CmdCopyAccelerationStructureNV(commands, compact.handle, blas.handle,
-                                      VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    vk.CmdCopyAccelerationStructureNV(commands, clone.handle, blas.handle, CLONE);
+    vk.CmdCopyAccelerationStructureNV(commands, compact.handle, blas.handle, COMPACT);
     device_finish(commands);
     expect_same_bytes(as_khr(&blas), as_khr(&clone));
     destroy((uint64_t)blas.handle);

@@ -50,11 +50,11 @@ static void *build_micromap(uint32_t format, uint32_t level, uint32_t count, con
 {
     VkMicromapUsageEXT usage = {count, level, format};
     VkMicromapTriangleEXT *triangles = fixture_allocate(count * sizeof(*triangles));
-    uint64_t bits = (uint64_t)format << 2 * level, size;
+    uint64_t bits = (uint64_t)format << 2 * level;
     for (uint32_t i = 0; i < count; i++)
         triangles[i] = (VkMicromapTriangleEXT){(uint32_t)((bits + 7) / 8) * i, (uint16_t)level,
                                                (uint16_t)format};
-    struct micromap_input input = {
+    return fixture_micromap(&(struct micromap_input){
         .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
         .usage_count = 1,
         .usages = &usage,
@@ -63,12 +63,7 @@ static void *build_micromap(uint32_t format, uint32_t level, uint32_t count, con
         .data_size = data_size,
         .triangles_size = count * sizeof(*triangles),
         .stride = sizeof(*triangles),
-    };
-    void *micromap = NULL;
-    EXPECT(micromap_get_size(&input, &size) == BUILDER_OK);
-    micromap = fixture_allocate(size);
-    EXPECT(micromap_build(&input, micromap, size) == BUILDER_OK);
-    return micromap;
+    });
 }
 
 static const float corners[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0, 3, 0, 0, 2, 1, 0};
@@ -137,16 +132,14 @@ CASE(55, 0, 0, "state of every microtriangle")
 /* What the instance and the ray say comes after what the micromap says; but ignored is ignored. */
 CASE(56, 0, 0, "special indices, overridden")
 {
-    const int16_t indices[2] = {0, 0};
     const int special[4] = {-1, 1, 0, 0}; /* answers to indices -1 to -4 */
     for (int i = 0; i < 4; i++) {
-        const int16_t index = (int16_t)(-1 - i);
-        int16_t both[2] = {index, indices[1]};
+        const int16_t indices[2] = {(int16_t)(-1 - i), 0};
         struct builder_opacity opacity = {.index_type = VK_INDEX_TYPE_UINT16,
                                           .base_triangle = 9, /* not for special indices */
-                                          .indices = both,
-                                          .indices_size = sizeof(both),
-                                          .stride = sizeof(both[0])};
+                                          .indices = indices,
+                                          .indices_size = sizeof(indices),
+                                          .stride = sizeof(indices[0])};
         void *blas = build_with(&opacity, 0);
         const VkGeometryInstanceFlagsKHR force = VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR;
         const VkGeometryInstanceFlagsKHR forbid = VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR;
@@ -267,9 +260,7 @@ CASE(58, 0, 0, "micromaps and their copies")
                                       .micromap = (uintptr_t)again};
     micromap_deserialize(bytes, bytes_size, &uuids, again, micromap_size(micromap));
     void *blas = build_with(&opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
-    uint64_t compacted_size = builder_compacted_size(blas);
-    void *compacted = fixture_allocate(compacted_size);
-    EXPECT(builder_compact(blas, compacted, compacted_size) == BUILDER_OK);
+    void *compacted = case_compact(blas);
     EXPECT(answer(compacted, 0.25f, 0.25f, 0) == -1);
     EXPECT(answer(compacted, 2.25f, 0.25f, 0) == 1);
 }

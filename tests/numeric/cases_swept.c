@@ -85,12 +85,11 @@ static struct swept random_swept(uint64_t *random, int kind)
 
 static void *build_swept(const struct swept *swept, bool has_caps)
 {
-    struct sphere_list list = {.centers = swept->ends, .radii = swept->radii, .vertices = 2};
-    sphere_list_describe(&list, VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, 1);
+    INPUT(spheres, input, VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, 1, swept->ends, swept->radii,
+          2);
     if (!has_caps)
-        list.input.geometry.spheres.end_caps_mode =
-            VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_NONE_NV;
-    return case_build(&list.input);
+        input.geometry.spheres.end_caps_mode = VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_NONE_NV;
+    return case_build(&input);
 }
 
 /* Against marching along the ray, with caps and without. */
@@ -152,13 +151,11 @@ CASE(63, 0, 0, "seams of swept spheres")
                 target[k] = (float)(swept.ends[3 * end + k] +
                                     0.98 * swept.radii[end] *
                                         (sine * axis[k] / length + cosine * side[k] / across));
-            struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
-            for (int k = 0; k < 3; k++) {
-                ray.origin[k] = target[k] + (float)(side[k] / across) * far +
-                                fixture_uniform(&random, -0.2f, 0.2f) * far;
-                ray.direction[k] = target[k] - ray.origin[k];
-            }
-            EXPECT(case_count(structure, ray) == 1);
+            float origin[3];
+            for (int k = 0; k < 3; k++)
+                origin[k] = target[k] + (float)(side[k] / across) * far +
+                            fixture_uniform(&random, -0.2f, 0.2f) * far;
+            EXPECT(case_count(structure, case_ray_to(origin, target)) == 1);
         }
     }
 }
@@ -175,6 +172,8 @@ CASE(64, 0, 0, "indices and caps of swept spheres")
         half[i] = 0x3c00;
     }
     const uint16_t successive[] = {9, 0, 1, 2, 4}, list[] = {9, 5, 4, 4, 3, 2, 1};
+    const VkRayTracingLssIndexingModeNV each = VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV;
+    const VkRayTracingLssIndexingModeNV pairs = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV;
     const struct {
         const uint16_t *indices;
         VkRayTracingLssIndexingModeNV mode;
@@ -186,21 +185,13 @@ CASE(64, 0, 0, "indices and caps of swept spheres")
         } rays[5];
     } tables[] = {
         {NULL, 0, 3, 0, {{-5, 0, 0}, {13, 1, 0}, {33, 2, 0}, {13, 1, 0}, {52, -1, 0}}},
-        {successive,
-         VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV,
-         4,
-         1,
-         {{-5, 0, 0}, {15, 3, 0}, {35, 3, 0}, {5, 3, 0}, {52, -1, 0}}},
-        {list,
-         VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV,
-         3,
-         1,
-         {{-5, 2, 1}, {15, 2, -1}, {25, 1, 1}, {35, 0, 1}, {52, -1, 0}}},
+        {successive, each, 4, 1, {{-5, 0, 0}, {15, 3, 0}, {35, 3, 0}, {5, 3, 0}, {52, -1, 0}}},
+        {list, pairs, 3, 1, {{-5, 2, 1}, {15, 2, -1}, {25, 1, 1}, {35, 0, 1}, {52, -1, 0}}},
     };
     for (int i = 0; i < 3; i++) {
-        struct sphere_list spheres = {.centers = centers, .radii = radii, .vertices = COUNT};
-        sphere_list_describe(&spheres, VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, tables[i].count);
-        struct builder_spheres *geometry = &spheres.input.geometry.spheres;
+        INPUT(spheres, input, VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, tables[i].count, centers,
+              radii, COUNT);
+        struct builder_spheres *geometry = &input.geometry.spheres;
         if (tables[i].indices) {
             geometry->index_type = VK_INDEX_TYPE_UINT16;
             geometry->indices = tables[i].indices;
@@ -208,26 +199,24 @@ CASE(64, 0, 0, "indices and caps of swept spheres")
             geometry->indices_size =
                 2 * (tables[i].skipped + tables[i].count * (tables[i].mode == 1 ? 1u : 2u));
             geometry->indexing_mode = tables[i].mode;
-            spheres.input.range.primitiveOffset = 2 * tables[i].skipped;
+            input.range.primitiveOffset = 2 * tables[i].skipped;
             geometry->radius_format = VK_FORMAT_R16_SFLOAT;
             geometry->radii = half;
             geometry->radii_size = sizeof(half);
             geometry->radius_stride = 2;
         }
-        void *structure = case_build(&spheres.input);
+        void *structure = case_build(&input);
         for (int j = 0; j < 5; j++) {
-            struct trace_ray ray = fixture_ray(tables[i].rays[j].x, 0.5f, 0, 1, 0, 0);
-            struct trace_hit hit;
-            bool is_hit = case_trace(structure, ray, &hit);
+            const struct trace_hit hit =
+                case_closest(structure, fixture_ray(tables[i].rays[j].x, 0.5f, 0, 1, 0, 0));
             if (tables[i].rays[j].u < 0)
                 continue;
-            EXPECT(is_hit == (tables[i].rays[j].primitive >= 0));
-            EXPECT(!is_hit || ((int)hit.primitive == tables[i].rays[j].primitive &&
-                               hit.u == tables[i].rays[j].u));
+            EXPECT((int)hit.primitive == tables[i].rays[j].primitive);
+            EXPECT(hit.t < 0 || hit.u == tables[i].rays[j].u);
         }
         geometry->indices_size--;
         geometry->vertices_size -= 12;
         geometry->radii_size = 1;
-        EXPECT(case_fails(&spheres.input) && report.out_of_range > 0);
+        EXPECT(case_fails(&input) && report.out_of_range > 0);
     }
 }
