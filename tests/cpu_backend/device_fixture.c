@@ -189,3 +189,81 @@ void run_blas(void)
     record_blas(commands);
     device_finish(commands);
 }
+
+/* ---- VK_NV_ray_tracing */
+
+VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
+                                     VkAccelerationStructureMemoryRequirementsTypeNV type)
+{
+    const STRUCT(VkAccelerationStructureMemoryRequirementsInfoNV, info, .type = type,
+                 .accelerationStructure = handle);
+    STRUCT(VkMemoryDedicatedRequirements, dedicated, .requiresDedicatedAllocation = VK_TRUE);
+    STRUCT(VkMemoryRequirements2, requirements, .pNext = &dedicated);
+    vk.GetAccelerationStructureMemoryRequirementsNV(device, &info, &requirements);
+    assert_false(dedicated.requiresDedicatedAllocation);
+    return requirements.memoryRequirements;
+}
+
+static VkDeviceSize scratch_size(VkAccelerationStructureNV handle)
+{
+    static const VkAccelerationStructureMemoryRequirementsTypeNV
+        of_build = VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV,
+        of_update = VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV;
+    const VkDeviceSize build = nv_requirements(handle, of_build).size;
+    const VkDeviceSize update = nv_requirements(handle, of_update).size;
+    return build > update ? build : update;
+}
+
+static void bind_memory(struct nv_structure *structure)
+{
+    const VkMemoryRequirements requirements = nv_requirements(
+        structure->handle, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
+    assert_true(requirements.memoryTypeBits >> host_memory_type & 1);
+    structure->size = requirements.size;
+    structure->memory = memory_create(&vk, device, host_memory_type, requirements.size);
+    OWN(FreeMemory, structure->memory);
+    const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind,
+                 .accelerationStructure = structure->handle, .memory = structure->memory);
+    GET(vk.BindAccelerationStructureMemoryNV(device, 1, &bind));
+}
+
+struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted)
+{
+    struct nv_structure structure = {0};
+    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .compactedSize = compacted,
+                 .info = *info);
+    GET(vk.CreateAccelerationStructureNV(device, &create_info, NULL, &structure.handle));
+    OWN(DestroyAccelerationStructureNV, structure.handle);
+    bind_memory(&structure);
+    if (!compacted)
+        structure.scratch = device_buffer_create(scratch_size(structure.handle));
+    return structure;
+}
+
+VkGeometryNV nv_triangles(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize stride,
+                          uint32_t triangles)
+{
+    return MAKE(VkGeometryNV, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
+                .geometry = {.triangles = MAKE(VkGeometryTrianglesNV, .vertexData = buffer,
+                                               .vertexOffset = offset, .vertexCount = 3 * triangles,
+                                               .vertexStride = stride,
+                                               .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                                               .indexType = VK_INDEX_TYPE_NONE_NV),
+                             .aabbs = MAKE(VkGeometryAABBNV)});
+}
+
+uint64_t nv_reference(VkAccelerationStructureNV structure)
+{
+    uint64_t reference = 0;
+    GET(vk.GetAccelerationStructureHandleNV(device, structure, sizeof(reference), &reference));
+    return reference;
+}
+
+void nv_build(VkCommandBuffer commands, const VkAccelerationStructureInfoNV *info,
+              VkBuffer instances, VkDeviceSize offset, struct nv_structure *dst,
+              VkAccelerationStructureNV src)
+{
+    vk.CmdBuildAccelerationStructureNV(commands, info, instances, offset, src != VK_NULL_HANDLE,
+                                       dst->handle, src, dst->scratch.handle, 0);
+    device_barrier(commands);
+}

@@ -74,4 +74,33 @@ void record_queries(VkCommandBuffer commands, VkQueryType type);
 void record_blas(VkCommandBuffer commands);
 void run_blas(void); /* now */
 
+/* ---- VK_NV_ray_tracing */
+
+/* Bound to memory of its own. */
+struct nv_structure {
+    VkAccelerationStructureNV handle;
+    VkDeviceMemory memory;
+    VkDeviceSize size; /* that it asks for */
+    struct device_buffer scratch;
+};
+
+/* For builds of `info`, or, where `compacted` isn't 0, for a compacting copy. */
+struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted);
+
+VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
+                                     VkAccelerationStructureMemoryRequirementsTypeNV type);
+
+/* So many triangles of three floats a vertex, in a buffer, without indices. */
+VkGeometryNV nv_triangles(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize stride,
+                          uint32_t triangles);
+
+/* What instances refer to. */
+uint64_t nv_reference(VkAccelerationStructureNV structure);
+
+/* Records a build, of `instances` at `offset` for a TLAS, with a barrier behind it; an update where
+ * `src` isn't VK_NULL_HANDLE. */
+void nv_build(VkCommandBuffer commands, const VkAccelerationStructureInfoNV *info,
+              VkBuffer instances, VkDeviceSize offset, struct nv_structure *dst,
+              VkAccelerationStructureNV src);
+
 #endif

@@ -123,21 +123,16 @@ static struct cpu_tree *make_lazy(struct late *late)
 
 static void *read_tree(void *tree)
 {
-    return (void *)(uintptr_t)cpu_tree_read(tree);
+    assert_string_equal(cpu_tree_read(*(struct cpu_tree **)tree), "made");
+    return NULL;
 }
 
 TEST(test_lazy_bvh)
 {
     struct late late = {.result = VK_SUCCESS};
     struct cpu_tree *tree = make_lazy(&late);
-    pthread_t threads[4];
-    for (int i = 0; i < 4; i++)
-        pthread_create(&threads[i], NULL, read_tree, tree);
-    for (int i = 0; i < 4; i++) {
-        void *bytes;
-        pthread_join(threads[i], &bytes);
-        assert_string_equal(bytes, "made");
-    }
+    struct cpu_tree *trees[4] = {tree, tree, tree, tree};
+    unit_test_run_threads(4, read_tree, trees, sizeof(trees[0]));
     cpu_tree_release(tree);
     assert_int_equal(late.makes, 1);
     assert_int_equal(late.releases, 1);
@@ -242,15 +237,21 @@ TEST(test_probing)
     host_memory_init(&host);
     struct input_memory memory = host_memory_of(&host);
     const void *bytes;
-    uint64_t address = (uintptr_t)pages + 5;
-    assert_int_equal(memory.find(memory.context, address, 100, &bytes), 100);
+    const uint64_t address = (uintptr_t)pages + 5;
+    const struct {
+        uint64_t address, size, found;
+    } rows[] = {{address, 100, 100},
+                {address, 3 * page, 2 * page - 5},
+                {address, UINT64_MAX, 2 * page - 5},
+                {address + 2 * page, 1, 0},
+                {0, 16, 0},
+                {16, 16, 0},
+                {UINT64_MAX - 3, 16, 0}};
+    for (size_t i = 0; i < ARRAY_COUNT(rows); i++)
+        assert_int_equal(memory.find(memory.context, rows[i].address, rows[i].size, &bytes),
+                         rows[i].found);
+    memory.find(memory.context, address, 100, &bytes);
     assert_ptr_equal(bytes, pages + 5);
-    assert_int_equal(memory.find(memory.context, address, 3 * page, &bytes), 2 * page - 5);
-    assert_int_equal(memory.find(memory.context, address, UINT64_MAX, &bytes), 2 * page - 5);
-    assert_int_equal(memory.find(memory.context, address + 2 * page, 1, &bytes), 0);
-    assert_int_equal(memory.find(memory.context, 0, 16, &bytes), 0);
-    assert_int_equal(memory.find(memory.context, 16, 16, &bytes), 0);
-    assert_int_equal(memory.find(memory.context, UINT64_MAX - 3, 16, &bytes), 0);
     host_memory_release(&host);
 
     assert_true(memory_is_writable(pages + 1, page - 1));

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* VK_NV_ray_tracing on backend cpu, through the loader: what mistakes lead to, none of which
  * crashes; what is refused; and that no driver hears of the backend's handles. */
-#include "tests/cpu_backend/nv_fixture.h"
+#include "device_fixture.h"
 
 #include <string.h>
 #include <sys/mman.h>
@@ -23,14 +23,7 @@ static VkGeometryTrianglesNV *const triangles = &bad.geometry.geometry.triangles
 
 static void describe(void)
 {
-    bad.geometry =
-        MAKE(VkGeometryNV, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
-             .geometry = {.triangles = MAKE(VkGeometryTrianglesNV, .vertexData = bad.data.handle,
-                                            .vertexOffset = VERTICES_AT, .vertexCount = 3,
-                                            .vertexStride = 3 * sizeof(float),
-                                            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                                            .indexType = VK_INDEX_TYPE_NONE_NV),
-                          .aabbs = MAKE(VkGeometryAABBNV)});
+    bad.geometry = nv_triangles(bad.data.handle, VERTICES_AT, 3 * sizeof(float), 1);
     bad.info =
         MAKE(VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
              .flags = UPDATABLE, .geometryCount = 1, .pGeometries = &bad.geometry);
@@ -170,10 +163,9 @@ SCENE_TEST(test_names_and_private_data)
     const STRUCT(VkDebugUtilsObjectNameInfoEXT, name, .objectType = type,
                  .objectHandle = (uint64_t)bad.blas.handle, .pObjectName = "bunny");
     GET(vk.SetDebugUtilsObjectNameEXT(device, &name));
-    const STRUCT(VkPrivateDataSlotCreateInfo, info);
     VkPrivateDataSlot slot;
     uint64_t value = 0;
-    GET(vk.CreatePrivateDataSlot(device, &info, NULL, &slot));
+    GET(vk.CreatePrivateDataSlot(device, &MAKE(VkPrivateDataSlotCreateInfo), NULL, &slot));
     GET(vk.SetPrivateData(device, type, (uint64_t)bad.blas.handle, slot, 5));
     vk.GetPrivateData(device, type, (uint64_t)bad.blas.handle, slot, &value);
     assert_int_equal(value, 5);

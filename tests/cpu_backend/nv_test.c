@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* VK_NV_ray_tracing's build side on backend cpu, through the loader: what it builds is, byte for
  * byte, what the host builds of the same input by VK_KHR_acceleration_structure. */
-#include "tests/cpu_backend/nv_fixture.h"
+#include "device_fixture.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -78,9 +78,7 @@ static void open_twins(struct twins *twins, VkAccelerationStructureTypeKHR type,
                       .geometryCount = count ? count : 1, .pGeometries = twins->geometries);
     for (int i = 0; i < 2; i++) {
         VkGeometryNV *nv = &twins->nv_geometries[i];
-        nv->sType = VK_STRUCTURE_TYPE_GEOMETRY_NV;
-        nv->geometry.triangles.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV;
-        nv->geometry.aabbs.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV;
+        *nv = nv_triangles(data.handle, i == 0 ? PLAIN_AT : SHARED_AT, VERTEX_STRIDE, TRIANGLES);
         twins->geometries[i].sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
         nv->flags = twins->geometries[i].flags = i == 0 ? VK_GEOMETRY_OPAQUE_BIT_KHR : 0;
     }
@@ -91,31 +89,23 @@ static void describe_triangles(struct twins *twins, VkBuildAccelerationStructure
 {
     open_twins(twins, BOTTOM, 2, flags);
     for (int i = 0; i < 2; i++) {
-        const VkDeviceSize at = i == 0 ? PLAIN_AT : SHARED_AT;
-        VkGeometryTrianglesNV *nv = &twins->nv_geometries[i].geometry.triangles;
-        VkAccelerationStructureGeometryTrianglesDataKHR *khr =
-            &twins->geometries[i].geometry.triangles;
-        nv->vertexData = data.handle;
-        nv->vertexOffset = at;
-        nv->vertexCount = 3 * TRIANGLES;
-        nv->vertexStride = VERTEX_STRIDE;
-        nv->vertexFormat = VK_FORMAT_R32G32B32_SFLOAT;
-        nv->indexType = i == 0 ? VK_INDEX_TYPE_NONE_NV : VK_INDEX_TYPE_UINT16;
-        khr->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR;
-        khr->vertexData.hostAddress = data_at(at);
-        khr->maxVertex = 3 * TRIANGLES - 1;
-        khr->vertexStride = VERTEX_STRIDE;
-        khr->vertexFormat = VK_FORMAT_R32G32B32_SFLOAT;
-        khr->indexType = nv->indexType;
+        twins->geometries[i].geometry.triangles =
+            MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
+                 .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = VERTEX_STRIDE,
+                 .vertexData.hostAddress = data_at(i == 0 ? PLAIN_AT : SHARED_AT),
+                 .maxVertex = 3 * TRIANGLES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
         twins->ranges[i].primitiveCount = TRIANGLES;
     }
     VkGeometryTrianglesNV *nv = &twins->nv_geometries[1].geometry.triangles;
+    nv->indexType = VK_INDEX_TYPE_UINT16;
     nv->indexData = nv->transformData = data.handle;
     nv->indexOffset = INDICES_AT;
     nv->indexCount = 3 * TRIANGLES;
     nv->transformOffset = TRANSFORM_AT;
-    twins->geometries[1].geometry.triangles.indexData.hostAddress = data_at(INDICES_AT);
-    twins->geometries[1].geometry.triangles.transformData.hostAddress = data_at(TRANSFORM_AT);
+    VkAccelerationStructureGeometryTrianglesDataKHR *khr = &twins->geometries[1].geometry.triangles;
+    khr->indexType = VK_INDEX_TYPE_UINT16;
+    khr->indexData.hostAddress = data_at(INDICES_AT);
+    khr->transformData.hostAddress = data_at(TRANSFORM_AT);
 }
 
 static void describe_boxes(struct twins *twins)
@@ -271,18 +261,16 @@ static VkDeviceSize compacted_size(const struct nv_structure *structure)
 {
     const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV;
     VkQueryPool pool = query_pool_create(&vk, device, type, 2);
-    VkDeviceSize size = 0;
+    uint64_t unwritten;
     OWN(DestroyQueryPool, pool);
     VkCommandBuffer commands = device_begin(PRIMARY);
     vk.CmdResetQueryPool(commands, pool, 0, 2);
     vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &structure->handle, type, pool, 1);
     device_finish(commands);
-    GET(vk.GetQueryPoolResults(device, pool, 1, 1, sizeof(size), &size, sizeof(size),
-                               VK_QUERY_RESULT_64_BIT));
-    assert_int_equal(vk.GetQueryPoolResults(device, pool, 0, 1, sizeof(size), &size, sizeof(size),
-                                            VK_QUERY_RESULT_64_BIT),
-                     VK_NOT_READY);
-    return size;
+    assert_int_equal(
+        vk.GetQueryPoolResults(device, pool, 0, 1, 8, &unwritten, 8, VK_QUERY_RESULT_64_BIT),
+        VK_NOT_READY);
+    return device_query(pool, 1);
 }
 
 DATA_TEST(test_copies)
