@@ -10,7 +10,8 @@
 #include <string.h>
 
 #include "tests/builder/digest.h"
-#include "tests/builder/scope_test.h"
+#include "tests/builder/fixture.h"
+#include "tests/state/unit_test.h"
 
 enum { QUALITIES = 3, PARTS = 4, RAYS = 120 };
 

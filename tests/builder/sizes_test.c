@@ -4,7 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "tests/builder/scope_test.h"
+#include "tests/builder/fixture.h"
+#include "tests/state/unit_test.h"
 
 /* Of what a header and the alignment of four parts add. */
 #define FIXED_BYTES 512.0

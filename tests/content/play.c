@@ -2,7 +2,7 @@
 /* One call of a case, recorded and submitted in a scene of its own. */
 #include <string.h>
 
-#include "submission.h"
+#include "variant.h"
 
 /* What the host does to the data of this call. */
 static enum change change_of(const struct play *play, const struct call *call)

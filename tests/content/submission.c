@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Submissions of a scene's call. */
-#include "submission.h"
+#include "variant.h"
 
 SCENE_CREATES(create_fence, Fence, VkFence, VkFenceCreateInfo)
 SCENE_CREATES(create_semaphore, Semaphore, VkSemaphore, VkSemaphoreCreateInfo)

@@ -3,7 +3,7 @@
 #include <math.h>
 
 #include "cases.h"
-#include "displaced.h"
+#include "displacement_encoder.h"
 
 /* ---- a triangle in the plane z = 0 that rises and sinks: everything can be told from above */
 

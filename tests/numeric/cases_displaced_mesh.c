@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "cases.h"
-#include "displaced.h"
+#include "displacement_encoder.h"
 #include "src/bvh/structure.h"
 
 /* ---- a closed mesh whose triangles have two levels: where they meet, edges are decimated */

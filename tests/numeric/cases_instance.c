@@ -3,7 +3,6 @@
 #include <math.h>
 
 #include "cases.h"
-#include "exact.h"
 
 static VkTransformMatrixKHR scaling(float x, float y, float z)
 {

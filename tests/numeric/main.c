@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "cases.h"
-#include "exact.h"
 
 enum { CASES = 75 }; /* by number, from 1 on */
 
