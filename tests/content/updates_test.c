@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Updates by command buffers and by the host, mixed: each is measured by the
- * data that its source was last built with when it executes, whoever built it,
- * however often its command buffer runs. */
+/* Updates by command buffers and by the host, mixed: each is measured by the data that its source
+ * was last built with when it executes, whoever built it, however often its command buffer runs. */
 #include <math.h>
 #include <stdlib.h>
 #include <time.h>
@@ -15,8 +14,7 @@ enum { TRIANGLES = 3, FLOATS = 9 };
 #define WOKEN "03663"
 #define PUT_TO_SLEEP "03664"
 
-/* Three triangles, two structures for them, and commands that build from copies
- * of their data. */
+/* Three triangles, two structures for them, and commands that build from copies of their data. */
 static struct fixture_build host;
 static struct device_build build;
 static struct fixture_structure blas, other;
@@ -48,8 +46,7 @@ __attribute__((constructor)) static void choose_level(void)
 
 #define SCENE_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
 
-/* Of the second triangle; in the host's data, or in what is copied when
- * commands run. */
+/* Of the second triangle; in the host's data, or in what is copied when commands run. */
 static void set_asleep(void *data, bool is_asleep)
 {
     ((float *)data)[FLOATS] = is_asleep ? NAN : 1;
@@ -204,8 +201,7 @@ SCENE_TEST(test_all_at_once)
     expect(DEVICE PUT_TO_SLEEP);
 }
 
-/* How many primitives an indirect build had is known when its ranges were read.
- */
+/* How many primitives an indirect build had is known when its ranges were read. */
 SCENE_TEST(test_built_indirectly)
 {
     static const char id[] = "VUID-vkCmdBuildAccelerationStructuresKHR-primitiveCount-03769";
@@ -225,8 +221,7 @@ SCENE_TEST(test_built_indirectly)
     assert_int_equal(messages_count(messages, id, "has primitiveCount 3"), 1);
 }
 
-/* What an application destroys it knows to be complete, however it came to
- * know. */
+/* What an application destroys it knows to be complete, however it came to know. */
 SCENE_TEST(test_told_at_destruction)
 {
     static const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
@@ -236,12 +231,13 @@ SCENE_TEST(test_told_at_destruction)
     record(1, blas.handle);
     device_end(commands[1]);
     submit(1);
-    /* Two minutes at least: a busy machine may take long to complete the
-     * submission. */
+    /* Two minutes at least: a busy machine may take long to complete the submission. */
     for (int i = 0; i < 12000 && !messages->count; i++) {
         nanosleep(&pause, NULL);
         struct fixture_structure passing = fixture_create_blas(blas.size);
-        fixture_destroy(&passing);
+        destroy((uint64_t)passing.handle);
+        destroy((uint64_t)passing.storage.handle);
+        destroy((uint64_t)passing.storage.memory);
     }
     expect(DEVICE PUT_TO_SLEEP);
 }

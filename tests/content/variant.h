@@ -51,8 +51,7 @@ bool content_call(const struct play *play, struct fixture *fixture, const struct
 /* Plays cases of whole messages in a fixture that is opened for them (texts.c). */
 void texts_play(const struct platform *platform, struct fixture *fixture, struct tally *tally);
 
-/* ---- submitting the command buffer of a scene without waiting for it, and waiting (submission.c)
- */
+/* ---- submissions of a scene's command buffer, and waits for them (play.c) */
 
 /* Ends the command buffer of the call; a secondary one gets a primary one around it. */
 void submission_prepare(struct scene *scene);

@@ -324,8 +324,7 @@ OFFER_TEST(test_two_devices)
     vk.DestroyDevice(with, NULL);
 }
 
-/* Whatever stands before and behind the features in the chain, also what nobody
- * knows. */
+/* Whatever stands before and behind the features in the chain, also what nobody knows. */
 OFFER_TEST(test_chains)
 {
     enum { LINKS = 5 };
@@ -361,8 +360,7 @@ OFFER_TEST(test_chains)
     }
 }
 
-/* Each refused with one message about the feature, if it is not an extension
- * that is refused. */
+/* Each refused with one message about the feature, if it is not an extension that is refused. */
 OFFER_TEST(test_what_is_not_offered)
 {
     static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,

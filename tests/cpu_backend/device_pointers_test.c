@@ -89,8 +89,7 @@ struct constants {
 
 enum { CONSTANTS_AT = 16 };
 
-/* Begins commands with the pipeline bound, which is to write a value to the
- * target. */
+/* Begins commands with the pipeline bound, which is to write a value to the target. */
 static VkCommandBuffer begin_with_fill(const struct constants *constants)
 {
     const VkPipelineLayout layout =

@@ -69,8 +69,7 @@ SILENT_TEST(test_other_queries)
 
 static const uint64_t untouched = ~0ull / 255 * 0xee;
 
-/* Begins commands that write the queries, and fills a buffer for their results.
- */
+/* Begins commands that write the queries, and fills a buffer for their results. */
 static VkCommandBuffer begin_with_queries(struct device_buffer *buffer)
 {
     open_queried_pair(COMPACTED_SIZE);
@@ -217,8 +216,7 @@ SILENT_TEST(test_serialization)
     }
 }
 
-/* One batch of a submission is seen complete, while another waits for the host.
- */
+/* One batch of a submission is seen complete, while another waits for the host. */
 SILENT_TEST(test_batch_that_waits_for_the_host)
 {
     open_queried_pair(COMPACTED_SIZE);

@@ -170,8 +170,7 @@ static void look_in(void *context)
     atomic_fetch_add(&((struct counted *)context)->helps, 1);
 }
 
-/* A thread that finds nothing to help with goes, but may find something later.
- */
+/* A thread that finds nothing to help with goes, but may find something later. */
 OPERATION_TEST(test_nothing_to_do_for_now)
 {
     struct counted counted = {.failing = PARTS, .gate = 2};

@@ -144,13 +144,6 @@ struct fixture_structure fixture_create_blas(VkDeviceSize size)
     return create(BOTTOM, size, NULL);
 }
 
-void fixture_destroy(const struct fixture_structure *structure)
-{
-    destroy((uint64_t)structure->handle);
-    destroy((uint64_t)structure->storage.handle);
-    destroy((uint64_t)structure->storage.memory);
-}
-
 /* ---- builds */
 
 static void describe(struct fixture_build *build, VkGeometryTypeKHR type, uint32_t count,

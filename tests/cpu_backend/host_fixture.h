@@ -71,7 +71,6 @@ struct fixture_structure {
 };
 struct fixture_structure fixture_create(VkAccelerationStructureTypeKHR type, VkDeviceSize size);
 struct fixture_structure fixture_create_blas(VkDeviceSize size);
-void fixture_destroy(const struct fixture_structure *structure); /* before the end of the test */
 
 /* Parameters of a build of one geometry, with the memory behind them. Not to be moved. */
 struct fixture_build {
@@ -87,8 +86,7 @@ void fixture_triangles(struct fixture_build *build, uint32_t count,
                        VkBuildAccelerationStructureFlagsKHR flags);
 void fixture_move(struct fixture_build *build, float x, float y, float z); /* the triangles */
 
-/* Instance i of `blases[i]`, moved by (0, 2 * i, 0), with custom index 100 + i.
- */
+/* Instance i of `blases[i]`, moved by (0, 2 * i, 0), with custom index 100 + i. */
 void fixture_instances(struct fixture_build *build, const VkAccelerationStructureKHR *blases,
                        uint32_t count, VkBuildAccelerationStructureFlagsKHR flags);
 
@@ -97,8 +95,7 @@ VkAccelerationStructureBuildSizesInfoKHR fixture_sizes(const struct fixture_buil
 VkDeviceSize fixture_scratch_size(const struct fixture_build *build);
 /* Takes scratch, and a structure of the size that the build needs, with motion where that has. */
 struct fixture_structure fixture_create_for(struct fixture_build *build);
-/* vkBuildAccelerationStructuresKHR; an update where `src` isn't VK_NULL_HANDLE.
- */
+/* vkBuildAccelerationStructuresKHR; an update where `src` isn't VK_NULL_HANDLE. */
 VkResult fixture_build(VkDeferredOperationKHR operation, struct fixture_build *build,
                        VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src);
 VkResult host_build(struct fixture_build *build, VkAccelerationStructureKHR dst,

@@ -8,8 +8,7 @@
 
 enum { TRIANGLES = 3 };
 
-/* ---- triangles that use it: triangle 0 has its triangle 0, 1 its 2, 2 its 1
- */
+/* ---- triangles that use it: triangle 0 has its triangle 0, 1 its 2, 2 its 1 */
 
 struct user {
     struct input_scene scene;
