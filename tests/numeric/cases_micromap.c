@@ -5,6 +5,16 @@
 
 #include "cases.h"
 
+/* The center of triangle i of 2 * count * count, every other one flipped; false: there is none. */
+static bool find_center(int i, int count, float *u, float *v)
+{
+    const int column = i / 2 % count, row = i / 2 / count % count;
+    const float offset = i % 2 ? 2.0f / 3 : 1.0f / 3;
+    *u = ((float)column + offset) / (float)count;
+    *v = ((float)row + offset) / (float)count;
+    return column + row + i % 2 < count;
+}
+
 /* Level 2 of the specification's figure: column, row, whether flipped, place. */
 static const uint8_t curve[16][4] = {
     {0, 0, 0, 0},  {0, 0, 1, 1}, {0, 1, 0, 3},  {0, 1, 1, 4},  {0, 2, 0, 14}, {0, 2, 1, 13},
@@ -15,21 +25,18 @@ static const uint8_t curve[16][4] = {
 CASE(54, 0, 0, "order of microtriangles")
 {
     for (int i = 0; i < 16; i++) {
-        float offset = curve[i][2] ? 2.0f / 3 : 1.0f / 3;
-        float u = ((float)curve[i][0] + offset) / 4, v = ((float)curve[i][1] + offset) / 4;
-        EXPECT(micromap_curve_index(u, v, 2) == curve[i][3]);
+        float u, v;
+        EXPECT(find_center(2 * (4 * curve[i][1] + curve[i][0]) + curve[i][2], 4, &u, &v) &&
+               micromap_curve_index(u, v, 2) == curve[i][3]);
     }
     /* Each place once; what a place is cut into comes after one another. */
     for (uint32_t level = 0; level <= 5; level++) {
         uint8_t seen[1024] = {0};
         int count = 1 << level;
         for (int i = 0; i < 2 * count * count; i++) {
-            int column = i / 2 % count, row = i / 2 / count;
-            float offset = i % 2 ? 2.0f / 3 : 1.0f / 3;
-            if (column + row + i % 2 >= count)
+            float u, v;
+            if (!find_center(i, count, &u, &v))
                 continue;
-            float u = ((float)column + offset) / (float)count;
-            float v = ((float)row + offset) / (float)count;
             uint32_t place = micromap_curve_index(u, v, level);
             EXPECT(place < (uint32_t)(count * count) && seen[place]++ == 0);
             EXPECT(level == 0 || place >> 2 == micromap_curve_index(u, v, level - 1));
@@ -107,12 +114,10 @@ CASE(55, 0, 0, "state of every microtriangle")
                                           .micromap = (uintptr_t)micromap};
         void *blas = build_with(&opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
         for (int i = 0; i < 2 * 2 * COUNT * COUNT; i++) {
-            int which = i / (2 * COUNT * COUNT), column = i / 2 % COUNT,
-                row = i / 2 / COUNT % COUNT;
-            float offset = i % 2 ? 2.0f / 3 : 1.0f / 3;
-            if (column + row + i % 2 >= COUNT)
+            int which = i / (2 * COUNT * COUNT);
+            float u, v;
+            if (!find_center(i, COUNT, &u, &v))
                 continue;
-            float u = ((float)column + offset) / COUNT, v = ((float)row + offset) / COUNT;
             uint32_t bit = format * micromap_curve_index(u, v, LEVEL);
             uint32_t byte = (uint32_t)which * (format == 1 ? 8 : 16) + bit / 8;
             int state = data[byte] >> bit % 8 & (format == 1 ? 1 : 3);
