@@ -140,13 +140,11 @@ TEST_OPENED(test_render_pass2, clear)
     GET(cpu_CreateRenderPass2(DEVICE, &info, NULL, &pass));
     assert_ptr_equal(seen.array, &info);
     barrier2.dstStageMask = BUILD;
-    for (int failing = 0;; failing++) {
+    VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    for (int failing = 0; result != VK_SUCCESS; failing++) {
         memory_fail_after(failing);
-        const VkResult result = cpu_CreateRenderPass2(DEVICE, &info, NULL, &pass);
-        const bool failed = memory_fail_no_more();
-        assert_int_equal(result, failed ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
-        if (!failed)
-            break;
+        result = cpu_CreateRenderPass2(DEVICE, &info, NULL, &pass);
+        assert_int_equal(result, memory_fail_no_more() ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
     }
     assert_int_equal(seen.memory2.dstStageMask, ALL);
     assert_int_equal(seen.memory2.srcStageMask, COMPUTE);

@@ -99,13 +99,11 @@ TEST_OPENED(test_usage_in_the_chain, clear)
     const STRUCT(VkBufferOpaqueCaptureAddressCreateInfo, first, .pNext = &flags2);
     const VkBufferCreateInfo info = {.pNext = &first};
     VkBuffer buffer;
-    for (int failing = 0;; failing++) {
+    VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    for (int failing = 0; result != VK_SUCCESS; failing++) {
         memory_fail_after(failing);
-        const VkResult result = cpu_CreateBuffer(DEVICE, &info, NULL, &buffer);
-        const bool failed = memory_fail_no_more();
-        assert_int_equal(result, failed ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
-        if (!failed)
-            break;
+        result = cpu_CreateBuffer(DEVICE, &info, NULL, &buffer);
+        assert_int_equal(result, memory_fail_no_more() ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS);
     }
     assert_int_equal(calls, 1);
     assert_int_equal(seen.usage2, VK_BUFFER_USAGE_2_PREPROCESS_BUFFER_BIT_EXT | COPIES);

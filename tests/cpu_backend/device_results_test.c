@@ -11,12 +11,19 @@
 
 #define NOT_READY(call) assert_int_equal(call, VK_NOT_READY)
 
-SILENT_TEST(test_queries)
+/* Begins commands that build the BLAS and write its queries. */
+static VkCommandBuffer begin_queried(void)
 {
     open_queried_pair(COMPACTED_SIZE);
     VkCommandBuffer commands = device_begin(PRIMARY);
     record_blas(commands);
     record_queries(commands, COMPACTED_SIZE);
+    return commands;
+}
+
+SILENT_TEST(test_queries)
+{
+    VkCommandBuffer commands = begin_queried();
     device_finish(commands);
 
     const VkDeviceSize expected = fixture_property(pair.blas.handle, COMPACTED_SIZE);
@@ -69,22 +76,17 @@ SILENT_TEST(test_other_queries)
 
 static const uint64_t untouched = ~0ull / 255 * 0xee;
 
-/* Begins commands that write the queries, and fills a buffer for their results. */
-static VkCommandBuffer begin_with_queries(struct device_buffer *buffer)
+static struct device_buffer create_untouched(void)
 {
-    open_queried_pair(COMPACTED_SIZE);
-    *buffer = device_buffer_create(256);
-    memset(buffer->bytes, 0xee, 256);
-    VkCommandBuffer commands = device_begin(PRIMARY);
-    record_blas(commands);
-    record_queries(commands, COMPACTED_SIZE);
-    return commands;
+    struct device_buffer buffer = device_buffer_create(256);
+    memset(buffer.bytes, 0xee, 256);
+    return buffer;
 }
 
 SILENT_TEST(test_copied_queries)
 {
-    struct device_buffer buffer;
-    VkCommandBuffer commands = begin_with_queries(&buffer);
+    VkCommandBuffer commands = begin_queried();
+    struct device_buffer buffer = create_untouched();
     vk.CmdCopyQueryPoolResults(commands, on_device.pool, 0, QUERIES, buffer.handle, 32, 32,
                                VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
     vk.CmdResetQueryPool(commands, on_device.pool, 0, QUERIES);
@@ -101,8 +103,8 @@ SILENT_TEST(test_copied_queries)
  * written for queries that there aren't. */
 SILENT_TEST(test_wild_counts)
 {
-    struct device_buffer buffer;
-    VkCommandBuffer commands = begin_with_queries(&buffer);
+    VkCommandBuffer commands = begin_queried();
+    struct device_buffer buffer = create_untouched();
     vk.CmdCopyQueryPoolResults(commands, on_device.pool, 1, QUERIES, buffer.handle, 0, 8,
                                VK_QUERY_RESULT_64_BIT);
     vk.CmdResetQueryPool(commands, on_device.pool, 1, UINT32_MAX);
@@ -126,10 +128,7 @@ SILENT_TEST(test_wild_counts)
 
 SILENT_TEST(test_compaction)
 {
-    open_queried_pair(COMPACTED_SIZE);
-    VkCommandBuffer commands = device_begin(PRIMARY);
-    record_blas(commands);
-    record_queries(commands, COMPACTED_SIZE);
+    VkCommandBuffer commands = begin_queried();
     device_finish(commands);
     const uint64_t size = device_query(on_device.pool, 0);
     struct fixture_structure compacted = fixture_create_blas(size);
@@ -219,11 +218,8 @@ SILENT_TEST(test_serialization)
 /* One batch of a submission is seen complete, while another waits for the host. */
 SILENT_TEST(test_batch_that_waits_for_the_host)
 {
-    open_queried_pair(COMPACTED_SIZE);
+    VkCommandBuffer commands = begin_queried();
     struct device_buffer buffer = device_buffer_create(256);
-    VkCommandBuffer commands = device_begin(PRIMARY);
-    record_blas(commands);
-    record_queries(commands, COMPACTED_SIZE);
     vk.CmdCopyQueryPoolResults(commands, on_device.pool, 0, 1, buffer.handle, 0, 8,
                                VK_QUERY_RESULT_64_BIT);
     const VkSemaphore semaphore = timeline_create(&vk, device);
