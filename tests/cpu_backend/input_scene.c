@@ -188,7 +188,7 @@ static void record_khr(const struct micromap *micromap, VkCommandBuffer commands
 void micromap_build_by_device(const struct micromap *micromap)
 {
     const VkMicromapBuildInfoEXT info = micromap_info(micromap, micromap->input.address);
-    VkCommandBuffer commands = device_begin(VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+    VkCommandBuffer commands = device_begin(PRIMARY);
     if (micromap->ext)
         vk.CmdBuildMicromapsEXT(commands, 1, &info);
     else

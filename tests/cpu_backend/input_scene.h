@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Builds of one geometry of an extension on a device fixture, from buffers of their own. */
+/* Builds of one geometry of an extension on a device fixture, from buffers of their own; and
+ * micromaps. */
 #ifndef CPU_BACKEND_INPUT_SCENE_H
 #define CPU_BACKEND_INPUT_SCENE_H
 
