@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Scenes (host_fixture.h) that are built by command buffers, from device-local copies of their data;
- * and structures of VK_NV_ray_tracing. */
+/* Scenes (host_fixture.h) that are built by command buffers, from device-local copies of their
+ * data; and structures of VK_NV_ray_tracing. */
 #ifndef ASSAY_TESTS_CPU_BACKEND_DEVICE_FIXTURE_H
 #define ASSAY_TESTS_CPU_BACKEND_DEVICE_FIXTURE_H
 
