@@ -130,7 +130,7 @@ platform_aarch64() {
         configure -DCMAKE_TOOLCHAIN_FILE="$folder.cmake"
     logged cmake --build "$folder" --target quick_tests
     tests_run $triple-gcc -L '^quick$' || bad=1
-    for test in state/state_readable cpu_backend/cpu_host_objects cpu_backend/cpu_host_mistakes \
+    for test in state/state_readable cpu_backend/cpu_host_objects cpu_backend/cpu_host_handles \
         snapshots/snapshots_pointers; do # kernels for ARM may have such pages
         logged "${emulator[@]}" -p 65536 "$folder/tests/${test}_test" null || bad=1
     done

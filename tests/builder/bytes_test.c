@@ -10,7 +10,8 @@
 #include <string.h>
 
 #include "tests/builder/digest.h"
-#include "tests/builder/scope_test.h"
+#include "tests/builder/fixture.h"
+#include "tests/state/unit_test.h"
 
 enum { QUALITIES = 3, PARTS = 4, RAYS = 120 };
 
@@ -138,27 +139,20 @@ static void make_spheres(struct scene *scene, bool swept)
 {
     const uint32_t count = 400;
     uint64_t seed = 31;
-    float *vertices = fixture_allocate(2 * count * 4 * sizeof(float));
+    float *centers = fixture_allocate(2 * count * 3 * sizeof(float));
+    float *radii = fixture_allocate(2 * count * sizeof(float));
     scene->extent = 64;
     for (uint32_t i = 0; i < 2 * count; i++) {
         for (int j = 0; j < 3; j++)
-            vertices[4 * i + (uint32_t)j] = fixture_uniform(&seed, -64, 64);
-        vertices[4 * i + 3] = i % 9 == 8 ? 0 : fixture_uniform(&seed, 0.1f, 6);
+            centers[3 * i + (uint32_t)j] = fixture_uniform(&seed, -64, 64);
+        radii[i] = i % 9 == 8 ? 0 : fixture_uniform(&seed, 0.1f, 6);
     }
-    fixture_input_aabbs(&scene->input, NULL, swept ? count : 2 * count);
-    scene->input.geometry = (struct builder_geometry){
-        .type = swept ? VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV : VK_GEOMETRY_TYPE_SPHERES_NV,
-        .spheres = {.vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
-                    .radius_format = VK_FORMAT_R32_SFLOAT,
-                    .index_type = VK_INDEX_TYPE_NONE_KHR,
-                    .vertices = vertices,
-                    .radii = vertices + 3,
-                    .vertices_size = 2 * count * 4 * sizeof(float),
-                    .radii_size = (2 * count * 4 - 3) * sizeof(float),
-                    .vertex_stride = 4 * sizeof(float),
-                    .radius_stride = 4 * sizeof(float),
-                    .indexing_mode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV,
-                    .end_caps_mode = VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_CHAINED_NV}};
+    if (swept)
+        fixture_input_spheres(&scene->input, VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV, count,
+                              centers, radii, 2 * count);
+    else
+        fixture_input_spheres(&scene->input, VK_GEOMETRY_TYPE_SPHERES_NV, 2 * count, centers, radii,
+                              2 * count);
 }
 
 static void spheres(struct scene *scene)

@@ -6,9 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "src/bvh/micromap.h"
-#include "tests/builder/fixture.h"
-
 /* The specification's tables: where fields begin, and their bits. */
 struct fields {
     uint32_t start, bits, shift_start, shift_bits;
@@ -30,14 +27,6 @@ static const struct {
       {258, 2, 986, 4},
       {474, 1, 970, 4}}},
 };
-
-void encoder_write_bits(uint8_t *bytes, uint32_t at, uint32_t count, uint32_t value)
-{
-    for (uint32_t i = 0; i < count; i++, at++) {
-        bytes[at / 8] &= (uint8_t) ~(1u << at % 8);
-        bytes[at / 8] |= (uint8_t)((value >> i & 1) << at % 8);
-    }
-}
 
 struct point {
     int u, v;
@@ -76,7 +65,7 @@ static uint16_t *coded(struct block *block, struct point p)
 static void put_anchor(struct block *block, struct point p)
 {
     struct point at = in_whole(block, p);
-    encoder_write_bits(block->bytes, 11 * block->done[0]++, 11, block->wanted->at[at.u][at.v]);
+    fixture_put_bits(block->bytes, 11 * block->done[0]++, 11, block->wanted->at[at.u][at.v]);
     *coded(block, p) = block->wanted->at[at.u][at.v];
 }
 
@@ -99,8 +88,8 @@ static void put_middle(struct block *block, uint32_t level, struct point a, stru
         correction = correction < low ? low : correction > -low - 1 ? -low - 1 : correction;
         *coded(block, p) = (uint16_t)((predicted + correction * (1 << shift)) & 2047);
     }
-    encoder_write_bits(block->bytes, fields->start + fields->bits * block->done[level]++,
-                       fields->bits, (uint32_t)correction);
+    fixture_put_bits(block->bytes, fields->start + fields->bits * block->done[level]++,
+                     fields->bits, (uint32_t)correction);
 }
 
 /* The middles that the parts name which are cut `cuts` times more. */
@@ -129,8 +118,8 @@ static void put_shifts(struct block *block, uint64_t *random)
         for (uint32_t i = 0; fields->shift_bits > 0 && i < 4; i++) {
             limit = 1u << fields->shift_bits;
             block->shifts[level][i] = (uint32_t)fixture_random(random) % limit;
-            encoder_write_bits(block->bytes, fields->shift_start + i * fields->shift_bits,
-                               fields->shift_bits, block->shifts[level][i]);
+            fixture_put_bits(block->bytes, fields->shift_start + i * fields->shift_bits,
+                             fields->shift_bits, block->shifts[level][i]);
         }
     }
 }
@@ -191,7 +180,7 @@ static void want(struct encoder_values *wanted, uint32_t triangle, uint32_t leve
             wanted->at[u][v] = value(context, triangle, level, u, v);
 }
 
-static void *build(const struct micromap_input *input)
+void *fixture_micromap(const struct micromap_input *input)
 {
     uint64_t size;
     if (micromap_get_size(input, &size) != BUILDER_OK)
@@ -218,7 +207,7 @@ void *encoder_micromap(uint32_t format, uint32_t count, const uint8_t *levels, e
         used += encoder_encode(format, levels[i], &wanted, &random, data + used, &coded[i]);
         usages[levels[i]].count++;
     }
-    void *micromap = build(&(struct micromap_input){
+    return fixture_micromap(&(struct micromap_input){
         .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
         .usage_count = 6,
         .usages = usages,
@@ -228,5 +217,34 @@ void *encoder_micromap(uint32_t format, uint32_t count, const uint8_t *levels, e
         .triangles_size = count * sizeof(*triangles),
         .stride = sizeof(*triangles),
     });
-    return micromap;
+}
+
+void open_displaced(struct displaced *displaced, uint32_t format, uint32_t count,
+                    const uint8_t *levels, encoder_value *value, void *context,
+                    const float *vectors, uint64_t vectors_size)
+{
+    displaced->coded = fixture_allocate(count * sizeof(*displaced->coded));
+    displaced->micromap = encoder_micromap(format, count, levels, value, context, displaced->usages,
+                                           displaced->coded);
+    displaced->displacement = (struct builder_displacement){
+        .usage_count = 6,
+        .usages = displaced->usages,
+        .vector_format = VK_FORMAT_R32G32B32_SFLOAT,
+        .bias_and_scale_format = VK_FORMAT_R32G32_SFLOAT,
+        .index_type = VK_INDEX_TYPE_NONE_KHR,
+        .vectors = vectors,
+        .vectors_size = vectors_size,
+        .vector_stride = 12,
+        .bias_and_scale_stride = 8,
+        .micromap = (uintptr_t)displaced->micromap,
+    };
+}
+
+uint16_t random_value(void *context, uint32_t triangle, uint32_t level, uint32_t u, uint32_t v)
+{
+    (void)triangle;
+    (void)level;
+    (void)u;
+    (void)v;
+    return (uint16_t)(fixture_random(context) & 2047);
 }

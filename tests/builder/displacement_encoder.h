@@ -4,8 +4,7 @@
 #ifndef ASSAY_TESTS_BUILDER_DISPLACEMENT_ENCODER_H
 #define ASSAY_TESTS_BUILDER_DISPLACEMENT_ENCODER_H
 
-#include <stdint.h>
-#include <vulkan/vulkan_core.h>
+#include "tests/builder/fixture.h"
 
 #define ENCODER_EDGE 33 /* vertices of an edge at level 5 */
 #define ENCODER_BYTES (16 * 128)
@@ -29,6 +28,19 @@ typedef uint16_t encoder_value(void *context, uint32_t triangle, uint32_t level,
 void *encoder_micromap(uint32_t format, uint32_t count, const uint8_t *levels, encoder_value *value,
                        void *context, VkMicromapUsageEXT *usages, struct encoder_values *coded);
 
-void encoder_write_bits(uint8_t *bytes, uint32_t at, uint32_t count, uint32_t value);
+/* Displacements as a geometry has them, with a micromap of their own. */
+struct displaced {
+    struct builder_displacement displacement;
+    VkMicromapUsageEXT usages[6];
+    struct encoder_values *coded;
+    void *micromap;
+};
+
+/* `vectors`: of bytes `vectors_size`. */
+void open_displaced(struct displaced *displaced, uint32_t format, uint32_t count,
+                    const uint8_t *levels, encoder_value *value, void *context,
+                    const float *vectors, uint64_t vectors_size);
+
+encoder_value random_value; /* its context: a state of fixture_random() */
 
 #endif

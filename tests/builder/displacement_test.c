@@ -20,7 +20,7 @@ TEST(test_order_of_vertices)
     uint8_t block[64] = {0};
     uint16_t values[DISPLACEMENT_MAX_VERTICES];
     for (uint32_t i = 0; i < 45; i++)
-        encoder_write_bits(block, 11 * i, 11, 2000 + i);
+        fixture_put_bits(block, 11 * i, 11, 2000 + i);
     displacement_decode(1, 2, block, values);
     for (uint32_t i = 0; i < 15; i++)
         assert_int_equal(values[displacement_place(2, order[i][0], order[i][1])], 2000 + i);
@@ -101,7 +101,7 @@ TEST(test_corrections)
     uint8_t block[128] = {0};
     uint16_t values[DISPLACEMENT_MAX_VERTICES];
     for (size_t i = 0; i < sizeof(fields) / sizeof(fields[0]); i++)
-        encoder_write_bits(block, fields[i].at, fields[i].count, fields[i].value);
+        fixture_put_bits(block, fields[i].at, fields[i].count, fields[i].value);
     displacement_decode(3, 2, block, values);
     for (size_t i = 0; i < sizeof(expected) / sizeof(expected[0]); i++)
         assert_int_equal(values[displacement_place(2, expected[i].u, expected[i].v)],

@@ -81,6 +81,14 @@ void fixture_mesh_free(struct fixture_mesh *mesh)
     aligned_free(mesh->indices);
 }
 
+void fixture_put_bits(uint8_t *bytes, uint32_t at, uint32_t count, uint32_t value)
+{
+    for (uint32_t i = 0; i < count; i++, at++) {
+        bytes[at / 8] &= (uint8_t) ~(1u << at % 8);
+        bytes[at / 8] |= (uint8_t)((value >> i & 1) << at % 8);
+    }
+}
+
 uint64_t fixture_random(uint64_t *state)
 {
     *state ^= *state >> 12;
@@ -242,6 +250,24 @@ void fixture_input_aabbs(struct fixture_input *input, const VkAabbPositionsKHR *
         (struct builder_aabbs){boxes, (uint64_t)count * sizeof(*boxes), sizeof(*boxes)};
 }
 
+void fixture_input_spheres(struct fixture_input *input, VkGeometryTypeKHR type, uint32_t primitives,
+                           const float *centers, const float *radii, uint32_t vertices)
+{
+    make_input(input, type, primitives);
+    input->geometry.spheres = (struct builder_spheres){
+        .vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
+        .radius_format = VK_FORMAT_R32_SFLOAT,
+        .index_type = VK_INDEX_TYPE_NONE_KHR,
+        .vertices = centers,
+        .radii = radii,
+        .vertices_size = (uint64_t)vertices * 12,
+        .radii_size = (uint64_t)vertices * 4,
+        .vertex_stride = 12,
+        .radius_stride = 4,
+        .end_caps_mode = VK_RAY_TRACING_LSS_PRIMITIVE_END_CAPS_MODE_CHAINED_NV,
+    };
+}
+
 void fixture_input_instances(struct fixture_input *input,
                              const VkAccelerationStructureInstanceKHR *instances, uint32_t count)
 {
@@ -272,17 +298,6 @@ VkAccelerationStructureInstanceKHR fixture_instance(const void *blas)
     };
 }
 
-/* The sizes that the builder asks for. */
-static enum builder_result get_sizes(const struct builder_input *input, struct builder_sizes *sizes)
-{
-    uint32_t *counts = allocate(input->geometry_count * sizeof(*counts));
-    for (uint32_t i = 0; i < input->geometry_count; i++)
-        counts[i] = input->ranges[i].primitiveCount;
-    enum builder_result result = builder_get_sizes(input, counts, sizes);
-    free(counts);
-    return result;
-}
-
 /* Bytes after a block of memory that must stay as they are. */
 enum { GUARD = 64, GUARDED = 0xa5 };
 
@@ -306,7 +321,7 @@ static void check_guard(const void *block, uint64_t size)
 void *fixture_build(const struct builder_input *input, struct builder_report *report)
 {
     struct builder_sizes sizes;
-    if (get_sizes(input, &sizes) != BUILDER_OK)
+    if (builder_get_sizes(input, NULL, &sizes) != BUILDER_OK)
         return NULL;
     void *structure = allocate_guarded(sizes.structure),
          *scratch = allocate_guarded(sizes.build_scratch);
@@ -325,7 +340,7 @@ enum builder_result fixture_refit(const struct builder_input *input, const void 
                                   void *target, struct builder_report *report)
 {
     struct builder_sizes sizes;
-    enum builder_result result = get_sizes(input, &sizes);
+    enum builder_result result = builder_get_sizes(input, NULL, &sizes);
     if (result != BUILDER_OK)
         return result;
     void *scratch = allocate_guarded(sizes.update_scratch);

@@ -4,6 +4,7 @@
 #define ASSAY_TESTS_BUILDER_FIXTURE_H
 
 #include "src/bvh/bvh.h"
+#include "src/bvh/micromap.h"
 #include "src/bvh/trace.h"
 
 extern const float fixture_triangle[9]; /* (0, 0), (1, 0), (0, 1) in the plane z = 0 */
@@ -12,6 +13,8 @@ extern const float fixture_triangle[9]; /* (0, 0), (1, 0), (0, 1) in the plane z
  * caller frees nothing of that. */
 void fixture_scope_begin(void);
 void fixture_scope_end(void);
+/* A test (tests/state/unit_test.h) between the two. */
+#define SCOPE_TEST(name) TEST_BETWEEN(name, fixture_scope_begin, fixture_scope_end)
 
 struct fixture_mesh {
     float *positions;  /* three a vertex */
@@ -28,6 +31,9 @@ struct fixture_mesh fixture_sphere(uint32_t side, float radius, const float cent
 struct fixture_mesh fixture_terrain(uint32_t side);
 /* Separate triangles of random size in a cube of size 100. */
 struct fixture_mesh fixture_soup(uint32_t triangles, uint64_t seed);
+
+/* Writes the lowest bits of a value, `at` bits into the bytes. */
+void fixture_put_bits(uint8_t *bytes, uint32_t at, uint32_t count, uint32_t value);
 
 /* xorshift64*; never 0 as a state */
 uint64_t fixture_random(uint64_t *state);
@@ -47,6 +53,9 @@ void fixture_input_mesh(struct fixture_input *input, const struct fixture_mesh *
 void fixture_input_triangles(struct fixture_input *input, const float *corners, uint32_t triangles);
 void fixture_input_aabbs(struct fixture_input *input, const VkAabbPositionsKHR *boxes,
                          uint32_t count);
+/* Spheres, or swept ones, without indices: three floats a center and one a radius. */
+void fixture_input_spheres(struct fixture_input *input, VkGeometryTypeKHR type, uint32_t primitives,
+                           const float *centers, const float *radii, uint32_t vertices);
 /* References are addresses of structures. */
 void fixture_input_instances(struct fixture_input *input,
                              const VkAccelerationStructureInstanceKHR *instances, uint32_t count);
@@ -65,6 +74,8 @@ void *fixture_build(const struct builder_input *input, struct builder_report *re
 /* Updates `source` into `target`, of the same size, with the scratch that the builder asks for. */
 enum builder_result fixture_refit(const struct builder_input *input, const void *source,
                                   void *target, struct builder_report *report);
+
+void *fixture_micromap(const struct micromap_input *input); /* aborts after an error */
 
 struct builder_resolver fixture_resolver(void); /* references are addresses */
 

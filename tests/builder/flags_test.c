@@ -2,7 +2,8 @@
 /* Ray flags, instance flags and geometry flags: what counts as opaque and what is culled. */
 #include <math.h>
 
-#include "tests/builder/scope_test.h"
+#include "tests/builder/fixture.h"
+#include "tests/state/unit_test.h"
 
 static struct trace_ray down(uint32_t flags)
 {

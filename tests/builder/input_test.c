@@ -4,7 +4,8 @@
 #include <string.h>
 
 #include "src/bvh/input/formats.h"
-#include "tests/builder/scope_test.h"
+#include "tests/builder/fixture.h"
+#include "tests/state/unit_test.h"
 
 /* One vertex of each format, and what it means. */
 static const struct {

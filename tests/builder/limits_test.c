@@ -5,7 +5,8 @@
 #include "src/bvh/input/dense.h"
 #include "src/bvh/input/source.h"
 #include "src/bvh/structure.h"
-#include "tests/builder/scope_test.h"
+#include "tests/builder/fixture.h"
+#include "tests/state/unit_test.h"
 
 /* The vertices that spheres name: one more than the largest index, whatever follows the last. */
 TEST(test_vertices_of_spheres)
@@ -42,8 +43,7 @@ TEST(test_vertices_of_spheres)
             .primitiveCount = cases[i].primitives, .primitiveOffset = cases[i].offset};
         const uint64_t count = sphere_vertex_count(&spheres, cases[i].is_swept, &range);
         if (count != cases[i].expected)
-            print_message("case %zu\n", i);
-        assert_int_equal(count, cases[i].expected);
+            fail_msg("case %zu: %llu", i, (unsigned long long)count);
     }
 }
 
@@ -87,28 +87,26 @@ SCOPE_TEST(test_indices_of_triangles)
             }
 }
 
-/* Writes bits of a dense block. */
-static void put(uint8_t *block, uint32_t at, uint32_t count, uint32_t value)
-{
-    for (uint32_t i = 0; i < count; i++)
-        block[(at + i) / 8] |= (uint8_t)((value >> i & 1) << (at + i) % 8);
-}
-
 /* A block of one triangle, whose vertices fill the front part to the last bit. */
 TEST(test_dense_blocks)
 {
     enum { BLOCK = 128 };
     uint8_t blocks[2 * BLOCK] = {0};
     for (uint32_t i = 0; i < 2; i++) {
-        uint8_t *block = blocks + i * BLOCK;
-        put(block, 0, 8, 6);
-        put(block, 10, 6, 64 - 1); /* vertices */
-        put(block, 32, 8, 127);    /* exponent */
-        put(block, 64, 4, 4 - 1);  /* 4 bits for each coordinate */
-        put(block, 68, 4, 4 - 1);
-        put(block, 96, 4, 4 - 1);
-        put(block, 128, 29, 100 * i); /* first primitive */
-        put(block, 160 + 12, 12, 0x123 + i);
+        const struct {
+            uint32_t at, count, value;
+        } fields[] = {
+            {0, 8, 6},
+            {10, 6, 64 - 1}, /* vertices */
+            {32, 8, 127},    /* exponent */
+            {64, 4, 4 - 1},  /* 4 bits for each coordinate */
+            {68, 4, 4 - 1},
+            {96, 4, 4 - 1},
+            {128, 29, 100 * i}, /* first primitive */
+            {160 + 12, 12, 0x123 + i},
+        };
+        for (size_t j = 0; j < sizeof(fields) / sizeof(fields[0]); j++)
+            fixture_put_bits(blocks + i * BLOCK, fields[j].at, fields[j].count, fields[j].value);
     }
     const struct {
         uint64_t size;
@@ -160,8 +158,7 @@ SCOPE_TEST(test_ends_of_arrays_of_triangles)
         input.range.primitiveOffset = cases[i].first;
         const void *structure = fixture_build(&input.input, &report);
         if ((structure != NULL) != cases[i].is_found)
-            print_message("case %zu\n", i);
-        assert_int_equal(structure != NULL, cases[i].is_found);
+            fail_msg("case %zu", i);
         float lower[3], upper[3];
         if (structure && builder_bounds(structure, lower, upper))
             assert_true(lower[0] == (cases[i].transform_offset ? 5 : 9));
@@ -179,22 +176,11 @@ SCOPE_TEST(test_indices_of_spheres)
             const uint8_t indices[4] = {index};
             struct builder_report report;
             float lower[3] = {0}, upper[3];
-            INPUT(triangles, input, NULL, 1);
-            input.geometry.type = VK_GEOMETRY_TYPE_SPHERES_NV;
-            input.geometry.spheres = (struct builder_spheres){
-                .vertex_format = VK_FORMAT_R32G32B32_SFLOAT,
-                .radius_format = VK_FORMAT_R32_SFLOAT,
-                .index_type = types[type],
-                .vertices = centers,
-                .radii = radii,
-                .indices = indices,
-                .vertices_size = sizeof(centers),
-                .radii_size = sizeof(radii),
-                .indices_size = 1u << type,
-                .vertex_stride = 12,
-                .radius_stride = 4,
-                .index_stride = 1u << type,
-            };
+            INPUT(spheres, input, VK_GEOMETRY_TYPE_SPHERES_NV, 1, centers, radii, 3);
+            struct builder_spheres *spheres = &input.geometry.spheres;
+            spheres->index_type = types[type];
+            spheres->indices = indices;
+            spheres->indices_size = spheres->index_stride = 1u << type;
             const void *structure = fixture_build(&input.input, &report);
             assert_int_equal(report.out_of_range, index == 3);
             if (structure && builder_bounds(structure, lower, upper))

@@ -4,7 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "tests/builder/scope_test.h"
+#include "tests/builder/fixture.h"
+#include "tests/state/unit_test.h"
 
 /* Of what a header and the alignment of four parts add. */
 #define FIXED_BYTES 512.0
@@ -130,19 +131,9 @@ SCOPE_TEST(test_plain)
     struct trace_counters counters = {0};
     struct trace_scene scene = {
         .structure = structure, .accuracy = TRACE_EXACT, .counters = &counters};
-    float lower[3], upper[3];
-    assert_true(builder_bounds(structure, lower, upper));
-    struct trace_ray ray = {.direction = {0, 0, -1}, .t_max = INFINITY, .time = 0.5f};
-    for (int i = 0; i < 3; i++)
-        ray.origin[i] = 0.4f * lower[i] + 0.6f * upper[i];
-    int thinnest = 0;
-    for (int i = 1; i < 3; i++)
-        if (upper[i] - lower[i] < upper[thinnest] - lower[thinnest])
-            thinnest = i;
-    ray.origin[thinnest] = upper[thinnest] + 1;
-    memset(ray.direction, 0, sizeof(ray.direction));
-    ray.direction[thinnest] = -1;
+    struct trace_ray ray = fixture_ray(60, 60, 100, 0, 0, -1); /* from above */
     struct trace_hit hit;
+    ray.time = 0.5f;
     assert_true(trace_closest(&scene, &ray, &hit));
     assert_true(counters.nodes > 0 && counters.micromaps == 0 && counters.instances == 0);
 }
@@ -155,15 +146,10 @@ SCOPE_TEST(test_too_small)
     builder_get_sizes(&input.input, &count, &sizes);
     void *structure = fixture_allocate(sizes.structure),
          *scratch = fixture_allocate(sizes.build_scratch);
-    assert_int_equal(builder_build(&input.input, structure, sizes.structure - 1, scratch,
-                                   sizes.build_scratch, NULL),
-                     BUILDER_TOO_SMALL);
-    assert_int_equal(builder_build(&input.input, structure, sizes.structure, scratch,
-                                   sizes.build_scratch - 1, NULL),
-                     BUILDER_TOO_SMALL);
-    assert_int_equal(
-        builder_build(&input.input, structure, sizes.structure, scratch, sizes.build_scratch, NULL),
-        BUILDER_OK);
+    for (int lacks = 0; lacks < 3; lacks++) /* of the structure, of scratch, nothing */
+        assert_int_equal(builder_build(&input.input, structure, sizes.structure - (lacks == 0),
+                                       scratch, sizes.build_scratch - (lacks == 1), NULL),
+                         lacks < 2 ? BUILDER_TOO_SMALL : BUILDER_OK);
     input.geometry.triangles.vertex_format = VK_FORMAT_R64G64B64_SFLOAT;
     assert_int_equal(builder_get_sizes(&input.input, &count, &sizes), BUILDER_UNKNOWN_FORMAT);
 }

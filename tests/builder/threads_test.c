@@ -6,7 +6,8 @@
 #include <pthread.h>
 #include <string.h>
 
-#include "tests/builder/scope_test.h"
+#include "tests/builder/fixture.h"
+#include "tests/state/unit_test.h"
 
 #define INSTANCES 9000u /* more than one thread's portion */
 

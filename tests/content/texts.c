@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "submission.h"
+#include "variant.h"
 
 /* ---- what is found */
 

@@ -6,10 +6,8 @@
 #include <time.h>
 
 #include "device_fixture.h"
-#include "tests/fixture/make.h"
-#include "tests/state/unit_test.h"
 
-enum { TRIANGLES = 3, FLOATS = 9, DATA_SIZE = TRIANGLES * FLOATS * sizeof(float) };
+enum { TRIANGLES = 3, FLOATS = 9 };
 
 #define DEVICE "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-"
 #define HOST "VUID-vkBuildAccelerationStructuresKHR-pInfos-"
@@ -17,28 +15,26 @@ enum { TRIANGLES = 3, FLOATS = 9, DATA_SIZE = TRIANGLES * FLOATS * sizeof(float)
 #define PUT_TO_SLEEP "03664"
 
 /* Three triangles, two structures for them, and commands that build from copies of their data. */
-static struct {
-    struct fixture_build host;
-    struct device_build build;
-    struct fixture_structure blas, other;
-    VkCommandBuffer commands[2];
-} scene;
+static struct fixture_build host;
+static struct device_build build;
+static struct fixture_structure blas, other;
+static VkCommandBuffer commands[2];
 
 static void open_scene(void)
 {
-    fixture_triangles(&scene.host, TRIANGLES, VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR);
-    scene.blas = fixture_create_for(&scene.host);
-    scene.other = fixture_create(VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-    device_build_create(&scene.host, DATA_SIZE, &scene.build);
+    fixture_triangles(&host, TRIANGLES, UPDATABLE);
+    blas = fixture_create_for(&host);
+    other = fixture_create_blas(blas.size);
+    device_build_create(&host, &build);
     for (int i = 0; i < 2; i++)
-        scene.commands[i] = device_begin(VK_COMMAND_BUFFER_LEVEL_PRIMARY);
+        commands[i] = device_begin(PRIMARY);
     messages_clear(messages);
 }
 
 static void close_scene(void)
 {
     vk.DeviceWaitIdle(device);
-    vk.FreeCommandBuffers(device, command_pool, 2, scene.commands);
+    vk.FreeCommandBuffers(device, command_pool, 2, commands);
     destroy_all();
 }
 
@@ -56,16 +52,16 @@ static void set_asleep(void *data, bool is_asleep)
     ((float *)data)[FLOATS] = is_asleep ? NAN : 1;
 }
 
-static void record(int commands, VkAccelerationStructureKHR src)
+static void record(int i, VkAccelerationStructureKHR src)
 {
-    device_upload(scene.commands[commands], &scene.build);
-    device_build(scene.commands[commands], &scene.build, scene.blas.handle, src);
+    device_upload(commands[i], &build);
+    device_build(commands[i], &build, blas.handle, src);
 }
 
-static void run(int commands)
+static void run(int i)
 {
-    device_end(scene.commands[commands]);
-    device_run(scene.commands[commands]);
+    device_end(commands[i]);
+    device_run(commands[i]);
 }
 
 /* What came since the last time: one message, or none. */
@@ -81,26 +77,22 @@ static void expect(const char *id)
 
 static void build_by_the_host(VkAccelerationStructureKHR src)
 {
-    assert_int_equal(fixture_build(VK_NULL_HANDLE, &scene.host, scene.blas.handle, src),
-                     VK_SUCCESS);
+    GET(host_build(&host, blas.handle, src));
 }
 
-static void submit(int commands)
+static void submit(int i)
 {
-    const VkSubmitInfo info = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
-                               .commandBufferCount = 1,
-                               .pCommandBuffers = &scene.commands[commands]};
-    assert_int_equal(vk.QueueSubmit(queue, 1, &info, VK_NULL_HANDLE), VK_SUCCESS);
+    GET(commands_submit(&vk, queue, commands[i], VK_NULL_HANDLE));
 }
 
 /* Behind the data that is copied, by the command itself. */
-static void update_with_a_sleeping_triangle(int commands, VkAccelerationStructureKHR src)
+static void update_with_a_sleeping_triangle(int i, VkAccelerationStructureKHR src)
 {
     const float asleep = NAN;
-    vk.CmdUpdateBuffer(scene.commands[commands], scene.build.data.handle, FLOATS * sizeof(float),
-                       sizeof(asleep), &asleep);
-    device_barrier(scene.commands[commands]);
-    device_build(scene.commands[commands], &scene.build, scene.blas.handle, src);
+    vk.CmdUpdateBuffer(commands[i], build.data.handle, FLOATS * sizeof(float), sizeof(asleep),
+                       &asleep);
+    device_barrier(commands[i]);
+    device_build(commands[i], &build, blas.handle, src);
 }
 
 /* ---- tests */
@@ -108,8 +100,8 @@ static void update_with_a_sleeping_triangle(int commands, VkAccelerationStructur
 SCENE_TEST(test_built_by_the_host)
 {
     build_by_the_host(VK_NULL_HANDLE);
-    set_asleep(scene.host.data, true);
-    record(0, scene.blas.handle);
+    set_asleep(host.data, true);
+    record(0, blas.handle);
     expect(NULL);
     run(0);
     expect(DEVICE PUT_TO_SLEEP);
@@ -117,25 +109,25 @@ SCENE_TEST(test_built_by_the_host)
 
 SCENE_TEST(test_updated_by_the_host)
 {
-    set_asleep(scene.host.data, true);
+    set_asleep(host.data, true);
     record(0, VK_NULL_HANDLE);
     run(0);
     expect(NULL);
-    build_by_the_host(scene.blas.handle);
+    build_by_the_host(blas.handle);
     expect(NULL);
-    set_asleep(scene.host.data, false);
-    fixture_build(VK_NULL_HANDLE, &scene.host, scene.blas.handle, scene.blas.handle);
+    set_asleep(host.data, false);
+    host_build(&host, blas.handle, blas.handle);
     expect(HOST WOKEN);
 }
 
 SCENE_TEST(test_in_one_command_buffer)
 {
     record(0, VK_NULL_HANDLE);
-    update_with_a_sleeping_triangle(0, scene.blas.handle);
+    update_with_a_sleeping_triangle(0, blas.handle);
     expect(NULL);
     run(0);
     expect(DEVICE PUT_TO_SLEEP);
-    device_run(scene.commands[0]);
+    device_run(commands[0]);
     expect(DEVICE PUT_TO_SLEEP);
 }
 
@@ -144,14 +136,14 @@ SCENE_TEST(test_updated_twice)
 {
     record(0, VK_NULL_HANDLE);
     run(0);
-    set_asleep(scene.host.data, true);
-    record(1, scene.blas.handle);
+    set_asleep(host.data, true);
+    record(1, blas.handle);
     run(1);
     expect(DEVICE PUT_TO_SLEEP);
-    device_run(scene.commands[1]);
+    device_run(commands[1]);
     expect(DEVICE PUT_TO_SLEEP);
-    set_asleep(scene.build.staging.bytes, false);
-    device_run(scene.commands[1]);
+    set_asleep(build.staging.bytes, false);
+    device_run(commands[1]);
     expect(NULL);
 }
 
@@ -159,44 +151,38 @@ SCENE_TEST(test_updated_twice)
 SCENE_TEST(test_built_again_with_other_data)
 {
     record(0, VK_NULL_HANDLE);
-    record(1, scene.blas.handle);
+    record(1, blas.handle);
     run(0);
     run(1);
     expect(NULL);
-    set_asleep(scene.build.staging.bytes, true);
-    device_run(scene.commands[0]);
-    device_run(scene.commands[1]);
+    set_asleep(build.staging.bytes, true);
+    device_run(commands[0]);
+    device_run(commands[1]);
     expect(NULL);
-    set_asleep(scene.build.staging.bytes, false);
-    device_run(scene.commands[1]);
+    set_asleep(build.staging.bytes, false);
+    device_run(commands[1]);
     expect(DEVICE WOKEN);
-    device_run(scene.commands[0]);
-    device_run(scene.commands[1]);
+    device_run(commands[0]);
+    device_run(commands[1]);
     expect(NULL);
 }
 
-static void copy(VkCommandBuffer commands)
+static void record_clone(void)
 {
-    const VkCopyAccelerationStructureInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-        .src = scene.blas.handle,
-        .dst = scene.other.handle,
-        .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
-    };
-    vk.CmdCopyAccelerationStructureKHR(commands, &info);
-    device_barrier(commands);
+    device_copy(commands[0], blas.handle, other.handle, CLONE);
+    device_barrier(commands[0]);
 }
 
 /* A clone was built with what its source was built with then. */
 SCENE_TEST(test_cloned)
 {
     record(0, VK_NULL_HANDLE);
-    copy(scene.commands[0]);
+    record_clone();
     run(0);
-    set_asleep(scene.host.data, true);
+    set_asleep(host.data, true);
     build_by_the_host(VK_NULL_HANDLE);
-    record(1, scene.blas.handle);
-    record(1, scene.other.handle);
+    record(1, blas.handle);
+    record(1, other.handle);
     run(1);
     expect(DEVICE PUT_TO_SLEEP);
 }
@@ -205,10 +191,10 @@ SCENE_TEST(test_cloned)
 SCENE_TEST(test_all_at_once)
 {
     record(0, VK_NULL_HANDLE);
-    copy(scene.commands[0]);
-    update_with_a_sleeping_triangle(1, scene.other.handle);
+    record_clone();
+    update_with_a_sleeping_triangle(1, other.handle);
     for (int i = 0; i < 2; i++)
-        device_end(scene.commands[i]);
+        device_end(commands[i]);
     submit(0);
     submit(1);
     vk.QueueWaitIdle(queue);
@@ -219,24 +205,18 @@ SCENE_TEST(test_all_at_once)
 SCENE_TEST(test_built_indirectly)
 {
     static const char id[] = "VUID-vkCmdBuildAccelerationStructuresKHR-primitiveCount-03769";
-    const uint32_t most = TRIANGLES, stride = sizeof(VkAccelerationStructureBuildRangeInfoKHR);
-    const uint32_t *const counts = &most;
-    struct device_buffer range = device_buffer_create(stride);
-    *(VkAccelerationStructureBuildRangeInfoKHR *)range.bytes =
-        (VkAccelerationStructureBuildRangeInfoKHR){.primitiveCount = TRIANGLES};
-    device_upload(scene.commands[0], &scene.build);
-    scene.build.info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
-    scene.build.info.dstAccelerationStructure = scene.blas.handle;
-    vk.CmdBuildAccelerationStructuresIndirectKHR(scene.commands[0], 1, &scene.build.info,
-                                                 &range.address, &stride, &counts);
-    device_barrier(scene.commands[0]);
+    device_upload(commands[0], &build);
+    build.info.dstAccelerationStructure = blas.handle;
+    const struct device_buffer range =
+        device_build_indirect(commands[0], &build.info, TRIANGLES, &host.range);
     run(0);
-    record(1, scene.blas.handle);
+    record(1, blas.handle);
     run(1);
     expect(NULL);
-    ((VkAccelerationStructureBuildRangeInfoKHR *)range.bytes)->primitiveCount = TRIANGLES - 1;
-    device_run(scene.commands[0]);
-    device_run(scene.commands[1]);
+    ((VkAccelerationStructureBuildRangeInfoKHR *)(range.bytes + RANGE_AT))->primitiveCount =
+        TRIANGLES - 1;
+    device_run(commands[0]);
+    device_run(commands[1]);
     assert_int_equal(messages->count, 1);
     assert_int_equal(messages_count(messages, id, "has primitiveCount 3"), 1);
 }
@@ -247,16 +227,17 @@ SCENE_TEST(test_told_at_destruction)
     static const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
     record(0, VK_NULL_HANDLE);
     run(0);
-    set_asleep(scene.host.data, true);
-    record(1, scene.blas.handle);
-    device_end(scene.commands[1]);
+    set_asleep(host.data, true);
+    record(1, blas.handle);
+    device_end(commands[1]);
     submit(1);
     /* Two minutes at least: a busy machine may take long to complete the submission. */
     for (int i = 0; i < 12000 && !messages->count; i++) {
         nanosleep(&pause, NULL);
-        struct fixture_structure other =
-            fixture_create(VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, scene.blas.size);
-        fixture_destroy(&other);
+        struct fixture_structure passing = fixture_create_blas(blas.size);
+        destroy((uint64_t)passing.handle);
+        destroy((uint64_t)passing.storage.handle);
+        destroy((uint64_t)passing.storage.memory);
     }
     expect(DEVICE PUT_TO_SLEEP);
 }

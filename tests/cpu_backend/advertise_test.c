@@ -1,14 +1,35 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* offer_test null|lavapipe: what a physical device offers on backend cpu. */
+/* What a physical device offers on backend cpu, and devices made of that. */
 #include <string.h>
 
 #include "src/bvh/input/displacement.h"
 #include "src/bvh/input/formats.h"
 #include "src/bvh/micromap.h"
-#include "tests/cpu_backend/advertise_fixture.h"
+#include "tests/cpu_backend/instance_fixture.h"
+#include "tests/state/unit_test.h"
 #include "vuid-tables/registry.h"
 
+static struct platform platform;
+static struct instance_fixture fixture; /* of an OFFER_TEST */
 static struct instance_fixture other;
+
+const char *unit_test_open(const char *name)
+{
+    return platform_open(&platform, name);
+}
+
+static void offer_open(void)
+{
+    instance_fixture_open(&fixture, &platform, &(struct instance_fixture_setup){0});
+}
+
+static void offer_close(void)
+{
+    messages_expect_none(&fixture.messages);
+    instance_fixture_close(&fixture);
+}
+
+#define OFFER_TEST(name) TEST_BETWEEN(name, offer_open, offer_close)
 
 static const struct instance_fixture_setup on_driver = {.backend = "driver", .driver_traces = true};
 
@@ -88,45 +109,36 @@ OFFER_TEST(test_failing_enumeration)
 
 OFFER_TEST(test_features)
 {
-    STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = 77);
-    STRUCT(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacement, .pNext = &query);
-    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromap_khr, .pNext = &displacement);
-    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromap_ext, .pNext = &micromap_khr,
-           .micromapCaptureReplay = VK_TRUE);
-    STRUCT(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, dense, .pNext = &micromap_ext);
-    STRUCT(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, spheres, .pNext = &dense);
-    STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion, .pNext = &spheres,
-           .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE);
+    const struct backend_features *all = backend_features_chain();
+    STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .pNext = (void *)&all->structures,
+           .rayQuery = 77);
     struct {
         VkStructureType sType;
         void *pNext;
         uint32_t unknown;
-    } unknown = {VK_STRUCTURE_TYPE_MAX_ENUM, &motion, 77};
-    STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures, .pNext = &unknown,
-           .accelerationStructureCaptureReplay = VK_TRUE,
-           .descriptorBindingAccelerationStructureUpdateAfterBind = VK_TRUE);
-    STRUCT(VkPhysicalDeviceVulkan12Features, core, .pNext = &structures);
+    } unknown = {VK_STRUCTURE_TYPE_MAX_ENUM, &query, 77};
+    STRUCT(VkPhysicalDeviceVulkan12Features, core, .pNext = &unknown);
     STRUCT(VkPhysicalDeviceFeatures2, features, .pNext = &core);
     fixture.vk.GetPhysicalDeviceFeatures2(fixture.physical, &features);
-    assert_true(structures.accelerationStructure);
-    assert_true(structures.accelerationStructureIndirectBuild);
-    assert_true(structures.accelerationStructureHostCommands);
-    assert_false(structures.accelerationStructureCaptureReplay);
-    assert_false(structures.descriptorBindingAccelerationStructureUpdateAfterBind);
+    assert_true(all->structures.accelerationStructure);
+    assert_true(all->structures.accelerationStructureIndirectBuild);
+    assert_true(all->structures.accelerationStructureHostCommands);
+    assert_false(all->structures.accelerationStructureCaptureReplay);
+    assert_false(all->structures.descriptorBindingAccelerationStructureUpdateAfterBind);
     assert_false(query.rayQuery);
-    assert_true(motion.rayTracingMotionBlur);
-    assert_false(motion.rayTracingMotionBlurPipelineTraceRaysIndirect);
-    assert_true(spheres.spheres);
-    assert_true(spheres.linearSweptSpheres);
-    assert_true(dense.denseGeometryFormat);
-    assert_true(micromap_ext.micromap);
-    assert_true(micromap_ext.micromapHostCommands);
-    assert_false(micromap_ext.micromapCaptureReplay);
-    assert_true(micromap_khr.micromap);
-    assert_true(displacement.displacementMicromap);
+    assert_true(all->motion.rayTracingMotionBlur);
+    assert_false(all->motion.rayTracingMotionBlurPipelineTraceRaysIndirect);
+    assert_true(all->spheres.spheres);
+    assert_true(all->spheres.linearSweptSpheres);
+    assert_true(all->dense.denseGeometryFormat);
+    assert_true(all->micromap_ext.micromap);
+    assert_true(all->micromap_ext.micromapHostCommands);
+    assert_false(all->micromap_ext.micromapCaptureReplay);
+    assert_true(all->micromap_khr.micromap);
+    assert_true(all->displacement.displacementMicromap);
     assert_int_equal(unknown.unknown, 77);
-    assert_ptr_equal(core.pNext, &structures);
-    assert_ptr_equal(structures.pNext, &unknown);
+    assert_ptr_equal(core.pNext, &unknown);
+    assert_ptr_equal(unknown.pNext, &query);
     assert_true(core.bufferDeviceAddress);
     assert_true(core.timelineSemaphore);
 }
@@ -238,4 +250,145 @@ TEST(test_backend_driver)
     other.vk.GetPhysicalDeviceFeatures2(other.physical, &features);
     assert_int_equal(structures.accelerationStructureCaptureReplay, platform.is_null);
     instance_fixture_close(&other);
+}
+
+/* ---- devices */
+
+OFFER_TEST(test_commands_by_name)
+{
+    VkuDeviceDispatchTable vk;
+    VkDevice device = instance_fixture_open_device(&fixture, &vk);
+    assert_non_null(vk.CreateAccelerationStructureKHR);
+    assert_non_null(vk.GetAccelerationStructureDeviceAddressKHR);
+    assert_null(vk.CreateRayTracingPipelinesKHR);
+    assert_null(fixture.get_device_proc_addr(device, "vkNoSuchCommand"));
+    vk.DestroyDevice(device, NULL);
+
+    GET(instance_fixture_create_device(&fixture, NULL, NULL, 0, &device, &vk));
+    assert_null(fixture.get_device_proc_addr(device, "vkCreateAccelerationStructureKHR"));
+    assert_null(fixture.get_device_proc_addr(device, "vkCreateDeferredOperationKHR"));
+    vk.DestroyDevice(device, NULL);
+}
+
+/* Either of the extensions that have structures is enough to trace them. */
+OFFER_TEST(test_nv_commands_by_name)
+{
+    const char *extensions[] = {VK_NV_RAY_TRACING_EXTENSION_NAME};
+    VkuDeviceDispatchTable vk;
+    VkDevice device;
+    GET(instance_fixture_create_device(&fixture, NULL, extensions, 1, &device, &vk));
+    assert_non_null(vk.CreateAccelerationStructureNV);
+    assert_non_null(vk.CmdBuildAccelerationStructureNV);
+    assert_non_null(vk.CmdTraceRaysNV);
+    assert_null(vk.CreateAccelerationStructureKHR);
+    assert_null(vk.CreateDeferredOperationKHR);
+    assert_non_null(fixture.get_device_proc_addr(device, "vkTraceRaysASSAY"));
+    vk.DestroyDevice(device, NULL);
+
+    extensions[0] = VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME;
+    GET(instance_fixture_create_device(&fixture, NULL, extensions, 1, &device, &vk));
+    assert_null(fixture.get_device_proc_addr(device, "vkCreateAccelerationStructureNV"));
+    assert_null(fixture.get_device_proc_addr(device, "vkCreateRayTracingPipelinesNV"));
+    vk.DestroyDevice(device, NULL);
+}
+
+/* What a driver has of the same extension isn't asked. */
+TEST(test_over_a_driver_with_nv)
+{
+    if (!platform.is_null)
+        skip();
+    static const struct instance_fixture_setup setup = {.driver_traces = true};
+    static const char *const extensions[] = {VK_NV_RAY_TRACING_EXTENSION_NAME};
+    VkuDeviceDispatchTable vk;
+    VkDevice device;
+    VkAccelerationStructureNV structure;
+    const STRUCT(VkAccelerationStructureCreateInfoNV, info,
+                 .info = MAKE(VkAccelerationStructureInfoNV));
+    instance_fixture_open(&other, &platform, &setup);
+    assert_int_equal(instance_fixture_count_extension(&other, VK_NV_RAY_TRACING_EXTENSION_NAME), 1);
+    GET(instance_fixture_create_device(&other, NULL, extensions, 1, &device, &vk));
+    GET(vk.CreateAccelerationStructureNV(device, &info, NULL, &structure));
+    vk.DestroyAccelerationStructureNV(device, structure, NULL);
+    assert_int_equal(platform.null_driver.calls("vkCreateAccelerationStructureNV"), 0);
+    vk.DestroyDevice(device, NULL);
+    instance_fixture_close(&other);
+}
+
+OFFER_TEST(test_two_devices)
+{
+    VkuDeviceDispatchTable vk, plain;
+    VkDevice with = instance_fixture_open_device(&fixture, &vk), without;
+    GET(instance_fixture_create_device(&fixture, NULL, NULL, 0, &without, &plain));
+    plain.DestroyDevice(without, NULL);
+    assert_non_null(fixture.get_device_proc_addr(with, "vkCreateAccelerationStructureKHR"));
+    vk.DestroyDevice(with, NULL);
+}
+
+/* Whatever stands before and behind the features in the chain, also what nobody knows. */
+OFFER_TEST(test_chains)
+{
+    enum { LINKS = 5 };
+    for (unsigned place = 0; place < LINKS; place++) {
+        struct {
+            VkStructureType sType;
+            void *pNext;
+            uint64_t members[300];
+        } unknown[2] = {{.sType = VK_STRUCTURE_TYPE_MAX_ENUM},
+                        {.sType = VK_STRUCTURE_TYPE_MAX_ENUM - 1}};
+        STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, none);
+        STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
+               .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
+        STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion,
+               .rayTracingMotionBlur = VK_TRUE);
+        VkBaseOutStructure *links[LINKS], *chain = NULL, heads[LINKS];
+        unsigned count = 0;
+        void *others[] = {&unknown[0], &none, &motion, &unknown[1]};
+        for (unsigned i = 0; i < LINKS; i++)
+            links[i] = i == place ? (void *)&structures : others[count++];
+        for (unsigned i = LINKS; i-- > 0;) {
+            links[i]->pNext = chain;
+            chain = links[i];
+        }
+        for (unsigned i = 0; i < LINKS; i++)
+            heads[i] = *links[i];
+        VkuDeviceDispatchTable vk;
+        VkDevice device;
+        GET(instance_fixture_create_device(&fixture, chain, backend_extensions, 3, &device, &vk));
+        for (unsigned i = 0; i < LINKS; i++)
+            assert_memory_equal(&heads[i], links[i], sizeof(heads[i]));
+        vk.DestroyDevice(device, NULL);
+    }
+}
+
+/* Each refused with one message about the feature, if it is not an extension that is refused. */
+OFFER_TEST(test_what_is_not_offered)
+{
+    static const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                             VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
+                                             VK_KHR_RAY_QUERY_EXTENSION_NAME};
+    const STRUCT(VkPhysicalDeviceRayQueryFeaturesKHR, query, .rayQuery = VK_TRUE);
+    const STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion,
+                 .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE);
+    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
+                 .accelerationStructure = VK_TRUE, .accelerationStructureCaptureReplay = VK_TRUE);
+    const struct {
+        const void *chain;
+        const char *message;
+    } features[] = {{&query, "RayQueryFeatures"},
+                    {&motion, "PipelineTraceRaysIndirect"},
+                    {&structures, "CaptureReplay"}};
+    VkuDeviceDispatchTable vk;
+    VkDevice device;
+    for (size_t i = 0; i < ARRAY_COUNT(features); i++) {
+        messages_clear(&fixture.messages);
+        assert_int_equal(instance_fixture_create_device(&fixture, features[i].chain, extensions, 2,
+                                                        &device, &vk),
+                         VK_ERROR_FEATURE_NOT_PRESENT);
+        assert_int_equal(
+            messages_count(&fixture.messages, "ASSAY-error", "assay_validation.backend"), 1);
+        assert_int_equal(messages_count(&fixture.messages, "ASSAY-error", features[i].message), 1);
+    }
+    assert_int_equal(instance_fixture_create_device(&fixture, NULL, extensions, 3, &device, &vk),
+                     VK_ERROR_EXTENSION_NOT_PRESENT);
+    messages_clear(&fixture.messages);
 }

@@ -10,7 +10,13 @@ static struct layer_instance instance;
 static struct layer_device device = {.instance = &instance, .cpu = &overlay};
 struct cpu_overlay *const below = &overlay;
 const char *refused_command;
-unsigned refusals;
+unsigned calls, refusals;
+
+void below_clear(void)
+{
+    calls = refusals = 0;
+    refused_command = "";
+}
 
 struct layer_device *layer_find_device(const void *dispatchable)
 {

@@ -20,6 +20,15 @@ extern struct cpu_overlay *const below;
     }                                                                                              \
     static VKAPI_ATTR result VKAPI_CALL play_##name(__VA_ARGS__)
 
+/* One that is only counted, and succeeds. */
+#define COUNTED(name)                                                                              \
+    PLAYED(name)                                                                                   \
+    {                                                                                              \
+        calls++;                                                                                   \
+        return VK_SUCCESS;                                                                         \
+    }
+extern unsigned calls;
+
 /* Any dispatchable handle of the device. */
 #define DEVICE ((VkDevice)(uintptr_t)1)
 #define QUEUE ((VkQueue)(uintptr_t)2)
@@ -42,8 +51,10 @@ enum {
 /* A call that the backend refuses. */
 #define REFUSED(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED_EXT)
 
-/* What cpu_report_unsupported() was last told, and how often; the test clears it. */
+/* What cpu_report_unsupported() was last told, and how often. */
 extern const char *refused_command;
 extern unsigned refusals;
+
+void below_clear(void); /* `calls` and the refusals */
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the driver sees of descriptors, of which those of structures are refused. */
+/* What the driver sees of descriptors and shaders, of which those of structures and those that
+ * trace rays are refused. */
 #include <string.h>
 
 #include "below.h"
@@ -13,36 +14,22 @@
 /* ---- the driver */
 
 static struct {
-    unsigned calls, writes, copies;
+    unsigned writes, copies;
     uint32_t bindings[8]; /* written */
 } seen;
 
-PLAYED(CreateDescriptorSetLayout)
-{
-    seen.calls++;
-    return VK_SUCCESS;
-}
+COUNTED(CreateDescriptorSetLayout)
+COUNTED(CreateDescriptorPool)
+COUNTED(CreateDescriptorUpdateTemplate)
 
 PLAYED(GetDescriptorSetLayoutSupport)
 {
     pSupport->supported = VK_TRUE;
 }
 
-PLAYED(CreateDescriptorPool)
-{
-    seen.calls++;
-    return VK_SUCCESS;
-}
-
-PLAYED(CreateDescriptorUpdateTemplate)
-{
-    seen.calls++;
-    return VK_SUCCESS;
-}
-
 static void see_writes(uint32_t count, const VkWriteDescriptorSet *writes)
 {
-    seen.calls++;
+    calls++;
     for (uint32_t i = 0; i < count; i++)
         seen.bindings[seen.writes++] = writes[i].dstBinding;
 }
@@ -68,14 +55,13 @@ PLAYED(CmdPushDescriptorSet2)
 
 PLAYED(GetDescriptorEXT)
 {
-    seen.calls++;
+    calls++;
 }
 
 static void clear(void)
 {
     memset(&seen, 0, sizeof(seen));
-    refusals = 0;
-    refused_command = "";
+    below_clear();
 }
 
 /* ---- tests */
@@ -108,7 +94,7 @@ TEST_OPENED(test_layouts, clear)
     assert_int_equal(refusals, 1);
     assert_string_equal(refused_command, "vkCreateDescriptorSetLayout");
     REFUSED(try_layout(VK_DESCRIPTOR_TYPE_MUTABLE_EXT, &mutable));
-    assert_int_equal(seen.calls, 1);
+    assert_int_equal(calls, 1);
 }
 
 TEST_OPENED(test_pools_and_templates, clear)
@@ -127,7 +113,7 @@ TEST_OPENED(test_pools_and_templates, clear)
     REFUSED(cpu_CreateDescriptorPool(DEVICE, &info, NULL, &pool));
     REFUSED(cpu_CreateDescriptorUpdateTemplate(DEVICE, &template_info, NULL, &template));
     assert_int_equal(refusals, 2);
-    assert_int_equal(seen.calls, 2);
+    assert_int_equal(calls, 2);
 }
 
 /* What the four bits of `structures` name are structures; the rest has to arrive, in order. */
@@ -158,7 +144,7 @@ static void check_writes(unsigned structures)
         assert_memory_equal(seen.bindings, expected, count * sizeof(*expected));
         assert_int_equal(seen.copies, command == 0);
         if (!structures)
-            assert_int_equal(seen.calls, 1);
+            assert_int_equal(calls, 1);
     }
 }
 
@@ -173,11 +159,90 @@ TEST_OPENED(test_descriptors_in_memory, clear)
     VkDescriptorGetInfoEXT info = {.type = OTHER};
     char data[16];
     cpu_GetDescriptorEXT(DEVICE, &info, sizeof(data), data);
-    assert_int_equal(seen.calls, 1);
+    assert_int_equal(calls, 1);
     info.type = STRUCTURE;
     cpu_GetDescriptorEXT(DEVICE, &info, sizeof(data), data);
-    assert_int_equal(seen.calls, 1);
+    assert_int_equal(calls, 1);
     assert_string_equal(refused_command, "vkGetDescriptorEXT");
     REFUSED(cpu_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT(DEVICE, NULL, data));
     assert_int_equal(refusals, 2);
+}
+
+/* ---- shaders */
+
+/* ---- the driver */
+
+COUNTED(CreateShaderModule)
+COUNTED(CreateShadersEXT)
+COUNTED(CreateComputePipelines)
+COUNTED(CreateGraphicsPipelines)
+
+/* ---- tests */
+
+#define HEADER 0x07230203, 0x00010400, 0, 1, 0
+#define CAPABILITY(number) 2 << 16 | 17, number
+static const uint32_t plain[] = {HEADER, CAPABILITY(1), CAPABILITY(5347), 3 << 16 | 14, 0, 1};
+static const uint32_t with_queries[] = {HEADER, CAPABILITY(1), CAPABILITY(4472), 3 << 16 | 14, 0,
+                                        1};
+static const uint32_t with_pipelines[] = {HEADER, CAPABILITY(4479)};
+/* The number is no capability here. */
+static const uint32_t behind[] = {HEADER, CAPABILITY(1), 3 << 16 | 14, 0, 1, CAPABILITY(4472)};
+
+static VkResult try_code(const uint32_t *code, size_t size)
+{
+    const STRUCT(VkShaderModuleCreateInfo, info, .codeSize = size, .pCode = code);
+    const VkShaderCreateInfoEXT shaders[] = {
+        {.codeType = VK_SHADER_CODE_TYPE_BINARY_EXT, .codeSize = size, .pCode = code},
+        {.codeType = VK_SHADER_CODE_TYPE_SPIRV_EXT, .codeSize = size, .pCode = code}};
+    const VkPipelineShaderStageCreateInfo stages[] = {{.module = (VkShaderModule)(uintptr_t)7},
+                                                      {.pNext = &info}};
+    const VkComputePipelineCreateInfo compute[] = {{.stage = stages[0]}, {.stage = stages[1]}};
+    const VkGraphicsPipelineCreateInfo graphics = {.stageCount = 2, .pStages = stages};
+    VkShaderModule module;
+    VkShaderEXT made[2] = {(VkShaderEXT)(uintptr_t)7};
+    VkPipeline pipelines[2] = {(VkPipeline)(uintptr_t)7};
+    const VkResult result = cpu_CreateShaderModule(DEVICE, &info, NULL, &module);
+    GET(cpu_CreateShadersEXT(DEVICE, 1, shaders, NULL, made));
+    assert_int_equal(cpu_CreateShadersEXT(DEVICE, 2, shaders, NULL, made), result);
+    assert_int_equal(
+        cpu_CreateComputePipelines(DEVICE, VK_NULL_HANDLE, 2, compute, NULL, pipelines), result);
+    if (result != VK_SUCCESS) {
+        assert_true(made[0] == VK_NULL_HANDLE);
+        assert_true(pipelines[0] == VK_NULL_HANDLE);
+    }
+    assert_int_equal(
+        cpu_CreateGraphicsPipelines(DEVICE, VK_NULL_HANDLE, 1, &graphics, NULL, pipelines), result);
+    return result;
+}
+
+TEST_OPENED(test_shaders, below_clear)
+{
+    GET(try_code(plain, sizeof(plain)));
+    GET(try_code(behind, sizeof(behind)));
+    GET(try_code(plain, 8));
+    GET(try_code(with_queries, sizeof(with_queries) - 20)); /* cut off */
+    assert_int_equal(refusals, 0);
+    assert_int_equal(calls, 20);
+    REFUSED(try_code(with_queries, sizeof(with_queries)));
+    assert_int_equal(refusals, 4);
+    REFUSED(try_code(with_pipelines, sizeof(with_pipelines)));
+    assert_int_equal(refusals, 8);
+    assert_int_equal(calls, 22);
+}
+
+TEST_OPENED(test_pipelines_of_nv, below_clear)
+{
+    VkPipeline pipelines[2] = {(VkPipeline)(uintptr_t)7, (VkPipeline)(uintptr_t)7};
+    char data[16];
+    REFUSED(cpu_CreateRayTracingPipelinesNV(DEVICE, VK_NULL_HANDLE, 2, NULL, NULL, pipelines));
+    assert_true(pipelines[0] == VK_NULL_HANDLE && pipelines[1] == VK_NULL_HANDLE);
+    assert_string_equal(refused_command, "vkCreateRayTracingPipelinesNV");
+    REFUSED(cpu_CompileDeferredNV(DEVICE, VK_NULL_HANDLE, 0));
+    REFUSED(
+        cpu_GetRayTracingShaderGroupHandlesNV(DEVICE, VK_NULL_HANDLE, 0, 1, sizeof(data), data));
+    cpu_CmdTraceRaysNV((VkCommandBuffer)DEVICE, VK_NULL_HANDLE, 0, VK_NULL_HANDLE, 0, 0,
+                       VK_NULL_HANDLE, 0, 0, VK_NULL_HANDLE, 0, 0, 1, 1, 1);
+    assert_string_equal(refused_command, "vkCmdTraceRaysNV");
+    assert_int_equal(refusals, 4);
+    assert_int_equal(calls, 0);
 }

@@ -1,54 +1,25 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Builds of command buffers on backend cpu, through the loader: what they read is what was there
- * when they executed, whenever the tree is asked for; and none is made that nobody asks for. */
-#include "device_fixture.h"
-
+ * when they executed, whenever the tree is asked for; and only what a scene uses is computed. */
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    TRIANGLES = 50,
-    TRIANGLE_SIZE = 9 * sizeof(float),
-    UPDATABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
-    COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
-};
-
-static const VkCommandBufferLevel SECONDARY = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
-
-/* ---- scenes: a BLAS of triangles, and a TLAS of two instances of it */
-
-static struct {
-    struct fixture_build host_triangles, host_instances;
-    struct device_build triangles, instances;
-    struct fixture_structure blas, tlas;
-} scene;
-
-static void open_scene(VkBuildAccelerationStructureFlagsKHR flags)
-{
-    fixture_triangles(&scene.host_triangles, TRIANGLES, flags);
-    scene.blas = fixture_create_for(&scene.host_triangles);
-    device_build_create(&scene.host_triangles, TRIANGLES * TRIANGLE_SIZE, &scene.triangles);
-    const VkAccelerationStructureKHR blases[] = {scene.blas.handle, scene.blas.handle};
-    fixture_instances(&scene.host_instances, blases, 2, flags);
-    scene.tlas = fixture_create_for(&scene.host_instances);
-    device_build_create(&scene.host_instances, 2 * sizeof(VkAccelerationStructureInstanceKHR),
-                        &scene.instances);
-}
+#include "device_fixture.h"
 
 /* Triangles at (x, y, z), as far as the command buffer goes. */
 static void record_triangles(VkCommandBuffer commands, float y, VkAccelerationStructureKHR dst,
                              VkAccelerationStructureKHR src)
 {
-    fixture_move(&scene.host_triangles, 0, y, 0);
-    device_upload(commands, &scene.triangles);
-    device_build(commands, &scene.triangles, dst, src);
+    fixture_move(&pair.triangles, 0, y, 0);
+    device_upload(commands, &on_device.triangles);
+    device_build(commands, &on_device.triangles, dst, src);
 }
 
 static void record_scene(VkCommandBuffer commands)
 {
-    record_triangles(commands, 0, scene.blas.handle, VK_NULL_HANDLE);
-    device_upload(commands, &scene.instances);
-    device_build(commands, &scene.instances, scene.tlas.handle, VK_NULL_HANDLE);
+    record_blas(commands);
+    device_upload(commands, &on_device.instances);
+    device_build(commands, &on_device.instances, pair.tlas.handle, VK_NULL_HANDLE);
 }
 
 /* Whether the triangles of a structure are where they are after record_triangles(y). */
@@ -58,16 +29,10 @@ static bool is_at(VkAccelerationStructureKHR structure, float y)
            !fixture_trace(structure, y - 0.25f, 0.25f).isHit;
 }
 
-/* Another structure for the same build. */
-static struct fixture_structure create_twin(struct fixture_build *build)
-{
-    return fixture_create_for(build);
-}
-
 static void record_clone(VkCommandBuffer commands, VkAccelerationStructureKHR src,
                          VkAccelerationStructureKHR dst)
 {
-    device_copy(commands, src, dst, VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    device_copy(commands, src, dst, CLONE);
     device_barrier(commands);
 }
 
@@ -75,25 +40,25 @@ static void record_clone(VkCommandBuffer commands, VkAccelerationStructureKHR sr
 
 SILENT_TEST(test_same_as_host_build)
 {
-    open_scene(0);
+    open_device_pair(0);
     VkCommandBuffer commands = device_begin(PRIMARY);
     record_scene(commands);
     device_finish(commands);
-    assert_true(fixture_trace(scene.tlas.handle, 0.25f, 0.25f).isHit);
-    assert_true(fixture_trace(scene.tlas.handle, 2.25f, 0.25f).isHit);
-    assert_false(fixture_trace(scene.tlas.handle, 1.25f, 0.25f).isHit);
+    assert_true(fixture_trace(pair.tlas.handle, 0.25f, 0.25f).isHit);
+    assert_true(fixture_trace(pair.tlas.handle, 2.25f, 0.25f).isHit);
+    assert_false(fixture_trace(pair.tlas.handle, 1.25f, 0.25f).isHit);
 
-    struct fixture_structure blas = create_twin(&scene.host_triangles);
-    struct fixture_structure tlas = create_twin(&scene.host_instances);
-    GET(host_build(&scene.host_triangles, blas.handle, VK_NULL_HANDLE));
-    GET(host_build(&scene.host_instances, tlas.handle, VK_NULL_HANDLE));
-    expect_same_bytes(scene.blas.handle, blas.handle);
-    expect_same_bytes(scene.tlas.handle, tlas.handle);
+    struct fixture_structure blas = fixture_create_for(&pair.triangles);
+    struct fixture_structure tlas = fixture_create_for(&pair.instances);
+    GET(host_build(&pair.triangles, blas.handle, VK_NULL_HANDLE));
+    GET(host_build(&pair.instances, tlas.handle, VK_NULL_HANDLE));
+    expect_same_bytes(pair.blas.handle, blas.handle);
+    expect_same_bytes(pair.tlas.handle, tlas.handle);
 }
 
 SILENT_TEST(test_only_what_is_asked_for)
 {
-    open_scene(UPDATABLE);
+    open_device_pair(UPDATABLE);
     const AssayCounters before = fixture_counters();
     VkCommandBuffer commands = device_begin(PRIMARY);
     record_scene(commands);
@@ -103,25 +68,25 @@ SILENT_TEST(test_only_what_is_asked_for)
     const AssayCounters submitted = fixture_counters();
     assert_int_equal(submitted.builds, before.builds);
     assert_int_equal(submitted.bytesSnapshot - before.bytesSnapshot,
-                     TRIANGLES * TRIANGLE_SIZE + 2 * sizeof(VkAccelerationStructureInstanceKHR));
-    assert_true(is_at(scene.blas.handle, 0));
+                     pair.triangles.size + pair.instances.size);
+    assert_true(is_at(pair.blas.handle, 0));
     assert_int_equal(fixture_counters().builds - before.builds, 1);
-    fixture_trace(scene.tlas.handle, 0, 0);
+    fixture_trace(pair.tlas.handle, 0, 0);
     assert_int_equal(fixture_counters().builds - before.builds, 2);
 }
 
 /* However many updates nobody looked at, one is carried out. */
 SILENT_TEST(test_updates)
 {
-    open_scene(UPDATABLE);
+    open_device_pair(UPDATABLE);
     const AssayCounters before = fixture_counters();
     for (int i = 0; i < 20; i++) {
         VkCommandBuffer commands = device_begin(PRIMARY);
-        record_triangles(commands, (float)i, scene.blas.handle,
-                         i ? scene.blas.handle : VK_NULL_HANDLE);
+        record_triangles(commands, (float)i, pair.blas.handle,
+                         i ? pair.blas.handle : VK_NULL_HANDLE);
         device_finish(commands);
     }
-    assert_true(is_at(scene.blas.handle, 19));
+    assert_true(is_at(pair.blas.handle, 19));
     const AssayCounters after = fixture_counters();
     assert_int_equal(after.builds - before.builds, 1);
     assert_int_equal(after.updates - before.updates, 1);
@@ -131,10 +96,10 @@ SILENT_TEST(test_updates)
  * asks. */
 SILENT_TEST(test_tlas_keeps_its_timestamp)
 {
-    open_scene(0);
-    struct fixture_structure twin = create_twin(&scene.host_instances);
-    GET(host_build(&scene.host_triangles, scene.blas.handle, VK_NULL_HANDLE));
-    GET(host_build(&scene.host_instances, twin.handle, VK_NULL_HANDLE));
+    open_device_pair(0);
+    struct fixture_structure twin = fixture_create_for(&pair.instances);
+    GET(host_build(&pair.triangles, pair.blas.handle, VK_NULL_HANDLE));
+    GET(host_build(&pair.instances, twin.handle, VK_NULL_HANDLE));
     size_t twin_size, size;
     const void *twin_bytes = fixture_serialize(twin.handle, &twin_size);
     destroy((uint64_t)twin.handle);
@@ -143,10 +108,10 @@ SILENT_TEST(test_tlas_keeps_its_timestamp)
     record_scene(commands);
     device_finish(commands);
     commands = device_begin(PRIMARY);
-    record_triangles(commands, 100, scene.blas.handle, VK_NULL_HANDLE);
+    record_triangles(commands, 100, pair.blas.handle, VK_NULL_HANDLE);
     device_finish(commands);
-    destroy((uint64_t)scene.blas.handle);
-    const void *bytes = fixture_serialize(scene.tlas.handle, &size);
+    destroy((uint64_t)pair.blas.handle);
+    const void *bytes = fixture_serialize(pair.tlas.handle, &size);
     assert_int_equal(size, twin_size);
     assert_memory_equal(bytes, twin_bytes, size);
 }
@@ -155,29 +120,29 @@ SILENT_TEST(test_tlas_keeps_its_timestamp)
  * needs. */
 SILENT_TEST(test_resubmission)
 {
-    open_scene(0);
-    struct fixture_structure clone = create_twin(&scene.host_triangles);
+    open_device_pair(0);
+    struct fixture_structure clone = fixture_create_for(&pair.triangles);
     VkCommandBuffer build = device_begin(PRIMARY);
-    record_triangles(build, 0, scene.blas.handle, VK_NULL_HANDLE);
+    record_blas(build);
     device_end(build);
     VkCommandBuffer copy = device_begin(PRIMARY);
-    record_clone(copy, scene.blas.handle, clone.handle);
+    record_clone(copy, pair.blas.handle, clone.handle);
     device_end(copy);
 
     const AssayCounters before = fixture_counters();
     device_run(build);
     device_run(copy);
-    fixture_move(&scene.host_triangles, 0, 7, 0);
-    memcpy(scene.triangles.staging.bytes, scene.host_triangles.data, TRIANGLES * TRIANGLE_SIZE);
+    fixture_move(&pair.triangles, 0, 7, 0);
+    memcpy(on_device.triangles.staging.bytes, pair.triangles.data, pair.triangles.size);
     device_run(build);
     assert_int_equal(fixture_counters().builds, before.builds);
     assert_true(is_at(clone.handle, 0));
-    assert_true(is_at(scene.blas.handle, 7));
+    assert_true(is_at(pair.blas.handle, 7));
 }
 
 SILENT_TEST(test_secondary)
 {
-    open_scene(0);
+    open_device_pair(0);
     VkCommandBuffer secondary = device_begin(SECONDARY);
     record_scene(secondary);
     device_end(secondary);
@@ -185,27 +150,27 @@ SILENT_TEST(test_secondary)
     vk.CmdExecuteCommands(primary, 1, &secondary);
     device_finish(primary);
     vk.FreeCommandBuffers(device, command_pool, 1, &secondary);
-    assert_true(is_at(scene.blas.handle, 0));
-    assert_true(fixture_trace(scene.tlas.handle, 2.25f, 0.25f).isHit);
+    assert_true(is_at(pair.blas.handle, 0));
+    assert_true(fixture_trace(pair.tlas.handle, 2.25f, 0.25f).isHit);
 }
 
 /* Each execution copies to the same place. Only what is asked for is told, and only once. */
 NOISY_TEST(test_executed_twice_at_once)
 {
-    open_scene(0);
-    struct fixture_structure clone = create_twin(&scene.host_triangles);
+    open_device_pair(0);
+    struct fixture_structure clone = fixture_create_for(&pair.triangles);
     VkCommandBuffer secondary = device_begin(SECONDARY);
-    record_triangles(secondary, 0, scene.blas.handle, VK_NULL_HANDLE);
+    record_blas(secondary);
     device_end(secondary);
     VkCommandBuffer primary = device_begin(PRIMARY);
     vk.CmdExecuteCommands(primary, 1, &secondary);
-    record_clone(primary, scene.blas.handle, clone.handle);
+    record_clone(primary, pair.blas.handle, clone.handle);
     vk.CmdExecuteCommands(primary, 1, &secondary);
     device_end(primary);
     for (int i = 0; i < 2; i++) {
         device_run(primary);
-        assert_true(is_at(scene.blas.handle, 0));
-        expect_silence();
+        assert_true(is_at(pair.blas.handle, 0));
+        messages_expect_none(messages);
     }
     assert_true(is_at(clone.handle, 0));
     assert_int_equal(messages->count, 1);
@@ -217,24 +182,118 @@ NOISY_TEST(test_executed_twice_at_once)
 
 SILENT_TEST(test_indirect)
 {
-    open_scene(0);
+    open_device_pair(0);
     enum { SKIPPED = 10, COUNT = 5 };
-    struct device_buffer ranges = device_buffer_create(64);
     const VkAccelerationStructureBuildRangeInfoKHR range = {
-        .primitiveCount = COUNT, .primitiveOffset = SKIPPED * TRIANGLE_SIZE};
-    memcpy(ranges.bytes + 16, &range, sizeof(range));
-    const VkDeviceAddress address = ranges.address + 16;
-    const uint32_t stride = sizeof(range), maximum = TRIANGLES;
-    const uint32_t *const maxima = &maximum;
+        .primitiveCount = COUNT, .primitiveOffset = SKIPPED * 9 * sizeof(float)};
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    device_upload(commands, &on_device.triangles);
+    on_device.triangles.info.dstAccelerationStructure = pair.blas.handle;
+    device_build_indirect(commands, &on_device.triangles.info, TRIANGLES_OF_PAIR, &range);
+    device_finish(commands);
+    /* The ray begins at x = -1. */
+    expect_hit_at(fixture_trace(pair.blas.handle, 0.25f, 0.25f), SKIPPED + 1, 0);
+}
+
+/* ---- pairs of scenes that differ in one thing, and all that counters say of the difference */
+
+enum { TRIANGLES = 12, DATA_SIZE = TRIANGLES * 9 * sizeof(float) };
+
+static const VkTransformMatrixKHR moved = {{{1, 0, 0, 0}, {0, 1, 0, 3}, {0, 0, 1, 0}}};
+
+/* ---- a BLAS, and what its command buffer does */
+
+struct deeds {
+    bool transforms; /* its triangles */
+    bool builds_twice, clones, compacts, is_traced, grazes_an_edge;
+};
+
+static AssayCounters run(const struct deeds *deeds)
+{
+    struct fixture_build host;
+    struct device_build build;
+    const AssayCounters before = fixture_counters();
+    fixture_triangles(&host, TRIANGLES, COMPACTABLE);
+    struct fixture_structure blas = fixture_create_for(&host);
+    struct fixture_structure copy = fixture_create_blas(blas.size);
+    struct device_buffer transform = device_buffer_create(sizeof(moved));
+    device_build_create(&host, &build);
+    memcpy(transform.bytes, &moved, sizeof(moved));
+    if (deeds->transforms)
+        build.geometry.geometry.triangles.transformData.deviceAddress = transform.address;
 
     VkCommandBuffer commands = device_begin(PRIMARY);
-    device_upload(commands, &scene.triangles);
-    scene.triangles.info.dstAccelerationStructure = scene.blas.handle;
-    vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &scene.triangles.info, &address,
-                                                 &stride, &maxima);
+    device_upload(commands, &build);
+    for (int i = 0; i < (deeds->builds_twice ? 2 : 1); i++)
+        device_build(commands, &build, blas.handle, VK_NULL_HANDLE);
+    if (deeds->clones || deeds->compacts)
+        device_copy(commands, blas.handle, copy.handle, deeds->compacts ? COMPACT : CLONE);
     device_finish(commands);
-    const AssayHit hit = fixture_trace(scene.blas.handle, 0.25f, 0.25f);
-    assert_true(hit.isHit);
-    assert_int_equal(hit.primitive, 0);
-    assert_float_equal(hit.t, SKIPPED + 1, 0); /* the ray begins at x = -1 */
+    const float y = deeds->transforms ? 3 : 0;
+    if (deeds->is_traced)
+        fixture_trace(deeds->clones || deeds->compacts ? copy.handle : blas.handle,
+                      y + (deeds->grazes_an_edge ? 0.5f : 0.25f),
+                      deeds->grazes_an_edge ? 0.5f : 0.25f);
+    const AssayCounters did = fixture_counters_since(&before);
+    close_silent_test();
+    return did;
+}
+
+/* `extra`: what the second scene does beyond the first. */
+static void expect_difference(const struct deeds *plain, const struct deeds *with,
+                              const AssayCounters *extra)
+{
+    const AssayCounters first = run(plain), second = run(with);
+    const uint64_t *a = (const uint64_t *)&first, *b = (const uint64_t *)&second;
+    for (size_t i = 0; i < sizeof(first) / sizeof(*a); i++)
+        if (b[i] - a[i] != ((const uint64_t *)extra)[i])
+            fail_msg("counter %zu: %llu and %llu", i, (unsigned long long)a[i],
+                     (unsigned long long)b[i]);
+}
+
+/* ---- tests */
+
+TEST(test_untouched)
+{
+    const AssayCounters did = run(&(struct deeds){0});
+    const AssayCounters expected = {.bytesSnapshot = DATA_SIZE};
+    assert_memory_equal(&did, &expected, sizeof(did));
+}
+
+TEST(test_transform)
+{
+    expect_difference(
+        &(struct deeds){.is_traced = true}, &(struct deeds){.is_traced = true, .transforms = true},
+        &(AssayCounters){.bytesSnapshot = sizeof(moved), .matrixProducts = 3 * TRIANGLES});
+}
+
+TEST(test_rebuild)
+{
+    expect_difference(&(struct deeds){.is_traced = true},
+                      &(struct deeds){.is_traced = true, .builds_twice = true},
+                      &(AssayCounters){.bytesSnapshot = DATA_SIZE});
+}
+
+/* A clone that nobody changes is the same tree. */
+TEST(test_clone)
+{
+    expect_difference(&(struct deeds){.is_traced = true},
+                      &(struct deeds){.is_traced = true, .clones = true}, &(AssayCounters){0});
+}
+
+TEST(test_compaction)
+{
+    expect_difference(&(struct deeds){.clones = true}, &(struct deeds){.compacts = true},
+                      &(AssayCounters){0});
+    const AssayCounters did = run(&(struct deeds){.compacts = true, .is_traced = true});
+    assert_int_equal(did.builds, 1);
+    assert_int_equal(did.copies, 1);
+}
+
+TEST(test_exactness)
+{
+    const AssayCounters inside = run(&(struct deeds){.is_traced = true});
+    const AssayCounters edge = run(&(struct deeds){.is_traced = true, .grazes_an_edge = true});
+    assert_int_equal(inside.exactCalls, 0);
+    assert_true(edge.exactCalls > 0);
 }

@@ -69,27 +69,29 @@ static VkDeviceOrHostAddressConstKHR *data_of(VkAccelerationStructureGeometryKHR
     }
 }
 
-void device_build_create(struct fixture_build *host, VkDeviceSize size, struct device_build *build)
+VkDeviceAddress device_scratch_create(const struct fixture_build *build)
 {
     enum { ALIGNMENT = 256 };
-    const VkDeviceSize scratch = fixture_scratch_size(host) + ALIGNMENT;
+    const VkDeviceSize size = fixture_scratch_size(build) + ALIGNMENT;
+    return (device_buffer_create(size).address + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+}
+
+void device_build_create(struct fixture_build *host, struct device_build *build)
+{
     *build = (struct device_build){.host = host,
-                                   .size = size,
                                    .geometry = host->geometry,
                                    .info = host->info,
-                                   .staging = device_buffer_create(size),
-                                   .data = device_buffer_create(size),
-                                   .scratch = device_buffer_create(scratch)};
+                                   .staging = device_buffer_create(host->size),
+                                   .data = device_buffer_create(host->size)};
     data_of(&build->geometry)->deviceAddress = build->data.address;
     build->info.pGeometries = &build->geometry;
-    build->info.scratchData.deviceAddress =
-        (build->scratch.address + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    build->info.scratchData.deviceAddress = device_scratch_create(host);
 }
 
 void device_upload(VkCommandBuffer commands, struct device_build *build)
 {
-    const VkBufferCopy region = {0, 0, build->size};
-    memcpy(build->staging.bytes, build->host->data, build->size);
+    const VkBufferCopy region = {0, 0, build->host->size};
+    memcpy(build->staging.bytes, build->host->data, build->host->size);
     device_barrier(commands);
     vk.CmdCopyBuffer(commands, build->staging.handle, build->data.handle, 1, &region);
     device_barrier(commands);
@@ -105,6 +107,21 @@ void device_build(VkCommandBuffer commands, struct device_build *build,
     build->info.srcAccelerationStructure = src;
     vk.CmdBuildAccelerationStructuresKHR(commands, 1, &build->info, &ranges);
     device_barrier(commands);
+}
+
+struct device_buffer device_build_indirect(VkCommandBuffer commands,
+                                           const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                                           uint32_t most,
+                                           const VkAccelerationStructureBuildRangeInfoKHR *range)
+{
+    const uint32_t stride = sizeof(*range), *const counts = &most;
+    const struct device_buffer buffer = device_buffer_create(RANGE_AT + sizeof(*range));
+    const VkDeviceAddress address = buffer.address + RANGE_AT;
+    if (range)
+        memcpy(buffer.bytes + RANGE_AT, range, sizeof(*range));
+    vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, info, &address, &stride, &counts);
+    device_barrier(commands);
+    return buffer;
 }
 
 void device_copy(VkCommandBuffer commands, VkAccelerationStructureKHR src,
@@ -126,12 +143,127 @@ void device_load(VkCommandBuffer commands, VkDeviceAddress src, VkAccelerationSt
     vk.CmdCopyMemoryToAccelerationStructureKHR(commands, &info);
 }
 
-/* ---- asking */
-
 uint64_t device_query(VkQueryPool pool, uint32_t query)
 {
     uint64_t value = 0;
     GET(vk.GetQueryPoolResults(device, pool, query, 1, sizeof(value), &value, sizeof(value),
                                VK_QUERY_RESULT_64_BIT));
     return value;
+}
+
+/* ---- the pair */
+
+struct device_pair on_device;
+
+void open_device_pair(VkBuildAccelerationStructureFlagsKHR flags)
+{
+    open_unbuilt_pair(TRIANGLES_OF_PAIR, flags);
+    device_build_create(&pair.triangles, &on_device.triangles);
+    device_build_create(&pair.instances, &on_device.instances);
+}
+
+void open_queried_pair(VkQueryType type)
+{
+    open_device_pair(COMPACTABLE);
+    on_device.pool = query_pool_create(&vk, device, type, QUERIES);
+    OWN(DestroyQueryPool, on_device.pool);
+}
+
+void record_queries(VkCommandBuffer commands, VkQueryType type)
+{
+    const VkAccelerationStructureKHR both[] = {pair.blas.handle, pair.blas.handle};
+    vk.CmdResetQueryPool(commands, on_device.pool, 0, QUERIES);
+    vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, 2, both, type, on_device.pool, 0);
+    device_barrier(commands);
+}
+
+void record_blas(VkCommandBuffer commands)
+{
+    device_upload(commands, &on_device.triangles);
+    device_build(commands, &on_device.triangles, pair.blas.handle, VK_NULL_HANDLE);
+}
+
+void run_blas(void)
+{
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    record_blas(commands);
+    device_finish(commands);
+}
+
+/* ---- VK_NV_ray_tracing */
+
+VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
+                                     VkAccelerationStructureMemoryRequirementsTypeNV type)
+{
+    const STRUCT(VkAccelerationStructureMemoryRequirementsInfoNV, info, .type = type,
+                 .accelerationStructure = handle);
+    STRUCT(VkMemoryDedicatedRequirements, dedicated, .requiresDedicatedAllocation = VK_TRUE);
+    STRUCT(VkMemoryRequirements2, requirements, .pNext = &dedicated);
+    vk.GetAccelerationStructureMemoryRequirementsNV(device, &info, &requirements);
+    assert_false(dedicated.requiresDedicatedAllocation);
+    return requirements.memoryRequirements;
+}
+
+static VkDeviceSize scratch_size(VkAccelerationStructureNV handle)
+{
+    static const VkAccelerationStructureMemoryRequirementsTypeNV
+        of_build = VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_BUILD_SCRATCH_NV,
+        of_update = VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_UPDATE_SCRATCH_NV;
+    const VkDeviceSize build = nv_requirements(handle, of_build).size;
+    const VkDeviceSize update = nv_requirements(handle, of_update).size;
+    return build > update ? build : update;
+}
+
+static void bind_memory(struct nv_structure *structure)
+{
+    const VkMemoryRequirements requirements = nv_requirements(
+        structure->handle, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV);
+    assert_true(requirements.memoryTypeBits >> host_memory_type & 1);
+    structure->size = requirements.size;
+    structure->memory = memory_create(&vk, device, host_memory_type, requirements.size);
+    OWN(FreeMemory, structure->memory);
+    const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind,
+                 .accelerationStructure = structure->handle, .memory = structure->memory);
+    GET(vk.BindAccelerationStructureMemoryNV(device, 1, &bind));
+}
+
+struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted)
+{
+    struct nv_structure structure = {0};
+    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .compactedSize = compacted,
+                 .info = *info);
+    GET(vk.CreateAccelerationStructureNV(device, &create_info, NULL, &structure.handle));
+    OWN(DestroyAccelerationStructureNV, structure.handle);
+    bind_memory(&structure);
+    if (!compacted)
+        structure.scratch = device_buffer_create(scratch_size(structure.handle));
+    return structure;
+}
+
+VkGeometryNV nv_triangles(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize stride,
+                          uint32_t triangles)
+{
+    return MAKE(VkGeometryNV, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
+                .geometry = {.triangles = MAKE(VkGeometryTrianglesNV, .vertexData = buffer,
+                                               .vertexOffset = offset, .vertexCount = 3 * triangles,
+                                               .vertexStride = stride,
+                                               .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                                               .indexType = VK_INDEX_TYPE_NONE_NV),
+                             .aabbs = MAKE(VkGeometryAABBNV)});
+}
+
+uint64_t nv_reference(VkAccelerationStructureNV structure)
+{
+    uint64_t reference = 0;
+    GET(vk.GetAccelerationStructureHandleNV(device, structure, sizeof(reference), &reference));
+    return reference;
+}
+
+void nv_build(VkCommandBuffer commands, const VkAccelerationStructureInfoNV *info,
+              VkBuffer instances, VkDeviceSize offset, struct nv_structure *dst,
+              VkAccelerationStructureNV src)
+{
+    vk.CmdBuildAccelerationStructureNV(commands, info, instances, offset, src != VK_NULL_HANDLE,
+                                       dst->handle, src, dst->scratch.handle, 0);
+    device_barrier(commands);
 }

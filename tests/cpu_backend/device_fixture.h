@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Scenes (host_fixture.h) that are built by command buffers, from device-local copies of their
- * data.
- */
+ * data; and structures of VK_NV_ray_tracing. */
 #ifndef ASSAY_TESTS_CPU_BACKEND_DEVICE_FIXTURE_H
 #define ASSAY_TESTS_CPU_BACKEND_DEVICE_FIXTURE_H
 
 #include "tests/cpu_backend/host_fixture.h"
 
-static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+static const VkCommandBufferLevel PRIMARY = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                                  SECONDARY = VK_COMMAND_BUFFER_LEVEL_SECONDARY;
 
 /* A buffer for any use that the tests make of one. */
 struct device_buffer device_buffer_create(VkDeviceSize size);
@@ -22,16 +22,18 @@ void device_finish(VkCommandBuffer commands);
 /* Makes all that was written visible to all that follows. */
 void device_barrier(VkCommandBuffer commands);
 
+/* The aligned address of new scratch for builds and updates. */
+VkDeviceAddress device_scratch_create(const struct fixture_build *build);
+
 /* A host build's parameters (fixture_triangles, fixture_instances, fixture_create_for) with the
  * same data in buffers. Not to be moved. */
 struct device_build {
     struct fixture_build *host;
-    VkDeviceSize size; /* of the data */
     VkAccelerationStructureGeometryKHR geometry;
     VkAccelerationStructureBuildGeometryInfoKHR info;
-    struct device_buffer staging, data, scratch;
+    struct device_buffer staging, data;
 };
-void device_build_create(struct fixture_build *host, VkDeviceSize size, struct device_build *build);
+void device_build_create(struct fixture_build *host, struct device_build *build);
 
 /* Records an upload of the host's data as it is now, by way of the staging buffer, which must not
  * be in use; and a build of `dst`, an update where `src` isn't VK_NULL_HANDLE, with barriers
@@ -39,6 +41,14 @@ void device_build_create(struct fixture_build *host, VkDeviceSize size, struct d
 void device_upload(VkCommandBuffer commands, struct device_build *build);
 void device_build(VkCommandBuffer commands, struct device_build *build,
                   VkAccelerationStructureKHR dst, VkAccelerationStructureKHR src);
+
+/* Records a build whose range, of at most so many primitives, is in the buffer
+ * that it returns. `range`: NULL: there are zeros. */
+enum { RANGE_AT = 16 };
+struct device_buffer device_build_indirect(VkCommandBuffer commands,
+                                           const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                                           uint32_t most,
+                                           const VkAccelerationStructureBuildRangeInfoKHR *range);
 
 /* Records a copy of a structure to another one, to memory, or from there. */
 void device_copy(VkCommandBuffer commands, VkAccelerationStructureKHR src,
@@ -48,5 +58,48 @@ void device_load(VkCommandBuffer commands, VkDeviceAddress src, VkAccelerationSt
 
 /* The value of a query that has one. */
 uint64_t device_query(VkQueryPool pool, uint32_t query);
+
+/* An unbuilt pair of so many triangles, for command buffers. */
+enum { TRIANGLES_OF_PAIR = 50, QUERIES = 3 };
+extern struct device_pair {
+    struct device_build triangles, instances;
+    VkQueryPool pool; /* QUERIES of them */
+} on_device;
+void open_device_pair(VkBuildAccelerationStructureFlagsKHR flags);
+void open_queried_pair(VkQueryType type); /* with a pool; it can be compacted */
+/* Queries 0 and 1 of the BLAS; 2 stays unwritten. */
+void record_queries(VkCommandBuffer commands, VkQueryType type);
+/* Uploads the triangles, and builds the BLAS. */
+void record_blas(VkCommandBuffer commands);
+void run_blas(void); /* now */
+
+/* ---- VK_NV_ray_tracing */
+
+/* Bound to memory of its own. */
+struct nv_structure {
+    VkAccelerationStructureNV handle;
+    VkDeviceMemory memory;
+    VkDeviceSize size; /* that it asks for */
+    struct device_buffer scratch;
+};
+
+/* For builds of `info`, or, where `compacted` isn't 0, for a compacting copy. */
+struct nv_structure nv_create(const VkAccelerationStructureInfoNV *info, VkDeviceSize compacted);
+
+VkMemoryRequirements nv_requirements(VkAccelerationStructureNV handle,
+                                     VkAccelerationStructureMemoryRequirementsTypeNV type);
+
+/* So many triangles of three floats a vertex, in a buffer, without indices. */
+VkGeometryNV nv_triangles(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize stride,
+                          uint32_t triangles);
+
+/* What instances refer to. */
+uint64_t nv_reference(VkAccelerationStructureNV structure);
+
+/* Records a build, of `instances` at `offset` for a TLAS, with a barrier behind it; an update where
+ * `src` isn't VK_NULL_HANDLE. */
+void nv_build(VkCommandBuffer commands, const VkAccelerationStructureInfoNV *info,
+              VkBuffer instances, VkDeviceSize offset, struct nv_structure *dst,
+              VkAccelerationStructureNV src);
 
 #endif

@@ -19,8 +19,8 @@ static struct {
 static void open_device_scene(void)
 {
     moving_scene_open(&moving.host, 0);
-    device_build_create(&moving.host.triangles, MOTION_VERTICES_SIZE, &moving.triangles);
-    device_build_create(&moving.host.instances, MOTION_INSTANCES_SIZE, &moving.instances);
+    device_build_create(&moving.host.triangles, &moving.triangles);
+    device_build_create(&moving.host.instances, &moving.instances);
     moving.then = device_buffer_create(MOTION_VERTICES_SIZE);
     memcpy(moving.then.bytes, moving.host.then, MOTION_VERTICES_SIZE);
     moving.motion = moving.host.motion;
@@ -82,29 +82,20 @@ SCENE_TEST(test_offsets)
         .primitiveCount = MOVING_INSTANCES - 1, .primitiveOffset = MOTION_INSTANCE_STRIDE};
     build_scene();
     /* The last of the triangles, by the first of the instances: 2 from where the others begin. */
-    const AssayHit hit = fixture_trace_at(moving.host.tlas.handle, 2.25f, 0.25f, 1);
-    assert_true(hit.isHit);
-    assert_float_equal(hit.t, 1 + 2 + 4 + 8, 1e-5);
+    expect_hit_at(fixture_trace_at(moving.host.tlas.handle, 2.25f, 0.25f, 1), 1 + 2 + 4 + 8, 0);
     expect_same_as_by_the_host(&moving.host);
 }
 
 SCENE_TEST(test_indirect)
 {
-    struct device_buffer ranges = device_buffer_create(sizeof(moving.host.triangles.range));
     const VkAccelerationStructureBuildRangeInfoKHR range = {
         .primitiveCount = 1, .primitiveOffset = 9 * sizeof(float), .firstVertex = 3};
-    memcpy(ranges.bytes, &range, sizeof(range));
-    const uint32_t stride = sizeof(range), most = MOVING_TRIANGLES;
-    const uint32_t *const maxima = &most;
     VkCommandBuffer commands = device_begin(PRIMARY);
     device_upload(commands, &moving.triangles);
     moving.triangles.info.dstAccelerationStructure = moving.host.blas.handle;
-    vk.CmdBuildAccelerationStructuresIndirectKHR(commands, 1, &moving.triangles.info,
-                                                 &ranges.address, &stride, &maxima);
+    device_build_indirect(commands, &moving.triangles.info, MOVING_TRIANGLES, &range);
     device_finish(commands);
-    const AssayHit hit = fixture_trace_at(moving.host.blas.handle, 0.25f, 0.25f, 0.5f);
-    assert_true(hit.isHit);
-    assert_float_equal(hit.t, 1 + 2 + 2, 1e-5);
+    expect_hit_at(fixture_trace_at(moving.host.blas.handle, 0.25f, 0.25f, 0.5f), 1 + 2 + 2, 0);
 }
 
 /* ---- pointers, whose low 4 bits are types */

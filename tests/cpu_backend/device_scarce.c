@@ -57,27 +57,11 @@ void create_objects(void)
 
 /* ---- recordings */
 
-static void build_micromap(void)
-{
-    static const VkMicromapTriangleEXT triangles[BOXES] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
-    static const uint8_t block[64];
-    const STRUCT(VkMicromapBuildInfoEXT, info, .type = VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV,
-                 .dstMicromap = micromap, .usageCountsCount = 1, .pUsageCounts = &usage,
-                 .data.hostAddress = block, .triangleArray.hostAddress = triangles,
-                 .triangleArrayStride = sizeof(triangles[0]));
-    CALL(BuildMicromapsEXT, device, VK_NULL_HANDLE, 1, &info);
-}
-
 /* With vertices and vectors from the same zeros. */
 static void displace(VkAccelerationStructureGeometryKHR *geometry,
                      VkAccelerationStructureTrianglesDisplacementMicromapNV *displacement)
 {
-    *displacement = MAKE(VkAccelerationStructureTrianglesDisplacementMicromapNV,
-                         .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
-                         .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                         .displacementVectorBuffer.deviceAddress = address,
-                         .displacementVectorStride = 12, .indexType = VK_INDEX_TYPE_NONE_KHR,
-                         .usageCountsCount = 1, .pUsageCounts = &usage, .micromap = micromap);
+    *displacement = scarce_displacement(micromap, &usage, address);
     geometry->geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
     geometry->geometry.triangles =
         MAKE(VkAccelerationStructureGeometryTrianglesDataKHR, .pNext = displacement,
@@ -178,7 +162,7 @@ void record_all(void)
 {
     if (!trace_rays)
         return;
-    build_micromap();
+    scarce_build_micromap(micromap, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV, &usage);
     GET("a secondary command buffer", record_secondary());
     GET("a primary command buffer", record_primary());
     submit();

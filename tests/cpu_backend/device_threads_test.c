@@ -27,17 +27,15 @@ static void open_worker(struct worker *worker)
     OWN(DestroyCommandPool, worker->pool);
     worker->fence = fence_create(&vk, device);
     OWN(DestroyFence, worker->fence);
-    worker->queries = query_pool_create(
-        &vk, device, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, 1);
+    worker->queries = query_pool_create(&vk, device, SERIALIZATION_SIZE, 1);
     OWN(DestroyQueryPool, worker->queries);
     fixture_triangles(&worker->host_triangles, 4, 0);
     worker->blas = fixture_create_for(&worker->host_triangles);
-    device_build_create(&worker->host_triangles, 4 * 9 * sizeof(float), &worker->triangles);
+    device_build_create(&worker->host_triangles, &worker->triangles);
     const VkAccelerationStructureKHR blases[] = {worker->blas.handle, shared.handle};
     fixture_instances(&worker->host_instances, blases, 2, 0);
     worker->tlas = fixture_create_for(&worker->host_instances);
-    device_build_create(&worker->host_instances, 2 * sizeof(VkAccelerationStructureInstanceKHR),
-                        &worker->instances);
+    device_build_create(&worker->host_instances, &worker->instances);
 }
 
 static VkCommandBuffer record(struct worker *worker)
@@ -46,10 +44,9 @@ static VkCommandBuffer record(struct worker *worker)
     device_build(commands, &worker->triangles, worker->blas.handle, VK_NULL_HANDLE);
     device_build(commands, &worker->instances, worker->tlas.handle, VK_NULL_HANDLE);
     vk.CmdResetQueryPool(commands, worker->queries, 0, 1);
-    vk.CmdWriteAccelerationStructuresPropertiesKHR(
-        commands, 1, &worker->blas.handle,
-        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR, worker->queries, 0);
-    vk.CmdCopyQueryPoolResults(commands, worker->queries, 0, 1, worker->triangles.scratch.handle, 0,
+    vk.CmdWriteAccelerationStructuresPropertiesKHR(commands, 1, &worker->blas.handle,
+                                                   SERIALIZATION_SIZE, worker->queries, 0);
+    vk.CmdCopyQueryPoolResults(commands, worker->queries, 0, 1, worker->triangles.staging.handle, 0,
                                8, VK_QUERY_RESULT_64_BIT);
     device_end(commands);
     return commands;
@@ -70,7 +67,7 @@ static bool rebuild_shared(struct fixture_build *build)
 {
     static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
     pthread_mutex_lock(&lock);
-    VkResult result = fixture_build(VK_NULL_HANDLE, build, shared.handle, VK_NULL_HANDLE);
+    VkResult result = host_build(build, shared.handle, VK_NULL_HANDLE);
     pthread_mutex_unlock(&lock);
     return result == VK_SUCCESS;
 }

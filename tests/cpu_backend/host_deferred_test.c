@@ -85,6 +85,25 @@ static void *join(void *result)
     return NULL;
 }
 
+/* A thread that is in the first part, until leave(). */
+struct visitor {
+    pthread_t thread;
+    VkResult result;
+};
+
+static void enter(struct visitor *visitor, struct counted *counted)
+{
+    pthread_create(&visitor->thread, NULL, join, &visitor->result);
+    while (!atomic_load(&counted->arrived))
+        sched_yield();
+}
+
+static void leave(struct visitor *visitor, struct counted *counted)
+{
+    atomic_fetch_add(&counted->arrived, 1);
+    pthread_join(visitor->thread, NULL);
+}
+
 static void expect_done(const struct counted *counted, uint32_t parts, VkResult result)
 {
     for (uint32_t i = 0; i < parts; i++)
@@ -157,18 +176,14 @@ OPERATION_TEST(test_nothing_to_do_for_now)
     struct counted counted = {.failing = PARTS, .gate = 2};
     struct cpu_work work = work_of(&counted, 1);
     work.help = look_in;
+    struct visitor visitor;
     start(&work);
-    pthread_t thread;
-    VkResult result;
-    pthread_create(&thread, NULL, join, &result);
-    while (!atomic_load(&counted.arrived))
-        sched_yield();
+    enter(&visitor, &counted);
     for (int i = 0; i < 3; i++)
         assert_int_equal(cpu_deferred_join(operations, operation), VK_THREAD_IDLE_KHR);
     assert_int_equal(counted.helps, 3);
-    atomic_fetch_add(&counted.arrived, 1);
-    pthread_join(thread, NULL);
-    GET(result);
+    leave(&visitor, &counted);
+    GET(visitor.result);
     expect_done(&counted, 1, VK_SUCCESS);
 }
 
@@ -199,16 +214,12 @@ OPERATION_TEST(test_destroyed_in_use)
 {
     struct counted counted = {.failing = PARTS, .gate = 2};
     struct cpu_work work = work_of(&counted, 1);
+    struct visitor visitor;
     start(&work);
-    pthread_t thread;
-    VkResult result;
-    pthread_create(&thread, NULL, join, &result);
-    while (!atomic_load(&counted.arrived))
-        sched_yield();
+    enter(&visitor, &counted);
     cpu_deferred_remove(operations, operation);
     assert_int_equal(counted.releases, 0);
-    atomic_fetch_add(&counted.arrived, 1);
-    pthread_join(thread, NULL);
+    leave(&visitor, &counted);
     assert_int_equal(counted.releases, 1);
 
     struct counted left = {.failing = PARTS};

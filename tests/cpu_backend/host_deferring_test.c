@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Backend cpu through the loader: builds and copies that are deferred, and joined by one thread or
  * by several at once. The valid calls are silent. */
-#include "host_scene.h"
+#include "host_fixture.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -77,8 +77,6 @@ static struct many *open_many(uint32_t triangles)
 
 static void close_many(struct many *many)
 {
-    for (uint32_t i = 0; i < BUILDS; i++) {
-    }
     free(many);
     destroy_operation();
 }
@@ -104,18 +102,9 @@ SILENT_TEST(test_many_builds)
     AssayCounters before = fixture_counters();
     GET(complete());
     assert_int_equal(fixture_counters().builds - before.builds, BUILDS);
-    for (uint32_t i = 0; i < BUILDS; i++) {
-        float t = i == 3 ? 31 : (float)i + 1;
-        assert_float_equal(trace_one(many, i).t, t, 0);
-    }
+    for (uint32_t i = 0; i < BUILDS; i++)
+        assert_float_equal(trace_one(many, i).t, i == 3 ? 31 : i + 1, 0);
     close_many(many);
-}
-
-static void expect_same(VkAccelerationStructureKHR a, VkAccelerationStructureKHR b)
-{
-    size_t size;
-    void *bytes = fixture_serialize(a, &size), *others = fixture_serialize(b, &size);
-    assert_memory_equal(bytes, others, size);
 }
 
 /* The same bytes, whoever built it, and wherever. */
@@ -126,9 +115,9 @@ static void build_both_ways(struct fixture_build *build, struct fixture_structur
     GET(host_build(build, structure->handle, VK_NULL_HANDLE));
     create_operation();
     expect_deferred(fixture_build(operation, build, shared.handle, VK_NULL_HANDLE));
-    expect_same(structure->handle, shared.handle);
+    expect_same_bytes(structure->handle, shared.handle);
     expect_deferred(fixture_build(operation, build, shared.handle, shared.handle));
-    expect_same(structure->handle, shared.handle);
+    expect_same_bytes(structure->handle, shared.handle);
     destroy_operation();
 }
 
@@ -152,20 +141,18 @@ SILENT_TEST(test_same_bytes)
 
 SILENT_TEST(test_copies)
 {
-    open_scene(100, 0);
-    struct fixture_structure clone =
-        fixture_create(VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, scene.tlas.size);
+    open_pair(100, 0);
+    struct fixture_structure clone = fixture_create(TOP, pair.tlas.size);
     create_operation();
-    expect_deferred(fixture_copy(operation, scene.tlas.handle, clone.handle,
-                                 VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
-    expect_scene(clone.handle, 1);
+    expect_deferred(fixture_copy(operation, pair.tlas.handle, clone.handle, CLONE));
+    expect_pair(clone.handle, 1);
 
     size_t size;
-    void *bytes = fixture_serialize(scene.tlas.handle, &size), *late = own_block(malloc(size));
+    void *bytes = fixture_serialize(pair.tlas.handle, &size), *late = own_block(malloc(size));
     expect_deferred(fixture_save(operation, clone.handle, late));
     assert_memory_equal(bytes, late, size);
     expect_deferred(fixture_load(operation, late, clone.handle));
-    expect_scene(clone.handle, 1);
+    expect_pair(clone.handle, 1);
     destroy_operation();
 }
 
@@ -179,9 +166,7 @@ NOISY_TEST(test_failing)
     build_many(many);
     expect_mistake(complete());
     assert_true(trace_one(many, 6).isHit);
-    const AssayTraceInfo trace =
-        trace_info((uint64_t)many->structures[5].handle, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
-    expect_mistake(trace_rays(device, &trace));
+    expect_mistake(fixture_trace_none(many->structures[5].handle));
     close_many(many);
 }
 

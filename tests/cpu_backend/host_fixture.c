@@ -102,25 +102,15 @@ void destroy_all(void)
         destroy_at(--owned_count);
 }
 
-void expect_silence(void)
-{
-    messages_expect_none(messages);
-}
-
-void forget_messages(void)
-{
-    messages_clear(messages);
-}
-
 void close_silent_test(void)
 {
     destroy_all();
-    expect_silence();
+    messages_expect_none(messages);
 }
 
 void close_noisy_test(void)
 {
-    forget_messages();
+    messages_clear(messages);
     close_silent_test();
 }
 
@@ -151,37 +141,29 @@ struct fixture_structure fixture_create(VkAccelerationStructureTypeKHR type, VkD
 
 struct fixture_structure fixture_create_blas(VkDeviceSize size)
 {
-    return create(VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, size, NULL);
-}
-
-void fixture_destroy(const struct fixture_structure *structure)
-{
-    destroy((uint64_t)structure->handle);
-    destroy((uint64_t)structure->storage.handle);
-    destroy((uint64_t)structure->storage.memory);
+    return create(BOTTOM, size, NULL);
 }
 
 /* ---- builds */
 
-static void describe(struct fixture_build *build, VkAccelerationStructureTypeKHR type,
-                     VkGeometryTypeKHR geometry, uint32_t count,
-                     VkBuildAccelerationStructureFlagsKHR flags)
+static void describe(struct fixture_build *build, VkGeometryTypeKHR type, uint32_t count,
+                     size_t size, VkBuildAccelerationStructureFlagsKHR flags)
 {
-    memset(build, 0, sizeof(*build));
-    build->geometry.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
-    build->geometry.geometryType = geometry;
-    build->geometry.flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
-    build->range.primitiveCount = count;
-    build->info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR, .type = type, .flags = flags,
-                       .geometryCount = 1, .pGeometries = &build->geometry);
+    *build = (struct fixture_build){
+        .geometry = MAKE(VkAccelerationStructureGeometryKHR, .geometryType = type,
+                         .flags = VK_GEOMETRY_OPAQUE_BIT_KHR),
+        .info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
+                     .type = type == VK_GEOMETRY_TYPE_INSTANCES_KHR ? TOP : BOTTOM, .flags = flags,
+                     .geometryCount = 1, .pGeometries = &build->geometry),
+        .range.primitiveCount = count,
+        .data = own_block(calloc(count, size)),
+        .size = count * size};
 }
 
 void fixture_triangles(struct fixture_build *build, uint32_t count,
                        VkBuildAccelerationStructureFlagsKHR flags)
 {
-    describe(build, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-             count, flags);
-    build->data = own_block(malloc((size_t)count * 9 * sizeof(float)));
+    describe(build, VK_GEOMETRY_TYPE_TRIANGLES_KHR, count, 9 * sizeof(float), flags);
     build->geometry.geometry.triangles = MAKE(
         VkAccelerationStructureGeometryTrianglesDataKHR, .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
         .vertexData.hostAddress = build->data, .vertexStride = 3 * sizeof(float),
@@ -201,9 +183,9 @@ void fixture_move(struct fixture_build *build, float x, float y, float z)
 void fixture_instances(struct fixture_build *build, const VkAccelerationStructureKHR *blases,
                        uint32_t count, VkBuildAccelerationStructureFlagsKHR flags)
 {
-    describe(build, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, VK_GEOMETRY_TYPE_INSTANCES_KHR,
-             count, flags);
-    VkAccelerationStructureInstanceKHR *instances = own_block(calloc(count, sizeof(*instances)));
+    VkAccelerationStructureInstanceKHR *instances;
+    describe(build, VK_GEOMETRY_TYPE_INSTANCES_KHR, count, sizeof(*instances), flags);
+    instances = build->data;
     for (uint32_t i = 0; i < count; i++) {
         instances[i] = (VkAccelerationStructureInstanceKHR){
             .transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 2.0f * i}, {0, 0, 1, 0}},
@@ -212,7 +194,6 @@ void fixture_instances(struct fixture_build *build, const VkAccelerationStructur
             .accelerationStructureReference = (uint64_t)blases[i],
         };
     }
-    build->data = instances;
     build->geometry.geometry.instances =
         MAKE(VkAccelerationStructureGeometryInstancesDataKHR, .data.hostAddress = instances);
 }
@@ -269,6 +250,12 @@ VkResult fixture_copy(VkDeferredOperationKHR operation, VkAccelerationStructureK
     return vk.CopyAccelerationStructureKHR(device, operation, &info);
 }
 
+VkResult host_copy(VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
+                   VkCopyAccelerationStructureModeKHR mode)
+{
+    return fixture_copy(VK_NULL_HANDLE, src, dst, mode);
+}
+
 VkResult fixture_save(VkDeferredOperationKHR operation, VkAccelerationStructureKHR src, void *dst)
 {
     const VkCopyAccelerationStructureToMemoryInfoKHR info = serialize_info(src, (uintptr_t)dst);
@@ -297,8 +284,7 @@ uint64_t fixture_property(VkAccelerationStructureKHR structure, VkQueryType type
 
 void *fixture_serialize(VkAccelerationStructureKHR structure, size_t *size)
 {
-    *size =
-        fixture_property(structure, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR);
+    *size = fixture_property(structure, SERIALIZATION_SIZE);
     void *bytes = own_block(aligned_alloc(16, (*size + 15) / 16 * 16));
     GET(fixture_save(VK_NULL_HANDLE, structure, bytes));
     return bytes;
@@ -312,7 +298,74 @@ void expect_same_bytes(VkAccelerationStructureKHR a, VkAccelerationStructureKHR 
     assert_memory_equal(bytes_a, bytes_b, size_a);
 }
 
-/* ---- asking */
+/* ---- a pair */
+
+struct pair pair;
+
+void open_unbuilt_pair(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags)
+{
+    fixture_triangles(&pair.triangles, triangles, flags);
+    pair.blas = fixture_create_for(&pair.triangles);
+    const VkAccelerationStructureKHR blases[] = {pair.blas.handle, pair.blas.handle};
+    fixture_instances(&pair.instances, blases, 2, flags);
+    pair.tlas = fixture_create_for(&pair.instances);
+}
+
+void open_pair(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags)
+{
+    open_unbuilt_pair(triangles, flags);
+    GET(host_build(&pair.triangles, pair.blas.handle, VK_NULL_HANDLE));
+    GET(host_build(&pair.instances, pair.tlas.handle, VK_NULL_HANDLE));
+}
+
+void destroy_pair(void)
+{
+    destroy((uint64_t)pair.tlas.handle);
+    destroy((uint64_t)pair.blas.handle);
+}
+
+void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t number)
+{
+    AssayHit hit = fixture_trace(structure, y, 0.25f);
+    expect_hit_at(hit, t, 0);
+    assert_float_equal(hit.u, 0.25, 1e-6);
+    assert_float_equal(hit.v, 0.25, 1e-6);
+    assert_int_equal(hit.instance, number);
+    assert_int_equal(hit.customIndex, 100 + number);
+    assert_true(hit.isOpaque);
+    assert_false(hit.isAabb);
+}
+
+void expect_pair(VkAccelerationStructureKHR tlas, float t)
+{
+    expect_hit(tlas, 0.25f, t, 0);
+    expect_hit(tlas, 2.25f, t, 1);
+    assert_false(fixture_trace(tlas, 1.5f, 0.25f).isHit);
+}
+
+/* ---- rays and counters */
+
+void expect_hit_at(AssayHit hit, float t, uint32_t primitive)
+{
+    assert_true(hit.isHit);
+    assert_float_equal(hit.t, t, 0);
+    assert_int_equal(hit.primitive, primitive);
+}
+
+AssayHit fixture_trace_ray(VkAccelerationStructureKHR structure, const AssayRay *ray)
+{
+    AssayHit hit;
+    memset(&hit, 0xff, sizeof(hit));
+    const AssayTraceInfo info = trace_info((uint64_t)structure, ASSAY_ACCURACY_EXACT, 1, ray, &hit);
+    GET(trace_rays(device, &info));
+    return hit;
+}
+
+VkResult fixture_trace_none(VkAccelerationStructureKHR structure)
+{
+    const AssayTraceInfo info = trace_info((uint64_t)structure, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
+    return trace_rays(device, &info);
+}
 
 AssayHit fixture_trace(VkAccelerationStructureKHR structure, float y, float z)
 {
@@ -326,12 +379,7 @@ AssayHit fixture_trace_at(VkAccelerationStructureKHR structure, float y, float z
                           .tMax = 1e30f,
                           .cullMask = 0xff,
                           .time = time};
-    AssayHit hit;
-    memset(&hit, 0xff, sizeof(hit));
-    const AssayTraceInfo info =
-        trace_info((uint64_t)structure, ASSAY_ACCURACY_EXACT, 1, &ray, &hit);
-    GET(trace_rays(device, &info));
-    return hit;
+    return fixture_trace_ray(structure, &ray);
 }
 
 AssayCounters fixture_counters(void)

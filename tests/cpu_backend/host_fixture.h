@@ -13,6 +13,22 @@
 
 #define expect_mistake(call) assert_int_equal(call, VK_ERROR_VALIDATION_FAILED)
 
+enum {
+    UPDATABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+    COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,
+};
+static const VkAccelerationStructureTypeKHR BOTTOM =
+                                                VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                            TOP = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+static const VkCopyAccelerationStructureModeKHR CLONE =
+                                                    VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR,
+                                                COMPACT =
+                                                    VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
+static const VkQueryType STRUCTURE_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR,
+                         COMPACTED_SIZE = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                         SERIALIZATION_SIZE =
+                             VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR;
+
 extern struct platform platform;
 extern struct instance_fixture instance;
 extern struct messages *const messages; /* of the instance */
@@ -35,8 +51,6 @@ void fixture_use_device(VkDevice other, const VkuDeviceDispatchTable *other_vk);
 #define NOISY_TEST(name) TEST_CLOSED(name, close_noisy_test)
 void close_silent_test(void);
 void close_noisy_test(void);
-void expect_silence(void); /* until now */
-void forget_messages(void);
 
 /* Destroys an object at the end: OWN(DestroyFence, fence). Commands that are NULL free memory. */
 #define OWN(command, handle) own((PFN_vkVoidFunction)vk.command, (uint64_t)(handle))
@@ -57,7 +71,6 @@ struct fixture_structure {
 };
 struct fixture_structure fixture_create(VkAccelerationStructureTypeKHR type, VkDeviceSize size);
 struct fixture_structure fixture_create_blas(VkDeviceSize size);
-void fixture_destroy(const struct fixture_structure *structure); /* before the end of the test */
 
 /* Parameters of a build of one geometry, with the memory behind them. Not to be moved. */
 struct fixture_build {
@@ -65,6 +78,7 @@ struct fixture_build {
     VkAccelerationStructureBuildGeometryInfoKHR info;
     VkAccelerationStructureBuildRangeInfoKHR range;
     void *data, *scratch;
+    VkDeviceSize size; /* of the data */
 };
 
 /* `count` triangles in the planes x = 0, 1, 2 ...: (x, 0, 0), (x, 1, 0), (x, 0, 1). */
@@ -93,12 +107,32 @@ VkResult fixture_copy(VkDeferredOperationKHR operation, VkAccelerationStructureK
 VkResult fixture_save(VkDeferredOperationKHR operation, VkAccelerationStructureKHR src, void *dst);
 VkResult fixture_load(VkDeferredOperationKHR operation, const void *src,
                       VkAccelerationStructureKHR dst);
+VkResult host_copy(VkAccelerationStructureKHR src, VkAccelerationStructureKHR dst,
+                   VkCopyAccelerationStructureModeKHR mode); /* not deferred */
 uint64_t fixture_property(VkAccelerationStructureKHR structure, VkQueryType type);
 /* The serialized form of a structure. */
 void *fixture_serialize(VkAccelerationStructureKHR structure, size_t *size);
 void expect_same_bytes(VkAccelerationStructureKHR a, VkAccelerationStructureKHR b);
 
-/* A ray from (-1, y, z) towards +x, exact. */
+/* A BLAS of some triangles, and a TLAS with two instances of it. */
+extern struct pair {
+    struct fixture_build triangles, instances;
+    struct fixture_structure blas, tlas;
+} pair;
+void open_unbuilt_pair(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags);
+void open_pair(uint32_t triangles, VkBuildAccelerationStructureFlagsKHR flags);
+/* Destroys its structures now. */
+void destroy_pair(void);
+
+/* The ray at (y, 0.25) hits the first triangle of an instance at t. */
+void expect_hit(VkAccelerationStructureKHR structure, float y, float t, uint32_t number);
+void expect_pair(VkAccelerationStructureKHR tlas, float t);
+
+void expect_hit_at(AssayHit hit, float t, uint32_t primitive);
+AssayHit fixture_trace_ray(VkAccelerationStructureKHR structure, const AssayRay *ray); /* exact */
+/* The result of a call that traces no ray. */
+VkResult fixture_trace_none(VkAccelerationStructureKHR structure);
+/* A ray from (-1, y, z) towards +x. */
 AssayHit fixture_trace(VkAccelerationStructureKHR structure, float y, float z);
 AssayHit fixture_trace_at(VkAccelerationStructureKHR structure, float y, float z, float time);
 AssayCounters fixture_counters(void);

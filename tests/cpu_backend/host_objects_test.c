@@ -48,9 +48,12 @@ static struct cpu_structures *open_structures(void)
     return structures;
 }
 
-TEST(test_handles)
+#define STRUCTURES_TEST(name)                                                                      \
+    TEST_WITH(name, struct cpu_structures *structures, open_structures, cpu_structures_destroy)
+
+STRUCTURES_TEST(test_handles)
 {
-    struct cpu_structures *structures = open_structures(), *others = open_structures();
+    struct cpu_structures *others = open_structures();
     struct cpu_structure_info info;
     uint64_t first = add_bottom(structures), second = add_bottom(others);
     assert_int_not_equal(first, second);
@@ -69,14 +72,12 @@ TEST(test_handles)
     }
     cpu_structures_remove(structures, first);
     cpu_structures_remove(structures, 12345);
-    cpu_structures_destroy(structures);
     cpu_structures_destroy(others);
 }
 
 /* As far apart as their offsets in the buffer, whatever came and went between. */
-TEST(test_generic_handles)
+STRUCTURES_TEST(test_generic_handles)
 {
-    struct cpu_structures *structures = open_structures();
     uint64_t a = add_generic(structures, 1, 512);
     uint64_t other = add_generic(structures, 2, 512);
     uint64_t b = add_generic(structures, 1, 4096);
@@ -88,7 +89,6 @@ TEST(test_generic_handles)
     uint64_t c = add_generic(structures, 1, 0);
     assert_int_equal(b - c, 4096);
     add_generic(structures, 1, 1 << 20); /* behind the buffer's end: anywhere */
-    cpu_structures_destroy(structures);
 }
 
 /* ---- trees */
@@ -123,43 +123,40 @@ static struct cpu_tree *make_lazy(struct late *late)
 
 static void *read_tree(void *tree)
 {
-    return (void *)(uintptr_t)cpu_tree_read(tree);
+    assert_string_equal(cpu_tree_read(*(struct cpu_tree **)tree), "made");
+    return NULL;
+}
+
+static void expect_counts(const struct late *late, int makes, int releases)
+{
+    assert_int_equal(late->makes, makes);
+    assert_int_equal(late->releases, releases);
 }
 
 TEST(test_lazy_bvh)
 {
     struct late late = {.result = VK_SUCCESS};
     struct cpu_tree *tree = make_lazy(&late);
-    pthread_t threads[4];
-    for (int i = 0; i < 4; i++)
-        pthread_create(&threads[i], NULL, read_tree, tree);
-    for (int i = 0; i < 4; i++) {
-        void *bytes;
-        pthread_join(threads[i], &bytes);
-        assert_string_equal(bytes, "made");
-    }
+    struct cpu_tree *trees[4] = {tree, tree, tree, tree};
+    unit_test_run_threads(4, read_tree, trees, sizeof(trees[0]));
     cpu_tree_release(tree);
-    assert_int_equal(late.makes, 1);
-    assert_int_equal(late.releases, 1);
+    expect_counts(&late, 1, 1);
 
     late = (struct late){.result = VK_ERROR_VALIDATION_FAILED};
     tree = make_lazy(&late);
     assert_null(cpu_tree_read(tree));
     assert_null(cpu_tree_read(tree));
     cpu_tree_release(tree);
-    assert_int_equal(late.makes, 1);
-    assert_int_equal(late.releases, 1);
+    expect_counts(&late, 1, 1);
 
     late = (struct late){0};
     cpu_tree_release(make_lazy(&late));
-    assert_int_equal(late.makes, 0);
-    assert_int_equal(late.releases, 1);
+    expect_counts(&late, 0, 1);
 }
 
 /* Whoever holds a tree keeps it, though its structure gets another one or dies. */
-TEST(test_trees_of_structures)
+STRUCTURES_TEST(test_trees_of_structures)
 {
-    struct cpu_structures *structures = open_structures();
     uint64_t handle = add_bottom(structures);
     struct late first = {.result = VK_SUCCESS}, second = first, third = first;
     assert_null(cpu_structures_tree(structures, handle));
@@ -175,7 +172,6 @@ TEST(test_trees_of_structures)
     cpu_tree_release(held);
     assert_null(cpu_structures_tree(structures, handle));
     assert_null(cpu_structures_tree(structures, 77));
-    cpu_structures_destroy(structures);
 }
 
 struct counting_watcher {
@@ -192,9 +188,8 @@ static void count_change(struct cpu_watcher *watcher, uint64_t handle)
 }
 
 /* Each watcher hears of a new tree and of the end, until it watches no longer. */
-TEST(test_watchers)
+STRUCTURES_TEST(test_watchers)
 {
-    struct cpu_structures *structures = open_structures();
     const uint64_t handles[] = {add_bottom(structures), add_bottom(structures)};
     struct late late[2] = {{.result = VK_SUCCESS}, {.result = VK_SUCCESS}};
     struct counting_watcher watchers[3];
@@ -215,7 +210,6 @@ TEST(test_watchers)
     cpu_structures_unwatch(structures, &watchers[0].watcher);
     cpu_structures_remove(structures, handles[1]);
     assert_int_equal(watchers[0].count, 3);
-    cpu_structures_destroy(structures);
 }
 
 /* ---- memory and scratch */
@@ -242,15 +236,21 @@ TEST(test_probing)
     host_memory_init(&host);
     struct input_memory memory = host_memory_of(&host);
     const void *bytes;
-    uint64_t address = (uintptr_t)pages + 5;
-    assert_int_equal(memory.find(memory.context, address, 100, &bytes), 100);
+    const uint64_t address = (uintptr_t)pages + 5;
+    const struct {
+        uint64_t address, size, found;
+    } rows[] = {{address, 100, 100},
+                {address, 3 * page, 2 * page - 5},
+                {address, UINT64_MAX, 2 * page - 5},
+                {address + 2 * page, 1, 0},
+                {0, 16, 0},
+                {16, 16, 0},
+                {UINT64_MAX - 3, 16, 0}};
+    for (size_t i = 0; i < ARRAY_COUNT(rows); i++)
+        assert_int_equal(memory.find(memory.context, rows[i].address, rows[i].size, &bytes),
+                         rows[i].found);
+    memory.find(memory.context, address, 100, &bytes);
     assert_ptr_equal(bytes, pages + 5);
-    assert_int_equal(memory.find(memory.context, address, 3 * page, &bytes), 2 * page - 5);
-    assert_int_equal(memory.find(memory.context, address, UINT64_MAX, &bytes), 2 * page - 5);
-    assert_int_equal(memory.find(memory.context, address + 2 * page, 1, &bytes), 0);
-    assert_int_equal(memory.find(memory.context, 0, 16, &bytes), 0);
-    assert_int_equal(memory.find(memory.context, 16, 16, &bytes), 0);
-    assert_int_equal(memory.find(memory.context, UINT64_MAX - 3, 16, &bytes), 0);
     host_memory_release(&host);
 
     assert_true(memory_is_writable(pages + 1, page - 1));

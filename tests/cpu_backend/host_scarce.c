@@ -116,17 +116,6 @@ static void move(VkAccelerationStructureBuildGeometryInfoKHR *info)
 /* The first format of either type: one triangle, opaque, or not displaced. */
 static const VkMicromapUsageEXT usage = {.count = 1, .format = 1};
 
-static void build_micromap(VkMicromapEXT micromap, VkMicromapTypeEXT type)
-{
-    static const uint8_t opaque[1] = {1}, still[64];
-    static const VkMicromapTriangleEXT triangle = {.format = 1};
-    const STRUCT(VkMicromapBuildInfoEXT, info, .type = type, .dstMicromap = micromap,
-                 .usageCountsCount = 1, .pUsageCounts = &usage,
-                 .data.hostAddress = type == VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT ? opaque : still,
-                 .triangleArray.hostAddress = &triangle, .triangleArrayStride = sizeof(triangle));
-    CALL(BuildMicromapsEXT, device, VK_NULL_HANDLE, 1, &info);
-}
-
 static void use_micromap(void)
 {
     host.opacity = MAKE(VkAccelerationStructureTrianglesOpacityMicromapEXT,
@@ -138,19 +127,14 @@ static void use_micromap(void)
 static void displace(void)
 {
     host.displacement =
-        MAKE(VkAccelerationStructureTrianglesDisplacementMicromapNV,
-             .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
-             .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
-             .displacementVectorBuffer.hostAddress = host.vertices, .displacementVectorStride = 12,
-             .indexType = VK_INDEX_TYPE_NONE_KHR, .usageCountsCount = 1, .pUsageCounts = &usage,
-             .micromap = host.displacing);
+        scarce_displacement(host.displacing, &usage, (uint64_t)(uintptr_t)host.vertices);
     host.triangles[0].geometry.triangles.pNext = &host.displacement;
 }
 
 static void build_blases(void)
 {
-    build_micromap(host.micromap, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
-    build_micromap(host.displacing, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV);
+    scarce_build_micromap(host.micromap, VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, &usage);
+    scarce_build_micromap(host.displacing, VK_MICROMAP_TYPE_DISPLACEMENT_MICROMAP_NV, &usage);
     for (unsigned i = 0; i < BLASES; i++) {
         VkAccelerationStructureBuildGeometryInfoKHR info = blas_info(i, i == 0 ? GEOMETRIES : 1);
         if (i == MOVING)

@@ -69,7 +69,7 @@ SILENT_TEST(test_spheres)
         if (by == 0) {
             GIVE_ADDRESSES(&data, &scene, bytes);
             scene.build.info.scratchData.hostAddress = scene.build.scratch;
-            GET(fixture_build(VK_NULL_HANDLE, &scene.build, scene.blas.handle, 0));
+            GET(host_build(&scene.build, scene.blas.handle, 0));
         } else {
             GIVE_ADDRESSES(&data, &scene, address);
             input_scene_build(&scene, &all_spheres, by == 2);
@@ -123,10 +123,8 @@ SILENT_TEST(test_swept_spheres)
         input_scene_build(&scene, &range, by % 2 == 0);
         const AssayHit first = input_scene_trace(&scene, 1.5f, 0);
         const AssayHit second = input_scene_trace(&scene, is_successive ? 4.5f : 7.5f, 0);
-        assert_true(first.isHit);
-        assert_int_equal(first.primitive, 0);
-        assert_true(second.isHit);
-        assert_int_equal(second.primitive, 1);
+        assert_true(first.isHit && first.primitive == 0);
+        assert_true(second.isHit && second.primitive == 1);
         assert_int_equal(input_scene_trace(&scene, 4.5f, 0).isHit, is_successive);
         input_scene_expect_miss(&scene, 13, 0);
     }
@@ -138,11 +136,10 @@ NOISY_TEST(test_spheres_out_of_range)
     struct input_scene scene;
     VkAccelerationStructureGeometrySpheresDataNV data;
     open_spheres(&scene, &data);
-    const AssayTraceInfo info = {.accelerationStructure = (uint64_t)scene.blas.handle};
     ((uint16_t *)scene.indices.bytes)[OFFSET / 2] = 0xffff;
     GIVE_ADDRESSES(&data, &scene, address);
     input_scene_build(&scene, &all_spheres, false);
-    expect_mistake(trace_rays(device, &info));
+    expect_mistake(fixture_trace_none(scene.blas.handle));
     fill_spheres(&scene);
     GIVE_ADDRESSES(&data, &scene, bytes);
     data.indexData.deviceAddress = 0x1000;
@@ -176,13 +173,8 @@ static void expect_dense(const struct input_scene *scene)
                               .direction = {0, 0, 1},
                               .tMax = 100,
                               .cullMask = 0xff};
-        AssayHit hit;
-        const AssayTraceInfo info =
-            trace_info((uint64_t)scene->blas.handle, ASSAY_ACCURACY_EXACT, 1, &ray, &hit);
-        GET(trace_rays(device, &info));
-        assert_true(hit.isHit);
-        assert_float_equal(hit.t, 2, 0);
-        assert_int_equal(hit.primitive, 2 * i);
+        const AssayHit hit = fixture_trace_ray(scene->blas.handle, &ray);
+        expect_hit_at(hit, 2, 2 * i);
         assert_false(hit.isOpaque);
     }
 }

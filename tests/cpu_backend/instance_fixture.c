@@ -38,26 +38,33 @@ void instance_fixture_open(struct instance_fixture *fixture, const struct platfo
     instance_fixture_create(fixture, platform, &settings);
 }
 
+struct backend_features *backend_features_chain(void)
+{
+    static struct backend_features all;
+    all = (struct backend_features){
+        .displacement = MAKE(VkPhysicalDeviceDisplacementMicromapFeaturesNV),
+        .micromap_khr =
+            MAKE(VkPhysicalDeviceOpacityMicromapFeaturesKHR, .pNext = &all.displacement),
+        .micromap_ext = MAKE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, .pNext = &all.micromap_khr,
+                             .micromapCaptureReplay = VK_TRUE),
+        .dense = MAKE(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, .pNext = &all.micromap_ext),
+        .spheres =
+            MAKE(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, .pNext = &all.dense),
+        .motion = MAKE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, .pNext = &all.spheres,
+                       .rayTracingMotionBlurPipelineTraceRaysIndirect = VK_TRUE),
+        .structures = MAKE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, .pNext = &all.motion,
+                           .accelerationStructureCaptureReplay = VK_TRUE,
+                           .descriptorBindingAccelerationStructureUpdateAfterBind = VK_TRUE)};
+    return &all;
+}
+
 VkDevice instance_fixture_open_device(const struct instance_fixture *fixture,
                                       VkuDeviceDispatchTable *vk)
 {
-    STRUCT(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacement,
-           .displacementMicromap = VK_TRUE);
-    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromap_khr, .pNext = &displacement,
-           .micromap = VK_TRUE);
-    STRUCT(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromap_ext, .pNext = &micromap_khr,
-           .micromap = VK_TRUE, .micromapHostCommands = VK_TRUE);
-    STRUCT(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, dense, .pNext = &micromap_ext,
-           .denseGeometryFormat = VK_TRUE);
-    STRUCT(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, spheres, .pNext = &dense,
-           .spheres = VK_TRUE, .linearSweptSpheres = VK_TRUE);
-    STRUCT(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, motion, .pNext = &spheres,
-           .rayTracingMotionBlur = VK_TRUE);
-    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures, .pNext = &motion,
-                 .accelerationStructure = VK_TRUE, .accelerationStructureIndirectBuild = VK_TRUE,
-                 .accelerationStructureHostCommands = VK_TRUE);
     VkDevice device;
-    GET(instance_fixture_create_device(fixture, &structures, backend_extensions, BACKEND_EXTENSIONS,
-                                       &device, vk));
+    STRUCT(VkPhysicalDeviceFeatures2, features, .pNext = backend_features_chain());
+    fixture->vk.GetPhysicalDeviceFeatures2(fixture->physical, &features);
+    GET(instance_fixture_create_device(fixture, features.pNext, backend_extensions,
+                                       BACKEND_EXTENSIONS, &device, vk));
     return device;
 }

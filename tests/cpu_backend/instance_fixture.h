@@ -20,6 +20,19 @@ void instance_fixture_open(struct instance_fixture *fixture, const struct platfo
 enum { BACKEND_EXTENSIONS = 9 };
 extern const char *const backend_extensions[BACKEND_EXTENSIONS];
 
+/* A chain of the features of all that, with VK_TRUE for those that the backend
+ * doesn't offer. There is one. */
+struct backend_features {
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR structures; /* the first of the chain */
+    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion;
+    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres;
+    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense;
+    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext;
+    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr;
+    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement;
+};
+struct backend_features *backend_features_chain(void);
+
 /* A device with the backend's extensions and all of its features. */
 VkDevice instance_fixture_open_device(const struct instance_fixture *fixture,
                                       VkuDeviceDispatchTable *vk);

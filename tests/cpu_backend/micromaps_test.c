@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Opacity micromaps of both extensions on backend cpu, through the loader: built by the host and by
- * command buffers, used by triangles, and looked up by rays. */
+ * command buffers, used by triangles, looked up by rays, copied and queried. */
+#include <stdlib.h>
 #include <string.h>
 
-#include "micromap_scene.h"
+#include "input_scene.h"
 
 enum { TRIANGLES = 3 };
 
@@ -37,13 +38,8 @@ static void open_user(struct user *user, const struct micromap *micromap)
     user->khr =
         MAKE(VkAccelerationStructureTrianglesOpacityMicromapKHR, .indexType = VK_INDEX_TYPE_UINT16,
              .indexBuffer = scene->indices.address, .indexStride = 2, .micromap = micromap->khr);
-    scene->build.geometry.geometry.triangles =
-        MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
-             .pNext = micromap->khr ? (void *)&user->khr : (void *)&user->ext,
-             .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-             .vertexData.deviceAddress = scene->vertices.address, .vertexStride = 12,
-             .maxVertex = 3 * TRIANGLES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
-    scene->build.range.primitiveCount = TRIANGLES;
+    input_scene_triangles(scene, micromap->khr ? (void *)&user->khr : (void *)&user->ext, TRIANGLES,
+                          scene->vertices.address);
     fill_triangles(user);
     input_scene_create(scene);
 }
@@ -122,7 +118,84 @@ NOISY_TEST(test_mistakes)
     expect_mistake(vk.BuildMicromapsEXT(device, VK_NULL_HANDLE, 1, &info));
     GET(micromap_build_by_host(&micromap));
     /* It is none that rays could be traced in. */
-    const AssayTraceInfo trace =
-        trace_info((uint64_t)micromap.ext, ASSAY_ACCURACY_FAST, 0, NULL, NULL);
-    expect_mistake(trace_rays(device, &trace));
+    expect_mistake(fixture_trace_none((VkAccelerationStructureKHR)micromap.ext));
+}
+
+/* ---- copies */
+
+static uint64_t property(const struct micromap *micromap, VkQueryType type)
+{
+    uint64_t value = 0;
+    GET(vk.WriteMicromapsPropertiesEXT(device, 1, &micromap->ext, type, sizeof(value), &value, 8));
+    return value;
+}
+
+static void *serialize(const struct micromap *micromap, size_t *size)
+{
+    *size = property(micromap, VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT);
+    void *bytes = own_block(malloc(*size));
+    GET(micromap_save_by_host(micromap, bytes));
+    return bytes;
+}
+
+static void expect_copy(const struct micromap *copy, const void *bytes, size_t size)
+{
+    size_t copied_size;
+    void *copied = serialize(copy, &copied_size);
+    assert_int_equal(copied_size, size);
+    assert_memory_equal(copied, bytes, size);
+}
+
+SILENT_TEST(test_copies_by_host)
+{
+    struct micromap from, to;
+    size_t size;
+    micromap_open(&from, true);
+    GET(micromap_build_by_host(&from));
+    void *bytes = serialize(&from, &size);
+    assert_true(property(&from, VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT) <= MICROMAP_SIZE);
+    const VkCopyMicromapModeEXT modes[] = {VK_COPY_MICROMAP_MODE_CLONE_EXT,
+                                           VK_COPY_MICROMAP_MODE_COMPACT_EXT};
+    for (int i = 0; i < 3; i++) {
+        micromap_open(&to, true);
+        GET(i == 2 ? micromap_load_by_host(bytes, &to)
+                   : micromap_copy_by_host(&from, &to, modes[i]));
+        expect_copy(&to, bytes, size);
+    }
+    VkAccelerationStructureCompatibilityKHR compatibility;
+    const STRUCT(VkMicromapVersionInfoEXT, version, .pVersionData = bytes);
+    vk.GetDeviceMicromapCompatibilityEXT(device, &version, &compatibility);
+    assert_int_equal(compatibility, VK_ACCELERATION_STRUCTURE_COMPATIBILITY_COMPATIBLE_KHR);
+}
+
+/* Built, cloned, serialized and deserialized by one command buffer each, and queried. */
+SILENT_TEST(test_copies_by_device)
+{
+    struct micromap from, clone, again;
+    struct device_buffer bytes = device_buffer_create(MICROMAP_SIZE);
+    const VkQueryType type = VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT;
+    VkQueryPool pool = query_pool_create(&vk, device, type, 1);
+    OWN(DestroyQueryPool, pool);
+    size_t size;
+    micromap_open(&from, true);
+    micromap_open(&clone, true);
+    micromap_open(&again, true);
+    micromap_build_by_device(&from);
+    const STRUCT(VkCopyMicromapToMemoryInfoEXT, to_memory, .src = clone.ext,
+                 .dst.deviceAddress = bytes.address, .mode = VK_COPY_MICROMAP_MODE_SERIALIZE_EXT);
+    const STRUCT(VkCopyMemoryToMicromapInfoEXT, from_memory, .src.deviceAddress = bytes.address,
+                 .dst = again.ext, .mode = VK_COPY_MICROMAP_MODE_DESERIALIZE_EXT);
+    VkCommandBuffer commands = device_begin(PRIMARY);
+    vk.CmdResetQueryPool(commands, pool, 0, 1);
+    micromap_clone_by_device(commands, &from, &clone);
+    vk.CmdWriteMicromapsPropertiesEXT(commands, 1, &clone.ext, type, pool, 0);
+    vk.CmdCopyMicromapToMemoryEXT(commands, &to_memory);
+    device_finish(commands);
+    commands = device_begin(PRIMARY);
+    vk.CmdCopyMemoryToMicromapEXT(commands, &from_memory);
+    device_finish(commands);
+    const uint64_t queried = device_query(pool, 0);
+    void *expected = serialize(&from, &size);
+    assert_int_equal(queried, size);
+    expect_copy(&again, expected, size);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* VK_NV_ray_tracing on backend cpu, through the loader: what mistakes lead to, none of which
  * crashes; what is refused; and that no driver hears of the backend's handles. */
-#include "tests/cpu_backend/nv_fixture.h"
+#include "device_fixture.h"
 
 #include <string.h>
 #include <sys/mman.h>
@@ -17,33 +17,25 @@ static struct {
     VkGeometryNV geometry;
     VkAccelerationStructureInfoNV info;
     struct nv_structure blas;
-} scene;
+} bad;
 
-static VkGeometryTrianglesNV *const triangles = &scene.geometry.geometry.triangles;
+static VkGeometryTrianglesNV *const triangles = &bad.geometry.geometry.triangles;
 
 static void describe(void)
 {
-    scene.geometry =
-        MAKE(VkGeometryNV, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
-             .geometry = {.triangles = MAKE(VkGeometryTrianglesNV, .vertexData = scene.data.handle,
-                                            .vertexOffset = VERTICES_AT, .vertexCount = 3,
-                                            .vertexStride = 3 * sizeof(float),
-                                            .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                                            .indexType = VK_INDEX_TYPE_NONE_NV),
-                          .aabbs = MAKE(VkGeometryAABBNV)});
-    scene.info =
+    bad.geometry = nv_triangles(bad.data.handle, VERTICES_AT, 3 * sizeof(float), 1);
+    bad.info =
         MAKE(VkAccelerationStructureInfoNV, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
-             .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV, .geometryCount = 1,
-             .pGeometries = &scene.geometry);
+             .flags = UPDATABLE, .geometryCount = 1, .pGeometries = &bad.geometry);
 }
 
 static void open_scene(void)
 {
     static const float vertices[9] = {0, 0, 0, 0, 1, 0, 0, 0, 1};
-    scene.data = device_buffer_create(DATA_SIZE);
-    memcpy(scene.data.bytes + VERTICES_AT, vertices, sizeof(vertices));
+    bad.data = device_buffer_create(DATA_SIZE);
+    memcpy(bad.data.bytes + VERTICES_AT, vertices, sizeof(vertices));
     describe();
-    scene.blas = nv_create(&scene.info, 0);
+    bad.blas = nv_create(&bad.info, 0);
 }
 
 #define SCENE_TEST(name) TEST_BETWEEN(name, open_scene, close_noisy_test)
@@ -51,19 +43,16 @@ static void open_scene(void)
 static void build(const VkAccelerationStructureInfoNV *info, VkAccelerationStructureNV src)
 {
     VkCommandBuffer commands = device_begin(PRIMARY);
-    nv_build(commands, info, VK_NULL_HANDLE, 0, &scene.blas, src);
+    nv_build(commands, info, VK_NULL_HANDLE, 0, &bad.blas, src);
     device_finish(commands);
 }
 
 static bool is_built(void)
 {
-    const AssayRay ray = {.origin = {-1, 0.25f, 0.25f}, .direction = {1, 0, 0}, .tMax = 2};
-    AssayHit hit;
-    const AssayTraceInfo info =
-        trace_info((uint64_t)scene.blas.handle, ASSAY_ACCURACY_FAST, 1, &ray, &hit);
-    const VkResult result = trace_rays(device, &info);
+    const VkAccelerationStructureKHR blas = (VkAccelerationStructureKHR)bad.blas.handle;
+    const VkResult result = fixture_trace_none(blas);
     if (result == VK_SUCCESS)
-        return hit.isHit;
+        return fixture_trace(blas, 0.25f, 0.25f).isHit;
     expect_mistake(result);
     return false;
 }
@@ -71,10 +60,10 @@ static bool is_built(void)
 /* What is described now isn't built, and what is described well is. */
 static void expect_unbuilt(void)
 {
-    build(&scene.info, VK_NULL_HANDLE);
+    build(&bad.info, VK_NULL_HANDLE);
     assert_false(is_built());
     describe();
-    build(&scene.info, VK_NULL_HANDLE);
+    build(&bad.info, VK_NULL_HANDLE);
     assert_true(is_built());
 }
 
@@ -103,11 +92,11 @@ SCENE_TEST(test_data_that_is_not_there)
     EXPECT_UNBUILT(triangles->vertexOffset = DATA_SIZE);
     EXPECT_UNBUILT(triangles->vertexOffset = UINT64_MAX - 8);
     EXPECT_UNBUILT(triangles->vertexStride = UINT64_MAX);
-    triangles->transformData = scene.data.handle;
+    triangles->transformData = bad.data.handle;
     EXPECT_UNBUILT(triangles->transformOffset = DATA_SIZE - 32);
     EXPECT_UNBUILT(triangles->transformData = unbound);
     triangles->indexType = VK_INDEX_TYPE_UINT32;
-    triangles->indexData = scene.data.handle;
+    triangles->indexData = bad.data.handle;
     triangles->indexOffset = VERTICES_AT; /* floats are wild indices */
     EXPECT_UNBUILT(triangles->indexCount = 3);
 }
@@ -115,11 +104,11 @@ SCENE_TEST(test_data_that_is_not_there)
 SCENE_TEST(test_geometries_that_are_none)
 {
     EXPECT_UNBUILT(triangles->vertexFormat = VK_FORMAT_D32_SFLOAT);
-    EXPECT_UNBUILT(scene.geometry.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR);
-    EXPECT_UNBUILT(scene.geometry.geometryType = (VkGeometryTypeKHR)77);
-    scene.info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV; /* without instanceData */
-    scene.info.geometryCount = 0;
-    EXPECT_UNBUILT(scene.info.instanceCount = 3);
+    EXPECT_UNBUILT(bad.geometry.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR);
+    EXPECT_UNBUILT(bad.geometry.geometryType = (VkGeometryTypeKHR)77);
+    bad.info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV; /* without instanceData */
+    bad.info.geometryCount = 0;
+    EXPECT_UNBUILT(bad.info.instanceCount = 3);
 }
 
 /* Nothing is recorded of such a build, so the structure is as it was. */
@@ -127,19 +116,19 @@ SCENE_TEST(test_unreadable_parameters)
 {
     const size_t page = (size_t)sysconf(_SC_PAGESIZE);
     char *hole = mmap(NULL, page, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    build(&scene.info, VK_NULL_HANDLE);
+    build(&bad.info, VK_NULL_HANDLE);
     build((const void *)hole, VK_NULL_HANDLE);
     build(NULL, VK_NULL_HANDLE);
-    scene.info.pGeometries = (const void *)hole;
-    build(&scene.info, VK_NULL_HANDLE);
+    bad.info.pGeometries = (const void *)hole;
+    build(&bad.info, VK_NULL_HANDLE);
     assert_true(is_built());
 
-    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .info = scene.info);
+    const STRUCT(VkAccelerationStructureCreateInfoNV, create_info, .info = bad.info);
     VkAccelerationStructureNV created = WILD;
     expect_mistake(vk.CreateAccelerationStructureNV(device, &create_info, NULL, &created));
     assert_true(created == VK_NULL_HANDLE);
     expect_mistake(
-        vk.GetAccelerationStructureHandleNV(device, scene.blas.handle, sizeof(uint64_t), hole));
+        vk.GetAccelerationStructureHandleNV(device, bad.blas.handle, sizeof(uint64_t), hole));
     munmap(hole, page);
 }
 
@@ -150,21 +139,20 @@ SCENE_TEST(test_wild_handles)
     const VkQueryPool no_pool = (VkQueryPool)WILD;
     uint64_t reference = 7;
     expect_mistake(vk.GetAccelerationStructureHandleNV(device, wild, 8, &reference));
-    expect_mistake(vk.GetAccelerationStructureHandleNV(device, scene.blas.handle, 4, &reference));
+    expect_mistake(vk.GetAccelerationStructureHandleNV(device, bad.blas.handle, 4, &reference));
     assert_int_equal(reference, 7);
     assert_int_equal(
         nv_requirements(wild, VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV).size,
         0);
-    build(&scene.info, VK_NULL_HANDLE);
+    build(&bad.info, VK_NULL_HANDLE);
     VkCommandBuffer commands = device_begin(PRIMARY);
-    vk.CmdCopyAccelerationStructureNV(commands, wild, scene.blas.handle,
-                                      VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
+    vk.CmdCopyAccelerationStructureNV(commands, wild, bad.blas.handle, CLONE);
     vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &wild, type, no_pool, 0);
-    vk.CmdBuildAccelerationStructureNV(commands, &scene.info, VK_NULL_HANDLE, 0, VK_FALSE, wild,
+    vk.CmdBuildAccelerationStructureNV(commands, &bad.info, VK_NULL_HANDLE, 0, VK_FALSE, wild,
                                        VK_NULL_HANDLE, VK_NULL_HANDLE, 0);
     device_finish(commands);
     assert_true(is_built());
-    build(&scene.info, wild);
+    build(&bad.info, wild);
     assert_false(is_built());
     vk.DestroyAccelerationStructureNV(device, VK_NULL_HANDLE, NULL);
 }
@@ -173,17 +161,16 @@ SCENE_TEST(test_names_and_private_data)
 {
     const VkObjectType type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV;
     const STRUCT(VkDebugUtilsObjectNameInfoEXT, name, .objectType = type,
-                 .objectHandle = (uint64_t)scene.blas.handle, .pObjectName = "bunny");
+                 .objectHandle = (uint64_t)bad.blas.handle, .pObjectName = "bunny");
     GET(vk.SetDebugUtilsObjectNameEXT(device, &name));
-    const STRUCT(VkPrivateDataSlotCreateInfo, info);
     VkPrivateDataSlot slot;
     uint64_t value = 0;
-    GET(vk.CreatePrivateDataSlot(device, &info, NULL, &slot));
-    GET(vk.SetPrivateData(device, type, (uint64_t)scene.blas.handle, slot, 5));
-    vk.GetPrivateData(device, type, (uint64_t)scene.blas.handle, slot, &value);
+    GET(vk.CreatePrivateDataSlot(device, &MAKE(VkPrivateDataSlotCreateInfo), NULL, &slot));
+    GET(vk.SetPrivateData(device, type, (uint64_t)bad.blas.handle, slot, 5));
+    vk.GetPrivateData(device, type, (uint64_t)bad.blas.handle, slot, &value);
     assert_int_equal(value, 5);
     OWN(DestroyPrivateDataSlot, slot);
-    expect_silence();
+    messages_expect_none(messages);
 }
 
 /* One message each, which names the setting. */
@@ -191,7 +178,7 @@ static void expect_refusal(const char *command)
 {
     assert_int_equal(messages_count(messages, "ASSAY-error", command), 1);
     assert_int_equal(messages_count(messages, "ASSAY-error", "assay_validation.backend"), 1);
-    forget_messages();
+    messages_clear(messages);
 }
 
 SCENE_TEST(test_shader_side)
@@ -203,7 +190,7 @@ SCENE_TEST(test_shader_side)
     assert_true(pipeline == VK_NULL_HANDLE);
     expect_refusal("vkCreateRayTracingPipelinesNV");
     VkCommandBuffer commands = device_begin(PRIMARY);
-    vk.CmdTraceRaysNV(commands, scene.data.handle, 0, VK_NULL_HANDLE, 0, 0, VK_NULL_HANDLE, 0, 0,
+    vk.CmdTraceRaysNV(commands, bad.data.handle, 0, VK_NULL_HANDLE, 0, 0, VK_NULL_HANDLE, 0, 0,
                       VK_NULL_HANDLE, 0, 0, 1, 1, 1);
     device_finish(commands);
     expect_refusal("vkCmdTraceRaysNV");

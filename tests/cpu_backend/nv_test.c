@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* VK_NV_ray_tracing's build side on backend cpu, through the loader: what it builds is, byte for
  * byte, what the host builds of the same input by VK_KHR_acceleration_structure. */
-#include "tests/cpu_backend/nv_fixture.h"
+#include "device_fixture.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -20,8 +20,6 @@ enum {
     BOXES_AT = 16392,
     INSTANCES_AT = 20496,
     DATA_SIZE = 32768,
-    UPDATABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_NV,
-    COMPACTABLE = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_NV,
 };
 
 static struct device_buffer data;
@@ -80,9 +78,7 @@ static void open_twins(struct twins *twins, VkAccelerationStructureTypeKHR type,
                       .geometryCount = count ? count : 1, .pGeometries = twins->geometries);
     for (int i = 0; i < 2; i++) {
         VkGeometryNV *nv = &twins->nv_geometries[i];
-        nv->sType = VK_STRUCTURE_TYPE_GEOMETRY_NV;
-        nv->geometry.triangles.sType = VK_STRUCTURE_TYPE_GEOMETRY_TRIANGLES_NV;
-        nv->geometry.aabbs.sType = VK_STRUCTURE_TYPE_GEOMETRY_AABB_NV;
+        *nv = nv_triangles(data.handle, i == 0 ? PLAIN_AT : SHARED_AT, VERTEX_STRIDE, TRIANGLES);
         twins->geometries[i].sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
         nv->flags = twins->geometries[i].flags = i == 0 ? VK_GEOMETRY_OPAQUE_BIT_KHR : 0;
     }
@@ -91,38 +87,30 @@ static void open_twins(struct twins *twins, VkAccelerationStructureTypeKHR type,
 /* Plain triangles, then indexed ones 10 higher. */
 static void describe_triangles(struct twins *twins, VkBuildAccelerationStructureFlagsKHR flags)
 {
-    open_twins(twins, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 2, flags);
+    open_twins(twins, BOTTOM, 2, flags);
     for (int i = 0; i < 2; i++) {
-        const VkDeviceSize at = i == 0 ? PLAIN_AT : SHARED_AT;
-        VkGeometryTrianglesNV *nv = &twins->nv_geometries[i].geometry.triangles;
-        VkAccelerationStructureGeometryTrianglesDataKHR *khr =
-            &twins->geometries[i].geometry.triangles;
-        nv->vertexData = data.handle;
-        nv->vertexOffset = at;
-        nv->vertexCount = 3 * TRIANGLES;
-        nv->vertexStride = VERTEX_STRIDE;
-        nv->vertexFormat = VK_FORMAT_R32G32B32_SFLOAT;
-        nv->indexType = i == 0 ? VK_INDEX_TYPE_NONE_NV : VK_INDEX_TYPE_UINT16;
-        khr->sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR;
-        khr->vertexData.hostAddress = data_at(at);
-        khr->maxVertex = 3 * TRIANGLES - 1;
-        khr->vertexStride = VERTEX_STRIDE;
-        khr->vertexFormat = VK_FORMAT_R32G32B32_SFLOAT;
-        khr->indexType = nv->indexType;
+        twins->geometries[i].geometry.triangles =
+            MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
+                 .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexStride = VERTEX_STRIDE,
+                 .vertexData.hostAddress = data_at(i == 0 ? PLAIN_AT : SHARED_AT),
+                 .maxVertex = 3 * TRIANGLES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR);
         twins->ranges[i].primitiveCount = TRIANGLES;
     }
     VkGeometryTrianglesNV *nv = &twins->nv_geometries[1].geometry.triangles;
+    nv->indexType = VK_INDEX_TYPE_UINT16;
     nv->indexData = nv->transformData = data.handle;
     nv->indexOffset = INDICES_AT;
     nv->indexCount = 3 * TRIANGLES;
     nv->transformOffset = TRANSFORM_AT;
-    twins->geometries[1].geometry.triangles.indexData.hostAddress = data_at(INDICES_AT);
-    twins->geometries[1].geometry.triangles.transformData.hostAddress = data_at(TRANSFORM_AT);
+    VkAccelerationStructureGeometryTrianglesDataKHR *khr = &twins->geometries[1].geometry.triangles;
+    khr->indexType = VK_INDEX_TYPE_UINT16;
+    khr->indexData.hostAddress = data_at(INDICES_AT);
+    khr->transformData.hostAddress = data_at(TRANSFORM_AT);
 }
 
 static void describe_boxes(struct twins *twins)
 {
-    open_twins(twins, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, 1, 0);
+    open_twins(twins, BOTTOM, 1, 0);
     twins->nv_geometries[0].geometryType = VK_GEOMETRY_TYPE_AABBS_NV;
     VkGeometryAABBNV *nv = &twins->nv_geometries[0].geometry.aabbs;
     nv->aabbData = data.handle;
@@ -139,7 +127,7 @@ static void describe_boxes(struct twins *twins)
 /* Instances of one BLAS, 20 apart in y. */
 static void describe_instances(struct twins *twins, uint64_t reference)
 {
-    open_twins(twins, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR, 0, UPDATABLE);
+    open_twins(twins, TOP, 0, UPDATABLE);
     twins->nv.instanceCount = INSTANCES;
     for (int i = 0; i < INSTANCES; i++) {
         const VkAccelerationStructureInstanceKHR element = {
@@ -273,18 +261,16 @@ static VkDeviceSize compacted_size(const struct nv_structure *structure)
 {
     const VkQueryType type = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV;
     VkQueryPool pool = query_pool_create(&vk, device, type, 2);
-    VkDeviceSize size = 0;
+    uint64_t unwritten;
     OWN(DestroyQueryPool, pool);
     VkCommandBuffer commands = device_begin(PRIMARY);
     vk.CmdResetQueryPool(commands, pool, 0, 2);
     vk.CmdWriteAccelerationStructuresPropertiesNV(commands, 1, &structure->handle, type, pool, 1);
     device_finish(commands);
-    GET(vk.GetQueryPoolResults(device, pool, 1, 1, sizeof(size), &size, sizeof(size),
-                               VK_QUERY_RESULT_64_BIT));
-    assert_int_equal(vk.GetQueryPoolResults(device, pool, 0, 1, sizeof(size), &size, sizeof(size),
-                                            VK_QUERY_RESULT_64_BIT),
-                     VK_NOT_READY);
-    return size;
+    assert_int_equal(
+        vk.GetQueryPoolResults(device, pool, 0, 1, 8, &unwritten, 8, VK_QUERY_RESULT_64_BIT),
+        VK_NOT_READY);
+    return device_query(pool, 1);
 }
 
 DATA_TEST(test_copies)
@@ -301,10 +287,8 @@ DATA_TEST(test_copies)
     struct nv_structure compact = nv_create(&nothing, size);
     assert_int_equal(compact.size, size);
     VkCommandBuffer commands = device_begin(PRIMARY);
-    vk.CmdCopyAccelerationStructureNV(commands, clone.handle, blas.handle,
-                                      VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-    vk.CmdCopyAccelerationStructureNV(commands, compact.handle, blas.handle,
-                                      VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
+    vk.CmdCopyAccelerationStructureNV(commands, clone.handle, blas.handle, CLONE);
+    vk.CmdCopyAccelerationStructureNV(commands, compact.handle, blas.handle, COMPACT);
     device_finish(commands);
     expect_same_bytes(as_khr(&blas), as_khr(&clone));
     destroy((uint64_t)blas.handle);

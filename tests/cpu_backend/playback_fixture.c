@@ -39,13 +39,11 @@ static void build(struct world *world, uint64_t structure)
         corners[i] = (float)(i * i % 31);
     const STRUCT(VkAccelerationStructureGeometryKHR, geometry,
                  .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR,
-                 .geometry.triangles = {
-                     .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR,
-                     .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
-                     .vertexData.hostAddress = corners,
-                     .vertexStride = 12,
-                     .maxVertex = 3 * TRIANGLES - 1,
-                     .indexType = VK_INDEX_TYPE_NONE_KHR});
+                 .geometry.triangles =
+                     MAKE(VkAccelerationStructureGeometryTrianglesDataKHR,
+                          .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                          .vertexData.hostAddress = corners, .vertexStride = 12,
+                          .maxVertex = 3 * TRIANGLES - 1, .indexType = VK_INDEX_TYPE_NONE_KHR));
     const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
                  .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                  .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR,

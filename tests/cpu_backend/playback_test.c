@@ -29,16 +29,11 @@ TEST_OF_WORLD(copies_have_the_size_of_their_source)
 
 TEST_OF_WORLD(secondaries_play_in_their_place)
 {
-    struct recording *first = record(
-        (const struct recorded_item[]){
-            {.kind = ITEM_CLONE, .dst = world->other, .src = world->built}},
-        1);
-    struct recording *second = record(
-        (const struct recorded_item[]){
-            {.kind = ITEM_CLONE, .dst = world->built, .src = world->tiny}},
-        1);
-    PLAY(world, {.kind = ITEM_EXECUTE, .secondary = first},
-         {.kind = ITEM_EXECUTE, .secondary = second});
+    const struct recorded_item clones[] = {
+        {.kind = ITEM_CLONE, .dst = world->other, .src = world->built},
+        {.kind = ITEM_CLONE, .dst = world->built, .src = world->tiny}};
+    PLAY(world, {.kind = ITEM_EXECUTE, .secondary = record(&clones[0], 1)},
+         {.kind = ITEM_EXECUTE, .secondary = record(&clones[1], 1)});
     assert_int_equal(size_of(world, world->built), 0);
     assert_true(size_of(world, world->other) > 0);
 }
@@ -132,15 +127,16 @@ TEST_OF_WORLD(queries_beyond_the_pool_are_ignored)
 
 TEST(types_of_queries_are_known)
 {
-    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR));
-    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV));
-    assert_true(
-        cpu_query_type_is_known(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR));
-    assert_true(cpu_query_type_is_known(
-        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR));
-    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR));
-    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT));
-    assert_true(cpu_query_type_is_known(VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT));
+    static const VkQueryType known[] = {
+        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV,
+        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_SIZE_KHR,
+        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SERIALIZATION_BOTTOM_LEVEL_POINTERS_KHR,
+        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_SIZE_KHR,
+        VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT,
+        VK_QUERY_TYPE_MICROMAP_SERIALIZATION_SIZE_EXT};
+    for (size_t i = 0; i < ARRAY_COUNT(known); i++)
+        assert_true(cpu_query_type_is_known(known[i]));
     assert_false(cpu_query_type_is_known(VK_QUERY_TYPE_OCCLUSION));
     assert_false(cpu_query_type_is_known(VK_QUERY_TYPE_TIMESTAMP));
 }
@@ -150,16 +146,14 @@ TEST(types_of_queries_are_known)
 static void copy_queries(struct world *world, uint32_t first, uint32_t count,
                          VkQueryResultFlags flags, uint64_t batch)
 {
-    play(world,
-         record((const struct recorded_item[]){{.kind = ITEM_COPY_QUERIES,
-                                                .pool = world->pool,
-                                                .first = first,
-                                                .count = count,
-                                                .stride = 24,
-                                                .flags = flags,
-                                                .target = {BUFFER, 32, BUFFER_SIZE - 32, false}}},
-                1),
-         batch);
+    const struct recorded_item copy = {.kind = ITEM_COPY_QUERIES,
+                                       .pool = world->pool,
+                                       .first = first,
+                                       .count = count,
+                                       .stride = 24,
+                                       .flags = flags,
+                                       .target = {BUFFER, 32, BUFFER_SIZE - 32, false}};
+    play(world, record(&copy, 1), batch);
 }
 
 static void expect_region(const struct write *write, uint32_t i, uint64_t from, uint64_t to,

@@ -22,6 +22,31 @@ void scarce_find_tracing(void)
     outcome.expected += trace_rays != NULL;
 }
 
+void scarce_build_micromap(VkMicromapEXT micromap, VkMicromapTypeEXT type,
+                           const VkMicromapUsageEXT *usage)
+{
+    static const uint8_t opaque[1] = {1}, still[64];
+    static const VkMicromapTriangleEXT triangles[] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
+    const STRUCT(VkMicromapBuildInfoEXT, info, .type = type, .dstMicromap = micromap,
+                 .usageCountsCount = 1, .pUsageCounts = usage,
+                 .data.hostAddress = type == VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT ? opaque : still,
+                 .triangleArray.hostAddress = triangles,
+                 .triangleArrayStride = sizeof(triangles[0]));
+    CALL(BuildMicromapsEXT, device, VK_NULL_HANDLE, 1, &info);
+}
+
+VkAccelerationStructureTrianglesDisplacementMicromapNV
+scarce_displacement(VkMicromapEXT micromap, const VkMicromapUsageEXT *usage,
+                    VkDeviceAddress vectors)
+{
+    return MAKE(VkAccelerationStructureTrianglesDisplacementMicromapNV,
+                .displacementBiasAndScaleFormat = VK_FORMAT_R32G32_SFLOAT,
+                .displacementVectorFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                .displacementVectorBuffer.deviceAddress = vectors, .displacementVectorStride = 12,
+                .indexType = VK_INDEX_TYPE_NONE_KHR, .usageCountsCount = 1, .pUsageCounts = usage,
+                .micromap = micromap);
+}
+
 void scarce_trace(uint64_t structure)
 {
     const AssayRay ray = {.origin = {-1, 0, 0}, .direction = {1, 0, 0}, .tMax = 2};

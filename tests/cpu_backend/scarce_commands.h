@@ -14,6 +14,15 @@ extern PFN_vkTraceRaysASSAY trace_rays; /* NULL where the backend is the driver'
 void scarce_create_commands(VkQueryType type);
 void scarce_find_tracing(void);
 
+/* A micromap of so many triangles of level 0, each of the first format of its type: opaque, or not
+ * displaced. */
+void scarce_build_micromap(VkMicromapEXT micromap, VkMicromapTypeEXT type,
+                           const VkMicromapUsageEXT *usage);
+/* Triangles that use the micromap. */
+VkAccelerationStructureTrianglesDisplacementMicromapNV
+scarce_displacement(VkMicromapEXT micromap, const VkMicromapUsageEXT *usage,
+                    VkDeviceAddress vectors);
+
 /* Traces a ray, and asks for the results of the queries. A structure that was lost when it was
  * submitted can't be traced; others can. */
 void scarce_trace(uint64_t structure);

@@ -54,9 +54,20 @@ uint32_t case_count(const void *structure, struct trace_ray ray);           /* o
 
 void case_uniform(uint64_t *random, float low, float high, float to[3]);
 struct trace_ray case_ray_down(float x, float y); /* from z = 1, straight down */
+struct trace_ray case_ray_to(const float origin[3], const float target[3]); /* there at t = 1 */
 struct trace_ray case_between(struct trace_ray ray, float t_min, float t_max);
 /* From `origin` to a point of the triangle's inside. */
 struct trace_ray case_ray_into(const float corners[9], const float origin[3], uint64_t *random);
+
+/* Of all candidates the one that is of the primitive; NULL: none is. */
+const struct trace_hit *case_find_hit(const struct fixture_hits *hits, uint32_t primitive);
+/* The same structure with no more bytes than it needs, as bytes to store (in `size`), and made of
+ * these again. */
+void *case_compact(const void *structure);
+void *case_serialize(const void *structure, const struct builder_uuids *uuids, uint64_t *size);
+void *case_deserialize(const void *bytes, uint64_t size, const struct builder_uuids *uuids);
+/* Both structures have the same bounds. */
+void case_expect_same_bounds(const void *structure, const void *other);
 
 /* All candidates, against brute force: everything that is inside is hit, with its t; nothing that
  * is outside is. Returns how many are hit. */
@@ -65,12 +76,27 @@ uint32_t case_check_ray(const void *structure, const float *corners, uint32_t co
 /* Random rays from around the triangles into them, checked; `far` is how far around. */
 void case_check_rays(const float *corners, uint32_t count, float far, uint32_t rays);
 
-/* Spheres, swept or not, as input of a build. The vertices' arrays are the caller's. */
-struct sphere_list {
-    struct fixture_input input;
-    const float *centers, *radii;
-    uint32_t vertices;
+/* ---- brute force in rational arithmetic (GMP): what a ray does, beyond doubt */
+
+enum exact_class {
+    EXACT_OUTSIDE,
+    EXACT_BOUNDARY, /* on an edge or a vertex, at a t that counts */
+    EXACT_INSIDE,
 };
-void sphere_list_describe(struct sphere_list *list, VkGeometryTypeKHR type, uint32_t primitives);
+
+struct exact_hit {
+    enum exact_class class;
+    double t; /* where it isn't outside; rounded once */
+    bool front_face;
+};
+
+/* Three corners of finite floats. Outside, too, where t isn't between t_min and t_max. */
+struct exact_hit exact_triangle(const struct trace_ray *ray, const float corners[9]);
+
+/* Where the ray enters a sphere from outside; on the boundary: it touches it. */
+struct exact_hit exact_sphere(const struct trace_ray *ray, const float center[3], float radius);
+
+/* The sign of a 3x3 determinant. */
+int exact_determinant_sign(const VkTransformMatrixKHR *transform);
 
 #endif

@@ -137,12 +137,13 @@ CASE(35, 0, 0, "all offsets at once")
 }
 
 static void *build_format(VkFormat format, const void *vertices, uint64_t stride,
-                          uint32_t triangles)
+                          uint32_t triangles, const VkTransformMatrixKHR *transform)
 {
     INPUT(triangles, input, vertices, triangles);
     input.geometry.triangles.vertex_format = format;
     input.geometry.triangles.vertex_stride = stride;
     input.geometry.triangles.vertices_size = stride * triangles * 3;
+    fixture_input_transform(&input, transform);
     return case_build(&input);
 }
 
@@ -157,10 +158,10 @@ static void expect_bounds(const void *structure, const float lower[3], const flo
 CASE(36, 0, 0, "lowest SNORM16")
 {
     const int16_t two[6] = {-32768, -32767, 32767, -32768, -32768, 32767};
-    void *structure = build_format(VK_FORMAT_R16G16_SNORM, two, 4, 1);
+    void *structure = build_format(VK_FORMAT_R16G16_SNORM, two, 4, 1, NULL);
     expect_bounds(structure, (float[3]){-1, -1, 0}, (float[3]){1, 1, 0});
     const int16_t four[12] = {-32768, -32767, 0, 7, 32767, -32768, 0, 7, -32768, 32767, -32768, 7};
-    structure = build_format(VK_FORMAT_R16G16B16A16_SNORM, four, 8, 1);
+    structure = build_format(VK_FORMAT_R16G16B16A16_SNORM, four, 8, 1, NULL);
     expect_bounds(structure, (float[3]){-1, -1, -1}, (float[3]){1, 1, 0});
 }
 
@@ -168,13 +169,13 @@ CASE(37, 0, 0, "half: subnormal, infinite, NaN")
 {
     /* 2^-24, the least; -2^-15, subnormal; 65504, the greatest */
     const uint16_t tiny[6] = {0x0001, 0x8200, 0x7bff, 0x8200, 0x0001, 0x7bff};
-    void *structure = build_format(VK_FORMAT_R16G16_SFLOAT, tiny, 4, 1);
+    void *structure = build_format(VK_FORMAT_R16G16_SFLOAT, tiny, 4, 1, NULL);
     expect_bounds(structure, (float[3]){0x1p-24f, -0x1p-15f, 0}, (float[3]){65504, 65504, 0});
     /* an infinite corner, then NaN in X, then a plain triangle */
     const uint16_t odd[36] = {0x7c00, 0, 0, 0, 0,      0x3c00, 0, 0, 0, 0,      0x3c00, 0,
                               0xfe01, 0, 0, 0, 0x3c00, 0,      0, 0, 0, 0,      0,      0,
                               0,      0, 0, 0, 0x3c00, 0,      0, 0, 0, 0x3c00, 0,      0};
-    structure = build_format(VK_FORMAT_R16G16B16A16_SFLOAT, odd, 8, 3);
+    structure = build_format(VK_FORMAT_R16G16B16A16_SFLOAT, odd, 8, 3, NULL);
     EXPECT(report.active == 2 && report.inactive == 1);
     const struct fixture_hits hits = case_hits(structure, case_ray_down(0.25f, 0.25f));
     EXPECT(hits.count == 1 && hits.hits[0].primitive == 2);
@@ -184,12 +185,7 @@ CASE(38, 0, 0, "fourth component and a translation")
 {
     const float vertices[12] = {0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, NAN};
     const VkTransformMatrixKHR moved = {{{1, 0, 0, 10}, {0, 1, 0, 20}, {0, 0, 1, 30}}};
-    INPUT(triangles, input, vertices, 1);
-    input.geometry.triangles.vertex_format = VK_FORMAT_R32G32B32A32_SFLOAT;
-    input.geometry.triangles.vertex_stride = 16;
-    input.geometry.triangles.vertices_size = sizeof(vertices);
-    fixture_input_transform(&input, &moved);
-    void *structure = case_build(&input);
+    void *structure = build_format(VK_FORMAT_R32G32B32A32_SFLOAT, vertices, 16, 1, &moved);
     expect_bounds(structure, (float[3]){10, 20, 30}, (float[3]){11, 21, 30});
 }
 

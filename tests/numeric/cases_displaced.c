@@ -3,7 +3,7 @@
 #include <math.h>
 
 #include "cases.h"
-#include "displaced.h"
+#include "displacement_encoder.h"
 
 /* ---- a triangle in the plane z = 0 that rises and sinks: everything can be told from above */
 
@@ -59,14 +59,13 @@ static void check_from_above(const void *structure, const struct encoder_values 
         float u = fixture_uniform(&random, 0.01f, 0.95f),
               v = fixture_uniform(&random, 0.01f, 0.98f - u);
         struct trace_ray ray = fixture_ray(4 * u, 4 * v, 100, 0, 0, -1);
-        struct trace_hit hit;
         ray.time = time;
         if (v < 0.01f)
             continue;
-        bool is_hit = case_trace(structure, ray, &hit);
-        EXPECT(is_hit && hit.primitive == 0 && hit.geometry == 0 && hit.front_face);
-        EXPECT(is_hit && is_about(hit.u, u) && is_about(hit.v, v));
-        EXPECT(is_hit && is_about(100 - hit.t, height_at(values, level, u, v) + rise));
+        const struct trace_hit hit = case_closest(structure, ray);
+        EXPECT(hit.primitive == 0 && hit.geometry == 0 && hit.front_face);
+        EXPECT(is_about(hit.u, u) && is_about(hit.v, v));
+        EXPECT(is_about(100 - hit.t, height_at(values, level, u, v) + rise));
     }
 }
 
@@ -104,13 +103,12 @@ CASE(71, 0, 0, "displaced triangles by index, and not")
     check_from_above(structure, &displaced.coded[2], 3, 0, 0);
     displacement->indices = bytes + 3; /* special: it stays flat */
     structure = case_build(&input);
-    struct trace_ray ray = fixture_ray(1, 1, 5, 0, 0, -1);
-    struct trace_hit hit;
-    EXPECT(report.active == 1 && case_trace(structure, ray, &hit) && hit.t == 5);
+    const struct trace_ray ray = fixture_ray(1, 1, 5, 0, 0, -1);
+    EXPECT(report.active == 1 && case_closest(structure, ray).t == 5);
     displacement->micromap = 0; /* nothing is asked of indices then */
     displacement->indices_size = 0;
     structure = case_build(&input);
-    EXPECT(report.active == 1 && case_trace(structure, ray, &hit) && hit.t == 5);
+    EXPECT(report.active == 1 && case_closest(structure, ray).t == 5);
 }
 
 CASE(72, 0, 0, "displaced triangles without values")
@@ -185,21 +183,23 @@ CASE(74, 0, 0, "displaced triangles with opacities")
     struct fixture_input input;
     VkMicromapUsageEXT usage = {1, 1, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
     VkMicromapTriangleEXT triangle = {0, 1, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
-    uint64_t micromap[32];
-    EXPECT(micromap_build(&(struct micromap_input){VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT, 1, &usage,
-                                                   &opaque, &triangle, 1, sizeof(triangle),
-                                                   sizeof(triangle)},
-                          micromap, sizeof(micromap)) == BUILDER_OK);
+    const struct micromap_input opacities = {VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+                                             1,
+                                             &usage,
+                                             &opaque,
+                                             &triangle,
+                                             1,
+                                             sizeof(triangle),
+                                             sizeof(triangle)};
     struct builder_opacity opacity = {.index_type = VK_INDEX_TYPE_NONE_KHR,
-                                      .micromap = (uintptr_t)micromap};
+                                      .micromap = (uintptr_t)fixture_micromap(&opacities)};
     input_flat(&input, &displaced, 1, 1, &level, &random);
     input.geometry.triangles.opacity = &opacity;
     void *structure = case_build(&input);
     for (int i = 0; i < 30; i++) {
         float u = fixture_uniform(&random, 0.01f, 0.9f),
               v = fixture_uniform(&random, 0.01f, 0.99f - u);
-        struct trace_ray ray = fixture_ray(4 * u, 4 * v, 100, 0, 0, -1);
-        struct trace_hit hit;
-        EXPECT(case_trace(structure, ray, &hit) == (micromap_curve_index(u, v, 1) % 2 == 0));
+        EXPECT(case_meets(structure, fixture_ray(4 * u, 4 * v, 100, 0, 0, -1)) ==
+               (micromap_curve_index(u, v, 1) % 2 == 0));
     }
 }

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "cases.h"
-#include "displaced.h"
+#include "displacement_encoder.h"
 #include "src/bvh/structure.h"
 
 /* ---- a closed mesh whose triangles have two levels: where they meet, edges are decimated */
@@ -77,10 +77,8 @@ static void check_instance(const void *blas)
     void *tlas = case_instances(&instance, 1);
     for (int i = 0; i < 100; i++) {
         struct trace_ray ray = fixture_ray(0, 10, 20, 0, 0, 0);
-        struct trace_hit hit = {0};
-        for (int axis = 0; axis < 3; axis++)
-            ray.direction[axis] = fixture_uniform(&random, -1, 1);
-        EXPECT(case_trace(tlas, ray, &hit) && hit.primitive < 48);
+        case_uniform(&random, -1, 1, ray.direction);
+        EXPECT(case_closest(tlas, ray).primitive < 48);
     }
 }
 
@@ -111,11 +109,7 @@ CASE(69, 550, 450, "edges and vertices of a displaced closed mesh of two levels"
 static void check_alike(const void *structure, const void *expected)
 {
     uint64_t random = 107;
-    float bounds[2][6];
-    builder_bounds(structure, bounds[0], bounds[0] + 3);
-    builder_bounds(expected, bounds[1], bounds[1] + 3);
-    for (int i = 0; i < 6; i++)
-        EXPECT(bounds[0][i] == bounds[1][i]);
+    case_expect_same_bounds(structure, expected);
     for (int i = 0; i < 20; i++) {
         float u = fixture_uniform(&random, 0, 0.5f), v = fixture_uniform(&random, 0, 0.5f);
         struct trace_ray ray = fixture_ray(4 * u, 4 * v, 50, 0.01f, 0.02f, -1);
@@ -128,15 +122,10 @@ static void check_alike(const void *structure, const void *expected)
 static void check_copies(const void *structure)
 {
     const struct builder_uuids uuids = {{1}, {2}};
-    uint64_t compacted = builder_compacted_size(structure);
-    uint64_t serialized = builder_serialized_size(structure);
-    void *small = fixture_allocate(compacted), *bytes = fixture_allocate(serialized);
-    void *again = fixture_allocate(builder_size(structure));
-    EXPECT(builder_compact(structure, small, compacted) == BUILDER_OK);
-    check_alike(small, structure);
-    EXPECT(builder_serialize(structure, &uuids, bytes, serialized) == BUILDER_OK);
-    EXPECT(builder_deserialize(bytes, serialized, &uuids, again, builder_size(structure)) ==
-           BUILDER_OK);
+    uint64_t serialized;
+    check_alike(case_compact(structure), structure);
+    void *bytes = case_serialize(structure, &uuids, &serialized);
+    void *again = case_deserialize(bytes, serialized, &uuids);
     EXPECT(memcmp(again, structure, builder_size(structure)) == 0);
     /* a part of a level that there isn't */
     struct structure_header *header = again;

@@ -5,6 +5,16 @@
 
 #include "cases.h"
 
+/* The center of triangle i of 2 * count * count, every other one flipped; false: there is none. */
+static bool find_center(int i, int count, float *u, float *v)
+{
+    const int column = i / 2 % count, row = i / 2 / count % count;
+    const float offset = i % 2 ? 2.0f / 3 : 1.0f / 3;
+    *u = ((float)column + offset) / (float)count;
+    *v = ((float)row + offset) / (float)count;
+    return column + row + i % 2 < count;
+}
+
 /* Level 2 of the specification's figure: column, row, whether flipped, place. */
 static const uint8_t curve[16][4] = {
     {0, 0, 0, 0},  {0, 0, 1, 1}, {0, 1, 0, 3},  {0, 1, 1, 4},  {0, 2, 0, 14}, {0, 2, 1, 13},
@@ -15,21 +25,18 @@ static const uint8_t curve[16][4] = {
 CASE(54, 0, 0, "order of microtriangles")
 {
     for (int i = 0; i < 16; i++) {
-        float offset = curve[i][2] ? 2.0f / 3 : 1.0f / 3;
-        float u = ((float)curve[i][0] + offset) / 4, v = ((float)curve[i][1] + offset) / 4;
-        EXPECT(micromap_curve_index(u, v, 2) == curve[i][3]);
+        float u, v;
+        EXPECT(find_center(2 * (4 * curve[i][1] + curve[i][0]) + curve[i][2], 4, &u, &v) &&
+               micromap_curve_index(u, v, 2) == curve[i][3]);
     }
     /* Each place once; what a place is cut into comes after one another. */
     for (uint32_t level = 0; level <= 5; level++) {
         uint8_t seen[1024] = {0};
         int count = 1 << level;
         for (int i = 0; i < 2 * count * count; i++) {
-            int column = i / 2 % count, row = i / 2 / count;
-            float offset = i % 2 ? 2.0f / 3 : 1.0f / 3;
-            if (column + row + i % 2 >= count)
+            float u, v;
+            if (!find_center(i, count, &u, &v))
                 continue;
-            float u = ((float)column + offset) / (float)count;
-            float v = ((float)row + offset) / (float)count;
             uint32_t place = micromap_curve_index(u, v, level);
             EXPECT(place < (uint32_t)(count * count) && seen[place]++ == 0);
             EXPECT(level == 0 || place >> 2 == micromap_curve_index(u, v, level - 1));
@@ -50,11 +57,11 @@ static void *build_micromap(uint32_t format, uint32_t level, uint32_t count, con
 {
     VkMicromapUsageEXT usage = {count, level, format};
     VkMicromapTriangleEXT *triangles = fixture_allocate(count * sizeof(*triangles));
-    uint64_t bits = (uint64_t)format << 2 * level, size;
+    uint64_t bits = (uint64_t)format << 2 * level;
     for (uint32_t i = 0; i < count; i++)
         triangles[i] = (VkMicromapTriangleEXT){(uint32_t)((bits + 7) / 8) * i, (uint16_t)level,
                                                (uint16_t)format};
-    struct micromap_input input = {
+    return fixture_micromap(&(struct micromap_input){
         .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
         .usage_count = 1,
         .usages = &usage,
@@ -63,12 +70,7 @@ static void *build_micromap(uint32_t format, uint32_t level, uint32_t count, con
         .data_size = data_size,
         .triangles_size = count * sizeof(*triangles),
         .stride = sizeof(*triangles),
-    };
-    void *micromap = NULL;
-    EXPECT(micromap_get_size(&input, &size) == BUILDER_OK);
-    micromap = fixture_allocate(size);
-    EXPECT(micromap_build(&input, micromap, size) == BUILDER_OK);
-    return micromap;
+    });
 }
 
 static const float corners[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0, 3, 0, 0, 2, 1, 0};
@@ -112,12 +114,10 @@ CASE(55, 0, 0, "state of every microtriangle")
                                           .micromap = (uintptr_t)micromap};
         void *blas = build_with(&opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
         for (int i = 0; i < 2 * 2 * COUNT * COUNT; i++) {
-            int which = i / (2 * COUNT * COUNT), column = i / 2 % COUNT,
-                row = i / 2 / COUNT % COUNT;
-            float offset = i % 2 ? 2.0f / 3 : 1.0f / 3;
-            if (column + row + i % 2 >= COUNT)
+            int which = i / (2 * COUNT * COUNT);
+            float u, v;
+            if (!find_center(i, COUNT, &u, &v))
                 continue;
-            float u = ((float)column + offset) / COUNT, v = ((float)row + offset) / COUNT;
             uint32_t bit = format * micromap_curve_index(u, v, LEVEL);
             uint32_t byte = (uint32_t)which * (format == 1 ? 8 : 16) + bit / 8;
             int state = data[byte] >> bit % 8 & (format == 1 ? 1 : 3);
@@ -137,16 +137,14 @@ CASE(55, 0, 0, "state of every microtriangle")
 /* What the instance and the ray say comes after what the micromap says; but ignored is ignored. */
 CASE(56, 0, 0, "special indices, overridden")
 {
-    const int16_t indices[2] = {0, 0};
     const int special[4] = {-1, 1, 0, 0}; /* answers to indices -1 to -4 */
     for (int i = 0; i < 4; i++) {
-        const int16_t index = (int16_t)(-1 - i);
-        int16_t both[2] = {index, indices[1]};
+        const int16_t indices[2] = {(int16_t)(-1 - i), 0};
         struct builder_opacity opacity = {.index_type = VK_INDEX_TYPE_UINT16,
                                           .base_triangle = 9, /* not for special indices */
-                                          .indices = both,
-                                          .indices_size = sizeof(both),
-                                          .stride = sizeof(both[0])};
+                                          .indices = indices,
+                                          .indices_size = sizeof(indices),
+                                          .stride = sizeof(indices[0])};
         void *blas = build_with(&opacity, 0);
         const VkGeometryInstanceFlagsKHR force = VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR;
         const VkGeometryInstanceFlagsKHR forbid = VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR;
@@ -267,9 +265,7 @@ CASE(58, 0, 0, "micromaps and their copies")
                                       .micromap = (uintptr_t)again};
     micromap_deserialize(bytes, bytes_size, &uuids, again, micromap_size(micromap));
     void *blas = build_with(&opacity, VK_GEOMETRY_OPAQUE_BIT_KHR);
-    uint64_t compacted_size = builder_compacted_size(blas);
-    void *compacted = fixture_allocate(compacted_size);
-    EXPECT(builder_compact(blas, compacted, compacted_size) == BUILDER_OK);
+    void *compacted = case_compact(blas);
     EXPECT(answer(compacted, 0.25f, 0.25f, 0) == -1);
     EXPECT(answer(compacted, 2.25f, 0.25f, 0) == 1);
 }

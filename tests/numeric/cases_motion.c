@@ -32,8 +32,8 @@ CASE(48, 10, 0, "triangles that move")
     uint64_t random = 73;
     for (int i = 0; i < COUNT; i++) {
         float place[2][3];
-        for (int j = 0; j < 6; j++)
-            place[j / 3][j % 3] = fixture_uniform(&random, -10, 10);
+        for (int j = 0; j < 2; j++)
+            case_uniform(&random, -10, 10, place[j]);
         for (int j = 0; j < 9; j++) {
             from[9 * i + j] = place[0][j % 3] + fixture_uniform(&random, -1, 1);
             to[9 * i + j] = place[1][j % 3] + fixture_uniform(&random, -1, 1);
@@ -44,8 +44,7 @@ CASE(48, 10, 0, "triangles that move")
         float time = times[i % TIMES], origin[3];
         for (int j = 0; j < 9 * COUNT; j++)
             now[j] = at_time(from[j], to[j], time);
-        for (int j = 0; j < 3; j++)
-            origin[j] = fixture_uniform(&random, -15, 15);
+        case_uniform(&random, -15, 15, origin);
         struct trace_ray ray =
             case_ray_into(now + 9 * (fixture_random(&random) % COUNT), origin, &random);
         ray.time = time;
@@ -70,19 +69,18 @@ CASE(49, 600, 450, "closed mesh that moves")
     void *structure = case_build(&input);
     for (uint32_t i = 0; i < 3 * mesh.triangle_count; i++) {
         uint32_t vertices[2] = {mesh.indices[i], mesh.indices[i - i % 3 + (i + 1) % 3]};
-        float time = times[i % TIMES], ends[2][3];
+        float time = times[i % TIMES], ends[2][3], origin[3], target[3];
         const float centers[2][3] = {{0.1f, 0.2f, 0.3f}, {40, -3, 0.7f}};
-        struct trace_ray ray = fixture_ray(0, 0, 0, 0, 0, 0);
-        ray.time = time;
         for (int j = 0; j < 3; j++) {
             for (int end = 0; end < 2; end++)
                 ends[end][j] = at_time(mesh.positions[3 * vertices[end] + j],
                                        then.positions[3 * vertices[end] + j], time);
-            ray.origin[j] = at_time(centers[0][j], centers[1][j], time);
-            ray.origin[j] += i % 2 ? 0 : fixture_uniform(&random, -0.4f, 0.4f);
-            float target = i % 3 == 0 ? ends[0][j] : 0.5f * (ends[0][j] + ends[1][j]);
-            ray.direction[j] = target - ray.origin[j];
+            origin[j] = at_time(centers[0][j], centers[1][j], time);
+            origin[j] += i % 2 ? 0 : fixture_uniform(&random, -0.4f, 0.4f);
+            target[j] = i % 3 == 0 ? ends[0][j] : 0.5f * (ends[0][j] + ends[1][j]);
         }
+        struct trace_ray ray = case_ray_to(origin, target);
+        ray.time = time;
         EXPECT(case_count(structure, ray) == 1);
     }
 }
@@ -273,13 +271,11 @@ CASE(53, 0, 0, "refits and copies of what moves")
     const float to[9] = {8, 0, 0, 9, 0, 0, 8, 1, 0};
     float later[9] = {0, 8, 0, 1, 8, 0, 0, 9, 0};
     struct builder_uuids uuids = {{1}, {2}};
+    uint64_t bytes_size;
     INPUT(triangles, input, fixture_triangle, 1);
     fixture_input_motion(&input, to);
-    void *structure = case_build(&input);
-    uint64_t size = builder_size(structure), bytes_size = builder_serialized_size(structure);
-    void *bytes = fixture_allocate(bytes_size), *again = fixture_allocate(size);
-    EXPECT(builder_serialize(structure, &uuids, bytes, bytes_size) == BUILDER_OK);
-    EXPECT(builder_deserialize(bytes, bytes_size, &uuids, again, size) == BUILDER_OK);
+    void *bytes = case_serialize(case_build(&input), &uuids, &bytes_size);
+    void *again = case_deserialize(bytes, bytes_size, &uuids);
     struct trace_ray ray = case_ray_down(4.25f, 0.25f);
     ray.time = 0.5f;
     EXPECT(case_closest(again, ray).t == 1);
@@ -290,7 +286,7 @@ CASE(53, 0, 0, "refits and copies of what moves")
     ray.origin[1] = 4.25f;
     EXPECT(case_closest(again, ray).t == 1);
     void *fresh = case_build(&input);
-    EXPECT(memcmp(fresh, again, size) == 0);
+    EXPECT(memcmp(fresh, again, builder_size(fresh)) == 0);
     input.input.flags = 0; /* another kind of structure */
     EXPECT(fixture_refit(&input.input, again, again, NULL) == BUILDER_INCOMPATIBLE);
 }

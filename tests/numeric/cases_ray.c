@@ -49,12 +49,12 @@ static void shoot_closed(bool at_vertex)
         const float *a = mesh.positions + 3 * (size_t)mesh.indices[i];
         const float *b = mesh.positions + 3 * (size_t)mesh.indices[i - i % 3 + (i + 1) % 3];
         float along = at_vertex ? 0 : 0.5f;
-        struct trace_ray ray = fixture_ray(0.1f, 0.2f, 0.3f, 0, 0, 0);
+        float origin[3] = {0.1f, 0.2f, 0.3f}, target[3];
         for (int j = 0; j < 3; j++) {
-            ray.origin[j] += i % 2 ? 0 : fixture_uniform(&random, -0.5f, 0.5f);
-            ray.direction[j] = a[j] + along * (b[j] - a[j]) - ray.origin[j];
+            origin[j] += i % 2 ? 0 : fixture_uniform(&random, -0.5f, 0.5f);
+            target[j] = a[j] + along * (b[j] - a[j]);
         }
-        EXPECT(case_count(structure, ray) == 1);
+        EXPECT(case_count(structure, case_ray_to(origin, target)) == 1);
     }
 }
 

@@ -93,7 +93,7 @@ static const void *find_moved(void *context, uint64_t reference)
     return reference == 0x1234 ? moved->to : NULL;
 }
 
-static void *serialize(const void *structure, const struct builder_uuids *uuids, uint64_t *size)
+void *case_serialize(const void *structure, const struct builder_uuids *uuids, uint64_t *size)
 {
     *size = builder_serialized_size(structure);
     void *bytes = fixture_allocate(*size);
@@ -102,7 +102,7 @@ static void *serialize(const void *structure, const struct builder_uuids *uuids,
     return bytes;
 }
 
-static void *deserialize(const void *bytes, uint64_t size, const struct builder_uuids *uuids)
+void *case_deserialize(const void *bytes, uint64_t size, const struct builder_uuids *uuids)
 {
     uint64_t header[3];
     memcpy(header, (const uint8_t *)bytes + 2 * VK_UUID_SIZE, sizeof(header));
@@ -111,6 +111,16 @@ static void *deserialize(const void *bytes, uint64_t size, const struct builder_
     EXPECT(builder_deserialize(bytes, size - 1, uuids, structure, header[1]) != BUILDER_OK);
     EXPECT(builder_deserialize(bytes, size, uuids, structure, header[1]) == BUILDER_OK);
     return structure;
+}
+
+void *case_compact(const void *structure)
+{
+    const uint64_t size = builder_compacted_size(structure);
+    void *compacted = fixture_allocate(size);
+    EXPECT(builder_compact(structure, compacted, size - 1) == BUILDER_TOO_SMALL);
+    EXPECT(builder_compact(structure, compacted, size) == BUILDER_OK);
+    EXPECT(builder_size(compacted) == size && builder_compacted_size(compacted) == size);
+    return compacted;
 }
 
 static bool hits_are_same(const struct trace_hit *a, const struct trace_hit *b)
@@ -129,23 +139,18 @@ CASE(47, 0, 0, "serialize, relocate, deserialize")
     uint64_t compacted_size = builder_compacted_size(blas), size;
     EXPECT(compacted_size <= builder_size(blas) &&
            (double)builder_size(blas) <= 1.25 * (double)compacted_size);
-    void *compacted = fixture_allocate(compacted_size);
-    EXPECT(builder_compact(blas, compacted, compacted_size - 1) == BUILDER_TOO_SMALL);
-    EXPECT(builder_compact(blas, compacted, compacted_size) == BUILDER_OK);
-    EXPECT(builder_size(compacted) == compacted_size &&
-           builder_compacted_size(compacted) == compacted_size);
-    void *bytes = serialize(compacted, &uuids, &size);
-    struct moved moved = {blas, deserialize(bytes, size, &uuids)};
+    void *compacted = case_compact(blas), *bytes = case_serialize(compacted, &uuids, &size);
+    struct moved moved = {blas, case_deserialize(bytes, size, &uuids)};
     EXPECT(builder_deserialize(bytes, size, &others, compacted, compacted_size) ==
            BUILDER_INCOMPATIBLE);
 
     VkAccelerationStructureInstanceKHR instance = fixture_instance(blas);
     void *tlas = case_instances(&instance, 1);
-    bytes = serialize(tlas, &uuids, &size);
+    bytes = case_serialize(tlas, &uuids, &size);
     EXPECT(builder_reference_count(tlas) == 1);
     uint64_t reference = 0x1234;
     memcpy((uint8_t *)bytes + 56, &reference, sizeof(reference));
-    void *relocated = deserialize(bytes, size, &uuids);
+    void *relocated = case_deserialize(bytes, size, &uuids);
     struct trace_scene scenes[2] = {
         {.structure = tlas, .accuracy = setting.accuracy, .resolver = fixture_resolver()},
         {.structure = relocated, .accuracy = setting.accuracy, .resolver = {find_moved, &moved}},
@@ -153,8 +158,7 @@ CASE(47, 0, 0, "serialize, relocate, deserialize")
     uint64_t random = 71;
     for (int i = 0; i < 50; i++) {
         struct trace_ray ray = fixture_ray(2, 2, 2, 0, 0, 0);
-        for (int j = 0; j < 3; j++)
-            ray.direction[j] = fixture_uniform(&random, -1, 1) - 2;
+        case_uniform(&random, -3, -1, ray.direction);
         struct trace_hit hits[2] = {{0}};
         bool is_hit = trace_closest(&scenes[0], &ray, &hits[0]);
         EXPECT(is_hit == trace_closest(&scenes[1], &ray, &hits[1]));

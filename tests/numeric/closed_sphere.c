@@ -63,15 +63,8 @@ static struct tally shoot(const void *structure, const struct fixture_mesh *mesh
 /* What each accuracy may do wrong: fast misses up to a quarter, robust none; both count twice. */
 static bool is_allowed(const struct tally *tally, enum trace_accuracy accuracy, uint32_t rays)
 {
-    switch (accuracy) {
-    case TRACE_FAST:
-        return tally->missed <= rays / 4;
-    case TRACE_ROBUST:
-        return tally->missed == 0;
-    case TRACE_EXACT:
-        return tally->missed == 0 && tally->doubled == 0;
-    }
-    return false;
+    return tally->missed <= (accuracy == TRACE_FAST ? rays / 4 : 0) &&
+           (accuracy != TRACE_EXACT || tally->doubled == 0);
 }
 
 struct sphere {

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "cases.h"
-#include "exact.h"
 
 enum { CASES = 75 }; /* by number, from 1 on */
 
@@ -119,6 +118,12 @@ struct trace_ray case_ray_down(float x, float y)
     return fixture_ray(x, y, 1, 0, 0, -1);
 }
 
+struct trace_ray case_ray_to(const float origin[3], const float target[3])
+{
+    return fixture_ray(origin[0], origin[1], origin[2], target[0] - origin[0],
+                       target[1] - origin[1], target[2] - origin[2]);
+}
+
 struct trace_ray case_between(struct trace_ray ray, float t_min, float t_max)
 {
     ray.t_min = t_min;
@@ -148,12 +153,21 @@ static bool is_near(double t, double truth, enum trace_accuracy accuracy)
     return fabs(t - truth) <= bound * fabs(truth) + 0x1p-149;
 }
 
-static const struct trace_hit *find_hit(const struct fixture_hits *hits, uint32_t primitive)
+const struct trace_hit *case_find_hit(const struct fixture_hits *hits, uint32_t primitive)
 {
     for (uint32_t i = 0; i < hits->count && i < 64; i++)
         if (hits->hits[i].primitive == primitive)
             return &hits->hits[i];
     return NULL;
+}
+
+void case_expect_same_bounds(const void *structure, const void *other)
+{
+    float bounds[2][6];
+    EXPECT(builder_bounds(structure, bounds[0], bounds[0] + 3) &&
+           builder_bounds(other, bounds[1], bounds[1] + 3));
+    for (int i = 0; i < 6; i++)
+        EXPECT(bounds[0][i] == bounds[1][i]);
 }
 
 uint32_t case_check_ray(const void *structure, const float *corners, uint32_t count,
@@ -164,7 +178,7 @@ uint32_t case_check_ray(const void *structure, const float *corners, uint32_t co
     double least_inside = INFINITY;
     for (uint32_t i = 0; i < count; i++) {
         struct exact_hit truth = exact_triangle(&ray, corners + 9 * (size_t)i);
-        const struct trace_hit *hit = find_hit(&hits, i);
+        const struct trace_hit *hit = case_find_hit(&hits, i);
         if (truth.class == EXACT_INSIDE)
             least_inside = fmin(least_inside, truth.t);
         if (truth.class == EXACT_BOUNDARY)

@@ -51,9 +51,13 @@ class Coverage(unittest.TestCase):
              self.folder / "results", "--registry", self.folder, "--seeds",
              self.folder / "seeds", *options], capture_output=True, text=True, check=False)
 
-    def check(self, run, status, last):
+    def check(self, status, firing, silent):
+        run = self.run_script()
         self.assertEqual(run.returncode, status, run.stdout + run.stderr)
-        self.assertEqual(run.stdout.splitlines()[-1], last)
+        self.assertEqual(run.stdout.splitlines()[-1],
+                         f"coverage: 2 implemented, {firing} firing, {silent} silent, 1 pending of "
+                         "3; seeds: 1/2")
+        return run.stdout
 
     def test_columns(self):
         self.write_results(*BOTH)
@@ -63,34 +67,31 @@ class Coverage(unittest.TestCase):
         self.assertIn("other: 1 of 2 pairs", run.stdout)
         self.assertIn("VUID-vkFoo-b-2 (b_is_good): vkFoo", run.stdout)
 
+    def check_reasons(self, status, part):
+        run = self.run_script("--columns", "--reasons", self.folder / "reasons")
+        self.assertEqual(run.returncode, status, run.stdout)
+        self.assertIn(part, run.stdout)
+
     def test_columns_with_reasons(self):
         reasons = self.folder / "reasons"
         reasons.write_text("# of what\nother\t*\tVUID-vkFoo-b-*\tit can't be\n")
         self.write_results(*BOTH, platform="other")
-        run = self.run_script("--columns", "--reasons", reasons)
-        self.assertEqual(run.returncode, 1)
-        self.assertIn("has a case, so its reason is not needed: VUID-vkFoo-b-*", run.stdout)
+        self.check_reasons(1, "has a case, so its reason is not needed: VUID-vkFoo-b-*")
         self.write_results(*BOTH)
         self.write_results(*BOTH[:2], platform="other")
-        run = self.run_script("--columns", "--reasons", reasons)
-        self.assertEqual(run.returncode, 0, run.stdout)
-        self.assertIn("other: 1 of 2 pairs of an id and a command lack a case, 0 of them "
-                      "without a reason\n  it can't be\n    VUID-vkFoo-b-2 (b_is_good): "
-                      "vkFoo\n", run.stdout)
+        self.check_reasons(0, "other: 1 of 2 pairs of an id and a command lack a case, 0 of them "
+                              "without a reason\n  it can't be\n    VUID-vkFoo-b-2 (b_is_good): "
+                              "vkFoo\n")
         self.write_results(*BOTH[2:], platform="other")
-        run = self.run_script("--columns", "--reasons", reasons)
-        self.assertEqual(run.returncode, 1)
-        self.assertIn("without a reason\n    VUID-vkFoo-a-1", run.stdout)
+        self.check_reasons(1, "without a reason\n    VUID-vkFoo-a-1")
         reasons.write_text("other\t*\tVUID-vkFoo-b-2\n")
         self.assertEqual(self.run_script("--columns", "--reasons", reasons).returncode, 2)
 
     def test_all_is_proven(self):
         self.write_results(*BOTH)
-        run = self.run_script()
-        self.check(run, 0, "coverage: 2 implemented, 2 firing, 2 silent, 1 pending of 3; "
-                           "seeds: 1/2")
-        self.assertNotIn("without proof", run.stdout)
-        self.assertIn("registry 9.9.9 has the same ids in scope", run.stdout)
+        out = self.check(0, 2, 2)
+        self.assertNotIn("without proof", out)
+        self.assertIn("registry 9.9.9 has the same ids in scope", out)
 
     def test_proof_may_come_from_several_platforms(self):
         self.write_results(*BOTH[:2])
@@ -101,24 +102,15 @@ class Coverage(unittest.TestCase):
 
     def test_twin_is_missing(self):
         self.write_results(*BOTH[:3])
-        run = self.run_script()
-        self.check(run, 1, "coverage: 2 implemented, 2 firing, 1 silent, 1 pending of 3; "
-                           "seeds: 1/2")
-        self.assertIn("VUID-vkFoo-b-2 (b_is_good): no silent twin\n", run.stdout)
+        self.assertIn("VUID-vkFoo-b-2 (b_is_good): no silent twin\n", self.check(1, 2, 1))
         self.assertEqual(self.run_script("--allow-gaps").returncode, 0)
 
     def test_failed_case_counts_for_nothing(self):
         self.write_results(*BOTH, "VUID-vkFoo-a-1\tfailed")
-        run = self.run_script()
-        self.check(run, 1, "coverage: 2 implemented, 1 firing, 1 silent, 1 pending of 3; "
-                           "seeds: 1/2")
-        self.assertIn("VUID-vkFoo-a-1 (a_is_good): a case failed\n", run.stdout)
+        self.assertIn("VUID-vkFoo-a-1 (a_is_good): a case failed\n", self.check(1, 1, 1))
 
     def test_nothing_ran(self):
-        run = self.run_script()
-        self.check(run, 1, "coverage: 2 implemented, 0 firing, 0 silent, 1 pending of 3; "
-                           "seeds: 1/2")
-        self.assertIn("run the tests first", run.stdout)
+        self.assertIn("run the tests first", self.check(1, 0, 0))
 
     def test_pending_by_capability(self):
         run = self.run_script("--pending")
