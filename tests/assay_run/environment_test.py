@@ -6,7 +6,6 @@ import os
 import pathlib
 import shutil
 import subprocess
-import unittest
 
 from runs import ROOT, Runs, main
 from assay_run import environment
