@@ -2,8 +2,6 @@
 /* The configuration, its defaults, and what it says about extensions and versions. */
 #include "internal.h"
 
-#include <string.h>
-
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of both below */
 static struct null_driver_config current;
 static bool configured;

@@ -305,9 +305,10 @@ void fault_keep(const VkSubmitInfo2 *info, const VkCommandBuffer *commands, VkFe
  *
  * generate.py makes a function entry_NAME for each command that the registry has of the versions
  * and extensions offered. It counts the call, and calls null_NAME unless the call is to fail. Of
- * null_NAME it makes a weak definition: creates or destroys an object without state, asks the newer
- * form of a query, fills its result with zeros, enumerates nothing, lets a deferred operation
- * start, or does nothing and succeeds. COMMAND(NAME) in a file here replaces it.
+ * null_NAME it makes a weak definition: does what its table says, creates or destroys an object
+ * without state, asks the newer form of a query, fills its result with zeros, enumerates nothing,
+ * lets a deferred operation start, or does nothing and succeeds. COMMAND(NAME) in a file here
+ * replaces it.
  */
 
 enum entry {

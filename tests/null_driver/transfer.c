@@ -49,20 +49,6 @@ static void add(VkCommandBuffer handle, const struct transfer *transfer, const v
 
 /* ---- recording */
 
-COMMAND(BeginCommandBuffer)
-{
-    if (OBJECT(commandBuffer)->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
-        transfers_release(OBJECT(commandBuffer));
-    return VK_SUCCESS;
-}
-
-COMMAND(ResetCommandBuffer)
-{
-    if (OBJECT(commandBuffer)->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
-        transfers_release(OBJECT(commandBuffer));
-    return VK_SUCCESS;
-}
-
 COMMAND(ResetCommandPool)
 {
     const struct object *pool = FIND(COMMAND_POOL, commandPool);
