@@ -6,7 +6,6 @@
 
 #include "hearing.h"
 #include "src/report/finding_message.h"
-#include "src/state/commands/label_stack.h"
 
 #define LINK "https://docs.vulkan.org/spec/latest/"
 
@@ -170,9 +169,9 @@ TEST_OPENED(test_submission, surrounding_set_up)
                                  .queue_labels = &queue_labels};
     struct finding finding;
     violated_plainly(&finding, "", "is wrong");
-    label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = "build"});
-    label_stack_push(&queue_labels, &(VkDebugUtilsLabelEXT){.pLabelName = "frame\n"});
-    label_stack_push(&queue_labels, &(VkDebugUtilsLabelEXT){.pLabelName = "pass"});
+    label_push(&labels, "build");
+    label_push(&queue_labels, "frame\n");
+    label_push(&queue_labels, "pass");
     reporter_send(reporter, SENT_RULE, &location, &origin, &finding);
     assert_has(hearing.text,
                "Command buffer VkCommandBuffer 0xc, labels \"build\", as submitted to "

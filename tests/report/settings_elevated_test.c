@@ -40,7 +40,7 @@ static VkLayerSettingsCreateInfoEXT give(const VkLayerSettingEXT *settings, uint
 TEST_OPENED(test_environment_and_file, clear)
 {
     surrounding_clear("assay_validation.backend = cpu\nassay_validation.bakcend = cpu\n");
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "state", 1);
+    environment_set("LEVEL=state");
     struct settings settings = settings_read(NULL);
     assert_default_settings(&settings);
     assert_int_equal(warned.count, 0);
@@ -54,7 +54,7 @@ TEST_OPENED(test_environment_and_file, clear)
 
 TEST_OPENED(test_what_the_application_gives, clear)
 {
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+    environment_set("LEVEL=content");
     const char *level = "state", *flags[] = {"error", "info"};
     const uint32_t limit = 4;
     VkLayerSettingEXT given[] = {

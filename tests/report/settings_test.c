@@ -17,13 +17,9 @@ TEST_OPENED(test_defaults, surrounding_set_up)
 
 TEST_OPENED(test_environment, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "Parameters", 1);
-    setenv("VK_ASSAY_VALIDATION_BACKEND", "driver", 1);
-    setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "listed", 1);
+    environment_set("LEVEL=Parameters BACKEND=driver VUID_NAMES=listed");
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn, info", 1);
-    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "log", 1);
-    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "/tmp/12:30:run.txt", 1);
-    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "3", 1);
+    environment_set("DEBUG_ACTION=log LOG_FILENAME=/tmp/12:30:run.txt DUPLICATE_MESSAGE_LIMIT=3");
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", SENT_ID, 1);
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.level, LEVEL_PARAMETERS);
@@ -190,7 +186,7 @@ TEST_OPENED(test_precedence, surrounding_set_up)
     settings = settings_read(&info);
     assert_int_equal(settings.level, LEVEL_STATE);
 
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+    environment_set("LEVEL=content");
     settings = settings_read(&info);
     assert_int_equal(settings.level, LEVEL_CONTENT);
 }
@@ -199,10 +195,9 @@ TEST_OPENED(test_precedence, surrounding_set_up)
 
 TEST_OPENED(test_without_memory, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
-    setenv("VK_ASSAY_VALIDATION_LEVLE", "content", 1);
-    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "log.txt", 1);
-    setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", "03710,99999", 1);
+    environment_set(
+        "LEVEL=contents LEVLE=content LOG_FILENAME=log.txt "
+        "MESSAGE_ID_FILTER=03710,99999");
     VkBool32 off = VK_FALSE;
     const VkLayerSettingEXT entry =
         setting_given("enable_message_limit", VK_LAYER_SETTING_TYPE_BOOL32_EXT, &off);
