@@ -73,7 +73,7 @@ static void set_name(const char *name)
         .objectHandle = (uint64_t)(uintptr_t)scene->command_buffer,
         .pObjectName = name,
     };
-    expect_success(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &info), "the name");
+    MUST_SUCCEED(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &info));
 }
 
 /* Returns in the child. */

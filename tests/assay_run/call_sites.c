@@ -69,9 +69,8 @@ static void prepare(struct scene *scene)
     if (strcmp(mistake, "execution") == 0 && command == COMMAND_HOST)
         scene->ranges[UPDATE][0].primitiveCount--;
     if (is_deferred)
-        expect_success(
-            scene->vk->CreateDeferredOperationKHR(fixture.device, NULL, &scene->deferred_operation),
-            "vkCreateDeferredOperationKHR");
+        MUST_SUCCEED(scene->vk->CreateDeferredOperationKHR(fixture.device, NULL,
+                                                           &scene->deferred_operation));
     if (strcmp(mistake, "parameters") != 0)
         return;
     scene->info_count = 0;

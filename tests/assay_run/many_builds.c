@@ -60,8 +60,7 @@ static void create_query_pool(void)
         .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
         .queryCount = 1,
     };
-    expect_success(scene->vk->CreateQueryPool(fixture.device, &info, NULL, &query_pool),
-                   "the query pool");
+    MUST_SUCCEED(scene->vk->CreateQueryPool(fixture.device, &info, NULL, &query_pool));
 }
 
 static VkAccelerationStructureKHR create_structure(uint32_t i)
@@ -75,9 +74,8 @@ static VkAccelerationStructureKHR create_structure(uint32_t i)
         .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
     };
     VkAccelerationStructureKHR structure;
-    expect_success(
-        scene->vk->CreateAccelerationStructureKHR(fixture.device, &create_info, NULL, &structure),
-        "the structure");
+    MUST_SUCCEED(
+        scene->vk->CreateAccelerationStructureKHR(fixture.device, &create_info, NULL, &structure));
     snprintf(text, sizeof(text), "mesh %u", i);
     const VkDebugUtilsObjectNameInfoEXT name = {
         .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
@@ -85,7 +83,7 @@ static VkAccelerationStructureKHR create_structure(uint32_t i)
         .objectHandle = (uint64_t)structure,
         .pObjectName = text,
     };
-    expect_success(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &name), "the name");
+    MUST_SUCCEED(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &name));
     return structure;
 }
 
@@ -133,9 +131,8 @@ static uint32_t submit(VkAccelerationStructureKHR *structures, uint32_t first, u
         VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, query_pool, 0);
     scene_end(scene, scene->command_buffer);
     scene_submit(scene, families[queue], scene->command_buffer);
-    expect_success(scene->vk->GetQueryPoolResults(fixture.device, query_pool, 0, 1, sizeof(size),
-                                                  &size, sizeof(size), VK_QUERY_RESULT_64_BIT),
-                   "the compacted size");
+    MUST_SUCCEED(scene->vk->GetQueryPoolResults(fixture.device, query_pool, 0, 1, sizeof(size),
+                                                &size, sizeof(size), VK_QUERY_RESULT_64_BIT));
     return i;
 }
 

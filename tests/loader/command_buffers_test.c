@@ -72,9 +72,8 @@ static VkDevice create_device(void)
     static VkExtensionProperties offered[EXTENSIONS_MAX];
     static const char *names[EXTENSIONS_MAX];
     uint32_t count = EXTENSIONS_MAX;
-    expect_success(fixture.vki.EnumerateDeviceExtensionProperties(fixture.physical_device, NULL,
-                                                                  &count, offered),
-                   "vkEnumerateDeviceExtensionProperties");
+    MUST_SUCCEED(fixture.vki.EnumerateDeviceExtensionProperties(fixture.physical_device, NULL,
+                                                                &count, offered));
     for (uint32_t i = 0; i < count; i++)
         names[i] = offered[i].extensionName;
     const float priority = 1.0f;
@@ -83,8 +82,7 @@ static VkDevice create_device(void)
                  .pQueueCreateInfos = &queue, .enabledExtensionCount = count,
                  .ppEnabledExtensionNames = names);
     VkDevice created;
-    expect_success(fixture.create_device(fixture.physical_device, &create_info, NULL, &created),
-                   "vkCreateDevice");
+    MUST_SUCCEED(fixture.create_device(fixture.physical_device, &create_info, NULL, &created));
     return created;
 }
 
@@ -92,7 +90,7 @@ static VkCommandPool create_pool(VkDevice owner)
 {
     const STRUCT(VkCommandPoolCreateInfo, info);
     VkCommandPool pool;
-    expect_success(vk.CreateCommandPool(owner, &info, NULL, &pool), "vkCreateCommandPool");
+    MUST_SUCCEED(vk.CreateCommandPool(owner, &info, NULL, &pool));
     return pool;
 }
 
@@ -102,9 +100,8 @@ static VkCommandBuffer allocate(VkDevice owner, VkCommandPool pool)
     const STRUCT(VkCommandBufferAllocateInfo, info, .commandPool = pool, .commandBufferCount = 1);
     const STRUCT(VkCommandBufferBeginInfo, begin);
     VkCommandBuffer command_buffer;
-    expect_success(vk.AllocateCommandBuffers(owner, &info, &command_buffer),
-                   "vkAllocateCommandBuffers");
-    expect_success(vk.BeginCommandBuffer(command_buffer, &begin), "vkBeginCommandBuffer");
+    MUST_SUCCEED(vk.AllocateCommandBuffers(owner, &info, &command_buffer));
+    MUST_SUCCEED(vk.BeginCommandBuffer(command_buffer, &begin));
     return command_buffer;
 }
 

@@ -34,7 +34,7 @@ static void create_and_destroy(void)
                  .ppEnabledExtensionNames = &extension);
     VkInstance instance;
     heard.count = 0;
-    expect_success(GLOBAL(CreateInstance)(&create_info, NULL, &instance), "vkCreateInstance");
+    MUST_SUCCEED(GLOBAL(CreateInstance)(&create_info, NULL, &instance));
     COMMAND_OF(instance, DestroyInstance)(instance, NULL);
 }
 

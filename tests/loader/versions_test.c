@@ -57,7 +57,7 @@ static VkInstance create_instance(const struct application *application)
                  .ppEnabledExtensionNames = extensions);
     VkInstance instance;
     configure(application);
-    expect_success(GLOBAL(CreateInstance)(&create_info, NULL, &instance), "vkCreateInstance");
+    MUST_SUCCEED(GLOBAL(CreateInstance)(&create_info, NULL, &instance));
     return instance;
 }
 
@@ -66,8 +66,7 @@ static bool offers(const VkuInstanceDispatchTable *vki, VkPhysicalDevice physica
 {
     static VkExtensionProperties list[512];
     uint32_t count = 512;
-    expect_success(vki->EnumerateDeviceExtensionProperties(physical_device, NULL, &count, list),
-                   "vkEnumerateDeviceExtensionProperties");
+    MUST_SUCCEED(vki->EnumerateDeviceExtensionProperties(physical_device, NULL, &count, list));
     for (uint32_t i = 0; i < count; i++)
         if (strcmp(list[i].extensionName, extension) == 0)
             return true;
@@ -87,10 +86,8 @@ static void build(VkDevice device, const VkuDeviceDispatchTable *vk)
     VkCommandBuffer commands;
     for (int i = 0; i < GEOMETRIES; i++)
         geometries[i].sType = VK_STRUCTURE_TYPE_GEOMETRY_NV;
-    expect_success(vk->CreateCommandPool(device, &pool_info, NULL, &allocate_info.commandPool),
-                   "vkCreateCommandPool");
-    expect_success(vk->AllocateCommandBuffers(device, &allocate_info, &commands),
-                   "vkAllocateCommandBuffers");
+    MUST_SUCCEED(vk->CreateCommandPool(device, &pool_info, NULL, &allocate_info.commandPool));
+    MUST_SUCCEED(vk->AllocateCommandBuffers(device, &allocate_info, &commands));
     vk->BeginCommandBuffer(commands, &begin_info);
     messages_clear(&messages);
     messages.answer = VK_TRUE;
@@ -112,8 +109,7 @@ static void use_device(const VkuInstanceDispatchTable *vki, VkInstance instance,
                  .ppEnabledExtensionNames = extensions);
     VkuDeviceDispatchTable vk;
     VkDevice device;
-    expect_success(COMMAND_OF(instance, CreateDevice)(physical_device, &info, NULL, &device),
-                   "vkCreateDevice");
+    MUST_SUCCEED(COMMAND_OF(instance, CreateDevice)(physical_device, &info, NULL, &device));
     vkuInitDeviceDispatchTable(device, &vk, COMMAND_OF(instance, GetDeviceProcAddr));
     if (info.enabledExtensionCount == 2)
         build(device, &vk);
@@ -132,8 +128,7 @@ static bool run(const struct application *application)
 
     vkuInitInstanceDispatchTable(instance, &vki, platform.get_instance_proc_addr);
     messages_clear(&messages);
-    expect_success(vki.CreateDebugUtilsMessengerEXT(instance, &info, NULL, &messenger),
-                   "vkCreateDebugUtilsMessengerEXT");
+    MUST_SUCCEED(vki.CreateDebugUtilsMessengerEXT(instance, &info, NULL, &messenger));
     vki.EnumeratePhysicalDevices(instance, &count, &physical_device);
     assert_int_equal(count, 1);
     const bool has_extension = offers(&vki, physical_device, VK_NV_RAY_TRACING_EXTENSION_NAME);

@@ -98,8 +98,7 @@ static void continue_render_pass(struct scene *scene)
                  .pInheritanceInfo = &inheritance);
     scene->command_buffer = scene_allocate_command_buffer(
         scene, scene_pool(scene, compute_family(scene), 0), VK_COMMAND_BUFFER_LEVEL_SECONDARY);
-    expect_success(scene->vk->BeginCommandBuffer(scene->command_buffer, &begin_info),
-                   "vkBeginCommandBuffer");
+    MUST_SUCCEED(scene->vk->BeginCommandBuffer(scene->command_buffer, &begin_info));
 }
 #include "pointers.inc"
 #include "recording.inc"

@@ -242,6 +242,6 @@ static void rebuild_on_device(struct scene *scene)
     record_on_device(scene, build, command_buffer);
     scene_end(scene, command_buffer);
     scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
-    expect_success(scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE), "vkQueueSubmit");
+    MUST_SUCCEED(scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE));
 }
 #include "disabling.inc"

@@ -15,8 +15,7 @@ static void call_on_a_queue(struct scene *scene)
 static VkDeferredOperationKHR create_operation(struct scene *scene)
 {
     VkDeferredOperationKHR operation;
-    expect_success(scene->vk->CreateDeferredOperationKHR(scene->fixture->device, NULL, &operation),
-                   "vkCreateDeferredOperationKHR");
+    MUST_SUCCEED(scene->vk->CreateDeferredOperationKHR(scene->fixture->device, NULL, &operation));
     return operation;
 }
 

@@ -105,5 +105,6 @@ uint32_t fixture_find_family(const struct fixture *fixture, VkQueueFlags with,
 
 /* Ends the program unless a call of the test itself succeeded. */
 void expect_success(VkResult result, const char *what);
+#define MUST_SUCCEED(call) expect_success(call, #call)
 
 #endif

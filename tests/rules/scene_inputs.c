@@ -154,7 +154,7 @@ static void submit_before(struct scene *scene, VkCommandBuffer command_buffer)
                  .pSignalSemaphores = &semaphore);
     VkQueue queue;
     scene->vk->GetDeviceQueue(scene->fixture->device, 1, 0, &queue);
-    expect_success(scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE), "vkQueueSubmit");
+    MUST_SUCCEED(scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE));
 }
 
 static VkCommandBuffer begin_own(struct scene *scene)

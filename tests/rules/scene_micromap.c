@@ -146,8 +146,7 @@ static void build_displacement(struct scene *scene, VkMicromapEXT micromap)
                  .dstMicromap = micromap, .usageCountsCount = 1,
                  .pUsageCounts = scene->micromaps.usages_ext, .data.hostAddress = block,
                  .triangleArray.hostAddress = &triangle, .triangleArrayStride = sizeof(triangle));
-    expect_success(scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, &info),
-                   "vkBuildMicromapsEXT");
+    MUST_SUCCEED(scene->vk->BuildMicromapsEXT(scene->fixture->device, VK_NULL_HANDLE, 1, &info));
 }
 
 void scene_use_displacement(struct scene *scene)

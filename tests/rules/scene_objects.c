@@ -70,8 +70,7 @@ static struct test_memory allocate(struct scene *scene, VkDeviceSize size, uint3
                  .allocationSize = size, .memoryTypeIndex = type);
     const VkDevice device = scene->fixture->device;
 
-    expect_success(scene->vk->AllocateMemory(device, &allocate_info, NULL, &memory.handle),
-                   "vkAllocateMemory");
+    MUST_SUCCEED(scene->vk->AllocateMemory(device, &allocate_info, NULL, &memory.handle));
     scene_defer(scene, device, (uint64_t)memory.handle, free_memory);
     return memory;
 }
@@ -87,9 +86,8 @@ struct test_memory scene_allocate_with(struct scene *scene, VkDeviceSize size,
     }
     struct test_memory memory = allocate(scene, size, type, chain);
     if ((properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) != 0)
-        expect_success(scene->vk->MapMemory(scene->fixture->device, memory.handle, 0, size, 0,
-                                            (void **)&memory.host),
-                       "vkMapMemory");
+        MUST_SUCCEED(scene->vk->MapMemory(scene->fixture->device, memory.handle, 0, size, 0,
+                                          (void **)&memory.host));
     return memory;
 }
 
@@ -161,9 +159,8 @@ void scene_bind(struct scene *scene, struct test_buffer *buffer, const struct te
 {
     if (memory->handle == VK_NULL_HANDLE)
         return;
-    expect_success(
-        scene->vk->BindBufferMemory(scene->fixture->device, buffer->handle, memory->handle, offset),
-        "vkBindBufferMemory");
+    MUST_SUCCEED(scene->vk->BindBufferMemory(scene->fixture->device, buffer->handle, memory->handle,
+                                             offset));
     scene_note_binding(scene, buffer, memory, offset);
 }
 
@@ -293,7 +290,6 @@ void scene_bind_sparse(struct scene *scene, const struct test_buffer *buffer,
     VkQueue queue;
 
     scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
-    expect_success(scene->vk->QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE),
-                   "vkQueueBindSparse");
-    expect_success(scene->vk->QueueWaitIdle(queue), "vkQueueWaitIdle");
+    MUST_SUCCEED(scene->vk->QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE));
+    MUST_SUCCEED(scene->vk->QueueWaitIdle(queue));
 }
