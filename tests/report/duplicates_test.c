@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of setting duplicate_message_limit: messages are limited by VUID and object, and by VUID.
  */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "hearing.h"
 #include "src/report/duplicates.h"
 

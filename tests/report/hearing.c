@@ -4,10 +4,6 @@
 #include "hearing.h"
 
 #include <ftw.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
 static void copy(char *to, size_t size, const char *text)
 {

@@ -4,6 +4,11 @@
 #ifndef REPORT_HEARING_H
 #define REPORT_HEARING_H
 
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
 #include "scarce_memory.h"
 #include "src/report/message.h"
 #include "src/report/reporter.h"

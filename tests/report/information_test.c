@@ -1,10 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of report_flags = info: one line when an instance is created, and one at its end. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 #include "hearing.h"
 
 /* A messenger of the create info that hears information, too. */

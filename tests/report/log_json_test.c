@@ -1,9 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of log_format = json, and of names in message_id_filter. schema_test.py validates lines. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <unistd.h>
-
 #include "hearing.h"
 
 #define SENT_COMMAND "VUID-vkCmdBuildAccelerationStructuresKHR-"

@@ -1,10 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is written to the log, and where to. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 #include "hearing.h"
 
 TEST_OPENED(test_stderr_without_messenger, surrounding_set_up)

@@ -1,9 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what settings add to a message and leave out of it. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "hearing.h"
 #include "src/report/finding_message.h"
 

@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the wording of messages. */
-#include <stdio.h>
-#include <string.h>
-
 #include "hearing.h"
 #include "src/report/finding_message.h"
 #include "src/report/ids/message_id.h"

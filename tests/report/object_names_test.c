@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of debug names and of label stacks. */
-#include <stdio.h>
-#include <string.h>
-
 #include "hearing.h"
 
 /* ---- names */

@@ -1,11 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests that text from outside the layer, such as a debug name, can't break a message over lines.
  */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 #include "hearing.h"
 #include "src/base/text_buffer.h"
 #include "src/report/finding_message.h"

@@ -1,10 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of who hears which message. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 #include "hearing.h"
 #include "src/report/ids/message_id.h"
 #include "src/report/message.h"

@@ -2,8 +2,6 @@
 /* Tests that a warning about a setting comes once in a process, however many instances there are.
  */
 #include <stdatomic.h>
-#include <stdio.h>
-#include <stdlib.h>
 
 #include "hearing.h"
 

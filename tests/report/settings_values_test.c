@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the settings: what they take, and what is said of the rest. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 
 #include "reading.h"
@@ -228,8 +225,7 @@ TEST_OPENED(test_unknown_keys, surrounding_set_up)
     VkBool32 on = VK_TRUE;
     const VkLayerSettingEXT entry =
         setting_given("validate_sync", VK_LAYER_SETTING_TYPE_BOOL32_EXT, &on);
-    const VkLayerSettingsCreateInfoEXT info = {VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-                                               NULL, 1, &entry};
+    const VkLayerSettingsCreateInfoEXT info = settings_given(&entry, 1);
     settings = settings_read(&info);
     assert_default_settings(&settings);
     ASSERT_WARNED("assay_validation.validate_sync\" is not a setting");
