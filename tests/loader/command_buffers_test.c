@@ -86,23 +86,10 @@ static VkDevice create_device(void)
     return created;
 }
 
-static VkCommandPool create_pool(VkDevice owner)
-{
-    const STRUCT(VkCommandPoolCreateInfo, info);
-    VkCommandPool pool;
-    MUST_SUCCEED(vk.CreateCommandPool(owner, &info, NULL, &pool));
-    return pool;
-}
-
 /* A command buffer that something has been recorded in, so that the layer knows it well. */
 static VkCommandBuffer allocate(VkDevice owner, VkCommandPool pool)
 {
-    const STRUCT(VkCommandBufferAllocateInfo, info, .commandPool = pool, .commandBufferCount = 1);
-    const STRUCT(VkCommandBufferBeginInfo, begin);
-    VkCommandBuffer command_buffer;
-    MUST_SUCCEED(vk.AllocateCommandBuffers(owner, &info, &command_buffer));
-    MUST_SUCCEED(vk.BeginCommandBuffer(command_buffer, &begin));
-    return command_buffer;
+    return commands_begin(&vk, owner, pool, VK_COMMAND_BUFFER_LEVEL_PRIMARY, 0, NULL);
 }
 
 static void *map_page(int protection, int byte)
@@ -191,7 +178,7 @@ TEST(test_freed)
 {
     if (!knows_command_buffers())
         skip(); /* what was freed may still lead to the device */
-    const VkCommandPool pool = create_pool(device);
+    const VkCommandPool pool = command_pool_create(&vk, device);
     const VkCommandBuffer handle = allocate(device, pool);
     vk.FreeCommandBuffers(device, pool, 1, &handle);
     call_all(handle, "freed");
@@ -202,7 +189,7 @@ TEST(test_freed_with_its_pool)
 {
     if (!knows_command_buffers())
         skip();
-    const VkCommandPool pool = create_pool(device);
+    const VkCommandPool pool = command_pool_create(&vk, device);
     const VkCommandBuffer handle = allocate(device, pool);
     vk.DestroyCommandPool(device, pool, NULL);
     call_all(handle, "freed with its pool");
@@ -213,7 +200,7 @@ TEST(test_freed_with_its_device)
     VkuDeviceDispatchTable table;
     const VkDevice other = create_device();
     vkuInitDeviceDispatchTable(other, &table, fixture.get_device_proc_addr);
-    const VkCommandPool pool = create_pool(other);
+    const VkCommandPool pool = command_pool_create(&vk, other);
     const VkCommandBuffer handle = allocate(other, pool);
     table.DestroyDevice(other, NULL);
     call_all(handle, "freed with its device");
@@ -248,7 +235,7 @@ TEST(test_other_objects)
 /* Beside a command buffer that lives, one byte on. */
 TEST(test_misaligned)
 {
-    const VkCommandPool pool = create_pool(device);
+    const VkCommandPool pool = command_pool_create(&vk, device);
     const VkCommandBuffer handle = allocate(device, pool);
     for (int i = 1; i < 8; i++)
         call_all((const char *)handle + i, "misaligned");
@@ -261,7 +248,7 @@ TEST(test_allocated_again)
 {
     if (!knows_command_buffers())
         skip();
-    const VkCommandPool pool = create_pool(device);
+    const VkCommandPool pool = command_pool_create(&vk, device);
     for (int i = 0; i < 100; i++) {
         const VkCommandBuffer handle = allocate(device, pool);
         assert_int_equal(vk.EndCommandBuffer(handle), VK_SUCCESS);
@@ -301,7 +288,7 @@ TEST(test_many_devices)
     for (int i = 0; i < DEVICES; i++) {
         devices[i] = create_device();
         vkuInitDeviceDispatchTable(devices[i], &table, fixture.get_device_proc_addr);
-        handles[i] = allocate(devices[i], create_pool(devices[i]));
+        handles[i] = allocate(devices[i], command_pool_create(&vk, devices[i]));
     }
     for (int i = 0; i < DEVICES; i++)
         assert_int_equal(table.EndCommandBuffer(handles[i]), VK_SUCCESS);

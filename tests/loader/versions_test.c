@@ -80,21 +80,17 @@ static void build(VkDevice device, const VkuDeviceDispatchTable *vk)
     const STRUCT(VkAccelerationStructureInfoNV, info,
                  .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
                  .geometryCount = GEOMETRIES, .pGeometries = geometries);
-    const STRUCT(VkCommandPoolCreateInfo, pool_info);
-    STRUCT(VkCommandBufferAllocateInfo, allocate_info, .commandBufferCount = 1);
-    const STRUCT(VkCommandBufferBeginInfo, begin_info);
-    VkCommandBuffer commands;
     for (int i = 0; i < GEOMETRIES; i++)
         geometries[i].sType = VK_STRUCTURE_TYPE_GEOMETRY_NV;
-    MUST_SUCCEED(vk->CreateCommandPool(device, &pool_info, NULL, &allocate_info.commandPool));
-    MUST_SUCCEED(vk->AllocateCommandBuffers(device, &allocate_info, &commands));
-    vk->BeginCommandBuffer(commands, &begin_info);
+    const VkCommandPool pool = command_pool_create(vk, device);
+    const VkCommandBuffer commands =
+        commands_begin(vk, device, pool, VK_COMMAND_BUFFER_LEVEL_PRIMARY, 0, NULL);
     messages_clear(&messages);
     messages.answer = VK_TRUE;
     vk->CmdBuildAccelerationStructureNV(commands, &info, VK_NULL_HANDLE, 0, VK_FALSE,
                                         VK_NULL_HANDLE, VK_NULL_HANDLE, VK_NULL_HANDLE, 0);
     messages.answer = VK_FALSE;
-    vk->DestroyCommandPool(device, allocate_info.commandPool, NULL);
+    vk->DestroyCommandPool(device, pool, NULL);
 }
 
 static void use_device(const VkuInstanceDispatchTable *vki, VkInstance instance,

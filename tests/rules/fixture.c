@@ -178,6 +178,19 @@ const char *fixture_open(struct fixture *fixture, const struct platform *platfor
     return missing;
 }
 
+void fixture_open_by_environment(struct fixture *fixture, uint32_t enable)
+{
+    static struct platform platform = {.name = "environment", .is_named = true};
+    const struct setup setup = {.by_environment = true, .enable = enable};
+    const char *missing = platform_open_loader(&platform);
+    if (missing == NULL)
+        missing = fixture_open(fixture, &platform, &setup);
+    if (missing != NULL) {
+        fprintf(stderr, "%s\n", missing);
+        exit(3);
+    }
+}
+
 void fixture_close(struct fixture *fixture)
 {
     if (fixture->instance == VK_NULL_HANDLE)
