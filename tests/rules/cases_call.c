@@ -19,18 +19,6 @@ static void record_on_a_forgery(struct scene *scene)
     scene->command_buffer = (VkCommandBuffer)(void *)forged;
 }
 
-static void make_first_family_graphics_only(struct null_driver_config *config)
-{
-    config->queue_families[2].queueFlags = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_TRANSFER_BIT;
-}
-
-static void add_compute_to_video(struct null_driver_config *config)
-{
-    for (uint32_t i = 0; i < config->queue_family_count; i++)
-        if ((config->queue_families[i].queueFlags & VK_QUEUE_VIDEO_DECODE_BIT_KHR) != 0)
-            config->queue_families[i].queueFlags |= VK_QUEUE_COMPUTE_BIT;
-}
-
 SCENE_CREATES(create_video_session, VideoSessionKHR, VkVideoSessionKHR, VkVideoSessionCreateInfoKHR)
 
 static VkVideoSessionKHR make_video_session(struct scene *scene, uint32_t family)
@@ -102,16 +90,6 @@ static void continue_render_pass(struct scene *scene)
 }
 #include "pointers.inc"
 #include "recording.inc"
-
-static void limit_counts(struct null_driver_config *config)
-{
-    config->as_properties.maxGeometryCount = 3;
-    config->as_properties.maxPrimitiveCount = 10;
-    config->as_properties.maxInstanceCount = 10;
-    config->sizes.structure.per_primitive = 0;
-    config->sizes.build_scratch.per_primitive = 0;
-    config->sizes.update_scratch.per_primitive = 0;
-}
 
 static void repeat_first_geometry(struct scene *scene, uint32_t build, VkDeviceSize count)
 {

@@ -88,21 +88,10 @@ static void half_radius(struct scene *scene, uint32_t value)
 }
 #include "radii.inc"
 
-static void set_limits(struct null_driver_config *config)
-{
-    config->micromap_properties_khr.maxOpacity2StateSubdivisionLevel = 6;
-    config->micromap_properties_khr.maxOpacity4StateSubdivisionLevel = 5;
-    config->micromap_properties_khr.maxOpacityLossy4StateSubdivisionLevel = 4;
-}
-
 enum { TRIANGLES_BUILT = 4, LEVEL_OF_NONE = 16 };
 
 enum { OPACITY_INDICES = 1024 };
 
-static void set_special_indices(struct scene *scene)
-{
-    memset(scene->indices.host + OPACITY_INDICES, 0xff, 16);
-}
 #include "micromap_contents.inc"
 
 /* Vertex 5 is in the second triangle of the second geometry alone. */

@@ -107,12 +107,6 @@ static void lose_vertices_below_a_maximum(struct scene *scene)
 }
 #include "empty.inc"
 
-static void limit_instances(struct null_driver_config *config)
-{
-    config->as_properties.maxInstanceCount = 5;
-    config->sizes.structure.per_primitive = 0;
-    config->sizes.build_scratch.per_primitive = 0;
-}
 #include "range.inc"
 
 #define ADDRESS(build) indirect_addresses[build]

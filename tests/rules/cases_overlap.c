@@ -33,27 +33,6 @@ static void reverse_many_dsts(struct scene *scene)
     }
 }
 
-/* Each lies on the one before it and on the one behind it, on no other. */
-static void chain_many_dsts(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer(scene);
-    for (VkDeviceSize i = 0; i < MANY; i++) {
-        const uint32_t build = scene_add_build(scene, INDEXED);
-        place_grow(scene, build, 256);
-        place_dst(scene, build, &buffer, i * place_offset(place_size(scene, build), WITHIN));
-    }
-}
-
-static void alias_many_refits(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer(scene);
-    for (int i = 0; i < MANY; i++) {
-        const uint32_t build = scene_add_build(scene, REFIT);
-        place_dst(scene, build, &buffer, 0);
-        scene->infos[build].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
-        scene_build_source(scene, build);
-    }
-}
 #include "pairs.inc"
 
 /* Two buffers of the scene that is played, in one memory, the second at an offset of it. */

@@ -5,12 +5,6 @@
 #include "case.h"
 #include "placing.h"
 
-static void recycle_all(struct null_driver_config *config)
-{
-    config->recycle_handles = true;
-    config->recycle_addresses = true;
-}
-
 static void update_deserialized(struct scene *scene)
 {
     const VkAccelerationStructureKHR accel = scene_accel_for(scene, REFIT);
@@ -40,14 +34,6 @@ static void update_compacted(struct scene *scene)
                VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
     scene->infos[REFIT].srcAccelerationStructure = copy;
     scene->infos[REFIT].dstAccelerationStructure = copy;
-}
-
-/* The first instance is not read: the range starts behind it. */
-static void skip_bad_instance(struct scene *scene)
-{
-    VkAccelerationStructureInstanceKHR *instances = (void *)scene->instances.host;
-    memset(&instances[0], 0xa5, sizeof(instances[0]));
-    scene->ranges[TLAS][0].primitiveOffset = sizeof(instances[0]);
 }
 
 /* All input in one buffer, and all scratch in another. */
