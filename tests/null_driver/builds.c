@@ -84,8 +84,8 @@ static void note(uint64_t reference)
 /* Bytes of the type's data in front of the reference. */
 static VkDeviceSize reference_offset(uint32_t type)
 {
-    static const VkDeviceSize offsets[] = {56, 104, 136};
-    return type < COUNT_OF(offsets) ? offsets[type] : 0;
+    const VkDeviceSize words = instance_words(type);
+    return words != 0 ? (words - 2) * sizeof(uint32_t) : 0;
 }
 
 static void read_one(const struct instances *instances, VkDeviceAddress at)

@@ -236,6 +236,11 @@ void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dis
 void dispatch_execute(const struct dispatch *dispatch);
 
 void guard_execute(const struct dispatch *dispatch);
+/* Whether the first of these ranges, pairs of addresses, that has the address has all bytes. */
+bool ranges_contain(VkDeviceAddress ranges, uint32_t count, VkDeviceAddress address,
+                    VkDeviceSize size);
+/* Words of an instance of this VkAccelerationStructureMotionInstanceTypeNV; 0: there is none. */
+uint32_t instance_words(uint32_t type);
 
 /* Bytes of memory by their addresses. False where not all of it has memory; what has is copied. */
 bool address_read(VkDeviceAddress address, void *bytes, VkDeviceSize size);

@@ -4,13 +4,6 @@
 
 #include "case.h"
 
-static void record_on_a_queue(struct scene *scene)
-{
-    VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->fixture->device, 0, 0, &queue);
-    scene->command_buffer = (VkCommandBuffer)(void *)queue;
-}
-
 /* Looks like a handle of this device to the loader, and is none. */
 static void record_on_a_forgery(struct scene *scene)
 {

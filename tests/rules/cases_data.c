@@ -195,13 +195,12 @@ static void rebuild_on_device(struct scene *scene)
     const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
     const STRUCT(VkSubmitInfo, submit_info, .commandBufferCount = 1,
                  .pCommandBuffers = &command_buffer);
-    VkQueue queue;
     scene_refer(scene, 0, scene->infos[build].dstAccelerationStructure);
     scene->infos[build].flags = 0;
     scene_begin(scene, command_buffer, 0);
     record_on_device(scene, build, command_buffer);
     scene_end(scene, command_buffer);
-    scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
-    MUST_SUCCEED(scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE));
+    MUST_SUCCEED(
+        scene->vk->QueueSubmit(scene_queue(scene, family), 1, &submit_info, VK_NULL_HANDLE));
 }
 #include "disabling.inc"

@@ -5,13 +5,6 @@
 #include "case.h"
 #include "placing.h"
 
-static void call_on_a_queue(struct scene *scene)
-{
-    VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->fixture->device, 0, 0, &queue);
-    scene->device = (VkDevice)queue;
-}
-
 static VkDeferredOperationKHR create_operation(struct scene *scene)
 {
     VkDeferredOperationKHR operation;

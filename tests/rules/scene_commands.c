@@ -46,12 +46,18 @@ void scene_end(struct scene *scene, VkCommandBuffer command_buffer)
     MUST_SUCCEED(scene->vk->EndCommandBuffer(command_buffer));
 }
 
+VkQueue scene_queue(const struct scene *scene, uint32_t family)
+{
+    VkQueue queue;
+    scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
+    return queue;
+}
+
 static VkResult try_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer)
 {
     const STRUCT(VkSubmitInfo, submit_info, .commandBufferCount = 1,
                  .pCommandBuffers = &command_buffer);
-    VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
+    const VkQueue queue = scene_queue(scene, family);
     const VkResult result = scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE);
     MUST_SUCCEED(scene->vk->QueueWaitIdle(queue));
     return result;

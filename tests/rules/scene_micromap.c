@@ -81,8 +81,13 @@ VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t t
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure)
 {
     const STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info,
-                 .src.deviceAddress = scene->vertices.address, .dst = structure,
+                 .src.deviceAddress = scene_address(scene, &scene->vertices, 0), .dst = structure,
                  .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
+    if (scene->command == COMMAND_HOST) {
+        scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
+                                                        &info);
+        return;
+    }
     scene->vk->CmdCopyMemoryToAccelerationStructureKHR(scene->command_buffer, &info);
     scene_barrier(scene, scene->command_buffer);
 }
