@@ -3,9 +3,6 @@
  * skips the command, and reports the handle if the command builds. */
 #define _GNU_SOURCE /* MAP_ANONYMOUS, dladdr */
 #include <dlfcn.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/mman.h>
 
 #include "layer/cpu/commands.h"

@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The ways in which a user turns the layer on and off, against the installed loader. */
-#include <stdlib.h>
-#include <string.h>
-
 #include "loader_test.h"
 
 static const char *const variables[] = {

@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* information_test null|lavapipe: report_flags = info brings a line when an instance is created and
  * one at its end, to the messenger of VkInstanceCreateInfo. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "loader_test.h"
 
 static struct {

@@ -2,9 +2,6 @@
 /* other_layers_test null|lavapipe: the layer above and below others. Some of those ask the next
  * layer for vkCreateDevice without an instance, which the Khronos layer answers, too. */
 #include <dlfcn.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "layer/intercepts/intercepts.h"
 #include "loader_test.h"

@@ -3,7 +3,6 @@
  * destroy what builds use; run under the thread sanitizer, too. */
 #include <pthread.h>
 #include <stdatomic.h>
-#include <stdlib.h>
 #include <time.h>
 
 #include "loader_test.h"

@@ -3,9 +3,6 @@
  * itself may not call, for the version that it asks for or for want of an extension. The strict
  * layer, below this one, counts such calls. */
 #include <dlfcn.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "loader_test.h"
 #include "strict_layer.h"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The data that builds of extensions read. */
 #include <math.h>
-#include <string.h>
 
 #include "case.h"
 

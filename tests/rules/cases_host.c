@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What only host builds have. */
-#include <string.h>
-
 #include "case.h"
 #include "placing.h"
 

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Memory that builds of one call share. */
-#include <string.h>
-
 #include "case.h"
 #include "placing.h"
 
