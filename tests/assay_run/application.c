@@ -11,7 +11,6 @@
  *   outlive       they are those of a child that has an instance and goes on after the parent's end
  *   exec          a new program in the same process carries out the steps that follow
  * It has a messenger, as most applications have. The environment names the driver and the layer. */
-#include <dlfcn.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -21,28 +20,14 @@
 
 #include "tests/rules/scene.h"
 
-static struct platform platform;
 static struct fixture fixture;
 static struct scene *scene;
 
 static void open_scene(void)
 {
-    static const struct setup setup = {.by_environment = true};
     if (scene != NULL)
         return;
-    /* platform_open would change the environment. */
-    void *loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
-    platform = (struct platform){.name = "environment", .is_named = true};
-    if (loader != NULL)
-        platform.get_instance_proc_addr =
-            (PFN_vkGetInstanceProcAddr)dlsym(loader, "vkGetInstanceProcAddr");
-    const char *missing = platform.get_instance_proc_addr != NULL
-                              ? fixture_open(&fixture, &platform, &setup)
-                              : "there is no libvulkan.so.1";
-    if (missing != NULL) {
-        fprintf(stderr, "%s\n", missing);
-        exit(3);
-    }
+    fixture_open_by_environment(&fixture, 0);
     fixture.messages.answer = VK_TRUE;
     scene = scene_open(&fixture, COMMAND_DEVICE);
 }
@@ -67,13 +52,9 @@ static void build(uint32_t info_count)
 static void set_name(const char *name)
 {
     open_scene();
-    const VkDebugUtilsObjectNameInfoEXT info = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
-        .objectHandle = (uint64_t)(uintptr_t)scene->command_buffer,
-        .pObjectName = name,
-    };
-    expect_success(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &info), "the name");
+    const STRUCT(VkDebugUtilsObjectNameInfoEXT, info, .objectType = VK_OBJECT_TYPE_COMMAND_BUFFER,
+                 .objectHandle = (uint64_t)(uintptr_t)scene->command_buffer, .pObjectName = name);
+    MUST_SUCCEED(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &info));
 }
 
 /* Returns in the child. */

@@ -13,10 +13,8 @@ from assay_run.options import make_parser
 
 class Arguments(Runs):
     def expect_refused(self, *words):
-        result = self.run_words(*words, "--", "touch", "was-run")
-        self.assertEqual(result.status, 2, result.err)
+        self.expect(self.run_words(*words, "--", "touch", "was-run"), 2)
         self.assertFalse((self.folder / "was-run").exists())
-        return result.err
 
     def test_refused(self):
         (self.folder / "known.txt").write_text("an id with spaces\n")
@@ -31,10 +29,8 @@ class Arguments(Runs):
                 self.expect_refused(*words)
 
     def test_equals_sign(self):
-        result = self.run_script(
-            "load(); sys.exit(os.environ['VK_ASSAY_VALIDATION_LEVEL'] != 'content')",
-            "--level=content")
-        self.assertEqual(result.status, 0)
+        script = "load(); sys.exit(os.environ['VK_ASSAY_VALIDATION_LEVEL'] != 'content')"
+        self.expect(self.run_script(script, "--level=content"), 0)
 
     def test_nothing_to_run(self):
         self.assertEqual(self.run_words().status, 2)
@@ -42,12 +38,10 @@ class Arguments(Runs):
 
     def test_the_application_has_options_of_its_own(self):
         script = LAYER + "load(); sys.exit(sys.argv[1:] != ['--level', '--', '-h'])"
-        result = self.run_words("--", sys.executable, "-c", script, "--level", "--", "-h")
-        self.assertEqual(result.status, 0)
+        self.expect(self.run_words("--", sys.executable, "-c", script, "--level", "--", "-h"), 0)
 
     def test_help(self):
-        result = self.run_words("--help")
-        self.assertEqual(result.status, 0)
+        result = self.expect(self.run_words("--help"), 0)
         self.assertIn("exit status", result.out)
 
 

@@ -79,20 +79,17 @@ class Files(Runs):
         self.assertEqual([entry.text for entry in read_baseline(path)], [f"{VUID}@mesh*"])
 
     def test_written_then_read(self):
-        result = self.run_script(MISTAKE, "--write-baseline", "known.txt")
-        self.assertEqual(result.status, 0)
-        self.assertIn(f"{VUID}@mesh 1\n", (self.folder / "known.txt").read_text(encoding="utf-8"))
+        self.expect(self.run_script(MISTAKE, "--write-baseline", "known.txt"), 0)
+        self.assertIn(f"{VUID}@mesh 1\n", self.read("known.txt"))
         self.assertEqual(self.run_script(MISTAKE, "--baseline", "known.txt").status, 0)
-        result = self.run_script(OTHER, "--baseline", "known.txt")
-        self.assertEqual(result.status, 99)
-        self.assertIn("known.txt:2: matches no finding any more", result.err)
+        self.expect(self.run_script(OTHER, "--baseline", "known.txt"), 99,
+                    "known.txt:2: matches no finding any more")
 
     def test_outdated(self):
         (self.folder / "known.txt").write_text(f"{VUID}\n")
         clean = "load(); end()"
-        result = self.run_script(clean, "--baseline", "known.txt")
-        self.assertEqual(result.status, 0)
-        self.assertIn("known.txt:1: matches no finding any more", result.err)
+        self.expect(self.run_script(clean, "--baseline", "known.txt"), 0,
+                    "known.txt:1: matches no finding any more")
         self.assertEqual(self.run_script(clean, "--baseline", "known.txt",
                                          "--strict-baseline").status, 99)
         self.assertEqual(self.run_script(MISTAKE, "--baseline", "known.txt",
@@ -100,15 +97,13 @@ class Files(Runs):
 
     def test_a_signal_is_not_in_the_baseline(self):
         (self.folder / "known.txt").write_text(f"{VUID}\n")
-        result = self.run_script(MISTAKE + "; os.kill(os.getpid(), 11)", "--baseline", "known.txt")
-        self.assertEqual(result.status, -11)
+        self.expect(self.run_script(MISTAKE + "; os.kill(os.getpid(), 11)", "--baseline", "known.txt"),
+                    -11)
 
     def test_wrong_lines(self):
         for line in ("two ids", "@mesh", f"{VUID}@"):
             (self.folder / "known.txt").write_text(line)
-            result = self.run_script("load()", "--baseline", "known.txt")
-            self.assertEqual(result.status, 2)
-            self.assertIn("known.txt:1", result.err)
+            self.expect(self.run_script("load()", "--baseline", "known.txt"), 2, "known.txt:1")
 
 
 if __name__ == "__main__":

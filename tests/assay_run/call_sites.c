@@ -9,7 +9,6 @@
  *   library=PATH: record_build() of that library, which is closed right after
  * The environment names the driver and the layer. */
 #include <dlfcn.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,7 +16,6 @@
 
 enum { BOX_SIZE = 24 };
 
-static struct platform platform = {.name = "environment", .is_named = true};
 static struct fixture fixture;
 static enum build_command command;
 static const char *mistake, *library;
@@ -46,17 +44,7 @@ static void read_argument(const char *word)
 
 static struct scene *open_scene(bool in_secondary)
 {
-    const struct setup setup = {.by_environment = true,
-                                .enable = command == COMMAND_NV ? ENABLE_RAY_TRACING_NV : 0};
-    void *loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
-    if (loader)
-        platform.get_instance_proc_addr =
-            (PFN_vkGetInstanceProcAddr)dlsym(loader, "vkGetInstanceProcAddr");
-    const char *missing = loader ? fixture_open(&fixture, &platform, &setup) : "no loader";
-    if (missing) {
-        fprintf(stderr, "%s\n", missing);
-        exit(3);
-    }
+    fixture_open_by_environment(&fixture, command == COMMAND_NV ? ENABLE_RAY_TRACING_NV : 0);
     fixture.records_secondary = in_secondary;
     fixture.inputs = INPUTS_VISIBLE;
     return scene_open(&fixture, command);
@@ -69,9 +57,8 @@ static void prepare(struct scene *scene)
     if (strcmp(mistake, "execution") == 0 && command == COMMAND_HOST)
         scene->ranges[UPDATE][0].primitiveCount--;
     if (is_deferred)
-        expect_success(
-            scene->vk->CreateDeferredOperationKHR(fixture.device, NULL, &scene->deferred_operation),
-            "vkCreateDeferredOperationKHR");
+        MUST_SUCCEED(scene->vk->CreateDeferredOperationKHR(fixture.device, NULL,
+                                                           &scene->deferred_operation));
     if (strcmp(mistake, "parameters") != 0)
         return;
     scene->info_count = 0;

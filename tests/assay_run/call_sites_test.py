@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Call sites end to end: a finding leads to the line that recorded the build, in all reports."""
 
-import json
 import pathlib
 import re
 import shutil
@@ -37,13 +36,12 @@ class CallSites(Runs):
     def run_program(self, arguments, mode, program="assay_call_sites", options=()):
         """Returns the result of a run that has findings."""
         level = arguments.split()[1]
-        result = self.run_words("--level", level, "--set", f"call_sites={mode}", "--json", "a.json",
-                                *options, "--", PROGRAMS / program, *arguments.split())
-        self.assertEqual(result.status, 99, result.err)
-        return result
+        return self.expect(self.run_words(
+            "--level", level, "--set", f"call_sites={mode}", "--json", "a.json", *options, "--",
+            PROGRAMS / program, *arguments.split()), 99)
 
     def found(self):
-        return json.loads((self.folder / "a.json").read_text(encoding="utf-8"))["new"]
+        return self.load("a.json")["new"]
 
     def assert_lines(self, command, module=None):
         """Each finding leads to record_build() and its caller."""
@@ -88,7 +86,7 @@ class CallSites(Runs):
                 self.assertEqual(first["module"], str(PROGRAMS / "assay_call_sites_plain"))
                 self.assertNotIn("file", first)
             self.assertRegex(result.err, r"  at \S+/assay_call_sites_plain\+0x[0-9a-f]+")
-            sarif = json.loads((self.folder / "a.sarif").read_text(encoding="utf-8"))
+            sarif = self.load("a.sarif")
             for one in sarif["runs"][0]["results"]:
                 self.assertIn("assay_call_sites_plain",
                               one["locations"][0]["physicalLocation"]["artifactLocation"]["uri"])
@@ -104,7 +102,7 @@ class CallSites(Runs):
         result = self.run_program(arguments, mode, options=(
             "--sarif", "a.sarif", "--junit", "a.xml", "--html", "a.html", "--github"))
         line, caller = line_of(RECORDER, "device"), line_of(MAIN, "caller")
-        sarif = json.loads((self.folder / "a.sarif").read_text(encoding="utf-8"))
+        sarif = self.load("a.sarif")
         for one in sarif["runs"][0]["results"]:
             [location] = one["locations"]
             self.assert_place(location, RECORDER, line)
@@ -115,8 +113,7 @@ class CallSites(Runs):
         self.assertRegex(result.err, rf"  from \S*call_sites\.c:{caller} in make_call\n")
         self.assertRegex(result.out, rf"file=[^,]*record_build\.c,line={line},")
         for name in ("a.xml", "a.html"):
-            self.assertRegex((self.folder / name).read_text(encoding="utf-8"),
-                             rf"record_build\.c:{line} in record_build")
+            self.assertRegex(self.read(name), rf"record_build\.c:{line} in record_build")
 
     def assert_place(self, location, file, line):
         place = location["physicalLocation"]
@@ -134,7 +131,7 @@ class CallSites(Runs):
                                 f"VK_ASSAY_VALIDATION_LOG_FORMAT=text VK_ASSAY_VALIDATION_LOG_FILENAME="
                                 f"log.txt {PROGRAMS}/assay_call_sites device execution")
         self.assertEqual(result.status, 98)
-        text = (self.folder / "log.txt").read_text(encoding="utf-8")
+        text = self.read("log.txt")
         program = re.escape(str(PROGRAMS / "assay_call_sites"))
         self.assertRegex(text, rf"submission \d+\. Called from {program}\+0x[0-9a-f]+, {program}\+0x")
 

@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The demo's planted mistakes on the page. ASSAY_TEST_SCREENSHOT names a file for a picture of it."""
 
-import json
 import os
 import pathlib
 import subprocess
 import sys
-import unittest
 
 from browser import CHROMIUM, Browser
 from runs import Runs, main
@@ -20,11 +18,10 @@ PLANTED = 24
 class Demo(Runs):
     def test_page(self):
         (self.folder / "assay_demo").symlink_to(DEMO)
-        result = self.run_words("--lavapipe", "--level", "content", "--set", "record_builds=true",
-                                "--html", "a.html", "--json", "a.json", "--", "./assay_demo",
-                                VK_LAYER_PATH=str(LAYERS))
-        self.assertEqual(result.status, 99, result.err)
-        found = json.loads((self.folder / "a.json").read_text(encoding="utf-8"))["new"]
+        self.expect(self.run_words(
+            "--lavapipe", "--level", "content", "--set", "record_builds=true", "--html", "a.html",
+            "--json", "a.json", "--", "./assay_demo", VK_LAYER_PATH=str(LAYERS)), 99)
+        found = self.load("a.json")["new"]
         browser = Browser(self.folder)
         self.addCleanup(browser.close)
         browser.open(self.folder / "a.html", 1000, 900)

@@ -6,7 +6,6 @@ import os
 import pathlib
 import shutil
 import subprocess
-import unittest
 
 from runs import ROOT, Runs, main
 from assay_run import environment
@@ -20,16 +19,10 @@ class Environment(Runs):
         return application_environment(arguments, pathlib.Path("/records"), base)
 
     def test_layers(self):
+        """The layer comes behind others, and is named once."""
+        for given, made in (("A:B", f"A:B:{LAYER}"), (f"{LAYER}:A", f"{LAYER}:A"), ("", LAYER)):
+            self.assertEqual(self.make(VK_INSTANCE_LAYERS=given)["VK_INSTANCE_LAYERS"], made)
         self.assertEqual(self.make()["VK_INSTANCE_LAYERS"], LAYER)
-
-    def test_layers_beside_others(self):
-        self.assertEqual(self.make(VK_INSTANCE_LAYERS="A:B")["VK_INSTANCE_LAYERS"], f"A:B:{LAYER}")
-
-    def test_layer_is_named_once(self):
-        self.assertEqual(self.make(VK_INSTANCE_LAYERS=f"{LAYER}:A")["VK_INSTANCE_LAYERS"],
-                         f"{LAYER}:A")
-
-    def test_khronos(self):
         self.assertEqual(self.make("--with-khronos")["VK_INSTANCE_LAYERS"], f"{KHRONOS}:{LAYER}")
 
     def test_switches_of_the_implicit_layer(self):

@@ -10,12 +10,7 @@ import subprocess
 import sys
 import unittest
 
-from runs import ASSAY_RUN, ROOT, VUID, Runs, main
-
-try:
-    import jsonschema
-except ImportError:
-    jsonschema = None
+from runs import ASSAY_RUN, ROOT, SCHEMA, VUID, Runs, jsonschema, main, needs_jsonschema
 
 KHRONOS = pathlib.Path("/usr/share/vulkan/explicit_layer.d")
 APPLICATION, LAYERS, DRIVER = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
@@ -38,26 +33,18 @@ class Layer(Runs):
                 for file in files]
 
     def test_mistake(self):
-        result = self.run_steps("mistake")
-        self.assertEqual(result.status, 99)
-        self.assertIn(VUID, result.err)
+        self.expect(self.run_steps("mistake"), 99, VUID)
 
     def test_scratch_mistake(self):
-        result = self.run_words("--error-exitcode", 7, "--",
-                                APPLICATION.with_name("assay_run_many_builds"), 1000)
-        self.assertEqual(result.status, 7)
-        self.assertIn("scratchData.deviceAddress", result.err)
+        program = APPLICATION.with_name("assay_run_many_builds")
+        self.expect(self.run_words("--error-exitcode", 7, "--", program, 1000), 7,
+                    "scratchData.deviceAddress")
 
     def test_clean(self):
-        result = self.run_steps("clean")
-        self.assertEqual(result.status, 0)
-        self.assertIn("0 findings in 1 process", result.err)
+        self.expect(self.run_steps("clean"), 0, "0 findings in 1 process")
 
     def test_clean_with_own_status(self):
         self.assertEqual(self.run_steps("clean exit=42").status, 42)
-
-    def test_not_loaded(self):
-        self.assertEqual(self.run_words("--", "true").status, 98)
 
     def test_only_the_layer_is_absent(self):
         """An installation without the layer, and a VK_LAYER_PATH that leads nowhere."""
@@ -96,20 +83,15 @@ class Layer(Runs):
         self.assertEqual(self.run_steps("mistake", "--set", "message_id_filter=x").status, 99)
 
     def test_mistyped_setting(self):
-        result = self.run_steps("clean", "--set", "levle=state")
-        self.assertEqual(result.status, 0)
-        self.assertIn("LEVLE", result.err)
+        self.expect(self.run_steps("clean", "--set", "levle=state"), 0, "LEVLE")
 
     def test_messenger_and_log_action(self):
         for action in ("default", "callback", "log", "ignore", "fail"):
-            result = self.run_steps("mistake", "--set", f"debug_action={action}")
-            self.assertEqual(result.status, 99, action)
+            self.expect(self.run_steps("mistake", "--set", f"debug_action={action}"), 99)
 
     def test_signals(self):
         for number in (signal.SIGSEGV, signal.SIGKILL, signal.SIGABRT):
-            result = self.run_steps(f"clean mistake signal={int(number)}")
-            self.assertEqual(result.status, -number)
-            self.assertIn(VUID, result.err)
+            self.expect(self.run_steps(f"clean mistake signal={int(number)}"), -number, VUID)
 
     def test_application_that_leaves_its_instance(self):
         self.assertEqual(self.run_steps("mistake leave").status, 99)
@@ -126,11 +108,9 @@ class Layer(Runs):
 
     def test_sixteen_processes(self):
         processes = f"for i in $(seq 16); do {APPLICATION} name=process-$i many=3 & done; wait"
-        result = self.run_words("--record", "records", "--json", "all.json", "--", "sh", "-c",
-                                processes)
-        self.assertEqual(result.status, 99)
-        self.assertIn("48 findings in 16 processes", result.err)
-        found = json.loads((self.folder / "all.json").read_text(encoding="utf-8"))["new"]
+        self.expect(self.run_words("--json", "all.json", "--", "sh", "-c", processes), 99,
+                    "48 findings in 16 processes")
+        found = self.load("all.json")["new"]
         names = [item["name"] for one in found for item in one["Objects"] if "name" in item]
         self.assertEqual(sorted(set(names)), sorted(f"process-{i}" for i in range(1, 17)))
 
@@ -140,22 +120,18 @@ class Layer(Runs):
              "mistake" if i % 2 else "clean"], cwd=self.folder, env=self.environment,
             stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) for i in range(16)]
         self.assertEqual([run.wait() for run in runs], [0, 99] * 8)
-        result = self.run_words("--merge", "records")
-        self.assertEqual(result.status, 99)
-        self.assertIn("8 findings in 16 processes", result.err)
+        self.expect(self.run_words("--merge", "records"), 99, "8 findings in 16 processes")
 
     def test_baseline(self):
         self.assertEqual(self.run_steps("name=mesh-1 mistake", "--write-baseline",
                                         "known.txt").status, 0)
-        self.assertIn(f"{VUID}@mesh-1", (self.folder / "known.txt").read_text(encoding="utf-8"))
+        self.assertIn(f"{VUID}@mesh-1", self.read("known.txt"))
         baseline = ("--baseline", "known.txt")
         self.assertEqual(self.run_steps("name=mesh-1 many=99", *baseline).status, 0)
         # The limit for each id may not hide the last.
         self.assertEqual(self.run_steps("name=mesh-1 many=200 name=mesh-2 mistake",
                                         *baseline).status, 99)
-        result = self.run_steps("clean", *baseline)
-        self.assertEqual(result.status, 0)
-        self.assertIn("matches no finding any more", result.err)
+        self.expect(self.run_steps("clean", *baseline), 0, "matches no finding any more")
         self.assertEqual(self.run_steps("clean", *baseline, "--strict-baseline").status, 99)
 
     def test_message_id_filter_takes_lines_of_a_baseline(self):
@@ -164,13 +140,12 @@ class Layer(Runs):
         self.assertEqual(self.run_steps("name=box mistake", "--set", line).status, 99)
 
     def test_held_back(self):
-        result = self.run_steps("many=50")
-        self.assertEqual(result.status, 99)
-        self.assertIn("10 findings and 40 duplicates that were not reported", result.err)
+        self.expect(self.run_steps("many=50"), 99,
+                    "10 findings and 40 duplicates that were not reported")
 
-    @unittest.skipIf(jsonschema is None, "python3-jsonschema is not installed")
+    @needs_jsonschema
     def test_records(self):
-        schema = json.loads((ROOT / "json/findings.schema.json").read_text(encoding="utf-8"))
+        schema = self.load(SCHEMA)
         self.run_steps("clean name=é\"\\ mistake", "--record", "records")
         [lines] = self.records()
         for line in lines:
@@ -188,13 +163,10 @@ class Layer(Runs):
             "khronos_validation.debug_action = VK_DBG_LAYER_ACTION_LOG_MSG\n"
             "khronos_validation.log_filename = khronos.txt\n"
             "khronos_validation.report_flags = error\n")
-        result = self.run_words("--with-khronos", "--",
-                                APPLICATION.with_name("assay_run_many_builds"), 1000,
-                                VK_LOADER_DEBUG="layer")
-        self.assertEqual(result.status, 99)
-        self.assertIn("1 finding in 1 process", result.err)
-        self.assertIn("-pInfos-03710", result.err)
-        self.assertIn("-pInfos-03710", (self.folder / "khronos.txt").read_text(encoding="utf-8"))
+        program = APPLICATION.with_name("assay_run_many_builds")
+        result = self.run_words("--with-khronos", "--", program, 1000, VK_LOADER_DEBUG="layer")
+        self.expect(result, 99, "1 finding in 1 process", "-pInfos-03710")
+        self.assertIn("-pInfos-03710", self.read("khronos.txt"))
         stack = result.err.partition("vkCreateInstance layer callstack setup to:")[2]
         stack = stack.partition("<Drivers>")[0]
         self.assertEqual(sorted(re.findall(r"VK_LAYER_(\w+)_validation", stack)), ["ASSAY", "KHRONOS"])
@@ -220,9 +192,9 @@ class Layer(Runs):
     def test_reports(self):
         result = self.run_steps("name=a mistake", "--junit", "a.xml", "--sarif", "a.sarif",
                                 "--json", "a.json", "--html", "a.html", "--github")
-        self.assertEqual(result.status, 99)
+        self.expect(result, 99)
         for name in ("a.xml", "a.sarif", "a.json", "a.html"):
-            self.assertIn(VUID, (self.folder / name).read_text(encoding="utf-8"))
+            self.assertIn(VUID, self.read(name))
         self.assertIn(f"title={VUID}", result.out)
 
 

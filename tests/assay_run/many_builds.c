@@ -2,7 +2,6 @@
 /* many_builds COUNT: so many builds, updates and copies of named structures, by two queues and now
  * and then by the host; one build in 1,000 has a mistake. The environment names driver and layer.
  */
-#include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -16,7 +15,6 @@ enum {
     QUEUES = 2,
 };
 
-static struct platform platform;
 static struct fixture fixture;
 static struct scene *scene;
 static struct test_buffer structures_buffer;
@@ -27,16 +25,7 @@ static VkQueryPool query_pool;
 
 static void open_scene(uint32_t structure_count)
 {
-    static const struct setup setup = {.by_environment = true};
-    void *loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
-    platform = (struct platform){.name = "environment", .is_named = true};
-    platform.get_instance_proc_addr =
-        (PFN_vkGetInstanceProcAddr)dlsym(loader, "vkGetInstanceProcAddr");
-    const char *missing = fixture_open(&fixture, &platform, &setup);
-    if (missing != NULL) {
-        fprintf(stderr, "%s\n", missing);
-        exit(3);
-    }
+    fixture_open_by_environment(&fixture, 0);
     scene = scene_open(&fixture, COMMAND_DEVICE);
     scene->info_count = 1;
     scene->infos[0].flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR |
@@ -55,37 +44,26 @@ static void open_scene(uint32_t structure_count)
 
 static void create_query_pool(void)
 {
-    const VkQueryPoolCreateInfo info = {
-        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-        .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-        .queryCount = 1,
-    };
-    expect_success(scene->vk->CreateQueryPool(fixture.device, &info, NULL, &query_pool),
-                   "the query pool");
+    const STRUCT(VkQueryPoolCreateInfo, info,
+                 .queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
+                 .queryCount = 1);
+    MUST_SUCCEED(scene->vk->CreateQueryPool(fixture.device, &info, NULL, &query_pool));
 }
 
 static VkAccelerationStructureKHR create_structure(uint32_t i)
 {
     char text[64];
-    const VkAccelerationStructureCreateInfoKHR create_info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR,
-        .buffer = structures_buffer.handle,
-        .offset = i * structure_size,
-        .size = structure_size,
-        .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-    };
+    const STRUCT(VkAccelerationStructureCreateInfoKHR, create_info,
+                 .buffer = structures_buffer.handle, .offset = i * structure_size,
+                 .size = structure_size, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     VkAccelerationStructureKHR structure;
-    expect_success(
-        scene->vk->CreateAccelerationStructureKHR(fixture.device, &create_info, NULL, &structure),
-        "the structure");
+    MUST_SUCCEED(
+        scene->vk->CreateAccelerationStructureKHR(fixture.device, &create_info, NULL, &structure));
     snprintf(text, sizeof(text), "mesh %u", i);
-    const VkDebugUtilsObjectNameInfoEXT name = {
-        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
-        .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-        .objectHandle = (uint64_t)structure,
-        .pObjectName = text,
-    };
-    expect_success(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &name), "the name");
+    const STRUCT(VkDebugUtilsObjectNameInfoEXT, name,
+                 .objectType = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
+                 .objectHandle = (uint64_t)structure, .pObjectName = text);
+    MUST_SUCCEED(scene->vk->SetDebugUtilsObjectNameEXT(fixture.device, &name));
     return structure;
 }
 
@@ -97,12 +75,9 @@ static void record(VkAccelerationStructureKHR *structures, uint32_t i)
     const uint32_t src = use >= 2 && dst % STRUCTURES_A_SUBMISSION != 0 ? dst - 1 : dst;
     VkAccelerationStructureBuildGeometryInfoKHR *info = &scene->infos[0];
     if (use == 3 && dst % STRUCTURES_A_SUBMISSION == STRUCTURES_A_SUBMISSION - 1) {
-        const VkCopyAccelerationStructureInfoKHR copy = {
-            .sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR,
-            .src = structures[src],
-            .dst = structures[dst],
-            .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR,
-        };
+        const STRUCT(VkCopyAccelerationStructureInfoKHR, copy, .src = structures[src],
+                     .dst = structures[dst],
+                     .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
         scene->vk->CmdCopyAccelerationStructureKHR(scene->command_buffer, &copy);
         return;
     }
@@ -133,9 +108,8 @@ static uint32_t submit(VkAccelerationStructureKHR *structures, uint32_t first, u
         VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, query_pool, 0);
     scene_end(scene, scene->command_buffer);
     scene_submit(scene, families[queue], scene->command_buffer);
-    expect_success(scene->vk->GetQueryPoolResults(fixture.device, query_pool, 0, 1, sizeof(size),
-                                                  &size, sizeof(size), VK_QUERY_RESULT_64_BIT),
-                   "the compacted size");
+    MUST_SUCCEED(scene->vk->GetQueryPoolResults(fixture.device, query_pool, 0, 1, sizeof(size),
+                                                &size, sizeof(size), VK_QUERY_RESULT_64_BIT));
     return i;
 }
 

@@ -22,9 +22,8 @@ class ManyBuilds(Runs):
         super().setUp()
         self.environment.update(VK_LAYER_PATH=str(LAYERS), VK_DRIVER_FILES=str(DRIVER),
                                 VK_LOADER_LAYERS_DISABLE="~implicit~")
-        result = self.run_words("--set", "record_builds=true", "--html", "a.html", "--quiet", "--",
-                                APPLICATION, BUILDS)
-        self.assertEqual(result.status, 99, result.err)
+        self.expect(self.run_words("--set", "record_builds=true", "--html", "a.html", "--quiet",
+                                   "--", APPLICATION, BUILDS), 99)
         self.browser = Browser(self.folder)
         self.addCleanup(self.browser.close)
         self.browser.open(self.folder / "a.html")

@@ -2,14 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The exit status: the application's, or what assay-run makes of the records of its processes."""
 
-import json
 import os
 import signal
 import subprocess
 import sys
 import textwrap
-import time
-import unittest
 
 from runs import ASSAY_RUN, LAYER, VUID, Runs, main
 
@@ -22,20 +19,14 @@ class Statuses(Runs):
         self.assertEqual(self.run_script("load(); end(); sys.exit(42)").status, 42)
 
     def test_finding(self):
-        result = self.run_script("load(); find(); end(); sys.exit(42)")
-        self.assertEqual(result.status, 99)
-        self.assertIn(VUID, result.err)
-        self.assertIn("1 finding in 1 process", result.err)
-        self.assertIn("exit status is 42", result.err)
+        self.expect(self.run_script("load(); find(); end(); sys.exit(42)"), 99, VUID,
+                    "1 finding in 1 process", "exit status is 42")
 
     def test_other_status_for_findings(self):
-        result = self.run_script("load(); find()", "--error-exitcode", "7")
-        self.assertEqual(result.status, 7)
+        self.expect(self.run_script("load(); find()", "--error-exitcode", "7"), 7)
 
     def test_not_loaded(self):
-        result = self.run_script("pass")
-        self.assertEqual(result.status, 98)
-        self.assertIn("the layer was not loaded", result.err)
+        self.expect(self.run_script("pass"), 98, "the layer was not loaded")
 
     def test_not_loaded_is_said_when_quiet(self):
         self.assertIn("the layer was not loaded", self.run_script("pass", "--quiet").err)
@@ -44,9 +35,7 @@ class Statuses(Runs):
         self.assertEqual(self.run_script('write("")').status, 98)
 
     def test_warnings_are_no_findings(self):
-        result = self.run_script("load(); find('ASSAY-warning', Severity='Warning')")
-        self.assertEqual(result.status, 0)
-        self.assertIn("1 warning", result.err)
+        self.expect(self.run_script("load(); find('ASSAY-warning', Severity='Warning')"), 0, "1 warning")
 
     def test_quiet_and_clean_is_silent(self):
         result = self.run_script("load(); end(); print('own output')", "--quiet")
@@ -117,33 +106,28 @@ class Signals(Runs):
 
 class Children(Runs):
     def test_finding_of_a_child(self):
-        result = self.run_script("""
+        self.expect(self.run_script("""
             if os.fork() == 0:
                 load(); find(); os._exit(0)
-            os.wait()""")
-        self.assertEqual(result.status, 99)
+            os.wait()"""), 99)
 
     def test_the_application_executes_another_program(self):
-        result = self.run_script("""
+        self.expect(self.run_script("""
             load()
             if "again" not in os.environ:
                 with open("/proc/self/cmdline") as file:
                     words = file.read().split(chr(0))[:-1]
                 os.execve(sys.executable, words, {**os.environ, "again": "1"})
-            find()""")
-        self.assertEqual(result.status, 99)
-        self.assertIn("in 1 process", result.err)
+            find()"""), 99, "in 1 process")
 
     def test_a_launcher_ends_before_its_game(self):
-        result = self.run_script("""
+        self.expect(self.run_script("""
             signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGUSR1])
             if os.fork() == 0:
                 load()
                 os.kill(os.getppid(), signal.SIGUSR1)
                 time.sleep(0.5); find(); os._exit(0)
-            signal.sigwait([signal.SIGUSR1])""")
-        self.assertEqual(result.status, 99)
-        self.assertIn("waiting for process", result.err)
+            signal.sigwait([signal.SIGUSR1])"""), 99, "waiting for process")
 
     def test_interrupt_ends_the_waiting(self):
         script = """
@@ -164,7 +148,7 @@ class Children(Runs):
         self.assertIn("not waiting for", process.stderr.read())
 
     def test_sixteen_at_once(self):
-        result = self.run_script("""
+        self.expect(self.run_script("""
             for i in range(16):
                 if os.fork() == 0:
                     load()
@@ -172,9 +156,8 @@ class Children(Runs):
                         find(f"VUID-{i}")
                     end(); os._exit(0)
             for i in range(16):
-                os.wait()""", "--quiet", "--json", "all.json")
-        self.assertEqual(result.status, 99)
-        found = json.loads((self.folder / "all.json").read_text(encoding="utf-8"))["new"]
+                os.wait()""", "--quiet", "--json", "all.json"), 99)
+        found = self.load("all.json")["new"]
         self.assertEqual(sorted({line["VUID"] for line in found}),
                          sorted(f"VUID-{i}" for i in range(16)))
         self.assertEqual(len(found), 1600)
@@ -196,7 +179,7 @@ class Folders(Runs):
 
     def test_full_disk(self):
         # A limit on the size of files cuts lines as a full disk does.
-        result = self.run_script("""
+        self.expect(self.run_script("""
             import resource
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
@@ -204,14 +187,10 @@ class Folders(Runs):
             for _ in range(9):
                 try: find()
                 except OSError: pass
-            sys.exit(0)""")
-        self.assertEqual(result.status, 99)  # those before are found
-        self.assertIn("not written whole", result.err)
+            sys.exit(0)"""), 99, "not written whole")  # those before are found
 
     def test_cut_line_in_a_clean_run(self):
-        result = self.run_script("""load(); write('{"Type": "Fin')""")
-        self.assertEqual(result.status, 97)
-        self.assertIn("not written whole", result.err)
+        self.expect(self.run_script("""load(); write('{"Type": "Fin')"""), 97, "not written whole")
 
 
 if __name__ == "__main__":

@@ -3,16 +3,10 @@
 """Records: read, damaged, merged."""
 
 import json
-import unittest
 
 from page_test import build, compacted_size
-from runs import NASTY, ROOT, Runs, finding, header, main
+from runs import NASTY, SCHEMA, Runs, finding, header, jsonschema, main, needs_jsonschema
 from assay_run.records import read_records
-
-try:
-    import jsonschema
-except ImportError:
-    jsonschema = None
 
 
 class Merging(Runs):
@@ -22,9 +16,7 @@ class Merging(Runs):
     def test_one_verdict(self):
         self.record("load(); end()", "records")
         self.record("load(); find(); end()", "records")
-        result = self.run_words("--merge", "records")
-        self.assertEqual(result.status, 99)
-        self.assertIn("1 finding in 2 processes", result.err)
+        self.expect(self.run_words("--merge", "records"), 99, "1 finding in 2 processes")
 
     def test_clean(self):
         self.record("load(); end()", "a")
@@ -42,23 +34,17 @@ class Merging(Runs):
 
     def test_signal_of_an_application(self):
         self.record("load(); os.kill(os.getpid(), 9)", "records")
-        result = self.run_words("--merge", "records")
-        self.assertEqual(result.status, 137)
-        self.assertIn("SIGKILL", result.err)
+        self.expect(self.run_words("--merge", "records"), 137, "SIGKILL")
 
     def test_one_run_without_the_layer(self):
         self.record("load(); end()", "records")
         self.record("pass", "records")
-        result = self.run_words("--merge", "records")
-        self.assertEqual(result.status, 98)
-        self.assertIn("the layer was not loaded", result.err)
+        self.expect(self.run_words("--merge", "records"), 98, "the layer was not loaded")
 
     def test_a_run_that_was_cut_off(self):
         self.record("load(); end()", "records")
         self.record("load(); end(); os.kill(os.getppid(), 9)", "records")
-        result = self.run_words("--merge", "records")
-        self.assertEqual(result.status, 97)
-        self.assertIn("the run was cut off", result.err)
+        self.expect(self.run_words("--merge", "records"), 97, "the run was cut off")
 
     def test_full_disk_without_half_lines(self):
         self.write_record(header(), name="a/7.jsonl")
@@ -124,9 +110,9 @@ class Reading(Runs):
         result = self.run_words("--merge", ".", "--github", PYTHONIOENCODING="ascii")
         self.assertEqual(result.status, 99)
 
-    @unittest.skipIf(jsonschema is None, "python3-jsonschema is not installed")
+    @needs_jsonschema
     def test_records_of_these_tests_are_as_the_layer_writes_them(self):
-        schema = json.loads((ROOT / "json/findings.schema.json").read_text(encoding="utf-8"))
+        schema = self.load(SCHEMA)
         for line in (header(), finding(), finding(MainMessage=NASTY), build(1), compacted_size(1)):
             jsonschema.validate(line, schema)
 

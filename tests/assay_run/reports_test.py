@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reports: JUnit and SARIF as their schemas say, annotations, JSON, and lines of the source.
 
-junit.xsd and sarif.schema.json beside this file have what the specifications demand of the members
-that assay-run writes. The official schemas are used in addition if ASSAY_TEST_SCHEMAS names a folder
+junit.xsd and sarif.py beside this file have what the specifications demand of the members that
+assay-run writes. The official schemas are used in addition if ASSAY_TEST_SCHEMAS names a folder
 with junit-10.xsd (Jenkins) and sarif-schema-2.1.0.json (OASIS)."""
 
-import json
 import os
 import pathlib
 import shutil
@@ -15,12 +14,8 @@ import sys
 import unittest
 import xml.etree.ElementTree as ElementTree
 
-from runs import NASTY, VUID, Runs, finding, header, main
-
-try:
-    import jsonschema
-except ImportError:
-    jsonschema = None
+from runs import NASTY, VUID, Runs, finding, header, jsonschema, main, needs_jsonschema
+from sarif import SARIF
 
 HERE = pathlib.Path(__file__).resolve().parent
 OFFICIAL = pathlib.Path(os.environ.get("ASSAY_TEST_SCHEMAS", "/nowhere"))
@@ -51,9 +46,6 @@ class Reports(Runs):
                     "--junit", "a.xml", "--sarif", "a.sarif", "--json", "a.json", "--html", "a.html",
                     "--github")
 
-    def load(self, name):
-        return json.loads((self.folder / name).read_text(encoding="utf-8"))
-
     @unittest.skipUnless(shutil.which("xmllint"), "xmllint is not installed (libxml2-utils)")
     def test_junit_schemas(self):
         for _ in self.each():
@@ -63,13 +55,12 @@ class Reports(Runs):
                                          cwd=self.folder, capture_output=True, check=False)
                     self.assertEqual(run.returncode, 0, run.stderr)
 
-    @unittest.skipIf(jsonschema is None, "python3-jsonschema is not installed")
+    @needs_jsonschema
     def test_sarif_schemas(self):
         for _ in self.each():
-            for schema in (HERE / "sarif.schema.json", OFFICIAL / "sarif-schema-2.1.0.json"):
-                if schema.exists():
-                    jsonschema.validate(self.load("a.sarif"),
-                                        json.loads(schema.read_text(encoding="utf-8")))
+            jsonschema.validate(self.load("a.sarif"), SARIF)
+            if (OFFICIAL / "sarif-schema-2.1.0.json").exists():
+                jsonschema.validate(self.load("a.sarif"), self.load(OFFICIAL / "sarif-schema-2.1.0.json"))
 
     def test_junit_counts(self):
         for name, result in self.each():
@@ -159,7 +150,7 @@ int main(void)
     def run_with(self, *frames):
         self.write_record(header(), finding(call_site=list(frames)))
         result = self.run_words("--merge", "7.jsonl", "--sarif", "a.sarif", "--github")
-        sarif = json.loads((self.folder / "a.sarif").read_text(encoding="utf-8"))
+        sarif = self.load("a.sarif")
         place = sarif["runs"][0]["results"][0]["locations"][0]["physicalLocation"]
         return result, place
 
@@ -182,8 +173,7 @@ int main(void)
         subprocess.run([sys.executable, "-B", str(HERE.parent.parent / "scripts/assay-run"),
                         "--merge", "7.jsonl", "--sarif", "a.sarif"],
                        cwd=self.folder / "elsewhere", stderr=subprocess.DEVNULL, check=False)
-        self.assertIn('"uri": "file:///',
-                      (self.folder / "elsewhere/a.sarif").read_text(encoding="utf-8"))
+        self.assertIn('"uri": "file:///', self.read("elsewhere/a.sarif"))
 
     def test_unknown_module(self):
         result, place = self.run_with({"module": "/gone", "offset": "0x1"},

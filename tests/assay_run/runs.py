@@ -10,9 +10,16 @@ import tempfile
 import textwrap
 import unittest
 
+try:
+    import jsonschema
+except ImportError:
+    jsonschema = None
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 ASSAY_RUN = ROOT / "scripts/assay-run"
+SCHEMA = ROOT / "json/findings.schema.json"
 sys.path.insert(0, str(ROOT / "scripts"))
+needs_jsonschema = unittest.skipIf(jsonschema is None, "python3-jsonschema is not installed")
 VUID = "VUID-vkCmdBuildAccelerationStructuresKHR-infoCount-arraylength"
 TIME = "2026-11-22T18:00:00.000001Z"
 NASTY = "\"\\</script><b>&'\x1b[31m\x00\x07é🦆\u2028%{{data}}]]>::warning::x\n"
@@ -76,6 +83,19 @@ class Runs(unittest.TestCase):
         """Runs a script of Python that has the functions of LAYER."""
         return self.run_words(*options, "--", sys.executable, "-B", "-c",
                               LAYER + textwrap.dedent(script), **environment)
+
+    def expect(self, result, status, *words):
+        """Returns a result that has this status and these words on standard error."""
+        self.assertEqual(result.status, status, result.err)
+        for word in words:
+            self.assertIn(word, result.err)
+        return result
+
+    def read(self, name):
+        return (self.folder / name).read_text(encoding="utf-8")
+
+    def load(self, name):
+        return json.loads(self.read(name))
 
     def write_record(self, *lines, name="7.jsonl"):
         path = self.folder / name

@@ -3,9 +3,6 @@
  * skips the command, and reports the handle if the command builds. */
 #define _GNU_SOURCE /* MAP_ANONYMOUS, dladdr */
 #include <dlfcn.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/mman.h>
 
 #include "layer/cpu/commands.h"
@@ -72,9 +69,8 @@ static VkDevice create_device(void)
     static VkExtensionProperties offered[EXTENSIONS_MAX];
     static const char *names[EXTENSIONS_MAX];
     uint32_t count = EXTENSIONS_MAX;
-    expect_success(fixture.vki.EnumerateDeviceExtensionProperties(fixture.physical_device, NULL,
-                                                                  &count, offered),
-                   "vkEnumerateDeviceExtensionProperties");
+    MUST_SUCCEED(fixture.vki.EnumerateDeviceExtensionProperties(fixture.physical_device, NULL,
+                                                                &count, offered));
     for (uint32_t i = 0; i < count; i++)
         names[i] = offered[i].extensionName;
     const float priority = 1.0f;
@@ -83,29 +79,14 @@ static VkDevice create_device(void)
                  .pQueueCreateInfos = &queue, .enabledExtensionCount = count,
                  .ppEnabledExtensionNames = names);
     VkDevice created;
-    expect_success(fixture.create_device(fixture.physical_device, &create_info, NULL, &created),
-                   "vkCreateDevice");
+    MUST_SUCCEED(fixture.create_device(fixture.physical_device, &create_info, NULL, &created));
     return created;
-}
-
-static VkCommandPool create_pool(VkDevice owner)
-{
-    const STRUCT(VkCommandPoolCreateInfo, info);
-    VkCommandPool pool;
-    expect_success(vk.CreateCommandPool(owner, &info, NULL, &pool), "vkCreateCommandPool");
-    return pool;
 }
 
 /* A command buffer that something has been recorded in, so that the layer knows it well. */
 static VkCommandBuffer allocate(VkDevice owner, VkCommandPool pool)
 {
-    const STRUCT(VkCommandBufferAllocateInfo, info, .commandPool = pool, .commandBufferCount = 1);
-    const STRUCT(VkCommandBufferBeginInfo, begin);
-    VkCommandBuffer command_buffer;
-    expect_success(vk.AllocateCommandBuffers(owner, &info, &command_buffer),
-                   "vkAllocateCommandBuffers");
-    expect_success(vk.BeginCommandBuffer(command_buffer, &begin), "vkBeginCommandBuffer");
-    return command_buffer;
+    return commands_begin(&vk, owner, pool, VK_COMMAND_BUFFER_LEVEL_PRIMARY, 0, NULL);
 }
 
 static void *map_page(int protection, int byte)
@@ -194,7 +175,7 @@ TEST(test_freed)
 {
     if (!knows_command_buffers())
         skip(); /* what was freed may still lead to the device */
-    const VkCommandPool pool = create_pool(device);
+    const VkCommandPool pool = command_pool_create(&vk, device);
     const VkCommandBuffer handle = allocate(device, pool);
     vk.FreeCommandBuffers(device, pool, 1, &handle);
     call_all(handle, "freed");
@@ -205,7 +186,7 @@ TEST(test_freed_with_its_pool)
 {
     if (!knows_command_buffers())
         skip();
-    const VkCommandPool pool = create_pool(device);
+    const VkCommandPool pool = command_pool_create(&vk, device);
     const VkCommandBuffer handle = allocate(device, pool);
     vk.DestroyCommandPool(device, pool, NULL);
     call_all(handle, "freed with its pool");
@@ -216,7 +197,7 @@ TEST(test_freed_with_its_device)
     VkuDeviceDispatchTable table;
     const VkDevice other = create_device();
     vkuInitDeviceDispatchTable(other, &table, fixture.get_device_proc_addr);
-    const VkCommandPool pool = create_pool(other);
+    const VkCommandPool pool = command_pool_create(&vk, other);
     const VkCommandBuffer handle = allocate(other, pool);
     table.DestroyDevice(other, NULL);
     call_all(handle, "freed with its device");
@@ -251,7 +232,7 @@ TEST(test_other_objects)
 /* Beside a command buffer that lives, one byte on. */
 TEST(test_misaligned)
 {
-    const VkCommandPool pool = create_pool(device);
+    const VkCommandPool pool = command_pool_create(&vk, device);
     const VkCommandBuffer handle = allocate(device, pool);
     for (int i = 1; i < 8; i++)
         call_all((const char *)handle + i, "misaligned");
@@ -264,7 +245,7 @@ TEST(test_allocated_again)
 {
     if (!knows_command_buffers())
         skip();
-    const VkCommandPool pool = create_pool(device);
+    const VkCommandPool pool = command_pool_create(&vk, device);
     for (int i = 0; i < 100; i++) {
         const VkCommandBuffer handle = allocate(device, pool);
         assert_int_equal(vk.EndCommandBuffer(handle), VK_SUCCESS);
@@ -304,7 +285,7 @@ TEST(test_many_devices)
     for (int i = 0; i < DEVICES; i++) {
         devices[i] = create_device();
         vkuInitDeviceDispatchTable(devices[i], &table, fixture.get_device_proc_addr);
-        handles[i] = allocate(devices[i], create_pool(devices[i]));
+        handles[i] = allocate(devices[i], command_pool_create(&vk, devices[i]));
     }
     for (int i = 0; i < DEVICES; i++)
         assert_int_equal(table.EndCommandBuffer(handles[i]), VK_SUCCESS);

@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The ways in which a user turns the layer on and off, against the installed loader. */
-#include <stdlib.h>
-#include <string.h>
-
 #include "loader_test.h"
 
 static const char *const variables[] = {
@@ -111,8 +108,7 @@ static bool is_listed(const char *extension)
 {
     static VkExtensionProperties list[128];
     uint32_t count = LENGTH(list);
-    expect_success(GLOBAL(EnumerateInstanceExtensionProperties)(NULL, &count, list),
-                   "vkEnumerateInstanceExtensionProperties");
+    MUST_SUCCEED(GLOBAL(EnumerateInstanceExtensionProperties)(NULL, &count, list));
     for (uint32_t i = 0; i < count; i++)
         if (strcmp(list[i].extensionName, extension) == 0)
             return true;

@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* information_test null|lavapipe: report_flags = info brings a line when an instance is created and
  * one at its end, to the messenger of VkInstanceCreateInfo. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "loader_test.h"
 
 static struct {
@@ -34,7 +30,7 @@ static void create_and_destroy(void)
                  .ppEnabledExtensionNames = &extension);
     VkInstance instance;
     heard.count = 0;
-    expect_success(GLOBAL(CreateInstance)(&create_info, NULL, &instance), "vkCreateInstance");
+    MUST_SUCCEED(GLOBAL(CreateInstance)(&create_info, NULL, &instance));
     COMMAND_OF(instance, DestroyInstance)(instance, NULL);
 }
 

@@ -1,9 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* khronos_test null|lavapipe: the layer above and below the Khronos validation layer. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "loader_test.h"
 
 #define KHRONOS_NAME "VK_LAYER_KHRONOS_validation"

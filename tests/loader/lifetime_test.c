@@ -1,9 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Several instances and devices at once; unloading and loading again. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "loader_test.h"
 
 enum { INSTANCES = 4, ROUNDS = 100 };

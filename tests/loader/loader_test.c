@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "loader_test.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 struct platform platform;
 
 const char *unit_test_open(const char *argument)

@@ -4,8 +4,13 @@
 #ifndef LOADER_TEST_H
 #define LOADER_TEST_H
 
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
 #include "tests/fixture/make.h"
 #include "tests/fixture/messenger.h"
+#include "tests/fixture/objects.h"
 #include "tests/rules/scene.h"
 #include "tests/state/unit_test.h"
 

@@ -2,9 +2,6 @@
 /* other_layers_test null|lavapipe: the layer above and below others. Some of those ask the next
  * layer for vkCreateDevice without an instance, which the Khronos layer answers, too. */
 #include <dlfcn.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "layer/intercepts/intercepts.h"
 #include "loader_test.h"
@@ -31,16 +28,6 @@ static void find_mistake(bool is_below, const char *other, const char *folder)
     unsetenv("VK_INSTANCE_LAYERS");
 }
 
-TEST(test_below_the_strict_layer)
-{
-    find_mistake(true, STRICT_LAYER_NAME, STRICT_FOLDER);
-}
-
-TEST(test_above_the_strict_layer)
-{
-    find_mistake(false, STRICT_LAYER_NAME, STRICT_FOLDER);
-}
-
 /* Mesa's overlay leaves memory behind that only its own library refers to: while that stays loaded,
  * the sanitizer counts no leak. */
 static void need_layer(const char *name)
@@ -52,37 +39,32 @@ static void need_layer(const char *name)
     dlopen("libVkLayer_MESA_overlay.so", RTLD_NOW | RTLD_LOCAL);
 }
 
-TEST(test_below_the_overlay)
+/* The capture of gfxreconstruct copies what calls point to. */
+static void prepare_capture(void)
 {
-    need_layer(OVERLAY_NAME);
-    find_mistake(true, OVERLAY_NAME, SYSTEM_FOLDER);
-}
-
-TEST(test_above_the_overlay)
-{
-    need_layer(OVERLAY_NAME);
-    find_mistake(false, OVERLAY_NAME, SYSTEM_FOLDER);
-}
-
-/* The capture of gfxreconstruct, which copies what calls point to. */
-static void need_capture(void)
-{
-    need_layer(CAPTURE_NAME);
     setenv("GFXRECON_CAPTURE_FILE", "/dev/null", 1);
     setenv("GFXRECON_CAPTURE_FILE_TIMESTAMP", "false", 1);
     setenv("GFXRECON_LOG_LEVEL", "fatal", 1);
 }
 
-TEST(test_below_the_capture)
-{
-    need_capture();
-    find_mistake(true, CAPTURE_NAME, SYSTEM_FOLDER);
-}
+static const struct neighbour {
+    const char *test, *name;
+    bool is_above; /* this layer */
+} neighbours[] = {
+    {"test_below_the_strict_layer", STRICT_LAYER_NAME, false},
+    {"test_above_the_strict_layer", STRICT_LAYER_NAME, true},
+    {"test_below_the_overlay", OVERLAY_NAME, false},
+    {"test_above_the_overlay", OVERLAY_NAME, true},
+    {"test_below_the_capture", CAPTURE_NAME, false},
+    {"test_above_the_capture", CAPTURE_NAME, true},
+};
 
-TEST(test_above_the_capture)
+TEST_OF_ROWS(test_neighbour, neighbours, const struct neighbour *row, prepare_capture)
 {
-    need_capture();
-    find_mistake(false, CAPTURE_NAME, SYSTEM_FOLDER);
+    const bool is_strict = strcmp(row->name, STRICT_LAYER_NAME) == 0;
+    if (!is_strict)
+        need_layer(row->name);
+    find_mistake(!row->is_above, row->name, is_strict ? STRICT_FOLDER : SYSTEM_FOLDER);
 }
 
 /* An implicit layer, which loaders put above explicit ones. */

@@ -33,35 +33,26 @@ static uint32_t usable_version(VkPhysicalDevice physical_device)
 
 /* ---- commands of Vulkan 1.1, and of the extension that it took them from */
 
-#define QUERY(name, type)                                                                          \
-    static VKAPI_ATTR void VKAPI_CALL strict_##name(VkPhysicalDevice device, type *out)            \
+#define QUERY(name, parameters, arguments)                                                         \
+    static VKAPI_ATTR void VKAPI_CALL strict_##name parameters                                     \
     {                                                                                              \
         layer.violations += usable_version(device) < VK_API_VERSION_1_1;                           \
-        layer.next.name(device, out);                                                              \
+        layer.next.name arguments;                                                                 \
     }                                                                                              \
-    static VKAPI_ATTR void VKAPI_CALL strict_##name##KHR(VkPhysicalDevice device, type *out)       \
+    static VKAPI_ATTR void VKAPI_CALL strict_##name##KHR parameters                                \
     {                                                                                              \
         layer.violations += !layer.has_properties2;                                                \
-        layer.next.name##KHR(device, out);                                                         \
+        layer.next.name##KHR arguments;                                                            \
     }
 
-QUERY(GetPhysicalDeviceFeatures2, VkPhysicalDeviceFeatures2)
-QUERY(GetPhysicalDeviceProperties2, VkPhysicalDeviceProperties2)
-QUERY(GetPhysicalDeviceMemoryProperties2, VkPhysicalDeviceMemoryProperties2)
-
-static VKAPI_ATTR void VKAPI_CALL strict_GetPhysicalDeviceFormatProperties2(
-    VkPhysicalDevice device, VkFormat format, VkFormatProperties2 *out)
-{
-    layer.violations += usable_version(device) < VK_API_VERSION_1_1;
-    layer.next.GetPhysicalDeviceFormatProperties2(device, format, out);
-}
-
-static VKAPI_ATTR void VKAPI_CALL strict_GetPhysicalDeviceFormatProperties2KHR(
-    VkPhysicalDevice device, VkFormat format, VkFormatProperties2 *out)
-{
-    layer.violations += !layer.has_properties2;
-    layer.next.GetPhysicalDeviceFormatProperties2KHR(device, format, out);
-}
+QUERY(GetPhysicalDeviceFeatures2, (VkPhysicalDevice device, VkPhysicalDeviceFeatures2 *out),
+      (device, out))
+QUERY(GetPhysicalDeviceProperties2, (VkPhysicalDevice device, VkPhysicalDeviceProperties2 *out),
+      (device, out))
+QUERY(GetPhysicalDeviceMemoryProperties2,
+      (VkPhysicalDevice device, VkPhysicalDeviceMemoryProperties2 *out), (device, out))
+QUERY(GetPhysicalDeviceFormatProperties2,
+      (VkPhysicalDevice device, VkFormat format, VkFormatProperties2 *out), (device, format, out))
 
 static VKAPI_ATTR VkDeviceAddress VKAPI_CALL
 strict_GetBufferDeviceAddress(VkDevice device, const VkBufferDeviceAddressInfo *info)

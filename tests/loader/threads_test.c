@@ -3,7 +3,6 @@
  * destroy what builds use; run under the thread sanitizer, too. */
 #include <pthread.h>
 #include <stdatomic.h>
-#include <stdlib.h>
 #include <time.h>
 
 #include "loader_test.h"
@@ -87,9 +86,8 @@ static void *listen_now_and_then(void *context)
     const VkDebugUtilsMessengerCreateInfoEXT create_info = messages_messenger(context);
     while (atomic_load(&recording)) {
         VkDebugUtilsMessengerEXT messenger;
-        expect_success(fixture.vki.CreateDebugUtilsMessengerEXT(fixture.instance, &create_info,
-                                                                NULL, &messenger),
-                       "vkCreateDebugUtilsMessengerEXT");
+        MUST_SUCCEED(fixture.vki.CreateDebugUtilsMessengerEXT(fixture.instance, &create_info, NULL,
+                                                              &messenger));
         fixture.vki.DestroyDebugUtilsMessengerEXT(fixture.instance, messenger, NULL);
     }
     return NULL;

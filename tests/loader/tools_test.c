@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* tools_test null|lavapipe: vkGetPhysicalDeviceToolProperties lists the layer. The null driver
  * lacks the command. */
-#include <string.h>
-
 #include "loader_test.h"
 
 enum { TOOLS_MAX = 8 };

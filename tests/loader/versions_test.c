@@ -3,9 +3,6 @@
  * itself may not call, for the version that it asks for or for want of an extension. The strict
  * layer, below this one, counts such calls. */
 #include <dlfcn.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "loader_test.h"
 #include "strict_layer.h"
@@ -57,7 +54,7 @@ static VkInstance create_instance(const struct application *application)
                  .ppEnabledExtensionNames = extensions);
     VkInstance instance;
     configure(application);
-    expect_success(GLOBAL(CreateInstance)(&create_info, NULL, &instance), "vkCreateInstance");
+    MUST_SUCCEED(GLOBAL(CreateInstance)(&create_info, NULL, &instance));
     return instance;
 }
 
@@ -66,8 +63,7 @@ static bool offers(const VkuInstanceDispatchTable *vki, VkPhysicalDevice physica
 {
     static VkExtensionProperties list[512];
     uint32_t count = 512;
-    expect_success(vki->EnumerateDeviceExtensionProperties(physical_device, NULL, &count, list),
-                   "vkEnumerateDeviceExtensionProperties");
+    MUST_SUCCEED(vki->EnumerateDeviceExtensionProperties(physical_device, NULL, &count, list));
     for (uint32_t i = 0; i < count; i++)
         if (strcmp(list[i].extensionName, extension) == 0)
             return true;
@@ -81,23 +77,17 @@ static void build(VkDevice device, const VkuDeviceDispatchTable *vk)
     const STRUCT(VkAccelerationStructureInfoNV, info,
                  .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
                  .geometryCount = GEOMETRIES, .pGeometries = geometries);
-    const STRUCT(VkCommandPoolCreateInfo, pool_info);
-    STRUCT(VkCommandBufferAllocateInfo, allocate_info, .commandBufferCount = 1);
-    const STRUCT(VkCommandBufferBeginInfo, begin_info);
-    VkCommandBuffer commands;
     for (int i = 0; i < GEOMETRIES; i++)
         geometries[i].sType = VK_STRUCTURE_TYPE_GEOMETRY_NV;
-    expect_success(vk->CreateCommandPool(device, &pool_info, NULL, &allocate_info.commandPool),
-                   "vkCreateCommandPool");
-    expect_success(vk->AllocateCommandBuffers(device, &allocate_info, &commands),
-                   "vkAllocateCommandBuffers");
-    vk->BeginCommandBuffer(commands, &begin_info);
+    const VkCommandPool pool = command_pool_create(vk, device);
+    const VkCommandBuffer commands =
+        commands_begin(vk, device, pool, VK_COMMAND_BUFFER_LEVEL_PRIMARY, 0, NULL);
     messages_clear(&messages);
     messages.answer = VK_TRUE;
     vk->CmdBuildAccelerationStructureNV(commands, &info, VK_NULL_HANDLE, 0, VK_FALSE,
                                         VK_NULL_HANDLE, VK_NULL_HANDLE, VK_NULL_HANDLE, 0);
     messages.answer = VK_FALSE;
-    vk->DestroyCommandPool(device, allocate_info.commandPool, NULL);
+    vk->DestroyCommandPool(device, pool, NULL);
 }
 
 static void use_device(const VkuInstanceDispatchTable *vki, VkInstance instance,
@@ -112,8 +102,7 @@ static void use_device(const VkuInstanceDispatchTable *vki, VkInstance instance,
                  .ppEnabledExtensionNames = extensions);
     VkuDeviceDispatchTable vk;
     VkDevice device;
-    expect_success(COMMAND_OF(instance, CreateDevice)(physical_device, &info, NULL, &device),
-                   "vkCreateDevice");
+    MUST_SUCCEED(COMMAND_OF(instance, CreateDevice)(physical_device, &info, NULL, &device));
     vkuInitDeviceDispatchTable(device, &vk, COMMAND_OF(instance, GetDeviceProcAddr));
     if (info.enabledExtensionCount == 2)
         build(device, &vk);
@@ -132,8 +121,7 @@ static bool run(const struct application *application)
 
     vkuInitInstanceDispatchTable(instance, &vki, platform.get_instance_proc_addr);
     messages_clear(&messages);
-    expect_success(vki.CreateDebugUtilsMessengerEXT(instance, &info, NULL, &messenger),
-                   "vkCreateDebugUtilsMessengerEXT");
+    MUST_SUCCEED(vki.CreateDebugUtilsMessengerEXT(instance, &info, NULL, &messenger));
     vki.EnumeratePhysicalDevices(instance, &count, &physical_device);
     assert_int_equal(count, 1);
     const bool has_extension = offers(&vki, physical_device, VK_NV_RAY_TRACING_EXTENSION_NAME);

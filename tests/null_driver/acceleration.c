@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Acceleration structures and micromaps: handles, addresses, memory and sizes. Builds and copies
- * look at nothing. */
+/* Acceleration structures: handles, addresses, memory and sizes. Builds and copies look at nothing.
+ */
 #include "internal.h"
 
 static VkDeviceAddress buffer_address(uint64_t handle)
@@ -16,11 +16,6 @@ ON_CREATION(CreateAccelerationStructureKHR)
     object->as.fallback = pCreateInfo->deviceAddress;
     if (object->as.fallback == 0 && buffer_address(object->as.buffer) == 0)
         object->as.fallback = address_allocate(NULL, pCreateInfo->size);
-}
-
-ON_CREATION(CreateAccelerationStructure2KHR)
-{
-    object->as.fallback = pCreateInfo->addressRange.address;
 }
 
 COMMAND(GetAccelerationStructureDeviceAddressKHR)
@@ -42,14 +37,6 @@ COMMAND(GetAccelerationStructureBuildSizesKHR)
     pSizeInfo->accelerationStructureSize = size_for(&sizes->structure, primitives);
     pSizeInfo->buildScratchSize = size_for(&sizes->build_scratch, primitives);
     pSizeInfo->updateScratchSize = size_for(&sizes->update_scratch, primitives);
-}
-
-/* ---- host commands */
-
-COMMAND(WriteAccelerationStructuresPropertiesKHR)
-{
-    query_write(CONFIG(device), accelerationStructureCount, queryType, dataSize, pData, stride);
-    return VK_SUCCESS;
 }
 
 /* ---- VK_NV_ray_tracing */
@@ -120,20 +107,5 @@ COMMAND(GetAccelerationStructureHandleNV)
     const struct object *as = FIND(ACCELERATION_STRUCTURE_NV, accelerationStructure);
     const uint64_t address = as != NULL ? as->as_nv.address : 0;
     memcpy(pData, &address, dataSize < sizeof(address) ? dataSize : sizeof(address));
-    return VK_SUCCESS;
-}
-
-/* ---- VK_EXT_opacity_micromap */
-
-COMMAND(GetMicromapBuildSizesEXT)
-{
-    pSizeInfo->micromapSize = CONFIG(device)->sizes.micromap;
-    pSizeInfo->buildScratchSize = CONFIG(device)->sizes.micromap_scratch;
-    pSizeInfo->discardable = VK_FALSE;
-}
-
-COMMAND(WriteMicromapsPropertiesEXT)
-{
-    query_write(CONFIG(device), micromapCount, queryType, dataSize, pData, stride);
     return VK_SUCCESS;
 }

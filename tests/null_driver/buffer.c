@@ -105,19 +105,3 @@ COMMAND(BindBufferMemory2)
     }
     return VK_SUCCESS;
 }
-
-static VkDeviceAddress address_of(VkBuffer buffer)
-{
-    const struct object *object = FIND(BUFFER, buffer);
-    return object != NULL ? object->buffer.address : 0;
-}
-
-COMMAND(GetBufferDeviceAddress)
-{
-    return address_of(pInfo->buffer);
-}
-
-COMMAND(GetBufferOpaqueCaptureAddress)
-{
-    return address_of(pInfo->buffer);
-}

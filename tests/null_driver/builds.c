@@ -4,8 +4,6 @@
  * invalid. */
 #include "internal.h"
 
-#include <pthread.h>
-
 enum { REFERENCES_MAX = 256, MOTION_STRIDE = 160 };
 
 static atomic_bool is_reading;
@@ -30,56 +28,41 @@ uint32_t null_driver_take_references(uint64_t *taken, uint32_t capacity)
 
 /* ---- recording */
 
-void null_CmdBuildAccelerationStructuresKHR(
-    VkCommandBuffer commandBuffer, uint32_t infoCount,
-    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
-    const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
+static void add_instances(VkCommandBuffer commands,
+                          const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                          const VkAccelerationStructureBuildRangeInfoKHR *range,
+                          VkDeviceAddress indirect_range)
 {
-    transfers_add_build(commandBuffer);
-    for (uint32_t i = 0; atomic_load(&is_reading) && i < infoCount; i++) {
-        const VkAccelerationStructureGeometryKHR *geometry =
-            pInfos[i].pGeometries != NULL ? pInfos[i].pGeometries : pInfos[i].ppGeometries[0];
-        const VkAccelerationStructureGeometryInstancesDataKHR *instances =
-            &geometry->geometry.instances;
-        if (geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR)
-            transfers_add_instances(
-                commandBuffer,
-                &(struct instances){.data = instances->data.deviceAddress +
-                                            ppBuildRangeInfos[i]->primitiveOffset,
-                                    .count = ppBuildRangeInfos[i]->primitiveCount,
-                                    .are_pointers = instances->arrayOfPointers,
-                                    .have_motion = pInfos[i].flags &
-                                                   VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV});
-    }
+    const VkAccelerationStructureGeometryKHR *geometry =
+        info->pGeometries != NULL ? info->pGeometries : info->ppGeometries[0];
+    const VkAccelerationStructureGeometryInstancesDataKHR *data = &geometry->geometry.instances;
+    if (geometry->geometryType != VK_GEOMETRY_TYPE_INSTANCES_KHR)
+        return;
+    const struct instances instances = {
+        .data = data->data.deviceAddress + range->primitiveOffset,
+        .range = indirect_range,
+        .count = range->primitiveCount,
+        .are_pointers = data->arrayOfPointers,
+        .have_motion = info->flags & VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV};
+    transfers_add_instances(commands, &instances);
 }
 
-void null_CmdBuildAccelerationStructuresIndirectKHR(
-    VkCommandBuffer commandBuffer, uint32_t infoCount,
-    const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
-    const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
-    const uint32_t *const *ppMaxPrimitiveCounts)
+COMMAND(CmdBuildAccelerationStructuresKHR)
 {
     transfers_add_build(commandBuffer);
-    for (uint32_t i = 0; atomic_load(&is_reading) && i < infoCount; i++) {
-        const VkAccelerationStructureGeometryKHR *geometry =
-            pInfos[i].pGeometries != NULL ? pInfos[i].pGeometries : pInfos[i].ppGeometries[0];
-        if (geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR)
-            transfers_add_instances(
-                commandBuffer,
-                &(struct instances){.data = geometry->geometry.instances.data.deviceAddress,
-                                    .range = pIndirectDeviceAddresses[i],
-                                    .are_pointers = geometry->geometry.instances.arrayOfPointers,
-                                    .have_motion = pInfos[i].flags &
-                                                   VK_BUILD_ACCELERATION_STRUCTURE_MOTION_BIT_NV});
-    }
+    for (uint32_t i = 0; atomic_load(&is_reading) && i < infoCount; i++)
+        add_instances(commandBuffer, &pInfos[i], ppBuildRangeInfos[i], 0);
 }
 
-void null_CmdBuildAccelerationStructureNV(VkCommandBuffer commandBuffer,
-                                          const VkAccelerationStructureInfoNV *pInfo,
-                                          VkBuffer instanceData, VkDeviceSize instanceOffset,
-                                          VkBool32 update, VkAccelerationStructureNV dst,
-                                          VkAccelerationStructureNV src, VkBuffer scratch,
-                                          VkDeviceSize scratchOffset)
+COMMAND(CmdBuildAccelerationStructuresIndirectKHR)
+{
+    transfers_add_build(commandBuffer);
+    static const VkAccelerationStructureBuildRangeInfoKHR unknown;
+    for (uint32_t i = 0; atomic_load(&is_reading) && i < infoCount; i++)
+        add_instances(commandBuffer, &pInfos[i], &unknown, pIndirectDeviceAddresses[i]);
+}
+
+COMMAND(CmdBuildAccelerationStructureNV)
 {
     transfers_add_build(commandBuffer);
     if (atomic_load(&is_reading) && pInfo->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV)
@@ -101,8 +84,8 @@ static void note(uint64_t reference)
 /* Bytes of the type's data in front of the reference. */
 static VkDeviceSize reference_offset(uint32_t type)
 {
-    static const VkDeviceSize offsets[] = {56, 104, 136};
-    return type < COUNT_OF(offsets) ? offsets[type] : 0;
+    const VkDeviceSize words = instance_words(type);
+    return words != 0 ? (words - 2) * sizeof(uint32_t) : 0;
 }
 
 static void read_one(const struct instances *instances, VkDeviceAddress at)

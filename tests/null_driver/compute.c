@@ -160,22 +160,22 @@ struct gathering {
     uint32_t count, range_count, words, typed;
 };
 
-static bool is_readable(const struct gathering *gathering, VkDeviceAddress address,
-                        VkDeviceSize size)
+bool ranges_contain(VkDeviceAddress ranges, uint32_t count, VkDeviceAddress address,
+                    VkDeviceSize size)
 {
-    for (uint32_t i = 0; i < gathering->range_count; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         VkDeviceAddress range[2];
-        if (!address_read(gathering->ranges + i * sizeof(range), range, sizeof(range)))
+        if (!address_read(ranges + i * sizeof(range), range, sizeof(range)))
             return false;
         if (range[0] <= address && address < range[1])
-            return size <= range[1] - address && address % sizeof(uint32_t) == 0;
+            return size <= range[1] - address;
     }
     return false;
 }
 
 enum { WORDS_MAX = 36 };
 
-static uint32_t words_of(uint32_t type)
+uint32_t instance_words(uint32_t type)
 {
     static const uint32_t words[] = {16, 28, WORDS_MAX};
     return type < COUNT_OF(words) ? words[type] : 0;
@@ -194,10 +194,12 @@ static void gather(const struct dispatch *dispatch)
         if (!address_read(gathering.addresses + i * sizeof(address), &address, sizeof(address)))
             return;
         if (gathering.typed != 0) {
-            words = words_of((uint32_t)address & 15);
+            words = instance_words((uint32_t)address & 15);
             address &= ~(VkDeviceAddress)15;
         }
-        if (is_readable(&gathering, address, words * sizeof(uint32_t)))
+        if (address % sizeof(uint32_t) == 0 &&
+            ranges_contain(gathering.ranges, gathering.range_count, address,
+                           words * sizeof(uint32_t)))
             address_read(address, element, words * sizeof(uint32_t));
         address_write(gathering.target + i * size, element, size);
     }

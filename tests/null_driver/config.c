@@ -2,8 +2,6 @@
 /* The configuration, its defaults, and what it says about extensions and versions. */
 #include "internal.h"
 
-#include <string.h>
-
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of both below */
 static struct null_driver_config current;
 static bool configured;
@@ -86,6 +84,7 @@ void null_driver_configure(const struct null_driver_config *config)
 #define GIB ((VkDeviceSize)1 << 30)
 #define HOST (VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT)
 #define LOCAL VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT
+#define ALL_QUEUES (VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT)
 
 struct null_driver_config null_driver_default_config(void)
 {
@@ -147,18 +146,10 @@ struct null_driver_config null_driver_default_config(void)
                                    {64 * GIB, 0},
                                    {64 * GIB, VK_MEMORY_HEAP_DEVICE_LOCAL_BIT}}},
         .queue_families =
-            {{VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT |
-                  VK_QUEUE_SPARSE_BINDING_BIT,
-              2,
-              64,
-              {1, 1, 1}},
+            {{ALL_QUEUES | VK_QUEUE_SPARSE_BINDING_BIT, 2, 64, {1, 1, 1}},
              {VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT, 2, 64, {1, 1, 1}},
              {VK_QUEUE_TRANSFER_BIT, 1, 64, {1, 1, 1}},
-             {VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT |
-                  VK_QUEUE_PROTECTED_BIT,
-              1,
-              64,
-              {1, 1, 1}},
+             {ALL_QUEUES | VK_QUEUE_PROTECTED_BIT, 1, 64, {1, 1, 1}},
              {VK_QUEUE_TRANSFER_BIT | VK_QUEUE_VIDEO_DECODE_BIT_KHR, 1, 64, {1, 1, 1}}},
         .queue_family_count = 5,
         .formats = {{VK_FORMAT_R32G32_SFLOAT, VERTICES},

@@ -2,8 +2,6 @@
 /* Devices: what they were created with, and their queues. */
 #include "internal.h"
 
-#include <string.h>
-
 /* Enables it; false where it is not offered. */
 static bool enable_extension(struct object *device, const char *name)
 {
@@ -68,11 +66,6 @@ COMMAND(CreateDevice)
     return VK_SUCCESS;
 }
 
-COMMAND(GetDeviceProcAddr)
-{
-    return entry_find_device(OBJECT(device), pName);
-}
-
 COMMAND(GetDeviceQueue2)
 {
     struct object *queue;
@@ -83,10 +76,4 @@ COMMAND(GetDeviceQueue2)
         if (queue->queue.family == pQueueInfo->queueFamilyIndex &&
             queue->queue.index == pQueueInfo->queueIndex && queue->queue.flags == pQueueInfo->flags)
             *pQueue = (VkQueue)queue;
-}
-
-COMMAND(GetDeviceGroupPeerMemoryFeatures)
-{
-    *pPeerMemoryFeatures =
-        VK_PEER_MEMORY_FEATURE_COPY_DST_BIT | VK_PEER_MEMORY_FEATURE_GENERIC_SRC_BIT;
 }

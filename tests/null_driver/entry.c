@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 static _Atomic uint64_t calls[ENTRY_COUNT];
 static _Atomic int failures[ENTRY_COUNT];

@@ -195,8 +195,7 @@ void null_driver_end_hang(void)
 
 /* ---- VK_EXT_device_fault */
 
-VkResult null_GetDeviceFaultInfoEXT(VkDevice device, VkDeviceFaultCountsEXT *pFaultCounts,
-                                    VkDeviceFaultInfoEXT *pFaultInfo)
+COMMAND(GetDeviceFaultInfoEXT)
 {
     pthread_mutex_lock(&lock);
     const struct null_driver_fault fault = last;

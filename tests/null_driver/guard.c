@@ -85,22 +85,10 @@ static void write_element(struct guarding *guard, uint32_t index, uint32_t *elem
 
 /* ---- elements */
 
-static uint32_t words_of(uint32_t type)
-{
-    static const uint32_t words[] = {16, 28, 36};
-    return type < COUNT_OF(words) ? words[type] : 0;
-}
-
 static bool is_readable(const struct order *order, VkDeviceAddress address, VkDeviceSize size)
 {
-    for (uint32_t i = 0; order->range_count != UNLIMITED && i < order->range_count; i++) {
-        VkDeviceAddress range[2];
-        if (!address_read(order->ranges + i * sizeof(range), range, sizeof(range)))
-            return false;
-        if (range[0] <= address && address < range[1])
-            return size <= range[1] - address;
-    }
-    return order->range_count == UNLIMITED;
+    return order->range_count == UNLIMITED ||
+           ranges_contain(order->ranges, order->range_count, address, size);
 }
 
 static void copy_pointed(struct guarding *guard, uint32_t index, VkDeviceAddress from,
@@ -110,7 +98,7 @@ static void copy_pointed(struct guarding *guard, uint32_t index, VkDeviceAddress
     if (guard->constants.flags & MOTION) {
         type = (uint32_t)from & 15;
         from -= type;
-        words = words_of(type);
+        words = instance_words(type);
     }
     const VkDeviceAddress pointer = (words != 0 ? to : from) + type;
     address_write(guard->constants.pointers + index * sizeof(pointer), &pointer, sizeof(pointer));
@@ -145,7 +133,7 @@ static void copy_next(struct guarding *guard, uint32_t index, VkDeviceAddress so
         memcpy(&from, element, sizeof(from));
         copy_pointed(guard, index, from, to);
     } else if (has_motion) {
-        const uint32_t words = words_of(element[0]);
+        const uint32_t words = instance_words(element[0]);
         write_element(guard, index, element, MOTION_SIZE / 4, words != 0 ? words : WORDS_MAX, to);
     } else {
         write_element(guard, index, element, 16, 14, to);

@@ -44,16 +44,6 @@ COMMAND(GetDeviceImageMemoryRequirements)
     requirements_fill_chain(pMemoryRequirements->pNext);
 }
 
-COMMAND(GetImageSubresourceLayout)
-{
-    *pLayout = (VkSubresourceLayout){.size = requirements_of(image).size};
-}
-
-COMMAND(GetImageSubresourceLayout2)
-{
-    pLayout->subresourceLayout = (VkSubresourceLayout){.size = requirements_of(image).size};
-}
-
 COMMAND(GetDeviceImageSubresourceLayout)
 {
     const VkMemoryRequirements memory = requirements(CONFIG(device), pInfo->pCreateInfo);

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 static const VkExtensionProperties instance_extensions[] = {
     {VK_EXT_DEBUG_UTILS_EXTENSION_NAME, 2},
@@ -37,11 +36,6 @@ PFN_vkVoidFunction vk_icdGetPhysicalDeviceProcAddr(VkInstance instance, const ch
     return entry_find_physical(pName);
 }
 
-COMMAND(GetInstanceProcAddr)
-{
-    return entry_find(pName);
-}
-
 VkResult enumerate(uint32_t *count, void *to, const void *from, uint32_t available, size_t size)
 {
     if (to == NULL) {
@@ -53,12 +47,6 @@ VkResult enumerate(uint32_t *count, void *to, const void *from, uint32_t availab
         *count = available;
     memcpy(to, from, *count * size);
     return all ? VK_SUCCESS : VK_INCOMPLETE;
-}
-
-COMMAND(EnumerateInstanceVersion)
-{
-    *pApiVersion = config_current().api_version;
-    return VK_SUCCESS;
 }
 
 COMMAND(EnumerateInstanceExtensionProperties)

@@ -236,6 +236,11 @@ void transfers_add_dispatch(VkCommandBuffer commands, const struct dispatch *dis
 void dispatch_execute(const struct dispatch *dispatch);
 
 void guard_execute(const struct dispatch *dispatch);
+/* Whether the first of these ranges, pairs of addresses, that has the address has all bytes. */
+bool ranges_contain(VkDeviceAddress ranges, uint32_t count, VkDeviceAddress address,
+                    VkDeviceSize size);
+/* Words of an instance of this VkAccelerationStructureMotionInstanceTypeNV; 0: there is none. */
+uint32_t instance_words(uint32_t type);
 
 /* Bytes of memory by their addresses. False where not all of it has memory; what has is copied. */
 bool address_read(VkDeviceAddress address, void *bytes, VkDeviceSize size);
@@ -305,9 +310,10 @@ void fault_keep(const VkSubmitInfo2 *info, const VkCommandBuffer *commands, VkFe
  *
  * generate.py makes a function entry_NAME for each command that the registry has of the versions
  * and extensions offered. It counts the call, and calls null_NAME unless the call is to fail. Of
- * null_NAME it makes a weak definition: creates or destroys an object without state, asks the newer
- * form of a query, fills its result with zeros, enumerates nothing, lets a deferred operation
- * start, or does nothing and succeeds. COMMAND(NAME) in a file here replaces it.
+ * null_NAME it makes a weak definition: does what its table says, creates or destroys an object
+ * without state, asks the newer form of a query, fills its result with zeros, enumerates nothing,
+ * lets a deferred operation start, or does nothing and succeeds. COMMAND(NAME) in a file here
+ * replaces it.
  */
 
 enum entry {

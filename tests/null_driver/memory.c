@@ -3,7 +3,6 @@
 #define _GNU_SOURCE
 #include "internal.h"
 
-#include <stdatomic.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -111,36 +110,10 @@ COMMAND(MapMemory2)
     return VK_SUCCESS;
 }
 
-COMMAND(GetDeviceMemoryCommitment)
-{
-    const struct object *object = FIND(DEVICE_MEMORY, memory);
-    *pCommittedMemoryInBytes = object != NULL ? object->memory.size : 0;
-}
-
-COMMAND(GetDeviceMemoryOpaqueCaptureAddress)
-{
-    const struct object *memory = FIND(DEVICE_MEMORY, pInfo->memory);
-    return memory != NULL ? memory->memory.address : 0;
-}
-
 COMMAND(GetMemoryFdKHR)
 {
     if (FIND(DEVICE_MEMORY, pGetFdInfo->memory) == NULL)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     *pFd = memfd_create("null driver", MFD_CLOEXEC);
     return *pFd >= 0 ? VK_SUCCESS : VK_ERROR_TOO_MANY_OBJECTS;
-}
-
-COMMAND(GetMemoryFdPropertiesKHR)
-{
-    pMemoryFdProperties->memoryTypeBits =
-        requirements_types(CONFIG(device), 0, VK_MEMORY_PROPERTY_PROTECTED_BIT);
-    return VK_SUCCESS;
-}
-
-COMMAND(GetMemoryHostPointerPropertiesEXT)
-{
-    pMemoryHostPointerProperties->memoryTypeBits =
-        requirements_types(CONFIG(device), VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT, 0);
-    return VK_SUCCESS;
 }

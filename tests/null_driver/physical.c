@@ -2,24 +2,6 @@
 /* Queries of a physical device: features, properties, memory, queue families, extensions. */
 #include "internal.h"
 
-#include <string.h>
-
-COMMAND(GetPhysicalDeviceFeatures2)
-{
-    features_fill(CONFIG(physicalDevice), pFeatures);
-}
-
-COMMAND(GetPhysicalDeviceProperties2)
-{
-    properties_fill(CONFIG(physicalDevice), OBJECT(physicalDevice)->physical_device.index,
-                    pProperties);
-}
-
-COMMAND(GetPhysicalDeviceMemoryProperties2)
-{
-    pMemoryProperties->memoryProperties = CONFIG(physicalDevice)->memory;
-}
-
 COMMAND(GetPhysicalDeviceQueueFamilyProperties)
 {
     const struct null_driver_config *config = CONFIG(physicalDevice);
@@ -79,11 +61,4 @@ COMMAND(EnumerateDeviceExtensionProperties)
     VkExtensionProperties extensions[EXTENSION_COUNT + NULL_DRIVER_MAX_EXTENSIONS];
     const uint32_t count = list_extensions(CONFIG(physicalDevice), extensions);
     return enumerate(pPropertyCount, pProperties, extensions, count, sizeof(extensions[0]));
-}
-
-COMMAND(GetPhysicalDeviceExternalBufferProperties)
-{
-    pExternalBufferProperties->externalMemoryProperties = (VkExternalMemoryProperties){
-        VK_EXTERNAL_MEMORY_FEATURE_EXPORTABLE_BIT | VK_EXTERNAL_MEMORY_FEATURE_IMPORTABLE_BIT,
-        pExternalBufferInfo->handleType, pExternalBufferInfo->handleType};
 }

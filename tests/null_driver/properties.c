@@ -2,8 +2,6 @@
 /* Properties: those that a test may set come from the configuration, the others are fixed. */
 #include "internal.h"
 
-#include <string.h>
-
 static const VkPhysicalDeviceExternalMemoryHostPropertiesEXT external_memory_host = {
     .minImportedHostPointerAlignment = 4096};
 

@@ -35,11 +35,6 @@ void query_write(const struct null_driver_config *config, uint32_t count, VkQuer
         write_value((char *)data + i * stride, sizeof(value), value);
 }
 
-ON_CREATION(CreateQueryPool)
-{
-    object->query_type = pCreateInfo->queryType;
-}
-
 /* All queries are available at once. */
 COMMAND(GetQueryPoolResults)
 {

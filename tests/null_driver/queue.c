@@ -122,13 +122,3 @@ COMMAND(QueueBindSparse)
     }
     return finish(fence);
 }
-
-COMMAND(QueueWaitIdle)
-{
-    return sync_wait_idle();
-}
-
-COMMAND(DeviceWaitIdle)
-{
-    return sync_wait_idle();
-}

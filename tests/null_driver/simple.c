@@ -1,42 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Render areas, pipelines and descriptors: what is more than created and destroyed. */
+/* Descriptors, and video decoding as far as it takes to begin a coding scope. */
 #include "internal.h"
-
-COMMAND(GetRenderAreaGranularity)
-{
-    *pGranularity = (VkExtent2D){1, 1};
-}
-
-COMMAND(GetRenderingAreaGranularity)
-{
-    *pGranularity = (VkExtent2D){1, 1};
-}
-
-/* ---- pipelines */
-
-COMMAND(GetRayTracingShaderGroupHandlesKHR)
-{
-    memset(pData, 0, dataSize);
-    return VK_SUCCESS;
-}
-
-COMMAND(GetRayTracingCaptureReplayShaderGroupHandlesKHR)
-{
-    memset(pData, 0, dataSize);
-    return VK_SUCCESS;
-}
-
-COMMAND(GetRayTracingShaderGroupStackSizeKHR)
-{
-    return 64;
-}
-
-/* ---- descriptors */
-
-COMMAND(GetDescriptorSetLayoutSupport)
-{
-    pSupport->supported = VK_TRUE;
-}
 
 COMMAND(ResetDescriptorPool)
 {
@@ -65,7 +29,7 @@ COMMAND(FreeDescriptorSets)
     return VK_SUCCESS;
 }
 
-/* ---- video decoding, as much as it takes to begin a coding scope */
+/* ---- video decoding */
 
 COMMAND(GetPhysicalDeviceVideoCapabilitiesKHR)
 {

@@ -34,9 +34,9 @@ void make_instance(void)
     const STRUCT(VkInstanceCreateInfo, info, .enabledExtensionCount = 1,
                  .ppEnabledExtensionNames = extensions, .pApplicationInfo = &application);
     uint32_t count = NULL_DRIVER_MAX_PHYSICAL_DEVICES;
-    CHECK(create(&info, NULL, &instance));
+    GET(create(&info, NULL, &instance));
     vkuInitInstanceDispatchTable(instance, &vki, vkGetInstanceProcAddr);
-    CHECK(vki.EnumeratePhysicalDevices(instance, &count, physical));
+    GET(vki.EnumeratePhysicalDevices(instance, &count, physical));
 }
 
 VkResult make_device(const void *pNext)
@@ -50,7 +50,7 @@ VkResult make_device(const void *pNext)
     const float priorities[] = {1, 1};
     const STRUCT(VkDeviceQueueCreateInfo, queues, .queueCount = 2, .pQueuePriorities = priorities);
     const STRUCT(VkDeviceCreateInfo, info, .pNext = pNext, .queueCreateInfoCount = 1,
-                 .pQueueCreateInfos = &queues, .enabledExtensionCount = COUNT_OF(extensions),
+                 .pQueueCreateInfos = &queues, .enabledExtensionCount = ARRAY_COUNT(extensions),
                  .ppEnabledExtensionNames = extensions);
     PFN_vkCreateDevice create =
         (PFN_vkCreateDevice)vkGetInstanceProcAddr(instance, "vkCreateDevice");
@@ -85,8 +85,8 @@ void set_up_device(void)
     make_instance();
     STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, features,
            .accelerationStructure = VK_TRUE, .accelerationStructureHostCommands = VK_TRUE);
-    CHECK(make_device(&MAKE(VkPhysicalDeviceBufferDeviceAddressFeatures, .pNext = &features,
-                            .bufferDeviceAddress = VK_TRUE)));
+    GET(make_device(&MAKE(VkPhysicalDeviceBufferDeviceAddressFeatures, .pNext = &features,
+                          .bufferDeviceAddress = VK_TRUE)));
 }
 
 VkBuffer make_buffer(VkBufferCreateFlags flags, VkDeviceSize size)
@@ -95,35 +95,31 @@ VkBuffer make_buffer(VkBufferCreateFlags flags, VkDeviceSize size)
                  .usage = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
                           VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
     VkBuffer buffer;
-    CHECK(vk.CreateBuffer(device, &info, NULL, &buffer));
+    GET(vk.CreateBuffer(device, &info, NULL, &buffer));
     return buffer;
 }
 
 VkDeviceMemory make_memory(uint32_t type, VkDeviceSize size)
 {
-    const STRUCT(VkMemoryAllocateInfo, info, .allocationSize = size, .memoryTypeIndex = type);
-    VkDeviceMemory memory;
-    CHECK(vk.AllocateMemory(device, &info, NULL, &memory));
-    return memory;
+    return memory_create(&vk, device, type, size);
+}
+
+VkBuffer make_bound_buffer(VkDeviceSize size, uint32_t type, void **mapped)
+{
+    const VkBuffer buffer = make_buffer(0, size);
+    const VkDeviceMemory memory = make_memory(type, size);
+    GET(vk.BindBufferMemory(device, buffer, memory, 0));
+    if (mapped != NULL)
+        GET(vk.MapMemory(device, memory, 0, VK_WHOLE_SIZE, 0, mapped));
+    return buffer;
 }
 
 VkDeviceAddress address_of(VkBuffer buffer)
 {
-    const STRUCT(VkBufferDeviceAddressInfo, info, .buffer = buffer);
-    return vk.GetBufferDeviceAddress(device, &info);
-}
-
-VkCommandPool make_pool(void)
-{
-    VkCommandPool pool;
-    CHECK(vk.CreateCommandPool(device, &MAKE(VkCommandPoolCreateInfo), NULL, &pool));
-    return pool;
+    return buffer_address(&vk, device, buffer);
 }
 
 VkCommandBuffer make_command_buffer(VkCommandPool pool)
 {
-    const STRUCT(VkCommandBufferAllocateInfo, info, .commandPool = pool, .commandBufferCount = 1);
-    VkCommandBuffer commands;
-    CHECK(vk.AllocateCommandBuffers(device, &info, &commands));
-    return commands;
+    return commands_begin(&vk, device, pool, VK_COMMAND_BUFFER_LEVEL_PRIMARY, 0, NULL);
 }

@@ -5,13 +5,10 @@
 
 #include "null_driver.h"
 #include "tests/fixture/make.h"
+#include "tests/fixture/objects.h"
 #include "tests/state/unit_test.h"
 
 #include <string.h>
-#include <vulkan/utility/vk_dispatch_table.h>
-
-#define CHECK(call) assert_int_equal(call, VK_SUCCESS)
-#define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
 
 extern struct null_driver_api driver;
 
@@ -34,8 +31,9 @@ void make_instance(void);
 VkResult make_device(const void *pNext);
 VkBuffer make_buffer(VkBufferCreateFlags flags, VkDeviceSize size);
 VkDeviceMemory make_memory(uint32_t type, VkDeviceSize size);
+/* With memory of that type, which is mapped if `mapped` is not NULL. */
+VkBuffer make_bound_buffer(VkDeviceSize size, uint32_t type, void **mapped);
 VkDeviceAddress address_of(VkBuffer buffer);
-VkCommandPool make_pool(void);
-VkCommandBuffer make_command_buffer(VkCommandPool pool);
+VkCommandBuffer make_command_buffer(VkCommandPool pool); /* in the recording state */
 
 #endif

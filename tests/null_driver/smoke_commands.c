@@ -10,25 +10,21 @@
 
 DEVICE_TEST(test_build_commands)
 {
-    const VkCommandPool pool = make_pool();
+    const VkCommandPool pool = command_pool_create(&vk, device);
     const VkCommandBuffer commands = make_command_buffer(pool);
-    const STRUCT(VkCommandBufferBeginInfo, begin);
     const void *bad = (const void *)(uintptr_t)0x10;
     const VkAccelerationStructureNV none = VK_NULL_HANDLE;
-    CHECK(vk.BeginCommandBuffer(commands, &begin));
     vk.CmdBuildAccelerationStructuresKHR(commands, UINT32_MAX, bad, bad);
     vk.CmdBuildAccelerationStructuresIndirectKHR(commands, UINT32_MAX, bad, bad, bad, bad);
     vk.CmdBuildAccelerationStructureNV(commands, bad, VK_NULL_HANDLE, 0, VK_FALSE, none, none,
                                        VK_NULL_HANDLE, 0);
-    CHECK(vk.EndCommandBuffer(commands));
-    CHECK(vk.BuildAccelerationStructuresKHR(device, VK_NULL_HANDLE, UINT32_MAX, bad, bad));
+    GET(vk.EndCommandBuffer(commands));
+    GET(vk.BuildAccelerationStructuresKHR(device, VK_NULL_HANDLE, UINT32_MAX, bad, bad));
 
-    VkFence fence;
-    CHECK(vk.CreateFence(device, &MAKE(VkFenceCreateInfo), NULL, &fence));
+    const VkFence fence = fence_create(&vk, device);
     assert_int_equal(vk.GetFenceStatus(device, fence), VK_NOT_READY);
-    const STRUCT(VkSubmitInfo, submit, .commandBufferCount = 1, .pCommandBuffers = &commands);
-    CHECK(vk.QueueSubmit(queue, 1, &submit, fence));
-    CHECK(vk.WaitForFences(device, 1, &fence, VK_TRUE, UINT64_MAX));
+    GET(commands_submit(&vk, queue, commands, fence));
+    GET(vk.WaitForFences(device, 1, &fence, VK_TRUE, UINT64_MAX));
 
     vk.FreeCommandBuffers(device, pool, 1, &commands);
     vk.CmdBuildAccelerationStructuresKHR(commands, 1, bad, bad);
@@ -47,15 +43,14 @@ DEVICE_TEST(test_build_commands)
 
 DEVICE_TEST(test_scopes)
 {
-    const VkCommandPool pool = make_pool();
+    const VkCommandPool pool = command_pool_create(&vk, device);
     const VkCommandBuffer commands = make_command_buffer(pool),
                           secondary = make_command_buffer(pool);
-    CHECK(vk.BeginCommandBuffer(commands, &MAKE(VkCommandBufferBeginInfo)));
     VkRenderPass pass;
-    CHECK(vk.CreateRenderPass(device, &MAKE(VkRenderPassCreateInfo), NULL, &pass));
+    GET(vk.CreateRenderPass(device, &MAKE(VkRenderPassCreateInfo), NULL, &pass));
     VkFramebuffer framebuffer;
-    CHECK(vk.CreateFramebuffer(device, &MAKE(VkFramebufferCreateInfo, .renderPass = pass), NULL,
-                               &framebuffer));
+    GET(vk.CreateFramebuffer(device, &MAKE(VkFramebufferCreateInfo, .renderPass = pass), NULL,
+                             &framebuffer));
     const STRUCT(VkRenderPassBeginInfo, pass_begin, .renderPass = pass, .framebuffer = framebuffer);
     vk.CmdBeginRenderPass(commands, &pass_begin, VK_SUBPASS_CONTENTS_INLINE);
     vk.CmdNextSubpass(commands, VK_SUBPASS_CONTENTS_INLINE);
@@ -70,10 +65,10 @@ DEVICE_TEST(test_scopes)
     vk.CmdEndDebugUtilsLabelEXT(commands);
     vk.QueueBeginDebugUtilsLabelEXT(queue, &label);
     vk.QueueEndDebugUtilsLabelEXT(queue);
-    CHECK(vk.SetDebugUtilsObjectNameEXT(device, &name));
+    GET(vk.SetDebugUtilsObjectNameEXT(device, &name));
     vk.CmdBeginVideoCodingKHR(commands, NULL);
     vk.CmdEndVideoCodingKHR(commands, NULL);
-    CHECK(vk.EndCommandBuffer(commands));
+    GET(vk.EndCommandBuffer(commands));
     assert_int_equal(driver.calls("vkCmdBeginRenderingKHR"), 1); /* counts with its core name */
     assert_int_equal(driver.calls("vkCmdExecuteCommands"), 1);
     assert_int_equal(driver.calls("vkCmdBeginDebugUtilsLabelEXT"), 1);
@@ -83,12 +78,12 @@ DEVICE_TEST(test_scopes)
 
 static void *record(void *unused)
 {
-    const VkCommandPool pool = make_pool();
+    const VkCommandPool pool = command_pool_create(&vk, device);
     for (int i = 0; i < 200; i++) {
         const VkCommandBuffer commands = make_command_buffer(pool);
         const VkBuffer buffer = make_buffer(0, 4096);
         const VkDeviceMemory memory = make_memory(1, 4096);
-        CHECK(vk.BindBufferMemory(device, buffer, memory, 0));
+        GET(vk.BindBufferMemory(device, buffer, memory, 0));
         assert_int_not_equal(address_of(buffer), 0);
         vk.CmdBuildAccelerationStructuresKHR(commands, 0, NULL, NULL);
         vk.DestroyBuffer(device, buffer, NULL);
@@ -114,7 +109,7 @@ DEVICE_TEST(test_failures)
     VkFence fence;
     driver.fail_next("vkCreateFence", VK_ERROR_OUT_OF_HOST_MEMORY);
     assert_int_equal(vk.CreateFence(device, &info, NULL, &fence), VK_ERROR_OUT_OF_HOST_MEMORY);
-    CHECK(vk.CreateFence(device, &info, NULL, &fence));
+    GET(vk.CreateFence(device, &info, NULL, &fence));
     assert_int_equal(driver.calls("vkCreateFence"), 2);
     assert_true(driver.calls("vkNoSuchCommand") == UINT64_MAX);
 
@@ -124,8 +119,8 @@ DEVICE_TEST(test_failures)
                      VK_ERROR_DEVICE_LOST);
     driver.set_device_lost(false);
     assert_int_equal(vk.WaitForFences(device, 1, &fence, VK_TRUE, 1000), VK_TIMEOUT);
-    CHECK(vk.QueueSubmit(queue, 0, NULL, fence));
-    CHECK(vk.GetFenceStatus(device, fence));
+    GET(vk.QueueSubmit(queue, 0, NULL, fence));
+    GET(vk.GetFenceStatus(device, fence));
 }
 
 DEVICE_TEST(test_timeline)
@@ -134,15 +129,15 @@ DEVICE_TEST(test_timeline)
                  .initialValue = 5);
     const STRUCT(VkSemaphoreCreateInfo, info, .pNext = &type);
     VkSemaphore semaphore;
-    CHECK(vk.CreateSemaphore(device, &info, NULL, &semaphore));
+    GET(vk.CreateSemaphore(device, &info, NULL, &semaphore));
     const STRUCT(VkSubmitInfo2, submit, .signalSemaphoreInfoCount = 1,
                  .pSignalSemaphoreInfos =
                      &MAKE(VkSemaphoreSubmitInfo, .semaphore = semaphore, .value = 9));
     uint64_t value;
-    CHECK(vk.GetSemaphoreCounterValue(device, semaphore, &value));
+    GET(vk.GetSemaphoreCounterValue(device, semaphore, &value));
     assert_int_equal(value, 5);
-    CHECK(vk.QueueSubmit2(queue, 1, &submit, VK_NULL_HANDLE));
-    CHECK(vk.GetSemaphoreCounterValue(device, semaphore, &value));
+    GET(vk.QueueSubmit2(queue, 1, &submit, VK_NULL_HANDLE));
+    GET(vk.GetSemaphoreCounterValue(device, semaphore, &value));
     assert_int_equal(value, 9);
     const uint64_t ten = 10;
     const STRUCT(VkSemaphoreWaitInfo, wait, .semaphoreCount = 1, .pSemaphores = &semaphore,
@@ -160,33 +155,24 @@ struct fault_program {
 static struct fault_program make_fault_program(void)
 {
     struct fault_program program;
-    const VkCommandBufferBeginInfo begin = MAKE(VkCommandBufferBeginInfo);
-    const VkFenceCreateInfo fence = MAKE(VkFenceCreateInfo);
-    const VkAccelerationStructureBuildGeometryInfoKHR info =
-        MAKE(VkAccelerationStructureBuildGeometryInfoKHR);
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info);
     const VkAccelerationStructureBuildRangeInfoKHR *ranges = NULL;
-    VkBuffer buffer = make_buffer(0, 64);
-    VkDeviceMemory memory = make_memory(1, 64);
-    CHECK(vk.BindBufferMemory(device, buffer, memory, 0));
-    CHECK(vk.MapMemory(device, memory, 0, 64, 0, (void **)&program.words));
-    CHECK(vk.CreateFence(device, &fence, NULL, &program.fence));
-    program.commands = make_command_buffer(make_pool());
-    CHECK(vk.BeginCommandBuffer(program.commands, &begin));
+    VkBuffer buffer = make_bound_buffer(64, 1, (void **)&program.words);
+    program.fence = fence_create(&vk, device);
+    program.commands = make_command_buffer(command_pool_create(&vk, device));
     for (uint32_t i = 0; i < 2; i++) {
         vk.CmdFillBuffer(program.commands, buffer, 8 * i, 4, 1);
         vk.CmdUpdateBuffer(program.commands, buffer, 8 * i + 4, 4, &(uint32_t){1});
         vk.CmdBuildAccelerationStructuresKHR(program.commands, 1, &info, &ranges);
     }
     vk.CmdFillBuffer(program.commands, buffer, 16, 4, 1);
-    CHECK(vk.EndCommandBuffer(program.commands));
+    GET(vk.EndCommandBuffer(program.commands));
     return program;
 }
 
 static VkResult submit(const struct fault_program *program)
 {
-    const VkSubmitInfo info =
-        MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &program->commands);
-    return vk.QueueSubmit(queue, 1, &info, program->fence);
+    return commands_submit(&vk, queue, program->commands, program->fence);
 }
 
 static void expect_words(const struct fault_program *program, const uint32_t words[5])
@@ -199,16 +185,16 @@ DEVICE_TEST(test_planned_loss)
     driver.plan_fault(&(struct null_driver_fault){
         .kind = NULL_DRIVER_LOSE, .at = NULL_DRIVER_AT_BUILD, .number = 2, .skips_copies = true});
     const struct fault_program program = make_fault_program();
-    CHECK(submit(&program));
+    GET(submit(&program));
     expect_words(&program, (const uint32_t[]){1, 1, 1, 0, 0});
     assert_int_equal(vk.DeviceWaitIdle(device), VK_ERROR_DEVICE_LOST);
     driver.set_device_lost(false);
     driver.plan_fault(&(struct null_driver_fault){.at = NULL_DRIVER_AT_SUBMIT, .number = 2});
-    CHECK(submit(&program));
+    GET(submit(&program));
     assert_int_equal(submit(&program), VK_ERROR_DEVICE_LOST);
     driver.set_device_lost(false);
     driver.plan_fault(&(struct null_driver_fault){.at = NULL_DRIVER_AT_WAIT, .number = 2});
-    CHECK(vk.DeviceWaitIdle(device));
+    GET(vk.DeviceWaitIdle(device));
     assert_int_equal(vk.WaitForFences(device, 1, &program.fence, VK_TRUE, 1), VK_ERROR_DEVICE_LOST);
     driver.set_device_lost(false);
 }
@@ -218,12 +204,12 @@ DEVICE_TEST(test_planned_hang)
     driver.plan_fault(
         &(struct null_driver_fault){.kind = NULL_DRIVER_HANG, .at = NULL_DRIVER_AT_BUILD});
     const struct fault_program program = make_fault_program();
-    CHECK(submit(&program));
+    GET(submit(&program));
     expect_words(&program, (const uint32_t[]){1, 1, 0, 0, 0});
     assert_int_equal(vk.WaitForFences(device, 1, &program.fence, VK_TRUE, 1), VK_TIMEOUT);
     driver.end_hang();
-    CHECK(vk.WaitForFences(device, 1, &program.fence, VK_TRUE, UINT64_MAX));
-    CHECK(vk.DeviceWaitIdle(device));
+    GET(vk.WaitForFences(device, 1, &program.fence, VK_TRUE, UINT64_MAX));
+    GET(vk.DeviceWaitIdle(device));
     expect_words(&program, (const uint32_t[]){1, 1, 1, 1, 1});
 }
 
@@ -233,7 +219,7 @@ DEVICE_TEST(test_planned_crash)
         int signal, expected;
         bool in_thread;
     } rows[] = {{0, SIGSEGV, false}, {0, SIGSEGV, true}, {SIGABRT, SIGABRT, true}};
-    for (size_t i = 0; i < COUNT_OF(rows); i++) {
+    for (size_t i = 0; i < ARRAY_COUNT(rows); i++) {
         driver.plan_fault(&(struct null_driver_fault){.kind = NULL_DRIVER_CRASH,
                                                       .at = NULL_DRIVER_AT_BUILD,
                                                       .signal = rows[i].signal,

@@ -12,7 +12,7 @@ static bool device_offers(const char *name)
 {
     static VkExtensionProperties extensions[256];
     uint32_t count = 256;
-    CHECK(vki.EnumerateDeviceExtensionProperties(physical[0], NULL, &count, extensions));
+    GET(vki.EnumerateDeviceExtensionProperties(physical[0], NULL, &count, extensions));
     for (uint32_t i = 0; i < count; i++) {
         if (strcmp(extensions[i].extensionName, name) == 0)
             return true;
@@ -62,7 +62,7 @@ INSTANCE_TEST(test_configuration)
     assert_int_equal(make_device(&features12), VK_ERROR_FEATURE_NOT_PRESENT);
     query = (VkPhysicalDeviceRayQueryFeaturesKHR){.sType = query.sType, .rayQuery = VK_TRUE};
     assert_int_equal(make_device(&query), VK_ERROR_FEATURE_NOT_PRESENT);
-    CHECK(make_device(NULL));
+    GET(make_device(NULL));
     assert_null(vk.QueueSubmit2); /* is of 1.3 */
     assert_null(vk.CreateRayTracingPipelinesKHR);
     assert_non_null(vk.CreateAccelerationStructure2KHR);
@@ -78,7 +78,7 @@ INSTANCE_TEST(test_versions)
         VkPhysicalDeviceProperties properties;
         vki.GetPhysicalDeviceProperties(physical[0], &properties);
         assert_int_equal(properties.apiVersion, config.api_version);
-        CHECK(make_device(NULL));
+        GET(make_device(NULL));
         assert_int_equal(vk.GetBufferDeviceAddress != NULL, minor >= 2);
         assert_int_equal(vk.CmdBeginRendering != NULL, minor >= 3);
         assert_int_equal(vk.MapMemory2 != NULL, minor >= 4);
@@ -107,15 +107,15 @@ DEVICE_TEST(test_device_group)
 {
     STRUCT(VkPhysicalDeviceGroupProperties, group);
     uint32_t count = 1;
-    CHECK(vki.EnumeratePhysicalDeviceGroups(instance, &count, &group));
+    GET(vki.EnumeratePhysicalDeviceGroups(instance, &count, &group));
     assert_int_equal(count, 1);
     assert_int_equal(group.physicalDeviceCount, 2);
 
     VkPhysicalDeviceMemoryProperties memory;
     vki.GetPhysicalDeviceMemoryProperties(physical[0], &memory);
     assert_true(memory.memoryHeaps[0].flags & VK_MEMORY_HEAP_MULTI_INSTANCE_BIT);
-    CHECK(make_device(&MAKE(VkDeviceGroupDeviceCreateInfo, .physicalDeviceCount = 2,
-                            .pPhysicalDevices = group.physicalDevices)));
+    GET(make_device(&MAKE(VkDeviceGroupDeviceCreateInfo, .physicalDeviceCount = 2,
+                          .pPhysicalDevices = group.physicalDevices)));
 }
 
 /* ---- memory and addresses */
@@ -126,17 +126,17 @@ DEVICE_TEST(test_addresses)
                    b = make_buffer(0, 4096);
     const VkDeviceMemory memory = make_memory(1, 65536);
     assert_int_not_equal(address_of(unbound), 0);
-    CHECK(vk.BindBufferMemory(device, a, memory, 256));
+    GET(vk.BindBufferMemory(device, a, memory, 256));
     const STRUCT(VkBindBufferMemoryInfo, bind, .buffer = b, .memory = memory, .memoryOffset = 512);
-    CHECK(vk.BindBufferMemory2(device, 1, &bind));
+    GET(vk.BindBufferMemory2(device, 1, &bind));
     assert_int_equal(address_of(a) % 65536, 256);
     assert_int_equal(address_of(b), address_of(a) + 256);
 
     char *data;
-    CHECK(vk.MapMemory(device, memory, 16, VK_WHOLE_SIZE, 0, (void **)&data));
+    GET(vk.MapMemory(device, memory, 16, VK_WHOLE_SIZE, 0, (void **)&data));
     memset(data, 1, 65536 - 16);
     vk.UnmapMemory(device, memory);
-    CHECK(vk.MapMemory(device, memory, 0, VK_WHOLE_SIZE, 0, (void **)&data));
+    GET(vk.MapMemory(device, memory, 0, VK_WHOLE_SIZE, 0, (void **)&data));
     assert_int_equal(data[15], 0);
     assert_int_equal(data[16], 1);
 
@@ -157,16 +157,16 @@ INSTANCE_TEST(test_recycling)
     config.recycle_addresses = true;
     driver.configure(&config);
     make_instance();
-    CHECK(make_device(NULL));
+    GET(make_device(NULL));
     VkDeviceAddress address = 0;
     VkBuffer before = VK_NULL_HANDLE;
     VkCommandBuffer commands_before = VK_NULL_HANDLE;
-    const VkCommandPool pool = make_pool();
+    const VkCommandPool pool = command_pool_create(&vk, device);
     for (int i = 0; i < 3; i++) {
         const VkDeviceMemory memory = make_memory(1, 65536);
         const VkBuffer buffer = make_buffer(0, 65536);
         const VkCommandBuffer commands = make_command_buffer(pool);
-        CHECK(vk.BindBufferMemory(device, buffer, memory, 0));
+        GET(vk.BindBufferMemory(device, buffer, memory, 0));
         assert_true(i == 0 || buffer == before);
         assert_true(i == 0 || address_of(buffer) == address);
         assert_true(i == 0 || commands == commands_before);
@@ -191,7 +191,7 @@ DEVICE_TEST(test_sparse)
     const VkSparseBufferMemoryBindInfo buffer_bind = {
         .buffer = buffer, .bindCount = 1, .pBinds = &bind};
     const STRUCT(VkBindSparseInfo, info, .bufferBindCount = 1, .pBufferBinds = &buffer_bind);
-    CHECK(vk.QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE));
+    GET(vk.QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE));
     assert_int_equal(address_of(buffer), address);
 }
 
@@ -202,22 +202,16 @@ static VkAccelerationStructureKHR make_as(VkBuffer buffer, VkDeviceSize offset)
     const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer, .offset = offset,
                  .size = 4096, .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
     VkAccelerationStructureKHR as;
-    CHECK(vk.CreateAccelerationStructureKHR(device, &info, NULL, &as));
+    GET(vk.CreateAccelerationStructureKHR(device, &info, NULL, &as));
     return as;
-}
-
-static VkDeviceAddress as_address(VkAccelerationStructureKHR as)
-{
-    return vk.GetAccelerationStructureDeviceAddressKHR(
-        device, &MAKE(VkAccelerationStructureDeviceAddressInfoKHR, .accelerationStructure = as));
 }
 
 DEVICE_TEST(test_acceleration_structure)
 {
     const VkBuffer buffer = make_buffer(0, 65536);
     const VkAccelerationStructureKHR as = make_as(buffer, 512); /* not bound yet */
-    CHECK(vk.BindBufferMemory(device, buffer, make_memory(0, 65536), 0));
-    assert_int_equal(as_address(as), address_of(buffer) + 512);
+    GET(vk.BindBufferMemory(device, buffer, make_memory(0, 65536), 0));
+    assert_int_equal(structure_address(&vk, device, as), address_of(buffer) + 512);
 
     const uint32_t counts[] = {10, 20};
     STRUCT(VkAccelerationStructureBuildSizesInfoKHR, sizes);
@@ -229,24 +223,24 @@ DEVICE_TEST(test_acceleration_structure)
 
     uint64_t compacted[2] = {0};
     const VkAccelerationStructureKHR both[] = {as, as};
-    CHECK(vk.WriteAccelerationStructuresPropertiesKHR(
+    GET(vk.WriteAccelerationStructuresPropertiesKHR(
         device, 2, both, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, sizeof(compacted),
         compacted, sizeof(compacted[0])));
     assert_int_equal(compacted[1], 2048);
     vk.DestroyAccelerationStructureKHR(device, as, NULL);
-    assert_int_equal(as_address(as), 0);
+    assert_int_equal(structure_address(&vk, device, as), 0);
 }
 
 DEVICE_TEST(test_deferred)
 {
     VkDeferredOperationKHR operation;
-    CHECK(vk.CreateDeferredOperationKHR(device, NULL, &operation));
+    GET(vk.CreateDeferredOperationKHR(device, NULL, &operation));
     assert_int_equal(vk.BuildAccelerationStructuresKHR(device, operation, 0, NULL, NULL),
                      VK_OPERATION_DEFERRED_KHR);
     assert_int_equal(vk.GetDeferredOperationResultKHR(device, operation), VK_NOT_READY);
     assert_int_equal(vk.GetDeferredOperationMaxConcurrencyKHR(device, operation), 1);
-    CHECK(vk.DeferredOperationJoinKHR(device, operation));
-    CHECK(vk.GetDeferredOperationResultKHR(device, operation));
+    GET(vk.DeferredOperationJoinKHR(device, operation));
+    GET(vk.GetDeferredOperationResultKHR(device, operation));
 }
 
 DEVICE_TEST(test_nv)
@@ -256,7 +250,7 @@ DEVICE_TEST(test_nv)
                               .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV,
                               .instanceCount = 10));
     VkAccelerationStructureNV as;
-    CHECK(vk.CreateAccelerationStructureNV(device, &info, NULL, &as));
+    GET(vk.CreateAccelerationStructureNV(device, &info, NULL, &as));
     const STRUCT(VkAccelerationStructureMemoryRequirementsInfoNV, requirements_info,
                  .accelerationStructure = as);
     STRUCT(VkMemoryRequirements2, requirements);
@@ -264,9 +258,9 @@ DEVICE_TEST(test_nv)
     assert_true(requirements.memoryRequirements.size >= 4096 + 640);
     const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind, .accelerationStructure = as,
                  .memory = make_memory(0, 65536));
-    CHECK(vk.BindAccelerationStructureMemoryNV(device, 1, &bind));
+    GET(vk.BindAccelerationStructureMemoryNV(device, 1, &bind));
     uint64_t handle = 0;
-    CHECK(vk.GetAccelerationStructureHandleNV(device, as, sizeof(handle), &handle));
+    GET(vk.GetAccelerationStructureHandleNV(device, as, sizeof(handle), &handle));
     assert_int_not_equal(handle, 0);
     vk.DestroyAccelerationStructureNV(device, as, NULL);
 }

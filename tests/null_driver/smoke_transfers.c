@@ -10,38 +10,20 @@ static unsigned char *bytes;
 static VkCommandPool pool;
 static VkCommandBuffer commands; /* in the recording state */
 
-static VkBuffer make_bound(uint32_t type, void **mapped)
-{
-    const VkBuffer buffer = make_buffer(0, SIZE);
-    const VkDeviceMemory memory = make_memory(type, SIZE);
-    CHECK(vk.BindBufferMemory(device, buffer, memory, 0));
-    if (mapped != NULL)
-        CHECK(vk.MapMemory(device, memory, 0, VK_WHOLE_SIZE, 0, mapped));
-    return buffer;
-}
-
-static void begin(VkCommandBuffer begun)
-{
-    CHECK(vk.BeginCommandBuffer(begun, &MAKE(VkCommandBufferBeginInfo)));
-}
-
 static void open_bytes(void)
 {
     set_up_device();
-    seen = make_bound(1, (void **)&bytes);
-    hidden = make_bound(0, NULL);
-    pool = make_pool();
+    seen = make_bound_buffer(SIZE, 1, (void **)&bytes);
+    hidden = make_bound_buffer(SIZE, 0, NULL);
+    pool = command_pool_create(&vk, device);
     commands = make_command_buffer(pool);
-    begin(commands);
 }
 
 #define TRANSFER_TEST(name) TEST_BETWEEN(name, open_bytes, tear_down)
 
 static void submit(void)
 {
-    CHECK(vk.QueueSubmit(queue, 1,
-                         &MAKE(VkSubmitInfo, .commandBufferCount = 1, .pCommandBuffers = &commands),
-                         VK_NULL_HANDLE));
+    GET(commands_submit(&vk, queue, commands, VK_NULL_HANDLE));
 }
 
 /* Nothing happens before the submission, and everything again at the next one. */
@@ -51,7 +33,7 @@ TRANSFER_TEST(test_through_hidden_memory)
     const STRUCT(VkCopyBufferInfo2, info, .srcBuffer = hidden, .dstBuffer = seen, .regionCount = 1,
                  .pRegions = &MAKE(VkBufferCopy2, .srcOffset = 16, .dstOffset = 32, .size = 8));
     vk.CmdCopyBuffer2(commands, &info);
-    CHECK(vk.EndCommandBuffer(commands));
+    GET(vk.EndCommandBuffer(commands));
     memcpy(bytes, "abcdefgh", 8);
     assert_int_equal(bytes[32], 0);
     submit();
@@ -70,7 +52,7 @@ TRANSFER_TEST(test_updates_and_fills)
     submit();
     assert_memory_equal(bytes, "\0\0\0\0\4\3\2\1data\4\3\2\1", 16);
     assert_memory_equal(bytes + SIZE - 4, "\4\3\2\1", 4);
-    begin(commands);
+    GET(vk.BeginCommandBuffer(commands, &MAKE(VkCommandBufferBeginInfo)));
     memset(bytes, 0, 16);
     submit();
     assert_int_equal(bytes[4], 0);
@@ -79,14 +61,13 @@ TRANSFER_TEST(test_updates_and_fills)
 TRANSFER_TEST(test_secondaries)
 {
     const VkCommandBuffer secondary = make_command_buffer(pool);
-    begin(secondary);
     vk.CmdCopyBuffer(secondary, seen, seen, 1, &(VkBufferCopy){0, 4, 4});
     vk.CmdFillBuffer(commands, seen, 0, 4, 1);
     vk.CmdExecuteCommands(commands, 1, &secondary);
     vk.CmdFillBuffer(commands, seen, 0, 4, 2);
     submit();
     assert_memory_equal(bytes, "\2\0\0\0\1\0\0\0", 8);
-    CHECK(vk.ResetCommandPool(device, pool, 0));
+    GET(vk.ResetCommandPool(device, pool, 0));
     memset(bytes, 0, 8);
     submit();
     assert_int_equal(bytes[4], 0);
@@ -98,11 +79,11 @@ TRANSFER_TEST(test_sparse)
     const VkBuffer sparse = make_buffer(VK_BUFFER_CREATE_SPARSE_BINDING_BIT, SIZE);
     const VkDeviceMemory memory = make_memory(1, SIZE);
     const VkSparseMemoryBind binds[] = {{0, 128, memory, 0, 0}, {16, 16, memory, 128, 0}};
-    const VkSparseBufferMemoryBindInfo buffer_binds = {sparse, COUNT_OF(binds), binds};
+    const VkSparseBufferMemoryBindInfo buffer_binds = {sparse, ARRAY_COUNT(binds), binds};
     const STRUCT(VkBindSparseInfo, info, .bufferBindCount = 1, .pBufferBinds = &buffer_binds);
-    CHECK(vk.QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE));
+    GET(vk.QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE));
     unsigned char *at;
-    CHECK(vk.MapMemory(device, memory, 0, VK_WHOLE_SIZE, 0, (void **)&at));
+    GET(vk.MapMemory(device, memory, 0, VK_WHOLE_SIZE, 0, (void **)&at));
     for (int i = 0; i < SIZE; i++)
         at[i] = (unsigned char)i;
     memset(bytes, 0xff, SIZE);

@@ -12,9 +12,9 @@ struct transfer {
     enum transfer_kind kind;
     VkBuffer src, dst;
     VkBufferCopy region;
-    uint32_t word;             /* of FILL */
-    VkCommandBuffer secondary; /* of EXECUTE */
-    unsigned char data[];      /* of UPDATE; a struct dispatch, or struct instances */
+    uint32_t word;                    /* of FILL */
+    VkCommandBuffer secondary;        /* of EXECUTE */
+    _Alignas(8) unsigned char data[]; /* of UPDATE; a struct dispatch, or struct instances */
 };
 
 void transfers_release(struct object *commands)
@@ -48,20 +48,6 @@ static void add(VkCommandBuffer handle, const struct transfer *transfer, const v
 }
 
 /* ---- recording */
-
-COMMAND(BeginCommandBuffer)
-{
-    if (OBJECT(commandBuffer)->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
-        transfers_release(OBJECT(commandBuffer));
-    return VK_SUCCESS;
-}
-
-COMMAND(ResetCommandBuffer)
-{
-    if (OBJECT(commandBuffer)->type == VK_OBJECT_TYPE_COMMAND_BUFFER)
-        transfers_release(OBJECT(commandBuffer));
-    return VK_SUCCESS;
-}
 
 COMMAND(ResetCommandPool)
 {
@@ -182,20 +168,6 @@ static void fill(const struct transfer *transfer)
     }
 }
 
-static void execute_dispatch(const struct transfer *transfer)
-{
-    struct dispatch dispatch;
-    memcpy(&dispatch, transfer->data, sizeof(dispatch));
-    dispatch_execute(&dispatch);
-}
-
-static void read_instances(const struct transfer *transfer)
-{
-    struct instances instances;
-    memcpy(&instances, transfer->data, sizeof(instances));
-    instances_read(&instances);
-}
-
 static bool execute_one_level(VkCommandBuffer commands, bool primary);
 
 /* Returns false if a fault ends the execution. */
@@ -208,14 +180,14 @@ static bool execute(const struct transfer *at, bool primary)
     case BUILD:
         return !fault_at_build();
     case INSTANCES:
-        read_instances(at);
+        instances_read((const void *)at->data);
         return true;
     case EXECUTE:
         return !primary || execute_one_level(at->secondary, false);
     case DISPATCH:
         if (fault_before_copies())
             return false;
-        execute_dispatch(at);
+        dispatch_execute((const void *)at->data);
         return true;
     default:
         if (fault_before_copies())

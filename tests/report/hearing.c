@@ -4,10 +4,6 @@
 #include "hearing.h"
 
 #include <ftw.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
 static void copy(char *to, size_t size, const char *text)
 {
@@ -153,23 +149,14 @@ void unit_test_close(void)
 
 void surrounding_clear(const char *settings_text)
 {
-    static const char *const keys[] = {"LEVEL",
-                                       "LEVLE",
-                                       "BACKEND",
-                                       "VUID_NAMES",
-                                       "REPORT_FLAGS",
-                                       "DEBUG_ACTION",
-                                       "LOG_FILENAME",
-                                       "LOG_FORMAT",
-                                       "RECORD_BUILDS",
-                                       "DUPLICATE_MESSAGE_LIMIT",
-                                       "ENABLE_MESSAGE_LIMIT",
-                                       "SPEC_TEXT",
-                                       "MESSAGE_ID_FILTER"};
-    for (size_t i = 0; i < LENGTH(keys); i++) {
-        char name[64];
-        snprintf(name, sizeof(name), "VK_ASSAY_VALIDATION_%s", keys[i]);
-        unsetenv(name);
+    static const char prefix[] = "VK_ASSAY_VALIDATION_";
+    for (char **at = environ; *at;) {
+        char name[128];
+        snprintf(name, sizeof(name), "%.*s", (int)strcspn(*at, "="), *at);
+        const bool is_setting = strncmp(name, prefix, strlen(prefix)) == 0;
+        if (is_setting)
+            unsetenv(name);
+        at = is_setting ? environ : at + 1;
     }
     unsetenv("VK_LAYER_SETTINGS_PATH");
     unsetenv("XDG_DATA_HOME");
@@ -194,11 +181,20 @@ void surrounding_set_up(void)
     surrounding_clear(NULL);
 }
 
+void environment_set(const char *settings)
+{
+    char name[64] = "VK_ASSAY_VALIDATION_", value[256];
+    const size_t prefix = strlen(name);
+    for (int length = 0; sscanf(settings, " %40[^=]=%255s%n", name + prefix, value, &length) == 2;
+         settings += length)
+        setenv(name, value, 1);
+}
+
 void surrounding_json(const char *filename)
 {
     surrounding_clear(NULL);
     remove("a.jsonl");
-    setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "json", 1);
+    environment_set("LOG_FORMAT=json");
     if (filename)
         setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", filename, 1);
 }
@@ -231,6 +227,17 @@ struct reporter *reporter_heard_by(struct hearing *hearing)
     return reporter;
 }
 
+void heard_test_run(const char *settings,
+                    void (*test)(struct reporter *reporter, struct hearing *hearing))
+{
+    struct hearing hearing = {0};
+    surrounding_clear(NULL);
+    environment_set(settings);
+    struct reporter *reporter = reporter_heard_by(&hearing);
+    test(reporter, &hearing);
+    reporter_destroy(reporter);
+}
+
 bool send_one(struct reporter *reporter)
 {
     struct finding finding;
@@ -239,4 +246,25 @@ bool send_one(struct reporter *reporter)
     const struct location location = {
         .command = COMMAND_DEVICE, .subject = SUBJECT_BUILD, .build = 1};
     return reporter_send(reporter, SENT_RULE, &location, &(struct call_origin){0}, &finding);
+}
+
+bool send_wrong(struct reporter *reporter, enum rule rule, enum build_command command,
+                const char *field)
+{
+    const struct location location = {.command = command, .subject = SUBJECT_BUILD};
+    struct finding finding;
+    violated_plainly(&finding, field, "is wrong");
+    return reporter_send(reporter, rule, &location, &(struct call_origin){0}, &finding);
+}
+
+struct object_names *names_create(void)
+{
+    struct object_names *names;
+    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    return names;
+}
+
+void label_push(struct label_stack *stack, const char *name)
+{
+    label_stack_push(stack, &MAKE(VkDebugUtilsLabelEXT, .pLabelName = name));
 }

@@ -4,9 +4,16 @@
 #ifndef REPORT_HEARING_H
 #define REPORT_HEARING_H
 
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
 #include "scarce_memory.h"
 #include "src/report/message.h"
 #include "src/report/reporter.h"
+#include "src/state/commands/label_stack.h"
+#include "src/state/commands/object_names.h"
 #include "tests/fixture/make.h"
 #include "tests/fixture/messenger.h"
 #include "tests/state/unit_test.h"
@@ -54,6 +61,8 @@ void surrounding_clear(const char *settings_text);
 
 /* A setup: the same without a file. */
 void surrounding_set_up(void);
+/* Puts settings into the environment: "LEVEL=state LOG_FORMAT=json". */
+void environment_set(const char *settings);
 /* Clears the surroundings, removes a.jsonl, and sets log_format = json and log_filename; NULL:
  * stderr. */
 void surrounding_json(const char *filename);
@@ -74,11 +83,30 @@ void reporter_add_hearing(struct reporter *reporter, unsigned n, struct hearing 
 /* A reporter of a living instance, with MESSENGER(0). */
 struct reporter *reporter_heard_by(struct hearing *hearing);
 
+/* A test with such a reporter, which is created with the settings that environment_set() takes:
+ * HEARD_TEST(name, "LEVEL=state") { ... }. It has `reporter` and `hearing`. */
+#define HEARD_TEST(name, settings)                                                                 \
+    static void heard_##name(struct reporter *reporter, struct hearing *hearing);                  \
+    TEST(name)                                                                                     \
+    {                                                                                              \
+        heard_test_run(settings, heard_##name);                                                    \
+    }                                                                                              \
+    static void heard_##name(struct reporter *reporter, struct hearing *hearing)
+void heard_test_run(const char *settings,
+                    void (*test)(struct reporter *reporter, struct hearing *hearing));
+
 /* Sends one finding of pInfos[1] of vkCmdBuildAccelerationStructuresKHR, of a rule with an id that
  * is SENT_ID. */
 #define SENT_RULE RULE_scratch_address_is_aligned
 #define SENT_VUID VUID_vkCmdBuildAccelerationStructuresKHR_pInfos_03710
 #define SENT_ID "VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03710"
 bool send_one(struct reporter *reporter);
+/* Sends that a member, or "" for all of it, is wrong, of the first build of a call. */
+bool send_wrong(struct reporter *reporter, enum rule rule, enum build_command command,
+                const char *field);
+
+/* Fail the test if there is no memory. */
+struct object_names *names_create(void);
+void label_push(struct label_stack *stack, const char *name);
 
 #endif

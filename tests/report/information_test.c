@@ -1,10 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of report_flags = info: one line when an instance is created, and one at its end. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 #include "hearing.h"
 
 /* A messenger of the create info that hears information, too. */
@@ -43,7 +38,7 @@ TEST_OPENED(test_nothing_without_the_flag, surrounding_set_up)
 TEST_OPENED(test_creation, surrounding_set_up)
 {
     struct hearing hearing = {0};
-    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn,info", 1);
+    environment_set("REPORT_FLAGS=error,warn,info");
     struct reporter *reporter = announced(&hearing, NULL);
     assert_int_equal(hearing.count, 1);
     assert_int_equal(hearing.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT);
@@ -112,9 +107,7 @@ static void send_warning(struct reporter *reporter)
 TEST_OPENED(test_end, surrounding_set_up)
 {
     struct hearing hearing = {0};
-    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn,info", 1);
-    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "2", 1);
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+    environment_set("REPORT_FLAGS=error,warn,info DUPLICATE_MESSAGE_LIMIT=2 LEVEL=content");
     struct reporter *reporter = announced(&hearing, NULL);
     for (unsigned i = 0; i < 5000; i++) {
         send_one(reporter);
@@ -135,13 +128,12 @@ TEST_OPENED(test_end, surrounding_set_up)
 TEST_OPENED(test_end_without_findings, surrounding_set_up)
 {
     struct hearing hearing = {0};
-    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "info", 1);
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+    environment_set("REPORT_FLAGS=info LEVEL=content");
     finish(announced(&hearing, NULL));
     assert_string_equal(hearing.text,
                         "Assay reported no violations, because report_flags leaves out errors and "
                         "warnings.");
-    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn,info", 1);
+    environment_set("REPORT_FLAGS=warn,info");
     finish(announced(&hearing, NULL));
     assert_non_null(strstr(hearing.text, "Assay found no violations in this instance"));
 }
@@ -149,8 +141,7 @@ TEST_OPENED(test_end_without_findings, surrounding_set_up)
 TEST_OPENED(test_what_was_not_checked, surrounding_set_up)
 {
     struct hearing hearing = {0};
-    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,warn,info", 1);
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "parameters", 1);
+    environment_set("REPORT_FLAGS=error,warn,info LEVEL=parameters");
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", SENT_ID, 1);
     struct reporter *reporter = announced(&hearing, NULL);
     reporter_add_unchecked(reporter, "builds without memory for copies", 3);
@@ -162,10 +153,10 @@ TEST_OPENED(test_what_was_not_checked, surrounding_set_up)
     assert_has(hearing.text, "; 1 VUID that message_id_filter names");
     assert_has(hearing.text, "; builds without memory for copies (7)");
     assert_has(hearing.text, "; executions on a lost device (1).");
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "execution", 1);
+    environment_set("LEVEL=execution");
     finish(announced(&hearing, NULL));
     assert_has(hearing.text, " VUIDs of higher levels (level = execution)");
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+    environment_set("LEVEL=content");
     finish(announced(&hearing, NULL));
     assert_null(strstr(hearing.text, "of higher levels"));
 }
@@ -173,7 +164,7 @@ TEST_OPENED(test_what_was_not_checked, surrounding_set_up)
 TEST_OPENED(test_report_callbacks, surrounding_set_up)
 {
     struct hearing hearing = {0};
-    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "info", 1);
+    environment_set("REPORT_FLAGS=info");
     VkDebugReportCallbackCreateInfoEXT info = hearing_report_callback(&hearing);
     capture_begin(STDERR_FILENO);
     struct reporter *reporter = reporter_of(&info);
@@ -193,8 +184,7 @@ TEST_OPENED(test_report_callbacks, surrounding_set_up)
 /* Without memory for the settings, the line is sent without them. */
 TEST_OPENED(test_without_memory, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "info", 1);
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "state", 1);
+    environment_set("REPORT_FLAGS=info LEVEL=state");
     struct hearing hearing = {0};
     const VkDebugUtilsMessengerCreateInfoEXT info = informed(&hearing);
     const VkInstanceCreateInfo create_info = {.pNext = &info};

@@ -1,12 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of log files: files that cannot be written, and the words in log_filename. */
 #include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include "hearing.h"
 #include "src/report/log/filename.h"
@@ -33,7 +29,7 @@ TEST(test_full_disk)
 {
     surrounding_json("/dev/full");
     assert_int_equal(warnings_of("No space left on device"), 1);
-    setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "text", 1);
+    environment_set("LOG_FORMAT=text");
     assert_int_equal(warnings_of("No space left on device"), 1);
 }
 
@@ -58,7 +54,7 @@ TEST(test_limit_of_file_sizes)
     assert_int_equal(warnings, 1);
     assert_has(file_read("a.jsonl"), "\"Type\":\"Header\"");
     remove("a.jsonl");
-    setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", "text", 1);
+    environment_set("LOG_FORMAT=text");
     before = limit_files(500);
     warnings = warnings_of("File too large");
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);

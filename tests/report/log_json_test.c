@@ -1,12 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of log_format = json, and of names in message_id_filter. schema_test.py validates lines. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <unistd.h>
-
 #include "hearing.h"
-#include "src/state/commands/label_stack.h"
-#include "src/state/commands/object_names.h"
 
 #define SENT_COMMAND "VUID-vkCmdBuildAccelerationStructuresKHR-"
 
@@ -59,7 +53,7 @@ static bool send_full(struct reporter *reporter)
 TEST(test_lines_of_an_instance)
 {
     surrounding_json("a.jsonl");
-    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "1", 1);
+    environment_set("DUPLICATE_MESSAGE_LIMIT=1");
     set_up_names();
     struct hearing hearing = {0};
     struct reporter *reporter = reporter_heard_by(&hearing);
@@ -137,7 +131,7 @@ TEST(test_standard_error)
     send_one(reporter);
     reporter_destroy(reporter);
     assert_int_equal(count_lines(capture_end()), 3);
-    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback", 1);
+    environment_set("DEBUG_ACTION=callback");
     capture_begin(STDERR_FILENO);
     reporter = reporter_of(NULL);
     send_one(reporter);
@@ -149,7 +143,7 @@ TEST(test_standard_error)
 TEST(test_flags_do_not_hide_header_and_summary)
 {
     surrounding_json("a.jsonl");
-    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn", 1);
+    environment_set("REPORT_FLAGS=warn");
     struct reporter *reporter = reporter_of(NULL);
     send_one(reporter);
     reporter_destroy(reporter);
@@ -182,7 +176,7 @@ static bool is_sent_with(const char *filter)
     struct hearing hearing = {0};
     surrounding_clear(NULL);
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", filter, 1);
-    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback,fail", 1);
+    environment_set("DEBUG_ACTION=callback,fail");
     struct reporter *reporter = reporter_heard_by(&hearing);
     bool is_failed = send_full(reporter);
     assert_int_equal(is_failed, hearing.count); /* a muted finding does not skip the call */
@@ -223,7 +217,7 @@ TEST(test_muted_findings_are_not_counted)
 {
     surrounding_json("a.jsonl");
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", SENT_ID "@scene", 1);
-    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "1", 1);
+    environment_set("DUPLICATE_MESSAGE_LIMIT=1");
     set_up_names();
     struct reporter *reporter = reporter_of(NULL);
     for (int i = 0; i < 30; i++)

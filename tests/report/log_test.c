@@ -1,10 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is written to the log, and where to. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 #include "hearing.h"
 
 TEST_OPENED(test_stderr_without_messenger, surrounding_set_up)
@@ -49,8 +44,7 @@ static unsigned occurrences(const char *text, const char *word)
 
 TEST_OPENED(test_log_file, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "assay.log", 1);
-    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "log", 1);
+    environment_set("LOG_FILENAME=assay.log DEBUG_ACTION=log");
     struct hearing hearing = {0};
     capture_begin(STDERR_FILENO);
     struct reporter *first = reporter_heard_by(&hearing), *second = reporter_of(NULL);
@@ -70,7 +64,7 @@ TEST_OPENED(test_log_file, surrounding_set_up)
 TEST_OPENED(test_log_file_beside_a_messenger, surrounding_set_up)
 {
     struct hearing hearing = {0};
-    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "assay.log", 1);
+    environment_set("LOG_FILENAME=assay.log");
     capture_begin(STDERR_FILENO);
     struct reporter *reporter = reporter_heard_by(&hearing);
     send_one(reporter);
@@ -84,7 +78,7 @@ TEST_OPENED(test_log_file_beside_a_messenger, surrounding_set_up)
     remove("assay.log");
 
     /* Only callbacks are wanted: no empty file appears. */
-    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback", 1);
+    environment_set("DEBUG_ACTION=callback");
     reporter = reporter_heard_by(&hearing);
     send_one(reporter);
     assert_int_equal(hearing.count, 3);
@@ -94,7 +88,7 @@ TEST_OPENED(test_log_file_beside_a_messenger, surrounding_set_up)
 
 TEST_OPENED(test_log_to_stdout, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "stdout", 1);
+    environment_set("LOG_FILENAME=stdout");
     struct reporter *reporter = reporter_of(NULL);
     capture_begin(STDOUT_FILENO);
     send_one(reporter);
@@ -106,7 +100,7 @@ TEST_OPENED(test_log_to_stdout, surrounding_set_up)
 
 TEST_OPENED(test_log_file_that_cannot_be_opened, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "/nonexistent/assay.log", 1);
+    environment_set("LOG_FILENAME=/nonexistent/assay.log");
     capture_begin(STDERR_FILENO);
     struct reporter *reporter = reporter_of(NULL);
     send_one(reporter);

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the entries of message_id_filter. */
-#include <stdio.h>
-
 #include "hearing.h"
 #include "src/report/ids/message_filter.h"
 #include "src/report/ids/message_id.h"

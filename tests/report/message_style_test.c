@@ -1,12 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what settings add to a message and leave out of it. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "hearing.h"
 #include "src/report/finding_message.h"
-#include "src/state/commands/label_stack.h"
 
 #define LINK "https://docs.vulkan.org/spec/latest/"
 
@@ -170,9 +165,9 @@ TEST_OPENED(test_submission, surrounding_set_up)
                                  .queue_labels = &queue_labels};
     struct finding finding;
     violated_plainly(&finding, "", "is wrong");
-    label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = "build"});
-    label_stack_push(&queue_labels, &(VkDebugUtilsLabelEXT){.pLabelName = "frame\n"});
-    label_stack_push(&queue_labels, &(VkDebugUtilsLabelEXT){.pLabelName = "pass"});
+    label_push(&labels, "build");
+    label_push(&queue_labels, "frame\n");
+    label_push(&queue_labels, "pass");
     reporter_send(reporter, SENT_RULE, &location, &origin, &finding);
     assert_has(hearing.text,
                "Command buffer VkCommandBuffer 0xc, labels \"build\", as submitted to "

@@ -1,12 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the wording of messages. */
-#include <stdio.h>
-#include <string.h>
-
 #include "hearing.h"
 #include "src/report/finding_message.h"
 #include "src/report/ids/message_id.h"
-#include "src/state/commands/object_names.h"
 
 #define DEVICE_HANDLE ((VkDevice)(uintptr_t)0xd0)
 #define COMMAND_BUFFER_HANDLE ((VkCommandBuffer)(uintptr_t)0xc0)
@@ -125,7 +121,6 @@ TEST(test_values)
 
 TEST(test_origin)
 {
-    struct object_names *names;
     struct label_stack labels = {0};
     struct call_origin origin = {.device = DEVICE_HANDLE,
                                  .command_buffer = COMMAND_BUFFER_HANDLE,
@@ -142,12 +137,12 @@ TEST(test_origin)
                "VkCommandBuffer 0xc0. Command buffer VkCommandBuffer 0xc0, "
                "build 17.\n");
 
-    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    struct object_names *names = names_create();
     object_names_set(names, VK_OBJECT_TYPE_COMMAND_BUFFER, 0xc0, "builds");
     object_names_set(names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, 0xa, "bunny");
     origin.names = names;
-    label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = "Frame 3"});
-    label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = "BLAS updates"});
+    label_push(&labels, "Frame 3");
+    label_push(&labels, "BLAS updates");
     assert_has(word(&location, &origin, &finding), BUILD
                "pInfos[3].dst VkAccelerationStructureKHR 0xa[\"bunny\"] overlaps "
                "VkCommandBuffer 0xc0[\"builds\"]. Command buffer VkCommandBuffer "
@@ -244,11 +239,10 @@ TEST(test_a_warning_of_the_layers_own)
 
 TEST(test_heading_and_log)
 {
-    struct object_names *names;
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
     struct finding finding;
     finding_says(&finding, "dst", "{} is wrong", object(VK_OBJECT_TYPE_BUFFER, 0xb));
-    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    struct object_names *names = names_create();
     object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, "vertices");
     message_of_finding(&message, SENT_VUID, &location,
                        &(struct call_origin){.device = DEVICE_HANDLE, .names = names}, &finding,
@@ -282,13 +276,11 @@ TEST(test_long_names_and_deep_labels_are_cut)
     char name[2000];
     memset(name, 'n', sizeof(name) - 1);
     name[sizeof(name) - 1] = '\0';
-    struct object_names *names;
     struct label_stack labels = {0};
-    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    struct object_names *names = names_create();
     object_names_set(names, VK_OBJECT_TYPE_COMMAND_BUFFER, 0xc0, name);
     for (unsigned i = 0; i <= MESSAGE_LABELS; i++)
-        label_stack_push(&labels,
-                         &(VkDebugUtilsLabelEXT){.pLabelName = i == MESSAGE_LABELS ? name : "x"});
+        label_push(&labels, i == MESSAGE_LABELS ? name : "x");
     const struct call_origin origin = {
         .command_buffer = COMMAND_BUFFER_HANDLE, .names = names, .labels = &labels};
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};

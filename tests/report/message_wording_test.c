@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what messages say beside the finding: counts with their nouns, hints, and the other ids
  * that the same mistake violates. */
-#include <string.h>
-
 #include "hearing.h"
 #include "src/report/finding_message.h"
 #include "src/state/commands/call_sites.h"

@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of debug names and of label stacks. */
-#include <stdio.h>
-#include <string.h>
-
 #include "hearing.h"
-#include "src/state/commands/object_names.h"
 
 /* ---- names */
 
@@ -18,8 +14,7 @@ static const char *name_of(const struct object_names *names, VkObjectType type, 
 
 TEST(test_names_are_by_type_and_handle)
 {
-    struct object_names *names;
-    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    struct object_names *names = names_create();
     object_names_set(names, VK_OBJECT_TYPE_BUFFER, 1, "vertices");
     object_names_set(names, VK_OBJECT_TYPE_DEVICE_MEMORY, 1, "heap");
     object_names_set(names, VK_OBJECT_TYPE_COMMAND_BUFFER, 1, "frame");
@@ -41,8 +36,7 @@ TEST(test_names_are_by_type_and_handle)
 
 TEST(test_types_without_messages_have_no_names)
 {
-    struct object_names *names;
-    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    struct object_names *names = names_create();
     object_names_set(names, VK_OBJECT_TYPE_IMAGE, 1, "picture");
     object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0, "null");
     assert_string_equal(name_of(names, VK_OBJECT_TYPE_IMAGE, 1), "");
@@ -56,9 +50,8 @@ TEST(test_types_without_messages_have_no_names)
 
 TEST(test_names_are_cut_between_characters)
 {
-    struct object_names *names;
     char buffer[6] = "-----";
-    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    struct object_names *names = names_create();
     object_names_set(names, VK_OBJECT_TYPE_BUFFER, 1, "abcd\xc3\xa9");
     assert_int_equal(object_names_get(names, VK_OBJECT_TYPE_BUFFER, 1, buffer, 6), 4);
     assert_string_equal(buffer, "abcd");
@@ -75,9 +68,8 @@ TEST(test_names_are_cut_between_characters)
 TEST(test_many_names)
 {
     enum { COUNT = 5000 };
-    struct object_names *names;
     char name[32];
-    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    struct object_names *names = names_create();
     for (unsigned i = 1; i <= COUNT; i++) {
         snprintf(name, sizeof(name), "buffer %u", i);
         object_names_set(names, VK_OBJECT_TYPE_BUFFER, i, name);
@@ -131,8 +123,7 @@ static void *name_and_read(void *context)
 
 TEST(test_names_on_many_threads)
 {
-    struct object_names *names;
-    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    struct object_names *names = names_create();
     unit_test_run_threads(4, name_and_read, names, 0);
     object_names_destroy(names);
 }

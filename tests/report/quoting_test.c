@@ -1,15 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests that text from outside the layer, such as a debug name, can't break a message over lines.
  */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 #include "hearing.h"
 #include "src/base/text_buffer.h"
 #include "src/report/finding_message.h"
-#include "src/state/commands/object_names.h"
 
 static const char *quote(const char *quoted, size_t size)
 {
@@ -113,14 +107,13 @@ TEST(test_cuts)
 TEST(test_names_and_labels_stay_on_one_line)
 {
     static struct message message;
-    struct object_names *names;
     struct label_stack labels = {0};
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
     struct finding finding;
-    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    struct object_names *names = names_create();
     object_names_set(names, VK_OBJECT_TYPE_COMMAND_BUFFER, 0xc0, NASTY);
     object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, NASTY);
-    label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = NASTY});
+    label_push(&labels, NASTY);
     const struct call_origin origin = {
         .command_buffer = (VkCommandBuffer)(uintptr_t)0xc0, .names = names, .labels = &labels};
     finding_says(&finding, "a", "is {}", object(VK_OBJECT_TYPE_BUFFER, 0xb));
@@ -147,12 +140,11 @@ TEST(test_the_longest_name_fits_a_line_of_the_log)
 {
     static struct message message;
     char name[MESSAGE_NAME_SIZE];
-    struct object_names *names;
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_CALL};
     struct finding finding;
     memset(name, 1, sizeof(name) - 1);
     name[sizeof(name) - 1] = '\0';
-    assert_int_equal(object_names_create(&names), VK_SUCCESS);
+    struct object_names *names = names_create();
     object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, name);
     const struct call_origin origin = {.names = names};
     finding_says(&finding, "a", "is {}", object(VK_OBJECT_TYPE_BUFFER, 0xb));

@@ -2,9 +2,6 @@
 /* Reading settings, and what was said of them. */
 #include "reading.h"
 
-#include <stdio.h>
-#include <string.h>
-
 #include "src/report/settings_check.h"
 
 struct warned warned;
@@ -31,6 +28,14 @@ struct settings settings_read(const void *chain)
     static struct settings settings;
     settings_release(&settings);
     assert_int_equal(settings_try(chain, &settings), VK_SUCCESS);
+    return settings;
+}
+
+struct settings settings_of_file(const char *text)
+{
+    surrounding_clear(text);
+    const struct settings settings = settings_read(NULL);
+    assert_int_equal(warned.count, 0);
     return settings;
 }
 
@@ -92,4 +97,14 @@ void assert_warned(const char *const *words)
 VkLayerSettingEXT setting_given(const char *key, VkLayerSettingTypeEXT type, const void *values)
 {
     return (VkLayerSettingEXT){"VK_LAYER_ASSAY_validation", key, type, 1, values};
+}
+
+VkLayerSettingEXT text_given(const char *key, const char *const *text)
+{
+    return setting_given(key, VK_LAYER_SETTING_TYPE_STRING_EXT, text);
+}
+
+VkLayerSettingsCreateInfoEXT settings_given(const VkLayerSettingEXT *settings, uint32_t count)
+{
+    return MAKE(VkLayerSettingsCreateInfoEXT, .settingCount = count, .pSettings = settings);
 }

@@ -19,6 +19,9 @@ VkResult settings_try(const void *chain, struct settings *settings);
 /* The same; they live until the next call, or fail the test. */
 struct settings settings_read(const void *chain);
 
+/* The same of what vk_layer_settings.txt has; nothing may be said of it. */
+struct settings settings_of_file(const char *text);
+
 /* Reads them without each allocation in turn: they say so, or warn of `warnings` lines. */
 void settings_read_scarce(const void *chain, unsigned warnings);
 
@@ -29,7 +32,9 @@ void assert_default_settings(const struct settings *settings);
 void assert_warned(const char *const *words);
 #define ASSERT_WARNED(...) assert_warned((const char *const[]){__VA_ARGS__, NULL})
 
-/* One value of VK_EXT_layer_settings. */
+/* One value of VK_EXT_layer_settings, or a text; and the structure that has several. */
 VkLayerSettingEXT setting_given(const char *key, VkLayerSettingTypeEXT type, const void *values);
+VkLayerSettingEXT text_given(const char *key, const char *const *text);
+VkLayerSettingsCreateInfoEXT settings_given(const VkLayerSettingEXT *settings, uint32_t count);
 
 #endif

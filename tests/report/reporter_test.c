@@ -1,26 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of who hears which message. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
 #include "hearing.h"
 #include "src/report/ids/message_id.h"
 #include "src/report/message.h"
-#include "src/state/commands/object_names.h"
 
 /* ---- messengers */
 
-TEST_OPENED(test_callback_data, surrounding_set_up)
+HEARD_TEST(test_callback_data, "")
 {
-    struct hearing hearing = {0};
-    struct reporter *reporter = reporter_heard_by(&hearing);
-    struct object_names *names;
+    struct object_names *names = names_create();
     struct label_stack labels = {0};
-    assert_int_equal(object_names_create(&names), VK_SUCCESS);
     object_names_set(names, VK_OBJECT_TYPE_BUFFER, 0xb, "scratch");
-    label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = "frame"});
+    label_push(&labels, "frame");
     const struct call_origin origin = {
         .command_buffer = (VkCommandBuffer)(uintptr_t)0xc, .names = names, .labels = &labels};
     const struct location location = {.command = COMMAND_DEVICE, .subject = SUBJECT_BUILD};
@@ -30,32 +21,28 @@ TEST_OPENED(test_callback_data, surrounding_set_up)
     capture_begin(STDERR_FILENO);
     assert_false(reporter_send(reporter, SENT_RULE, &location, &origin, &finding));
     assert_string_equal(capture_end(), "");
-    assert_int_equal(hearing.count, 1);
-    assert_int_equal(hearing.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT);
-    assert_int_equal(hearing.types, VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT);
-    assert_string_equal(hearing.id, SENT_ID);
-    assert_int_equal(hearing.number, message_id_number(SENT_ID));
-    assert_memory_equal(hearing.text, "vkCmdBuildAccelerationStructuresKHR(): pInfos[0].", 49);
-    assert_int_equal(hearing.queue_label_count, 0);
-    assert_int_equal(hearing.label_count, 1);
-    assert_string_equal(hearing.labels[0], "frame");
-    assert_int_equal(hearing.object_count, 2);
-    assert_int_equal(hearing.types_of_objects[0], VK_OBJECT_TYPE_COMMAND_BUFFER);
-    assert_string_equal(hearing.names[0], "(null)");
-    assert_int_equal(hearing.types_of_objects[1], VK_OBJECT_TYPE_BUFFER);
-    assert_int_equal(hearing.objects[1], 0xb);
-    assert_string_equal(hearing.names[1], "scratch");
+    assert_int_equal(hearing->count, 1);
+    assert_int_equal(hearing->severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT);
+    assert_int_equal(hearing->types, VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT);
+    assert_string_equal(hearing->id, SENT_ID);
+    assert_int_equal(hearing->number, message_id_number(SENT_ID));
+    assert_memory_equal(hearing->text, "vkCmdBuildAccelerationStructuresKHR(): pInfos[0].", 49);
+    assert_int_equal(hearing->queue_label_count, 0);
+    assert_int_equal(hearing->label_count, 1);
+    assert_string_equal(hearing->labels[0], "frame");
+    assert_int_equal(hearing->object_count, 2);
+    assert_int_equal(hearing->types_of_objects[0], VK_OBJECT_TYPE_COMMAND_BUFFER);
+    assert_string_equal(hearing->names[0], "(null)");
+    assert_int_equal(hearing->types_of_objects[1], VK_OBJECT_TYPE_BUFFER);
+    assert_int_equal(hearing->objects[1], 0xb);
+    assert_string_equal(hearing->names[1], "scratch");
     label_stack_clear(&labels);
     object_names_destroy(names);
-    reporter_destroy(reporter);
 }
 
 /* Differences have ids and limits of their own, and the severity of a warning. */
-TEST_OPENED(test_differences, surrounding_set_up)
+HEARD_TEST(test_differences, "DUPLICATE_MESSAGE_LIMIT=1")
 {
-    struct hearing hearing = {0};
-    surrounding_clear("assay_validation.duplicate_message_limit = 1\n");
-    struct reporter *reporter = reporter_heard_by(&hearing);
     const struct call_origin origin = {.command_buffer = (VkCommandBuffer)(uintptr_t)0xc};
     const struct location location = {
         .command = COMMAND_DEVICE, .subject = SUBJECT_GEOMETRY, .build = 1, .geometry = 2};
@@ -65,18 +52,16 @@ TEST_OPENED(test_differences, surrounding_set_up)
     reporter_send_difference(reporter, DIFFERENCE_MISSED, &location, &origin, &finding);
     assert_true(reporter_wants_difference(reporter, DIFFERENCE_DOUBLE));
     reporter_send_difference(reporter, DIFFERENCE_MISSED, &location, &origin, &finding);
-    assert_int_equal(hearing.count, 1);
-    assert_int_equal(hearing.severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT);
-    assert_string_equal(hearing.id, "ASSAY-compare-missed");
-    assert_int_equal(hearing.number, message_id_number("ASSAY-compare-missed"));
+    assert_int_equal(hearing->count, 1);
+    assert_int_equal(hearing->severity, VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT);
+    assert_string_equal(hearing->id, "ASSAY-compare-missed");
+    assert_int_equal(hearing->number, message_id_number("ASSAY-compare-missed"));
     const char *says =
         "vkCmdBuildAccelerationStructuresKHR(): pInfos[1].pGeometries[2] primitive 7 is missed. "
         "Command buffer VkCommandBuffer 0xc, build 1.\nThis difference has now been reported 1 "
         "time for VkCommandBuffer 0xc and will not be reported for it again: "
-        "duplicate_message_limit "
-        "is reached. At most 9 more follow for other objects.";
-    assert_memory_equal(hearing.text, says, strlen(says));
-    reporter_destroy(reporter);
+        "duplicate_message_limit is reached. At most 9 more follow for other objects.";
+    assert_memory_equal(hearing->text, says, strlen(says));
 }
 
 TEST_OPENED(test_report_callback, surrounding_set_up)
@@ -145,47 +130,43 @@ TEST_OPENED(test_masks, surrounding_set_up)
     reporter_destroy(reporter);
 }
 
-TEST_OPENED(test_any_callback_can_skip_the_call, surrounding_set_up)
+HEARD_TEST(test_any_callback_can_skip_the_call, "")
 {
-    struct hearing first = {0}, second = {0};
-    struct reporter *reporter = reporter_heard_by(&first);
+    struct hearing second = {0};
     reporter_add_hearing(reporter, 1, &second);
     assert_false(send_one(reporter));
-    first.answer = VK_TRUE;
+    hearing->answer = VK_TRUE;
     assert_true(send_one(reporter));
-    first.answer = VK_FALSE;
+    hearing->answer = VK_FALSE;
     second.answer = VK_TRUE;
     assert_true(send_one(reporter));
-    assert_int_equal(first.count, 3);
+    assert_int_equal(hearing->count, 3);
     assert_int_equal(second.count, 3);
-    reporter_destroy(reporter);
 }
 
-TEST_OPENED(test_removal, surrounding_set_up)
+HEARD_TEST(test_removal, "")
 {
-    struct hearing first = {0}, second = {0};
-    struct reporter *reporter = reporter_heard_by(&first);
+    struct hearing second = {0};
     const VkDebugReportCallbackCreateInfoEXT info = hearing_report_callback(&second);
     assert_int_equal(reporter_add_report_callback(reporter, CALLBACK(0), &info), VK_SUCCESS);
     reporter_remove_messenger(reporter, MESSENGER(1));
     reporter_remove_messenger(reporter, MESSENGER(0));
     send_one(reporter);
-    assert_int_equal(first.count, 0);
+    assert_int_equal(hearing->count, 0);
     assert_int_equal(second.count, 1);
 
-    reporter_add_hearing(reporter, 0, &first);
+    reporter_add_hearing(reporter, 0, hearing);
     reporter_remove_report_callback(reporter, CALLBACK(0));
     send_one(reporter);
-    assert_int_equal(first.count, 1);
+    assert_int_equal(hearing->count, 1);
     assert_int_equal(second.count, 1);
-    reporter_destroy(reporter);
 }
 
 /* ---- messengers of the create info */
 
 TEST_OPENED(test_create_info_messengers_serve_creation_and_destruction, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
+    environment_set("LEVEL=contents");
     struct hearing early = {0}, early_report = {0}, late = {0};
     VkDebugReportCallbackCreateInfoEXT report = hearing_report_callback(&early_report);
     VkDebugUtilsMessengerCreateInfoEXT utils = hearing_messenger(&early);
@@ -218,8 +199,7 @@ TEST_OPENED(test_create_info_messengers_serve_creation_and_destruction, surround
 /* Whatever fails, a reporter that came to be sends its findings. */
 TEST_OPENED(test_without_memory, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
-    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "/nonexistent/assay.log", 1);
+    environment_set("LEVEL=contents LOG_FILENAME=/nonexistent/assay.log");
     struct hearing early = {0}, late = {0};
     const VkDebugUtilsMessengerCreateInfoEXT chain = hearing_messenger(&early);
     const VkDebugUtilsMessengerCreateInfoEXT info = hearing_messenger(&late);

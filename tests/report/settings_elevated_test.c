@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the settings in a process with elevated privileges: what the application gives counts,
  * and nothing else. getauxval() is wrapped. */
-#include <stdlib.h>
-#include <string.h>
 #include <sys/auxv.h>
-#include <unistd.h>
 
 #include "reading.h"
 #include "src/report/settings/source.h"
@@ -31,16 +28,10 @@ static void clear(void)
     is_elevated = true;
 }
 
-static VkLayerSettingsCreateInfoEXT give(const VkLayerSettingEXT *settings, uint32_t count)
-{
-    return (VkLayerSettingsCreateInfoEXT){VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT, NULL,
-                                          count, settings};
-}
-
 TEST_OPENED(test_environment_and_file, clear)
 {
     surrounding_clear("assay_validation.backend = cpu\nassay_validation.bakcend = cpu\n");
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "state", 1);
+    environment_set("LEVEL=state");
     struct settings settings = settings_read(NULL);
     assert_default_settings(&settings);
     assert_int_equal(warned.count, 0);
@@ -54,17 +45,17 @@ TEST_OPENED(test_environment_and_file, clear)
 
 TEST_OPENED(test_what_the_application_gives, clear)
 {
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+    environment_set("LEVEL=content");
     const char *level = "state", *flags[] = {"error", "info"};
     const uint32_t limit = 4;
     VkLayerSettingEXT given[] = {
-        setting_given("level", VK_LAYER_SETTING_TYPE_STRING_EXT, &level),
-        setting_given("report_flags", VK_LAYER_SETTING_TYPE_STRING_EXT, flags),
+        text_given("level", &level),
+        text_given("report_flags", flags),
         setting_given("duplicate_message_limit", VK_LAYER_SETTING_TYPE_UINT32_EXT, &limit),
-        setting_given("levle", VK_LAYER_SETTING_TYPE_STRING_EXT, &level),
+        text_given("levle", &level),
     };
     given[1].valueCount = 2;
-    const VkLayerSettingsCreateInfoEXT info = give(given, LENGTH(given));
+    const VkLayerSettingsCreateInfoEXT info = settings_given(given, LENGTH(given));
     struct settings settings = settings_read(&info);
     assert_int_equal(settings.level, LEVEL_STATE);
     assert_int_equal(settings.report_flags, REPORT_ERROR | REPORT_INFO);
@@ -89,7 +80,7 @@ static char *read_list(const VkLayerSettingsCreateInfoEXT *info, const char *key
 static void assert_same_list(const VkLayerSettingEXT *settings, uint32_t count,
                              const char *expected)
 {
-    const VkLayerSettingsCreateInfoEXT info = give(settings, count);
+    const VkLayerSettingsCreateInfoEXT info = settings_given(settings, count);
     char *plain = read_list(&info, "key", false), *elevated = read_list(&info, "key", true);
     if (expected) {
         assert_string_equal(plain, expected);
@@ -140,9 +131,9 @@ TEST_OPENED(test_a_key_twice, clear)
 {
     const char *const first = "first", *const second = "second";
     const VkLayerSettingEXT settings[] = {
-        setting_given("other", VK_LAYER_SETTING_TYPE_STRING_EXT, &second),
-        setting_given("key", VK_LAYER_SETTING_TYPE_STRING_EXT, &first),
-        setting_given("key", VK_LAYER_SETTING_TYPE_STRING_EXT, &second),
+        text_given("other", &second),
+        text_given("key", &first),
+        text_given("key", &second),
     };
     assert_same_list(settings, LENGTH(settings), "first");
 }
@@ -152,9 +143,8 @@ TEST_OPENED(test_a_key_twice, clear)
 TEST_OPENED(test_log_file, clear)
 {
     const char *name = "assay.log";
-    const VkLayerSettingEXT setting =
-        setting_given("log_filename", VK_LAYER_SETTING_TYPE_STRING_EXT, &name);
-    const VkLayerSettingsCreateInfoEXT info = give(&setting, 1);
+    const VkLayerSettingEXT setting = text_given("log_filename", &name);
+    const VkLayerSettingsCreateInfoEXT info = settings_given(&setting, 1);
     capture_begin(STDERR_FILENO);
     struct reporter *reporter = reporter_of(&info);
     send_one(reporter);
@@ -175,9 +165,8 @@ TEST_OPENED(test_log_file, clear)
 TEST_OPENED(test_log_to_stdout, clear)
 {
     const char *name = "stdout";
-    const VkLayerSettingEXT setting =
-        setting_given("log_filename", VK_LAYER_SETTING_TYPE_STRING_EXT, &name);
-    const VkLayerSettingsCreateInfoEXT info = give(&setting, 1);
+    const VkLayerSettingEXT setting = text_given("log_filename", &name);
+    const VkLayerSettingsCreateInfoEXT info = settings_given(&setting, 1);
     capture_begin(STDOUT_FILENO);
     struct reporter *reporter = reporter_of(&info);
     send_one(reporter);
@@ -192,8 +181,7 @@ TEST_OPENED(test_log_to_stdout, clear)
 TEST_OPENED(test_without_memory, clear)
 {
     const char *level = "contents";
-    const VkLayerSettingEXT setting =
-        setting_given("level", VK_LAYER_SETTING_TYPE_STRING_EXT, &level);
-    const VkLayerSettingsCreateInfoEXT info = give(&setting, 1);
+    const VkLayerSettingEXT setting = text_given("level", &level);
+    const VkLayerSettingsCreateInfoEXT info = settings_given(&setting, 1);
     settings_read_scarce(&info, 1);
 }

@@ -2,8 +2,6 @@
 /* Tests that a warning about a setting comes once in a process, however many instances there are.
  */
 #include <stdatomic.h>
-#include <stdio.h>
-#include <stdlib.h>
 
 #include "hearing.h"
 
@@ -31,7 +29,7 @@ TEST_OPENED(test_instances, surrounding_set_up)
 
 TEST_OPENED(test_unknown_key, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LEVLE", "state", 1);
+    environment_set("LEVLE=state");
     assert_int_equal(count_warnings("state"), 1);
     assert_int_equal(count_warnings("state"), 0);
     assert_int_equal(count_warnings("unknown-key"), 1);
@@ -40,11 +38,10 @@ TEST_OPENED(test_unknown_key, surrounding_set_up)
 /* If no messenger and no log got a warning, the next instance repeats it. */
 TEST_OPENED(test_unheard, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "unheard", 1);
-    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error", 1);
+    environment_set("LEVEL=unheard REPORT_FLAGS=error");
     assert_int_equal(count_warnings("unheard"), 0);
     unsetenv("VK_ASSAY_VALIDATION_REPORT_FLAGS");
-    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "callback", 1);
+    environment_set("DEBUG_ACTION=callback");
     reporter_destroy(reporter_of(NULL));
     unsetenv("VK_ASSAY_VALIDATION_DEBUG_ACTION");
     assert_int_equal(count_warnings("unheard"), 1);
@@ -69,7 +66,7 @@ static void *create_reporter(void *context)
 
 TEST_OPENED(test_threads, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "threads", 1);
+    environment_set("LEVEL=threads");
     unit_test_run_threads(THREADS, create_reporter, NULL, 0);
     assert_int_equal(atomic_load(&heard), 1);
 }

@@ -1,29 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the settings: where they come from. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "reading.h"
 
-TEST_OPENED(test_defaults, surrounding_set_up)
+TEST(test_defaults)
 {
-    struct settings settings = settings_read(NULL);
+    struct settings settings = settings_of_file(NULL);
     assert_default_settings(&settings);
-    assert_int_equal(warned.count, 0);
 }
 
 /* ---- sources */
 
 TEST_OPENED(test_environment, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "Parameters", 1);
-    setenv("VK_ASSAY_VALIDATION_BACKEND", "driver", 1);
-    setenv("VK_ASSAY_VALIDATION_VUID_NAMES", "listed", 1);
+    environment_set("LEVEL=Parameters BACKEND=driver VUID_NAMES=listed");
     setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "warn, info", 1);
-    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "log", 1);
-    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "/tmp/12:30:run.txt", 1);
-    setenv("VK_ASSAY_VALIDATION_DUPLICATE_MESSAGE_LIMIT", "3", 1);
+    environment_set("DEBUG_ACTION=log LOG_FILENAME=/tmp/12:30:run.txt DUPLICATE_MESSAGE_LIMIT=3");
     setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", SENT_ID, 1);
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.level, LEVEL_PARAMETERS);
@@ -39,44 +30,38 @@ TEST_OPENED(test_environment, surrounding_set_up)
 
 TEST_OPENED(test_file, surrounding_set_up)
 {
-    surrounding_clear(
+    struct settings settings = settings_of_file(
         "# a comment with assay_validation.nothing = 1\n"
         "khronos_validation.levle = 7\n"
         "  assay_validation.level = content # and another\n"
         "assay_validation.log_filename = a,b:c\n"
         "assay_validation.backend =\n"
         "assay_validation.enable_message_limit = FALSE\n");
-    struct settings settings = settings_read(NULL);
     assert_int_equal(settings.level, LEVEL_CONTENT);
     assert_string_equal(settings.log_filename, "a,b:c");
     assert_int_equal(settings.duplicate_message_limit, 0);
-    assert_int_equal(warned.count, 0);
 }
 
 TEST_OPENED(test_content_budget, surrounding_set_up)
 {
-    surrounding_clear(
+    struct settings settings = settings_of_file(
         "assay_validation.content_budget_mib = 16\n"
         "assay_validation.content_when_full = skip\n");
-    struct settings settings = settings_read(NULL);
     assert_int_equal(settings.content_budget_mib, 16);
     assert_int_equal(settings.content_when_full, CONTENT_SKIP);
-    assert_int_equal(warned.count, 0);
 }
 
 /* Rays are compared at level content on backend driver; elsewhere one line says why they aren't. */
 TEST_OPENED(test_compare_rays, surrounding_set_up)
 {
-    surrounding_clear(
+    struct settings settings = settings_of_file(
         "assay_validation.compare_rays = 64\n"
         "assay_validation.level = content\n"
         "assay_validation.message_id_filter = ASSAY-compare-double\n");
-    struct settings settings = settings_read(NULL);
     assert_int_equal(settings.compare_rays, 64);
     assert_int_equal(settings_muted(&settings), 0);
     assert_true(settings.muted_others[DIFFERENCE_DOUBLE]);
     assert_false(settings.muted_others[DIFFERENCE_MISSED]);
-    assert_int_equal(warned.count, 0);
 
     surrounding_clear("assay_validation.compare_rays = 64\n");
     settings = settings_read(NULL);
@@ -98,12 +83,10 @@ TEST_OPENED(test_compare_rays, surrounding_set_up)
 
 TEST_OPENED(test_guard, surrounding_set_up)
 {
-    surrounding_clear(
+    struct settings settings = settings_of_file(
         "assay_validation.guard = references\n"
         "assay_validation.level = content\n");
-    struct settings settings = settings_read(NULL);
     assert_int_equal(settings.guard, GUARD_REFERENCES);
-    assert_int_equal(warned.count, 0);
 
     static const char *const elsewhere[] = {"assay_validation.level = execution\n",
                                             "assay_validation.level = content\n"
@@ -120,9 +103,7 @@ TEST_OPENED(test_guard, surrounding_set_up)
 
 TEST_OPENED(test_hazards_need_a_level, surrounding_set_up)
 {
-    surrounding_clear("assay_validation.hazards = true\n");
-    assert_true(settings_read(NULL).hazards);
-    assert_int_equal(warned.count, 0);
+    assert_true(settings_of_file("assay_validation.hazards = true\n").hazards);
     surrounding_clear("assay_validation.hazards = true\nassay_validation.level = state\n");
     assert_false(settings_read(NULL).hazards);
     ASSERT_WARNED("hazards", "level = execution", "content");
@@ -139,18 +120,17 @@ TEST_OPENED(test_instance_extension, surrounding_set_up)
     uint32_t limit = 4;
     VkBool32 off = VK_FALSE;
     VkLayerSettingEXT more[] = {
-        setting_given("report_flags", VK_LAYER_SETTING_TYPE_STRING_EXT, flags),
-        setting_given("level", VK_LAYER_SETTING_TYPE_STRING_EXT, &level),
+        text_given("report_flags", flags),
+        text_given("level", &level),
     };
-    const VkLayerSettingsCreateInfoEXT second = {VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-                                                 NULL, 2, more};
+    const VkLayerSettingsCreateInfoEXT second = settings_given(more, 2);
     const VkBaseInStructure between = {VK_STRUCTURE_TYPE_APPLICATION_INFO,
                                        (const VkBaseInStructure *)&second};
     VkLayerSettingEXT entries[] = {
         setting_given("duplicate_message_limit", VK_LAYER_SETTING_TYPE_UINT32_EXT, &limit),
         setting_given(NULL, VK_LAYER_SETTING_TYPE_UINT32_EXT, &limit),
-        setting_given("level", VK_LAYER_SETTING_TYPE_STRING_EXT, NULL),
-        setting_given("level", VK_LAYER_SETTING_TYPE_STRING_EXT, &no_text),
+        text_given("level", NULL),
+        text_given("level", &no_text),
         {NULL, "level", VK_LAYER_SETTING_TYPE_STRING_EXT, 1, &level},
         {"VK_LAYER_KHRONOS_validation", "enable_message_limit", VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1,
          &off},
@@ -179,10 +159,8 @@ TEST_OPENED(test_instance_extension, surrounding_set_up)
 TEST_OPENED(test_precedence, surrounding_set_up)
 {
     const char *level = "parameters";
-    const VkLayerSettingEXT entry =
-        setting_given("level", VK_LAYER_SETTING_TYPE_STRING_EXT, &level);
-    const VkLayerSettingsCreateInfoEXT info = {VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-                                               NULL, 1, &entry};
+    const VkLayerSettingEXT entry = text_given("level", &level);
+    const VkLayerSettingsCreateInfoEXT info = settings_given(&entry, 1);
     struct settings settings = settings_read(&info);
     assert_int_equal(settings.level, LEVEL_PARAMETERS);
 
@@ -190,7 +168,7 @@ TEST_OPENED(test_precedence, surrounding_set_up)
     settings = settings_read(&info);
     assert_int_equal(settings.level, LEVEL_STATE);
 
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "content", 1);
+    environment_set("LEVEL=content");
     settings = settings_read(&info);
     assert_int_equal(settings.level, LEVEL_CONTENT);
 }
@@ -199,14 +177,12 @@ TEST_OPENED(test_precedence, surrounding_set_up)
 
 TEST_OPENED(test_without_memory, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LEVEL", "contents", 1);
-    setenv("VK_ASSAY_VALIDATION_LEVLE", "content", 1);
-    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "log.txt", 1);
-    setenv("VK_ASSAY_VALIDATION_MESSAGE_ID_FILTER", "03710,99999", 1);
+    environment_set(
+        "LEVEL=contents LEVLE=content LOG_FILENAME=log.txt "
+        "MESSAGE_ID_FILTER=03710,99999");
     VkBool32 off = VK_FALSE;
     const VkLayerSettingEXT entry =
         setting_given("enable_message_limit", VK_LAYER_SETTING_TYPE_BOOL32_EXT, &off);
-    const VkLayerSettingsCreateInfoEXT info = {VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-                                               NULL, 1, &entry};
+    const VkLayerSettingsCreateInfoEXT info = settings_given(&entry, 1);
     settings_read_scarce(&info, 3);
 }

@@ -1,8 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of the settings: what they take, and what is said of the rest. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 
 #include "reading.h"
@@ -81,7 +78,7 @@ TEST_OPENED(test_debug_output_has_no_effect, surrounding_set_up)
     assert_int_equal(settings.debug_action, DEBUG_ACTION_LOG);
     ASSERT_WARNED("assay_validation.debug_action", "VK_DBG_LAYER_ACTION_DEBUG_OUTPUT", "Windows");
     /* Alone, it must not silence the layer. */
-    setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", "VK_DBG_LAYER_ACTION_DEBUG_OUTPUT", 1);
+    environment_set("DEBUG_ACTION=VK_DBG_LAYER_ACTION_DEBUG_OUTPUT");
     settings = settings_read(NULL);
     assert_int_equal(settings.debug_action, DEBUG_ACTION_DEFAULT);
     assert_int_equal(warned.count, 1);
@@ -95,7 +92,7 @@ TEST_OPENED(test_a_log_file_that_no_action_writes, surrounding_set_up)
         unsigned warnings;
     } cases[] = {{"callback", 1}, {"callback,fail", 1}, {"ignore", 1}, {"default", 0},
                  {"log", 0},      {"break", 0},         {"fail", 0}};
-    setenv("VK_ASSAY_VALIDATION_LOG_FILENAME", "assay.log", 1);
+    environment_set("LOG_FILENAME=assay.log");
     for (size_t i = 0; i < LENGTH(cases); i++) {
         setenv("VK_ASSAY_VALIDATION_DEBUG_ACTION", cases[i].action, 1);
         settings_read(NULL);
@@ -116,7 +113,7 @@ TEST_OPENED(test_record_builds_that_nothing_records, surrounding_set_up)
         {"state", "json", "default", false},    {"parameters", "json", "default", false},
         {"content", "text", "default", false},  {"execution", "json", "callback", false},
     };
-    setenv("VK_ASSAY_VALIDATION_RECORD_BUILDS", "true", 1);
+    environment_set("RECORD_BUILDS=true");
     for (size_t i = 0; i < LENGTH(cases); i++) {
         setenv("VK_ASSAY_VALIDATION_LEVEL", cases[i].level, 1);
         setenv("VK_ASSAY_VALIDATION_LOG_FORMAT", cases[i].format, 1);
@@ -132,7 +129,7 @@ TEST_OPENED(test_record_builds_that_nothing_records, surrounding_set_up)
 
 TEST_OPENED(test_flags_of_the_khronos_layer_are_accepted, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_REPORT_FLAGS", "error,perf,verbose,debug", 1);
+    environment_set("REPORT_FLAGS=error,perf,verbose,debug");
     struct settings settings = settings_read(NULL);
     assert_int_equal(settings.report_flags, REPORT_ERROR);
     assert_int_equal(warned.count, 0);
@@ -209,7 +206,7 @@ TEST_OPENED(test_filter_that_names_nothing, surrounding_set_up)
 
 TEST_OPENED(test_unknown_keys, surrounding_set_up)
 {
-    setenv("VK_ASSAY_VALIDATION_LEVLE", "content", 1);
+    environment_set("LEVLE=content");
     struct settings settings = settings_read(NULL);
     assert_default_settings(&settings);
     ASSERT_WARNED("VK_ASSAY_VALIDATION_LEVLE\" is not a setting", "level", "message_id_filter");
@@ -228,8 +225,7 @@ TEST_OPENED(test_unknown_keys, surrounding_set_up)
     VkBool32 on = VK_TRUE;
     const VkLayerSettingEXT entry =
         setting_given("validate_sync", VK_LAYER_SETTING_TYPE_BOOL32_EXT, &on);
-    const VkLayerSettingsCreateInfoEXT info = {VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
-                                               NULL, 1, &entry};
+    const VkLayerSettingsCreateInfoEXT info = settings_given(&entry, 1);
     settings = settings_read(&info);
     assert_default_settings(&settings);
     ASSERT_WARNED("assay_validation.validate_sync\" is not a setting");

@@ -135,7 +135,13 @@ class List:
 
     def __init__(self, name, members):
         self.name, self.members = name, members
-        self.rows, self.setups, self.functions = [], {}, {}
+        self.rows, self.setups, self.functions, self.configurations = [], {}, {}, []
+
+    def configure(self, name, edits):
+        """Adds a function for setups, which sets members of the null driver's configuration."""
+        body = "".join(f"    config->{edit};\n" for edit in edits)
+        self.configurations.append(
+            f"static void {name}(struct null_driver_config *config)\n{{\n{body}}}\n")
 
     def setup(self, text):
         """A pointer to a setup, which every case with the same one shares."""
@@ -176,7 +182,8 @@ class List:
             return self.expression(text) + ";"
         member, value = parts
         if write := WRITE.fullmatch(member):
-            return f"WRITE({self.expression(write[2])}, {write[3]}, {write[1]}, {value});"
+            return f"WRITE({self.expression(write[2])}, {write[3]}, {write[1]}, " \
+                   f"{self.expression(value)});"
         if LOCAL.fullmatch(value) and WORD.match(value)[0] not in self.members:
             return f"{self.expression(member)} = {value};"
         kind = "COPY" if MEMBER.fullmatch(value) and WORD.match(value)[0] in self.members else "SET"
@@ -189,8 +196,8 @@ class List:
         return self.functions.setdefault(body, f"{self.name}_edits_{len(self.functions)}")
 
     def write(self, path):
-        lines = [f"static const struct setup {name} = {text};\n"
-                 for text, name in self.setups.items()]
+        lines = self.configurations + [f"static const struct setup {name} = {text};\n"
+                                       for text, name in self.setups.items()]
         lines += [f"static void {name}(struct scene *scene)\n{{\n{body}}}\n"
                   for body, name in self.functions.items()]
         lines += [f"static const struct test_case {self.name}_rows[] = {{\n", *self.rows, "};\n",
@@ -336,6 +343,9 @@ def read(path, members, common):
             elif word == "setup":
                 name, _, fields = rest.partition(" ")
                 setups[name] = f"{{{fields}}}"
+            elif word == "configure":
+                name, _, edits = rest.partition(" ")
+                lists[-1].configure(name, split(defines.expand(edits), ","))
             elif word == "list":
                 lists.append(List(rest, members))
                 defines, setups, group = Defines(shared), dict(shared_setups), {}

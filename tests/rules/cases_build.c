@@ -7,29 +7,6 @@ static const VkBaseInStructure stray = {.sType = VK_STRUCTURE_TYPE_APPLICATION_I
 static const VkBaseInStructure unknown = {.sType = (VkStructureType)2000000123};
 #include "build.inc"
 
-static VkAccelerationStructureKHR make_unbound(struct scene *scene, uint32_t build,
-                                               struct test_buffer *buffer)
-{
-    const VkDeviceSize size = scene_sizes(scene, build).accelerationStructureSize;
-    *buffer = scene_create_buffer(scene, size, ACCEL_USAGE);
-    return scene_accel_in(scene, buffer, 0, size, scene->infos[build].type);
-}
-
-static void leave_dst_unbound(struct scene *scene)
-{
-    struct test_buffer buffer;
-    scene->infos[AABBS].dstAccelerationStructure = make_unbound(scene, AABBS, &buffer);
-}
-
-static void bind_dst_late(struct scene *scene)
-{
-    struct test_buffer buffer;
-    scene->infos[AABBS].dstAccelerationStructure = make_unbound(scene, AABBS, &buffer);
-    const struct test_memory memory =
-        scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
-    scene_bind(scene, &buffer, &memory, 0);
-}
-
 /* On the host it has been built, and lost its memory since. */
 static void leave_update_src_unbound(struct scene *scene)
 {
@@ -40,13 +17,9 @@ static void leave_update_src_unbound(struct scene *scene)
         scene_destroy(scene, (uint64_t)buffer.memory);
         return;
     }
-    scene->infos[UPDATE].srcAccelerationStructure = make_unbound(scene, UPDATE, &buffer);
-}
-
-static void leave_ignored_src_unbound(struct scene *scene)
-{
-    struct test_buffer buffer;
-    scene->infos[INDEXED].srcAccelerationStructure = make_unbound(scene, INDEXED, &buffer);
+    buffer = scene_create_buffer(scene, place_size(scene, UPDATE), ACCEL_USAGE);
+    scene->infos[UPDATE].srcAccelerationStructure =
+        scene_accel_in(scene, &buffer, 0, buffer.size, scene->infos[UPDATE].type);
 }
 
 enum { MANY_GEOMETRIES = 40 };
@@ -110,10 +83,6 @@ static void cross_within_aliasing_buffer(struct scene *scene)
     scene->infos[AABBS].scratchData.deviceAddress = first.address + half - alignment_of(scene);
 }
 
-static void want_no_update_scratch(struct null_driver_config *config)
-{
-    config->sizes.update_scratch = (struct null_driver_size){0, 0};
-}
 #include "scratch.inc"
 
 /* What counts is the last build of the source, which has room for either. */

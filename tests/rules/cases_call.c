@@ -4,31 +4,12 @@
 
 #include "case.h"
 
-static void record_on_a_queue(struct scene *scene)
-{
-    VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->fixture->device, 0, 0, &queue);
-    scene->command_buffer = (VkCommandBuffer)(void *)queue;
-}
-
 /* Looks like a handle of this device to the loader, and is none. */
 static void record_on_a_forgery(struct scene *scene)
 {
     static void *forged[64];
     forged[0] = *(void **)scene->command_buffer;
     scene->command_buffer = (VkCommandBuffer)(void *)forged;
-}
-
-static void make_first_family_graphics_only(struct null_driver_config *config)
-{
-    config->queue_families[2].queueFlags = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_TRANSFER_BIT;
-}
-
-static void add_compute_to_video(struct null_driver_config *config)
-{
-    for (uint32_t i = 0; i < config->queue_family_count; i++)
-        if ((config->queue_families[i].queueFlags & VK_QUEUE_VIDEO_DECODE_BIT_KHR) != 0)
-            config->queue_families[i].queueFlags |= VK_QUEUE_COMPUTE_BIT;
 }
 
 SCENE_CREATES(create_video_session, VideoSessionKHR, VkVideoSessionKHR, VkVideoSessionCreateInfoKHR)
@@ -98,21 +79,10 @@ static void continue_render_pass(struct scene *scene)
                  .pInheritanceInfo = &inheritance);
     scene->command_buffer = scene_allocate_command_buffer(
         scene, scene_pool(scene, compute_family(scene), 0), VK_COMMAND_BUFFER_LEVEL_SECONDARY);
-    expect_success(scene->vk->BeginCommandBuffer(scene->command_buffer, &begin_info),
-                   "vkBeginCommandBuffer");
+    MUST_SUCCEED(scene->vk->BeginCommandBuffer(scene->command_buffer, &begin_info));
 }
 #include "pointers.inc"
 #include "recording.inc"
-
-static void limit_counts(struct null_driver_config *config)
-{
-    config->as_properties.maxGeometryCount = 3;
-    config->as_properties.maxPrimitiveCount = 10;
-    config->as_properties.maxInstanceCount = 10;
-    config->sizes.structure.per_primitive = 0;
-    config->sizes.build_scratch.per_primitive = 0;
-    config->sizes.update_scratch.per_primitive = 0;
-}
 
 static void repeat_first_geometry(struct scene *scene, uint32_t build, VkDeviceSize count)
 {

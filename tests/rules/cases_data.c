@@ -1,31 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The data that builds read. */
 #include <math.h>
-#include <string.h>
 
 #include "case.h"
 #include "placing.h"
 
-static float *box_at(struct scene *scene, size_t offset)
-{
-    return (float *)(void *)(scene->boxes.host + offset);
-}
-
 enum { MIN_X, MIN_Y, MIN_Z, MAX_X, MAX_Y, MAX_Z };
-
-static void infinite_boxes(struct scene *scene)
-{
-    box_at(scene, 0)[MIN_X] = -INFINITY;
-    box_at(scene, 0)[MAX_X] = INFINITY;
-    box_at(scene, 24)[MIN_Y] = box_at(scene, 24)[MAX_Y] = INFINITY;
-    box_at(scene, 48)[MIN_Z] = 0.0f;
-    box_at(scene, 48)[MAX_Z] = -0.0f;
-}
-
-static void two_boxes_upside_down(struct scene *scene)
-{
-    box_at(scene, 24)[MIN_X] = box_at(scene, 48)[MIN_X] = 2.0f;
-}
 
 enum { SHORTS = SCENE_BUFFER_SIZE / 2 };
 
@@ -136,11 +116,6 @@ enum { TOO_MANY = 1 << 29 };
 READS_TOO_MANY(INDEXED)
 READS_TOO_MANY(AABBS)
 
-static void limit_primitives(struct null_driver_config *config)
-{
-    config->as_properties.maxPrimitiveCount = 6;
-}
-
 #define READS(name, build, count)                                                                  \
     static void name(struct scene *scene)                                                          \
     {                                                                                              \
@@ -152,23 +127,7 @@ READS(read_7_triangles, UNINDEXED, 5)
 READS(read_7_boxes, AABBS, 4)
 #include "indirect_contents.inc"
 
-/* To an instance of nothing. */
-static void pointer_to_16_bytes(struct scene *scene)
-{
-    uint64_t *pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
-    scene_use_instance_pointers(scene);
-    pointers[1] = scene_address(scene, &scene->instances, 3072 + 16);
-}
 #include "instance_addresses.inc"
-
-/* What pointers that lead nowhere would lead to isn't known; those beside them are looked at. */
-static void use_pointers_to_nowhere(struct scene *scene)
-{
-    const void **pointers = (void *)(scene->instances.host + SCENE_BUFFER_SIZE / 2);
-    scene_use_instance_pointers(scene);
-    pointers[0] = unreadable_page();
-    pointers[1] = NULL;
-}
 
 static void refer_to_blas_in(struct scene *scene, const struct test_buffer *buffer)
 {
@@ -235,13 +194,12 @@ static void rebuild_on_device(struct scene *scene)
     const VkCommandBuffer command_buffer = scene_command_buffer(scene, family);
     const STRUCT(VkSubmitInfo, submit_info, .commandBufferCount = 1,
                  .pCommandBuffers = &command_buffer);
-    VkQueue queue;
     scene_refer(scene, 0, scene->infos[build].dstAccelerationStructure);
     scene->infos[build].flags = 0;
     scene_begin(scene, command_buffer, 0);
     record_on_device(scene, build, command_buffer);
     scene_end(scene, command_buffer);
-    scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
-    expect_success(scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE), "vkQueueSubmit");
+    MUST_SUCCEED(
+        scene->vk->QueueSubmit(scene_queue(scene, family), 1, &submit_info, VK_NULL_HANDLE));
 }
 #include "disabling.inc"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The data that builds of extensions read. */
 #include <math.h>
-#include <string.h>
 
 #include "case.h"
 
@@ -88,21 +87,10 @@ static void half_radius(struct scene *scene, uint32_t value)
 }
 #include "radii.inc"
 
-static void set_limits(struct null_driver_config *config)
-{
-    config->micromap_properties_khr.maxOpacity2StateSubdivisionLevel = 6;
-    config->micromap_properties_khr.maxOpacity4StateSubdivisionLevel = 5;
-    config->micromap_properties_khr.maxOpacityLossy4StateSubdivisionLevel = 4;
-}
-
 enum { TRIANGLES_BUILT = 4, LEVEL_OF_NONE = 16 };
 
 enum { OPACITY_INDICES = 1024 };
 
-static void set_special_indices(struct scene *scene)
-{
-    memset(scene->indices.host + OPACITY_INDICES, 0xff, 16);
-}
 #include "micromap_contents.inc"
 
 /* Vertex 5 is in the second triangle of the second geometry alone. */
@@ -116,9 +104,8 @@ static VkAccelerationStructureInstanceKHR *nv_instance(struct scene *scene, uint
 static uint64_t reference_of(struct scene *scene, VkAccelerationStructureNV accel)
 {
     uint64_t reference = 0;
-    expect_success(scene->vk->GetAccelerationStructureHandleNV(scene->fixture->device, accel,
-                                                               sizeof(reference), &reference),
-                   "vkGetAccelerationStructureHandleNV");
+    MUST_SUCCEED(scene->vk->GetAccelerationStructureHandleNV(scene->fixture->device, accel,
+                                                             sizeof(reference), &reference));
     return reference;
 }
 

@@ -80,19 +80,6 @@ static VkDeviceAddress recycled(struct scene *scene)
     return second.address;
 }
 
-/* Usage from VkBufferUsageFlags2CreateInfo, which replaces VkBufferCreateInfo::usage. */
-static VkDeviceAddress of_flags2(struct scene *scene, VkBufferUsageFlags2 usage2)
-{
-    const STRUCT(VkBufferUsageFlags2CreateInfo, flags2,
-                 .usage = usage2 | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT);
-    const STRUCT(VkBufferCreateInfo, create_info, .pNext = &flags2, .size = 4096,
-                 .usage = INPUT_USAGE);
-    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
-    const struct test_memory memory =
-        scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
-    scene_bind(scene, &buffer, &memory, 0);
-    return buffer.address;
-}
 #include "address.inc"
 #include "alignment.inc"
 
@@ -107,12 +94,6 @@ static void lose_vertices_below_a_maximum(struct scene *scene)
 }
 #include "empty.inc"
 
-static void limit_instances(struct null_driver_config *config)
-{
-    config->as_properties.maxInstanceCount = 5;
-    config->sizes.structure.per_primitive = 0;
-    config->sizes.build_scratch.per_primitive = 0;
-}
 #include "range.inc"
 
 #define ADDRESS(build) indirect_addresses[build]

@@ -1,22 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What only host builds have. */
-#include <string.h>
-
 #include "case.h"
 #include "placing.h"
-
-static void call_on_a_queue(struct scene *scene)
-{
-    VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->fixture->device, 0, 0, &queue);
-    scene->device = (VkDevice)queue;
-}
 
 static VkDeferredOperationKHR create_operation(struct scene *scene)
 {
     VkDeferredOperationKHR operation;
-    expect_success(scene->vk->CreateDeferredOperationKHR(scene->fixture->device, NULL, &operation),
-                   "vkCreateDeferredOperationKHR");
+    MUST_SUCCEED(scene->vk->CreateDeferredOperationKHR(scene->fixture->device, NULL, &operation));
     return operation;
 }
 

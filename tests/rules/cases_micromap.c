@@ -3,23 +3,6 @@
 #include "case.h"
 #include "placing.h"
 
-static void use_4_state_usages(struct scene *scene)
-{
-    scene_build_micromap(scene);
-    for (uint32_t i = 0; i < SCENE_USAGES; i++) {
-        scene->micromaps.usages[i].format = VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR;
-        scene->micromaps.triangles[i].format = VK_OPACITY_MICROMAP_FORMAT_4_STATE_KHR;
-    }
-}
-
-static void build_into_half_the_size(struct scene *scene)
-{
-    const VkDeviceSize size = scene_sizes(scene, AABBS).accelerationStructureSize / 2;
-    const struct test_buffer buffer = scene_buffer(scene, size, ACCEL_USAGE);
-    scene->infos[AABBS].dstAccelerationStructure = scene_accel_in(
-        scene, &buffer, 0, size, VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR);
-}
-
 static void add_second_data(struct scene *scene)
 {
     static VkAccelerationStructureGeometryMicromapDataKHR second;

@@ -33,18 +33,6 @@ static void update_behind(struct scene *scene, VkDeviceSize alignments)
     nv->update = VK_TRUE;
 }
 
-static void update_in_another_object_of_the_same_memory(struct scene *scene)
-{
-    struct scene_nv *nv = &scene->nv;
-    nv->src = scene_nv_create(scene);
-    nv->dst = scene_nv_create(scene);
-    const struct test_memory memory = scene_nv_allocate(scene, nv->dst, 0);
-    scene_nv_bind(scene, nv->src, memory.handle, 0);
-    scene_nv_bind(scene, nv->dst, memory.handle, 0);
-    scene_nv_build(scene, nv->src);
-    nv->update = VK_TRUE;
-}
-
 static VkDeviceSize scratch_size(const struct scene *scene)
 {
     const VkDeviceSize size =
@@ -59,29 +47,6 @@ static VkDeviceSize scratch_size(const struct scene *scene)
 
 enum { LIMIT = 4 };
 
-static void limit_geometries(struct null_driver_config *config)
-{
-    config->nv_properties.maxGeometryCount = 1;
-}
-
-static void limit_instances(struct null_driver_config *config)
-{
-    config->nv_properties.maxInstanceCount = LIMIT;
-}
-
-static void limit_triangles(struct null_driver_config *config)
-{
-    config->nv_properties.maxTriangleCount = LIMIT;
-}
-
-static void create_tlas_with_geometries(struct scene *scene)
-{
-    const VkGeometryNV *geometries = scene->nv.info.pGeometries;
-    scene_nv_use_instances(scene);
-    scene->nv.info.geometryCount = 1;
-    scene->nv.info.pGeometries = geometries;
-    scene_nv_give_objects(scene);
-}
 #include "nv_geometry.inc"
 #include "nv_info.inc"
 

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Memory that builds of one call share. */
-#include <string.h>
-
 #include "case.h"
 #include "placing.h"
 
@@ -33,27 +31,6 @@ static void reverse_many_dsts(struct scene *scene)
     }
 }
 
-/* Each lies on the one before it and on the one behind it, on no other. */
-static void chain_many_dsts(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer(scene);
-    for (VkDeviceSize i = 0; i < MANY; i++) {
-        const uint32_t build = scene_add_build(scene, INDEXED);
-        place_grow(scene, build, 256);
-        place_dst(scene, build, &buffer, i * place_offset(place_size(scene, build), WITHIN));
-    }
-}
-
-static void alias_many_refits(struct scene *scene)
-{
-    const struct test_buffer buffer = place_buffer(scene);
-    for (int i = 0; i < MANY; i++) {
-        const uint32_t build = scene_add_build(scene, REFIT);
-        place_dst(scene, build, &buffer, 0);
-        scene->infos[build].srcAccelerationStructure = scene->infos[build].dstAccelerationStructure;
-        scene_build_source(scene, build);
-    }
-}
 #include "pairs.inc"
 
 /* Two buffers of the scene that is played, in one memory, the second at an offset of it. */
@@ -97,8 +74,7 @@ static void use_instances(struct scene *scene, const uint32_t first[2], const ui
         buffers[i] = scene_create_buffer(scene, PLACE_SIZE, ACCEL_USAGE);
         const STRUCT(VkBindBufferMemoryInfo, info, .pNext = &group, .buffer = buffers[i].handle,
                      .memory = memory.handle);
-        expect_success(scene->vk->BindBufferMemory2(scene->fixture->device, 1, &info),
-                       "vkBindBufferMemory2");
+        MUST_SUCCEED(scene->vk->BindBufferMemory2(scene->fixture->device, 1, &info));
     }
     place_dst(scene, INDEXED, &buffers[0], 0);
     place_dst(scene, AABBS, &buffers[1], 0);

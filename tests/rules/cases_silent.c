@@ -1,72 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Valid programs that other validation has called wrong, or that are easily called so. */
-#include <string.h>
-
 #include "case.h"
 #include "placing.h"
-
-static void recycle_all(struct null_driver_config *config)
-{
-    config->recycle_handles = true;
-    config->recycle_addresses = true;
-}
-
-static void update_deserialized(struct scene *scene)
-{
-    const VkAccelerationStructureKHR accel = scene_accel_for(scene, REFIT);
-    const bool is_host = scene->command == COMMAND_HOST;
-    static const uint8_t bytes[4096];
-    STRUCT(VkCopyMemoryToAccelerationStructureInfoKHR, info, .src.hostAddress = bytes, .dst = accel,
-           .mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_DESERIALIZE_KHR);
-    if (!is_host)
-        info.src.deviceAddress = scene_buffer(scene, sizeof(bytes), INPUT_USAGE).address;
-    if (is_host)
-        scene->vk->CopyMemoryToAccelerationStructureKHR(scene->fixture->device, VK_NULL_HANDLE,
-                                                        &info);
-    else
-        scene->vk->CmdCopyMemoryToAccelerationStructureKHR(scene->command_buffer, &info);
-    scene->infos[REFIT].srcAccelerationStructure = accel;
-    scene->infos[REFIT].dstAccelerationStructure = accel;
-}
-
-/* A compacted structure is smaller than a build of its shape needs, and may be updated. */
-static void update_compacted(struct scene *scene)
-{
-    const VkDeviceSize size = place_size(scene, REFIT);
-    const struct test_buffer buffer = place_buffer(scene);
-    const VkAccelerationStructureKHR copy = scene_accel_in(
-        scene, &buffer, 0, size / 2, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
-    scene_copy(scene, scene->infos[REFIT].dstAccelerationStructure, copy,
-               VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR);
-    scene->infos[REFIT].srcAccelerationStructure = copy;
-    scene->infos[REFIT].dstAccelerationStructure = copy;
-}
-
-/* The first instance is not read: the range starts behind it. */
-static void skip_bad_instance(struct scene *scene)
-{
-    VkAccelerationStructureInstanceKHR *instances = (void *)scene->instances.host;
-    memset(&instances[0], 0xa5, sizeof(instances[0]));
-    scene->ranges[TLAS][0].primitiveOffset = sizeof(instances[0]);
-}
-
-/* All input in one buffer, and all scratch in another. */
-static void share_one_buffer(struct scene *scene)
-{
-    const struct test_buffer input = scene_buffer(scene, 65536, INPUT_USAGE);
-    const struct test_buffer scratch = scene_buffer(scene, PLACE_SIZE, SCRATCH_USAGE);
-    VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
-        &scene->geometries[INDEXED][0].geometry.triangles;
-    VkDeviceSize offset = 0;
-
-    triangles->vertexData.deviceAddress = scene_address(scene, &input, 0);
-    triangles->indexData.deviceAddress = scene_address(scene, &input, 256);
-    triangles->transformData.deviceAddress = scene_address(scene, &input, 512);
-    for (uint32_t build = 0; build < SCENE_BASE_BUILDS; build++) {
-        place_scratch(scene, build, &scratch, offset);
-        offset += place_scratch_offset(scene, scene_scratch_size(scene, build), BEHIND);
-    }
-}
 
 /* An address that a buffer was created to have again need not be retrieved again. The buffer goes
  * with the device. */

@@ -79,6 +79,59 @@ static void list_extensions(struct features *features, const struct fixture *fix
             add_extension(features, extensions_of_setup[i].extension);
 }
 
+/* A feature of a structure: by which routes it is enabled, by which bits of a setup if any, and
+ * unless which. Features of one structure follow one another. */
+#define FEATURE(structure, feature, routes_, enable_, disable_)                                    \
+    {                                                                                              \
+        .type = structure##_sType, .at = offsetof(structure, feature), .size = sizeof(structure),  \
+        .routes = (routes_), .enable = (enable_), .disable = (disable_),                           \
+    }
+#define BY_KHR (1 << ROUTE_KHR)
+#define BY_EXT (1 << ROUTE_EXT)
+#define BY_CORE (1 << ROUTE_CHAIN | 1 << ROUTE_FEATURES2)
+#define BY_ALL (BY_KHR | BY_EXT | BY_CORE)
+static const struct feature {
+    VkStructureType type;
+    size_t at, size;
+    uint32_t routes, enable, disable;
+} all_features[] = {
+    FEATURE(VkPhysicalDeviceBufferDeviceAddressFeatures, bufferDeviceAddress, BY_KHR, 0, 0),
+    FEATURE(VkPhysicalDeviceDynamicRenderingFeatures, dynamicRendering, BY_KHR, 0, 0),
+    FEATURE(VkPhysicalDeviceBufferDeviceAddressFeaturesEXT, bufferDeviceAddress, BY_EXT, 0, 0),
+    FEATURE(VkPhysicalDeviceVulkan12Features, bufferDeviceAddress, BY_CORE, 0, 0),
+    FEATURE(VkPhysicalDeviceVulkan12Features, timelineSemaphore, BY_CORE, 0, 0),
+    FEATURE(VkPhysicalDeviceVulkan12Features, hostQueryReset, BY_CORE, 0, 0),
+    FEATURE(VkPhysicalDeviceVulkan13Features, dynamicRendering, BY_EXT | BY_CORE, 0, 0),
+    FEATURE(VkPhysicalDeviceVulkan13Features, synchronization2, BY_EXT | BY_CORE, 0, 0),
+    FEATURE(VkPhysicalDeviceVulkan14Features, indexTypeUint8, BY_EXT | BY_CORE, ENABLE_UINT8_CORE,
+            0),
+    FEATURE(VkPhysicalDeviceIndexTypeUint8Features, indexTypeUint8, BY_ALL,
+            ENABLE_UINT8_KHR | ENABLE_UINT8_EXT, 0),
+    FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesEXT, micromap, BY_ALL,
+            ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP, DISABLE_MICROMAP_EXT),
+    FEATURE(VkPhysicalDeviceOpacityMicromapFeaturesKHR, micromap, BY_ALL,
+            ENABLE_OPACITY_MICROMAP_KHR, DISABLE_MICROMAP_KHR),
+    FEATURE(VkPhysicalDeviceDisplacementMicromapFeaturesNV, displacementMicromap, BY_ALL,
+            ENABLE_DISPLACEMENT_MICROMAP, 0),
+    FEATURE(VkPhysicalDeviceRayTracingMotionBlurFeaturesNV, rayTracingMotionBlur, BY_ALL,
+            ENABLE_MOTION, 0),
+    FEATURE(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, spheres, BY_ALL, ENABLE_SPHERES,
+            DISABLE_SPHERES),
+    FEATURE(VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV, linearSweptSpheres, BY_ALL,
+            ENABLE_SPHERES, DISABLE_LINEAR_SWEPT_SPHERES),
+    FEATURE(VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX, denseGeometryFormat, BY_ALL,
+            ENABLE_DENSE, DISABLE_DENSE),
+    FEATURE(VkPhysicalDeviceMaintenance5Features, maintenance5, BY_ALL,
+            ENABLE_MAINTENANCE5 | ENABLE_DENSE, 0),
+    FEATURE(VkPhysicalDeviceProtectedMemoryFeatures, protectedMemory, BY_ALL, ENABLE_PROTECTED, 0),
+    FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructure, BY_ALL, 0,
+            DISABLE_ACCELERATION_STRUCTURE),
+    FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructureIndirectBuild,
+            BY_ALL, 0, DISABLE_INDIRECT_BUILD),
+    FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructureHostCommands,
+            BY_ALL, 0, DISABLE_HOST_COMMANDS),
+};
+
 /* Prepends a structure to a chain. */
 static void chain(const void **head, void *structure, VkStructureType type)
 {
@@ -88,77 +141,26 @@ static void chain(const void **head, void *structure, VkStructureType type)
     *head = structure;
 }
 
-static void chain_core(struct features *features, const struct setup *setup, const void **head)
+static void chain_features(struct features *features, const struct fixture *fixture,
+                           const void **head)
 {
-    if (setup->route == ROUTE_KHR) {
-        chain(head, &features->address_khr,
-              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES);
-        features->address_khr.bufferDeviceAddress = VK_TRUE;
-        chain(head, &features->dynamic_rendering,
-              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DYNAMIC_RENDERING_FEATURES);
-        features->dynamic_rendering.dynamicRendering = VK_TRUE;
-        return;
-    }
-    if (setup->route == ROUTE_EXT) {
-        chain(head, &features->address_ext,
-              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES_EXT);
-        features->address_ext.bufferDeviceAddress = VK_TRUE;
-    } else {
-        chain(head, &features->vulkan12, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
-        features->vulkan12.bufferDeviceAddress = VK_TRUE;
-        features->vulkan12.timelineSemaphore = VK_TRUE;
-        features->vulkan12.hostQueryReset = VK_TRUE;
-    }
-    chain(head, &features->vulkan13, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES);
-    features->vulkan13.dynamicRendering = VK_TRUE;
-    features->vulkan13.synchronization2 = VK_TRUE;
-    if ((setup->enable & ENABLE_UINT8_CORE) != 0) {
-        chain(head, &features->vulkan14, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_4_FEATURES);
-        features->vulkan14.indexTypeUint8 = VK_TRUE;
-    }
-}
-
-/* Features of extensions: of which bits of a setup, where in struct features, and unless what. */
-#define FEATURE(enable_, structure, feature, type_, disable_)                                      \
-    {                                                                                              \
-        .enable = (enable_), .disable = (disable_), .at = offsetof(struct features, structure),    \
-        .feature_at = offsetof(struct features, structure.feature),                                \
-        .type = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_##type_,                                         \
-    }
-static const struct {
-    uint32_t enable, disable;
-    size_t at, feature_at;
-    VkStructureType type;
-} features_of_setup[] = {
-    FEATURE(ENABLE_UINT8_KHR | ENABLE_UINT8_EXT, uint8, indexTypeUint8, INDEX_TYPE_UINT8_FEATURES,
-            0),
-    FEATURE(ENABLE_OPACITY_MICROMAP_EXT | ENABLE_DISPLACEMENT_MICROMAP, micromap_ext, micromap,
-            OPACITY_MICROMAP_FEATURES_EXT, DISABLE_MICROMAP_EXT),
-    FEATURE(ENABLE_OPACITY_MICROMAP_KHR, micromap_khr, micromap, OPACITY_MICROMAP_FEATURES_KHR,
-            DISABLE_MICROMAP_KHR),
-    FEATURE(ENABLE_DISPLACEMENT_MICROMAP, displacement, displacementMicromap,
-            DISPLACEMENT_MICROMAP_FEATURES_NV, 0),
-    FEATURE(ENABLE_MOTION, motion, rayTracingMotionBlur, RAY_TRACING_MOTION_BLUR_FEATURES_NV, 0),
-    FEATURE(ENABLE_SPHERES, spheres, spheres, RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV,
-            DISABLE_SPHERES),
-    FEATURE(ENABLE_DENSE, dense, denseGeometryFormat, DENSE_GEOMETRY_FORMAT_FEATURES_AMDX,
-            DISABLE_DENSE),
-    FEATURE(ENABLE_MAINTENANCE5 | ENABLE_DENSE, maintenance5, maintenance5, MAINTENANCE_5_FEATURES,
-            0),
-    FEATURE(ENABLE_PROTECTED, protected_memory, protectedMemory, PROTECTED_MEMORY_FEATURES, 0),
-};
-
-static void chain_of_setup(struct features *features, const struct setup *setup, const void **head)
-{
-    unsigned char *bytes = (unsigned char *)features;
-    for (size_t i = 0; i < sizeof(features_of_setup) / sizeof(*features_of_setup); i++) {
-        if ((setup->enable & features_of_setup[i].enable) == 0)
+    const struct setup *setup = &fixture->setup;
+    const uint32_t disable = setup->disable | (fixture->has_indirect ? 0 : DISABLE_INDIRECT_BUILD) |
+                             (fixture->has_host ? 0 : DISABLE_HOST_COMMANDS);
+    uint32_t count = 0;
+    for (size_t i = 0; i < sizeof(all_features) / sizeof(*all_features); i++) {
+        const struct feature *feature = &all_features[i];
+        if (!(feature->routes & 1u << setup->route) ||
+            (feature->enable != 0 && !(feature->enable & setup->enable)))
             continue;
-        chain(head, bytes + features_of_setup[i].at, features_of_setup[i].type);
-        *(VkBool32 *)(void *)(bytes + features_of_setup[i].feature_at) =
-            (setup->disable & features_of_setup[i].disable) == 0;
+        if (count == 0 || features->structures[count - 1].base.sType != feature->type) {
+            if (count == FEATURES_STRUCTURES || feature->size > sizeof(features->structures[0]))
+                abort();
+            chain(head, &features->structures[count++], feature->type);
+        }
+        *(VkBool32 *)(void *)(features->structures[count - 1].bytes + feature->at) =
+            !(disable & feature->disable);
     }
-    features->spheres.linearSweptSpheres = (setup->disable & DISABLE_LINEAR_SWEPT_SPHERES) == 0;
 }
 
 void features_fill(struct features *features, const struct fixture *fixture,
@@ -171,17 +173,7 @@ void features_fill(struct features *features, const struct fixture *fixture,
     list_extensions(features, fixture);
     create_info->enabledExtensionCount = features->extension_count;
     create_info->ppEnabledExtensionNames = features->extensions;
-
-    chain_core(features, setup, head);
-    chain_of_setup(features, setup, head);
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR *as = &features->acceleration_structure;
-    chain(head, as, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR);
-    as->accelerationStructure = (setup->disable & DISABLE_ACCELERATION_STRUCTURE) == 0;
-    as->accelerationStructureIndirectBuild =
-        fixture->has_indirect && (setup->disable & DISABLE_INDIRECT_BUILD) == 0;
-    as->accelerationStructureHostCommands =
-        fixture->has_host && (setup->disable & DISABLE_HOST_COMMANDS) == 0;
-
+    chain_features(features, fixture, head);
     VkPhysicalDeviceFeatures *core = &features->core.features;
     if ((setup->enable & ENABLE_SPARSE) != 0)
         core->sparseBinding = core->sparseResidencyBuffer = core->sparseResidencyAliased = VK_TRUE;

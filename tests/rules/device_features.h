@@ -5,29 +5,17 @@
 
 #include "tests/rules/fixture.h"
 
-enum { FEATURES_EXTENSIONS = 24 };
+enum { FEATURES_EXTENSIONS = 24, FEATURES_STRUCTURES = 16 };
 
 /* Holds what a VkDeviceCreateInfo points to. */
 struct features {
     const char *extensions[FEATURES_EXTENSIONS];
     uint32_t extension_count;
     VkPhysicalDeviceFeatures2 core;
-    VkPhysicalDeviceVulkan12Features vulkan12;
-    VkPhysicalDeviceVulkan13Features vulkan13;
-    VkPhysicalDeviceVulkan14Features vulkan14;
-    VkPhysicalDeviceProtectedMemoryFeatures protected_memory;
-    VkPhysicalDeviceBufferDeviceAddressFeatures address_khr;
-    VkPhysicalDeviceBufferDeviceAddressFeaturesEXT address_ext;
-    VkPhysicalDeviceAccelerationStructureFeaturesKHR acceleration_structure;
-    VkPhysicalDeviceIndexTypeUint8Features uint8;
-    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap_ext;
-    VkPhysicalDeviceOpacityMicromapFeaturesKHR micromap_khr;
-    VkPhysicalDeviceDisplacementMicromapFeaturesNV displacement;
-    VkPhysicalDeviceRayTracingMotionBlurFeaturesNV motion;
-    VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres;
-    VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense;
-    VkPhysicalDeviceMaintenance5Features maintenance5;
-    VkPhysicalDeviceDynamicRenderingFeatures dynamic_rendering;
+    union {
+        VkBaseOutStructure base;
+        unsigned char bytes[sizeof(VkPhysicalDeviceVulkan12Features)]; /* the largest */
+    } structures[FEATURES_STRUCTURES];
 };
 
 /* Chains everything to `create_info`; `features` has to outlive its use. */

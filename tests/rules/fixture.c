@@ -48,16 +48,15 @@ static void instance_create(struct fixture *fixture)
         .enabledExtensionCount = 1, .ppEnabledExtensionNames = &extension);
     const PFN_vkGetInstanceProcAddr proc_addr = fixture->platform->get_instance_proc_addr;
     const PFN_vkCreateInstance create = (PFN_vkCreateInstance)proc_addr(NULL, "vkCreateInstance");
-    expect_success(create(&create_info, NULL, &fixture->instance), "vkCreateInstance");
+    MUST_SUCCEED(create(&create_info, NULL, &fixture->instance));
     vkuInitInstanceDispatchTable(fixture->instance, &fixture->vki, proc_addr);
     fixture->create_device = (PFN_vkCreateDevice)proc_addr(fixture->instance, "vkCreateDevice");
     fixture->get_device_proc_addr =
         (PFN_vkGetDeviceProcAddr)proc_addr(fixture->instance, "vkGetDeviceProcAddr");
 
     messenger.pNext = NULL;
-    expect_success(fixture->vki.CreateDebugUtilsMessengerEXT(fixture->instance, &messenger, NULL,
-                                                             &fixture->messenger),
-                   "vkCreateDebugUtilsMessengerEXT");
+    MUST_SUCCEED(fixture->vki.CreateDebugUtilsMessengerEXT(fixture->instance, &messenger, NULL,
+                                                           &fixture->messenger));
 }
 
 /* ---- the physical device ---- */
@@ -142,8 +141,7 @@ VkDevice fixture_create_device(struct fixture *fixture)
         create_info.pNext = &group_info;
     }
     VkDevice device;
-    expect_success(fixture->create_device(fixture->physical_device, &create_info, NULL, &device),
-                   "vkCreateDevice");
+    MUST_SUCCEED(fixture->create_device(fixture->physical_device, &create_info, NULL, &device));
     return device;
 }
 
@@ -178,6 +176,19 @@ const char *fixture_open(struct fixture *fixture, const struct platform *platfor
         fixture_close(fixture);
     }
     return missing;
+}
+
+void fixture_open_by_environment(struct fixture *fixture, uint32_t enable)
+{
+    static struct platform platform = {.name = "environment", .is_named = true};
+    const struct setup setup = {.by_environment = true, .enable = enable};
+    const char *missing = platform_open_loader(&platform);
+    if (missing == NULL)
+        missing = fixture_open(fixture, &platform, &setup);
+    if (missing != NULL) {
+        fprintf(stderr, "%s\n", missing);
+        exit(3);
+    }
 }
 
 void fixture_close(struct fixture *fixture)

@@ -94,6 +94,9 @@ struct fixture {
 const char *fixture_open(struct fixture *fixture, const struct platform *platform,
                          const struct setup *setup);
 void fixture_close(struct fixture *fixture);
+/* Opens it with the layer and the driver that the environment names, and no others; if there is
+ * none, the program ends with status 3. `enable`: of the setup. */
+void fixture_open_by_environment(struct fixture *fixture, uint32_t enable);
 
 /* Another device like the world's own. */
 VkDevice fixture_create_device(struct fixture *fixture);
@@ -105,5 +108,6 @@ uint32_t fixture_find_family(const struct fixture *fixture, VkQueueFlags with,
 
 /* Ends the program unless a call of the test itself succeeded. */
 void expect_success(VkResult result, const char *what);
+#define MUST_SUCCEED(call) expect_success(call, #call)
 
 #endif

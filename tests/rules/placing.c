@@ -109,8 +109,7 @@ static struct test_memory allocate(struct scene *scene, VkMemoryPropertyFlags wi
         scene_skip(scene, "no memory type of the wanted kind");
         return memory;
     }
-    expect_success(scene->vk->AllocateMemory(scene->fixture->device, &info, NULL, &memory.handle),
-                   "vkAllocateMemory");
+    MUST_SUCCEED(scene->vk->AllocateMemory(scene->fixture->device, &info, NULL, &memory.handle));
     scene_defer(scene, scene->fixture->device, (uint64_t)memory.handle, free_memory);
     return memory;
 }
@@ -145,9 +144,8 @@ VkAccelerationStructureKHR place_accel_by_address(struct scene *scene, uint32_t 
                  .addressRange = {.address = buffer.address, .size = place_size(scene, build)},
                  .type = scene->infos[build].type);
     VkAccelerationStructureKHR accel;
-    expect_success(
-        scene->vk->CreateAccelerationStructure2KHR(scene->fixture->device, &info, NULL, &accel),
-        "vkCreateAccelerationStructure2KHR");
+    MUST_SUCCEED(
+        scene->vk->CreateAccelerationStructure2KHR(scene->fixture->device, &info, NULL, &accel));
     scene_defer(scene, scene->fixture->device, (uint64_t)accel, destroy_accel);
     return accel;
 }

@@ -43,6 +43,17 @@ static void hold_driver(const struct platform *platform)
         create(&info, NULL, &instance);
 }
 
+const char *platform_open_loader(struct platform *platform)
+{
+    void *loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
+    if (loader == NULL)
+        return "there is no libvulkan.so.1";
+    platform->get_instance_proc_addr =
+        (PFN_vkGetInstanceProcAddr)dlsym(loader, "vkGetInstanceProcAddr");
+    return platform->get_instance_proc_addr != NULL ? NULL
+                                                    : "libvulkan.so.1 lacks vkGetInstanceProcAddr";
+}
+
 const char *platform_open(struct platform *platform, const char *name)
 {
     const char *reason;
@@ -81,14 +92,8 @@ const char *platform_open(struct platform *platform, const char *name)
         unsetenv("VK_INSTANCE_LAYERS");
     unsetenv("VK_LOADER_LAYERS_ENABLE");
 
-    void *loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
-    if (loader == NULL)
-        return "there is no libvulkan.so.1";
-    platform->get_instance_proc_addr =
-        (PFN_vkGetInstanceProcAddr)dlsym(loader, "vkGetInstanceProcAddr");
-    if (platform->get_instance_proc_addr == NULL)
-        return "libvulkan.so.1 lacks vkGetInstanceProcAddr";
-    if (platform->is_named)
+    reason = platform_open_loader(platform);
+    if (reason == NULL && platform->is_named)
         hold_driver(platform);
-    return NULL;
+    return reason;
 }

@@ -30,5 +30,7 @@ struct platform {
 /* Opens the loader and sets the environment for it. Returns NULL, or why the platform cannot be
  * used here. A name that is none ends the program. */
 const char *platform_open(struct platform *platform, const char *name);
+/* Opens the loader alone, and leaves the environment as it is. Returns NULL, or why it cannot. */
+const char *platform_open_loader(struct platform *platform);
 
 #endif

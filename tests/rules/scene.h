@@ -252,7 +252,10 @@ VkDeviceAddress scene_address_without_usage(struct scene *scene);
 /* A bound buffer with memory of its own. */
 struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage);
 
-/* The same of SCENE_BUFFER_SIZE bytes, with usage that wants VK_KHR_maintenance5. */
+/* The same, with VkBufferUsageFlags2CreateInfo, which replaces VkBufferCreateInfo::usage. */
+struct test_buffer scene_buffer_of_flags2(struct scene *scene, VkDeviceSize size,
+                                          VkBufferUsageFlags usage, VkBufferUsageFlags2 usage2);
+/* One of SCENE_BUFFER_SIZE bytes, with usage that wants VK_KHR_maintenance5. */
 struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage);
 #define DENSE_USAGE VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX
 
@@ -299,7 +302,7 @@ VkMicromapEXT scene_micromap_ext(struct scene *scene, VkMicromapTypeEXT type);
  * triangles. */
 VkAccelerationStructureKHR scene_record_micromap(struct scene *scene, uint32_t triangle_count);
 
-/* Records a deserialization. */
+/* Deserializes anything, on the host or recorded. */
 void scene_deserialize(struct scene *scene, VkAccelerationStructureKHR structure);
 
 /* ---- extensions (scene_extensions.c) ---- */
@@ -367,6 +370,7 @@ VkCommandBuffer scene_command_buffer(struct scene *scene, uint32_t family);
 void scene_begin(struct scene *scene, VkCommandBuffer command_buffer,
                  VkCommandBufferUsageFlags flags);
 void scene_end(struct scene *scene, VkCommandBuffer command_buffer);
+VkQueue scene_queue(const struct scene *scene, uint32_t family); /* the first one */
 /* Makes all earlier writes visible to all later commands. */
 void scene_barrier(struct scene *scene, VkCommandBuffer command_buffer);
 /* Submits to the family's first queue and waits. */

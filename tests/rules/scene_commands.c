@@ -21,9 +21,8 @@ VkCommandBuffer scene_allocate_command_buffer(struct scene *scene, VkCommandPool
     const STRUCT(VkCommandBufferAllocateInfo, allocate_info, .commandPool = pool, .level = level,
                  .commandBufferCount = 1);
     VkCommandBuffer command_buffer;
-    expect_success(
-        scene->vk->AllocateCommandBuffers(scene->fixture->device, &allocate_info, &command_buffer),
-        "vkAllocateCommandBuffers");
+    MUST_SUCCEED(
+        scene->vk->AllocateCommandBuffers(scene->fixture->device, &allocate_info, &command_buffer));
     return command_buffer;
 }
 
@@ -39,29 +38,34 @@ void scene_begin(struct scene *scene, VkCommandBuffer command_buffer,
     const STRUCT(VkCommandBufferInheritanceInfo, inheritance);
     const STRUCT(VkCommandBufferBeginInfo, begin_info, .flags = flags,
                  .pInheritanceInfo = &inheritance);
-    expect_success(scene->vk->BeginCommandBuffer(command_buffer, &begin_info),
-                   "vkBeginCommandBuffer");
+    MUST_SUCCEED(scene->vk->BeginCommandBuffer(command_buffer, &begin_info));
 }
 
 void scene_end(struct scene *scene, VkCommandBuffer command_buffer)
 {
-    expect_success(scene->vk->EndCommandBuffer(command_buffer), "vkEndCommandBuffer");
+    MUST_SUCCEED(scene->vk->EndCommandBuffer(command_buffer));
+}
+
+VkQueue scene_queue(const struct scene *scene, uint32_t family)
+{
+    VkQueue queue;
+    scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
+    return queue;
 }
 
 static VkResult try_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer)
 {
     const STRUCT(VkSubmitInfo, submit_info, .commandBufferCount = 1,
                  .pCommandBuffers = &command_buffer);
-    VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
+    const VkQueue queue = scene_queue(scene, family);
     const VkResult result = scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE);
-    expect_success(scene->vk->QueueWaitIdle(queue), "vkQueueWaitIdle");
+    MUST_SUCCEED(scene->vk->QueueWaitIdle(queue));
     return result;
 }
 
 void scene_submit(struct scene *scene, uint32_t family, VkCommandBuffer command_buffer)
 {
-    expect_success(try_submit(scene, family, command_buffer), "vkQueueSubmit");
+    MUST_SUCCEED(try_submit(scene, family, command_buffer));
 }
 
 VkResult scene_submit_call(struct scene *scene)
@@ -141,10 +145,9 @@ void scene_end_rendering(struct scene *scene, VkCommandBuffer command_buffer)
 void scene_build_before(struct scene *scene, uint32_t first, uint32_t count)
 {
     if (scene->command == COMMAND_HOST) {
-        expect_success(scene->vk->BuildAccelerationStructuresKHR(
-                           scene->fixture->device, VK_NULL_HANDLE, count, &scene->infos[first],
-                           &scene->range_pointers[first]),
-                       "vkBuildAccelerationStructuresKHR");
+        MUST_SUCCEED(scene->vk->BuildAccelerationStructuresKHR(
+            scene->fixture->device, VK_NULL_HANDLE, count, &scene->infos[first],
+            &scene->range_pointers[first]));
         return;
     }
     const VkCommandBuffer command_buffer = scene_begin_before(scene);

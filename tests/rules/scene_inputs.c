@@ -152,9 +152,7 @@ static void submit_before(struct scene *scene, VkCommandBuffer command_buffer)
     const STRUCT(VkSubmitInfo, submit_info, .commandBufferCount = 1,
                  .pCommandBuffers = &command_buffer, .signalSemaphoreCount = 1,
                  .pSignalSemaphores = &semaphore);
-    VkQueue queue;
-    scene->vk->GetDeviceQueue(scene->fixture->device, 1, 0, &queue);
-    expect_success(scene->vk->QueueSubmit(queue, 1, &submit_info, VK_NULL_HANDLE), "vkQueueSubmit");
+    MUST_SUCCEED(scene->vk->QueueSubmit(scene_queue(scene, 1), 1, &submit_info, VK_NULL_HANDLE));
 }
 
 static VkCommandBuffer begin_own(struct scene *scene)

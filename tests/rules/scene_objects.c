@@ -70,8 +70,7 @@ static struct test_memory allocate(struct scene *scene, VkDeviceSize size, uint3
                  .allocationSize = size, .memoryTypeIndex = type);
     const VkDevice device = scene->fixture->device;
 
-    expect_success(scene->vk->AllocateMemory(device, &allocate_info, NULL, &memory.handle),
-                   "vkAllocateMemory");
+    MUST_SUCCEED(scene->vk->AllocateMemory(device, &allocate_info, NULL, &memory.handle));
     scene_defer(scene, device, (uint64_t)memory.handle, free_memory);
     return memory;
 }
@@ -87,9 +86,8 @@ struct test_memory scene_allocate_with(struct scene *scene, VkDeviceSize size,
     }
     struct test_memory memory = allocate(scene, size, type, chain);
     if ((properties & VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT) != 0)
-        expect_success(scene->vk->MapMemory(scene->fixture->device, memory.handle, 0, size, 0,
-                                            (void **)&memory.host),
-                       "vkMapMemory");
+        MUST_SUCCEED(scene->vk->MapMemory(scene->fixture->device, memory.handle, 0, size, 0,
+                                          (void **)&memory.host));
     return memory;
 }
 
@@ -161,19 +159,33 @@ void scene_bind(struct scene *scene, struct test_buffer *buffer, const struct te
 {
     if (memory->handle == VK_NULL_HANDLE)
         return;
-    expect_success(
-        scene->vk->BindBufferMemory(scene->fixture->device, buffer->handle, memory->handle, offset),
-        "vkBindBufferMemory");
+    MUST_SUCCEED(scene->vk->BindBufferMemory(scene->fixture->device, buffer->handle, memory->handle,
+                                             offset));
     scene_note_binding(scene, buffer, memory, offset);
 }
 
-struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage)
+static struct test_buffer bind_own(struct scene *scene, struct test_buffer buffer)
 {
-    struct test_buffer buffer = scene_create_buffer(scene, size, usage);
     const struct test_memory memory =
         scene_allocate(scene, scene_buffer_memory_size(scene, &buffer));
     scene_bind(scene, &buffer, &memory, 0);
     return buffer;
+}
+
+struct test_buffer scene_buffer(struct scene *scene, VkDeviceSize size, VkBufferUsageFlags usage)
+{
+    return bind_own(scene, scene_create_buffer(scene, size, usage));
+}
+
+struct test_buffer scene_buffer_of_flags2(struct scene *scene, VkDeviceSize size,
+                                          VkBufferUsageFlags usage, VkBufferUsageFlags2 usage2)
+{
+    const STRUCT(VkBufferUsageFlags2CreateInfo, flags2, .usage = usage2);
+    const STRUCT(VkBufferCreateInfo, create_info, .pNext = &flags2, .size = size, .usage = usage);
+    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
+    buffer.usage |=
+        VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT; /* so that its address is asked for */
+    return bind_own(scene, buffer);
 }
 
 VkDeviceAddress scene_freed_address(struct scene *scene)
@@ -197,13 +209,8 @@ VkDeviceAddress scene_address_without_usage(struct scene *scene)
 
 struct test_buffer scene_dense_buffer(struct scene *scene, VkBufferUsageFlags2 usage)
 {
-    const STRUCT(VkBufferUsageFlags2CreateInfo, flags2,
-                 .usage = usage | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT);
-    const STRUCT(VkBufferCreateInfo, create_info, .pNext = &flags2, .size = SCENE_BUFFER_SIZE,
-                 .usage = INPUT_USAGE);
-    struct test_buffer buffer = scene_create_buffer_with(scene, &create_info);
-    const struct test_memory memory = scene_allocate(scene, 65536);
-    scene_bind(scene, &buffer, &memory, 0);
+    const struct test_buffer buffer = scene_buffer_of_flags2(
+        scene, SCENE_BUFFER_SIZE, INPUT_USAGE, usage | VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT);
     dense_blocks_write(buffer.host, SCENE_BUFFER_SIZE / DENSE_BLOCK);
     return buffer;
 }
@@ -290,10 +297,8 @@ void scene_bind_sparse(struct scene *scene, const struct test_buffer *buffer,
         .buffer = buffer->handle, .bindCount = 1, .pBinds = &bind};
     const STRUCT(VkBindSparseInfo, info, .bufferBindCount = 1, .pBufferBinds = &buffer_bind);
     const uint32_t family = fixture_find_family(scene->fixture, VK_QUEUE_SPARSE_BINDING_BIT, 0);
-    VkQueue queue;
+    const VkQueue queue = scene_queue(scene, family);
 
-    scene->vk->GetDeviceQueue(scene->fixture->device, family, 0, &queue);
-    expect_success(scene->vk->QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE),
-                   "vkQueueBindSparse");
-    expect_success(scene->vk->QueueWaitIdle(queue), "vkQueueWaitIdle");
+    MUST_SUCCEED(scene->vk->QueueBindSparse(queue, 1, &info, VK_NULL_HANDLE));
+    MUST_SUCCEED(scene->vk->QueueWaitIdle(queue));
 }

@@ -28,14 +28,12 @@ int main(void)
 
 class Lines(unittest.TestCase):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.root = pathlib.Path(self.folder.name).resolve()
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = pathlib.Path(folder.name).resolve()
         (self.root / "src" / "a").mkdir(parents=True)
         (self.root / "build").mkdir()
         (self.root / "src" / "a" / "b.c").write_text(SOURCE)
-
-    def tearDown(self):
-        self.folder.cleanup()
 
     def measure(self, *options):
         command = [sys.executable, "-B", SCRIPT, self.root, self.root / "build", *options]

@@ -22,15 +22,13 @@ SOURCE = "void f(void)\n{\n    g();\n    return a == b;\n}\nint end, of, file;\n
 
 class Repository(unittest.TestCase):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.root = pathlib.Path(self.folder.name).resolve()
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = pathlib.Path(folder.name).resolve()
         (self.root / "src").mkdir()
         (self.root / ".gitignore").write_text("/build/\n")
         self.write(SOURCE)
         subprocess.run(["git", "init", "-q"], cwd=self.root, check=True)
-
-    def tearDown(self):
-        self.folder.cleanup()
 
     def write(self, text):
         (self.root / "src" / "a.c").write_text(text)

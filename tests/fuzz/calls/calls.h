@@ -111,6 +111,9 @@ struct slot *pick(struct calls *calls, enum kind kind);
 /* Gives a slot the object that was created, if it was. */
 void keep(struct calls *calls, struct slot *slot, VkDeviceSize size, VkResult result);
 #define CREATED(calls) ((void *)&(calls)->created)
+/* The same of a command of the device that has an info and an allocator. */
+#define CREATE(calls, slot, size, command, info)                                                   \
+    keep(calls, slot, size, (calls)->vk.command((calls)->device, info, NULL, CREATED(calls)))
 
 /* Of a command buffer, which may have been freed; NULL: there was none. */
 VkCommandBuffer pick_commands(struct calls *calls);

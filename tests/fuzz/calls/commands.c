@@ -10,7 +10,7 @@ void call_create_pool(struct calls *calls)
     const STRUCT(VkCommandPoolCreateInfo, info,
                  .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
                  .queueFamilyIndex = take(calls) % 3);
-    keep(calls, slot, 0, calls->vk.CreateCommandPool(calls->device, &info, NULL, CREATED(calls)));
+    CREATE(calls, slot, 0, CreateCommandPool, &info);
 }
 
 void call_reset_pool(struct calls *calls)
@@ -141,7 +141,7 @@ void call_create_query_pool(struct calls *calls)
     struct slot *slot = pick(calls, QUERY_POOLS);
     STRUCT(VkQueryPoolCreateInfo, info, .queryType = take_query_type(calls));
     info.queryCount = 1u + take(calls) % 16;
-    keep(calls, slot, 0, calls->vk.CreateQueryPool(calls->device, &info, NULL, CREATED(calls)));
+    CREATE(calls, slot, 0, CreateQueryPool, &info);
 }
 
 void call_reset_queries(struct calls *calls)

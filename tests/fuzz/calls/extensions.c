@@ -286,8 +286,7 @@ void call_create_nv(struct calls *calls)
     struct slot *slot = pick(calls, NV_STRUCTURES);
     const VkGeometryNV geometry = take_geometry_nv(calls);
     const STRUCT(VkAccelerationStructureCreateInfoNV, info, .info = take_info_nv(calls, &geometry));
-    keep(calls, slot, 0,
-         calls->vk.CreateAccelerationStructureNV(calls->device, &info, NULL, CREATED(calls)));
+    CREATE(calls, slot, 0, CreateAccelerationStructureNV, &info);
 }
 
 void call_bind_nv(struct calls *calls)

@@ -14,8 +14,7 @@ void call_allocate_memory(struct calls *calls)
     info.pNext = take(calls) % 8 ? NULL : &flags;
     info.allocationSize = take_size(calls);
     info.memoryTypeIndex = (take(calls) + 1u) % 6;
-    keep(calls, slot, info.allocationSize,
-         calls->vk.AllocateMemory(calls->device, &info, NULL, CREATED(calls)));
+    CREATE(calls, slot, info.allocationSize, AllocateMemory, &info);
 }
 
 void call_map_memory(struct calls *calls)
@@ -69,8 +68,7 @@ void call_create_buffer(struct calls *calls)
     info.size = take_size(calls);
     info.usage = TAKE(calls, usages);
     info.flags = TAKE(calls, flags);
-    keep(calls, slot, info.size,
-         calls->vk.CreateBuffer(calls->device, &info, NULL, CREATED(calls)));
+    CREATE(calls, slot, info.size, CreateBuffer, &info);
 }
 
 void call_bind_buffer(struct calls *calls)
@@ -169,8 +167,7 @@ void call_create_structure(struct calls *calls)
     info.offset = take_offset(calls);
     info.size = take_size(calls);
     info.type = TAKE(calls, types);
-    keep(calls, slot, info.size,
-         calls->vk.CreateAccelerationStructureKHR(calls->device, &info, NULL, CREATED(calls)));
+    CREATE(calls, slot, info.size, CreateAccelerationStructureKHR, &info);
 }
 
 void call_get_structure_address(struct calls *calls)
@@ -190,8 +187,7 @@ void call_create_micromap(struct calls *calls)
     info.offset = take_offset(calls);
     info.size = take_size(calls);
     info.type = (VkMicromapTypeEXT)(take(calls) % 2);
-    keep(calls, slot, info.size,
-         calls->vk.CreateMicromapEXT(calls->device, &info, NULL, CREATED(calls)));
+    CREATE(calls, slot, info.size, CreateMicromapEXT, &info);
 }
 
 /* ---- names, and what the messenger answers */

@@ -111,8 +111,7 @@ static void create_semaphore(struct calls *calls)
     const uint32_t index = take(calls) % slot_counts[SEMAPHORES];
     const STRUCT(VkSemaphoreTypeCreateInfo, type, .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE);
     const STRUCT(VkSemaphoreCreateInfo, info, .pNext = index ? &type : NULL);
-    keep(calls, &calls->slots[SEMAPHORES][index], 0,
-         calls->vk.CreateSemaphore(calls->device, &info, NULL, CREATED(calls)));
+    CREATE(calls, &calls->slots[SEMAPHORES][index], 0, CreateSemaphore, &info);
 }
 
 void call_create_sync(struct calls *calls)
