@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Brute force in rational arithmetic. Functions keep the numbers that they compute with: one thread
  * calls them, again and again. */
-#include "cases.h"
+#include "exact.h"
 
 #include <gmp.h>
 #include <math.h>
