@@ -51,14 +51,14 @@ bool memory_is_writable(void *pointer, uint64_t size)
     unsigned count = 0;
     for (uintptr_t at = begin;;) {
         bytes[count++] = (char *)at; // NOLINT(performance-no-int-to-ptr)
-        uintptr_t next = (at / page_size + 1) * page_size;
-        bool is_end = next > last || next < at;
+        uintptr_t last_of_page = at | (page_size - 1);
+        bool is_end = last_of_page >= last;
         if ((is_end || count == PROBE_PAGES) && !probe_writable(bytes, count))
             return false;
         if (is_end)
             return true;
         if (count == PROBE_PAGES)
             count = 0;
-        at = next;
+        at = last_of_page + 1;
     }
 }

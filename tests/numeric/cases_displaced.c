@@ -114,36 +114,43 @@ CASE(71, 0, 0, "displaced triangles by index, and not")
 CASE(72, 0, 0, "displaced triangles without values")
 {
     uint64_t random = 127;
-    const uint8_t levels[2] = {2, 2};
-    float corners[18], vectors[18];
+    const uint8_t levels[4] = {2, 2, 2, 2};
+    float corners[36], vectors[36];
     struct displaced displaced;
-    for (int i = 0; i < 18; i++) {
+    for (int i = 0; i < 36; i++) {
         corners[i] = flat[i % 9];
         vectors[i] = up[i % 9];
     }
-    open_displaced(&displaced, 1, 2, levels, random_value, &random, vectors, sizeof(vectors));
+    open_displaced(&displaced, 1, 4, levels, random_value, &random, vectors, sizeof(vectors));
     struct builder_displacement *displacement = &displaced.displacement;
-    INPUT(triangles, input, corners, 2);
+    INPUT(triangles, input, corners, 4);
     input.geometry.triangles.displacement = displacement;
     corners[3] = NAN;
     case_build(&input);
-    EXPECT(report.active == 16 && report.inactive == 1 && report.undefined == 0);
+    EXPECT(report.active == 48 && report.inactive == 1 && report.undefined == 0);
     corners[3] = 4;
     vectors[11] = NAN;
     case_build(&input);
-    EXPECT(report.active == 16 && report.undefined == 1 && report.first_undefined.primitive == 1);
+    EXPECT(report.active == 48 && report.undefined == 1 && report.first_undefined.primitive == 1);
     vectors[11] = 0;
     displacement->vectors_size--;
-    EXPECT(case_fails(&input) && report.first_out_of_range.primitive == 1);
+    EXPECT(case_fails(&input) && report.first_out_of_range.primitive == 3);
     displacement->vectors_size++;
     displacement->base_triangle = 1;
-    EXPECT(case_fails(&input) && report.first_out_of_range.primitive == 1);
+    EXPECT(case_fails(&input) && report.first_out_of_range.primitive == 3);
     displacement->base_triangle = 0;
-    displaced.usages[2].count = 1; /* one of level 2 and another triangle */
+    displaced.usages[2].count = 1; /* one of level 2 and others that are flat */
     EXPECT(case_fails(&input) && report.first_out_of_range.primitive == 1);
-    displaced.usages[2].count = 2;
+    displaced.usages[2].count = 0;
+    displaced.usages[3].count = 1; /* enough parts for four of level 2, but not enough vertices */
+    EXPECT(case_fails(&input) && report.first_out_of_range.primitive == 3);
+    displaced.usages[2].count = 4;
+    displacement->flags = levels;
+    displacement->flags_size = displacement->flags_stride = 1; /* of the first alone */
+    EXPECT(case_fails(&input) && report.first_out_of_range.primitive == 1);
+    displacement->flags = NULL;
     input.input.micromaps.find = NULL;
-    EXPECT(case_fails(&input) && report.out_of_range == 2);
+    EXPECT(case_fails(&input) && report.out_of_range == 4);
     displaced.usages[0].subdivisionLevel = 6;
     EXPECT(case_fails(&input));
 }

@@ -49,6 +49,7 @@ CASE(54, 0, 0, "order of microtriangles")
         for (uint32_t level = 0; level <= MICROMAP_MAX_LEVEL; level++)
             EXPECT(micromap_curve_index(odd[i][0], odd[i][1], level) >> 2 * level == 0);
     EXPECT(micromap_curve_index(1, 0, 1) == 2 && micromap_curve_index(0, 1, 1) == 3);
+    EXPECT(micromap_curve_index(0.25f, 0.25f, 1) == 1); /* on an edge: the upper one */
 }
 
 /* `count` triangles of one format and level; the data of one after the other. */
@@ -253,7 +254,7 @@ CASE(58, 0, 0, "micromaps and their copies")
     triangles[1] = (VkMicromapTriangleEXT){0, 12, 2}; /* not as the usages say */
     EXPECT(micromap_build(&input, micromap, size) == BUILDER_INPUT_OUT_OF_RANGE);
     usages[0].format = 3;
-    EXPECT(micromap_get_size(&input, &size) == BUILDER_UNKNOWN_FORMAT);
+    EXPECT(micromap_get_size(&input, &size) == BUILDER_UNKNOWN_FORMAT && size == 0);
     usages[0] = (VkMicromapUsageEXT){0xffffffff, 12, 2};
     EXPECT(micromap_get_size(&input, &size) == BUILDER_TOO_MANY_PRIMITIVES);
 

@@ -103,6 +103,21 @@ static void crash_with_handler_for_once(void)
     raise(SIGFPE);
 }
 
+static int fill_stack(int left)
+{
+    volatile char frame[1 << 16] = {0};
+    return left ? fill_stack(left - 1) + frame[left % 2] : 0;
+}
+
+/* Of the thread's own stack nothing is left for a handler. */
+static void crash_with_full_stack(void)
+{
+    handle_signal(SIGFPE, return_from, SA_ONSTACK);
+    open_at(NULL);
+    scene_submit(scene_record_boxes(0, 1));
+    fill_stack(1 << 12);
+}
+
 static bool are_equal(const struct sigaction *a, const struct sigaction *b)
 {
     bool equal = a->sa_sigaction == b->sa_sigaction && a->sa_flags == b->sa_flags;
@@ -143,6 +158,7 @@ static const struct row {
      {SIGSEGV, {"passes on"}, "ASSAY-crash"}},
     {"test_ignored_signal", crash_ignored, {.lacks = "ASSAY-crash"}},
     {"test_handler_for_once", crash_with_handler_for_once, {SIGFPE, {"ASSAY-crash", "returns"}}},
+    {"test_full_stack", crash_with_full_stack, {SIGSEGV, {"ASSAY-crash"}}},
     {"test_handlers_are_put_back", open_often, {0}},
 };
 

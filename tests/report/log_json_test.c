@@ -36,6 +36,7 @@ static bool send_full(struct reporter *reporter)
     struct finding finding;
     finding_says(&finding, "scratchData.deviceAddress", "is in {}",
                  object(VK_OBJECT_TYPE_BUFFER, 0xb));
+    also_violates(&finding, RULE_build_flags_are_valid);
     return reporter_send(reporter, SENT_RULE, &location,
                          &(struct call_origin){
                              .device = (VkDevice)(uintptr_t)0xd,
@@ -86,7 +87,8 @@ TEST(test_lines_of_an_instance)
     assert_has(line, "#" SENT_ID "\"");
     assert_has(line,
                "\"device\":\"0xd\",\"queue\":\"0xe\",\"submission\":7,\"build\":3,"
-               "\"level\":\"state\"");
+               "\"level\":\"state\",\"also\":["
+               "\"VUID-VkAccelerationStructureBuildGeometryInfoKHR-flags-parameter\"]}");
     assert_has(file_line(2), "\"Severity\":\"Warning\",\"VUID\":\"ASSAY-warning\"");
     assert_has(file_line(2), "\"Objects\":[],\"MainMessage\":\"Something is odd.\"}");
     line = file_line(3);

@@ -108,6 +108,7 @@ static void add(struct fixture *fixture, struct range *range)
 {
     const struct address_facts place = place_in(fixture, range);
     assert_true(address_map_add(&fixture->map, &place));
+    assert_true(fixture->map.range_count <= fixture->map.slot_count / 2);
     range->present = true;
 }
 

@@ -2,6 +2,7 @@
 /* Tests of what recording does to a command buffer. */
 #include <stdlib.h>
 
+#include "src/state/commands/queue_labels.h"
 #include "tests/state/command_fixture.h"
 
 COMMAND_BUFFERS_TEST(test_a_life)
@@ -208,4 +209,18 @@ COMMAND_BUFFERS_TEST(test_a_journal_frees_what_its_entries_hold)
         begin(all, 1);
         assert_false(first->journal->has_references);
     }
+}
+
+/* They outlive the queue's: this program fails if memory is left. */
+TEST(test_submissions_have_the_labels_of_their_queue)
+{
+    struct queue_labels *labels;
+    struct shared_labels *open;
+    assert_int_equal(queue_labels_create(&labels), VK_SUCCESS);
+    queue_labels_push(labels, (VkQueue)1, &(VkDebugUtilsLabelEXT){.pLabelName = "frame"});
+    assert_int_equal(queue_labels_submit(labels, (VkQueue)1, &open), 1);
+    queue_labels_destroy(labels);
+    assert_string_equal(open->stack.labels[0].pLabelName, "frame");
+    shared_labels_release(open);
+    queue_labels_destroy(NULL);
 }

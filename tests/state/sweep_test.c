@@ -234,7 +234,7 @@ TEST(test_a_structure_in_pieces_is_one_structure)
 
 TEST(test_it_stops_where_no_more_are_wanted)
 {
-    static const struct style style = {1, 2, 10, 30, false, 0};
+    static const struct style style = {2, 2, 10, 30, false, 0};
     struct random random = random_of("sweep wanted");
     static struct call call;
     for (int round = 0; round < 100; round++) {

@@ -131,16 +131,13 @@ static void retain_indices(const struct content_indices *indices, struct geometr
 static struct geometry_inputs *retained_inputs_of(struct content *content)
 {
     const struct build_view *build = content->range->geometry->build;
-    struct build_inputs *existing = content->walk->inputs;
-    uint32_t index = content->range->geometry->index;
-    if (build->call->command != COMMAND_HOST)
-        return existing && index < existing->count ? &existing->items[index] : NULL;
-    if (!(build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) &&
-        !build_is_update(build->info))
-        return NULL;
-    if (!content->walk->inputs)
-        content->walk->inputs = build_inputs_create(build->geometry_count);
-    return content->walk->inputs ? &content->walk->inputs->items[index] : NULL;
+    struct walk *walk = content->walk;
+    bool is_retained =
+        (build->info->flags & VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR) ||
+        build_is_update(build->info);
+    if (build->call->command == COMMAND_HOST && is_retained && !walk->inputs)
+        walk->inputs = build_inputs_create(build->geometry_count);
+    return walk->inputs ? &walk->inputs->items[content->range->geometry->index] : NULL;
 }
 
 void content_retain_count(struct content *content)
