@@ -12,8 +12,8 @@
 #include "src/compare/summary.h"
 #include "src/compare/vertex_ring.h"
 #include "subject.h"
-#include "tests/builder/allocations.h"
 #include "tests/builder/digest.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 enum { RAYS = 3000, WAYS = 24, LOOSE = 60 };

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "subject.h"
-#include "tests/builder/allocations.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 enum { VERTICES = 40, PADDING = 4096 };

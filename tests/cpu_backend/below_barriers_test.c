@@ -2,10 +2,10 @@
 /* What the driver sees of stages and accesses of ray tracing: barriers, events and timestamps. */
 #include <string.h>
 
-#include "../report/scarce_memory.h"
 #include "below.h"
 #include "layer/cpu/commands.h"
 #include "tests/fixture/objects.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 /* ---- the driver */

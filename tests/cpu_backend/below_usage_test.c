@@ -2,10 +2,10 @@
 /* What the driver sees of buffers' usage. */
 #include <string.h>
 
-#include "../report/scarce_memory.h"
 #include "below.h"
 #include "layer/cpu/commands.h"
 #include "tests/fixture/objects.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 enum {

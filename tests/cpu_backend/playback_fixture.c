@@ -6,8 +6,8 @@
 
 #include "src/cpu/host.h"
 #include "src/cpu/trees/bytes.h"
-#include "tests/builder/allocations.h"
 #include "tests/fixture/make.h"
+#include "tests/fixture/scarce_memory.h"
 
 static VkResult wait_for(struct ticket *ticket, uint64_t nanoseconds)
 {

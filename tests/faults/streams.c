@@ -15,8 +15,8 @@
 #include <string.h>
 
 #include "model.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/null_driver/null_driver.h"
-#include "tests/report/scarce_memory.h"
 
 enum { STEPS = 90, DRIVER_COMMANDS = 18, ALL = UINT16_MAX };
 

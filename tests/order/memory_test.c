@@ -3,9 +3,9 @@
  * happens without memory. */
 #include <inttypes.h>
 
-#include "../report/scarce_memory.h"
 #include "program.h"
 #include "src/state/order/records.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/steps.h"
 
 /* A frame as applications make them: a batch, its fence waited for and reset. */

@@ -2,7 +2,7 @@
 /* What hazard lists have of barriers, events, secondary command buffers and render passes. */
 #include "tests/recording/device.h"
 
-#include "tests/report/scarce_memory.h"
+#include "tests/fixture/scarce_memory.h"
 
 #define BUILD_STAGE VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR
 #define BUILD_STAGE_1 VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR

@@ -9,13 +9,13 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "scarce_memory.h"
 #include "src/report/message.h"
 #include "src/report/reporter.h"
 #include "src/state/commands/label_stack.h"
 #include "src/state/commands/object_names.h"
 #include "tests/fixture/make.h"
 #include "tests/fixture/messenger.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 #define LENGTH(array) (sizeof(array) / sizeof((array)[0]))

@@ -2,9 +2,9 @@
 /* Tests of the ordered set of address ranges. */
 #include <stdlib.h>
 
-#include "../report/scarce_memory.h"
 #include "random.h"
 #include "src/state/resources/address_map.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 enum { ENTRIES = 12000, QUERIES = 1200 };

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is known of device addresses. */
 #include "tests/fixture/make.h"
-#include "tests/report/scarce_memory.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/fixture.h"
 
 enum {

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "src/base/array.h"
-#include "tests/report/scarce_memory.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 enum { MOST = 1000 };

@@ -13,7 +13,7 @@
 #include "src/platform/modules.h"
 #include "src/state/commands/call_sites.h"
 #include "src/state/commands/journal.h"
-#include "tests/report/scarce_memory.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 enum { OTHER_STACK = 256 * 1024, DEPTH = 5, THREADS = 4, THREAD_STACKS = 500, SITES_MAX = 16384 };

@@ -2,7 +2,7 @@
 /* Lists of chunks: against an array, with places to come back to, and no memory. */
 #include "random.h"
 #include "src/base/chunk_list.h"
-#include "tests/report/scarce_memory.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 enum { ITEM = 24, MOST = 5000, STEPS = 4000 };

@@ -2,7 +2,7 @@
 /* Tests of the table of command pools and command buffers. */
 #include "random.h"
 #include "tests/fixture/make.h"
-#include "tests/report/scarce_memory.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/command_fixture.h"
 
 COMMAND_BUFFERS_TEST(test_a_pool_resets_its_command_buffers)

@@ -2,7 +2,7 @@
 /* Deferred operations: work that ends once, with the result of its own operation; reused handles,
  * and no memory. */
 #include "src/state/commands/deferred_operations.h"
-#include "tests/report/scarce_memory.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 struct work {

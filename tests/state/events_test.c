@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Events of a device: they are freed with it, whether they were removed or not. */
 #include "src/state/commands/events.h"
-#include "tests/builder/allocations.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 TEST(events_are_freed)

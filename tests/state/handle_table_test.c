@@ -2,7 +2,7 @@
 /* Tests of the hash table from handles to records. */
 #include "random.h"
 #include "src/base/handle_table.h"
-#include "tests/report/scarce_memory.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 enum { KEYS = 300 };

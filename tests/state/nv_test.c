@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is known of structures of VK_NV_ray_tracing, and of buffers by their handles. */
-#include "../report/scarce_memory.h"
 #include "src/state/resources/nv_shape.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/fixture.h"
 
 enum { OBJECT = 0x1000, MEMORY = 1 << 20 }; /* have_memory's size */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Query pools: ids that are never used twice, reused handles, and no memory. */
-#include "../report/scarce_memory.h"
 #include "src/state/commands/query_pools.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"
 
 static VkQueryPool handle(uintptr_t n)

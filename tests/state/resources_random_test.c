@@ -3,8 +3,8 @@
  * the time, against a naive model that keeps everything that ever was. */
 #include <stdlib.h>
 
-#include "../report/scarce_memory.h"
 #include "random.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/fixture.h"
 
 enum { BUFFERS = 7, ACCELS = 7, OBJECTS = 4000, STEPS = 3000, SPACE = 0x400 };

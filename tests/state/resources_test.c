@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of what is known of acceleration structures, their buffers and their memory. */
-#include "tests/report/scarce_memory.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/fixture.h"
 
 enum { SIZE = 0x1000 };

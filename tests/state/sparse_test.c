@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tests of sparse buffers: what is bound where, and for whom. */
-#include "tests/report/scarce_memory.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/fixture.h"
 
 PAGES_TEST(test_a_range_bound_in_one_piece)

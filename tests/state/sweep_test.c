@@ -3,9 +3,9 @@
 #include <inttypes.h>
 #include <string.h>
 
-#include "../report/scarce_memory.h"
 #include "random.h"
 #include "src/check/overlap/sweep.h"
+#include "tests/fixture/scarce_memory.h"
 #include "tests/state/steps.h"
 #include "tests/state/sweep_fixture.h"
 #include "tests/state/unit_test.h"

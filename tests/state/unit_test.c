@@ -2,7 +2,7 @@
 /* The tests of a program, and its main function. */
 #define _GNU_SOURCE /* program_invocation_short_name */
 #include "tests/state/unit_test.h"
-#include "tests/builder/allocations.h"
+#include "tests/fixture/scarce_memory.h"
 
 #include <errno.h>
 #include <pthread.h>

@@ -26,7 +26,7 @@ extern char **unit_test_arguments;
 __attribute__((weak)) const char *unit_test_open(const char *argument);
 __attribute__((weak)) void unit_test_close(void);
 
-/* Defined by a program whose tests may leave memory, to return true: allocations.h. */
+/* Defined by a program whose tests may leave memory, to return true. */
 __attribute__((weak)) bool unit_test_keeps_memory(void);
 
 /* That a text has a part, or has it not. */
