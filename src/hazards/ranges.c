@@ -163,8 +163,7 @@ static uint32_t piece_guess(const struct leaf *leaf, uint64_t at)
         return leaf->count;
     const double part = (double)(at - begin) / (double)(end - begin);
     uint32_t low = (uint32_t)(part * leaf->count), step = 1;
-    low = low < leaf->count ? low : leaf->count - 1;
-    uint32_t high = low;
+    uint32_t high = low; /* rounded: the count at most */
     for (; low > 0 && pieces[low - 1].end > at; step *= 2)
         low = low > step ? low - step : 0;
     for (; high < leaf->count && pieces[high].end <= at; step *= 2)
@@ -224,8 +223,8 @@ struct cursor ranges_find(struct ranges *ranges, uint64_t at)
     if (ranges->debt > ranges->leaf_count + 4 * LEAF_PIECES)
         index_renew(ranges);
     /* The streams of a build take turns. */
-    for (uint32_t i = 0; i < RANGE_FINGERS; i++) {
-        const uint32_t each = (ranges->recent_finger + i) % RANGE_FINGERS;
+    for (uint32_t turn = 0; turn < RANGE_FINGERS; turn++) {
+        const uint32_t each = (ranges->recent_finger + turn) % RANGE_FINGERS;
         struct cursor found;
         if (finger_finds(&ranges->fingers[each], at, &found)) {
             ranges->recent_finger = each;

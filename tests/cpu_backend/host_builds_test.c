@@ -130,6 +130,24 @@ SILENT_TEST(test_counters)
     assert_int_equal(part[8], 0x55);
 }
 
+SILENT_TEST(test_counters_of_a_micromap)
+{
+    static const VkMicromapUsageEXT usage = {.count = 1, .format = 1};
+    static const VkMicromapTriangleEXT triangle = {.format = 1};
+    const struct fixture_structure blas = fixture_create_blas(4096);
+    const STRUCT(VkMicromapCreateInfoEXT, create_info, .buffer = blas.storage.handle, .size = 4096);
+    STRUCT(VkMicromapBuildInfoEXT, info, .usageCountsCount = 1, .pUsageCounts = &usage,
+           .data.hostAddress = &usage, .triangleArray.hostAddress = &triangle,
+           .triangleArrayStride = sizeof(triangle));
+    GET(vk.CreateMicromapEXT(device, &create_info, NULL, &info.dstMicromap));
+    OWN(DestroyMicromapEXT, info.dstMicromap);
+    const AssayCounters start = fixture_counters();
+    GET(vk.BuildMicromapsEXT(device, VK_NULL_HANDLE, 1, &info));
+    const AssayCounters did = fixture_counters_since(&start);
+    assert_int_equal(did.builds, 1);
+    assert_true(did.bytesBuilt > 0);
+}
+
 /* ---- tracing */
 
 SILENT_TEST(test_trace_arguments)

@@ -80,8 +80,13 @@ void have_accel_at(struct resources *resources, unsigned n, VkDeviceAddress addr
 
 struct accel_facts accel_facts(struct resources *resources, unsigned n)
 {
-    struct accel_facts facts;
-    const struct resource_queries queries = {.accel_count = 1, .accels = {{accel(n), &facts}}};
+    struct accel_facts facts, others;
+    struct resource_queries queries = {.accel_count = RESOURCE_ACCEL_QUERIES,
+                                       .accels = {{accel(n), &facts}}};
+    for (unsigned i = 1; i < RESOURCE_ACCEL_QUERIES; i++) {
+        queries.accels[i].handle = accel(n + i);
+        queries.accels[i].facts = &others;
+    }
     resources_find_all(resources, &queries);
     assert_ptr_equal(facts.handle, accel(n));
     return facts;

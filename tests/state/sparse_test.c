@@ -25,11 +25,13 @@ PAGES_TEST(test_a_range_cut_out_of_the_middle)
 {
     bind_sparse(resources, 1, 0, 8 * PAGE, 1, 0);
     bind_sparse(resources, 1, 3 * PAGE, PAGE, 2, 0x700);
+    bind_sparse(resources, 1, 5 * PAGE, PAGE, 2, 0x200);
     EXPECT_PIECES(pieces_of(resources, 1, 0, 8 * PAGE), {memory(1), 0, 3 * PAGE},
-                  {memory(2), 0x700, 0x800}, {memory(1), 4 * PAGE, 8 * PAGE});
+                  {memory(2), 0x700, 0x800}, {memory(1), 4 * PAGE, 5 * PAGE},
+                  {memory(2), 0x200, 0x300}, {memory(1), 6 * PAGE, 8 * PAGE});
     bind_sparse(resources, 1, 3 * PAGE, PAGE, 0, 0); /* unbinds */
     assert_int_equal(backed(resources), NO);
-    assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 2);
+    assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 4);
     bind_sparse(resources, 1, 0, 8 * PAGE, 0, 0);
     assert_int_equal(pieces_of(resources, 1, 0, 8 * PAGE).count, 0);
 }

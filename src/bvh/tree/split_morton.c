@@ -27,8 +27,7 @@ static float4 cell_scale(struct box centers)
 static void make_codes(void *context, uint32_t begin, uint32_t end)
 {
     struct build_state *state = context;
-    float4 base = state->centers.lower, scale = cell_scale(state->centers);
-    base[3] = 0;
+    const float4 base = state->centers.lower, scale = cell_scale(state->centers);
     for (uint32_t i = begin; i < end; i++) {
         const struct primitive_ref *ref = &state->refs[i];
         int4 cell = __builtin_convertvector((ref->lower + ref->upper - base) * scale, int4);
