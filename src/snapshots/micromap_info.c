@@ -25,14 +25,13 @@ static VkResult copy_input(struct readable_cache *cache, const VkMicromapBuildIn
 VkResult micromap_info_copy(struct readable_cache *cache, const VkMicromapBuildInfoEXT *from,
                             struct build_parameters *copy)
 {
-    *copy = (struct build_parameters){0};
+    *copy = (struct build_parameters){0}; /* info.mode: BUILD */
     if (!readable(cache, from, sizeof(*from)))
         return VK_ERROR_VALIDATION_FAILED;
     VkMicromapBuildInfoEXT own, *info = &own;
     memcpy(info, from, sizeof(*info));
     copy->had_chains = true; /* the members alone do not describe the build */
     copy->info.type = VK_ACCELERATION_STRUCTURE_TYPE_OPACITY_MICROMAP_KHR;
-    copy->info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
     copy->info.dstAccelerationStructure = (VkAccelerationStructureKHR)info->dstMicromap;
     copy->info.scratchData = info->scratchData;
     VkResult result = build_parameters_allocate(copy, 1);

@@ -178,6 +178,8 @@ TEST(old_signals_never_lead_to_a_finding)
     hazards_wait(hazards, 1, 8, &all);
     access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 4, 8);
     assert_int_equal(found_count, 1);
+    hazards_forget_signals(hazards, 1, 40);
+    assert_true(hazards_has_signal(hazards, 1, 40) && !hazards_has_signal(hazards, 1, 41));
     hazards_forget_signals(hazards, 1, UINT64_MAX);
     hazards_end_batch(hazards);
     hazards_destroy(hazards);

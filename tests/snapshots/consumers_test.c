@@ -30,6 +30,7 @@ static struct snapshots snapshots;
 static struct layer_device device;
 static struct observer first, second;
 static struct ticket ticket;
+static VkResult ticket_end;
 static struct recording *recordings[2];
 static struct journal journals[2];
 static const struct submitted_commands commands[] = {
@@ -71,7 +72,7 @@ static bool wait_for_one(void *user)
 
 static VkResult wait_for_ticket(struct ticket *of_ticket, uint64_t nanoseconds)
 {
-    return VK_SUCCESS;
+    return ticket_end;
 }
 
 static void add(struct observer *observer)
@@ -88,6 +89,7 @@ static void set_up(void)
     device.snapshots = &snapshots;
     ticket.references = 1; /* the test's */
     ticket.wait = wait_for_ticket;
+    ticket_end = VK_SUCCESS;
     call_count = unordered_reports = 0;
     for (int i = 0; i < 2; i++) {
         recordings[i] = recording_create(&memory);
@@ -181,6 +183,20 @@ TEST_BETWEEN(test_chunks_stay_if_recording_continues, set_up, tear_down)
         execution_release(execution);
         assert_int_equal(recordings[i]->is_spent, i == 0);
     }
+}
+
+/* What is not complete is lost, except to the submission that has it. */
+TEST_BETWEEN(test_secondaries_lose_snapshots_with_their_primary, set_up, tear_down)
+{
+    const struct recorded_item item = {.kind = ITEM_EXECUTE,
+                                       .secondary = recording_share(recordings[1])};
+    assert_true(recording_add(recordings[0], &item));
+    struct execution *execution = execution_create(recordings[0], &ticket);
+    ticket_end = VK_TIMEOUT;
+    assert_int_equal(recording_detach(recordings[0], &ticket, 0), 0);
+    assert_int_equal(recording_detach(recordings[0], NULL, 0), 2);
+    assert_true(execution->children[0]->has_no_snapshots);
+    execution_release(execution);
 }
 
 TEST_BETWEEN(test_unknown_order_runs_all_that_is_expected, set_up, tear_down)

@@ -66,7 +66,6 @@ uint64_t resources_find_memory_id(struct resources *resources, VkDeviceMemory ha
 static bool find_bytes(const struct buffer_record *buffer, struct memory_bytes *bytes)
 {
     /* `where.memory` is null if the bytes are not in one piece of one instance. */
-    *bytes = (struct memory_bytes){0};
     if (!buffer || !buffer->where.memory)
         return false;
     bytes->memory_id = id_of(buffer->memory);
