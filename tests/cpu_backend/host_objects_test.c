@@ -154,7 +154,7 @@ TEST(test_lazy_bvh)
     expect_counts(&late, 0, 1);
 }
 
-/* A made tree starts updates itself: nothing else is left of its work. */
+/* Updates of a tree that is made start from the tree itself. */
 TEST(test_an_update_starts_from_the_start_of_one_that_is_not_made)
 {
     struct late late[2] = {{.result = VK_SUCCESS}, {.result = VK_SUCCESS}};
