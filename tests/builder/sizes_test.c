@@ -106,7 +106,9 @@ SCOPE_TEST(test_displaced)
         assert_true(sizes.update_scratch == sizes.build_scratch); /* it may be a build */
         before = sizes;
     }
-    uint32_t none = 0;
+    uint32_t none = 0, too_many = UINT32_MAX;
+    assert_int_equal(builder_get_sizes(&input.input, &too_many, &sizes),
+                     BUILDER_TOO_MANY_PRIMITIVES);
     usages[0].count = BUILDER_MAX_PRIMITIVES / 1024 + 1;
     assert_int_equal(builder_get_sizes(&input.input, &none, &sizes), BUILDER_TOO_MANY_PRIMITIVES);
     usages[0].subdivisionLevel = 6;

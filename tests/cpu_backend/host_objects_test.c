@@ -154,6 +154,23 @@ TEST(test_lazy_bvh)
     expect_counts(&late, 0, 1);
 }
 
+/* Updates of a tree that is made start from the tree itself. */
+TEST(test_an_update_starts_from_the_start_of_one_that_is_not_made)
+{
+    struct late late[2] = {{.result = VK_SUCCESS}, {.result = VK_SUCCESS}};
+    struct cpu_tree *start = make_lazy(&late[0]);
+    const struct cpu_tree_work work = {
+        .make = make, .release = release, .context = &late[1], .start = start};
+    struct cpu_tree *update = cpu_tree_create_lazy(&work);
+    assert_ptr_equal(cpu_tree_start(cpu_tree_keep(update)), start);
+    cpu_tree_release(start); /* one reference of two */
+    cpu_tree_read(update);
+    assert_ptr_equal(cpu_tree_start(update), update);
+    cpu_tree_release(update);
+    cpu_tree_release(start);
+    expect_counts(&late[0], 0, 1);
+}
+
 /* Whoever holds a tree keeps it, though its structure gets another one or dies. */
 STRUCTURES_TEST(test_trees_of_structures)
 {

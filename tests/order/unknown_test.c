@@ -28,8 +28,9 @@ PROGRAM_TEST(two_calls_on_one_queue_lose_the_order)
 
 PROGRAM_TEST(too_many_queues_lose_the_order)
 {
+    play(p, "shared S;");
     for (uint32_t queue = 1; queue < EXECUTION_QUEUES; queue++)
-        SUBMIT(p, .queue = queue, .name = queue);
+        SUBMIT(p, .queue = queue, .name = queue, .wait = {{queue == 1 ? S : 0, 1}});
     assert_int_equal(p->losses, 0);
     assert_int_equal(p->run_count, EXECUTION_QUEUES - 1);
     SUBMIT(p, .queue = EXECUTION_QUEUES, .name = 99);

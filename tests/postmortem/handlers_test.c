@@ -4,6 +4,7 @@
 
 #include <signal.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 static struct sigaction before; /* the action that a later handler replaced */
@@ -112,6 +113,10 @@ static int fill_stack(int left)
 /* Of the thread's own stack nothing is left for a handler. */
 static void crash_with_full_stack(void)
 {
+    struct rlimit limit;
+    getrlimit(RLIMIT_STACK, &limit);
+    limit.rlim_cur = 8 << 20; /* less than fill_stack() fills */
+    setrlimit(RLIMIT_STACK, &limit);
     handle_signal(SIGFPE, return_from, SA_ONSTACK);
     open_at(NULL);
     scene_submit(scene_record_boxes(0, 1));

@@ -56,6 +56,17 @@ COMMAND_BUFFERS_TEST(test_beginning_again_starts_over)
     assert_int_equal(command_buffers_labels(all, handle(1))->count, 0);
 }
 
+/* The next call adds an input for the buffer, too. */
+COMMAND_BUFFERS_TEST(test_inputs_that_are_taken_back_are_not_recent)
+{
+    struct journal *journal = begin(all, 1)->journal;
+    const struct journal_mark mark = journal_mark(journal);
+    assert_true(journal_notes_buffer(journal, 7));
+    assert_false(journal_notes_buffer(journal, 7));
+    journal_take_back(journal, &mark);
+    assert_true(journal_notes_buffer(journal, 7));
+}
+
 COMMAND_BUFFERS_TEST(test_rendering_is_a_scope)
 {
     struct command_buffer *first = begin(all, 1);
