@@ -28,7 +28,7 @@ VkResult vk_icdNegotiateLoaderICDInterfaceVersion(uint32_t *pVersion)
 
 PFN_vkVoidFunction vk_icdGetInstanceProcAddr(VkInstance instance, const char *pName)
 {
-    return null_GetInstanceProcAddr(instance, pName);
+    return entry_find(pName);
 }
 
 PFN_vkVoidFunction vk_icdGetPhysicalDeviceProcAddr(VkInstance instance, const char *pName)
