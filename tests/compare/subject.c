@@ -59,10 +59,9 @@ static void add(struct subject *subject, const VkAccelerationStructureGeometryKH
 void subject_triangles(struct subject *subject, const float *vertices, uint32_t vertex_count,
                        const uint32_t *indices, uint32_t triangle_count)
 {
-    VkAccelerationStructureGeometryKHR geometry =
-        triangles_geometry((uintptr_t)vertices, vertex_count, (uintptr_t)indices);
-    if (!indices)
-        geometry.geometry.triangles.indexType = VK_INDEX_TYPE_NONE_KHR;
+    const VkAccelerationStructureGeometryKHR geometry = triangles_geometry(
+        (uintptr_t)vertices, vertex_count - 1,
+        indices ? VK_INDEX_TYPE_UINT32 : VK_INDEX_TYPE_NONE_KHR, (uintptr_t)indices);
     add(subject, &geometry, triangle_count);
 }
 
@@ -108,7 +107,8 @@ void subject_update(struct subject *source, struct subject *subject,
 
 void subject_boxes(struct subject *subject, const VkAabbPositionsKHR *boxes, uint32_t count)
 {
-    const VkAccelerationStructureGeometryKHR geometry = boxes_geometry((uintptr_t)boxes);
+    const VkAccelerationStructureGeometryKHR geometry =
+        boxes_geometry((uintptr_t)boxes, sizeof(VkAabbPositionsKHR));
     add(subject, &geometry, count);
 }
 

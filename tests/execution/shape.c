@@ -60,9 +60,11 @@ static void fill_geometry(VkAccelerationStructureGeometryKHR *geometry, const st
     if (shape->geometry_type == VK_GEOMETRY_TYPE_TRIANGLES_KHR)
         fill_triangles(&geometry->geometry.triangles, scene, shape, by_host);
     else if (shape->geometry_type == VK_GEOMETRY_TYPE_AABBS_KHR)
-        geometry->geometry = boxes_geometry(address_of(&scene->boxes, by_host)).geometry;
+        geometry->geometry =
+            boxes_geometry(address_of(&scene->boxes, by_host), sizeof(VkAabbPositionsKHR)).geometry;
     else if (shape->geometry_type == VK_GEOMETRY_TYPE_INSTANCES_KHR)
-        geometry->geometry = instances_geometry(address_of(&scene->instances, by_host)).geometry;
+        geometry->geometry =
+            instances_geometry(address_of(&scene->instances, by_host), false).geometry;
 }
 
 /* ---- what extensions add to a geometry, for the device: second positions and radii are where the

@@ -73,9 +73,8 @@ static struct one_build *begin(struct build_line *line, const char *name)
     PLAY_REQUIRE(line->play, line->count < PLAY_ITEMS);
     struct one_build *build = &line->builds[line->count++];
     const bool is_top = name[0] == 'T';
-    build->geometry = is_top ? instances_geometry(0) : triangles_geometry(0, 3 * PRIMITIVES, 0);
-    if (!is_top)
-        build->geometry.geometry.triangles.indexType = VK_INDEX_TYPE_NONE_KHR;
+    build->geometry = is_top ? instances_geometry(0, false)
+                             : triangles_geometry(0, 3 * PRIMITIVES - 1, VK_INDEX_TYPE_NONE_KHR, 0);
     build->info = MAKE(VkAccelerationStructureBuildGeometryInfoKHR,
                        .type = is_top ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
                                       : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
@@ -115,7 +114,8 @@ static void read_operand(struct build_line *line, struct one_build *build, const
         play_init(play, (char *[]){"", (char *)(uintptr_t)word, "transform"});
         triangles->transformData = input(line, word);
     } else if (play_is(option, "boxes")) {
-        build->geometry = boxes_geometry(input(line, word).deviceAddress);
+        build->geometry =
+            boxes_geometry(input(line, word).deviceAddress, sizeof(VkAabbPositionsKHR));
     } else if (play_is(option, "micromap")) {
         attach_micromap(play, build, word);
     } else if (play_is(option, "scratch")) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What hazard lists have of builds. */
-#include "tests/fixture/geometries.h"
+#include "tests/fixture/geometry.h"
 #include "tests/recording/device.h"
 
 #include <stdio.h>

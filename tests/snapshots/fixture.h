@@ -4,7 +4,7 @@
 #ifndef ASSAY_TESTS_SNAPSHOTS_FIXTURE_H
 #define ASSAY_TESTS_SNAPSHOTS_FIXTURE_H
 
-#include "tests/fixture/geometries.h"
+#include "tests/fixture/geometry.h"
 #include "tests/fixture/instance.h"
 
 enum { FIXTURE_OBJECTS = 32 };

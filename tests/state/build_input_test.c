@@ -3,7 +3,7 @@
  * may read. The layer copies no more of a device's memory than that. */
 #include "src/snapshots/build_input.h"
 #include "src/snapshots/nv_info.h"
-#include "tests/fixture/geometries.h"
+#include "tests/fixture/geometry.h"
 #include "tests/state/unit_test.h"
 
 enum {

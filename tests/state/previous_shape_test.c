@@ -8,7 +8,7 @@
 #include "src/check/assemble/views.h"
 #include "src/rules/predicates.h"
 #include "src/state/builds/previous_shape.h"
-#include "tests/fixture/geometries.h"
+#include "tests/fixture/geometry.h"
 #include "tests/state/unit_test.h"
 #include "vuid-tables/rules.h"
 

@@ -4,7 +4,7 @@
 
 #include "random.h"
 #include "src/state/builds/size_cache.h"
-#include "tests/fixture/geometries.h"
+#include "tests/fixture/geometry.h"
 #include "tests/state/unit_test.h"
 
 enum { GEOMETRIES = 3 };

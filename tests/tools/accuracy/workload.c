@@ -39,8 +39,8 @@ static void give_meshes(struct workload *workload, uint32_t side)
         memcpy(vertex_buffer.host + i * vertex_step, mesh.positions, vertices);
         memcpy(index_buffer.host + i * index_step, mesh.indices, indices);
         workload->geometries[i] = triangles_geometry(
-            scene_address(scene, &vertex_buffer, i * vertex_step), mesh.vertex_count,
-            scene_address(scene, &index_buffer, i * index_step));
+            scene_address(scene, &vertex_buffer, i * vertex_step), mesh.vertex_count - 1,
+            VK_INDEX_TYPE_UINT32, scene_address(scene, &index_buffer, i * index_step));
         workload->ranges[i].primitiveCount = mesh.triangle_count;
     }
     fixture_mesh_free(&mesh);
@@ -62,7 +62,7 @@ static void give_instances(struct workload *workload, uint64_t reference, uint32
             .mask = 0xff,
             .accelerationStructureReference = reference};
     }
-    workload->geometries[0] = instances_geometry(scene_address(scene, &buffer, 0));
+    workload->geometries[0] = instances_geometry(scene_address(scene, &buffer, 0), false);
     workload->ranges[0].primitiveCount = count;
 }
 

@@ -61,8 +61,8 @@ static void open_triangles(struct frames *frames)
     frames->indices = upload(frames->gpu, "indices", indices, count * sizeof(*indices));
     free(vertices);
     free(indices);
-    frames->geometry =
-        triangles_geometry(frames->vertices.address, count + 2, frames->indices.address);
+    frames->geometry = triangles_geometry(frames->vertices.address, count + 1, VK_INDEX_TYPE_UINT32,
+                                          frames->indices.address);
 }
 
 /* Instances refer to many structures, in no order. */
@@ -84,7 +84,7 @@ static void open_instances(struct frames *frames, struct side *side)
     }
     frames->instances = upload(frames->gpu, "instances", instances, count * sizeof(*instances));
     free(instances);
-    frames->geometry = instances_geometry(frames->instances.address);
+    frames->geometry = instances_geometry(frames->instances.address, false);
 }
 
 /* ---- structures */

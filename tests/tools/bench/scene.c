@@ -103,7 +103,8 @@ info_of(const VkAccelerationStructureGeometryKHR *geometry)
 
 static VkAccelerationStructureBuildSizesInfoKHR sizes_on(const struct side *side)
 {
-    const VkAccelerationStructureGeometryKHR geometry = triangles_geometry(0, VERTICES, 0);
+    const VkAccelerationStructureGeometryKHR geometry =
+        triangles_geometry(0, VERTICES - 1, VK_INDEX_TYPE_UINT32, 0);
     const VkAccelerationStructureBuildGeometryInfoKHR info = info_of(&geometry);
     const uint32_t triangles = TRIANGLES;
     VkAccelerationStructureBuildSizesInfoKHR sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
@@ -156,8 +157,8 @@ static void fill_arrays(struct scene *scene, enum order order)
     scene->range_pointers = tool_alloc(scene->count, sizeof(*scene->range_pointers));
     for (uint32_t i = 0; i < scene->count; i++) {
         scene->geometries[i] =
-            triangles_geometry(scene->parts[PART_VERTICES].addresses[at[i]], VERTICES,
-                               scene->parts[PART_INDICES].addresses[at[i]]);
+            triangles_geometry(scene->parts[PART_VERTICES].addresses[at[i]], VERTICES - 1,
+                               VK_INDEX_TYPE_UINT32, scene->parts[PART_INDICES].addresses[at[i]]);
         scene->infos[i] = info_of(&scene->geometries[i]);
         scene->infos[i].dstAccelerationStructure = scene->structures[at[i]];
         scene->infos[i].scratchData.deviceAddress = scene->parts[PART_SCRATCH].addresses[at[i]];

@@ -55,8 +55,8 @@ void build_call_record(struct gpu *gpu, VkCommandBuffer commands, struct build_c
 static VkAccelerationStructureGeometryKHR scene_triangles(const struct scene *scene,
                                                           VkDeviceAddress vertices)
 {
-    VkAccelerationStructureGeometryKHR geometry =
-        triangles_geometry(vertices, scene->vertex_count, scene->indices.address);
+    VkAccelerationStructureGeometryKHR geometry = triangles_geometry(
+        vertices, scene->vertex_count - 1, VK_INDEX_TYPE_UINT32, scene->indices.address);
     geometry.flags = VK_GEOMETRY_OPAQUE_BIT_KHR;
     return geometry;
 }
@@ -81,7 +81,8 @@ void scene_describe_bottom(const struct scene *scene, const struct gpu *gpu,
     *call = (struct build_call){0};
     const VkAccelerationStructureGeometryKHR triangles =
         scene_triangles(scene, scene->vertices.address);
-    const VkAccelerationStructureGeometryKHR boxes = boxes_geometry(scene->boxes.address);
+    const VkAccelerationStructureGeometryKHR boxes =
+        boxes_geometry(scene->boxes.address, sizeof(VkAabbPositionsKHR));
     scene_aim(build_call_add(call, VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, mesh_flags,
                              &triangles, scene->triangle_count),
               gpu, &scene->mesh);
@@ -108,7 +109,7 @@ void scene_describe_top(const struct scene *scene, const struct gpu *gpu, struct
 {
     *call = (struct build_call){0};
     const VkAccelerationStructureGeometryKHR instances =
-        instances_geometry(scene->instances.address);
+        instances_geometry(scene->instances.address, false);
     scene_aim(build_call_add(call, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
                              VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR, &instances,
                              scene->instance_count),
