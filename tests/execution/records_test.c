@@ -87,7 +87,8 @@ static void append_command(char *text, const char *line)
         append(text, "%c>", structure(line, "src"));
     append(text, "%c", structure(line, "dst"));
     if (member(line, "primitives") != NULL)
-        append(text, " %u", (unsigned)number(line, "primitives"));
+        append(text, " %u%s", (unsigned)number(line, "primitives"),
+               member(line, "geometries") != NULL ? "" : " of no geometry");
     if (member(line, "memory") == NULL || number(line, "size") == 0)
         append(text, " nowhere");
 }
