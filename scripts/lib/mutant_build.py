@@ -156,8 +156,7 @@ class Build:
         names, having = reach.find(mutation.path, text.count("\n", 0, mutation.begin) + 1)
         objects = self.links.objects_of(self.tree / mutation.path)
         if mutation.path.endswith(".h"):
-            # An unused inline function is part of no object.
-            objects = {name for name in objects if name in having}
+            objects &= having  # an unused inline function is part of no object
         if not objects:
             return {"outcome": "unused"}
         mutated = self.compile(mutation, text, sorted(objects))

@@ -274,7 +274,7 @@ TEST(test_rebuild)
                       &(AssayCounters){.bytesSnapshot = DATA_SIZE});
 }
 
-/* A clone that nobody changes is the same tree. */
+/* An unchanged clone shares the tree of its source. */
 TEST(test_clone)
 {
     expect_difference(&(struct deeds){.is_traced = true},

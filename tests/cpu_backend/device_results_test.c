@@ -49,7 +49,7 @@ SILENT_TEST(test_queries)
     assert_int_equal(partial[1], 0);
 }
 
-/* A query tells of the structure as it was when the query was written. */
+/* A query keeps the result that it was written with, although the structure changes later. */
 SILENT_TEST(test_query_keeps_its_timestamp)
 {
     open_queried_pair(SERIALIZATION_SIZE);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Backend cpu through the loader: handles of its objects, addresses, names and private data; and
- * mistakes, none of which crashes, and each of which leaves the structures as they were. */
+ * mistakes, which must neither crash nor change a structure. */
 #include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -178,7 +178,7 @@ static VkResult build_again(void)
     return host_build(&pair.triangles, pair.blas.handle, VK_NULL_HANDLE);
 }
 
-/* Each leaves the structure as it was. */
+/* No pointer here changes the structure. */
 NOISY_TEST(test_bad_pointers)
 {
     open_pair(10, UPDATABLE);

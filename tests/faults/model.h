@@ -120,7 +120,7 @@ uint8_t model_pick_structure(struct model *model);
 uint8_t model_pick_commands_in(struct model *model, enum model_state state, uint8_t begin,
                                uint8_t end);
 void model_wait_idle(struct model *model);
-/* It can no longer be used as it was recorded, nor can primaries that execute it. */
+/* Its recording becomes invalid, and so do primaries that execute it. */
 void model_invalidate(struct model *model, uint32_t slot, enum model_state state);
 void model_invalidate_users(struct model *model, uint32_t structure);
 void model_invalidate_users_of_buffer(struct model *model, uint32_t buffer);

@@ -60,7 +60,7 @@ struct trace_ray case_between(struct trace_ray ray, float t_min, float t_max);
 /* From `origin` to a point of the triangle's inside. */
 struct trace_ray case_ray_into(const float corners[9], const float origin[3], uint64_t *random);
 
-/* Of all candidates the one that is of the primitive; NULL: none is. */
+/* Returns the candidate that is part of the primitive, or NULL. */
 const struct trace_hit *case_find_hit(const struct fixture_hits *hits, uint32_t primitive);
 /* The same structure with no more bytes than it needs, as bytes to store (in `size`), and made of
  * these again. */

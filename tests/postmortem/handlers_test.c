@@ -110,7 +110,7 @@ static int fill_stack(int left)
     return left ? fill_stack(left - 1) + frame[left % 2] : 0;
 }
 
-/* Of the thread's own stack nothing is left for a handler. */
+/* The handler finds no room on the thread's own stack. */
 static void crash_with_full_stack(void)
 {
     struct rlimit limit;

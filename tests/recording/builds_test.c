@@ -16,7 +16,7 @@ info_of(const VkAccelerationStructureGeometryKHR *geometry)
                 .geometryCount = 1, .pGeometries = geometry);
 }
 
-/* Of triangles, whose number the call says. */
+/* A build of triangles. The call gives their number. */
 static VkAccelerationStructureBuildGeometryInfoKHR plain_info(void)
 {
     static VkAccelerationStructureGeometryKHR geometry;

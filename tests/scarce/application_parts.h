@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A ray-tracing application that copes with a lack of memory: what it asks for and does not get it
- * asks for again. It builds much that is valid, and then makes one mistake or other. Its objects
+/* A ray-tracing application that copes with a lack of memory: it repeats each call that fails. It
+ * builds much that is valid, and then makes one mistake or other. Its objects
  * and deeds are in several files. */
 #ifndef SCARCE_APPLICATION_PARTS_H
 #define SCARCE_APPLICATION_PARTS_H

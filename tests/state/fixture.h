@@ -69,7 +69,7 @@ struct pieces {
 /* Adds one; `user` is struct pieces. */
 void note_piece(void *user, const struct memory_span *piece);
 
-/* Of buffer n. */
+/* The pieces of memory that bytes of buffer n lie in. */
 struct pieces pieces_of(struct resources *resources, unsigned n, VkDeviceSize begin,
                         VkDeviceSize end);
 
@@ -86,9 +86,9 @@ struct resources *a_structure_in_pages(void);
 #define PAGES_TEST(name)                                                                           \
     TEST_WITH(name, struct resources *resources, a_structure_in_pages, resources_destroy)
 
-/* Of structure 1, for who follows the clock. */
+/* Whether structure 1 lies in memory for work that follows the clock. */
 enum tristate backed_for(struct resources *resources, const struct execution_clock *clock);
-/* For who follows all. */
+/* The same for work that follows everything. */
 enum tristate backed(struct resources *resources);
 
 #endif

@@ -94,7 +94,7 @@ static const struct change other_shapes[] = {
 
 /* And what they do not. */
 static const struct change same_shapes[] = {
-    CHANGE(TRIANGLES, counts[0], 5), /* as it was */
+    CHANGE(TRIANGLES, counts[0], 5), /* nothing changes */
     CHANGE(AABBS, counts[0], 5),
     CHANGE(INSTANCES, counts[0], 5),
     CHANGE(TRIANGLES, info.mode, VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR),

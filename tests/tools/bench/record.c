@@ -14,7 +14,7 @@
 struct report {
     FILE *csv; /* or NULL */
     bool time_bars, memory_bars;
-    double reference; /* the overhead at the size that growth is told against; 0 until measured */
+    double reference; /* the overhead at size GROWTH_FROM; 0 until measured */
     uint32_t bars, missed;
 };
 
