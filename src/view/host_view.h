@@ -10,7 +10,9 @@
  * valid. */
 struct host_bytes {
     const void *address; /* as the application gave it */
-    bool unreadable; /* `address` is not NULL, and `size` bytes from `begin` on are not readable */
+    /* `address` is not NULL, and some of `size` bytes from `begin` on are neither readable nor
+     * mapped device memory. */
+    bool unreadable;
     uint64_t begin, size;
 };
 

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What only host builds have. */
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include "case.h"
 #include "placing.h"
 
@@ -87,5 +90,17 @@ static void put_scratch_in_own_memory(struct scene *scene, uint32_t shared_bytes
     char *bytes = bytes_before_unreadable_page(first + second);
     scene->infos[INDEXED].scratchData.hostAddress = bytes;
     scene->infos[AABBS].scratchData.hostAddress = bytes + first - shared_bytes;
+}
+/* The last bytes of mapped memory. Tools that trace writes protect its pages. */
+static void *bytes_of_protected_mapping(struct scene *scene, size_t size)
+{
+    const size_t page = (size_t)sysconf(_SC_PAGESIZE);
+    const VkDeviceMemory memory = place_buffer(scene).memory;
+    char *pages;
+    scene->vk->UnmapMemory(scene->fixture->device, memory);
+    MUST_SUCCEED(scene->vk->MapMemory(scene->fixture->device, memory, 0, page, 0, (void **)&pages));
+    if (mprotect(pages, 2 * page, PROT_NONE) != 0)
+        scene_skip(scene, "the pages cannot be protected");
+    return pages + page - size;
 }
 #include "host_memory.inc"

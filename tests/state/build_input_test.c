@@ -233,6 +233,22 @@ TEST(micromaps_are_looked_up)
     assert_int_equal(found_count, 0);
 }
 
+TEST(the_copy_of_pointers_is_an_array)
+{
+    const STRUCT(VkAccelerationStructureGeometryKHR, geometry,
+                 .geometryType = VK_GEOMETRY_TYPE_AABBS_KHR);
+    const VkAccelerationStructureGeometryKHR *pointer = &geometry;
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info, .geometryCount = 1,
+                 .ppGeometries = &pointer);
+    struct readable_cache cache = {0};
+    struct build_parameters copy;
+    assert_int_equal(build_parameters_copy(&cache, &info, NULL, &copy), VK_SUCCESS);
+    assert_null(copy.info.ppGeometries);
+    assert_ptr_equal(copy.info.pGeometries, copy.geometries);
+    assert_int_equal(copy.geometries[0].geometryType, VK_GEOMETRY_TYPE_AABBS_KHR);
+    build_parameters_release(&copy);
+}
+
 /* Geometry of another kind is nothing that a build of VK_NV_ray_tracing takes. */
 TEST(other_geometry_of_nv_has_no_primitives)
 {

@@ -3,6 +3,7 @@
 #include "src/base/chain.h"
 #include "src/check/assemble/chains.h"
 #include "src/check/assemble/extended.h"
+#include "src/check/assemble/host_memory.h"
 #include "src/check/assemble/views.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
@@ -24,7 +25,7 @@ static bool is_unreadable(struct check_context *context, const struct geometry_v
 {
     uint32_t count;
     return address && view_primitive_count(geometry->build, geometry->index, &count) && count &&
-           !readable(context->readable, address, 1);
+           !host_memory_is_there(context, address, 1);
 }
 
 static bool has_indices(const struct sphere_data *data)

@@ -2,6 +2,7 @@
 /* Makes the views of host builds: which of their host memory is readable. */
 #include "src/view/host_view.h"
 
+#include "src/check/assemble/host_memory.h"
 #include "src/check/call/host_checks.h"
 #include "src/check/walk/rows.h"
 #include "src/view/formats.h"
@@ -22,7 +23,7 @@ static struct host_bytes find_bytes(struct check_context *context, const void *a
     wraps |= __builtin_mul_overflow(count - 1, stride, &bytes.size);
     wraps |= __builtin_add_overflow(bytes.size, size, &bytes.size);
     bytes.unreadable =
-        wraps || !readable(context->readable, (const void *)(uintptr_t)bytes.begin, bytes.size);
+        wraps || !host_memory_is_there(context, (const void *)(uintptr_t)bytes.begin, bytes.size);
     return bytes;
 }
 
@@ -116,7 +117,7 @@ static WALK_ALL(host_build)
     if (build->sizes.known)
         view.scratch.size = build_scratch_size(build);
     view.scratch.unreadable =
-        !readable(walk->context->readable, view.scratch.address, view.scratch.size);
+        !host_memory_is_there(walk->context, view.scratch.address, view.scratch.size);
     const struct location location = {
         .command = COMMAND_HOST, .subject = SUBJECT_BUILD, .build = build->index};
     walk_host_build(walk, &view, &location);

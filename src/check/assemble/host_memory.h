@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Whether host memory that a build accesses is there. */
+#ifndef ASSAY_CHECK_ASSEMBLE_HOST_MEMORY_H
+#define ASSAY_CHECK_ASSEMBLE_HOST_MEMORY_H
+
+#include "src/check/walk/context.h"
+
+/* Returns whether `size` bytes are readable or lie in mapped device memory. Tools that trace writes
+ * (gfxreconstruct) protect the pages of a mapping, and handle the faults: such pages are valid,
+ * though they are not readable now. */
+bool host_memory_is_there(struct check_context *context, const void *address, uint64_t size);
+
+#endif
