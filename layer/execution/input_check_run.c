@@ -308,12 +308,14 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
         replay_judge_inputs(&reading->replay, note);
 }
 
-/* Whether the build is to be validated now. The device executes the calls of a command buffer in
- * order, so one number says which builds were validated before completion. */
+/* Whether this thread is to validate the build now. The device executes the calls of a command
+ * buffer in order, so one number says which builds were validated before completion. After the
+ * device was lost, several threads may read the same execution: one of them validates a build. */
 static bool is_readable(struct read_buffer *buffer, uint32_t position)
 {
     struct execution *execution = buffer->execution;
-    if (position < execution->judged_end)
+    unsigned judged_end = atomic_load(&execution->judged_end);
+    if (position < judged_end)
         return false;
     if (!buffer->reading->when)
         return true;
@@ -322,8 +324,7 @@ static bool is_readable(struct read_buffer *buffer, uint32_t position)
         buffer->reading->lacks_marks = true;
         return false;
     }
-    execution->judged_end = position + 1;
-    return true;
+    return atomic_compare_exchange_strong(&execution->judged_end, &judged_end, position + 1);
 }
 
 static void read_item(struct read_buffer *buffer, const struct recorded_item *item)

@@ -176,7 +176,7 @@ struct execution {
     struct ticket *ticket;
     uint64_t destroy_count;     /* resources_destroy_count() at the submission */
     uint64_t submissions;       /* destroyed_objects_submissions() at the submission */
-    uint32_t judged_end;        /* builds before this position were validated before completion */
+    atomic_uint judged_end;     /* builds before this position were validated before completion */
     atomic_bool is_overwritten; /* by another execution of the same submission */
     atomic_bool is_reached;     /* all work on which it depends has been submitted */
     /* Guards the members below. Held for reading while BVHs are built from the snapshots, which may

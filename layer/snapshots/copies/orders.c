@@ -65,6 +65,8 @@ static bool reserve(struct recorder *recorder, uint32_t count, uint64_t size,
     if (has_orders && size && !recorder_reserve(recorder, size, snapshot))
         return false;
     struct copy_block *block = last_block(recorder);
+    if (!size) /* it needs no bytes of its own; the first chunk may have been given back */
+        snapshot->chunk = block->orders.chunk;
     snapshot->orders = (struct copy_orders){
         block->orders.chunk, count, block->orders.offset + (uint64_t)block->used * ORDER_SIZE};
     block->used += count;
