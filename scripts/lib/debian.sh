@@ -5,10 +5,11 @@
 
 # debian_fresh RELEASE NAME: prints a folder with a bare installation.
 debian_fresh() {
-    local base=$work/base-$1 tree=$work/$2
+    local base=$work/base-$1 tree=$work/$2 rules=/usr/share/debootstrap/scripts/$1
+    [ -e "$rules" ] || rules=${rules%/*}/sid # a release that is newer than this debootstrap
     if [ ! -e "$base.done" ]; then
         rm -rf "$base"
-        debootstrap --variant=minbase "$1" "$base" http://deb.debian.org/debian >"$base.log" 2>&1 ||
+        debootstrap --variant=minbase "$1" "$base" http://deb.debian.org/debian "$rules" >"$base.log" 2>&1 ||
             die "debootstrap failed: $base.log"
         cp /etc/resolv.conf "$base/etc/resolv.conf"
         # A mirror may be weeks behind; testing's lists last one.
