@@ -100,9 +100,9 @@ const struct shape *machine_shape(const struct machine *machine, const struct st
 /* machine_host.c */
 void machine_host(struct machine *machine, const struct step *step);
 void machine_create_operation(struct machine *machine, uint32_t operation);
+void machine_query(struct machine *machine, const struct step *step);
 
 /* machine_submit.c */
 void machine_submit(struct machine *machine, const struct step *step);
-void machine_query(struct machine *machine, const struct step *step);
 
 #endif
