@@ -78,7 +78,6 @@ bool recording_add(struct recording *recording, const struct recorded_item *item
         return false;
     }
     *own = *item;
-    own->next = NULL;
     pthread_mutex_lock(&recording->lock);
     *(recording->last ? &recording->last->next : &recording->first) = own;
     recording->last = own;

@@ -197,8 +197,8 @@ struct recording *recording_create(const struct recording_memory *memory);
 struct recording *recording_share(struct recording *recording);
 void recording_release(struct recording *recording);
 
-/* Adds an item. Takes ownership of what the item points to, also if it fails. Returns false without
- * memory. */
+/* Adds an item, whose `next` is NULL. Takes ownership of what the item points to, also if it fails.
+ * Returns false without memory. */
 bool recording_add(struct recording *recording, const struct recorded_item *item);
 /* Notes that the snapshots lack inputs of a build. */
 void recording_leave_out(struct recording *recording, uint32_t position, enum left_out reason);

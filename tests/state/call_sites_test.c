@@ -234,6 +234,11 @@ TEST(modules_have_paths_and_kinds)
     assert_true(place.is_vulkan);
     dlclose(library);
     assert_false(module_find(address, &place));
+    assert_int_equal(chdir("/"), 0);
+    library = open_library(LAYER_LIKE + 1, "vkNegotiateLoaderLayerInterfaceVersion", &address);
+    assert_true(module_find(address, &place));
+    assert_string_equal(place.path, LAYER_LIKE);
+    dlclose(library);
 }
 
 /* ---- the table */
