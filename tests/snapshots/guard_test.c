@@ -99,15 +99,26 @@ TEST_IF(test_off, platform.is_null)
 
 /* ---- builds in execution order */
 
-GUARD_TEST(test_built_before_in_the_command_buffer)
+static void build_and_refer_to(VkAccelerationStructureTypeKHR type)
 {
-    VkAccelerationStructureKHR structure = guard_make(&guard_scene.spare);
+    VkAccelerationStructureKHR structure =
+        fixture_structure(&fixture, &guard_scene.spare, 0, STRUCTURE_SIZE, type);
     const uint64_t reference = guard_refer_to(structure);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     guard_build_boxes(commands, structure);
     guard_build(commands, 1);
     guard_finish(commands, reference);
     fixture_expect_silence(&fixture);
+}
+
+GUARD_TEST(test_built_before_in_the_command_buffer)
+{
+    build_and_refer_to(VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+}
+
+GUARD_TEST(test_generic_structure)
+{
+    build_and_refer_to(VK_ACCELERATION_STRUCTURE_TYPE_GENERIC_KHR);
 }
 
 GUARD_TEST(test_built_later_in_the_command_buffer)
