@@ -32,7 +32,7 @@ PROGRAM_TEST(too_many_queues_lose_the_order)
     for (uint32_t queue = 1; queue < EXECUTION_QUEUES; queue++)
         SUBMIT(p, .queue = queue, .name = queue, .wait = {{queue == 1 ? S : 0, 1}});
     assert_int_equal(p->losses, 0);
-    play(p, "bind 41;"); /* its bindings have no number left, and are in no order */
+    play(p, "bind 41;"); /* no number is left for its bindings: their order is unknown */
     assert_int_equal(p->losses, 0);
     assert_int_equal(p->run_count, EXECUTION_QUEUES);
     SUBMIT(p, .queue = EXECUTION_QUEUES, .name = 99);

@@ -91,7 +91,8 @@ static void put_scratch_in_own_memory(struct scene *scene, uint32_t shared_bytes
     scene->infos[INDEXED].scratchData.hostAddress = bytes;
     scene->infos[AABBS].scratchData.hostAddress = bytes + first - shared_bytes;
 }
-/* The last bytes of mapped memory. Tools that trace writes protect its pages. */
+/* Returns the last `size` bytes of a mapping whose pages are protected, as tools that trace writes
+ * protect them. */
 static void *bytes_of_protected_mapping(struct scene *scene, size_t size)
 {
     const size_t page = (size_t)sysconf(_SC_PAGESIZE);

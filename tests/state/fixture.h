@@ -88,7 +88,7 @@ struct resources *a_structure_in_pages(void);
 
 /* Whether structure 1 lies in memory for work that follows the clock. */
 enum tristate backed_for(struct resources *resources, const struct execution_clock *clock);
-/* The same for work that follows everything. */
+/* Whether structure 1 lies in memory for work that follows all earlier work. */
 enum tristate backed(struct resources *resources);
 
 #endif

@@ -91,7 +91,7 @@ def compare_expected(arguments):
     print(f"Null driver, {STRUCTURES} structures: instructions a build, probes of memory a round\n")
     print(f"{'buffers':10}{'order':10}{'a call':>6}{'without':>9}{'with':>9}"
           f"{'overhead':>10}{'expected':>10}{'probes':>8}{'expected':>10}")
-    without_layer = {}  # by the size of the call: the driver looks at nothing else
+    without_layer = {}  # by the size of the call, the only thing that matters to the null driver
     for case in CASES:
         if case.call not in without_layer:
             without_layer[case.call] = count(arguments, case, "off", TIMES, "--alive", STRUCTURES)
