@@ -6,13 +6,6 @@
 
 #include "layer/snapshots/recorder.h"
 
-/* The words of a device; usable from any thread. */
-struct marks;
-
-VkResult marks_create(const struct layer_device *device, struct marks **marks);
-void marks_destroy(struct marks *marks); /* accepts NULL */
-void marks_give_back(struct marks *marks, const struct build_mark *mark);
-
 /* Called behind the copies of a call, whose barrier makes them visible to the host: records the
  * first fill. Without memory the call has no mark. */
 void recorder_mark_reached(const struct recorder *recorder);

@@ -8,12 +8,11 @@
 #include "layer/assay.h"
 #include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/dispatches.h"
-#include "layer/snapshots/copies/gates.h"
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/guard/references.h"
-#include "layer/snapshots/marks.h"
 #include "layer/snapshots/tickets.h"
+#include "layer/snapshots/words.h"
 #include "src/base/chain.h"
 
 /* The loader's function for dispatchable objects that a layer creates for itself. */
@@ -94,8 +93,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
                                      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
     if (staging_create(device, budget, usage, true, &snapshots->staging) != VK_SUCCESS ||
         guard_create(device, budget, &snapshots->guard) != VK_SUCCESS ||
-        gates_create(device, &snapshots->gates) != VK_SUCCESS ||
-        marks_create(device, &snapshots->marks) != VK_SUCCESS ||
+        word_pool_create(device, &snapshots->words) != VK_SUCCESS ||
         own_shaders_create(device, &snapshots->shaders) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     cover(device);
@@ -116,8 +114,7 @@ void snapshots_destroy(struct snapshots *snapshots)
     warn_missed(snapshots->device, &missed);
     tickets_destroy(snapshots);
     staging_destroy(snapshots->staging);
-    gates_destroy(snapshots->gates);
-    marks_destroy(snapshots->marks);
+    word_pool_destroy(snapshots->words);
     own_shaders_destroy(snapshots->shaders);
     guard_destroy(snapshots->guard);
     handle_table_release(&snapshots->queue_families);

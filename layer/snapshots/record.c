@@ -4,11 +4,11 @@
 
 #include "layer/snapshots/consumers.h"
 #include "layer/snapshots/copies/dispatches.h"
-#include "layer/snapshots/copies/gates.h"
 #include "layer/snapshots/copies/orders.h"
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/guard/copies.h"
 #include "layer/snapshots/marks.h"
+#include "layer/snapshots/words.h"
 
 enum { SNAPSHOT_ALIGNMENT = 64 };
 
@@ -18,29 +18,22 @@ static void free_chunk(void *user, struct snapshot_chunk *chunk)
     staging_give_back(snapshots->staging, (struct staging_chunk *)chunk);
 }
 
-static void free_gate(void *user, const struct recording_gate *gate)
-{
-    const struct snapshots *snapshots = user;
-    gates_give_back(snapshots->gates, gate);
-}
-
 static void free_guarded(void *user, struct snapshot_chunk *guarded)
 {
     const struct snapshots *snapshots = user;
     guard_free_copies(snapshots->guard, guarded);
 }
 
-static void free_mark(void *user, const struct build_mark *mark)
+static void free_words(void *user, const struct mapped_words *words)
 {
     const struct snapshots *snapshots = user;
-    marks_give_back(snapshots->marks, mark);
+    words_give_back(snapshots->words, words);
 }
 
 static struct recording *create_recording(struct snapshots *snapshots,
                                           const struct command_buffer *command_buffer)
 {
-    const struct recording_memory memory = {free_chunk, free_gate, free_guarded, free_mark,
-                                            snapshots};
+    const struct recording_memory memory = {free_chunk, free_guarded, free_words, snapshots};
     struct recording *recording = recording_create(&memory);
     if (!recording)
         return NULL;

@@ -14,12 +14,11 @@
 #include "src/state/order/order.h"
 
 struct fence_ticket;
-struct gates;
 struct guard;
-struct marks;
 struct own_shaders;
 struct snapshots_consumer;
 struct staging;
+struct word_pool;
 
 /* layer_device.snapshots. NULL if nothing uses snapshots: on backend driver below level content,
  * and for a device that enables no builds. */
@@ -37,9 +36,8 @@ struct snapshots {
 #undef MEMBER
     PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
     struct staging *staging;
-    struct gates *gates;
-    struct guard *guard; /* NULL unless guard = references */
-    struct marks *marks;
+    struct guard *guard;     /* NULL unless guard = references */
+    struct word_pool *words; /* gates and marks of recordings */
     struct own_shaders *shaders;
     bool has_addresses;           /* bufferDeviceAddress is enabled */
     pthread_mutex_t buffers_lock; /* guards the next member */

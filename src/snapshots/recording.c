@@ -57,12 +57,12 @@ void recording_release(struct recording *recording)
         free(item);
     }
     free_chunks(recording, recording->chunk_count);
-    if (recording->gate.is_open)
-        recording->memory.free_gate(recording->memory.user, &recording->gate);
+    if (recording->gate.words)
+        recording->memory.free_words(recording->memory.user, &recording->gate);
     if (recording->guarded)
         recording->memory.free_guarded(recording->memory.user, recording->guarded);
     for (uint32_t i = 0; i < recording->marks.count; i++)
-        recording->memory.free_mark(recording->memory.user, &recording->marks.items[i]);
+        recording->memory.free_words(recording->memory.user, &recording->marks.items[i].words);
     free(recording->marks.items);
     free(recording->chunks);
     free(recording->copy_blocks);
@@ -155,8 +155,8 @@ bool recording_open_gate(struct recording *recording)
 {
     pthread_mutex_lock(&recording->lock);
     bool opens = !recording->is_spent;
-    if (opens && recording->gate.is_open)
-        atomic_store(recording->gate.is_open, 1);
+    if (opens && recording->gate.words)
+        atomic_store(recording->gate.words, 1);
     pthread_mutex_unlock(&recording->lock);
     return opens;
 }
@@ -283,8 +283,8 @@ static void spend_chunks(const struct execution *execution)
     recording->keeps_chunks |= !is_complete;
     bool spends = !recording->execution_count && !recording->keeps_chunks;
     recording->is_spent |= spends;
-    if (spends && recording->gate.is_open)
-        atomic_store(recording->gate.is_open, 0);
+    if (spends && recording->gate.words)
+        atomic_store(recording->gate.words, 0);
     pthread_mutex_unlock(&recording->lock);
     if (spends)
         free_chunks(recording, execution->chunk_count);

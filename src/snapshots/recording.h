@@ -94,22 +94,22 @@ struct copy_block {
     uint32_t used;
 };
 
-/* A word that the device reads before it executes what the layer recorded. While it is 0, the
- * recording's chunks are neither read nor written. is_open is NULL until a gate is needed. */
-struct recording_gate {
-    _Atomic uint32_t *is_open;
-    uint64_t address; /* for the device */
+/* Two words in memory that is mapped and coherent. The host can read them even after the device was
+ * lost. `words` is NULL until they are needed. */
+enum { MAPPED_WORDS = 2 };
+struct mapped_words {
+    _Atomic uint32_t *words;
+    VkBuffer buffer;
+    uint64_t offset;  /* in the buffer */
+    uint64_t address; /* for the device; 0 without bufferDeviceAddress */
 };
 
-/* Two words that the device writes around the builds of one call, and that the host can read even
- * after the device was lost. */
+/* The words that the device writes around the builds of one call: 0, then 1. */
 struct build_mark {
-    _Atomic uint32_t *words; /* MARK_REACHED and MARK_FINISHED: 0 or 1 */
-    VkBuffer buffer;
-    uint64_t offset;
+    struct mapped_words words;
     uint32_t first, last; /* positions of the call's builds */
 };
-enum { MARK_REACHED, MARK_FINISHED, MARK_WORDS };
+enum { MARK_REACHED, MARK_FINISHED };
 
 /* The marks of a recording, in the order of the calls. */
 struct build_marks {
@@ -123,9 +123,8 @@ struct build_marks {
 /* Frees a recording's memory. */
 struct recording_memory {
     void (*free_chunk)(void *user, struct snapshot_chunk *chunk);
-    void (*free_gate)(void *user, const struct recording_gate *gate);
     void (*free_guarded)(void *user, struct snapshot_chunk *guarded);
-    void (*free_mark)(void *user, const struct build_mark *mark);
+    void (*free_words)(void *user, const struct mapped_words *words);
     void *user;
 };
 
@@ -139,7 +138,9 @@ struct recording {
     uint32_t copy_block_count, copy_block_capacity;
     bool executes_once; /* ONE_TIME_SUBMIT: the chunks are free after the execution */
     struct recording_memory memory;
-    struct recording_gate gate; /* closed when chunks are given back */
+    /* The device reads the first word before it executes what the layer recorded. While that word
+     * is 0, the gate is closed: the chunks are neither read nor written. */
+    struct mapped_words gate; /* closed when chunks are given back */
     /* Memory of the device that guarded builds read, as a list that the allocator links. It stays
      * until the recording is released, because its builds read it whenever they execute. */
     struct snapshot_chunk *guarded;

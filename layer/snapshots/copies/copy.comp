@@ -36,7 +36,7 @@ layout(push_constant) uniform Constants
 
 void main()
 {
-    if (Gate(gate).is_open == 0) // layer/snapshots/copies/gates.h
+    if (Gate(gate).is_open == 0) // src/snapshots/recording.h
         return;
     CopyOrder order = CopyOrders(orders).at[gl_WorkGroupID.x];
     uint size = order.left.y != 0 || order.left.x > order.size ? order.size : order.left.x;

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "layer/snapshots/copies/compute_state.h"
-#include "layer/snapshots/copies/gates.h"
+#include "layer/snapshots/words.h"
 
 static const uint32_t copy_code[] = {
 #include "copy_comp.h"
@@ -90,9 +90,8 @@ static bool make_pipeline(struct snapshots *snapshots, enum own_shader shader)
 bool dispatches_prepare(const struct recorder *recorder, enum own_shader shader)
 {
     struct snapshots *snapshots = recorder->device->snapshots;
-    struct recording_gate *gate = &recorder->recording->gate;
-    return (gate->is_open || gates_take(snapshots->gates, gate)) &&
-           make_pipeline(snapshots, shader);
+    struct mapped_words *gate = &recorder->recording->gate;
+    return (gate->words || words_take(snapshots->words, gate)) && make_pipeline(snapshots, shader);
 }
 
 /* ---- conditional rendering: it applies to dispatches, but not to builds and copies */

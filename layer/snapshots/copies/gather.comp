@@ -75,7 +75,7 @@ uint words_of(uint type)
 void main()
 {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= count || Gate(gate).is_open == 0) // layer/snapshots/copies/gates.h
+    if (i >= count || Gate(gate).is_open == 0) // src/snapshots/recording.h
         return;
     uvec2 address = Addresses(addresses).at[i];
     uint there = words;

@@ -270,7 +270,7 @@ void copy_next(uint index, uvec2 source, uint readable)
 void main()
 {
     uint first = gl_GlobalInvocationID.x, step = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
-    bool is_open = Gate(gate).is_open != 0; // layer/snapshots/copies/gates.h
+    bool is_open = Gate(gate).is_open != 0; // src/snapshots/recording.h
     bool is_indirect = range != uvec2(0);
     uint used = is_open || !is_indirect ? count : 0, readable = 0;
     uvec2 source = uvec2(0);
