@@ -150,11 +150,13 @@ static void keep_bottom(struct comparer *comparer, const struct retained_build *
     struct retained_build own = *build;
     struct retained_input *source =
         is_update && entry ? retained_find_structure(comparer, entry->src_id) : NULL;
-    own.input = retained_input_create(comparer, input);
+    /* Shared first, because retained_input_create() may release the source's structure. */
     own.source = source ? retained_share(source) : NULL;
+    own.input = retained_input_create(comparer, input);
     if (entry)
         retained_set_structure(comparer, entry->dst_id, entry->dst, own.input);
-    if (own.input && (!is_update || (source && has_same_shape(source->copy, own.input->copy)))) {
+    if (own.input &&
+        (!is_update || (own.source && has_same_shape(own.source->copy, own.input->copy)))) {
         retained_add_build(comparer, &own);
         return;
     }

@@ -23,22 +23,25 @@ void retained_release(struct comparer *comparer, struct retained_input *input)
 
 /* ---- structures */
 
+static void free_structure(void *record, void *context)
+{
+    struct retained_structure *structure = record;
+    retained_release(context, structure->input);
+    free(structure);
+}
+
 void retained_set_structure(struct comparer *comparer, uint64_t id, uint64_t handle,
                             struct retained_input *input)
 {
-    struct retained_structure *structure = handle_table_remove(&comparer->structures, id);
+    struct retained_structure *old = handle_table_remove(&comparer->structures, id);
+    struct retained_structure *structure = input && id ? calloc(1, sizeof(*structure)) : NULL;
     if (structure) {
-        retained_release(comparer, structure->input);
-        free(structure);
+        *structure = (struct retained_structure){id, handle, retained_share(input)};
+        if (!handle_table_set(&comparer->structures, id, structure))
+            free_structure(structure, comparer);
     }
-    structure = input && id ? calloc(1, sizeof(*structure)) : NULL;
-    if (!structure)
-        return;
-    *structure = (struct retained_structure){id, handle, input};
-    if (handle_table_set(&comparer->structures, id, structure))
-        retained_share(input);
-    else
-        free(structure);
+    if (old)
+        free_structure(old, comparer); /* last, because `old` may own the input */
 }
 
 enum { CHAIN_MAX = 16 /* maximum copies of copies */ };
@@ -107,11 +110,8 @@ static void settle_copies(struct comparer *comparer)
         for (uint32_t i = 0; i < found.count; i++) {
             const struct retained_copy *copy = &found.items[i];
             struct retained_input *input = retained_find_structure(comparer, copy->id);
-            if (input && is_alive(comparer, copy->id, copy->handle)) {
-                retained_share(input); /* the structure may already own this input */
+            if (input && is_alive(comparer, copy->id, copy->handle))
                 retained_set_structure(comparer, copy->id, copy->handle, input);
-                retained_release(comparer, input);
-            }
         }
         pthread_mutex_lock(&comparer->copies_lock);
         for (uint32_t i = 0; i < found.count; i++)
@@ -130,13 +130,6 @@ static void release_destroyed(struct comparer *comparer)
         for (uint32_t i = 0; i < found.count; i++)
             retained_set_structure(comparer, found.items[i].id, 0, NULL);
     } while (found.count == FOUND_MAX);
-}
-
-static void free_structure(void *record, void *context)
-{
-    struct retained_structure *structure = record;
-    retained_release(context, structure->input);
-    free(structure);
 }
 
 static void free_copy(void *record, void *context)

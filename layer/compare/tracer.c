@@ -24,7 +24,7 @@ struct work;
 struct tracer {
     struct compare_device device;
     struct trace_pipeline pipeline;
-    struct work *timed_out; /* work that the device may still use; guarded by the caller */
+    struct work *unfinished; /* work that the device may still use; guarded by the caller */
 };
 
 VkResult tracer_create(const struct compare_device *device, struct tracer **tracer)
@@ -47,9 +47,10 @@ struct work {
     struct work *next;
     const struct tracer *tracer;
     const struct compare_device *device;
-    const struct tracer_job *job;
+    const struct tracer_job *job; /* the caller's; NULL when tracer_run() has returned */
     /* One per input. The second input of an update has no structure of its own. */
     struct compare_structure *bottoms;
+    uint32_t bottom_count;
     struct compare_structure top;
     struct own_buffer rays, answers; /* for one batch */
     VkDescriptorPool descriptors;
@@ -69,7 +70,7 @@ static void free_work(struct work *work)
     if (work->descriptors)
         device->vk->DestroyDescriptorPool(device->handle, work->descriptors, NULL);
     compare_structure_free(device, &work->top);
-    for (uint32_t i = 0; work->bottoms && i < work->job->input_count; i++)
+    for (uint32_t i = 0; i < work->bottom_count; i++)
         compare_structure_free(device, &work->bottoms[i]);
     free(work->bottoms);
     compare_buffer_free(device, &work->rays);
@@ -148,6 +149,7 @@ static VkResult create_bottoms(struct work *work)
     work->bottoms = calloc(job->input_count + 1ull, sizeof(*work->bottoms));
     if (!work->bottoms)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
+    work->bottom_count = job->input_count;
     for (uint32_t i = 0; i < job->input_count && result == VK_SUCCESS; i++)
         result =
             compare_structure_create(work->device, &job->inputs[i],
@@ -237,6 +239,16 @@ static void record_rays(const struct work *work, uint32_t count)
                                          NULL);
 }
 
+/* Returns VK_TIMEOUT if the device may still execute the work. A lost device executes nothing; any
+ * other error of the wait leaves that open. */
+static VkResult wait_for(const struct work *work)
+{
+    const struct compare_device *device = work->device;
+    VkResult result =
+        device->vk->WaitForFences(device->handle, 1, &work->fence, VK_TRUE, WAIT_NANOSECONDS);
+    return result == VK_SUCCESS || result == VK_ERROR_DEVICE_LOST ? result : VK_TIMEOUT;
+}
+
 static VkResult submit(const struct work *work)
 {
     const struct compare_device *device = work->device;
@@ -249,8 +261,7 @@ static VkResult submit(const struct work *work)
     VkResult result = device->vk->QueueSubmit(work->job->queue, 1, &info, work->fence);
     pthread_mutex_unlock(device->queue_lock);
     if (result == VK_SUCCESS)
-        result =
-            device->vk->WaitForFences(device->handle, 1, &work->fence, VK_TRUE, WAIT_NANOSECONDS);
+        result = wait_for(work);
     if (result == VK_SUCCESS)
         result = device->vk->ResetFences(device->handle, 1, &work->fence);
     return result;
@@ -315,25 +326,41 @@ VkResult tracer_run(struct tracer *tracer, const struct tracer_job *job)
         result = trace_batch(work, first, left < BATCH ? left : BATCH);
     }
     if (result == VK_TIMEOUT) {
-        work->next = tracer->timed_out;
-        tracer->timed_out = work;
+        work->job = NULL;
+        work->next = tracer->unfinished;
+        tracer->unfinished = work;
     } else {
         free_work(work);
     }
     return result;
 }
 
+/* Leaves the Vulkan objects to the device, which may still use them. */
+static void leave_work(struct work *work)
+{
+    free(work->top.geometries);
+    for (uint32_t i = 0; i < work->bottom_count; i++)
+        free(work->bottoms[i].geometries);
+    free(work->bottoms);
+    free(work);
+}
+
 void tracer_destroy(struct tracer *tracer)
 {
+    bool is_in_use = false;
     if (!tracer)
         return;
-    const VkuDeviceDispatchTable *vk = tracer->device.vk;
-    while (tracer->timed_out) {
-        struct work *timed_out = tracer->timed_out;
-        tracer->timed_out = timed_out->next;
-        vk->WaitForFences(tracer->device.handle, 1, &timed_out->fence, VK_TRUE, WAIT_NANOSECONDS);
-        free_work(timed_out);
+    while (tracer->unfinished) {
+        struct work *work = tracer->unfinished;
+        tracer->unfinished = work->next;
+        if (wait_for(work) == VK_TIMEOUT) {
+            is_in_use = true;
+            leave_work(work);
+        } else {
+            free_work(work);
+        }
     }
-    trace_pipeline_destroy(&tracer->device, &tracer->pipeline);
+    if (!is_in_use)
+        trace_pipeline_destroy(&tracer->device, &tracer->pipeline);
     free(tracer);
 }

@@ -11,7 +11,8 @@
 struct tracer;
 /* Creates the tracer; sets `*tracer` to NULL if it fails. */
 VkResult tracer_create(const struct compare_device *device, struct tracer **tracer);
-/* The device must be idle. */
+/* Waits up to 10 seconds for each submission whose end tracer_run() has not observed. If the device
+ * may still use objects then, they stay until the device is destroyed. */
 void tracer_destroy(struct tracer *tracer); /* `tracer` may be NULL */
 
 /* A BLAS (`top` is NULL) is built from the first input and, if there is a second input, then
@@ -29,8 +30,8 @@ struct tracer_job {
     struct compare_answer *answers;
 };
 
-/* Submits to the queue and waits. Returns VK_TIMEOUT if one submission takes longer than 10
- * seconds. */
+/* Submits to the queue and waits. Returns VK_TIMEOUT if the end of a submission was not observed
+ * within 10 seconds. The tracer then keeps the objects that the submission uses. */
 VkResult tracer_run(struct tracer *tracer, const struct tracer_job *job);
 
 #endif

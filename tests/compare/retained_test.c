@@ -1,0 +1,172 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Inputs that the comparer retains, at the limit of their size and with memory that runs out: an
+ * input lives as long as a build refers to it. */
+#include "layer/compare/retained_inputs.h"
+
+#include <stdlib.h>
+
+#include "layer/compare/comparer.h"
+#include "tests/fixture/geometry.h"
+#include "tests/fixture/scarce_memory.h"
+#include "tests/state/unit_test.h"
+
+enum { SOURCE_ID = 101, UPDATED_ID, OTHER_ID };
+
+static struct layer_device device;
+static struct comparer comparer;
+static const VkAabbPositionsKHR box = {0, 0, 0, 1, 1, 1};
+static VkAccelerationStructureGeometryKHR geometry;
+static VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 1};
+static const struct build_parameters parameters = {
+    .info = {.type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, .geometryCount = 1},
+    .geometries = &geometry,
+    .ranges = &range,
+};
+
+static uint64_t find(void *context, uint64_t address, uint64_t size, const void **bytes)
+{
+    *bytes = (const void *)(uintptr_t)address;
+    return size;
+}
+
+static const struct input_memory memory = {.find = find};
+
+static void begin(void)
+{
+    comparer = (struct comparer){.device = &device, .last = &comparer.builds};
+    pthread_mutex_init(&comparer.copies_lock, NULL);
+    assert_int_equal(resources_create(&device.resources), VK_SUCCESS);
+    geometry = boxes_geometry((uintptr_t)&box, sizeof(box));
+}
+
+static void end(void)
+{
+    while (comparer.builds) {
+        struct retained_build *build = comparer.builds;
+        comparer.builds = build->next;
+        retained_free_build(&comparer, build);
+    }
+    retained_free_structures(&comparer);
+    assert_int_equal(comparer.retained_size, 0);
+    pthread_mutex_destroy(&comparer.copies_lock);
+    resources_destroy(device.resources);
+    device.resources = NULL;
+}
+
+/* A build of the box, or an update of the structure `source_id`. */
+static void keep(uint64_t id, uint64_t source_id)
+{
+    struct recorded_build build = {.parameters = parameters};
+    const struct recorded_item item = {.kind = source_id ? ITEM_UPDATE : ITEM_BUILD,
+                                       .build = &build};
+    const struct journal_entry entry = {
+        .dst = id, .dst_id = id, .src = source_id, .src_id = source_id};
+    comparer_keep(&comparer,
+                  &(struct executed_input){.entry = &entry, .item = &item, .memory = &memory});
+}
+
+/* The build that was retained first is compared, and no longer needed. */
+static void compare_first(void)
+{
+    struct retained_build *build = comparer.builds;
+    assert_non_null(build);
+    comparer.builds = build->next;
+    if (!comparer.builds)
+        comparer.last = &comparer.builds;
+    retained_free_build(&comparer, build);
+}
+
+static uint64_t references_of(uint64_t id)
+{
+    const struct retained_input *input = retained_find_structure(&comparer, id);
+    return input ? input->references : 0;
+}
+
+/* Leaves room for `count` more inputs. Returns what the end has to give back. */
+static uint64_t fill_up(uint64_t size, uint64_t count)
+{
+    const uint64_t filled = RETAINED_MAX - count * size - comparer.retained_size;
+    comparer.retained_size += filled;
+    return filled;
+}
+
+/* To make room for the input of the update, the inputs of destroyed structures are released. The
+ * structure that is updated is one of them. */
+TEST_BETWEEN(test_source_is_released_meanwhile, begin, end)
+{
+    keep(SOURCE_ID, 0);
+    compare_first();
+    assert_int_equal(references_of(SOURCE_ID), 1);
+    const uint64_t filled = fill_up(comparer.retained_size, 0);
+    keep(UPDATED_ID, SOURCE_ID);
+    comparer.retained_size -= filled;
+    assert_null(retained_find_structure(&comparer, SOURCE_ID));
+    assert_null(comparer.builds);
+    assert_int_equal(comparer.input_unknown, 1);
+}
+
+TEST_BETWEEN(test_source_is_released_and_there_is_room, begin, end)
+{
+    keep(SOURCE_ID, 0);
+    compare_first();
+    const uint64_t size = comparer.retained_size;
+    keep(OTHER_ID, 0);
+    compare_first();
+    const uint64_t filled = fill_up(size, 0);
+    keep(UPDATED_ID, SOURCE_ID);
+    comparer.retained_size -= filled;
+    assert_null(retained_find_structure(&comparer, SOURCE_ID));
+    assert_null(retained_find_structure(&comparer, OTHER_ID));
+    assert_int_equal(references_of(UPDATED_ID), 2);
+    assert_non_null(comparer.builds);
+    assert_int_equal(comparer.builds->source->references, 1);
+    assert_int_equal(comparer.retained_size, 2 * size);
+}
+
+/* The structure that is updated is a copy of a destroyed one. Both lose the input if memory runs
+ * out while the copies are settled. */
+static void update_copy(void)
+{
+    const VkAccelerationStructureKHR handle = (VkAccelerationStructureKHR)(uintptr_t)7;
+    const VkAccelerationStructureCreateInfoKHR info = {
+        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR, .size = 256};
+    const int before = memory_pause();
+    begin();
+    resources_add_accel(device.resources, handle, &info);
+    const uint64_t id = resources_find_id(device.resources, RESOURCE_ACCEL, 7);
+    keep(SOURCE_ID, 0);
+    compare_first();
+    const uint64_t size = comparer.retained_size;
+    keep(OTHER_ID, 0);
+    compare_first();
+    comparer_note_copy(
+        &comparer,
+        &(struct journal_entry){.dst = 7, .dst_id = id, .src = SOURCE_ID, .src_id = SOURCE_ID});
+    const uint64_t filled = fill_up(size, 0);
+    memory_resume(before);
+    keep(UPDATED_ID, id);
+    const int after = memory_pause();
+    comparer.retained_size -= filled;
+    end();
+    memory_resume(after);
+}
+
+TEST(test_settling_a_copy_without_memory)
+{
+    for (int count = 0; memory_is_scarce(count); count++)
+        update_copy();
+    memory_fail_no_more();
+}
+
+/* A structure that is set to the input it has already. */
+TEST_BETWEEN(test_same_input_again, begin, end)
+{
+    keep(SOURCE_ID, 0);
+    compare_first();
+    retained_set_structure(&comparer, SOURCE_ID, SOURCE_ID,
+                           retained_find_structure(&comparer, SOURCE_ID));
+    assert_int_equal(references_of(SOURCE_ID), 1);
+    WITHOUT_MEMORY(retained_set_structure(&comparer, SOURCE_ID, SOURCE_ID,
+                                          retained_find_structure(&comparer, SOURCE_ID)));
+    assert_int_equal(references_of(SOURCE_ID), 0);
+}
