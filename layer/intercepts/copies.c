@@ -87,13 +87,14 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToAccelerationStructureKHR(
 
 /* ---- on the host */
 
-static struct host_work begin_copy(struct layer_device *device, const struct journal_entry *entry)
+/* Returns whether to skip the call. */
+static bool begin_copy(struct layer_device *device, const struct journal_entry *entry,
+                       struct host_work *work)
 {
-    struct host_work work = host_work_begin(device);
-    if (work.journal && entry->dst_id)
-        journal_add(work.journal, entry);
-    host_work_prepare(&work, false);
-    return work;
+    *work = host_work_begin(device);
+    if (work->journal && entry->dst_id)
+        journal_add(work->journal, entry);
+    return host_work_prepare(work, false);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL
@@ -102,7 +103,9 @@ assay_CopyAccelerationStructureKHR(VkDevice device, VkDeferredOperationKHR defer
 {
     struct layer_device *state = layer_find_device(device);
     struct journal_entry entry = copy_entry(state, pInfo);
-    struct host_work work = begin_copy(state, &entry);
+    struct host_work work;
+    if (begin_copy(state, &entry, &work))
+        return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = state->vk.CopyAccelerationStructureKHR(device, deferredOperation, pInfo);
     return host_work_finish(&work, deferredOperation, result);
 }
@@ -113,7 +116,9 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CopyMemoryToAccelerationStructureKHR(
 {
     struct layer_device *state = layer_find_device(device);
     struct journal_entry entry = fill_entry(state, pInfo->dst);
-    struct host_work work = begin_copy(state, &entry);
+    struct host_work work;
+    if (begin_copy(state, &entry, &work))
+        return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result =
         state->vk.CopyMemoryToAccelerationStructureKHR(device, deferredOperation, pInfo);
     return host_work_finish(&work, deferredOperation, result);

@@ -59,7 +59,11 @@ bool host_work_prepare(struct host_work *work, bool skip)
     submission_add_work(work->submission, work->journal);
     if (skip)
         submission_set_skip(work->submission);
-    return submission_prepare(work->submission);
+    if (!submission_prepare(work->submission))
+        return false;
+    submission_finish(work->submission, VK_ERROR_VALIDATION_FAILED_EXT);
+    work->submission = NULL;
+    return true;
 }
 
 void host_work_end(void *submission, VkResult result)

@@ -129,7 +129,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildMicromapsEXT(VkDevice device,
     struct host_work work = host_work_begin(state);
     for (uint32_t i = 0; i < infoCount; i++)
         add_write(&work, build_entry(state, &pInfos[i]));
-    host_work_prepare(&work, false);
+    if (host_work_prepare(&work, false))
+        return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = state->vk.BuildMicromapsEXT(device, deferredOperation, infoCount, pInfos);
     return host_work_finish(&work, deferredOperation, result);
 }
@@ -141,7 +142,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CopyMicromapEXT(VkDevice device,
     struct layer_device *state = layer_find_device(device);
     struct host_work work = host_work_begin(state);
     add_write(&work, copy_entry(state, pInfo));
-    host_work_prepare(&work, false);
+    if (host_work_prepare(&work, false))
+        return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = state->vk.CopyMicromapEXT(device, deferredOperation, pInfo);
     return host_work_finish(&work, deferredOperation, result);
 }
@@ -153,7 +155,8 @@ assay_CopyMemoryToMicromapEXT(VkDevice device, VkDeferredOperationKHR deferredOp
     struct layer_device *state = layer_find_device(device);
     struct host_work work = host_work_begin(state);
     add_write(&work, read_entry(state, pInfo));
-    host_work_prepare(&work, false);
+    if (host_work_prepare(&work, false))
+        return VK_ERROR_VALIDATION_FAILED_EXT;
     VkResult result = state->vk.CopyMemoryToMicromapEXT(device, deferredOperation, pInfo);
     return host_work_finish(&work, deferredOperation, result);
 }

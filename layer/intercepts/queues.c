@@ -155,6 +155,7 @@ static bool prepare(const struct submit_call *call)
 {
     bool skip = submission_prepare(call->submission);
     if (skip) {
+        submission_finish(call->submission, VK_ERROR_VALIDATION_FAILED_EXT);
         events_forget(call->device->events);
         submitted_builds_remove(call->device->submitted_builds, call->queue, call->number);
         shared_labels_release(call->labels);

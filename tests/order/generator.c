@@ -216,8 +216,7 @@ void submit_some(struct test *test)
     test->program.skip_name = 0;
     bool fails = !skip && !below(test, 12);
     if (skip || fails) {
-        if (fails)
-            submission_finish(flying.submission, VK_ERROR_OUT_OF_HOST_MEMORY);
+        submission_finish(flying.submission, VK_ERROR_OUT_OF_HOST_MEMORY);
         memcpy(test->usage, before, sizeof(before));
         return;
     }

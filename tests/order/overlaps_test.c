@@ -154,9 +154,27 @@ PROGRAM_TEST(host_work_that_fails_drops_nothing)
     struct submission *work = submission_begin(p->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
     call_add_batch(work, &(struct call){.name = 91});
     assert_true(submission_prepare(work));
+    submission_finish(work, VK_ERROR_VALIDATION_FAILED_EXT);
     work = submission_begin(p->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
     call_add_batch(work, &(struct call){.name = 92});
     submission_set_skip(work);
     assert_true(submission_prepare(work));
+    submission_finish(work, VK_ERROR_VALIDATION_FAILED_EXT);
     play(p, "checks 4; drops 0; begun 1; ran 10;");
+}
+
+/* A caller that goes on with a skipped call still owns the submission: no other call gets it. */
+PROGRAM_TEST(a_skipped_submission_lives_until_it_is_finished)
+{
+    p->skip_name = 91;
+    struct submission *skipped = submission_begin(p->order, SUBMIT_HOST_WORK, VK_NULL_HANDLE);
+    call_add_batch(skipped, &(struct call){.name = 91});
+    assert_true(submission_prepare(skipped));
+    struct submission *other = submission_begin(p->order, SUBMIT_COMMANDS, QUEUE(1));
+    assert_ptr_not_equal(other, skipped);
+    call_add_batch(other, &(struct call){.name = 10});
+    assert_false(submission_prepare(other));
+    submission_finish(skipped, VK_SUCCESS);
+    submission_finish(other, VK_SUCCESS);
+    play(p, "ran 10; begun 0; failures 0;");
 }

@@ -121,10 +121,9 @@ void submit(struct program *program, const struct call *call)
 bool finish_batches(struct submission *submission, uint32_t fence, VkResult result)
 {
     submission_set_fence(submission, FENCE(fence));
-    if (submission_prepare(submission))
-        return false;
-    submission_finish(submission, result);
-    return true;
+    bool skip = submission_prepare(submission);
+    submission_finish(submission, skip ? VK_ERROR_VALIDATION_FAILED_EXT : result);
+    return !skip;
 }
 
 void create_binary(struct program *program, uint32_t semaphore)

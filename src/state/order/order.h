@@ -145,8 +145,8 @@ enum submission_kind {
     SUBMIT_HOST_SIGNAL, /* vkSignalSemaphore; no queue */
 };
 
-/* Returns NULL if the order is unknown or missing. The submission belongs to the order;
- * submission_finish, or submission_prepare that returns true, ends the caller's use of it. All
+/* Returns NULL if the order is unknown or missing. The submission belongs to the order. Only
+ * submission_finish ends the caller's use of it, and each caller calls it once. All
  * functions below accept NULL. submission_begin, submission_prepare and the functions that finish
  * take the order's lock; the others run on the submitting thread without it. */
 struct submission *submission_begin(struct execution_order *order, enum submission_kind kind,
@@ -179,7 +179,7 @@ void submission_set_origin(struct submission *submission, uint64_t number,
 void submission_set_fence(struct submission *submission, VkFence fence);
 
 /* Call before the call goes down, without a lock: calls `inspect` and `check`. Returns true if the
- * call is to be skipped; the submission has ended then. */
+ * call is to be skipped. The submission has failed then, whatever submission_finish gets. */
 bool submission_prepare(struct submission *submission);
 
 /* Call after the call, without a lock: runs the batches that are ready. An error in `result` means

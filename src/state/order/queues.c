@@ -203,13 +203,10 @@ bool submission_prepare(struct submission *submission)
         skip |= submission_inspect(submission);
         skip |= submission_check(submission);
     }
-    if (skip) {
-        if (is_prepared)
-            fail(submission);
-        submission_unreference(submission);
-    } else if (is_prepared && submission->kind == SUBMIT_HOST_WORK) {
+    if (is_prepared && skip)
+        fail(submission);
+    else if (is_prepared && submission->kind == SUBMIT_HOST_WORK)
         execution_order_append_run(order, &submission->batches[0]);
-    }
     execution_order_drain(order);
     pthread_mutex_unlock(&order->lock);
     return skip;
