@@ -31,6 +31,8 @@ struct cpu_overlay {
     struct cpu_playback *playback;
     VkuDeviceDispatchTable next;
     struct snapshots_consumer consumer; /* see cpu_overlay_consumer() */
+    struct transfer *unfinished; /* that the device may still execute; used by the thread that
+                                    delivers results */
     /* the backend's extensions that the application has enabled */
     bool acceleration_structure, ray_tracing_nv, deferred_host_operations, opacity_micromap_ext;
     bool structures; /* acceleration_structure or ray_tracing_nv */

@@ -16,8 +16,9 @@
 
 /* One copy to a buffer. */
 struct transfer {
+    struct transfer *next;
     struct layer_device *device;
-    const VkuDeviceDispatchTable *next;
+    const VkuDeviceDispatchTable *vk; /* the next layer's */
     VkCommandPool pool;
     VkCommandBuffer command_buffer;
     VkQueue queue;
@@ -25,13 +26,14 @@ struct transfer {
     struct staging_chunk *chunk;
 };
 
-static void free_transfer(const struct transfer *transfer)
+static void free_transfer(struct transfer *transfer)
 {
     VkDevice device = transfer->device->handle;
     if (transfer->chunk)
         staging_give_back(transfer->device->snapshots->staging, transfer->chunk);
-    transfer->next->DestroyFence(device, transfer->fence, NULL);
-    transfer->next->DestroyCommandPool(device, transfer->pool, NULL);
+    transfer->vk->DestroyFence(device, transfer->fence, NULL);
+    transfer->vk->DestroyCommandPool(device, transfer->pool, NULL);
+    free(transfer);
 }
 
 static bool create_transfer(struct transfer *transfer, uint64_t size)
@@ -48,8 +50,8 @@ static bool create_transfer(struct transfer *transfer, uint64_t size)
     };
     const VkFenceCreateInfo fence_info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
     if (staging_take(snapshots->staging, size, &transfer->chunk) != VK_SUCCESS ||
-        transfer->next->CreateFence(device, &fence_info, NULL, &transfer->fence) != VK_SUCCESS ||
-        transfer->next->CreateCommandPool(device, &pool_info, NULL, &transfer->pool) != VK_SUCCESS)
+        transfer->vk->CreateFence(device, &fence_info, NULL, &transfer->fence) != VK_SUCCESS ||
+        transfer->vk->CreateCommandPool(device, &pool_info, NULL, &transfer->pool) != VK_SUCCESS)
         return false;
     const VkCommandBufferAllocateInfo allocate_info = {
         .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
@@ -57,8 +59,8 @@ static bool create_transfer(struct transfer *transfer, uint64_t size)
         .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
         .commandBufferCount = 1,
     };
-    return transfer->next->AllocateCommandBuffers(device, &allocate_info,
-                                                  &transfer->command_buffer) == VK_SUCCESS &&
+    return transfer->vk->AllocateCommandBuffers(device, &allocate_info,
+                                                &transfer->command_buffer) == VK_SUCCESS &&
            (!snapshots->set_loader_data ||
             snapshots->set_loader_data(device, transfer->command_buffer) == VK_SUCCESS);
 }
@@ -75,19 +77,26 @@ static VkResult record(const struct transfer *transfer, VkBuffer buffer,
         .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
         .dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT,
     };
-    VkResult result = transfer->next->BeginCommandBuffer(transfer->command_buffer, &begin_info);
+    VkResult result = transfer->vk->BeginCommandBuffer(transfer->command_buffer, &begin_info);
     if (result != VK_SUCCESS)
         return result;
-    transfer->next->CmdCopyBuffer(transfer->command_buffer, transfer->chunk->buffer.handle, buffer,
-                                  region_count, regions);
-    transfer->next->CmdPipelineBarrier(transfer->command_buffer, VK_PIPELINE_STAGE_TRANSFER_BIT,
-                                       VK_PIPELINE_STAGE_ALL_COMMANDS_BIT |
-                                           VK_PIPELINE_STAGE_HOST_BIT,
-                                       0, 1, &barrier, 0, NULL, 0, NULL);
-    return transfer->next->EndCommandBuffer(transfer->command_buffer);
+    transfer->vk->CmdCopyBuffer(transfer->command_buffer, transfer->chunk->buffer.handle, buffer,
+                                region_count, regions);
+    transfer->vk->CmdPipelineBarrier(transfer->command_buffer, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                                     VK_PIPELINE_STAGE_ALL_COMMANDS_BIT |
+                                         VK_PIPELINE_STAGE_HOST_BIT,
+                                     0, 1, &barrier, 0, NULL, 0, NULL);
+    return transfer->vk->EndCommandBuffer(transfer->command_buffer);
 }
 
-static VkResult submit(const struct transfer *transfer)
+static bool wait_for(const struct transfer *transfer, uint64_t nanoseconds)
+{
+    return ticket_result_is_final(transfer->vk->WaitForFences(
+        transfer->device->handle, 1, &transfer->fence, VK_TRUE, nanoseconds));
+}
+
+/* Returns false if the device may still execute the copy. */
+static bool submit(const struct transfer *transfer)
 {
     struct snapshots *snapshots = transfer->device->snapshots;
     const VkSubmitInfo info = {
@@ -96,27 +105,49 @@ static VkResult submit(const struct transfer *transfer)
         .pCommandBuffers = &transfer->command_buffer,
     };
     snapshots_lock_queues(snapshots);
-    VkResult result = transfer->next->QueueSubmit(transfer->queue, 1, &info, transfer->fence);
+    VkResult result = transfer->vk->QueueSubmit(transfer->queue, 1, &info, transfer->fence);
     snapshots_unlock_queues(snapshots);
-    return result == VK_SUCCESS
-               ? transfer->next->WaitForFences(transfer->device->handle, 1, &transfer->fence,
-                                               VK_TRUE, UINT64_MAX)
-               : result;
+    return result != VK_SUCCESS || wait_for(transfer, UINT64_MAX);
 }
 
-/* If a copy fails, the buffer keeps its contents. */
+void cpu_overlay_end_transfers(struct cpu_overlay *overlay)
+{
+    uint64_t nanoseconds = TICKET_GRACE_NANOSECONDS;
+    for (struct transfer *transfer; (transfer = overlay->unfinished);) {
+        overlay->unfinished = transfer->next;
+        if (wait_for(transfer, nanoseconds)) {
+            free_transfer(transfer);
+            continue;
+        }
+        nanoseconds = 0;
+        staging_leave(transfer->device->snapshots->staging, transfer->chunk);
+        free(transfer);
+    }
+}
+
+/* If a copy fails, the buffer keeps its contents. Called by one thread at a time. */
 static void write_bytes(void *user, struct ticket *ticket, VkBuffer buffer, const void *bytes,
                         uint64_t size, const VkBufferCopy *regions, uint32_t region_count)
 {
     struct layer_device *device = user;
-    struct transfer transfer = {
-        .device = device, .next = &device->cpu->next, .queue = ticket_queue(ticket)};
-    if (create_transfer(&transfer, size)) {
-        memcpy(transfer.chunk->chunk.bytes, bytes, size);
-        if (record(&transfer, buffer, regions, region_count) == VK_SUCCESS)
-            submit(&transfer);
+    struct transfer *transfer = calloc(1, sizeof(*transfer));
+    bool is_complete = true;
+    if (!transfer)
+        return;
+    transfer->device = device;
+    transfer->vk = &device->cpu->next;
+    transfer->queue = ticket->queue;
+    if (create_transfer(transfer, size)) {
+        memcpy(transfer->chunk->chunk.bytes, bytes, size);
+        if (record(transfer, buffer, regions, region_count) == VK_SUCCESS)
+            is_complete = submit(transfer);
     }
-    free_transfer(&transfer);
+    if (is_complete) {
+        free_transfer(transfer);
+        return;
+    }
+    transfer->next = device->cpu->unfinished;
+    device->cpu->unfinished = transfer;
 }
 
 /* ---- the consumer */

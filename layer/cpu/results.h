@@ -9,6 +9,10 @@
 /* The consumer of device->cpu, for snapshots_add_consumer(). */
 struct snapshots_consumer *cpu_overlay_consumer(struct layer_device *device);
 
+/* Called before the device is destroyed: frees copies of results whose end was not observed. What
+ * the device may still use stays until it is destroyed. */
+void cpu_overlay_end_transfers(struct cpu_overlay *overlay);
+
 /* Warns once if something was built from the copies of a later execution, and once if something
  * could not be built because the driver has not executed the copies. */
 void cpu_overlay_warn_overwritten(const struct layer_device *device);

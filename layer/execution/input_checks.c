@@ -348,7 +348,7 @@ static bool wait_for_first(void *user)
     struct ticket *ticket =
         input_checks->waiting ? ticket_share(input_checks->waiting->ran.execution->ticket) : NULL;
     pthread_mutex_unlock(&input_checks->lock);
-    bool is_complete = ticket && ticket->wait(ticket, WAIT_NANOSECONDS) != VK_TIMEOUT;
+    bool is_complete = ticket && ticket_result_is_final(ticket->wait(ticket, WAIT_NANOSECONDS));
     if (is_complete)
         input_checks_deliver(input_checks);
     if (is_complete && is_first(input_checks, ticket))

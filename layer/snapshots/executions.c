@@ -80,8 +80,7 @@ static void run_command(struct snapshots *snapshots, const struct batch_run *bat
     if (!execution)
         return;
     execution_mark_reached(execution);
-    if (atomic_load(&execution->recording->is_invalidated))
-        execution_drop_snapshots(execution);
+    execution_drop_invalidated(execution);
     run_consumers(snapshots,
                   &(struct submitted_execution){execution, batch->timestamp, batch, command});
 }

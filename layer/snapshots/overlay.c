@@ -74,6 +74,7 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     pthread_mutex_init(&snapshots->queue_lock, NULL);
     pthread_mutex_init(&snapshots->families_lock, NULL);
+    pthread_mutex_init(&snapshots->executions_lock, NULL);
     pthread_mutex_init(&snapshots->tickets_lock, NULL);
     pthread_mutex_init(&snapshots->submitted_lock, NULL);
     pthread_mutex_init(&snapshots->buffers_lock, NULL);
@@ -124,6 +125,7 @@ void snapshots_destroy(struct snapshots *snapshots)
     pthread_mutex_destroy(&snapshots->pools_lock);
     pthread_mutex_destroy(&snapshots->queue_lock);
     pthread_mutex_destroy(&snapshots->families_lock);
+    pthread_mutex_destroy(&snapshots->executions_lock);
     pthread_mutex_destroy(&snapshots->tickets_lock);
     pthread_mutex_destroy(&snapshots->submitted_lock);
     free(snapshots);

@@ -57,10 +57,12 @@ struct snapshots {
     _Atomic uint64_t ticket_count;
     atomic_bool device_lost;            /* no fence will signal any more */
     struct handle_table queue_families; /* queue family indices by queue, plus 1 */
-    pthread_mutex_t tickets_lock;       /* guards the next two members */
-    struct fence_ticket *unfinished;    /* released, but the device still uses their fences */
-    struct fence_ticket *spare;         /* released, with fences to be used again */
-    pthread_mutex_t submitted_lock;     /* guards the next two members */
+    /* Held while copy orders are renewed for an execution, until that exists. */
+    pthread_mutex_t executions_lock;
+    pthread_mutex_t tickets_lock;    /* guards the next two members */
+    struct fence_ticket *unfinished; /* released, but the device still uses their fences */
+    struct fence_ticket *spare;      /* released, with fences to be used again */
+    pthread_mutex_t submitted_lock;  /* guards the next two members */
     /* Submitted, but not yet handed to the consumers. */
     struct execution *submitted, **submitted_last;
 };

@@ -24,7 +24,8 @@ struct submit {
     struct execution **executions;
     uint32_t count, capacity;
     struct missed_executions missed;
-    VkResult result; /* result so far */
+    uint32_t unfenced; /* executions whose end nothing shows */
+    VkResult result;   /* result so far */
 };
 
 /* The longest wait for an execution whose snapshots are about to be overwritten. Often the
@@ -41,20 +42,34 @@ static bool reserve(struct submit *submit)
     return grown != NULL;
 }
 
-/* The copy orders are renewed even if no execution can be created, because the device may only read
- * memory that exists now. */
+/* Other threads may submit the recording, or one of its secondaries, at the same time. The lock
+ * makes one of two executions exist before the orders are renewed for the other. The copy orders
+ * are renewed even if no execution can be created, because the device may only read memory that
+ * exists now. */
+static struct execution *create_execution(struct submit *submit, struct recording *recording)
+{
+    struct snapshots *snapshots = submit->snapshots;
+    pthread_mutex_lock(&snapshots->executions_lock);
+    submit->missed.unread += recording_detach(recording, submit->ticket, 0);
+    copy_orders_renew(snapshots->device, recording, submit->ticket);
+    struct execution *execution =
+        submit->ticket ? execution_create(recording, submit->ticket) : NULL;
+    if (execution && !snapshots->are_for_backend)
+        submit->missed.unread += execution_drop_contested(execution);
+    pthread_mutex_unlock(&snapshots->executions_lock);
+    return execution;
+}
+
 static bool add_execution(struct submit *submit, struct recording *recording)
 {
     if (!submit->ticket)
         submit->ticket = ticket_create(submit->snapshots, submit->queue);
-    uint32_t unread = recording_detach(recording, submit->ticket, DETACH_NANOSECONDS);
-    copy_orders_renew(submit->snapshots->device, recording, submit->ticket);
-    submit->missed.unread += unread;
-    if (!submit->ticket || !reserve(submit))
+    submit->missed.unread += recording_detach(recording, submit->ticket, DETACH_NANOSECONDS);
+    struct execution *execution = create_execution(submit, recording);
+    if (!execution || !reserve(submit)) {
+        execution_release(execution);
         return false;
-    struct execution *execution = execution_create(recording, submit->ticket);
-    if (!execution)
-        return false;
+    }
     submit->missed.repeated += execution_count_repeated(execution);
     execution->destroy_count = resources_destroy_count(submit->snapshots->device->resources);
     execution->submissions = destroyed_objects_submissions(submit->snapshots->device->destroyed);
@@ -73,7 +88,7 @@ static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
     if (submit->snapshots->are_for_backend) {
         submit->result = VK_ERROR_OUT_OF_HOST_MEMORY;
     } else {
-        atomic_store(&recording->is_invalidated, true);
+        recording_invalidate(recording);
         submit->missed.no_memory++;
     }
 }
@@ -114,13 +129,27 @@ static VkFence fence_below(const struct submit *submit, VkFence fence)
     return submit->count && submit->snapshots->are_for_backend ? VK_NULL_HANDLE : fence;
 }
 
+/* The device executes the batches, and nothing will show when it has ended. */
+static void forget_executions(struct submit *submit)
+{
+    for (uint32_t i = 0; i < submit->count; i++) {
+        recording_invalidate(submit->executions[i]->recording);
+        execution_release(submit->executions[i]);
+    }
+    submit->unfenced = submit->count;
+    submit->count = 0;
+}
+
 /* Submits the fences after the application's batches. If that fails, the end of the batches cannot
- * be observed, so backend cpu reports a lost device. */
-static VkResult submit_fences(const struct submit *submit, VkFence fence)
+ * be observed: backend cpu reports a lost device, and on backend driver nothing is validated. */
+static VkResult submit_fences(struct submit *submit, VkFence fence)
 {
     VkResult result = ticket_submit(submit->ticket);
-    if (!submit->snapshots->are_for_backend)
+    if (!submit->snapshots->are_for_backend) {
+        if (result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST)
+            forget_executions(submit);
         return VK_SUCCESS;
+    }
     if (result == VK_SUCCESS && fence)
         result = submit->snapshots->next.QueueSubmit(submit->queue, 0, NULL, fence);
     return result == VK_SUCCESS ? VK_SUCCESS : VK_ERROR_DEVICE_LOST;
@@ -135,6 +164,8 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
         return abandon(submit, result);
     if (result == VK_SUCCESS)
         result = submit_fences(submit, fence);
+    else if (result == VK_ERROR_DEVICE_LOST)
+        ticket_refuse(submit->ticket);
     if (result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST)
         return abandon(submit, result);
     for (uint32_t i = 0; i < submit->count; i++)
@@ -152,6 +183,7 @@ static VkResult finish_and_unlock(struct submit *submit, VkFence fence, VkResult
     struct snapshots *snapshots = submit->snapshots;
     result = finish(submit, fence, result);
     snapshots_unlock_queues(snapshots);
+    warn_missed(snapshots->device, &(struct missed_executions){.no_memory = submit->unfenced});
     warn_unordered(snapshots->device);
     return result;
 }

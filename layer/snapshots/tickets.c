@@ -1,17 +1,25 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Fences of the layer's own. A fence is kept until the device no longer uses it. */
+/* Fences of the layer's own. A fence is kept until the device certainly no longer uses it: until
+ * its status is VK_SUCCESS or VK_ERROR_DEVICE_LOST. Any other status leaves that open. */
 #include "layer/snapshots/tickets.h"
 
 #include <stdlib.h>
 
 #include "src/snapshots/ticket.h"
 
+enum fence_state {
+    FENCE_IS_UNUSED, /* it may still be submitted */
+    FENCE_IS_SUBMITTED,
+    FENCE_IS_REFUSED, /* it will never be submitted */
+};
+
+/* The thread that creates a ticket submits it, and sets its state once. Other threads may wait for
+ * it at any time, so the state is atomic. */
 struct fence_ticket {
     struct ticket ticket; /* first */
     struct snapshots *snapshots;
     VkFence fence;
-    VkQueue queue;
-    bool is_submitted;         /* the fence was submitted */
+    _Atomic enum fence_state state;
     struct fence_ticket *next; /* in the list of unfinished or of spare tickets */
 };
 
@@ -19,8 +27,9 @@ static VkResult wait_for_fence(struct ticket *ticket, uint64_t nanoseconds)
 {
     const struct fence_ticket *own = (const struct fence_ticket *)ticket;
     const struct snapshots *snapshots = own->snapshots;
-    if (!own->is_submitted)
-        return VK_ERROR_DEVICE_LOST; /* the fence will never signal */
+    enum fence_state state = atomic_load(&own->state);
+    if (state != FENCE_IS_SUBMITTED)
+        return state == FENCE_IS_REFUSED ? VK_ERROR_DEVICE_LOST : VK_TIMEOUT;
     bool is_lost = atomic_load(&snapshots->device_lost);
     VkResult result = snapshots->next.WaitForFences(snapshots->device->handle, 1, &own->fence,
                                                     VK_TRUE, is_lost ? 0 : nanoseconds);
@@ -34,11 +43,16 @@ static void destroy_ticket(struct fence_ticket *own)
     free(own);
 }
 
-/* VK_NOT_READY while the device uses the fence. */
+static bool is_submitted(const struct fence_ticket *own)
+{
+    return atomic_load(&own->state) == FENCE_IS_SUBMITTED;
+}
+
+/* Unless the result is final, the device may use the fence. */
 static VkResult status_of(const struct fence_ticket *own)
 {
     const struct snapshots *snapshots = own->snapshots;
-    return own->is_submitted ? snapshots->next.GetFenceStatus(snapshots->device->handle, own->fence)
+    return is_submitted(own) ? snapshots->next.GetFenceStatus(snapshots->device->handle, own->fence)
                              : VK_SUCCESS;
 }
 
@@ -46,10 +60,10 @@ static VkResult status_of(const struct fence_ticket *own)
 static bool reset(struct fence_ticket *own)
 {
     const struct snapshots *snapshots = own->snapshots;
-    if (own->is_submitted &&
+    if (is_submitted(own) &&
         snapshots->next.ResetFences(snapshots->device->handle, 1, &own->fence) != VK_SUCCESS)
         return false;
-    own->is_submitted = false;
+    atomic_store(&own->state, FENCE_IS_UNUSED);
     return true;
 }
 
@@ -67,7 +81,7 @@ static void free_ticket(struct ticket *ticket)
 {
     struct fence_ticket *own = (struct fence_ticket *)ticket;
     VkResult status = status_of(own);
-    if (status == VK_NOT_READY)
+    if (!ticket_result_is_final(status))
         add(own, &own->snapshots->unfinished);
     else if (status == VK_SUCCESS && reset(own))
         add(own, &own->snapshots->spare);
@@ -93,23 +107,25 @@ static void free_finished(struct snapshots *snapshots)
     }
 }
 
-static void destroy_all(struct fence_ticket *own)
+/* The layer's last fence may signal a moment after the application has observed the end of its own
+ * submissions. A fence that the device may still use then stays until the device is destroyed. */
+void tickets_destroy(struct snapshots *snapshots)
 {
-    for (struct fence_ticket *next; own; own = next) {
+    uint64_t nanoseconds = TICKET_GRACE_NANOSECONDS;
+    struct fence_ticket *own, *next;
+    for (own = take_all(snapshots, &snapshots->unfinished); own; own = next) {
+        next = own->next;
+        if (ticket_result_is_final(wait_for_fence(&own->ticket, nanoseconds))) {
+            destroy_ticket(own);
+        } else {
+            nanoseconds = 0;
+            free(own);
+        }
+    }
+    for (own = take_all(snapshots, &snapshots->spare); own; own = next) {
         next = own->next;
         destroy_ticket(own);
     }
-}
-
-void tickets_destroy(struct snapshots *snapshots)
-{
-    destroy_all(take_all(snapshots, &snapshots->unfinished));
-    destroy_all(take_all(snapshots, &snapshots->spare));
-}
-
-VkQueue ticket_queue(const struct ticket *ticket)
-{
-    return ((const struct fence_ticket *)ticket)->queue;
 }
 
 static struct fence_ticket *take_spare(struct snapshots *snapshots)
@@ -147,7 +163,7 @@ struct ticket *ticket_create(struct snapshots *snapshots, VkQueue queue)
     if (!own)
         return NULL;
     atomic_init(&own->ticket.references, 1);
-    own->queue = queue;
+    own->ticket.queue = queue;
     own->ticket.number = atomic_fetch_add(&snapshots->ticket_count, 1) + 1;
     return &own->ticket;
 }
@@ -155,7 +171,13 @@ struct ticket *ticket_create(struct snapshots *snapshots, VkQueue queue)
 VkResult ticket_submit(struct ticket *ticket)
 {
     struct fence_ticket *own = (struct fence_ticket *)ticket;
-    VkResult result = own->snapshots->next.QueueSubmit(own->queue, 0, NULL, own->fence);
-    own->is_submitted = result == VK_SUCCESS;
+    VkResult result = own->snapshots->next.QueueSubmit(ticket->queue, 0, NULL, own->fence);
+    atomic_store(&own->state, result == VK_SUCCESS ? FENCE_IS_SUBMITTED : FENCE_IS_REFUSED);
     return result;
+}
+
+void ticket_refuse(struct ticket *ticket)
+{
+    struct fence_ticket *own = (struct fence_ticket *)ticket;
+    atomic_store(&own->state, FENCE_IS_REFUSED);
 }

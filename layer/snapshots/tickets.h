@@ -8,13 +8,13 @@
 /* Returns a ticket that is not submitted yet. Returns NULL without host or device memory. */
 struct ticket *ticket_create(struct snapshots *snapshots, VkQueue queue);
 /* Submits the ticket's fence, which signals when all earlier submissions to its queue are complete.
- * Call with the queues locked. */
+ * Call with the queues locked. If it fails, waits for the ticket return VK_ERROR_DEVICE_LOST. */
 VkResult ticket_submit(struct ticket *ticket);
+/* Called instead of ticket_submit() if the device was lost before: has the same effect as a failed
+ * submission of the fence. */
+void ticket_refuse(struct ticket *ticket);
 
-/* The queue of the submission that a ticket is for. */
-VkQueue ticket_queue(const struct ticket *ticket);
-
-/* Destroys all tickets, before the device is destroyed. */
+/* Destroys all tickets, before the device is destroyed. All executions have been released. */
 void tickets_destroy(struct snapshots *snapshots);
 
 #endif

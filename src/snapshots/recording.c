@@ -200,8 +200,9 @@ static struct execution *start_execution(struct recording *recording, const stru
     pthread_mutex_lock(&recording->lock);
     struct execution *execution = allocate_execution(recording);
     if (execution) {
-        if (recording->latest && recording->latest->ticket == ticket)
-            atomic_store(&recording->latest->is_overwritten, true);
+        for (struct execution *other = recording->latest; other; other = other->previous)
+            if (other->ticket == ticket)
+                atomic_store(&other->is_overwritten, true);
         atomic_init(&execution->references, 1);
         recording->execution_count++;
     }
@@ -209,12 +210,23 @@ static struct execution *start_execution(struct recording *recording, const stru
     return execution;
 }
 
-/* Other threads find the latest execution, so it is complete by now. NULL: it is unknown. */
-static void set_latest(struct recording *recording, struct execution *execution)
+/* From now on other threads find the execution, which has all members by now. */
+static void publish(struct recording *recording, struct execution *execution)
 {
     pthread_mutex_lock(&recording->lock);
+    execution->previous = recording->latest;
     recording->latest = execution;
     pthread_mutex_unlock(&recording->lock);
+}
+
+/* Called with the lock held. The execution may not be published yet. */
+static void unpublish(struct recording *recording, const struct execution *execution)
+{
+    struct execution **link = &recording->latest;
+    while (*link && *link != execution)
+        link = &(*link)->previous;
+    if (*link)
+        *link = execution->previous;
 }
 
 static bool add_children(struct execution *execution)
@@ -239,10 +251,9 @@ struct execution *execution_create(struct recording *recording, struct ticket *t
     execution->recording = recording_share(recording);
     execution->ticket = ticket_share(ticket);
     if (add_children(execution)) {
-        set_latest(recording, execution);
+        publish(recording, execution);
         return execution;
     }
-    set_latest(recording, NULL);
     execution_release(execution);
     return NULL;
 }
@@ -266,8 +277,8 @@ static bool drop_reference(struct execution *execution)
     struct recording *recording = execution->recording;
     pthread_mutex_lock(&recording->lock);
     bool is_last = atomic_fetch_sub_explicit(&execution->references, 1, memory_order_acq_rel) == 1;
-    if (is_last && recording->latest == execution)
-        recording->latest = NULL;
+    if (is_last)
+        unpublish(recording, execution);
     pthread_mutex_unlock(&recording->lock);
     return is_last;
 }
@@ -329,6 +340,16 @@ void execution_drop_snapshots(struct execution *execution)
         execution_drop_snapshots(execution->children[i]);
 }
 
+void execution_drop_invalidated(struct execution *execution)
+{
+    if (atomic_load(&execution->recording->is_invalidated)) {
+        execution_drop_snapshots(execution);
+        return;
+    }
+    for (uint32_t i = 0; i < execution->child_count; i++)
+        execution_drop_invalidated(execution->children[i]);
+}
+
 void execution_mark_reached(struct execution *execution)
 {
     atomic_store(&execution->is_reached, true);
@@ -363,20 +384,32 @@ uint32_t execution_count_repeated(const struct execution *execution)
     return count;
 }
 
-struct execution *recording_share_latest(struct recording *recording)
+/* Returns the execution that was made last, or last before `after`, and whose ticket is not `next`,
+ * with a reference. Returns NULL if there is none. */
+static struct execution *share_other(struct recording *recording, const struct execution *after,
+                                     const struct ticket *next)
 {
     pthread_mutex_lock(&recording->lock);
-    struct execution *latest = recording->latest ? execution_share(recording->latest) : NULL;
+    struct execution *execution = after ? after->previous : recording->latest;
+    while (execution && execution->ticket == next)
+        execution = execution->previous;
+    if (execution)
+        execution_share(execution);
     pthread_mutex_unlock(&recording->lock);
-    return latest;
+    return execution;
+}
+
+struct execution *recording_share_latest(struct recording *recording)
+{
+    return share_other(recording, NULL, NULL);
 }
 
 uint32_t recording_detach(struct recording *recording, const struct ticket *next,
                           uint64_t nanoseconds)
 {
     uint32_t lost = 0;
-    struct execution *latest = recording_share_latest(recording);
-    if (latest && latest->ticket != next)
+    struct execution *latest = share_other(recording, NULL, next);
+    if (latest)
         lost += !detach(latest, nanoseconds);
     execution_release(latest);
     for (const struct recorded_item *item = recording->first; item; item = item->next)
@@ -385,11 +418,48 @@ uint32_t recording_detach(struct recording *recording, const struct ticket *next
     return lost;
 }
 
+void recording_invalidate(struct recording *recording)
+{
+    atomic_store(&recording->is_invalidated, true);
+    for (const struct recorded_item *item = recording->first; item; item = item->next)
+        if (item->kind == ITEM_EXECUTE)
+            recording_invalidate(item->secondary);
+}
+
+static bool is_pending(const struct execution *execution)
+{
+    return !ticket_result_is_final(execution->ticket->wait(execution->ticket, 0));
+}
+
+/* Whether an execution is pending whose ticket is not `next`, and whose queue is not `besides`. */
+static bool has_pending(struct recording *recording, const struct ticket *next, VkQueue besides)
+{
+    bool has = false;
+    struct execution *execution = share_other(recording, NULL, next);
+    while (execution) {
+        struct execution *after = execution;
+        has = (!besides || after->ticket->queue != besides) && is_pending(after);
+        execution = has ? NULL : share_other(recording, after, next);
+        execution_release(after);
+    }
+    return has;
+}
+
 bool recording_is_pending(struct recording *recording, const struct ticket *next)
 {
-    struct execution *latest = recording_share_latest(recording);
-    bool is_pending =
-        latest && latest->ticket != next && latest->ticket->wait(latest->ticket, 0) == VK_TIMEOUT;
-    execution_release(latest);
-    return is_pending;
+    return atomic_load(&recording->is_invalidated) || has_pending(recording, next, VK_NULL_HANDLE);
+}
+
+uint32_t execution_drop_contested(struct execution *execution)
+{
+    const struct ticket *ticket = execution->ticket;
+    uint32_t count = has_pending(execution->recording, ticket, ticket->queue);
+    if (count) {
+        shared_lock_write(&execution->lock);
+        execution->has_no_snapshots = true;
+        shared_lock_release(&execution->lock);
+    }
+    for (uint32_t i = 0; i < execution->child_count; i++)
+        count += execution_drop_contested(execution->children[i]);
+    return count;
 }

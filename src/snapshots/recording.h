@@ -155,11 +155,12 @@ struct recording {
         enum left_out reason;
     } left_out[LEFT_OUT_NAMED];
     bool left_out_reported;
-    atomic_bool is_invalidated; /* out of memory, an execution was not kept, so the others cannot be
-                                   told apart */
-    pthread_mutex_t lock;       /* guards the members below, and additions to items and chunks */
-    struct execution *latest;   /* the execution made last, while it exists */
-    uint32_t execution_count;   /* executions that exist */
+    /* Out of memory, the device executes the commands without an execution. So the executions
+     * cannot be told apart, and nothing says when the device has ended. */
+    atomic_bool is_invalidated;
+    pthread_mutex_t lock;     /* guards the members below, and additions to items and chunks */
+    struct execution *latest; /* the executions that exist: the one made last, then the others */
+    uint32_t execution_count; /* their number */
     /* Chunks stay until the recording is released: an execution did not complete, commands without
      * a gate name the chunks, or more was recorded after a submission. */
     bool keeps_chunks;
@@ -168,8 +169,9 @@ struct recording {
 
 /* One execution of a recording: where its snapshots are, and when they can be read. */
 struct execution {
-    atomic_uint references; /* the last reference is dropped under the recording's lock */
-    struct execution *next; /* in the list of submitted executions */
+    atomic_uint references;     /* the last reference is dropped under the recording's lock */
+    struct execution *next;     /* in the list of submitted executions */
+    struct execution *previous; /* of the same recording; guarded by the recording's lock */
     struct recording *recording;
     const struct recorded_item *last; /* last item of this execution; NULL: none */
     uint32_t chunk_count;             /* chunks of this execution */
@@ -220,10 +222,14 @@ void recording_keep_chunks(struct recording *recording);
 /* Called before a submission: opens the gate. Returns false and leaves the gate closed if the
  * chunks were given back. */
 bool recording_open_gate(struct recording *recording);
-/* Whether the device may still execute the latest execution, if its ticket is not `next`. */
+/* From now on all its executions, and those of its secondaries, have no snapshots. */
+void recording_invalidate(struct recording *recording);
+/* Whether the device may still execute the recording, apart from submission `next`. An execution
+ * counts from its creation on. If two threads may submit the recording, a lock of the caller must
+ * be held from this call until execution_create() has returned. */
 bool recording_is_pending(struct recording *recording, const struct ticket *next);
 
-/* The execution made last, with a reference for the caller. Returns NULL if it no longer exists. */
+/* The execution made last, with a reference for the caller. Returns NULL if none exists. */
 struct execution *recording_share_latest(struct recording *recording);
 
 /* Creates an execution of the current items, with executions of secondaries. Returns NULL without
@@ -244,6 +250,13 @@ static inline const struct recorded_item *execution_next(const struct execution 
 
 /* From now on the execution and those of its secondaries have no snapshots. */
 void execution_drop_snapshots(struct execution *execution);
+/* The same for those whose recording is invalidated. */
+void execution_drop_invalidated(struct execution *execution);
+
+/* Drops the snapshots of the execution, and of those of its secondaries, if another queue may
+ * overwrite them: the device may still execute the recording there. Returns the number of
+ * executions that lost their snapshots. */
+uint32_t execution_drop_contested(struct execution *execution);
 
 /* Counts the execution and those of its secondaries that have no snapshots because the chunks were
  * given back before. */
@@ -252,12 +265,12 @@ uint32_t execution_count_repeated(const struct execution *execution);
 /* The execution and those of its secondaries have been reached in execution order. */
 void execution_mark_reached(struct execution *execution);
 
-/* Called before the recording is resubmitted: copies the snapshots of its latest execution, if that
- * still exists; likewise for secondaries. Waits up to `nanoseconds` for that execution if it has
- * been reached in execution order, and not at all otherwise, because it may depend on later calls
- * of the application. Returns the number of executions whose snapshots were lost. Executions of the
- * coming submission, whose ticket is `next`, are not copied: the snapshots of the last one serve
- * all of them. */
+/* Called before the recording is resubmitted: copies the snapshots of its latest execution, apart
+ * from those of submission `next`, if there is one; likewise for secondaries. Waits up to
+ * `nanoseconds` for that execution if it has been reached in execution order, and not at all
+ * otherwise, because it may depend on later calls of the application. Returns the number of
+ * executions whose snapshots were lost. Executions of the coming submission are not copied: the
+ * snapshots of the last one serve all of them. */
 uint32_t recording_detach(struct recording *recording, const struct ticket *next,
                           uint64_t nanoseconds);
 

@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tells when the device has completed a submission. The code that submits creates tickets and
- * implements `wait`. */
+/* Says when the device has completed a submission. The code that submits creates tickets and
+ * implements `wait`.
+ *
+ * Other threads find a ticket through the executions that have it (recording.h), which exist before
+ * the submission. So a ticket counts as pending from its creation on, until `wait` returns a final
+ * result. */
 #ifndef ASSAY_SNAPSHOTS_TICKET_H
 #define ASSAY_SNAPSHOTS_TICKET_H
 
@@ -12,8 +16,11 @@
 struct ticket {
     atomic_uint references;
     uint64_t number; /* unique on the device, from 1; 0: unknown */
-    /* Returns VK_SUCCESS, VK_TIMEOUT after `nanoseconds`, or an error that is final. May be called
-     * from any thread. */
+    VkQueue queue;   /* of the submission */
+    /* Returns VK_SUCCESS, or VK_ERROR_DEVICE_LOST if the device will never complete the submission:
+     * both are final, and the device no longer uses what the submission names. VK_TIMEOUT comes
+     * after `nanoseconds`, or at once before the submission. Any other error says nothing about the
+     * device. May be called from any thread. */
     VkResult (*wait)(struct ticket *ticket, uint64_t nanoseconds);
     void (*free)(struct ticket *ticket);
 };
@@ -23,12 +30,18 @@ struct ticket {
  * longer, another batch of the same submission may wait for the host. */
 enum { TICKET_GRACE_NANOSECONDS = 500 * 1000 * 1000 };
 
-/* Whether the result is final. *end is then VK_SUCCESS or an error. `was_seen`: the host has
- * observed the end of the ticket's batch. */
+/* Whether the device no longer uses what a submission names, by the result of a wait for it. */
+static inline bool ticket_result_is_final(VkResult result)
+{
+    return result == VK_SUCCESS || result == VK_ERROR_DEVICE_LOST;
+}
+
+/* Whether the result is final, which *end then is. `was_seen`: the host has observed the end of the
+ * ticket's batch. */
 static inline bool ticket_has_ended(struct ticket *ticket, bool was_seen, VkResult *end)
 {
     *end = ticket->wait(ticket, was_seen ? TICKET_GRACE_NANOSECONDS : 0);
-    return *end != VK_TIMEOUT;
+    return ticket_result_is_final(*end);
 }
 
 static inline struct ticket *ticket_share(struct ticket *ticket)

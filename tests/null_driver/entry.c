@@ -1,16 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Entry points by name, how often each was called, and which one is to fail next. */
+/* Entry points by name, how often each was called, and which calls are to fail. */
 #include "internal.h"
 
 #include <stdlib.h>
 
 static _Atomic uint64_t calls[ENTRY_COUNT];
 static _Atomic int failures[ENTRY_COUNT];
+static _Atomic uint32_t calls_left[ENTRY_COUNT]; /* to the call that fails, with it */
 
 VkResult entry_count(enum entry entry)
 {
     atomic_fetch_add_explicit(&calls[entry], 1, memory_order_relaxed);
     if (atomic_load_explicit(&failures[entry], memory_order_relaxed) == VK_SUCCESS)
+        return VK_SUCCESS;
+    if (atomic_fetch_sub(&calls_left[entry], 1) != 1)
         return VK_SUCCESS;
     return (VkResult)atomic_exchange(&failures[entry], VK_SUCCESS);
 }
@@ -55,11 +58,18 @@ uint64_t null_driver_calls(const char *name)
     return entry != NULL ? atomic_load(&calls[entry->entry]) : UINT64_MAX;
 }
 
-void null_driver_fail_next(const char *name, VkResult result)
+void null_driver_fail_at(const char *name, uint32_t number, VkResult result)
 {
     const struct entry_point *entry = find(name);
-    if (entry != NULL)
-        atomic_store(&failures[entry->entry], result);
+    if (entry == NULL)
+        return;
+    atomic_store(&calls_left[entry->entry], number);
+    atomic_store(&failures[entry->entry], result);
+}
+
+void null_driver_fail_next(const char *name, VkResult result)
+{
+    null_driver_fail_at(name, 1, result);
 }
 
 void null_driver_reset(void)

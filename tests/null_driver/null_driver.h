@@ -163,6 +163,8 @@ struct null_driver_api {
     void (*configure)(const struct null_driver_config *config);
     /* The next call of a command that returns VkResult returns this one and does nothing. */
     void (*fail_next)(const char *name, VkResult result);
+    /* The same for one of the next calls: number 1 is the next. */
+    void (*fail_at)(const char *name, uint32_t number, VkResult result);
     /* While true, submits, waits and status queries return VK_ERROR_DEVICE_LOST. */
     void (*set_device_lost)(bool lost);
     /* While true, submissions complete and nothing in them is executed, as on a mock driver. */
@@ -191,6 +193,7 @@ struct null_driver_api {
 NULL_DRIVER_EXPORT struct null_driver_config null_driver_default_config(void);
 NULL_DRIVER_EXPORT void null_driver_configure(const struct null_driver_config *config);
 NULL_DRIVER_EXPORT void null_driver_fail_next(const char *name, VkResult result);
+NULL_DRIVER_EXPORT void null_driver_fail_at(const char *name, uint32_t number, VkResult result);
 NULL_DRIVER_EXPORT void null_driver_set_device_lost(bool lost);
 NULL_DRIVER_EXPORT void null_driver_set_executes_nothing(bool executes_nothing);
 NULL_DRIVER_EXPORT void null_driver_set_reads_instances(bool reads);
@@ -212,6 +215,7 @@ static inline void *null_driver_load(const char *path, struct null_driver_api *a
         {"null_driver_default_config", (void **)&api->default_config},
         {"null_driver_configure", (void **)&api->configure},
         {"null_driver_fail_next", (void **)&api->fail_next},
+        {"null_driver_fail_at", (void **)&api->fail_at},
         {"null_driver_set_device_lost", (void **)&api->set_device_lost},
         {"null_driver_set_executes_nothing", (void **)&api->set_executes_nothing},
         {"null_driver_set_reads_instances", (void **)&api->set_reads_instances},

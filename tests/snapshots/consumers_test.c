@@ -75,6 +75,13 @@ static VkResult wait_for_ticket(struct ticket *of_ticket, uint64_t nanoseconds)
     return ticket_end;
 }
 
+static VkResult other_end;
+
+static VkResult wait_for_other(struct ticket *of_ticket, uint64_t nanoseconds)
+{
+    return other_end;
+}
+
 static void add(struct observer *observer)
 {
     *observer = (struct observer){.consumer = {NULL, observer, run, deliver, wait_for_one}};
@@ -197,6 +204,71 @@ TEST_BETWEEN(test_secondaries_lose_snapshots_with_their_primary, set_up, tear_do
     assert_int_equal(recording_detach(recordings[0], NULL, 0), 2);
     assert_true(execution->children[0]->has_no_snapshots);
     execution_release(execution);
+}
+
+/* Two threads may submit a recording at once: each execution counts from its creation until its
+ * own ticket has ended, in whatever order the tickets end. */
+TEST_BETWEEN(test_each_execution_is_pending_until_its_end, set_up, tear_down)
+{
+    struct ticket other = {.references = 1, .wait = wait_for_other, .number = 2};
+    other_end = VK_TIMEOUT;
+    struct execution *older = execution_create(recordings[0], &other);
+    struct execution *newer = execution_create(recordings[0], &ticket);
+    assert_true(recording_is_pending(recordings[0], NULL));
+    assert_true(recording_is_pending(recordings[0], &ticket));
+    assert_false(recording_is_pending(recordings[0], &other));
+    execution_release(newer);
+    assert_true(recording_is_pending(recordings[0], NULL));
+    other_end = VK_ERROR_OUT_OF_HOST_MEMORY;
+    assert_true(recording_is_pending(recordings[0], NULL));
+    other_end = VK_ERROR_DEVICE_LOST;
+    assert_false(recording_is_pending(recordings[0], NULL));
+    execution_release(older);
+    assert_null(recording_share_latest(recordings[0]));
+}
+
+/* An execution that another thread made meanwhile is no longer distinct from the coming one. */
+TEST_BETWEEN(test_rival_loses_snapshots, set_up, tear_down)
+{
+    struct ticket other = {.references = 1, .wait = wait_for_other, .number = 2};
+    other_end = VK_TIMEOUT;
+    struct execution *rival = execution_create(recordings[0], &other);
+    struct execution *own = execution_create(recordings[0], &ticket);
+    assert_int_equal(recording_detach(recordings[0], &ticket, 0), 1);
+    assert_int_equal(recording_detach(recordings[0], &ticket, 0), 0);
+    assert_true(rival->has_no_snapshots);
+    assert_false(own->has_no_snapshots);
+    struct execution *again = execution_create(recordings[0], &other);
+    struct execution *third = execution_create(recordings[0], &ticket);
+    assert_true(atomic_load(&rival->is_overwritten) && atomic_load(&own->is_overwritten));
+    assert_false(atomic_load(&again->is_overwritten) || atomic_load(&third->is_overwritten));
+    execution_release(rival);
+    execution_release(third);
+    execution_release(own);
+    execution_release(again);
+    assert_null(recording_share_latest(recordings[0]));
+}
+
+/* Nothing says when the device has ended. */
+TEST_BETWEEN(test_secondaries_are_invalidated_with_their_primary, set_up, tear_down)
+{
+    const struct recorded_item item = {.kind = ITEM_EXECUTE,
+                                       .secondary = recording_share(recordings[1])};
+    assert_true(recording_add(recordings[0], &item));
+    assert_false(recording_is_pending(recordings[1], NULL));
+    recording_invalidate(recordings[0]);
+    assert_true(recording_is_pending(recordings[1], NULL));
+
+    struct recording *primary = recording_create(&(struct recording_memory){NULL});
+    const struct recorded_item same = {.kind = ITEM_EXECUTE,
+                                       .secondary = recording_share(recordings[1])};
+    assert_true(recording_add(primary, &same));
+    struct execution *execution = execution_create(primary, &ticket);
+    execution_drop_invalidated(execution);
+    assert_false(execution->has_no_snapshots);
+    assert_true(execution->children[0]->has_no_snapshots);
+    execution_release(execution);
+    recording_release(primary);
 }
 
 TEST_BETWEEN(test_unknown_order_runs_all_that_is_expected, set_up, tear_down)

@@ -188,6 +188,14 @@ void staging_give_back(struct staging *staging, struct staging_chunk *chunk)
     pthread_mutex_unlock(&staging->lock);
 }
 
+void staging_leave(struct staging *staging, struct staging_chunk *chunk)
+{
+    pthread_mutex_lock(&staging->lock);
+    staging->size -= chunk->chunk.size;
+    pthread_mutex_unlock(&staging->lock);
+    free(chunk);
+}
+
 /* Removes the kept chunks that have not been taken for long. Called with the lock held. */
 static struct staging_chunk *take_old(struct staging *staging)
 {

@@ -25,6 +25,8 @@ void staging_destroy(struct staging *staging); /* accepts NULL */
  * now, or an error without host or device memory. Both functions may be called from any thread. */
 VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chunk **chunk);
 void staging_give_back(struct staging *staging, struct staging_chunk *chunk);
+/* Leaves the chunk's buffer to the device, which may still use it and will be destroyed. */
+void staging_leave(struct staging *staging, struct staging_chunk *chunk);
 
 /* Called before each submission: frees kept chunks that have not been taken for long. */
 void staging_note_submission(struct staging *staging);

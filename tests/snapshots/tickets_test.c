@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tickets, whose fences this test plays: when they count as pending, and that no fence is destroyed
+ * or used again that the device may use. */
+#include "layer/snapshots/tickets.h"
+
+#include "src/snapshots/ticket.h"
+#include "tests/state/unit_test.h"
+
+enum { FENCES = 8 };
+
+/* The state of a fence on the device. */
+static struct fence {
+    bool exists, is_pending, is_signaled;
+} fences[FENCES];
+static uint32_t created;
+static VkResult status, submit_result, reset_result; /* of the calls; VK_SUCCESS: by the fence */
+static uint64_t longest_wait;
+static struct snapshots snapshots;
+static struct layer_device device;
+
+static struct fence *fence_of(VkFence handle)
+{
+    struct fence *fence = &fences[(uintptr_t)handle - 1];
+    assert_true(fence->exists);
+    return fence;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL create_fence(VkDevice of_device,
+                                                   const VkFenceCreateInfo *info,
+                                                   const VkAllocationCallbacks *allocator,
+                                                   VkFence *handle)
+{
+    assert_true(created < FENCES);
+    fences[created] = (struct fence){.exists = true};
+    *handle = (VkFence)(uintptr_t)++created;
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR void VKAPI_CALL destroy_fence(VkDevice of_device, VkFence handle,
+                                                const VkAllocationCallbacks *allocator)
+{
+    assert_false(fence_of(handle)->is_pending && status != VK_ERROR_DEVICE_LOST);
+    fence_of(handle)->exists = false;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL get_status(VkDevice of_device, VkFence handle)
+{
+    if (status != VK_SUCCESS)
+        return status;
+    return fence_of(handle)->is_signaled ? VK_SUCCESS : VK_NOT_READY;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL wait(VkDevice of_device, uint32_t count,
+                                           const VkFence *handles, VkBool32 all,
+                                           uint64_t nanoseconds)
+{
+    const VkResult result = get_status(of_device, handles[0]);
+    longest_wait = nanoseconds > longest_wait ? nanoseconds : longest_wait;
+    return result == VK_NOT_READY ? VK_TIMEOUT : result;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL reset(VkDevice of_device, uint32_t count,
+                                            const VkFence *handles)
+{
+    assert_false(fence_of(handles[0])->is_pending);
+    if (reset_result == VK_SUCCESS)
+        fence_of(handles[0])->is_signaled = false;
+    return reset_result;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, uint32_t count,
+                                             const VkSubmitInfo *infos, VkFence handle)
+{
+    assert_false(fence_of(handle)->is_signaled || fence_of(handle)->is_pending);
+    fence_of(handle)->is_pending = submit_result == VK_SUCCESS;
+    return submit_result;
+}
+
+static void signal_fence(uint32_t i)
+{
+    fences[i].is_pending = false;
+    fences[i].is_signaled = true;
+}
+
+static void set_up(void)
+{
+    snapshots = (struct snapshots){.device = &device};
+    snapshots.next.CreateFence = create_fence;
+    snapshots.next.DestroyFence = destroy_fence;
+    snapshots.next.GetFenceStatus = get_status;
+    snapshots.next.WaitForFences = wait;
+    snapshots.next.ResetFences = reset;
+    snapshots.next.QueueSubmit = submit;
+    pthread_mutex_init(&snapshots.tickets_lock, NULL);
+    created = 0;
+    longest_wait = 0;
+    status = submit_result = reset_result = VK_SUCCESS;
+}
+
+static uint32_t count_fences(void)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < created; i++)
+        count += fences[i].exists;
+    return count;
+}
+
+static void tear_down(void)
+{
+    tickets_destroy(&snapshots);
+    pthread_mutex_destroy(&snapshots.tickets_lock);
+}
+
+static VkResult result_of(struct ticket *ticket)
+{
+    return ticket->wait(ticket, 0);
+}
+
+static struct ticket *submitted(void)
+{
+    struct ticket *ticket = ticket_create(&snapshots, VK_NULL_HANDLE);
+    assert_int_equal(ticket_submit(ticket), VK_SUCCESS);
+    return ticket;
+}
+
+/* Other threads may find it before it is submitted: the device may execute its batches by then. */
+TEST_BETWEEN(test_pending_from_the_beginning, set_up, tear_down)
+{
+    struct ticket *ticket = ticket_create(&snapshots, VK_NULL_HANDLE);
+    assert_int_equal(result_of(ticket), VK_TIMEOUT);
+    assert_int_equal(ticket_submit(ticket), VK_SUCCESS);
+    assert_int_equal(result_of(ticket), VK_TIMEOUT);
+    signal_fence(0);
+    assert_int_equal(result_of(ticket), VK_SUCCESS);
+    ticket_release(ticket);
+}
+
+TEST_BETWEEN(test_not_submitted, set_up, tear_down)
+{
+    struct ticket *ticket = ticket_create(&snapshots, VK_NULL_HANDLE);
+    submit_result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    assert_int_equal(ticket_submit(ticket), VK_ERROR_OUT_OF_HOST_MEMORY);
+    assert_int_equal(result_of(ticket), VK_ERROR_DEVICE_LOST);
+    ticket_release(ticket);
+
+    ticket = ticket_create(&snapshots, VK_NULL_HANDLE);
+    assert_int_equal(result_of(ticket), VK_TIMEOUT);
+    ticket_refuse(ticket);
+    assert_int_equal(result_of(ticket), VK_ERROR_DEVICE_LOST);
+    ticket_release(ticket);
+    assert_int_equal(created, 1);
+}
+
+TEST_BETWEEN(test_fence_is_used_again, set_up, tear_down)
+{
+    ticket_release(ticket_create(&snapshots, VK_NULL_HANDLE));
+    struct ticket *ticket = submitted();
+    signal_fence(0);
+    ticket_release(ticket);
+    ticket = submitted();
+    assert_int_equal(created, 1);
+    assert_int_equal(result_of(ticket), VK_TIMEOUT);
+    signal_fence(0);
+    reset_result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    ticket_release(ticket);
+    assert_int_equal(count_fences(), 0);
+}
+
+/* A query that fails says nothing about the device. */
+TEST_BETWEEN(test_failed_status, set_up, tear_down)
+{
+    struct ticket *ticket = submitted();
+    status = VK_ERROR_OUT_OF_HOST_MEMORY;
+    assert_false(ticket_result_is_final(result_of(ticket)));
+    ticket_release(ticket);
+    assert_int_equal(count_fences(), 1);
+    ticket_release(ticket_create(&snapshots, VK_NULL_HANDLE));
+    assert_int_equal(count_fences(), 2);
+
+    status = VK_SUCCESS;
+    signal_fence(0);
+    ticket_release(ticket_create(&snapshots, VK_NULL_HANDLE));
+    assert_int_equal(created, 2);
+    assert_int_equal(count_fences(), 2);
+}
+
+TEST_BETWEEN(test_lost_device, set_up, tear_down)
+{
+    struct ticket *ticket = submitted();
+    status = VK_ERROR_DEVICE_LOST;
+    assert_true(ticket_result_is_final(result_of(ticket)));
+    ticket_release(ticket);
+    assert_int_equal(count_fences(), 0);
+}
+
+/* What the device still uses is left to it, after one wait. */
+TEST(test_pending_at_the_end)
+{
+    static const VkResult ends[] = {VK_SUCCESS, VK_ERROR_OUT_OF_HOST_MEMORY};
+    for (size_t i = 0; i < sizeof(ends) / sizeof(ends[0]); i++) {
+        set_up();
+        struct ticket *first = submitted(), *second = submitted();
+        ticket_release(first);
+        ticket_release(second);
+        status = ends[i];
+        tear_down();
+        assert_int_equal(count_fences(), 2);
+        assert_int_equal(longest_wait, TICKET_GRACE_NANOSECONDS);
+    }
+}
+
+TEST(test_complete_at_the_end)
+{
+    set_up();
+    struct ticket *first = submitted(), *second = submitted();
+    ticket_release(first);
+    signal_fence(1);
+    ticket_release(second);
+    signal_fence(0);
+    tear_down();
+    assert_int_equal(count_fences(), 0);
+}
