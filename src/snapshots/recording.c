@@ -155,7 +155,8 @@ bool recording_open_gate(struct recording *recording)
 {
     pthread_mutex_lock(&recording->lock);
     bool opens = !recording->is_spent;
-    if (opens && recording->gate.words)
+    /* The device may read an open gate. */
+    if (opens && recording->gate.words && !atomic_load(recording->gate.words))
         atomic_store(recording->gate.words, 1);
     pthread_mutex_unlock(&recording->lock);
     return opens;
@@ -357,6 +358,15 @@ void execution_mark_reached(struct execution *execution)
         execution_mark_reached(execution->children[i]);
 }
 
+/* Another execution may overwrite the chunks: they are not read any more. Called with the lock
+ * held. */
+static void lose_chunks(struct execution *execution)
+{
+    memset(execution->bases, 0, execution->chunk_count * sizeof(unsigned char *));
+    execution->has_no_snapshots = true;
+    execution->detached = true;
+}
+
 /* Copies the snapshots of an execution that is about to be overwritten. Returns false if they are
  * lost. */
 static bool detach(struct execution *execution, uint64_t nanoseconds)
@@ -367,10 +377,10 @@ static bool detach(struct execution *execution, uint64_t nanoseconds)
     shared_lock_write(&execution->lock);
     if (!execution->detached) {
         is_kept = result == VK_SUCCESS && copy_chunks(execution);
-        if (!is_kept)
-            memset(execution->bases, 0, execution->chunk_count * sizeof(unsigned char *));
-        execution->has_no_snapshots |= !is_kept;
-        execution->detached = true;
+        if (is_kept)
+            execution->detached = true;
+        else
+            lose_chunks(execution);
     }
     shared_lock_release(&execution->lock);
     return is_kept;
@@ -456,7 +466,7 @@ uint32_t execution_drop_contested(struct execution *execution)
     uint32_t count = has_pending(execution->recording, ticket, ticket->queue);
     if (count) {
         shared_lock_write(&execution->lock);
-        execution->has_no_snapshots = true;
+        lose_chunks(execution);
         shared_lock_release(&execution->lock);
     }
     for (uint32_t i = 0; i < execution->child_count; i++)

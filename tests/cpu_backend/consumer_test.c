@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Backend cpu as a consumer of snapshots: when it sends its warnings. If the order is unknown, it
- * gets executions while the queues are locked, and a callback that submits would wait for its own
- * thread. The test plays the snapshots and the playback. */
+/* Backend cpu as a consumer of snapshots: when it sends its warnings, and what it does with a copy
+ * of results whose end the driver does not show. If the order is unknown, it gets executions while
+ * the queues are locked, and a callback that submits would wait for its own thread. The test plays
+ * the snapshots, the playback and the driver. */
 #include "layer/cpu/results.h"
 
 #include "layer/snapshots/copies/staging.h"
@@ -13,6 +14,7 @@
 static struct layer_instance instance;
 static struct layer_device device;
 static struct cpu_overlay overlay;
+static struct snapshots own_snapshots;
 static struct cpu_device cpu;
 static uint32_t lost; /* builds without memory, not reported yet */
 static uint32_t runs, warnings;
@@ -32,11 +34,20 @@ void cpu_playback_run(struct cpu_playback *playback, struct execution *execution
     runs++;
 }
 
-void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delivery *delivery) {}
+static bool has_results;
 
 bool cpu_playback_has_results(struct cpu_playback *playback)
 {
-    return false;
+    return has_results;
+}
+
+/* Writes one result of a byte. */
+void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delivery *delivery)
+{
+    static const VkBufferCopy region = {.size = 1};
+    struct ticket ticket = {.references = 1};
+    has_results = false;
+    delivery->write(delivery->user, &ticket, VK_NULL_HANDLE, "", 1, &region, 1);
 }
 
 void cpu_playback_forget_buffer(struct cpu_playback *playback, VkBuffer buffer) {}
@@ -51,8 +62,6 @@ void warn_lack_of_copies(const struct layer_device *of_device)
     warnings++;
 }
 
-/* No result is written here. */
-
 struct layer_device *layer_find_device(const void *dispatchable)
 {
     return NULL;
@@ -62,21 +71,116 @@ void execution_order_host_clock(struct execution_order *order, struct execution_
 
 bool snapshots_queue_family(struct snapshots *snapshots, VkQueue queue, uint32_t *family)
 {
-    return false;
+    *family = 0;
+    return true;
 }
 
 void snapshots_lock_queues(struct snapshots *snapshots) {}
 
 void snapshots_unlock_queues(struct snapshots *snapshots) {}
 
+static unsigned char chunk_bytes[1];
+static struct staging_chunk own_chunk = {.chunk = {.bytes = chunk_bytes, .size = 1}};
+static uint32_t given_back, left;
+
 VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chunk **chunk)
 {
-    return VK_ERROR_OUT_OF_HOST_MEMORY;
+    *chunk = &own_chunk;
+    return VK_SUCCESS;
 }
 
-void staging_give_back(struct staging *staging, struct staging_chunk *chunk) {}
+void staging_give_back(struct staging *staging, struct staging_chunk *chunk)
+{
+    given_back++;
+}
 
-void staging_leave(struct staging *staging, struct staging_chunk *chunk) {}
+void staging_leave(struct staging *staging, struct staging_chunk *chunk)
+{
+    left++;
+}
+
+/* ---- the driver: what it destroys, and what waits return */
+
+static uint32_t destroyed;
+static VkResult waits[2];
+static uint32_t wait_count;
+
+static VKAPI_ATTR VkResult VKAPI_CALL create_fence(VkDevice of_device,
+                                                   const VkFenceCreateInfo *info,
+                                                   const VkAllocationCallbacks *allocator,
+                                                   VkFence *fence)
+{
+    *fence = (VkFence)(uintptr_t)1;
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR void VKAPI_CALL destroy_fence(VkDevice of_device, VkFence fence,
+                                                const VkAllocationCallbacks *allocator)
+{
+    destroyed++;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL create_pool(VkDevice of_device,
+                                                  const VkCommandPoolCreateInfo *info,
+                                                  const VkAllocationCallbacks *allocator,
+                                                  VkCommandPool *pool)
+{
+    *pool = (VkCommandPool)(uintptr_t)2;
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR void VKAPI_CALL destroy_pool(VkDevice of_device, VkCommandPool pool,
+                                               const VkAllocationCallbacks *allocator)
+{
+    destroyed++;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL allocate_commands(VkDevice of_device,
+                                                        const VkCommandBufferAllocateInfo *info,
+                                                        VkCommandBuffer *commands)
+{
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL begin_commands(VkCommandBuffer commands,
+                                                     const VkCommandBufferBeginInfo *info)
+{
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL end_commands(VkCommandBuffer commands)
+{
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR void VKAPI_CALL copy_buffer(VkCommandBuffer commands, VkBuffer from, VkBuffer to,
+                                              uint32_t count, const VkBufferCopy *regions)
+{
+}
+
+static VKAPI_ATTR void VKAPI_CALL add_barrier(VkCommandBuffer commands, VkPipelineStageFlags before,
+                                              VkPipelineStageFlags after, VkDependencyFlags flags,
+                                              uint32_t memory_count, const VkMemoryBarrier *memory,
+                                              uint32_t buffer_count,
+                                              const VkBufferMemoryBarrier *buffers,
+                                              uint32_t image_count,
+                                              const VkImageMemoryBarrier *images)
+{
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, uint32_t count,
+                                             const VkSubmitInfo *infos, VkFence fence)
+{
+    return VK_SUCCESS;
+}
+
+static VKAPI_ATTR VkResult VKAPI_CALL wait_for_fences(VkDevice of_device, uint32_t count,
+                                                      const VkFence *fences, VkBool32 all,
+                                                      uint64_t nanoseconds)
+{
+    assert_true(wait_count < 2);
+    return waits[wait_count++];
+}
 
 /* ---- tests */
 
@@ -90,7 +194,19 @@ static const struct snapshots_consumer *set_up(void)
     lost = 1;
     atomic_store(&cpu.lacks_copies, true);
     atomic_store(&cpu.overwritten, OVERWRITTEN_ONCE);
-    runs = warnings = 0;
+    overlay.next.CreateFence = create_fence;
+    overlay.next.DestroyFence = destroy_fence;
+    overlay.next.CreateCommandPool = create_pool;
+    overlay.next.DestroyCommandPool = destroy_pool;
+    overlay.next.AllocateCommandBuffers = allocate_commands;
+    overlay.next.BeginCommandBuffer = begin_commands;
+    overlay.next.EndCommandBuffer = end_commands;
+    overlay.next.CmdCopyBuffer = copy_buffer;
+    overlay.next.CmdPipelineBarrier = add_barrier;
+    overlay.next.QueueSubmit = submit;
+    overlay.next.WaitForFences = wait_for_fences;
+    device.snapshots = &own_snapshots;
+    runs = warnings = destroyed = wait_count = given_back = left = 0;
     return cpu_overlay_consumer(&device);
 }
 
@@ -111,4 +227,44 @@ TEST(test_warnings_wait_while_queues_are_locked)
     assert_int_equal(warnings, 0);
     consumer->deliver(consumer->user);
     assert_int_equal(warnings, 3);
+}
+
+/* A result is copied; its wait has a result, and so has the wait when the device is destroyed. */
+static void write_result(VkResult first, VkResult last)
+{
+    const struct snapshots_consumer *consumer = set_up();
+    waits[0] = first;
+    waits[1] = last;
+    has_results = true;
+    consumer->deliver(consumer->user);
+}
+
+TEST(test_copy_of_results)
+{
+    static const VkResult ends[] = {VK_SUCCESS, VK_ERROR_DEVICE_LOST};
+    for (size_t i = 0; i < sizeof(ends) / sizeof(ends[0]); i++) {
+        write_result(ends[i], VK_SUCCESS);
+        assert_int_equal(destroyed, 2);
+        assert_int_equal(given_back, 1);
+        cpu_overlay_end_transfers(&overlay);
+        assert_int_equal(wait_count, 1);
+    }
+}
+
+/* The device may still execute the copy: nothing is freed before it has certainly ended. */
+TEST(test_copy_of_results_that_may_be_pending)
+{
+    static const VkResult ends[] = {VK_SUCCESS, VK_ERROR_DEVICE_LOST, VK_TIMEOUT,
+                                    VK_ERROR_OUT_OF_HOST_MEMORY};
+    for (size_t i = 0; i < sizeof(ends) / sizeof(ends[0]); i++) {
+        const bool has_ended = i < 2;
+        write_result(VK_ERROR_OUT_OF_DEVICE_MEMORY, ends[i]);
+        assert_int_equal(destroyed, 0);
+        assert_int_equal(given_back, 0);
+        cpu_overlay_end_transfers(&overlay);
+        assert_int_equal(destroyed, has_ended ? 2 : 0);
+        assert_int_equal(given_back, has_ended);
+        assert_int_equal(left, !has_ended);
+        assert_null(overlay.unfinished);
+    }
 }

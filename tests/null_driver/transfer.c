@@ -209,9 +209,15 @@ static bool execute_one_level(VkCommandBuffer commands, bool primary)
     return true;
 }
 
+/* Command buffers execute one after the other, as if semaphores ordered all queues. */
+static pthread_mutex_t execution_lock = PTHREAD_MUTEX_INITIALIZER;
+
 bool transfers_execute(VkCommandBuffer commands)
 {
-    return atomic_load(&executes_nothing) || execute_one_level(commands, true);
+    pthread_mutex_lock(&execution_lock);
+    const bool goes_on = atomic_load(&executes_nothing) || execute_one_level(commands, true);
+    pthread_mutex_unlock(&execution_lock);
+    return goes_on;
 }
 
 /* ---- command buffers */

@@ -249,6 +249,33 @@ TEST_BETWEEN(test_rival_loses_snapshots, set_up, tear_down)
     assert_null(recording_share_latest(recordings[0]));
 }
 
+/* On another queue the device may execute the older one last. */
+TEST_BETWEEN(test_queues_contest_snapshots, set_up, tear_down)
+{
+    const struct recorded_item item = {.kind = ITEM_EXECUTE,
+                                       .secondary = recording_share(recordings[1])};
+    struct ticket other = {.references = 1, .wait = wait_for_other, .queue = (VkQueue)(uintptr_t)1};
+    ticket.queue = (VkQueue)(uintptr_t)2;
+    assert_true(recording_add(recordings[0], &item));
+    other_end = VK_TIMEOUT;
+    struct execution *rival = execution_create(recordings[1], &other);
+    struct execution *own = execution_create(recordings[0], &ticket);
+    assert_int_equal(execution_drop_contested(own), 1);
+    assert_false(own->has_no_snapshots);
+    assert_true(own->children[0]->has_no_snapshots && own->children[0]->detached);
+    execution_release(own);
+
+    own = execution_create(recordings[0], &ticket);
+    ticket.queue = other.queue;
+    assert_int_equal(execution_drop_contested(own), 0);
+    ticket.queue = (VkQueue)(uintptr_t)2;
+    other_end = VK_SUCCESS;
+    assert_int_equal(execution_drop_contested(own), 0);
+    assert_false(own->children[0]->has_no_snapshots);
+    execution_release(own);
+    execution_release(rival);
+}
+
 /* Nothing says when the device has ended. */
 TEST_BETWEEN(test_secondaries_are_invalidated_with_their_primary, set_up, tear_down)
 {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Threads that record, submit and wait at once at level content on backend driver, each with
- * command buffers and data of its own, for thread sanitizers; and a device that is lost meanwhile.
+ * command buffers and data of its own, for thread sanitizers; a device that is lost meanwhile; and
+ * a secondary that two threads submit.
  */
 #include "tests/snapshots/scene.h"
 
@@ -49,11 +50,14 @@ static void close_worker(struct worker *worker)
     fixture.vk.DestroyFence(fixture.device, worker->fence, NULL);
 }
 
-static VkResult submit(struct worker *worker, VkCommandBuffer commands)
+/* `lock`: of the queue, or NULL if no other thread uses it. */
+static VkResult submit(struct worker *worker, VkCommandBuffer commands, pthread_mutex_t *lock)
 {
-    pthread_mutex_lock(&queue_lock);
+    if (lock)
+        pthread_mutex_lock(lock);
     VkResult result = fixture_submit(&worker->own, commands, worker->fence);
-    pthread_mutex_unlock(&queue_lock);
+    if (lock)
+        pthread_mutex_unlock(lock);
     if (result == VK_SUCCESS)
         result = fixture.vk.WaitForFences(fixture.device, 1, &worker->fence, VK_TRUE, UINT64_MAX);
     return result == VK_SUCCESS ? fixture.vk.ResetFences(fixture.device, 1, &worker->fence)
@@ -71,7 +75,7 @@ static void *work(void *argument)
                             (worker->scratch.address + 255) & ~(VkDeviceAddress)255);
         GET(fixture.vk.EndCommandBuffer(commands));
         for (int i = 0; i < 2 && worker->result == VK_SUCCESS; i++)
-            worker->result = submit(worker, commands);
+            worker->result = submit(worker, commands, &queue_lock);
         fixture.vk.FreeCommandBuffers(fixture.device, worker->own.pool, 1, &commands);
     }
     return NULL;
@@ -101,6 +105,54 @@ TEST(test_threads)
     fixture_expect_silence(&fixture);
     fixture_close(&fixture);
 }
+
+/* ---- a shared secondary */
+
+static VkCommandBuffer secondary;
+
+static void *submit_secondary(void *argument)
+{
+    struct worker *worker = argument;
+    VkCommandBuffer commands = fixture_begin(&worker->own, 0);
+    fixture.vk.CmdExecuteCommands(commands, 1, &secondary);
+    GET(fixture.vk.EndCommandBuffer(commands));
+    for (int round = 0; round < ROUNDS && worker->result == VK_SUCCESS; round++)
+        worker->result = submit(worker, commands, NULL);
+    return NULL;
+}
+
+/* Two threads submit primaries to queues of their own, which execute the same secondary. Nothing
+ * orders the two queues: the null driver builds nothing. The layer says at most that it does not
+ * validate what executes twice at once. */
+TEST(test_shared_secondary)
+{
+    pthread_t thread;
+    if (!platform.is_null)
+        skip();
+    fixture_open(&fixture, &platform,
+                 &(struct instance_settings){.level = "content", .queue_count = 2});
+    for (uint32_t i = 0; i < 2; i++) {
+        open_worker(&workers[i]);
+        fixture.vk.GetDeviceQueue(fixture.device, 0, i, &workers[i].own.queue);
+    }
+    secondary = fixture_begin_secondary(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
+    fixture_build_boxes(&fixture, secondary, workers[0].blas, workers[0].boxes.address, BOXES,
+                        (workers[0].scratch.address + 255) & ~(VkDeviceAddress)255);
+    GET(fixture.vk.EndCommandBuffer(secondary));
+    assert_int_equal(pthread_create(&thread, NULL, submit_secondary, &workers[1]), 0);
+    submit_secondary(&workers[0]);
+    pthread_join(thread, NULL);
+    for (int i = 0; i < 2; i++) {
+        GET(workers[i].result);
+        close_worker(&workers[i]);
+    }
+    for (uint32_t i = 0; i < messages_kept(&fixture.instance.messages); i++)
+        if (!strstr(fixture.instance.messages.items[i].text, "submitted again before"))
+            fail_msg("%s", fixture.instance.messages.items[i].text);
+    fixture_close(&fixture);
+}
+
+/* ---- a lost device */
 
 static void lose_device(void)
 {
