@@ -18,7 +18,7 @@
 #include "tests/fixture/scarce_memory.h"
 #include "tests/null_driver/null_driver.h"
 
-enum { STEPS = 90, DRIVER_COMMANDS = 18, ALL = UINT16_MAX };
+enum { STEPS = 90, DRIVER_COMMANDS = 20, ALL = UINT16_MAX };
 
 enum fault_kind {
     NO_FAULT,
@@ -137,7 +137,9 @@ void *__wrap_driver_allocate(void *old, size_t size)
 static void make_fault(struct model *model, struct random *random)
 {
     if (current.fault == DRIVER_FAILS) {
-        MODEL_CALL(model, fail_next, (uint8_t)random_below(random, DRIVER_COMMANDS), 0);
+        /* An even second operand is no lost device. */
+        MODEL_CALL(model, fail_next, (uint8_t)random_below(random, DRIVER_COMMANDS),
+                   (uint8_t)(2 * random_below(random, 128)));
     } else if (current.fault == DEVICE_LOST) {
         MODEL_CALL(model, lose_device, 0);
         model->is_lost = true;

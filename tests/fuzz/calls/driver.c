@@ -144,7 +144,7 @@ void call_lose_device(struct calls *calls)
     null_driver_set_device_lost(take(calls) % 2 == 0);
 }
 
-/* A call of the application's, or of the layer's own, fails below. */
+/* One of the next calls of the application's, or of the layer's own, fails below. */
 void call_fail_next(struct calls *calls)
 {
     static const char *const names[] = {
@@ -157,8 +157,15 @@ void call_fail_next(struct calls *calls)
         "vkResetCommandBuffer", "vkAllocateCommandBuffers",
         "vkCreateCommandPool",  "vkCreateAccelerationStructureKHR",
         "vkWaitForFences",      "vkBuildAccelerationStructuresKHR",
+        "vkGetFenceStatus",     "vkResetFences",
     };
     const char *name = TAKE(calls, names);
-    null_driver_fail_next(name,
-                          take(calls) % 2 ? VK_ERROR_DEVICE_LOST : VK_ERROR_OUT_OF_HOST_MEMORY);
+    const uint8_t how = take(calls);
+    const bool can_time_out = strcmp(name, "vkWaitForFences") == 0;
+    VkResult result = VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (how % 2)
+        result = VK_ERROR_DEVICE_LOST;
+    else if (how & 2)
+        result = can_time_out ? VK_TIMEOUT : VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    null_driver_fail_at(name, 1 + how / 4 % 8, result);
 }

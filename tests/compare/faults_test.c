@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Comparing while the driver's fences fail: whichever wait fails or times out, nothing crashes or
+ * stays allocated, and only what was compared is reported. On the null driver, which hits nothing.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/snapshots/scene.h"
+
+enum { BUFFER_SIZE = 1 << 16, WAITS = 10, BUILDS = 3 };
+
+/* A message about the driver's answers, or about what was not compared. */
+static bool is_expected(const char *text)
+{
+    return strstr(text, "Driver: no hit") || strstr(text, "builds were not compared") ||
+           strstr(text, "builds are unchecked") || strstr(text, "The device was lost");
+}
+
+/* Returns the number of waits. */
+static uint64_t live(uint32_t failing, VkResult result)
+{
+    SCENE_OPEN(.boxes_size = BUFFER_SIZE, .structure_size = BUFFER_SIZE);
+    const VkAabbPositionsKHR box = {0, 0, 0, 1, 1, 1};
+    memcpy(scene.boxes.bytes, &box, sizeof(box));
+    if (failing)
+        platform.null_driver.fail_at("vkWaitForFences", failing, result);
+    for (int i = 0; i < BUILDS; i++) {
+        VkCommandBuffer commands = scene_record_boxes(0, 1);
+        GET(fixture.vk.EndCommandBuffer(commands));
+        GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
+        fixture.vk.QueueWaitIdle(fixture.queue);
+    }
+    scene_close();
+    const uint64_t waits = platform.null_driver.calls("vkWaitForFences");
+    const struct messages *messages = &fixture.instance.messages;
+    for (uint32_t i = 0; i < messages_kept(messages); i++)
+        if (!is_expected(messages->items[i].text))
+            fail_msg("wait %u: %s", failing, messages->items[i].text);
+    assert_int_equal(platform.null_driver.allocated(), 0);
+    platform.null_driver.reset();
+    return waits;
+}
+
+TEST(test_each_wait)
+{
+    static const VkResult results[] = {VK_TIMEOUT, VK_ERROR_OUT_OF_HOST_MEMORY,
+                                       VK_ERROR_OUT_OF_DEVICE_MEMORY, VK_ERROR_DEVICE_LOST};
+    const uint64_t waits = live(0, VK_SUCCESS);
+    assert_in_range(waits, 2 * BUILDS, WAITS * BUILDS);
+    for (uint32_t failing = 1; failing <= waits; failing++)
+        for (size_t i = 0; i < sizeof(results) / sizeof(results[0]); i++)
+            live(failing, results[i]);
+}
+
+const char *unit_test_open(const char *name)
+{
+    setenv("VK_ASSAY_VALIDATION_COMPARE_RAYS", "16", 1);
+    return platform_open(&platform, name ? name : "null");
+}
