@@ -3,7 +3,6 @@
 #include "src/state/resources/resources.h"
 
 #include "layer/execution/hazards/checks.h"
-#include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
@@ -59,7 +58,6 @@ VKAPI_ATTR void VKAPI_CALL assay_FreeMemory(VkDevice device, VkDeviceMemory memo
                                             const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
-    input_checks_deliver(state->input_checks);
     if (state->hazard_checks)
         hazard_checks_forget(state->hazard_checks, MEMORY_FREED,
                              resources_find_memory_id(state->resources, memory));
@@ -170,7 +168,6 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyBuffer(VkDevice device, VkBuffer buffer,
                                                const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
-    input_checks_deliver(state->input_checks);
     note_destroyed(state, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer);
     resources_remove_buffer(state->resources, buffer);
     state->vk.DestroyBuffer(device, buffer, pAllocator);
@@ -337,7 +334,6 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureKHR(
     const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
-    input_checks_deliver(state->input_checks);
     note_destroyed(state, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                    (uint64_t)(uintptr_t)accelerationStructure);
     submissions_forget(state->submissions,

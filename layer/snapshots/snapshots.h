@@ -60,7 +60,7 @@ struct snapshots {
     /* Held while copy orders are renewed for an execution, until that exists. */
     pthread_mutex_t executions_lock;
     pthread_mutex_t tickets_lock;    /* guards the next two members */
-    struct fence_ticket *unfinished; /* released, but the device still uses their fences */
+    struct fence_ticket *unfinished; /* released; the device may still use their fences */
     struct fence_ticket *spare;      /* released, with fences to be used again */
     pthread_mutex_t submitted_lock;  /* guards the next two members */
     /* Submitted, but not yet handed to the consumers. */

@@ -33,6 +33,8 @@ static VkResult wait_for_fence(struct ticket *ticket, uint64_t nanoseconds)
     bool is_lost = atomic_load(&snapshots->device_lost);
     VkResult result = snapshots->next.WaitForFences(snapshots->device->handle, 1, &own->fence,
                                                     VK_TRUE, is_lost ? 0 : nanoseconds);
+    if (result == VK_SUCCESS)
+        atomic_store(&ticket->is_complete, true);
     return is_lost && result == VK_TIMEOUT ? VK_ERROR_DEVICE_LOST : result;
 }
 
@@ -75,11 +77,18 @@ static void add(struct fence_ticket *own, struct fence_ticket **list)
     pthread_mutex_unlock(&own->snapshots->tickets_lock);
 }
 
-/* Spare tickets are used again, because some drivers take hundreds of microseconds to create and
- * destroy a fence. */
+/* Calls that destroy something may release a ticket. They do not query the fence: see
+ * free_finished(). */
 static void free_ticket(struct ticket *ticket)
 {
     struct fence_ticket *own = (struct fence_ticket *)ticket;
+    add(own, &own->snapshots->unfinished);
+}
+
+/* Spare tickets are used again, because some drivers take hundreds of microseconds to create and
+ * destroy a fence. */
+static void recycle(struct fence_ticket *own)
+{
     VkResult status = status_of(own);
     if (!ticket_result_is_final(status))
         add(own, &own->snapshots->unfinished);
@@ -103,7 +112,7 @@ static void free_finished(struct snapshots *snapshots)
     struct fence_ticket *own = take_all(snapshots, &snapshots->unfinished), *next;
     for (; own; own = next) {
         next = own->next;
-        free_ticket(&own->ticket);
+        recycle(own);
     }
 }
 
@@ -163,6 +172,7 @@ struct ticket *ticket_create(struct snapshots *snapshots, VkQueue queue)
     if (!own)
         return NULL;
     atomic_init(&own->ticket.references, 1);
+    atomic_init(&own->ticket.is_complete, false);
     own->ticket.queue = queue;
     own->ticket.number = atomic_fetch_add(&snapshots->ticket_count, 1) + 1;
     return &own->ticket;

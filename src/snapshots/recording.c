@@ -284,12 +284,12 @@ static bool drop_reference(struct execution *execution)
     return is_last;
 }
 
-/* Gives the chunks back if no later execution needs them. */
+/* Gives the chunks back if no later execution needs them. Does not wait, because calls that destroy
+ * something may release an execution. */
 static void spend_chunks(const struct execution *execution)
 {
     struct recording *recording = execution->recording;
-    bool is_complete =
-        recording->executes_once && execution->ticket->wait(execution->ticket, 0) == VK_SUCCESS;
+    bool is_complete = recording->executes_once && atomic_load(&execution->ticket->is_complete);
     pthread_mutex_lock(&recording->lock);
     recording->execution_count--;
     recording->keeps_chunks |= !is_complete;

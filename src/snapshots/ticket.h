@@ -15,8 +15,9 @@
 
 struct ticket {
     atomic_uint references;
-    uint64_t number; /* unique on the device, from 1; 0: unknown */
-    VkQueue queue;   /* of the submission */
+    uint64_t number;         /* unique on the device, from 1; 0: unknown */
+    VkQueue queue;           /* of the submission */
+    atomic_bool is_complete; /* `wait` has returned VK_SUCCESS */
     /* Returns VK_SUCCESS, or VK_ERROR_DEVICE_LOST if the device will never complete the submission:
      * both are final, and the device no longer uses what the submission names. VK_TIMEOUT comes
      * after `nanoseconds`, or at once before the submission. Any other error says nothing about the

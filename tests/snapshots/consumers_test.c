@@ -96,6 +96,7 @@ static void set_up(void)
     device.snapshots = &snapshots;
     ticket.references = 1; /* the test's */
     ticket.wait = wait_for_ticket;
+    atomic_store(&ticket.is_complete, true);
     ticket_end = VK_SUCCESS;
     call_count = unordered_reports = 0;
     for (int i = 0; i < 2; i++) {
