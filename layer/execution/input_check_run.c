@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "layer/accel_addresses.h"
 #include "layer/build_sizes.h"
 #include "layer/compare/comparer.h"
 #include "layer/execution/hazards/checks.h"
@@ -44,10 +45,11 @@ struct reading {
     struct read_call *open_calls;
     struct pending_finding *findings, **findings_last;
     struct guard_results guarded;
-    bool lacks_memory; /* some inputs could not be validated */
-    const char *when;  /* see input_checks_read() */
-    bool lacks_marks;  /* the device may not have copied the inputs of some builds */
-    bool lacks_copies; /* the device has not executed some copies */
+    bool has_addresses; /* of all structures, see query_addresses() */
+    bool lacks_memory;  /* some inputs could not be validated */
+    const char *when;   /* see input_checks_read() */
+    bool lacks_marks;   /* the device may not have copied the inputs of some builds */
+    bool lacks_copies;  /* the device has not executed some copies */
 };
 
 /* ---- findings */
@@ -117,6 +119,16 @@ static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInf
     layer_find_build_sizes(call->reading->ran->device, info, counts, build_type, sizes);
 }
 
+/* Once for each execution, so that references to nothing cost no search each. */
+static void query_addresses(void *user)
+{
+    const struct read_call *call = user;
+    struct reading *reading = call->reading;
+    if (!reading->has_addresses)
+        layer_query_accel_address(reading->ran->device, VK_NULL_HANDLE);
+    reading->has_addresses = true;
+}
+
 static bool of_another_device(void *user, enum resource_kind kind, uint64_t handle)
 {
     const struct read_call *call = user;
@@ -134,6 +146,7 @@ static void refers(void *user, uint32_t position, const struct accel_facts *refe
 static const struct check_hooks hooks = {.found = found,
                                          .find_sizes = find_sizes,
                                          .refers = refers,
+                                         .query_addresses = query_addresses,
                                          .of_another_device = of_another_device};
 
 static struct read_call *begin_call(struct reading *reading, const struct journal *journal,

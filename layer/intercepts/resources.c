@@ -2,6 +2,7 @@
 /* Intercepts of memory, buffers, their bindings and addresses, and acceleration structures. */
 #include "src/state/resources/resources.h"
 
+#include "layer/accel_addresses.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/submissions.h"
 #include "layer/intercepts/intercepts.h"
@@ -265,28 +266,16 @@ assay_GetBufferDeviceAddressEXT(VkDevice device, const VkBufferDeviceAddressInfo
 
 /* ---- acceleration structures */
 
-static bool is_bound(const struct layer_device *state, VkAccelerationStructureKHR structure)
-{
-    struct accel_facts facts;
-    resources_look_up_accel(state->resources, structure, &facts);
-    return facts.backed == YES;
-}
-
-/* Notes the address of a structure even if the application never queries it, because instances may
- * refer to it by an address that the application computed. A structure has no address until its
- * buffer is bound. */
+/* Notes that the address of a new structure is unknown. Instances may refer to it even if the
+ * application never queries the address. A guarded build needs the address when it executes; other
+ * checks query it when an instance refers to no known address. */
 static void note_address(struct layer_device *state, VkAccelerationStructureKHR structure)
 {
-    const VkAccelerationStructureDeviceAddressInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR,
-        .accelerationStructure = structure,
-    };
     if (!state->input_checks)
         return;
-    VkDeviceAddress address = 0;
-    if (state->vk.GetAccelerationStructureDeviceAddressKHR && is_bound(state, structure))
-        address = state->vk.GetAccelerationStructureDeviceAddressKHR(state->handle, &info);
-    resources_set_accel_address(state->resources, structure, address);
+    resources_set_accel_address(state->resources, structure, 0);
+    if (state->snapshots->guard)
+        layer_query_accel_address(state, structure);
     guard_follow(state);
 }
 

@@ -3,6 +3,13 @@
  */
 #include "internal.h"
 
+static _Atomic uint64_t invalid_queries;
+
+uint64_t null_driver_invalid_queries(void)
+{
+    return atomic_load(&invalid_queries);
+}
+
 static VkDeviceAddress buffer_address(uint64_t handle)
 {
     const struct object *buffer = object_find(handle, VK_OBJECT_TYPE_BUFFER);
@@ -18,11 +25,25 @@ ON_CREATION(CreateAccelerationStructureKHR)
         object->as.fallback = address_allocate(NULL, pCreateInfo->size);
 }
 
+/* VUIDs 09541 and 09542. A buffer that is not known has been destroyed, or is that of a structure
+ * which was created at an address. */
+static bool may_be_queried(const struct object *as)
+{
+    const struct object *buffer = object_find(as->as.buffer, VK_OBJECT_TYPE_BUFFER);
+    if (buffer == NULL)
+        return as->as.buffer == 0;
+    return buffer->buffer.usage & VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT &&
+           (buffer->buffer.flags & VK_BUFFER_CREATE_SPARSE_BINDING_BIT ||
+            buffer->buffer.bindings != NULL);
+}
+
 COMMAND(GetAccelerationStructureDeviceAddressKHR)
 {
     const struct object *as = FIND(ACCELERATION_STRUCTURE_KHR, pInfo->accelerationStructure);
     if (as == NULL)
         return 0;
+    if (!may_be_queried(as))
+        atomic_fetch_add(&invalid_queries, 1);
     /* Asked again: the buffer may have been bound since. */
     const VkDeviceAddress buffer = buffer_address(as->as.buffer);
     return buffer != 0 ? buffer + as->as.offset : as->as.fallback;

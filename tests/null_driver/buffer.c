@@ -38,6 +38,9 @@ static VkDeviceAddress first_address(const struct null_driver_config *config,
 
 ON_CREATION(CreateBuffer)
 {
+    const VkBufferUsageFlags2CreateInfo *flags2 =
+        chain_find(pCreateInfo->pNext, VK_STRUCTURE_TYPE_BUFFER_USAGE_FLAGS_2_CREATE_INFO);
+    object->buffer.usage = flags2 != NULL ? flags2->usage : pCreateInfo->usage;
     object->release = release_buffer;
     object->buffer.size = pCreateInfo->size;
     object->buffer.flags = pCreateInfo->flags;

@@ -124,6 +124,7 @@ struct object {
         struct {
             VkDeviceSize size;
             VkBufferCreateFlags flags;
+            VkBufferUsageFlags2 usage;
             VkDeviceAddress address;
             struct binding *bindings; /* the last one first */
         } buffer;

@@ -183,6 +183,9 @@ struct null_driver_api {
     /* Calls that reached the driver since the last reset, failed ones included; UINT64_MAX for a
      * name that it does not have. */
     uint64_t (*calls)(const char *name);
+    /* Queries of the address of a structure whose buffer is not bound, or lacks
+     * VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT, since the library was loaded. */
+    uint64_t (*invalid_queries)(void);
     /* Bytes of device memory that are allocated. */
     uint64_t (*allocated)(void);
     /* Sets all counts to 0, forgets pending and planned failures and the lost device, ends a
@@ -201,6 +204,7 @@ NULL_DRIVER_EXPORT uint32_t null_driver_take_references(uint64_t *references, ui
 NULL_DRIVER_EXPORT void null_driver_plan_fault(const struct null_driver_fault *fault);
 NULL_DRIVER_EXPORT void null_driver_end_hang(void);
 NULL_DRIVER_EXPORT uint64_t null_driver_calls(const char *name);
+NULL_DRIVER_EXPORT uint64_t null_driver_invalid_queries(void);
 NULL_DRIVER_EXPORT uint64_t null_driver_allocated(void);
 NULL_DRIVER_EXPORT void null_driver_reset(void);
 
@@ -223,6 +227,7 @@ static inline void *null_driver_load(const char *path, struct null_driver_api *a
         {"null_driver_plan_fault", (void **)&api->plan_fault},
         {"null_driver_end_hang", (void **)&api->end_hang},
         {"null_driver_calls", (void **)&api->calls},
+        {"null_driver_invalid_queries", (void **)&api->invalid_queries},
         {"null_driver_allocated", (void **)&api->allocated},
         {"null_driver_reset", (void **)&api->reset},
     };

@@ -40,6 +40,8 @@ void fixture_close(struct fixture *fixture)
         buffer_destroy(&fixture->vk, fixture->device, &fixture->buffers[i]);
     fixture->vk.DestroyCommandPool(fixture->device, fixture->pool, NULL);
     fixture->vk.DestroyDevice(fixture->device, NULL);
+    if (fixture->instance.platform->is_null)
+        assert_int_equal(fixture->instance.platform->null_driver.invalid_queries(), 0);
     instance_fixture_close(&fixture->instance);
 }
 

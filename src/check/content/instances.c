@@ -45,6 +45,16 @@ static void add_use(struct instance_uses *uses, uint64_t reference,
         uses->items[uses->count++] = (struct instance_use){.referenced = *referenced};
 }
 
+static void look_up_address(const struct check_context *context, uint64_t reference,
+                            struct accel_facts *referenced)
+{
+    resources_find_referenced(context->resources, reference, context->destroy_count, referenced);
+    if (referenced->alive != UNKNOWN || !context->hooks->query_addresses)
+        return;
+    context->hooks->query_addresses(context->user);
+    resources_find_referenced(context->resources, reference, context->destroy_count, referenced);
+}
+
 /* The reference is a handle in host builds, else a device address. */
 static void look_up(const struct content *content, uint64_t reference,
                     struct accel_facts *referenced)
@@ -54,8 +64,7 @@ static void look_up(const struct content *content, uint64_t reference,
         resources_look_up_accel(context->resources,
                                 (VkAccelerationStructureKHR)(uintptr_t)reference, referenced);
     else
-        resources_find_referenced(context->resources, reference, context->destroy_count,
-                                  referenced);
+        look_up_address(context, reference, referenced);
 }
 
 static struct instance_use *find_use(const struct content *content, uint64_t reference)

@@ -33,6 +33,9 @@ struct check_hooks {
     /* An instance of an executed build, at `position` of its command buffer, refers to a live
      * structure. Called once for each structure of a build. NULL: not needed. */
     void (*refers)(void *user, uint32_t position, const struct accel_facts *referenced);
+    /* Queries the addresses of structures that the application did not query. Called when an
+     * instance refers to no known address. NULL: all addresses are known. */
+    void (*query_addresses)(void *user);
     /* Returns whether another device of the process has such an object with that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
 };

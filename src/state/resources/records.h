@@ -129,8 +129,9 @@ struct resources {
     struct memory_record *mapped;        /* list of the memory that the host has mapped */
     atomic_uint_fast64_t destroy_count;  /* of destroyed records of any kind */
     bool incomplete;
-    uint32_t unknown_references; /* number of structures whose address was set to unknown */
-    bool nv_references_unknown;  /* the application got a part of a value of VK_NV_ray_tracing */
+    uint32_t unknown_references;   /* number of structures whose address was set to unknown */
+    uint64_t unknown_destroyed_at; /* destroy_count when the last one of these was destroyed */
+    bool nv_references_unknown;    /* the application got a part of a value of VK_NV_ray_tracing */
     struct watched_references watched;
     /* The application may use a capture address that it never retrieved: an address in no known
      * buffer may be in such a buffer. */

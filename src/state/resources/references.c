@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Device addresses of acceleration structures, by which instances refer to them. */
+/* Device addresses of acceleration structures, by which instances refer to them.
+ *
+ * The layer learns an address when the application queries it, or when it is needed to find the
+ * structure that an instance refers to: a program may compute addresses. */
 #include <stdlib.h>
 
 #include "src/state/resources/records.h"
@@ -31,8 +34,21 @@ static void set_unknown(struct resources *resources, struct accel_record *accel,
     accel->address_is_unknown = is_unknown;
 }
 
+/* A structure whose buffer lacks VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT has no address that an
+ * application could use. */
+static bool has_address(const struct accel_record *accel)
+{
+    return !accel->buffer ||
+           accel->buffer->where.usage & VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT;
+}
+
+/* Instances may not refer to a top-level structure, so its address does not matter once it is
+ * destroyed. */
 void accel_record_forget_address(struct resources *resources, struct accel_record *accel)
 {
+    if (accel->address_is_unknown &&
+        accel->facts.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
+        resources->unknown_destroyed_at = resources_destroy_count(resources);
     struct accel_address *at =
         accel->address ? handle_table_find(&resources->accel_addresses, accel->address) : NULL;
     resources_note_reference(resources, accel->address, false);
@@ -53,7 +69,7 @@ static void add_address(struct resources *resources, struct accel_record *accel,
                         VkDeviceAddress address)
 {
     struct accel_address *at = address ? find_or_add(resources, address) : NULL;
-    set_unknown(resources, accel, !at);
+    set_unknown(resources, accel, !at && (address || has_address(accel)));
     if (!at)
         return;
     accel->address = address;
@@ -80,11 +96,44 @@ void resources_set_accel_address(struct resources *resources, VkAccelerationStru
     reader_lock_write_done(&resources->lock);
 }
 
+struct address_search {
+    struct resources *resources;
+    VkDeviceAddress (*query)(void *user, VkAccelerationStructureKHR structure);
+    void *user;
+};
+
+/* The valid usage of vkGetAccelerationStructureDeviceAddressKHR: the buffer has the usage, and is
+ * bound. A sparse buffer need not be, but structures in it are not queried. */
+static void query_address(void *record, void *context)
+{
+    const struct address_search *search = context;
+    struct accel_record *accel = record;
+    if (accel->address_is_unknown && accel->buffer && has_address(accel) &&
+        accel->facts.backed == YES)
+        add_address(search->resources, accel, search->query(search->user, accel->facts.handle));
+}
+
+void resources_query_addresses(struct resources *resources, VkAccelerationStructureKHR handle,
+                               VkDeviceAddress (*query)(void *user,
+                                                        VkAccelerationStructureKHR structure),
+                               void *user)
+{
+    struct address_search search = {resources, query, user};
+    reader_lock_write(&resources->lock);
+    struct accel_record *accel = handle_table_find(&resources->accels, (uint64_t)(uintptr_t)handle);
+    if (accel)
+        query_address(accel, &search);
+    else if (!handle && resources->unknown_references)
+        handle_table_each(&resources->accels, query_address, &search);
+    reader_lock_write_done(&resources->lock);
+}
+
 /* Returns whether an address refers to a live structure if it isn't known to which one. */
 static enum tristate is_alive(const struct resources *resources, const struct accel_address *at,
                               uint64_t destroy_count)
 {
-    if (resources->incomplete || resources->unknown_references)
+    if (resources->incomplete || resources->unknown_references ||
+        resources->unknown_destroyed_at > destroy_count)
         return UNKNOWN;
     return at && (at->first || at->destroyed_at > destroy_count) ? UNKNOWN : NO;
 }

@@ -78,6 +78,13 @@ uint64_t resources_remove_accel(struct resources *resources, VkAccelerationStruc
  * for every structure of the device or for none. */
 void resources_set_accel_address(struct resources *resources, VkAccelerationStructureKHR handle,
                                  VkDeviceAddress address);
+/* Calls `query` for a structure, or for all if `handle` is VK_NULL_HANDLE, if the address is
+ * unknown and may be queried, and sets the address that it returns. The lock is held meanwhile, so
+ * that no other thread destroys the structure, its buffer or its memory. */
+void resources_query_addresses(struct resources *resources, VkAccelerationStructureKHR handle,
+                               VkDeviceAddress (*query)(void *user,
+                                                        VkAccelerationStructureKHR structure),
+                               void *user);
 /* Finds the structure that an instance with reference `address`, not 0, refers to. Structures
  * destroyed since resources_destroy_count() was `destroy_count` may have been alive at the time in
  * question: their facts are unknown. */
