@@ -180,6 +180,13 @@ static VkResult collect_queue_families(struct layer_device *device)
     return VK_SUCCESS;
 }
 
+static bool is_on_processor(const struct layer_device *device)
+{
+    VkPhysicalDeviceProperties properties;
+    device->instance->vk.GetPhysicalDeviceProperties(device->physical_device, &properties);
+    return properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+}
+
 VkResult layer_collect_device_facts(struct layer_device *device,
                                     const VkDeviceCreateInfo *create_info)
 {
@@ -187,6 +194,7 @@ VkResult layer_collect_device_facts(struct layer_device *device,
         chain_find(create_info->pNext, VK_STRUCTURE_TYPE_DEVICE_GROUP_DEVICE_CREATE_INFO);
     device->physical_device_count =
         group && group->physicalDeviceCount ? group->physicalDeviceCount : 1;
+    device->is_on_processor = is_on_processor(device);
     device->facts.handle = device->handle;
     device->facts.api_version =
         physical_device_api_version(device->instance, device->physical_device);

@@ -82,6 +82,7 @@ struct layer_device {
     const struct build_recorder *build_recorder; /* for journals; NULL below level EXECUTION */
     VkPhysicalDeviceMemoryProperties memory;
     uint32_t physical_device_count; /* number in the device's group */
+    bool is_on_processor;           /* VK_PHYSICAL_DEVICE_TYPE_CPU */
     VkQueueFamilyProperties *queue_families;
     uint32_t queue_family_count;
 

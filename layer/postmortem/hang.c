@@ -12,14 +12,63 @@
 
 #define SECOND UINT64_C(1000000000)
 
-enum { SLICES = 4 }; /* of hang_seconds: how often progress is looked for */
+enum {
+    SLICES = 4, /* of hang_seconds: how often progress is looked for */
+    /* A driver on the processor that has used one part of hang_seconds makes progress. It uses more
+     * even on a very busy machine; threads that wait use less. */
+    PROCESSOR_PARTS = 500,
+};
 
 struct watch {
     struct layer_device *device;
-    uint64_t hang;     /* nanoseconds */
-    uint64_t since;    /* when progress was seen last */
-    uint64_t progress; /* see submitted_builds_progress() */
+    const struct wait *wait; /* NULL: for idle */
+    uint64_t hang;           /* nanoseconds */
+    uint64_t since;          /* when progress was seen last */
+    uint64_t progress;       /* see find_progress(); 0 in the first slice */
+    uint64_t slice_cpu;      /* clock_process_cpu() when the slice began */
+    uint64_t cpu_since;      /* processor time of the slices since progress was seen last */
 };
+
+/* A wait with a timeout. */
+struct wait {
+    struct layer_device *device;
+    VkResult (*wait)(const struct wait *wait, uint64_t timeout);
+    uint64_t (*find_progress)(const struct wait *wait);
+    uint32_t count;
+    const VkFence *fences;
+    VkBool32 all;
+    PFN_vkWaitSemaphores wait_semaphores;
+    const VkSemaphoreWaitInfo *info;
+};
+
+/* ---- progress */
+
+/* The number of executions whose own fences are signaled. */
+static uint64_t count_complete(const struct layer_device *device)
+{
+    uint64_t count = 0, last = 0;
+    struct ticket *ticket;
+    while ((ticket = input_checks_next_ticket(device->input_checks, VK_NULL_HANDLE, last))) {
+        count += ticket->wait(ticket, 0) == VK_SUCCESS;
+        last = ticket->number;
+        ticket_release(ticket);
+    }
+    return count;
+}
+
+/* A number that changes when the device gets further: with the marks, the layer's own fences, what
+ * any thread of the application has observed, and what this one waits for. */
+static uint64_t find_progress(const struct watch *watch)
+{
+    const struct layer_device *device = watch->device;
+    struct execution_clock seen;
+    uint64_t sum = submitted_builds_progress(device->submitted_builds);
+    sum = sum * 31 + count_complete(device);
+    execution_order_host_clock(device->order, &seen);
+    for (uint32_t i = EXECUTION_HOST + 1; i < seen.queues; i++)
+        sum = sum * 31 + seen.counts[i];
+    return watch->wait ? sum * 31 + watch->wait->find_progress(watch->wait) : sum;
+}
 
 /* Returns how long the device may make no progress, in nanoseconds, or 0 if that is not limited. */
 static uint64_t find_limit(const struct layer_device *device)
@@ -30,16 +79,15 @@ static uint64_t find_limit(const struct layer_device *device)
     return reporter_settings(device->instance->reporter)->hang_seconds * SECOND;
 }
 
-/* Returns false if there is nothing to watch. */
-static bool begin(struct layer_device *device, struct watch *watch)
+/* Returns false if there is nothing to watch. Most waits are shorter than a slice, so progress is
+ * measured first at the end of one. */
+static bool begin(struct layer_device *device, const struct wait *wait, struct watch *watch)
 {
     uint64_t limit = find_limit(device);
     if (!limit || !submitted_builds_are_pending(device->submitted_builds))
         return false;
-    *watch = (struct watch){.device = device,
-                            .hang = limit,
-                            .since = clock_monotonic(),
-                            .progress = submitted_builds_progress(device->submitted_builds)};
+    *watch =
+        (struct watch){.device = device, .wait = wait, .hang = limit, .since = clock_monotonic()};
     return true;
 }
 
@@ -58,30 +106,35 @@ static void report(const struct watch *watch)
     reporter_report_event(device->instance->reporter, "ASSAY-hang", line);
 }
 
+static void begin_slice(struct watch *watch)
+{
+    watch->slice_cpu = clock_process_cpu();
+}
+
+/* A driver on the processor makes progress while its threads run, for example when it compiles.
+ * Called when a slice has passed. */
+static bool has_run(struct watch *watch)
+{
+    watch->cpu_since += clock_process_cpu() - watch->slice_cpu;
+    return watch->device->is_on_processor && watch->cpu_since >= watch->hang / PROCESSOR_PARTS;
+}
+
 /* Called when a slice has passed. Returns false if nothing is left to watch. */
 static bool look(struct watch *watch)
 {
-    uint64_t progress = submitted_builds_progress(watch->device->submitted_builds);
-    if (progress != watch->progress) {
+    bool has_progress = has_run(watch);
+    uint64_t progress = find_progress(watch);
+    if (has_progress || progress != watch->progress) {
         watch->progress = progress;
         watch->since = clock_monotonic();
+        watch->cpu_since = 0;
     } else if (clock_monotonic() - watch->since >= watch->hang) {
         report(watch);
     }
     return !atomic_load(&watch->device->hang_reported);
 }
 
-/* ---- waits with a timeout */
-
-struct wait {
-    struct layer_device *device;
-    VkResult (*wait)(const struct wait *wait, uint64_t timeout);
-    uint32_t count;
-    const VkFence *fences;
-    VkBool32 all;
-    PFN_vkWaitSemaphores wait_semaphores;
-    const VkSemaphoreWaitInfo *info;
-};
+/* ---- waits in slices */
 
 /* Whether the wait has an end: a later one cannot be told from none. */
 static bool has_end(uint64_t begin, uint64_t timeout)
@@ -92,7 +145,7 @@ static bool has_end(uint64_t begin, uint64_t timeout)
 static VkResult wait_in_slices(const struct wait *wait, uint64_t timeout)
 {
     struct watch watch;
-    if (timeout <= find_limit(wait->device) / SLICES || !begin(wait->device, &watch))
+    if (timeout <= find_limit(wait->device) / SLICES || !begin(wait->device, wait, &watch))
         return wait->wait(wait, timeout);
     const uint64_t begun = clock_monotonic(), slice = watch.hang / SLICES;
     VkResult result = VK_TIMEOUT;
@@ -104,6 +157,7 @@ static VkResult wait_in_slices(const struct wait *wait, uint64_t timeout)
                                                  : 0;
         if (!watches || left <= slice)
             return wait->wait(wait, left);
+        begin_slice(&watch);
         result = wait->wait(wait, slice);
         if (result == VK_TIMEOUT)
             watches = look(&watch);
@@ -117,11 +171,25 @@ static VkResult wait_for_fences(const struct wait *wait, uint64_t timeout)
                                           wait->all, timeout);
 }
 
+/* Fences of which one is enough are all unsignaled while the wait goes on. */
+static uint64_t count_signaled(const struct wait *wait)
+{
+    uint64_t count = 0;
+    for (uint32_t i = 0; wait->all && wait->count > 1 && i < wait->count; i++)
+        count +=
+            wait->device->vk.GetFenceStatus(wait->device->handle, wait->fences[i]) == VK_SUCCESS;
+    return count;
+}
+
 VkResult hang_wait_for_fences(struct layer_device *device, uint32_t count, const VkFence *fences,
                               VkBool32 all, uint64_t timeout)
 {
-    const struct wait wait = {
-        .device = device, .wait = wait_for_fences, .count = count, .fences = fences, .all = all};
+    const struct wait wait = {.device = device,
+                              .wait = wait_for_fences,
+                              .find_progress = count_signaled,
+                              .count = count,
+                              .fences = fences,
+                              .all = all};
     return wait_in_slices(&wait, timeout);
 }
 
@@ -130,11 +198,27 @@ static VkResult wait_semaphores(const struct wait *wait, uint64_t timeout)
     return wait->wait_semaphores(wait->device->handle, wait->info, timeout);
 }
 
+static uint64_t add_values(const struct wait *wait)
+{
+    const VkuDeviceDispatchTable *vk = &wait->device->vk;
+    PFN_vkGetSemaphoreCounterValue get = wait->wait_semaphores == vk->WaitSemaphoresKHR
+                                             ? vk->GetSemaphoreCounterValueKHR
+                                             : vk->GetSemaphoreCounterValue;
+    uint64_t sum = 0, value;
+    for (uint32_t i = 0; get && i < wait->info->semaphoreCount; i++)
+        if (get(wait->device->handle, wait->info->pSemaphores[i], &value) == VK_SUCCESS)
+            sum = sum * 31 + value;
+    return sum;
+}
+
 VkResult hang_wait_semaphores(struct layer_device *device, PFN_vkWaitSemaphores next,
                               const VkSemaphoreWaitInfo *info, uint64_t timeout)
 {
-    const struct wait wait = {
-        .device = device, .wait = wait_semaphores, .wait_semaphores = next, .info = info};
+    const struct wait wait = {.device = device,
+                              .wait = wait_semaphores,
+                              .find_progress = add_values,
+                              .wait_semaphores = next,
+                              .info = info};
     return wait_in_slices(&wait, timeout);
 }
 
@@ -144,13 +228,14 @@ void hang_wait_before_idle(struct layer_device *device, VkQueue queue)
 {
     struct watch watch;
     uint64_t last = 0;
-    bool watches = begin(device, &watch);
+    bool watches = begin(device, NULL, &watch);
     while (watches) {
         struct ticket *ticket = input_checks_next_ticket(device->input_checks, queue, last);
         if (!ticket)
             return;
         VkResult result = VK_TIMEOUT;
         while (watches && result == VK_TIMEOUT) {
+            begin_slice(&watch);
             result = ticket->wait(ticket, watch.hang / SLICES);
             watches = result != VK_TIMEOUT || look(&watch);
         }

@@ -25,6 +25,9 @@ static inline uint64_t clock_tick(void)
 /* Returns nanoseconds since some time before the process began. */
 uint64_t clock_monotonic(void);
 
+/* Returns the nanoseconds of processor time that all threads of the process have used. */
+uint64_t clock_process_cpu(void);
+
 /* The time since 1970-01-01, UTC. A signal handler may read it. */
 struct utc_time {
     uint64_t seconds;

@@ -47,6 +47,14 @@ bool device_hangs(void)
     return atomic_load(&hangs);
 }
 
+enum null_driver_progress hang_progress(void)
+{
+    pthread_mutex_lock(&lock);
+    const enum null_driver_progress progress = last.progress;
+    pthread_mutex_unlock(&lock);
+    return device_hangs() ? progress : NULL_DRIVER_STANDS;
+}
+
 /* ---- what happens */
 
 static void write_to_nowhere(void)

@@ -303,6 +303,7 @@ void fault_at_wait(uint64_t timeout);
 bool fault_at_build(void);
 bool fault_before_copies(void); /* of the next build, if that is the planned place */
 bool device_hangs(void);
+enum null_driver_progress hang_progress(void); /* NULL_DRIVER_STANDS if the device does not hang */
 bool loss_is_at_once(void);
 /* Keeps a submission until the hang ends. `commands` has the command buffers of `info`. */
 void fault_keep(const VkSubmitInfo2 *info, const VkCommandBuffer *commands, VkFence fence);

@@ -150,7 +150,13 @@ struct null_driver_fault {
     /* If the address is not 0, vkGetDeviceFaultInfoEXT returns these after a loss. */
     VkDeviceAddress address;
     VkDeviceSize precision;
-    int signal;      /* of a crash; 0: SIGSEGV, by writing to an address without memory */
+    int signal; /* of a crash; 0: SIGSEGV, by writing to an address without memory */
+    /* What each wait does while the device hangs, before it times out. */
+    enum null_driver_progress {
+        NULL_DRIVER_STANDS,
+        NULL_DRIVER_COMPUTES, /* uses processor time */
+        NULL_DRIVER_SIGNALS,  /* signals the first fence of several, or counts semaphores up by 1 */
+    } progress;
     bool is_at_once; /* of a loss: the call that submits the build returns it */
     bool in_thread;  /* the crash is that of a thread of the driver, for which the call waits */
 };

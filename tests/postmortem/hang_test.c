@@ -28,6 +28,15 @@ static void open_scene(void)
     open_with("1");
 }
 
+static void open_on(VkPhysicalDeviceType type)
+{
+    struct null_driver_config config = platform.null_driver.default_config();
+    config.properties.deviceType = type;
+    platform.null_driver.configure(&config);
+    open_scene();
+    platform.null_driver.configure(NULL);
+}
+
 static void close_scene(void)
 {
     platform.null_driver.reset();
@@ -39,12 +48,13 @@ static void close_scene(void)
 #define HANG_TEST(name) TEST_BETWEEN(name, open_scene, close_scene)
 
 /* Submits a build at which the device hangs, behind which a fence and a semaphore are signaled. */
-static void hang(bool skips_copies)
+static void hang_with(bool skips_copies, enum null_driver_progress progress)
 {
     const uint64_t one = 1;
     const STRUCT(VkTimelineSemaphoreSubmitInfo, values, .signalSemaphoreValueCount = 1,
                  .pSignalSemaphoreValues = &one);
-    PLAN_FAULT(.kind = NULL_DRIVER_HANG, .at = NULL_DRIVER_AT_BUILD, .skips_copies = skips_copies);
+    PLAN_FAULT(.kind = NULL_DRIVER_HANG, .at = NULL_DRIVER_AT_BUILD, .skips_copies = skips_copies,
+               .progress = progress);
     VkCommandBuffer commands = scene_record_boxes(0, 1);
     GET(fixture.vk.EndCommandBuffer(commands));
     const STRUCT(VkSubmitInfo, info, .pNext = &values, .commandBufferCount = 1,
@@ -52,6 +62,11 @@ static void hang(bool skips_copies)
                  .pSignalSemaphores = &timeline);
     GET(fixture.vk.QueueSubmit(fixture.queue, 1, &info, fence));
     fixture_expect_silence(&fixture);
+}
+
+static void hang(bool skips_copies)
+{
+    hang_with(skips_copies, NULL_DRIVER_STANDS);
 }
 
 static uint32_t count_of(const char *id)
@@ -112,8 +127,8 @@ static const struct row {
             {"test_queue", wait_for_queue},
             {"test_device", wait_for_device}};
 
-/* The report comes while the call waits, and the finding only once. */
-TEST_OF_ROWS_BETWEEN(test_waits, rows, const struct row *row, open_scene, close_scene)
+/* Waits until the layer has reported the hang, which then ends. */
+static void wait_until_reported(VkResult (*wait)(void))
 {
     atomic_bool reported = false;
     VkDebugUtilsMessengerEXT messenger;
@@ -123,20 +138,103 @@ TEST_OF_ROWS_BETWEEN(test_waits, rows, const struct row *row, open_scene, close_
                  .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
                                 VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT,
                  .pfnUserCallback = report_arrives, .pUserData = &reported);
-    hang(false);
     GET(fixture.instance.vk.CreateDebugUtilsMessengerEXT(fixture.instance.instance, &info, NULL,
                                                          &messenger));
     assert_int_equal(pthread_create(&thread, NULL, end_hang, &reported), 0);
-    GET(row->wait());
+    GET(wait());
     pthread_join(thread, NULL);
     GET(fixture.vk.DeviceWaitIdle(fixture.device));
     fixture.instance.vk.DestroyDebugUtilsMessengerEXT(fixture.instance.instance, messenger, NULL);
+}
+
+/* The report comes while the call waits, and the finding only once. */
+TEST_OF_ROWS_BETWEEN(test_waits, rows, const struct row *row, open_scene, close_scene)
+{
+    hang(false);
+    wait_until_reported(row->wait);
     assert_int_equal(fixture.instance.messages.count, 2);
     assert_int_equal(messages_count(&fixture.instance.messages, "ASSAY-hang",
                                     ": its inputs had been copied, and it had not finished."),
                      1);
     assert_int_equal(count_of("VUID"), 1);
     assert_has(fixture.instance.messages.items[0].text, "read while the device made no progress");
+}
+
+/* ---- progress. Each wait of the driver makes some, or none does, so no result depends on how long
+ * a slice takes. */
+
+static const uint64_t long_wait = 1500 * (uint64_t)MILLISECOND;
+
+static VkResult wait_for_all_fences(void)
+{
+    VkFence fences[16];
+    for (size_t i = 0; i < ARRAY_COUNT(fences); i++)
+        fences[i] = i + 1 < ARRAY_COUNT(fences) ? fence_create(&fixture.vk, fixture.device) : fence;
+    VkResult result =
+        fixture.vk.WaitForFences(fixture.device, ARRAY_COUNT(fences), fences, VK_TRUE, long_wait);
+    for (size_t i = 0; i + 1 < ARRAY_COUNT(fences); i++)
+        fixture.vk.DestroyFence(fixture.device, fences[i], NULL);
+    return result;
+}
+
+CALL_AS(wait_for_one_fence, wait_for(long_wait))
+CALL_AS(wait_for_high_value,
+        fixture.vk.WaitSemaphores(fixture.device,
+                                  &MAKE(VkSemaphoreWaitInfo, .semaphoreCount = 1,
+                                        .pSemaphores = &timeline, .pValues = &(uint64_t){1000}),
+                                  long_wait))
+
+static const struct progress_row {
+    const char *test;
+    VkPhysicalDeviceType type;
+    enum null_driver_progress progress;
+    VkResult (*wait)(void);
+} progress_rows[] = {{"test_processor_computes", VK_PHYSICAL_DEVICE_TYPE_CPU, NULL_DRIVER_COMPUTES,
+                      wait_for_one_fence},
+                     {"test_processor_computes_for_semaphore", VK_PHYSICAL_DEVICE_TYPE_CPU,
+                      NULL_DRIVER_COMPUTES, wait_for_high_value},
+                     {"test_fences_are_signaled", VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU,
+                      NULL_DRIVER_SIGNALS, wait_for_all_fences},
+                     {"test_value_grows", VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU, NULL_DRIVER_SIGNALS,
+                      wait_for_high_value}};
+
+TEST_OF_ROWS(test_progress, progress_rows, const struct progress_row *row, unit_test_nothing)
+{
+    open_on(row->type);
+    hang_with(true, row->progress);
+    assert_int_equal(row->wait(), VK_TIMEOUT);
+    fixture_expect_silence(&fixture);
+    platform.null_driver.end_hang();
+    GET(wait_for_fence());
+    close_scene();
+}
+
+/* What the host computes says nothing about a GPU. */
+static const struct progress_row hang_rows[] = {
+    {"test_gpu_while_host_computes", VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU, NULL_DRIVER_COMPUTES,
+     wait_for_fence},
+    {"test_gpu_stands", VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU, NULL_DRIVER_STANDS,
+     wait_for_semaphore}};
+
+TEST_OF_ROWS(test_no_progress, hang_rows, const struct progress_row *row, unit_test_nothing)
+{
+    open_on(row->type);
+    hang_with(true, row->progress);
+    wait_until_reported(row->wait);
+    assert_int_equal(count_of("ASSAY-hang"), 1);
+    close_scene();
+}
+
+/* A driver on the processor that uses no processor time has no progress, either. */
+TEST(test_processor_stands)
+{
+    open_on(VK_PHYSICAL_DEVICE_TYPE_CPU);
+    hang(true);
+    while (!count_of("ASSAY-hang"))
+        assert_int_equal(wait_for(long_wait), VK_TIMEOUT);
+    platform.null_driver.end_hang();
+    GET(wait_for_fence());
+    close_scene();
 }
 
 /* ---- timeouts */
@@ -165,8 +263,9 @@ HANG_TEST(test_timeouts_stay)
 HANG_TEST(test_reports_once)
 {
     hang(true);
-    for (int i = 0; i < 2; i++)
-        assert_int_equal(wait_for(1500 * (uint64_t)MILLISECOND), VK_TIMEOUT);
+    while (!count_of("ASSAY-hang"))
+        assert_int_equal(wait_for(long_wait), VK_TIMEOUT);
+    assert_int_equal(wait_for(long_wait), VK_TIMEOUT);
     expect_messages(1,
                     "The device has made no progress for 1 second, while the application waits "
                     "for it. 1 build was submitted");

@@ -6,11 +6,21 @@
 
 enum { SECOND = 1000000000 };
 
+static uint64_t nanoseconds_of(clockid_t clock)
+{
+    struct timespec now = {0};
+    clock_gettime(clock, &now);
+    return (uint64_t)now.tv_sec * SECOND + (uint64_t)now.tv_nsec;
+}
+
 uint64_t clock_monotonic(void)
 {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * SECOND + (uint64_t)now.tv_nsec;
+    return nanoseconds_of(CLOCK_MONOTONIC);
+}
+
+uint64_t clock_process_cpu(void)
+{
+    return nanoseconds_of(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 struct utc_time clock_utc(void)

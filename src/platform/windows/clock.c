@@ -22,12 +22,23 @@ uint64_t clock_monotonic(void)
     return now / rate * SECOND + now % rate * SECOND / rate;
 }
 
+static uint64_t ticks_of(FILETIME time)
+{
+    return (uint64_t)time.dwHighDateTime << 32 | time.dwLowDateTime;
+}
+
+uint64_t clock_process_cpu(void)
+{
+    FILETIME creation, end, kernel = {0}, user = {0};
+    GetProcessTimes(GetCurrentProcess(), &creation, &end, &kernel, &user);
+    return (ticks_of(kernel) + ticks_of(user)) * TICK;
+}
+
 struct utc_time clock_utc(void)
 {
     FILETIME time;
     GetSystemTimeAsFileTime(&time);
-    uint64_t ticks = (uint64_t)time.dwHighDateTime << 32 | time.dwLowDateTime;
-    ticks -= ticks_from_1601_to_1970;
+    uint64_t ticks = ticks_of(time) - ticks_from_1601_to_1970;
     return (struct utc_time){ticks / (SECOND / TICK), (uint32_t)(ticks % (SECOND / TICK)) * TICK};
 }
 
