@@ -163,7 +163,9 @@ TEST_BETWEEN(test_fence_is_used_again, set_up, tear_down)
     signal_fence(0);
     reset_result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
     ticket_release(ticket);
-    assert_int_equal(count_fences(), 0);
+    assert_int_equal(count_fences(), 1);
+    ticket_release(ticket_create(&snapshots, VK_NULL_HANDLE));
+    assert_false(fences[0].exists);
 }
 
 /* A query that fails says nothing about the device. */
@@ -190,7 +192,8 @@ TEST_BETWEEN(test_lost_device, set_up, tear_down)
     status = VK_ERROR_DEVICE_LOST;
     assert_true(ticket_result_is_final(result_of(ticket)));
     ticket_release(ticket);
-    assert_int_equal(count_fences(), 0);
+    ticket_release(ticket_create(&snapshots, VK_NULL_HANDLE));
+    assert_false(fences[0].exists);
 }
 
 /* What the device still uses is left to it, after one wait. */
