@@ -14,6 +14,6 @@ static VkDeviceAddress query(void *user, VkAccelerationStructureKHR structure)
 
 void layer_query_accel_address(struct layer_device *device, VkAccelerationStructureKHR structure)
 {
-    if (device->facts.acceleration_structure && device->vk.GetAccelerationStructureDeviceAddressKHR)
+    if (device->may_query_structures && device->vk.GetAccelerationStructureDeviceAddressKHR)
         resources_query_addresses(device->resources, structure, query, device);
 }

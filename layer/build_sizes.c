@@ -11,7 +11,7 @@ void layer_find_build_sizes(struct layer_device *device,
     bool has_shape = build_shape_of(info, counts, build_type, &shape);
     if (has_shape && size_cache_find(device->sizes, &shape, sizes))
         return;
-    if (!device->vk.GetAccelerationStructureBuildSizesKHR)
+    if (!device->may_query_structures || !device->vk.GetAccelerationStructureBuildSizesKHR)
         return;
     VkAccelerationStructureBuildSizesInfoKHR answer = {
         .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR};

@@ -7,7 +7,7 @@
 #include "layer/layer.h"
 
 /* Writes what vkGetAccelerationStructureBuildSizesKHR returns; `counts` are the primitive counts.
- * Leaves `sizes` unchanged if the device has no such command. */
+ * Leaves `sizes` unchanged if the device has no such command, or may not call it. */
 void layer_find_build_sizes(struct layer_device *device,
                             const VkAccelerationStructureBuildGeometryInfoKHR *info,
                             const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,

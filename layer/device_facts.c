@@ -187,6 +187,19 @@ static bool is_on_processor(const struct layer_device *device)
     return properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
 }
 
+/* The feature accelerationStructure must be enabled, and on a group of physical devices
+ * bufferDeviceAddressMultiDevice too. */
+static bool may_query_structures(const struct layer_device *device, const void *chain)
+{
+    const VkPhysicalDeviceVulkan12Features *core =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
+    const VkPhysicalDeviceBufferDeviceAddressFeatures *own =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES);
+    return device->facts.acceleration_structure &&
+           (device->physical_device_count == 1 || (core && core->bufferDeviceAddressMultiDevice) ||
+            (own && own->bufferDeviceAddressMultiDevice));
+}
+
 VkResult layer_collect_device_facts(struct layer_device *device,
                                     const VkDeviceCreateInfo *create_info)
 {
@@ -201,6 +214,7 @@ VkResult layer_collect_device_facts(struct layer_device *device,
     collect_extensions(&device->facts, create_info);
     device->facts.has_other_builders = has_other_builders(&device->facts, create_info);
     collect_features(&device->facts, create_info->pNext);
+    device->may_query_structures = may_query_structures(device, create_info->pNext);
     collect_limits(device);
     device->instance->vk.GetPhysicalDeviceMemoryProperties(device->physical_device,
                                                            &device->memory);

@@ -83,6 +83,7 @@ struct layer_device {
     VkPhysicalDeviceMemoryProperties memory;
     uint32_t physical_device_count; /* number in the device's group */
     bool is_on_processor;           /* VK_PHYSICAL_DEVICE_TYPE_CPU */
+    bool may_query_structures;      /* sizes and addresses of acceleration structures */
     VkQueueFamilyProperties *queue_families;
     uint32_t queue_family_count;
 

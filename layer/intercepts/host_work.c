@@ -133,7 +133,6 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDeferredOperationKHR(
 {
     struct layer_device *state = layer_find_device(device);
     if (operation) {
-        poll_operation(state, operation);
         deferred_operations_remove(state->deferred, operation);
         execution_order_run(state->order);
         object_names_set(state->names, VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR,

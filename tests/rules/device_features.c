@@ -99,6 +99,8 @@ static const struct feature {
     FEATURE(VkPhysicalDeviceDynamicRenderingFeatures, dynamicRendering, BY_KHR, 0, 0),
     FEATURE(VkPhysicalDeviceBufferDeviceAddressFeaturesEXT, bufferDeviceAddress, BY_EXT, 0, 0),
     FEATURE(VkPhysicalDeviceVulkan12Features, bufferDeviceAddress, BY_CORE, 0, 0),
+    FEATURE(VkPhysicalDeviceVulkan12Features, bufferDeviceAddressMultiDevice, BY_CORE, ENABLE_GROUP,
+            0),
     FEATURE(VkPhysicalDeviceVulkan12Features, timelineSemaphore, BY_CORE, 0, 0),
     FEATURE(VkPhysicalDeviceVulkan12Features, hostQueryReset, BY_CORE, 0, 0),
     FEATURE(VkPhysicalDeviceVulkan13Features, dynamicRendering, BY_EXT | BY_CORE, 0, 0),

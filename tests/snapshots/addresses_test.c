@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Addresses of structures that the application does not query: the layer queries them only if an
- * instance needs it, and only if the query is valid. */
+/* What the layer queries about structures on its own account: addresses only if an instance needs
+ * one, and addresses and sizes only if the query is valid. */
 #include "tests/snapshots/scene.h"
 
 enum { BUFFER_SIZE = 1 << 16 };
@@ -171,4 +171,49 @@ GUARD_TEST(test_guard)
     refer_to(scene.structures.address);
     build_instance();
     fixture_expect_silence(&fixture);
+}
+
+/* ---- sizes */
+
+static void record_build(const VkuDeviceDispatchTable *vk, VkDevice device)
+{
+    const VkAccelerationStructureGeometryKHR geometry =
+        boxes_geometry(1 << 16, sizeof(VkAabbPositionsKHR));
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, .geometryCount = 1,
+                 .pGeometries = &geometry);
+    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 1}, *ranges = &range;
+    VkCommandPool pool = command_pool_create(vk, device);
+    VkCommandBuffer commands =
+        commands_begin(vk, device, pool, VK_COMMAND_BUFFER_LEVEL_PRIMARY, 0, NULL);
+    vk->CmdBuildAccelerationStructuresKHR(commands, 1, &info, &ranges);
+    vk->DestroyCommandPool(device, pool, NULL);
+}
+
+/* How often the build of a device queries sizes, with the feature or without it. */
+static uint64_t count_sizes(VkBool32 has_feature)
+{
+    const char *const extensions[] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                      VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+    const STRUCT(VkPhysicalDeviceAccelerationStructureFeaturesKHR, structures,
+                 .accelerationStructure = has_feature);
+    const struct instance_settings settings = {.level = "state"};
+    struct instance_fixture instance;
+    VkuDeviceDispatchTable vk;
+    VkDevice device;
+    instance_fixture_create(&instance, &platform, &settings);
+    GET(instance_fixture_create_device(&instance, &structures, extensions, ARRAY_COUNT(extensions),
+                                       &device, &vk));
+    platform.null_driver.reset();
+    record_build(&vk, device);
+    vk.DestroyDevice(device, NULL);
+    messages_clear(&instance.messages);
+    instance_fixture_close(&instance);
+    return platform.null_driver.calls("vkGetAccelerationStructureBuildSizesKHR");
+}
+
+TEST(test_sizes)
+{
+    assert_int_equal(count_sizes(VK_TRUE), 1);
+    assert_int_equal(count_sizes(VK_FALSE), 0);
 }
