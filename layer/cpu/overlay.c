@@ -7,7 +7,6 @@
 
 #include "layer/cpu/advertise.h"
 #include "layer/cpu/commands.h"
-#include "layer/cpu/results.h"
 
 /* ---- instances */
 
@@ -106,7 +105,6 @@ void cpu_overlay_destroy(struct cpu_overlay *overlay)
 {
     if (!overlay)
         return;
-    cpu_overlay_end_transfers(overlay);
     cpu_playback_destroy(overlay->playback);
     cpu_device_destroy(overlay->device);
     free(overlay);

@@ -113,7 +113,7 @@ static bool submit(const struct transfer *transfer)
 void cpu_overlay_end_transfers(struct cpu_overlay *overlay)
 {
     uint64_t nanoseconds = TICKET_GRACE_NANOSECONDS;
-    for (struct transfer *transfer; (transfer = overlay->unfinished);) {
+    for (struct transfer *transfer; overlay && (transfer = overlay->unfinished);) {
         overlay->unfinished = transfer->next;
         if (wait_for(transfer, nanoseconds)) {
             free_transfer(transfer);

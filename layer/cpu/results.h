@@ -10,7 +10,7 @@
 struct snapshots_consumer *cpu_overlay_consumer(struct layer_device *device);
 
 /* Called before the device is destroyed: frees copies of results whose end was not observed. What
- * the device may still use stays until it is destroyed. */
+ * the device may still use stays until it is destroyed. `overlay` may be NULL. */
 void cpu_overlay_end_transfers(struct cpu_overlay *overlay);
 
 /* Warns once if something was built from the copies of a later execution, and once if something

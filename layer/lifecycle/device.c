@@ -61,6 +61,7 @@ void layer_free_device(struct layer_device *device)
     input_checks_destroy(device->input_checks);
     command_buffers_destroy(device->command_buffers); /* and their recordings */
     comparer_destroy(device->comparer);
+    cpu_overlay_end_transfers(device->cpu);
     cpu_overlay_destroy(device->cpu);
     snapshots_destroy(device->snapshots);
     resources_destroy(device->resources);

@@ -201,9 +201,11 @@ static struct execution *start_execution(struct recording *recording, const stru
     pthread_mutex_lock(&recording->lock);
     struct execution *execution = allocate_execution(recording);
     if (execution) {
-        for (struct execution *other = recording->latest; other; other = other->previous)
-            if (other->ticket == ticket)
-                atomic_store(&other->is_overwritten, true);
+        struct execution *other = recording->latest;
+        while (other && other->ticket != ticket)
+            other = other->older;
+        if (other) /* so are all before, by now */
+            atomic_store(&other->is_overwritten, true);
         atomic_init(&execution->references, 1);
         recording->execution_count++;
     }
@@ -215,7 +217,9 @@ static struct execution *start_execution(struct recording *recording, const stru
 static void publish(struct recording *recording, struct execution *execution)
 {
     pthread_mutex_lock(&recording->lock);
-    execution->previous = recording->latest;
+    execution->older = recording->latest;
+    if (execution->older)
+        execution->older->newer = execution;
     recording->latest = execution;
     pthread_mutex_unlock(&recording->lock);
 }
@@ -223,11 +227,12 @@ static void publish(struct recording *recording, struct execution *execution)
 /* Called with the lock held. The execution may not be published yet. */
 static void unpublish(struct recording *recording, const struct execution *execution)
 {
-    struct execution **link = &recording->latest;
-    while (*link && *link != execution)
-        link = &(*link)->previous;
-    if (*link)
-        *link = execution->previous;
+    if (recording->latest == execution)
+        recording->latest = execution->older;
+    if (execution->newer)
+        execution->newer->older = execution->older;
+    if (execution->older)
+        execution->older->newer = execution->newer;
 }
 
 static bool add_children(struct execution *execution)
@@ -394,15 +399,16 @@ uint32_t execution_count_repeated(const struct execution *execution)
     return count;
 }
 
-/* Returns the execution that was made last, or last before `after`, and whose ticket is not `next`,
- * with a reference. Returns NULL if there is none. */
+/* Returns the execution that was made last, or last before `after`, with a reference. Skips those
+ * of the submissions of `after` and of `next`. Returns NULL if there is none. */
 static struct execution *share_other(struct recording *recording, const struct execution *after,
                                      const struct ticket *next)
 {
     pthread_mutex_lock(&recording->lock);
-    struct execution *execution = after ? after->previous : recording->latest;
-    while (execution && execution->ticket == next)
-        execution = execution->previous;
+    struct execution *execution = after ? after->older : recording->latest;
+    while (execution &&
+           (execution->ticket == next || (after && execution->ticket == after->ticket)))
+        execution = execution->older;
     if (execution)
         execution_share(execution);
     pthread_mutex_unlock(&recording->lock);

@@ -169,9 +169,10 @@ struct recording {
 
 /* One execution of a recording: where its snapshots are, and when they can be read. */
 struct execution {
-    atomic_uint references;     /* the last reference is dropped under the recording's lock */
-    struct execution *next;     /* in the list of submitted executions */
-    struct execution *previous; /* of the same recording; guarded by the recording's lock */
+    atomic_uint references; /* the last reference is dropped under the recording's lock */
+    struct execution *next; /* in the list of submitted executions */
+    /* Of the same recording, made before and after; guarded by the recording's lock. */
+    struct execution *older, *newer;
     struct recording *recording;
     const struct recorded_item *last; /* last item of this execution; NULL: none */
     uint32_t chunk_count;             /* chunks of this execution */
