@@ -311,6 +311,13 @@ static void drop(void *user)
 static void run_batch(void *user, const struct batch_run *run)
 {
     struct submissions *submissions = user;
+    if (run->work == WORK_SYNC) {
+        if (!submissions->order_unknown) {
+            hazard_checks_add(submissions->device->hazard_checks, run);
+            hazard_checks_run(submissions->device->hazard_checks, run);
+        }
+        return;
+    }
     bool is_done = run->checked && run->work == WORK_OF_QUEUE;
     build_undo_forget(&submissions->undo);
     if (!is_done && !submissions->order_unknown)
@@ -339,6 +346,7 @@ struct execution_hooks submissions_hooks(struct submissions *submissions)
 {
     return (struct execution_hooks){
         .user = submissions,
+        .follows_host = submissions->device->finds_hazards,
         .capture = capture,
         .release = release,
         .is_open = is_open,

@@ -6,6 +6,7 @@
 #include "layer/execution/hazards/checks.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/intercepts/journal_access.h"
+#include "layer/postmortem/loss.h"
 #include "src/check/replay/replay.h"
 
 /* ---- the host */
@@ -45,6 +46,16 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_ResetEvent(VkDevice device, VkEvent event)
     struct layer_device *state = layer_find_device(device);
     events_reset(state->events, event);
     return state->vk.ResetEvent(device, event);
+}
+
+/* The commands in front of one that has set the event may have executed. */
+VKAPI_ATTR VkResult VKAPI_CALL assay_GetEventStatus(VkDevice device, VkEvent event)
+{
+    struct layer_device *state = layer_find_device(device);
+    VkResult result = state->vk.GetEventStatus(device, event);
+    if (result == VK_EVENT_SET)
+        execution_order_observe_unknown(state->order);
+    return postmortem_see(state, result);
 }
 
 /* ---- command buffers */

@@ -12,7 +12,6 @@
         return postmortem_see(state, state->vk.name arguments);                                    \
     }
 
-DEFINE(GetEventStatus, device, (VkDevice device, VkEvent event), (device, event))
 DEFINE(CreateSwapchainKHR, device,
        (VkDevice device, const VkSwapchainCreateInfoKHR *pCreateInfo,
         const VkAllocationCallbacks *pAllocator, VkSwapchainKHR *pSwapchain),
@@ -27,12 +26,6 @@ DEFINE(GetSwapchainCounterEXT, device,
        (VkDevice device, VkSwapchainKHR swapchain, VkSurfaceCounterFlagBitsEXT counter,
         uint64_t *pCounterValue),
        (device, swapchain, counter, pCounterValue))
-DEFINE(WaitForPresentKHR, device,
-       (VkDevice device, VkSwapchainKHR swapchain, uint64_t presentId, uint64_t timeout),
-       (device, swapchain, presentId, timeout))
-DEFINE(WaitForPresent2KHR, device,
-       (VkDevice device, VkSwapchainKHR swapchain, const VkPresentWait2InfoKHR *pPresentWait2Info),
-       (device, swapchain, pPresentWait2Info))
 DEFINE(GetPastPresentationTimingEXT, device,
        (VkDevice device, const VkPastPresentationTimingInfoEXT *pPastPresentationTimingInfo,
         VkPastPresentationTimingPropertiesEXT *pPastPresentationTimingProperties),

@@ -8,8 +8,10 @@
 #include "layer/snapshots/snapshots.h"
 #include "src/base/chain.h"
 
-/* The commands that a semaphore operation of these stages orders. The stage of builds includes
- * copies of structures. */
+/* The commands that a semaphore operation of these stages orders, for states of structures. The
+ * stage of builds includes copies of structures. Other stages count as nothing, even those that
+ * include copies of structures: what is not ordered is unknown, and nothing is reported about it.
+ * The hazard check has the stages themselves (submission_set_stages()). */
 static enum semaphore_scope scope_of(VkPipelineStageFlags2 stages, VkPipelineStageFlags2 all)
 {
     if (stages & (all | VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT))
@@ -365,4 +367,28 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_AcquireNextImage2KHR(
     struct layer_device *state = layer_find_device(device);
     return observe_acquisition(state, pAcquireInfo->semaphore,
                                state->vk.AcquireNextImage2KHR(device, pAcquireInfo, pImageIndex));
+}
+
+/* An image that has been presented was waited for. */
+static VkResult observe_presentation(struct layer_device *state, VkResult result)
+{
+    if (result == VK_SUCCESS || result == VK_SUBOPTIMAL_KHR)
+        execution_order_observe_unknown(state->order);
+    return postmortem_see(state, result);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_WaitForPresentKHR(VkDevice device, VkSwapchainKHR swapchain,
+                                                       uint64_t presentId, uint64_t timeout)
+{
+    struct layer_device *state = layer_find_device(device);
+    return observe_presentation(state,
+                                state->vk.WaitForPresentKHR(device, swapchain, presentId, timeout));
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL assay_WaitForPresent2KHR(
+    VkDevice device, VkSwapchainKHR swapchain, const VkPresentWait2InfoKHR *pPresentWait2Info)
+{
+    struct layer_device *state = layer_find_device(device);
+    return observe_presentation(
+        state, state->vk.WaitForPresent2KHR(device, swapchain, pPresentWait2Info));
 }

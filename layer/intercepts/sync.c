@@ -92,6 +92,8 @@ static VkResult observe_wait(struct layer_device *state, const VkSemaphoreWaitIn
     for (uint32_t i = 0; result == VK_SUCCESS && !any && i < info->semaphoreCount; i++)
         execution_order_observe_semaphore(state->order, info->pSemaphores[i], info->pValues[i],
                                           false);
+    if (result == VK_SUCCESS && any)
+        execution_order_observe_unknown(state->order);
     end_observation(state);
     return result;
 }
@@ -155,7 +157,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateFence(VkDevice device,
     const VkExportFenceCreateInfo *export =
         chain_find(pCreateInfo->pNext, VK_STRUCTURE_TYPE_EXPORT_FENCE_CREATE_INFO);
     if (result == VK_SUCCESS)
-        execution_order_add_fence(state->order, *pFence, export && export->handleTypes);
+        execution_order_add_fence(state->order, *pFence, export && export->handleTypes,
+                                  pCreateInfo->flags & VK_FENCE_CREATE_SIGNALED_BIT);
     return result;
 }
 
@@ -206,6 +209,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WaitForFences(VkDevice device, uint32_t fen
     bool knows_all = waitAll || fenceCount == 1;
     for (uint32_t i = 0; result == VK_SUCCESS && knows_all && i < fenceCount; i++)
         execution_order_observe_fence(state->order, pFences[i]);
+    if (result == VK_SUCCESS && !knows_all)
+        execution_order_observe_unknown(state->order);
     postmortem_see(state, result);
     end_observation(state);
     return result;

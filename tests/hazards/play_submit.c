@@ -9,8 +9,11 @@
  *     again [QUEUE]           submits the last batch's command buffers once more
  *     bind [QUEUE] SEMAPHORES                vkQueueBindSparse without bindings
  *     host wait fence | idle | QUEUE | TIMELINE=VALUE
+ *     host wait any TIMELINE=VALUE TIMELINE=VALUE         for one of them
  *     host poll fence | TIMELINE=VALUE       the same by asking again and again
  *     host signal TIMELINE=VALUE
+ *     timeline NAME VALUE     begins with the value
+ *     exported fence | TIMELINE                           others may signal it
  *
  * SEMAPHORES: wait NAME[=VALUE][@STAGES] and signal NAME[=VALUE][@STAGES]; all stages if none are
  * named. The queue is q0 if none is named. What is left at the end is submitted to q0. */
@@ -180,6 +183,21 @@ static void wait_on_host(struct play *play, const char *what)
     }
 }
 
+static void wait_for_any(struct play *play, char **words)
+{
+    VkSemaphore handles[PLAY_ITEMS];
+    uint64_t values[PLAY_ITEMS];
+    STRUCT(VkSemaphoreWaitInfo, info, .flags = VK_SEMAPHORE_WAIT_ANY_BIT, .pSemaphores = handles,
+           .pValues = values);
+    for (; *words && info.semaphoreCount < PLAY_ITEMS; words++) {
+        VkSemaphoreSubmitInfo semaphore;
+        add_semaphore(play, *words, &semaphore);
+        handles[info.semaphoreCount] = semaphore.semaphore;
+        values[info.semaphoreCount++] = semaphore.value;
+    }
+    GET(play->vk.WaitSemaphores(play->device, &info, UINT64_MAX));
+}
+
 static void poll_on_host(struct play *play, const char *what)
 {
     VkSemaphoreSubmitInfo semaphore;
@@ -205,7 +223,9 @@ static void signal_from_host(struct play *play, const char *what)
 
 static bool play_host(struct play *play, char **words)
 {
-    if (play_is(words[1], "wait"))
+    if (play_is(words[1], "wait") && play_is(words[2], "any"))
+        wait_for_any(play, words + 3);
+    else if (play_is(words[1], "wait"))
         wait_on_host(play, words[2]);
     else if (play_is(words[1], "poll"))
         poll_on_host(play, words[2]);
@@ -214,6 +234,34 @@ static bool play_host(struct play *play, char **words)
     else
         return false;
     return true;
+}
+
+/* ---- synchronization objects that are created otherwise */
+
+static void replace_semaphore(struct play *play, const char *name, const void *chain,
+                              uint64_t value)
+{
+    const STRUCT(VkSemaphoreTypeCreateInfo, type, .pNext = chain,
+                 .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE, .initialValue = value);
+    struct play_object *object = play_object(play, name);
+    play->vk.DestroySemaphore(play->device, object->semaphore, NULL);
+    GET(play->vk.CreateSemaphore(play->device, &MAKE(VkSemaphoreCreateInfo, .pNext = &type), NULL,
+                                 &object->semaphore));
+}
+
+static void replace_by_exported(struct play *play, const char *name)
+{
+    const STRUCT(VkExportFenceCreateInfo, fence,
+                 .handleTypes = VK_EXTERNAL_FENCE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    const STRUCT(VkExportSemaphoreCreateInfo, semaphore,
+                 .handleTypes = VK_EXTERNAL_SEMAPHORE_HANDLE_TYPE_OPAQUE_FD_BIT);
+    if (!play_is(name, "fence")) {
+        replace_semaphore(play, name, &semaphore, 0);
+        return;
+    }
+    play->vk.DestroyFence(play->device, play->fence, NULL);
+    GET(play->vk.CreateFence(play->device, &MAKE(VkFenceCreateInfo, .pNext = &fence), NULL,
+                             &play->fence));
 }
 
 bool play_submit(struct play *play, char **words)
@@ -236,6 +284,10 @@ bool play_submit(struct play *play, char **words)
         bind(play, words);
     else if (play_is(words[0], "again"))
         submit_again(play, words);
+    else if (play_is(words[0], "timeline"))
+        replace_semaphore(play, words[1], NULL, strtoull(words[2], NULL, 0));
+    else if (play_is(words[0], "exported"))
+        replace_by_exported(play, words[1]);
     else
         return false;
     return true;

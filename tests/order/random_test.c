@@ -180,7 +180,7 @@ static void start(struct test *test)
     for (uint32_t handle = 1; handle <= SEMAPHORES; handle++)
         create_semaphore(test, handle);
     for (uint32_t fence = 1; fence <= FENCES; fence++)
-        execution_order_add_fence(test->program.order, FENCE(fence), false);
+        execution_order_add_fence(test->program.order, FENCE(fence), false, false);
     test->random = random;
 }
 

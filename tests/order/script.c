@@ -191,7 +191,7 @@ static bool create(struct program *program, const char *kind, const char *const 
     for (; *words; words++) {
         const struct operation given = operation_of(*words);
         if (is(kind, "fence"))
-            execution_order_add_fence(program->order, FENCE(given.semaphore), false);
+            execution_order_add_fence(program->order, FENCE(given.semaphore), false, false);
         else
             execution_order_add_semaphore(program->order, SEMAPHORE(given.semaphore),
                                           is_timeline ? VK_SEMAPHORE_TYPE_TIMELINE

@@ -162,7 +162,7 @@ TEST(threads_submit_at_once)
     for (uint32_t i = 1; i <= THREADS; i++) {
         execution_order_add_semaphore(machine.order, SEMAPHORE(i), VK_SEMAPHORE_TYPE_TIMELINE, 0,
                                       false);
-        execution_order_add_fence(machine.order, FENCE(i), false);
+        execution_order_add_fence(machine.order, FENCE(i), false, false);
     }
     for (uint32_t i = 0; i < THREADS; i++)
         workers[i] = (struct worker){&machine, i};

@@ -90,7 +90,7 @@ PROGRAM_TEST(foreign_binary_semaphores_bring_no_order)
 
 PROGRAM_TEST(foreign_fences_show_nothing)
 {
-    execution_order_add_fence(p->order, FENCE(F), true);
+    execution_order_add_fence(p->order, FENCE(F), true, false);
     play(p, "fence G; 10 fence F; 11 fence G;");
     execution_order_set_fence_foreign(p->order, FENCE(G));
     play(p, "sees F; sees G; 20; 20 not after 10;");

@@ -50,6 +50,7 @@ struct hazard_batch_record *hazard_batch_create(const struct batch_run *run)
     batch->timestamp = run->timestamp;
     batch->is_certain = run->predecessors_known;
     batch->signals_fence = run->signals_fence;
+    batch->is_exposed = run->is_exposed;
     batch->queue_labels = shared_labels_share(run->queue_labels);
     execution_clock_copy(&batch->before, run->clock);
     execution_clock_copy(&batch->completed, run->host);

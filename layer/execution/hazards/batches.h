@@ -40,7 +40,7 @@ struct hazard_batch_record {
     struct shared_labels *queue_labels;
     struct timestamp timestamp;
     struct execution_clock before, completed; /* of the same number of queues */
-    bool is_certain, signals_fence;
+    bool is_certain, signals_fence, is_exposed;
     struct semaphore_operation *operations;
     uint32_t operation_count;
     struct journal **journals;

@@ -72,7 +72,7 @@ static struct hazard_batch_record *find(const struct hazard_checks *checks,
 /* Host work has a timestamp only at its end. If it failed, what it wrote is unknown. */
 static bool concerns(const struct hazard_checks *checks, const struct batch_run *run)
 {
-    return checks && (run->work == WORK_OF_QUEUE || run->work == WORK_ENDS);
+    return checks && run->work != WORK_BEGINS && run->work != WORK_FAILS;
 }
 
 /* Call with the lock. */

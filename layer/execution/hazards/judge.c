@@ -227,7 +227,7 @@ static bool has_unknown_wait(const struct hazard_judge *judge)
     const struct hazard_batch_record *batch = judge->current;
     for (uint32_t i = 0; i < batch->operation_count; i++) {
         const struct semaphore_operation *operation = &batch->operations[i];
-        if (!operation->is_signal &&
+        if (!operation->is_signal && !operation->is_met &&
             (!operation->id ||
              !hazards_has_signal(judge->hazards, operation->id, operation->value)))
             return true;
@@ -240,7 +240,7 @@ static void judge_operations(struct hazard_judge *judge, bool signals)
     const struct hazard_batch_record *batch = judge->current;
     for (uint32_t i = 0; i < batch->operation_count; i++) {
         const struct semaphore_operation *operation = &batch->operations[i];
-        if (operation->is_signal != signals || !operation->id)
+        if (operation->is_signal != signals || operation->is_met || !operation->id)
             continue;
         const struct dependency scope = signals ? dependency_of_signal(operation->stages)
                                                 : dependency_of_wait(operation->stages);
@@ -330,6 +330,8 @@ void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *
         judge_fence(judge);
         hazards_end_batch(judge->hazards);
     }
+    /* From now on the application may know that the batch is complete. */
+    judge->lost |= batch->is_exposed;
     keep(judge, batch);
 }
 

@@ -43,6 +43,34 @@ static void leave(struct execution_order *order)
     pthread_mutex_unlock(&order->lock);
 }
 
+/* ---- waits of the host as batches */
+
+void execution_order_add_host_wait(struct execution_order *order, VkSemaphore handle,
+                                   uint64_t value)
+{
+    const struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
+    struct submission *submission =
+        order->hooks.follows_host && !order->order_unknown
+            ? submission_create(order, SUBMIT_HOST_WAIT, VK_NULL_HANDLE)
+            : NULL;
+    if (!submission)
+        return;
+    submission->state = SUBMISSION_MADE;
+    execution_clock_copy(&submission->host, &order->host);
+    submission_add_batch(submission);
+    submission_add_wait(submission, handle, value, SCOPE_ALL);
+    if (submission->out_of_memory) {
+        execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
+    } else {
+        execution_clock_copy(&submission->batches[0].clock, &order->host);
+        if (semaphore)
+            submission->operations[0].id = semaphore->id;
+        submission->batches[0].predecessors_known = semaphore != NULL;
+        order_batch_end_on_host(&submission->batches[0]);
+    }
+    submission_unreference(submission);
+}
+
 /* ---- semaphores */
 
 /* Returns the id of the semaphore, or 0 if there is none. */
@@ -68,7 +96,7 @@ void execution_order_add_semaphore(struct execution_order *order, VkSemaphore ha
     if (semaphore && handle_table_set(&order->semaphores, key_of_semaphore(handle), semaphore)) {
         semaphore->id = ++order->last_semaphore;
         semaphore->timeline = type == VK_SEMAPHORE_TYPE_TIMELINE;
-        semaphore->reached = initial_value;
+        semaphore->initial = semaphore->reached = initial_value;
         semaphore->foreign = foreign;
     } else {
         free(semaphore);
@@ -113,7 +141,8 @@ void execution_order_forget_signal(struct execution_order *order, VkSemaphore ha
 
 /* ---- fences */
 
-void execution_order_add_fence(struct execution_order *order, VkFence handle, bool foreign)
+void execution_order_add_fence(struct execution_order *order, VkFence handle, bool foreign,
+                               bool signaled)
 {
     if (!enter(order))
         return;
@@ -121,6 +150,7 @@ void execution_order_add_fence(struct execution_order *order, VkFence handle, bo
     struct order_fence *fence = calloc(1, sizeof(*fence));
     if (fence && handle_table_set(&order->fences, key_of_fence(handle), fence)) {
         fence->foreign = foreign;
+        fence->seen = signaled;
     } else {
         free(fence);
         execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
@@ -174,9 +204,22 @@ void execution_order_observe_fence(struct execution_order *order, VkFence handle
             execution_clock_join(&order->host, &fence->clock);
         else if (!order->in_flight)
             execution_order_set_unknown_locked(order, ORDER_UNKNOWN_UNTRACKED_SIGNAL);
-        fence->seen = true;
+    } else if (fence && !fence->seen) {
+        execution_order_add_host_wait(order, VK_NULL_HANDLE, 0);
     }
+    if (fence)
+        fence->seen = true;
     leave(order);
+}
+
+/* Submits the wait, unless the host has observed so much already. What the value of a foreign
+ * semaphore means is unknown. */
+static void note_wait(struct execution_order *order, VkSemaphore handle,
+                      const struct semaphore_clock *semaphore, uint64_t seen_before)
+{
+    if (semaphore->seen > seen_before && semaphore->seen > semaphore->initial)
+        execution_order_add_host_wait(order, semaphore->foreign ? VK_NULL_HANDLE : handle,
+                                      semaphore->seen);
 }
 
 void execution_order_observe_semaphore(struct execution_order *order, VkSemaphore handle,
@@ -186,12 +229,22 @@ void execution_order_observe_semaphore(struct execution_order *order, VkSemaphor
         return;
     struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
     if (semaphore && semaphore->timeline) {
+        const uint64_t seen_before = semaphore->seen;
         semaphore_clock_observe(semaphore, value, exact);
         if (!semaphore_clock_catch_up(semaphore, &order->host) && !order->in_flight)
             execution_order_set_unknown_locked(order, ORDER_UNKNOWN_UNTRACKED_SIGNAL);
+        note_wait(order, handle, semaphore, seen_before);
         execution_order_prune(order, semaphore);
         execution_order_release_held(order);
     }
+    leave(order);
+}
+
+void execution_order_observe_unknown(struct execution_order *order)
+{
+    if (!enter(order))
+        return;
+    execution_order_add_host_wait(order, VK_NULL_HANDLE, 0);
     leave(order);
 }
 

@@ -51,6 +51,7 @@ enum work_phase {
     WORK_BEGINS,
     WORK_ENDS,
     WORK_FAILS, /* the work ends, and its effects are unknown */
+    WORK_SYNC,  /* no work: semaphore operations of the host (execution_hooks.follows_host) */
 };
 
 /* The work that a semaphore operation orders, besides other semaphore operations. */
@@ -67,6 +68,7 @@ struct semaphore_operation {
     uint64_t last_wait; /* binary semaphore: its last_wait before this wait */
     enum semaphore_scope scope;
     bool is_signal;
+    bool is_met; /* a wait for a value that the timeline had from the start: it orders nothing */
     VkPipelineStageFlags2 stages; /* see submission_set_stages() */
 };
 
@@ -82,6 +84,9 @@ struct batch_run {
     const struct semaphore_operation *operations; /* its waits and signals */
     uint32_t operation_count;
     bool signals_fence; /* it is the last batch of a submission with a fence */
+    /* With follows_host: the submission signals an object that others may signal or wait for, so
+     * the application may observe its completion without the layer. */
+    bool is_exposed;
     const struct submitted_commands *commands;
     uint32_t command_count;
     /* See submission_set_origin(): objects may have been destroyed since the submission. */
@@ -106,6 +111,9 @@ enum order_unknown_reason {
 /* Callbacks of the order's user. Each may be NULL. */
 struct execution_hooks {
     void *user;
+    /* `run` also gets batches of the host of phase WORK_SYNC: a signal, or a wait that has ended.
+     * A wait without operation and with predecessors unknown may have been for anything. */
+    bool follows_host;
     /* Returns what `run` will need of a command buffer that is being submitted: a reference to its
      * journal, which `release` gives back. Called on the submitting thread before the call goes
      * down; `release` may be called on any thread. */
@@ -143,6 +151,7 @@ enum submission_kind {
                            run if submission_add_work added work */
     SUBMIT_HOST_WORK,   /* a host command that works on structures: one batch of no queue */
     SUBMIT_HOST_SIGNAL, /* vkSignalSemaphore; no queue */
+    SUBMIT_HOST_WAIT,   /* a completion that the host has observed; the order submits it itself */
 };
 
 /* Returns NULL if the order is unknown or missing. The submission belongs to the order. Only
@@ -203,7 +212,9 @@ void execution_order_set_semaphore_foreign(struct execution_order *order, VkSema
 /* A presentation has waited for the binary semaphore, or an acquisition will signal it. */
 void execution_order_forget_signal(struct execution_order *order, VkSemaphore handle);
 
-void execution_order_add_fence(struct execution_order *order, VkFence handle, bool foreign);
+/* `signaled`: from the start. */
+void execution_order_add_fence(struct execution_order *order, VkFence handle, bool foreign,
+                               bool signaled);
 void execution_order_remove_fence(struct execution_order *order, VkFence handle);
 void execution_order_set_fence_foreign(struct execution_order *order, VkFence handle);
 void execution_order_reset_fence(struct execution_order *order, VkFence handle);
@@ -214,6 +225,8 @@ void execution_order_observe_fence(struct execution_order *order, VkFence handle
 /* The semaphore's value is `value` (`exact`), or at least `value`. */
 void execution_order_observe_semaphore(struct execution_order *order, VkSemaphore handle,
                                        uint64_t value, bool exact);
+/* The host has observed something that may come behind any work. */
+void execution_order_observe_unknown(struct execution_order *order);
 
 /* All work that was submitted before a wait for idle. Other submissions may overlap the wait. */
 struct idle_wait {

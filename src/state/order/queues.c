@@ -117,6 +117,8 @@ static void start(struct submission *submission)
         order->in_flight++;
 
     submission_announce(submission);
+    const struct order_fence *fence = execution_order_fence(order, submission->fence);
+    submission->is_exposed |= fence && fence->foreign;
     submission_resolve_ready(submission);
     if (submission->ready_count < submission->batch_count)
         order->waiting++;
@@ -152,12 +154,9 @@ static void add_end_of_work(struct submission *submission)
     submission->batches[1].command_count = submission->batches[0].command_count;
 }
 
-/* All work that begins from now on follows the host work: the host's own, and submissions, because
- * the host makes them. */
-static void end_work(struct submission *submission)
+void order_batch_end_on_host(struct order_batch *batch)
 {
-    struct execution_order *order = submission->order;
-    struct order_batch *batch = &submission->batches[1];
+    struct execution_order *order = batch->submission->order;
     batch->timestamp = (struct timestamp){EXECUTION_HOST, ++order->host_count};
     execution_clock_add(&order->host, batch->timestamp);
     execution_order_append_run(order, batch);
@@ -172,7 +171,9 @@ static void succeed(struct submission *submission)
     submission->serial = ++order->last_serial;
     submission_publish(submission);
     if (submission->kind == SUBMIT_HOST_WORK)
-        end_work(submission);
+        order_batch_end_on_host(&submission->batches[1]);
+    if (submission->kind == SUBMIT_HOST_SIGNAL && order->hooks.follows_host)
+        order_batch_end_on_host(&submission->batches[0]);
     execution_order_release_held(order);
     if (order->held_count > EXECUTION_HELD_BATCHES)
         execution_order_set_unknown_locked(order, ORDER_UNKNOWN_TOO_MANY_WAITS);
@@ -216,7 +217,7 @@ static void fail_work(struct submission *submission)
 {
     stop(submission, SUBMISSION_FAILED);
     if (!submission->order->order_unknown)
-        end_work(submission);
+        order_batch_end_on_host(&submission->batches[1]);
 }
 
 static void finish(struct submission *submission, VkResult result)

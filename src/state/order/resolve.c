@@ -43,6 +43,9 @@ void submission_announce(struct submission *submission)
             continue;
         if (!semaphore->timeline)
             number_operation(semaphore, operation);
+        operation->is_met = semaphore->timeline && !semaphore->foreign &&
+                            !operation->is_signal && operation->value <= semaphore->initial;
+        submission->is_exposed |= operation->is_signal && semaphore->foreign;
         if (operation->is_signal &&
             !semaphore_clock_announce(semaphore, operation->value, submission))
             submission->out_of_memory = true;
@@ -90,6 +93,8 @@ static void publish_operation(struct submission *submission,
     if (operation->is_signal) {
         semaphore_clock_publish(semaphore, operation->value, submission);
         semaphore_clock_catch_up(semaphore, &order->host);
+        if (operation->value <= semaphore->seen)
+            execution_order_add_host_wait(order, operation->handle, operation->value);
         execution_order_prune(order, semaphore);
     } else if (!semaphore->timeline) {
         semaphore_clock_forget(semaphore, operation->value);
@@ -361,13 +366,13 @@ static void release(struct order_queue *queue, struct order_batch **link)
         queue->held_bindings--;
 
     resolve(batch, &queue->clocks);
+    if (submission->kind == SUBMIT_COMMANDS || batch->command_count)
+        execution_order_append_run(order, batch);
     publish_batch(batch);
     if (order_batch_is_last(batch))
         give_fence_clock(batch, &queue->clocks);
     if (submission->serial <= queue->idle_serial)
         execution_order_join_all(&order->host, queue);
-    if (submission->kind == SUBMIT_COMMANDS || batch->command_count)
-        execution_order_append_run(order, batch);
     submission_unreference(submission);
 }
 

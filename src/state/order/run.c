@@ -55,6 +55,8 @@ void submission_unreference(struct submission *submission)
 static enum work_phase phase_of(const struct order_batch *batch)
 {
     const struct submission *submission = batch->submission;
+    if (submission->kind == SUBMIT_HOST_SIGNAL || submission->kind == SUBMIT_HOST_WAIT)
+        return WORK_SYNC;
     if (submission->kind != SUBMIT_HOST_WORK)
         return WORK_OF_QUEUE;
     if (batch == submission->batches)
@@ -76,6 +78,7 @@ static struct batch_run describe(const struct order_batch *batch)
         .operations = order_batch_operations(batch),
         .operation_count = batch->operation_count,
         .signals_fence = submission->fence && order_batch_is_last(batch),
+        .is_exposed = submission->is_exposed,
         .commands = batch->command_count ? &submission->commands[batch->first_commands] : NULL,
         .command_count = batch->command_count,
         .checked = submission->checked && batch < &submission->batches[submission->ready_count],

@@ -31,6 +31,7 @@ struct semaphore_clock {
     uint64_t id; /* unique within the device, though the handle may be reused */
     bool timeline;
     bool foreign;     /* operations that the layer does not intercept may signal it */
+    uint64_t initial; /* timeline: its value from the start */
     uint64_t reached; /* a wait for this value or less has ended and orders nothing */
 
     uint64_t seen; /* the host has observed this value or a larger one */

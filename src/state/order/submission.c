@@ -16,9 +16,28 @@ static void start_over(struct submission *submission)
     submission->queue_record = NULL;
     submission->references = 1;
     submission->out_of_memory = submission->checked = submission->may_follow_held = false;
-    submission->skip = false;
+    submission->skip = submission->is_exposed = false;
     submission->ready_count = 0;
     submission->batch_count = submission->operation_count = submission->command_count = 0;
+}
+
+struct submission *submission_create(struct execution_order *order, enum submission_kind kind,
+                                     VkQueue queue)
+{
+    struct submission *submission = order->spare;
+    if (submission)
+        order->spare = submission->next;
+    else
+        submission = calloc(1, sizeof(*submission));
+    if (!submission) {
+        execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
+        return NULL;
+    }
+    submission->order = order;
+    submission->kind = kind;
+    submission->queue = queue;
+    start_over(submission);
+    return submission;
 }
 
 struct submission *submission_begin(struct execution_order *order, enum submission_kind kind,
@@ -27,23 +46,11 @@ struct submission *submission_begin(struct execution_order *order, enum submissi
     if (!order)
         return NULL;
     pthread_mutex_lock(&order->lock);
-    bool order_unknown = order->order_unknown;
-    struct submission *submission = order_unknown ? NULL : order->spare;
-    if (submission)
-        order->spare = submission->next;
-    pthread_mutex_unlock(&order->lock);
-    if (order_unknown)
-        return NULL;
+    struct submission *submission =
+        order->order_unknown ? NULL : submission_create(order, kind, queue);
     if (!submission)
-        submission = calloc(1, sizeof(*submission));
-    if (!submission) {
-        execution_order_set_unknown(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
-        return NULL;
-    }
-    submission->order = order;
-    submission->kind = kind;
-    submission->queue = queue;
-    start_over(submission);
+        execution_order_drain(order);
+    pthread_mutex_unlock(&order->lock);
     return submission;
 }
 
