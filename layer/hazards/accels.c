@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Records copies, serialization and queries of acceleration structures: whole structures, and of
- * serialized data, whose size is unknown, the header. */
+/* Records copies, serialization and queries of acceleration structures. They access what the last
+ * build needed, which may be less than the structure was created with, and something else may lie
+ * behind it: only the first byte is certain. Of serialized data it is the header. */
 #include "layer/hazards/commands.h"
 #include "layer/hazards/host.h"
 #include "layer/hazards/recording.h"
@@ -14,7 +15,7 @@ static void add_accel(struct hazard_recording *recording, enum access_kind kind,
     struct accel_facts facts;
     const struct hazard_use use = {.kind = kind, .role = role};
     resources_look_up_accel(recording->device->resources, handle, &facts);
-    hazard_recording_add_accel(recording, &use, &facts, VK_WHOLE_SIZE);
+    hazard_recording_add_accel(recording, &use, &facts, 1);
 }
 
 static void add_nv(struct hazard_recording *recording, enum access_kind kind, enum hazard_role role,

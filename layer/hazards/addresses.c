@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Records copies, fills and updates by address (VK_KHR_device_address_commands). */
+/* Records copies, fills, updates and markers by address (VK_KHR_device_address_commands). */
 #include "layer/hazards/commands.h"
 #include "layer/hazards/recording.h"
 
@@ -57,4 +57,17 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdFillMemoryKHR(VkCommandBuffer commandBuffe
     if (hazard_recording_begin(&recording, commandBuffer, "vkCmdFillMemoryKHR"))
         add(&recording, ACCESS_FILL_WRITE, HAZARD_DST, pDstRange->address, pDstRange->size / 4 * 4);
     device->vk.CmdFillMemoryKHR(commandBuffer, pDstRange, dstFlags, data);
+}
+
+VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteMarkerToMemoryAMD(VkCommandBuffer commandBuffer,
+                                                             const VkMemoryMarkerInfoAMD *pInfo)
+{
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    struct hazard_recording recording;
+    if (!device)
+        return;
+    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdWriteMarkerToMemoryAMD"))
+        add(&recording, ACCESS_MARKER_WRITE, HAZARD_DST, pInfo->dstRange.address,
+            sizeof(pInfo->marker));
+    device->vk.CmdWriteMarkerToMemoryAMD(commandBuffer, pInfo);
 }

@@ -32,9 +32,12 @@
     INTERCEPT(CmdCopyBufferToImage2KHR)                                                            \
     INTERCEPT(CmdFillBuffer)                                                                       \
     INTERCEPT(CmdUpdateBuffer)                                                                     \
+    INTERCEPT(CmdWriteBufferMarkerAMD)                                                             \
+    INTERCEPT(CmdWriteBufferMarker2AMD)                                                            \
     INTERCEPT(CmdCopyMemoryKHR)                                                                    \
     INTERCEPT(CmdFillMemoryKHR)                                                                    \
     INTERCEPT(CmdUpdateMemoryKHR)                                                                  \
+    INTERCEPT(CmdWriteMarkerToMemoryAMD)                                                                  \
     INTERCEPT(CmdCopyQueryPoolResults)                                                             \
     INTERCEPT(CreateImage)                                                                         \
     INTERCEPT(DestroyImage)                                                                        \

@@ -36,9 +36,6 @@ static void add_bytes(struct hazard_recording *recording, const struct hazard_us
         hazard_recording_add_address(recording, use, from->facts, begin, end);
 }
 
-/* A gap of so few bytes is padding. */
-enum { PADDING_MAX = 3 };
-
 void hazards_add_elements(struct hazard_recording *recording, const struct hazard_use *use,
                           const struct hazard_elements *elements)
 {
@@ -48,7 +45,7 @@ void hazards_add_elements(struct hazard_recording *recording, const struct hazar
     uint64_t begin = elements->offset;
     uint64_t last = input_extent(begin, elements->count - 1, stride, 0);
     uint64_t end = input_extent(begin, elements->count - 1, stride, size);
-    if (stride <= size + PADDING_MAX || elements->count == 1) {
+    if (stride <= size || elements->count == 1) {
         add_bytes(recording, use, elements, begin, end);
         return;
     }
@@ -92,14 +89,8 @@ static const struct address_facts *chained_facts(const struct input *input, enum
     return &unknown;
 }
 
-/* The most common format needs no look-up. A fourth component is not read. */
-static uint32_t vertex_size(VkFormat format)
-{
-    return format == VK_FORMAT_R32G32B32_SFLOAT ? 12 : format_size(format);
-}
-
-/* Indices may skip any vertex, so an indexed geometry surely reads none in particular. maxVertex
- * describes the data, though: if all vertices can be used, all count as read. */
+/* Indices may skip any vertex, and maxVertex is an upper bound: without the indices no vertex of an
+ * indexed geometry is certain. */
 static void add_vertices(const struct input *input,
                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
 {
@@ -109,18 +100,15 @@ static void add_vertices(const struct input *input,
                   triangles->pNext, &input->geometry->triangles_chain,
                   VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV)
             : NULL;
-    bool is_indexed = triangles->indexType != VK_INDEX_TYPE_NONE_KHR;
-    uint64_t corners = (uint64_t)input->range->primitiveCount * 3;
-    uint64_t count = input_vertices(triangles, input->range);
-    if (count > corners)
+    if (triangles->indexType != VK_INDEX_TYPE_NONE_KHR)
         return;
     struct hazard_elements vertices = {
         .facts = &input->geometry->vertex,
-        .offset = input_extent(is_indexed ? 0 : input->range->primitiveOffset,
-                               input->range->firstVertex, triangles->vertexStride, 0),
-        .count = count,
+        .offset = input_extent(input->range->primitiveOffset, input->range->firstVertex,
+                               triangles->vertexStride, 0),
+        .count = input_vertices(triangles, input->range),
         .stride = triangles->vertexStride,
-        .size = vertex_size(triangles->vertexFormat),
+        .size = format_position_size(triangles->vertexFormat),
     };
     add(input, HAZARD_VERTICES, triangles->vertexData, &vertices);
     if (!motion)

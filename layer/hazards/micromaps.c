@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Records builds, copies and queries of micromaps of VK_EXT_opacity_micromap. */
+/* Records builds, copies and queries of micromaps of VK_EXT_opacity_micromap. As of structures, only
+ * the first byte of what is copied or queried is certain. */
 #include "layer/hazards/commands.h"
 #include "layer/hazards/host.h"
 #include "layer/intercepts/intercepts.h"
@@ -18,11 +19,10 @@ static void add_micromap(struct hazard_recording *recording, const struct hazard
                          &bytes);
 }
 
-static void add_whole(struct hazard_recording *recording, enum access_kind kind,
+static void add_first(struct hazard_recording *recording, enum access_kind kind,
                       enum hazard_role role, VkMicromapEXT handle)
 {
-    add_micromap(recording, &(struct hazard_use){.kind = kind, .role = role}, handle,
-                 VK_WHOLE_SIZE);
+    add_micromap(recording, &(struct hazard_use){.kind = kind, .role = role}, handle, 1);
 }
 
 /* ---- builds */
@@ -70,12 +70,19 @@ static void add_triangles(struct hazard_recording *recording, const struct hazar
     add_bytes(recording, use, info->triangleArray, is_host, stride == size ? count * size : size);
 }
 
+/* The layer's own call needs the feature and a structure that can be read, as the application's. */
+static bool can_query_sizes(const struct layer_device *device, const VkMicromapBuildInfoEXT *info)
+{
+    return device->facts.micromap.ext &&
+           info->sType == VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT && count_triangles(info);
+}
+
 static void add_build(struct hazard_recording *recording, uint32_t index,
                       const VkMicromapBuildInfoEXT *info, bool is_host)
 {
     const struct layer_device *device = recording->device;
     VkMicromapBuildSizesInfoEXT sizes = {.sType = VK_STRUCTURE_TYPE_MICROMAP_BUILD_SIZES_INFO_EXT};
-    if (device->vk.GetMicromapBuildSizesEXT)
+    if (device->vk.GetMicromapBuildSizesEXT && can_query_sizes(device, info))
         device->vk.GetMicromapBuildSizesEXT(device->handle,
                                             is_host
                                                 ? VK_ACCELERATION_STRUCTURE_BUILD_TYPE_HOST_KHR
@@ -124,8 +131,8 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMicromapEXT(VkCommandBuffer commandBuf
 {
     struct hazard_recording recording;
     if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyMicromapEXT")) {
-        add_whole(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pInfo->src);
-        add_whole(&recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, pInfo->dst);
+        add_first(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pInfo->src);
+        add_first(&recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, pInfo->dst);
     }
     assay_CmdCopyMicromapEXT(commandBuffer, pInfo);
 }
@@ -136,8 +143,8 @@ VKAPI_ATTR VkResult VKAPI_CALL hazards_CopyMicromapEXT(VkDevice device,
 {
     struct hazard_recording recording;
     if (hazards_start_host(&recording, device, "vkCopyMicromapEXT")) {
-        add_whole(&recording, ACCESS_HOST_READ, HAZARD_SRC, pInfo->src);
-        add_whole(&recording, ACCESS_HOST_WRITE, HAZARD_DST, pInfo->dst);
+        add_first(&recording, ACCESS_HOST_READ, HAZARD_SRC, pInfo->src);
+        add_first(&recording, ACCESS_HOST_WRITE, HAZARD_DST, pInfo->dst);
     }
     return assay_CopyMicromapEXT(device, deferredOperation, pInfo);
 }
@@ -156,7 +163,7 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMemoryToMicromapEXT(
     struct hazard_recording recording;
     if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyMemoryToMicromapEXT")) {
         add_bytes(&recording, &memory_read, pInfo->src, false, HEADER_SIZE);
-        add_whole(&recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, pInfo->dst);
+        add_first(&recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, pInfo->dst);
     }
     assay_CmdCopyMemoryToMicromapEXT(commandBuffer, pInfo);
 }
@@ -169,7 +176,7 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMicromapToMemoryEXT(
     if (!device)
         return;
     if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyMicromapToMemoryEXT")) {
-        add_whole(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pInfo->src);
+        add_first(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pInfo->src);
         add_bytes(&recording, &memory_write,
                   (VkDeviceOrHostAddressConstKHR){.deviceAddress = pInfo->dst.deviceAddress}, false,
                   HEADER_SIZE);
@@ -187,7 +194,7 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteMicromapsPropertiesEXT(
         return;
     if (hazard_recording_begin(&recording, commandBuffer, "vkCmdWriteMicromapsPropertiesEXT"))
         for (uint32_t i = 0; i < micromapCount; i++)
-            add_whole(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pMicromaps[i]);
+            add_first(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pMicromaps[i]);
     device->vk.CmdWriteMicromapsPropertiesEXT(commandBuffer, micromapCount, pMicromaps, queryType,
                                               queryPool, firstQuery);
 }

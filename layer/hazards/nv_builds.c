@@ -43,7 +43,7 @@ static void add(struct hazard_recording *recording, uint32_t geometry, enum haza
     hazards_add_elements(recording, &use, elements);
 }
 
-/* As in add_vertices() of inputs.c. */
+/* As in add_vertices() of inputs.c: indices may skip any vertex. */
 static void add_triangles(struct hazard_recording *recording, uint32_t index,
                           const VkGeometryTrianglesNV *triangles)
 {
@@ -51,12 +51,12 @@ static void add_triangles(struct hazard_recording *recording, uint32_t index,
     uint64_t index_size = input_index_size(triangles->indexType);
     if (is_indexed ? !triangles->indexCount : !triangles->vertexCount)
         return;
-    if (!is_indexed || triangles->vertexCount <= triangles->indexCount)
+    if (!is_indexed)
         add(recording, index, HAZARD_VERTICES, triangles->vertexData,
             &(struct hazard_elements){.offset = triangles->vertexOffset,
                                       .count = triangles->vertexCount,
                                       .stride = triangles->vertexStride,
-                                      .size = format_size(triangles->vertexFormat)});
+                                      .size = format_position_size(triangles->vertexFormat)});
     if (is_indexed)
         add(recording, index, HAZARD_INDICES, triangles->indexData,
             &(struct hazard_elements){.offset = triangles->indexOffset,

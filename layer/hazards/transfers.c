@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Records copies, fills and updates of buffers. */
+/* Records copies, fills and updates of buffers, and markers. */
 #include "layer/hazards/commands.h"
 #include "layer/hazards/objects.h"
 #include "layer/hazards/recording.h"
@@ -177,7 +177,7 @@ DEFINE_IMAGE_COPY(CmdCopyImageToBuffer2KHR, TO_BUFFER)
 DEFINE_IMAGE_COPY(CmdCopyBufferToImage2, TO_IMAGE)
 DEFINE_IMAGE_COPY(CmdCopyBufferToImage2KHR, TO_IMAGE)
 
-/* ---- fills, updates and results of queries */
+/* ---- fills and updates */
 
 /* A fill to the end of a buffer writes whole words only. */
 static VkDeviceSize filled_size(const struct hazard_recording *recording, VkBuffer buffer,
@@ -219,6 +219,42 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdUpdateBuffer(VkCommandBuffer commandBuffer
                                     dataSize);
     device->vk.CmdUpdateBuffer(commandBuffer, dstBuffer, dstOffset, dataSize, pData);
 }
+
+/* ---- markers (VK_AMD_buffer_marker) */
+
+static void add_marker(VkCommandBuffer handle, const char *name, VkBuffer dst, VkDeviceSize offset)
+{
+    struct hazard_recording recording;
+    if (hazard_recording_begin(&recording, handle, name))
+        hazard_recording_add_buffer(&recording, ACCESS_MARKER_WRITE, HAZARD_DST, dst, offset,
+                                    sizeof(uint32_t));
+}
+
+VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteBufferMarkerAMD(VkCommandBuffer commandBuffer,
+                                                           VkPipelineStageFlagBits pipelineStage,
+                                                           VkBuffer dstBuffer,
+                                                           VkDeviceSize dstOffset, uint32_t marker)
+{
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
+    add_marker(commandBuffer, "vkCmdWriteBufferMarkerAMD", dstBuffer, dstOffset);
+    device->vk.CmdWriteBufferMarkerAMD(commandBuffer, pipelineStage, dstBuffer, dstOffset, marker);
+}
+
+VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteBufferMarker2AMD(VkCommandBuffer commandBuffer,
+                                                            VkPipelineStageFlags2 stage,
+                                                            VkBuffer dstBuffer,
+                                                            VkDeviceSize dstOffset, uint32_t marker)
+{
+    struct layer_device *device = layer_find_recording_device(commandBuffer);
+    if (!device)
+        return;
+    add_marker(commandBuffer, "vkCmdWriteBufferMarker2AMD", dstBuffer, dstOffset);
+    device->vk.CmdWriteBufferMarker2AMD(commandBuffer, stage, dstBuffer, dstOffset, marker);
+}
+
+/* ---- results of queries */
 
 /* What is surely written of each query: with VK_QUERY_RESULT_WAIT_BIT its first word, and behind it
  * another value or the availability; otherwise only the availability, whose place is known if the

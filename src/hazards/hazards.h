@@ -10,7 +10,7 @@
  * An access is compared with the last write of its bytes, and a write also with the reads since
  * then. A read after a write, and a write after a write, need a memory dependency: the write
  * happens before, is made available and is made visible to the access. A write after a read needs
- * an execution dependency. Accesses of one command are not compared.
+ * an execution dependency. Accesses of one command are not compared, nor are two buffer markers.
  *
  * Why this scales: a dependency orders all earlier commands of a queue at given stages. So, for
  * each pair of queues, stage and kind of access, one number says up to where earlier accesses are

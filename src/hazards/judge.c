@@ -111,11 +111,20 @@ static void judge_reads(struct hazards *hazards, struct piece *piece, uint64_t n
     }
 }
 
+/* Markers "implicitly complete in submission order" (vkCmdWriteBufferMarkerAMD), at least those of
+ * one stage. Nothing is said about two queues. */
+static bool are_markers(enum access_kind k, enum access_kind b)
+{
+    return k == ACCESS_MARKER_WRITE && b == ACCESS_MARKER_WRITE;
+}
+
 static bool write_is_ordered(const struct hazards *hazards, const struct piece *piece,
                              enum access_kind b)
 {
     const uint32_t past_queue = mark_queue(piece->write);
     const uint64_t earlier = mark_number(piece->write);
+    if (are_markers(mark_kind(piece->write), b))
+        return true;
     if (earlier >= hazards->command_first || earlier <= hazards->queues[past_queue].settled)
         return true;
     const struct frontier *frontier = hazards->queues[hazards->queue].from[past_queue];

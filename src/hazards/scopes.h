@@ -70,6 +70,7 @@ enum access_kind {
     ACCESS_TRANSFER_READ,             /* src of a copy at stage COPY */
     ACCESS_TRANSFER_WRITE,            /* dst of a copy at stage COPY */
     ACCESS_FILL_WRITE,                /* dst of a fill or an update */
+    ACCESS_MARKER_WRITE,              /* vkCmdWriteBufferMarkerAMD */
     ACCESS_MICROMAP_READ,
     ACCESS_MICROMAP_WRITE,       /* dst, and scratch */
     ACCESS_MICROMAP_SHADER_READ, /* inputs of a micromap build */

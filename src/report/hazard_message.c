@@ -141,14 +141,22 @@ static void append_place(struct text_buffer *text, struct message *message,
     }
 }
 
+static void append_bytes(struct text_buffer *text, const struct hazard_bytes *bytes)
+{
+    if (bytes->end - bytes->begin == 1)
+        text_append(text, " (byte %" PRIu64 " of its memory).", bytes->begin);
+    else
+        text_append(text, " (bytes %" PRIu64 " to %" PRIu64 " of its memory).", bytes->begin,
+                    bytes->end - 1);
+}
+
 static void append_accesses(struct text_buffer *text, struct message *message,
                             const struct hazard_report *report)
 {
-    const struct hazard_bytes *bytes = &report->hazard.bytes;
     text_append(text, " %s ", verb_of(&report->later));
     append_object_of(text, message, &report->later);
-    text_append(text, " (bytes %" PRIu64 " to %" PRIu64 " of its memory). Earlier, ", bytes->begin,
-                bytes->end - 1);
+    append_bytes(text, &report->hazard.bytes);
+    text_append(text, " Earlier, ");
     append_member(text, &report->earlier);
     append_place(text, message, &report->earlier);
     text_append(text, "%s %s them", report->earlier.origin.command_buffer ? "," : "",

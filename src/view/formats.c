@@ -92,6 +92,17 @@ uint32_t format_size(VkFormat format)
     return vkuGetFormatInfo(format).texel_block_size;
 }
 
+/* The most common format needs no look-up. */
+uint32_t format_position_size(VkFormat format)
+{
+    if (format == VK_FORMAT_R32G32B32_SFLOAT)
+        return 12;
+    const struct VKU_FORMAT_INFO info = vkuGetFormatInfo(format);
+    if (vkuFormatIsPacked(format) || !has_whole_byte_components(&info) || info.component_count < 4)
+        return info.texel_block_size;
+    return info.texel_block_size - info.components[3].size / 8;
+}
+
 bool format_color_block(VkFormat format, struct format_block *block)
 {
     const struct VKU_FORMAT_INFO info = vkuGetFormatInfo(format);

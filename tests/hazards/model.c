@@ -272,6 +272,8 @@ static void compare(struct model *model, uint32_t index, const struct access *la
     const struct access *earlier = &model->accesses[index];
     bool wrote = access_is_write(earlier->is->kind), writes = access_is_write(later->is->kind);
     struct order order = order_of(model, index, later, byte);
+    if (earlier->is->kind == ACCESS_MARKER_WRITE && later->is->kind == ACCESS_MARKER_WRITE)
+        return;
     if (wrote ? order.is_visible : order.is_ordered)
         return;
     /* Queues execute their batches in order; the host does not. */

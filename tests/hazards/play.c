@@ -68,10 +68,11 @@ static void create_device(struct play *play)
 {
     const struct instance_fixture *fixture = play->fixture;
     static const char *const optional[] = {VK_KHR_RAY_TRACING_MAINTENANCE_1_EXTENSION_NAME,
-                                           VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME};
-    const char *extensions[4] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+                                           VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
+                                           VK_AMD_BUFFER_MARKER_EXTENSION_NAME};
+    const char *extensions[2 + ARRAY_COUNT(optional)] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
                                  VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
-    bool *const has[] = {&play->has_copy_stage, &play->has_micromaps};
+    bool *const has[] = {&play->has_copy_stage, &play->has_micromaps, &play->has_markers};
     struct device_features features;
     VkDeviceQueueCreateInfo queues[2];
     uint32_t count = 2;
@@ -160,6 +161,7 @@ static const char *missing(const struct play *play)
         {"q2", "a second queue family", play->queues[2]},
         {"indirect", "indirect builds", play->has_indirect},
         {"micromap", "micromaps", play->has_micromaps},
+        {"marker", "VK_AMD_buffer_marker", play->has_markers},
         {"accel_copy", "VK_KHR_ray_tracing_maintenance1", play->has_copy_stage},
     };
     for (size_t i = 0; i < ARRAY_COUNT(needs); i++)

@@ -46,7 +46,7 @@ struct play {
     uint32_t memory_type;
     VkQueue queues[PLAY_QUEUES]; /* null: the device has none */
     VkCommandPool pools[2];      /* of the families */
-    bool has_indirect, has_host, has_micromaps, has_copy_stage;
+    bool has_indirect, has_host, has_micromaps, has_copy_stage, has_markers;
 
     struct play_object objects[PLAY_OBJECTS];
     unsigned object_count;

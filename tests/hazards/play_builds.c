@@ -3,6 +3,7 @@
  *
  *     build NAME [vertices PLACE] [indices PLACE] [transform PLACE] [boxes PLACE] [micromap NAME]
  *         [scratch PLACE] [indirect PLACE] [update] [src NAME] [primitives COUNT] [and NAME ...]
+ *         [first VERTEX] [max VERTEX] [format rgba16] [stride BYTES]     of vertices
  *     top NAME [NAME...] [instances PLACE] [...]
  *     micromap NAME [data PLACE] [triangles PLACE] [scratch PLACE]
  *     host build ...
@@ -126,6 +127,15 @@ static void read_operand(struct build_line *line, struct one_build *build, const
     } else if (play_is(option, "primitives")) {
         build->range.primitiveCount = (uint32_t)atoi(word);
         triangles->maxVertex = 3 * build->range.primitiveCount - 1;
+    } else if (play_is(option, "first")) {
+        build->range.firstVertex = (uint32_t)atoi(word);
+    } else if (play_is(option, "max")) {
+        triangles->maxVertex = (uint32_t)atoi(word);
+    } else if (play_is(option, "format")) {
+        PLAY_REQUIRE(play, play_is(word, "rgba16"));
+        triangles->vertexFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
+    } else if (play_is(option, "stride")) {
+        triangles->vertexStride = (VkDeviceSize)atoi(word);
     } else if (play_is(option, "src")) {
         build->info.srcAccelerationStructure = play_object(play, word)->structure;
     } else {

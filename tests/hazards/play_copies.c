@@ -5,6 +5,7 @@
  *     query NAME > POOL          results POOL > PLACE         the compacted size
  *     copy | copy1 | copy-image SRC > DST [SIZE]
  *     fill PLACE [SIZE]          update PLACE [SIZE]
+ *     marker PLACE STAGE         marker2 PLACE STAGE          VK_AMD_buffer_marker
  *     host clone | compact | serialize | deserialize SRC > DST
  *     host query NAME
  *
@@ -175,6 +176,18 @@ static void write_buffer(struct play *play, char **words)
         play->vk.CmdUpdateBuffer(play_commands(play), to->buffer.handle, offset, size, zeros);
 }
 
+static void write_marker(struct play *play, char **words)
+{
+    VkDeviceSize offset;
+    const struct play_object *to = play_place(play, words[1], &offset);
+    const VkPipelineStageFlags2 stages = play_stages(play, words[2]);
+    if (play_is(words[0], "marker2"))
+        play->vk.CmdWriteBufferMarker2AMD(play_commands(play), stages, to->buffer.handle, offset, 1);
+    else
+        play->vk.CmdWriteBufferMarkerAMD(play_commands(play), (VkPipelineStageFlagBits)stages,
+                                         to->buffer.handle, offset, 1);
+}
+
 bool play_copy(struct play *play, char **words)
 {
     if (play_is(words[0], "host") && play_is(words[1], "query")) {
@@ -195,6 +208,8 @@ bool play_copy(struct play *play, char **words)
         copy_image(play, words);
     else if (play_is(words[0], "fill") || play_is(words[0], "update"))
         write_buffer(play, words);
+    else if (play_is(words[0], "marker") || play_is(words[0], "marker2"))
+        write_marker(play, words);
     else
         return false;
     return true;

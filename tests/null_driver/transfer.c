@@ -95,6 +95,23 @@ COMMAND(CmdFillBuffer)
         NULL);
 }
 
+static void add_marker(VkCommandBuffer handle, VkBuffer dst, VkDeviceSize offset, uint32_t marker)
+{
+    add(handle,
+        &(struct transfer){.kind = FILL, .dst = dst, .region = {0, offset, 4}, .word = marker},
+        NULL);
+}
+
+COMMAND(CmdWriteBufferMarkerAMD)
+{
+    add_marker(commandBuffer, dstBuffer, dstOffset, marker);
+}
+
+COMMAND(CmdWriteBufferMarker2AMD)
+{
+    add_marker(commandBuffer, dstBuffer, dstOffset, marker);
+}
+
 COMMAND(CmdExecuteCommands)
 {
     for (uint32_t i = 0; i < commandBufferCount; i++)

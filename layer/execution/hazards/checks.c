@@ -146,12 +146,13 @@ void hazard_checks_refer(struct hazard_checks *checks, struct timestamp timestam
 {
     if (!checks || !referenced->memory)
         return;
+    /* How much of the structure its last build needed is unknown: the first byte is certain. */
     const struct hazard_reference reference = {
         .journal = journal,
         .position = position,
         .structure = (uint64_t)(uintptr_t)referenced->handle,
         .bytes = {resources_find_memory_id(checks->device->resources, referenced->memory),
-                  referenced->begin, referenced->begin + referenced->size},
+                  referenced->begin, referenced->begin + (referenced->size != 0)},
     };
     if (!reference.bytes.memory)
         return;
