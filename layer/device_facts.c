@@ -69,6 +69,16 @@ static void collect_features(struct device_facts *facts, const void *chain)
         accel && accel->accelerationStructureIndirectBuild;
     facts->acceleration_structure_host_commands = accel && accel->accelerationStructureHostCommands;
 
+    const VkPhysicalDeviceRayTracingMaintenance1FeaturesKHR *maintenance =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_MAINTENANCE_1_FEATURES_KHR);
+    const VkPhysicalDeviceSynchronization2Features *synchronization =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SYNCHRONIZATION_2_FEATURES);
+    const VkPhysicalDeviceVulkan13Features *core_13 =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES);
+    facts->ray_tracing_maintenance1 = maintenance && maintenance->rayTracingMaintenance1;
+    facts->synchronization2 = (synchronization && synchronization->synchronization2) ||
+                              (core_13 && core_13->synchronization2);
+
     const VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV *spheres = chain_find(
         chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV);
     const VkPhysicalDeviceFaultFeaturesEXT *fault =

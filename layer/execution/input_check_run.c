@@ -143,10 +143,21 @@ static void refers(void *user, uint32_t position, const struct accel_facts *refe
                         referenced);
 }
 
+static void indexes(void *user, uint32_t build, uint32_t geometry, uint32_t smallest,
+                    uint32_t largest)
+{
+    const struct read_call *call = user;
+    const struct ran_execution *ran = call->reading->ran;
+    const struct hazard_indices indices = {
+        {call->journal, call->first + build, geometry}, smallest, largest};
+    hazard_checks_index(ran->device->hazard_checks, ran->timestamp, &indices);
+}
+
 static const struct check_hooks hooks = {.found = found,
                                          .find_sizes = find_sizes,
                                          .refers = refers,
                                          .query_addresses = query_addresses,
+                                         .indexes = indexes,
                                          .of_another_device = of_another_device};
 
 static struct read_call *begin_call(struct reading *reading, const struct journal *journal,

@@ -17,8 +17,6 @@ bool hazards_start_build(struct hazard_recording *recording, struct build_call *
 /* Adds what a vkCmdBuildAccelerationStructureNV accesses (nv_builds.c). */
 void hazards_add_nv_build(struct hazard_recording *recording, const struct nv_call_view *view);
 
-/* Adds what a geometry surely reads; of what a host build reads, mapped memory (inputs.c). */
-void hazards_add_inputs(struct hazard_recording *recording, const struct geometry_view *geometry);
 /* Adds reads of `count` elements; `facts` and `host` are those of the input's address, and `host`
  * is NULL in device builds. Bytes between elements may belong to something else. */
 struct hazard_elements {
@@ -29,5 +27,13 @@ struct hazard_elements {
 };
 void hazards_add_elements(struct hazard_recording *recording, const struct hazard_use *use,
                           const struct hazard_elements *elements);
+
+/* Adds the vertices of a geometry with indices, which level content reads: `elements` begin at the
+ * vertex of index 0. */
+void hazards_add_indexed(struct hazard_recording *recording, const struct hazard_use *use,
+                         const struct hazard_elements *elements);
+
+/* Adds what a geometry surely reads; of what a host build reads, mapped memory (inputs.c). */
+void hazards_add_inputs(struct hazard_recording *recording, const struct geometry_view *geometry);
 
 #endif

@@ -53,6 +53,35 @@ void hazards_add_elements(struct hazard_recording *recording, const struct hazar
     add_bytes(recording, use, elements, last, end);
 }
 
+void hazards_add_indexed(struct hazard_recording *recording, const struct hazard_use *use,
+                         const struct hazard_elements *elements)
+{
+    const struct address_facts *facts = elements->facts;
+    if (recording->device->level < LEVEL_CONTENT || elements->host ||
+        facts->status != ADDRESS_IN_BUFFER || elements->offset >= facts->bytes_left ||
+        elements->stride > UINT32_MAX)
+        return;
+    const uint64_t memory =
+        elements->memory_id
+            ? elements->memory_id
+            : hazard_list_memory_id(recording->list, recording->device->resources, facts->memory);
+    struct hazard_item *item = memory ? hazard_list_add(recording->list) : NULL;
+    if (!item)
+        return;
+    item->kind = HAZARD_INDEXED;
+    item->access = (unsigned char)use->kind;
+    item->role = (unsigned char)use->role;
+    item->info = use->info;
+    item->geometry = use->geometry;
+    item->object_type = VK_OBJECT_TYPE_BUFFER;
+    item->object = (uint64_t)(uintptr_t)facts->buffer;
+    item->count = (uint32_t)elements->stride;
+    item->labels = (uint32_t)elements->size;
+    item->bytes = (struct hazard_bytes){memory, facts->begin + elements->offset,
+                                        facts->begin + facts->bytes_left};
+    recording->list->has_references = true;
+}
+
 /* ---- geometries */
 
 /* A geometry that is being recorded. */
@@ -63,15 +92,20 @@ struct input {
     bool is_host;
 };
 
-static void add(const struct input *input, enum hazard_role role,
-                VkDeviceOrHostAddressConstKHR address, struct hazard_elements *elements)
+static struct hazard_use use_of(const struct input *input, enum hazard_role role)
 {
-    const struct hazard_use use = {
+    return (struct hazard_use){
         .kind = input->is_host ? ACCESS_HOST_READ : ACCESS_BUILD_SHADER_READ,
         .role = role,
         .info = input->geometry->build->index,
         .geometry = input->geometry->index,
     };
+}
+
+static void add(const struct input *input, enum hazard_role role,
+                VkDeviceOrHostAddressConstKHR address, struct hazard_elements *elements)
+{
+    const struct hazard_use use = use_of(input, role);
     elements->host = input->is_host ? address.hostAddress : NULL;
     if (input->is_host && !elements->host)
         return;
@@ -90,7 +124,17 @@ static const struct address_facts *chained_facts(const struct input *input, enum
 }
 
 /* Indices may skip any vertex, and maxVertex is an upper bound: without the indices no vertex of an
- * indexed geometry is certain. */
+ * indexed geometry is certain, with them those of the smallest and the largest one. */
+static void add_vertices_of(const struct input *input, enum hazard_role role,
+                            VkDeviceOrHostAddressConstKHR address, struct hazard_elements *vertices)
+{
+    const struct hazard_use use = use_of(input, role);
+    if (vertices->count)
+        add(input, role, address, vertices);
+    else if (!input->is_host)
+        hazards_add_indexed(input->recording, &use, vertices);
+}
+
 static void add_vertices(const struct input *input,
                          const VkAccelerationStructureGeometryTrianglesDataKHR *triangles)
 {
@@ -100,21 +144,20 @@ static void add_vertices(const struct input *input,
                   triangles->pNext, &input->geometry->triangles_chain,
                   VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_MOTION_TRIANGLES_DATA_NV)
             : NULL;
-    if (triangles->indexType != VK_INDEX_TYPE_NONE_KHR)
-        return;
+    bool is_indexed = triangles->indexType != VK_INDEX_TYPE_NONE_KHR;
     struct hazard_elements vertices = {
         .facts = &input->geometry->vertex,
-        .offset = input_extent(input->range->primitiveOffset, input->range->firstVertex,
-                               triangles->vertexStride, 0),
-        .count = input_vertices(triangles, input->range),
+        .offset = input_extent(is_indexed ? 0 : input->range->primitiveOffset,
+                               input->range->firstVertex, triangles->vertexStride, 0),
+        .count = is_indexed ? 0 : input_vertices(triangles, input->range),
         .stride = triangles->vertexStride,
         .size = format_position_size(triangles->vertexFormat),
     };
-    add(input, HAZARD_VERTICES, triangles->vertexData, &vertices);
+    add_vertices_of(input, HAZARD_VERTICES, triangles->vertexData, &vertices);
     if (!motion)
         return;
     vertices.facts = chained_facts(input, INPUT_MOTION_VERTEX);
-    add(input, HAZARD_OTHER_INPUT, motion->vertexData, &vertices);
+    add_vertices_of(input, HAZARD_OTHER_INPUT, motion->vertexData, &vertices);
 }
 
 static void add_triangles(const struct input *input)

@@ -40,7 +40,10 @@ static void add(struct hazard_recording *recording, uint32_t geometry, enum haza
                                               .buffer = buffer,
                                               .begin = bytes.begin,
                                               .bytes_left = bytes.size};
-    hazards_add_elements(recording, &use, elements);
+    if (role == HAZARD_VERTICES && !elements->count)
+        hazards_add_indexed(recording, &use, elements);
+    else
+        hazards_add_elements(recording, &use, elements);
 }
 
 /* As in add_vertices() of inputs.c: indices may skip any vertex. */
@@ -51,12 +54,11 @@ static void add_triangles(struct hazard_recording *recording, uint32_t index,
     uint64_t index_size = input_index_size(triangles->indexType);
     if (is_indexed ? !triangles->indexCount : !triangles->vertexCount)
         return;
-    if (!is_indexed)
-        add(recording, index, HAZARD_VERTICES, triangles->vertexData,
-            &(struct hazard_elements){.offset = triangles->vertexOffset,
-                                      .count = triangles->vertexCount,
-                                      .stride = triangles->vertexStride,
-                                      .size = format_position_size(triangles->vertexFormat)});
+    add(recording, index, HAZARD_VERTICES, triangles->vertexData,
+        &(struct hazard_elements){.offset = triangles->vertexOffset,
+                                  .count = is_indexed ? 0 : triangles->vertexCount,
+                                  .stride = triangles->vertexStride,
+                                  .size = format_position_size(triangles->vertexFormat)});
     if (is_indexed)
         add(recording, index, HAZARD_INDICES, triangles->indexData,
             &(struct hazard_elements){.offset = triangles->indexOffset,

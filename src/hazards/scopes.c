@@ -138,8 +138,9 @@ static stage_set with_later(stage_set named)
 
 /* ---- accesses */
 
-#define AT_BUILD "VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR"
-#define AT_MICROMAP "VK_PIPELINE_STAGE_2_MICROMAP_BUILD_BIT_EXT"
+#define AT_BUILD "ACCELERATION_STRUCTURE_BUILD_BIT_KHR"
+#define AT_MICROMAP "MICROMAP_BUILD_BIT_EXT"
+#define AT_ALL "ALL_COMMANDS_BIT"
 
 /* The equivalents of SHADER_READ count as SHADER_READ: the specification does not say which of them
  * a build performs. */
@@ -155,14 +156,14 @@ static const struct {
     const char *stage_name, *flag_name;
 } kinds[ACCESS_KINDS] = {
 #define KIND(kind, stage, is_write, flags, stage_name, flag)                                       \
-    [ACCESS_##kind] = {stage, is_write, flags, stage_name, "VK_ACCESS_2_" #flag}
+    [ACCESS_##kind] = {stage, is_write, flags, stage_name, #flag}
 #define READ(kind, stage, stage_name, flag)                                                        \
     KIND(kind, stage, false, VK_ACCESS_2_##flag, stage_name, flag)
 #define WRITE(kind, stage, stage_name, flag)                                                       \
     KIND(kind, stage, true, VK_ACCESS_2_##flag, stage_name, flag)
-#define AT_COPY "VK_PIPELINE_STAGE_2_COPY_BIT"
-#define AT_HOST "VK_PIPELINE_STAGE_2_HOST_BIT"
-#define AT_ACCEL_COPY "VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_COPY_BIT_KHR"
+#define AT_COPY "COPY_BIT"
+#define AT_HOST "HOST_BIT"
+#define AT_ACCEL_COPY "ACCELERATION_STRUCTURE_COPY_BIT_KHR"
     READ(BUILD_ACCEL_READ, SYNC_BUILD, AT_BUILD, ACCELERATION_STRUCTURE_READ_BIT_KHR),
     WRITE(BUILD_ACCEL_WRITE, SYNC_BUILD, AT_BUILD, ACCELERATION_STRUCTURE_WRITE_BIT_KHR),
     KIND(BUILD_SHADER_READ, SYNC_BUILD, false, SHADER_READS, AT_BUILD, SHADER_READ_BIT),
@@ -175,9 +176,9 @@ static const struct {
     READ(TRANSFER_READ, SYNC_COPY, AT_COPY, TRANSFER_READ_BIT),
     WRITE(TRANSFER_WRITE, SYNC_COPY, AT_COPY, TRANSFER_WRITE_BIT),
     /* Both COPY and CLEAR include it; ALL_TRANSFER is right in either reading. */
-    WRITE(FILL_WRITE, SYNC_FILL, "VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT", TRANSFER_WRITE_BIT),
+    WRITE(FILL_WRITE, SYNC_FILL, "ALL_TRANSFER_BIT", TRANSFER_WRITE_BIT),
     /* The stages of a barrier must include TRANSFER and the stage that the command names. */
-    WRITE(MARKER_WRITE, SYNC_FILL, "VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT", TRANSFER_WRITE_BIT),
+    WRITE(MARKER_WRITE, SYNC_FILL, AT_ALL, TRANSFER_WRITE_BIT),
     READ(MICROMAP_READ, SYNC_MICROMAP, AT_MICROMAP, MICROMAP_READ_BIT_EXT),
     WRITE(MICROMAP_WRITE, SYNC_MICROMAP, AT_MICROMAP, MICROMAP_WRITE_BIT_EXT),
     KIND(MICROMAP_SHADER_READ, SYNC_MICROMAP, false, SHADER_READS, AT_MICROMAP, SHADER_READ_BIT),
@@ -222,14 +223,45 @@ bool access_is_write(enum access_kind kind)
     return kinds[kind].is_write;
 }
 
-const char *access_stage_name(enum access_kind kind)
+static bool is_of_micromaps(enum access_kind kind)
 {
+    return kinds[kind].stage == SYNC_MICROMAP || kind == ACCESS_BUILD_MICROMAP_READ;
+}
+
+/* Each stage that is not enabled is part of ALL_COMMANDS, or of another one. The first version of
+ * the flags has one stage for transfers, and nothing of micromaps. */
+static const char *stage_of(enum access_kind kind, const struct barrier_features *features)
+{
+    const bool is_2 = features->synchronization2;
+    switch (kinds[kind].stage) {
+    case SYNC_ACCEL_COPY:
+        if (is_2 && features->structure_copies)
+            break;
+        return features->structures ? AT_BUILD : AT_ALL;
+    case SYNC_BUILD:
+        return features->structures ? AT_BUILD : AT_ALL;
+    case SYNC_MICROMAP:
+        return is_2 && features->micromaps ? AT_MICROMAP : AT_ALL;
+    case SYNC_COPY:
+    case SYNC_FILL:
+        if (!is_2 && kind != ACCESS_MARKER_WRITE)
+            return "TRANSFER_BIT";
+        break;
+    default:
+        break;
+    }
     return kinds[kind].stage_name;
 }
 
-const char *access_flag_name(enum access_kind kind)
+struct access_names access_names(enum access_kind kind, const struct barrier_features *features)
 {
-    return kinds[kind].flag_name;
+    const bool is_2 = features->synchronization2;
+    struct access_names names = {is_2 ? "VK_PIPELINE_STAGE_2_" : "VK_PIPELINE_STAGE_",
+                                 stage_of(kind, features), is_2 ? "VK_ACCESS_2_" : "VK_ACCESS_",
+                                 kinds[kind].flag_name};
+    if (is_of_micromaps(kind) && !(is_2 && features->micromaps))
+        names.access = kinds[kind].is_write ? "MEMORY_WRITE_BIT" : "MEMORY_READ_BIT";
+    return names;
 }
 
 /* Returns the kinds that `flags` include at `stages`. */

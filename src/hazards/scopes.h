@@ -85,10 +85,21 @@ typedef uint32_t kind_set; /* of bits 1 << enum access_kind */
 
 enum sync_stage access_stage(enum access_kind kind);
 bool access_is_write(enum access_kind kind);
-/* The stage and access flags that a barrier names for the kind, such as
- * "VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR". Static text. */
-const char *access_stage_name(enum access_kind kind);
-const char *access_flag_name(enum access_kind kind);
+
+/* What a device has enabled that decides which stages and accesses a barrier may name. */
+struct barrier_features {
+    bool synchronization2; /* else: the flags of vkCmdPipelineBarrier */
+    bool structures;       /* the stage ACCELERATION_STRUCTURE_BUILD */
+    bool structure_copies; /* the stage ACCELERATION_STRUCTURE_COPY */
+    bool micromaps;        /* the stage MICROMAP_BUILD, and accesses of micromaps */
+};
+
+/* The stage and access that a barrier names for a kind, such as "COPY_BIT", "TRANSFER_READ_BIT".
+ * Behind the prefixes they are names of flags. Static text. */
+struct access_names {
+    const char *stage_prefix, *stage, *access_prefix, *access;
+};
+struct access_names access_names(enum access_kind kind, const struct barrier_features *features);
 
 /* One dependency of a synchronization command. The scopes of stages include logically earlier
  * stages in `src`, and later ones in `dst`; the access scopes do not. */

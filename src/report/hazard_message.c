@@ -171,28 +171,30 @@ static void append_accesses(struct text_buffer *text, struct message *message,
 static void append_reason(struct text_buffer *text, const struct hazard_report *report)
 {
     const struct hazard *hazard = &report->hazard;
-    const char *write = access_flag_name(hazard->earlier.kind);
+    const struct access_names src = access_names(hazard->earlier.kind, &report->features);
+    const struct access_names dst = access_names(hazard->later.kind, &report->features);
     if (hazard->is_racing)
         text_append(text, " Nothing orders the two accesses, so they may happen in either order.");
     else if (!hazard->is_ordered)
         text_append(text, " Nothing between them makes the second command wait for the first.");
     else if (!hazard->is_available)
         text_append(text,
-                    " The second command waits for the first, but no srcAccessMask with %s makes "
+                    " The second command waits for the first, but no srcAccessMask with %s%s makes "
                     "the write available.",
-                    write);
+                    src.access_prefix, src.access);
     else
         text_append(text,
                     " The second command waits for the first, and the write is available, but no "
-                    "dstAccessMask with %s makes it visible.",
-                    access_flag_name(hazard->later.kind));
+                    "dstAccessMask with %s%s makes it visible.",
+                    dst.access_prefix, dst.access);
 }
 
+/* Names only what the device has enabled. */
 static void append_hint(struct text_buffer *text, const struct hazard_report *report)
 {
     const struct hazard *hazard = &report->hazard;
-    const char *src = access_stage_name(hazard->earlier.kind);
-    const char *dst = access_stage_name(hazard->later.kind);
+    const struct access_names src = access_names(hazard->earlier.kind, &report->features);
+    const struct access_names dst = access_names(hazard->later.kind, &report->features);
     if (hazard->earlier.queue == HAZARD_HOST_QUEUE || hazard->later.queue == HAZARD_HOST_QUEUE) {
         text_append(text,
                     " Wait on the host until the first has completed, for example for a "
@@ -201,15 +203,15 @@ static void append_hint(struct text_buffer *text, const struct hazard_report *re
     }
     if (hazard->is_racing) {
         text_append(text,
-                    " Signal a semaphore after the first, and let the second wait for it at %s.",
-                    dst);
+                    " Signal a semaphore after the first, and let the second wait for it at %s%s.",
+                    dst.stage_prefix, dst.stage);
         return;
     }
-    text_append(text, " Record a barrier between them with srcStageMask %s, dstStageMask %s", src,
-                dst);
+    text_append(text, " Record a barrier between them with srcStageMask %s%s, dstStageMask %s%s",
+                src.stage_prefix, src.stage, dst.stage_prefix, dst.stage);
     if (hazard->type != WRITE_AFTER_READ)
-        text_append(text, ", srcAccessMask %s, dstAccessMask %s",
-                    access_flag_name(hazard->earlier.kind), access_flag_name(hazard->later.kind));
+        text_append(text, ", srcAccessMask %s%s, dstAccessMask %s%s", src.access_prefix, src.access,
+                    dst.access_prefix, dst.access);
     text_append(text, ".");
 }
 

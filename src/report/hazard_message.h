@@ -23,6 +23,7 @@ struct hazard_access_text {
 struct hazard_report {
     struct hazard hazard;
     struct hazard_access_text earlier, later;
+    struct barrier_features features; /* of the device */
     uint32_t more; /* accesses of the same kind in this command that have such a hazard, too */
 };
 

@@ -199,7 +199,7 @@ struct device_facts {
     /* Features. */
     bool acceleration_structure, acceleration_structure_indirect_build,
         acceleration_structure_host_commands;
-    bool device_fault;
+    bool device_fault, ray_tracing_maintenance1, synchronization2;
     bool spheres, linear_swept_spheres, dense_geometry_format;
     /* Extensions. */
     struct {

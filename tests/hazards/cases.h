@@ -10,7 +10,8 @@
  * The broken program has all lines but those with +, and yields exactly the expected messages. The
  * repaired program has all lines but those with -, and is silent. A case without expectations is
  * one valid program. `level LEVEL` plays a case at another level than content; `only null` is for
- * cases that need the null driver's sizes. A line with # is a comment. play_*.c say what the
+ * cases that need the null driver's sizes; `without maintenance1` or `without synchronization2`
+ * disables the feature. A line with # is a comment. play_*.c say what the
  * commands are. */
 #ifndef ASSAY_TESTS_HAZARDS_CASES_H
 #define ASSAY_TESTS_HAZARDS_CASES_H

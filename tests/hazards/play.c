@@ -24,7 +24,17 @@ struct device_features {
     VkPhysicalDeviceOpacityMicromapFeaturesEXT micromaps;
 };
 
-/* Enables all features that the device has. */
+/* Whether the program has a line of these two words. */
+static bool has_line(const struct hazard_case *program, const char *first, const char *second)
+{
+    bool found = false;
+    for (unsigned i = 0; i < program->line_count; i++)
+        found |= play_is(program->lines[i].words[0], first) &&
+                 play_is(program->lines[i].words[1], second);
+    return found;
+}
+
+/* Enables all features that the device has, and the program does not disable. */
 static void find_features(struct play *play, struct device_features *features)
 {
     const struct instance_fixture *fixture = play->fixture;
@@ -45,6 +55,10 @@ static void find_features(struct play *play, struct device_features *features)
     fixture->vk.GetPhysicalDeviceFeatures2(fixture->physical, &features->core);
     features->core.features.robustBufferAccess = VK_FALSE;
     features->structures.accelerationStructureCaptureReplay = VK_FALSE;
+    if (has_line(play->program, "without", "maintenance1"))
+        features->maintenance.rayTracingMaintenance1 = VK_FALSE;
+    if (has_line(play->program, "without", "synchronization2"))
+        features->core_13.synchronization2 = VK_FALSE;
     play->has_indirect = features->structures.accelerationStructureIndirectBuild;
     play->has_host = features->structures.accelerationStructureHostCommands;
 }
@@ -70,8 +84,9 @@ static void create_device(struct play *play)
     static const char *const optional[] = {VK_KHR_RAY_TRACING_MAINTENANCE_1_EXTENSION_NAME,
                                            VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
                                            VK_AMD_BUFFER_MARKER_EXTENSION_NAME};
-    const char *extensions[2 + ARRAY_COUNT(optional)] = {VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
-                                 VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+    const char *extensions[2 + ARRAY_COUNT(optional)] = {
+        VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME,
+        VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
     bool *const has[] = {&play->has_copy_stage, &play->has_micromaps, &play->has_markers};
     struct device_features features;
     VkDeviceQueueCreateInfo queues[2];
@@ -174,7 +189,7 @@ static void play_line(struct play *play, const struct case_line *line)
 {
     char *words[CASE_WORDS + 1];
     memcpy(words, line->words, sizeof(words));
-    if (play_is(words[0], "only"))
+    if (play_is(words[0], "only") || play_is(words[0], "without"))
         return;
     if (play_is(words[0], "alias"))
         play_alias(play, words);

@@ -2,6 +2,7 @@
 /* Scopes against the registry: each stage with each access flag, on both sides. */
 #include "src/hazards/scopes.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "../state/unit_test.h"
@@ -41,12 +42,31 @@ static const struct stage_row *find_stage(const char *name)
     return NULL;
 }
 
+static const struct barrier_features all_features = {true, true, true, true};
+
+/* Finds flags by their names without prefix, which may be those of vkCmdPipelineBarrier. */
+static const struct access_row *named_access(const char *name)
+{
+    char full[128];
+    snprintf(full, sizeof(full), "VK_ACCESS_2_%s", name);
+    return find_access(full);
+}
+
+static const struct stage_row *named_stage(const char *name)
+{
+    char full[128];
+    snprintf(full, sizeof(full), "VK_PIPELINE_STAGE_2_%s%s",
+             strcmp(name, "TRANSFER_BIT") == 0 ? "ALL_" : "", name);
+    return find_stage(full);
+}
+
 static bool includes(const struct access_row *access, enum access_kind kind)
 {
     VkAccessFlags2 memory =
         access_is_write(kind) ? VK_ACCESS_2_MEMORY_WRITE_BIT : VK_ACCESS_2_MEMORY_READ_BIT;
     return access->flag == memory ||
-           (access->with_equivalents & find_access(access_flag_name(kind))->with_equivalents);
+           (access->with_equivalents &
+            named_access(access_names(kind, &all_features).access)->with_equivalents);
 }
 
 static kind_set expected_kinds(stage_set named, const struct access_row *access)
@@ -99,10 +119,10 @@ TEST(masks_of_several_bits_are_unions)
         VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_ACCELERATION_STRUCTURE_WRITE_BIT_KHR,
         VK_PIPELINE_STAGE_2_HOST_BIT | VK_PIPELINE_STAGE_2_MICROMAP_BUILD_BIT_EXT,
         VK_ACCESS_2_HOST_READ_BIT | VK_ACCESS_2_MICROMAP_READ_BIT_EXT);
-    assert_int_equal(copies.src_kinds, 1u << ACCESS_TRANSFER_WRITE | 1u << ACCESS_FILL_WRITE |
-                                           1u << ACCESS_BUILD_ACCEL_WRITE |
-                                           1u << ACCESS_COPY_ACCEL_WRITE |
-                                           1u << ACCESS_COPY_ACCEL_TRANSFER_WRITE);
+    assert_int_equal(copies.src_kinds,
+                     1u << ACCESS_TRANSFER_WRITE | 1u << ACCESS_FILL_WRITE |
+                         1u << ACCESS_MARKER_WRITE | 1u << ACCESS_BUILD_ACCEL_WRITE |
+                         1u << ACCESS_COPY_ACCEL_WRITE | 1u << ACCESS_COPY_ACCEL_TRANSFER_WRITE);
     assert_int_equal(copies.dst_kinds, 1u << ACCESS_HOST_READ | 1u << ACCESS_MICROMAP_READ);
     assert_int_equal(copies.dst, 1u << SYNC_HOST | 1u << SYNC_MICROMAP);
 }
@@ -121,18 +141,42 @@ TEST(unknown_bits_are_all_stages_and_accesses)
     assert_int_equal(access.dst_kinds, (1u << ACCESS_KINDS) - 1);
 }
 
-/* A barrier as the message advises orders the access, and the registry allows it. */
+/* The registry allows the barrier, and the device has enabled what it names. */
+static void expect_allowed(const struct stage_row *stage, const struct access_row *access,
+                           const struct barrier_features *features)
+{
+    if (!(access->stages & stage->flag) && access->stages &&
+        stage->flag != VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT)
+        fail_msg("%s does not support %s", stage->name, access->name);
+    if (!features->synchronization2)
+        assert_false((stage->flag | access->flag) >> 32 ||
+                     stage->flag == VK_PIPELINE_STAGE_2_COPY_BIT);
+    if (!features->structures)
+        assert_int_not_equal(stage->flag, VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_BUILD_BIT_KHR);
+    if (!features->structure_copies)
+        assert_int_not_equal(stage->flag, VK_PIPELINE_STAGE_2_ACCELERATION_STRUCTURE_COPY_BIT_KHR);
+    if (!features->micromaps) {
+        assert_int_not_equal(stage->flag, VK_PIPELINE_STAGE_2_MICROMAP_BUILD_BIT_EXT);
+        assert_int_not_equal(access->flag, VK_ACCESS_2_MICROMAP_READ_BIT_EXT);
+        assert_int_not_equal(access->flag, VK_ACCESS_2_MICROMAP_WRITE_BIT_EXT);
+    }
+}
+
+/* A barrier as the message advises orders the access, whatever the device has enabled. */
 TEST(names_of_a_kind_make_a_barrier_that_includes_it)
 {
-    for (uint32_t i = 0; i < ACCESS_KINDS; i++) {
-        enum access_kind kind = (enum access_kind)i;
-        const struct stage_row *stage = find_stage(access_stage_name(kind));
-        const struct access_row *access = find_access(access_flag_name(kind));
+    for (uint32_t i = 0; i < ACCESS_KINDS * 16; i++) {
+        const struct barrier_features features = {i & 1, i & 2, i & 4, i & 8};
+        enum access_kind kind = (enum access_kind)(i / 16);
+        const struct access_names names = access_names(kind, &features);
+        const struct stage_row *stage = named_stage(names.stage);
+        const struct access_row *access = named_access(names.access);
         struct dependency src = dependency_of(stage->flag, access->flag, 0, 0);
         assert_true(src.src >> access_stage(kind) & 1);
         assert_true(src.src_kinds >> kind & 1);
-        if (!(access->stages & stage->flag))
-            fail_msg("%s does not support %s", stage->name, access->name);
+        expect_allowed(stage, access, &features);
         assert_true(access_is_write(kind) == (strstr(access->name, "WRITE") != NULL));
+        assert_int_equal(strstr(names.stage_prefix, "_2_") != NULL, features.synchronization2);
+        assert_int_equal(strstr(names.access_prefix, "_2_") != NULL, features.synchronization2);
     }
 }

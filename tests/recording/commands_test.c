@@ -158,13 +158,13 @@ RECORDING_TEST(copies_of_structures)
         handle(1), 2, accels, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
         VK_NULL_HANDLE, 0));
     expect(
-        "vkCmdCopyAccelerationStructureKHR\n A< src accel1 0:200\n A> dst accel2 200:400\n"
-        "vkCmdCopyAccelerationStructureToMemoryKHR\n A< src accel1 0:200\n"
+        "vkCmdCopyAccelerationStructureKHR\n A< src accel1 0:1\n A> dst accel2 200:201\n"
+        "vkCmdCopyAccelerationStructureToMemoryKHR\n A< src accel1 0:1\n"
         " A>transfer memory buffer2 1000:1038\n"
         "vkCmdCopyMemoryToAccelerationStructureKHR\n A<transfer memory buffer2 1000:1038\n"
-        " A> dst accel2 200:400\n"
-        "vkCmdWriteAccelerationStructuresPropertiesKHR\n A< src accel1 0:200\n"
-        " A< src accel2 200:400\n");
+        " A> dst accel2 200:201\n"
+        "vkCmdWriteAccelerationStructuresPropertiesKHR\n A< src accel1 0:1\n"
+        " A< src accel2 200:201\n");
 }
 
 RECORDING_TEST(copies_of_nv_structures)
@@ -194,23 +194,23 @@ RECORDING_TEST(host_copies_of_structures)
     CALL(CopyAccelerationStructureKHR(
         NULL, VK_NULL_HANDLE,
         &MAKE(VkCopyAccelerationStructureInfoKHR, .src = accel(1), .dst = accel(2))));
-    expect_host("vkCopyAccelerationStructureKHR\n H< src accel1 0:200\n H> dst accel2 200:400\n");
+    expect_host("vkCopyAccelerationStructureKHR\n H< src accel1 0:1\n H> dst accel2 200:201\n");
     CALL(CopyAccelerationStructureToMemoryKHR(NULL, VK_NULL_HANDLE,
                                               &MAKE(VkCopyAccelerationStructureToMemoryInfoKHR,
                                                     .src = accel(1), .dst.hostAddress = mapped)));
     expect_host(
-        "vkCopyAccelerationStructureToMemoryKHR\n H< src accel1 0:200\n"
+        "vkCopyAccelerationStructureToMemoryKHR\n H< src accel1 0:1\n"
         " H> memory memory0 4000:4038\n");
     CALL(CopyMemoryToAccelerationStructureKHR(NULL, VK_NULL_HANDLE,
                                               &MAKE(VkCopyMemoryToAccelerationStructureInfoKHR,
                                                     .dst = accel(1), .src.hostAddress = mapped)));
     expect_host(
         "vkCopyMemoryToAccelerationStructureKHR\n H< memory memory0 4000:4038\n"
-        " H> dst accel1 0:200\n");
+        " H> dst accel1 0:1\n");
     CALL(WriteAccelerationStructuresPropertiesKHR(
         NULL, 1, &structure, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, 8, mapped,
         8));
-    expect_host("vkWriteAccelerationStructuresPropertiesKHR\n H< src accel1 0:200\n");
+    expect_host("vkWriteAccelerationStructuresPropertiesKHR\n H< src accel1 0:1\n");
 }
 
 static void micromap_sizes(VkDevice of, VkAccelerationStructureBuildTypeKHR type,
@@ -231,6 +231,7 @@ RECORDING_TEST(micromaps)
         device.resources, one,
         &MAKE(VkMicromapCreateInfoEXT, .buffer = buffer(2), .offset = 0x100, .size = 0x80));
     device.vk.GetMicromapBuildSizesEXT = micromap_sizes;
+    device.facts.micromap.ext = true;
     CALL(CmdBuildMicromapsEXT(handle(1), 1, &build));
     CALL(CmdCopyMicromapEXT(handle(1),
                             &MAKE(VkCopyMicromapInfoEXT, .src = one, .dst = VK_NULL_HANDLE)));
@@ -242,13 +243,25 @@ RECORDING_TEST(micromaps)
         handle(1), 1, &one, VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT, VK_NULL_HANDLE, 0));
     expect(
         "vkCmdBuildMicromapsEXT\n M> dst micromap1 1100:1140\n M> scratch buffer2 1000:1010\n"
-        " M<shader other buffer1 0:10\nvkCmdCopyMicromapEXT\n M< src micromap1 1100:1180\n"
+        " M<shader other buffer1 0:10\nvkCmdCopyMicromapEXT\n M< src micromap1 1100:1101\n"
         "vkCmdCopyMemoryToMicromapEXT\n M<transfer memory buffer1 0:20\n"
-        " M> dst micromap1 1100:1180\nvkCmdCopyMicromapToMemoryEXT\n"
-        " M< src micromap1 1100:1180\n M>transfer memory buffer1 0:20\n"
-        "vkCmdWriteMicromapsPropertiesEXT\n M< src micromap1 1100:1180\n");
+        " M> dst micromap1 1100:1101\nvkCmdCopyMicromapToMemoryEXT\n"
+        " M< src micromap1 1100:1101\n M>transfer memory buffer1 0:20\n"
+        "vkCmdWriteMicromapsPropertiesEXT\n M< src micromap1 1100:1101\n");
     CALL(BuildMicromapsEXT(NULL, VK_NULL_HANDLE, 1, &build));
     expect_host("vkBuildMicromapsEXT\n H> dst micromap1 1100:1140\n");
     CALL(CopyMicromapEXT(NULL, VK_NULL_HANDLE, &MAKE(VkCopyMicromapInfoEXT, .dst = one)));
-    expect_host("vkCopyMicromapEXT\n H> dst micromap1 1100:1180\n");
+    expect_host("vkCopyMicromapEXT\n H> dst micromap1 1100:1101\n");
+}
+
+/* VUID-vkGetMicromapBuildSizesEXT-micromap-11618 */
+RECORDING_TEST(sizes_of_micromaps_are_not_queried_without_the_feature)
+{
+    const VkMicromapUsageEXT usage = {.count = 2};
+    const STRUCT(VkMicromapBuildInfoEXT, build, .usageCountsCount = 1, .pUsageCounts = &usage,
+                 .scratchData.deviceAddress = BUFFERS + 0x1000,
+                 .triangleArray.deviceAddress = BUFFERS, .triangleArrayStride = 8);
+    device.vk.GetMicromapBuildSizesEXT = micromap_sizes;
+    CALL(CmdBuildMicromapsEXT(handle(1), 1, &build));
+    expect("vkCmdBuildMicromapsEXT\n M<shader other buffer1 0:10\n");
 }

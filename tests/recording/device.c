@@ -241,15 +241,17 @@ static const char *type_name(VkObjectType type)
 static void print_access(const struct hazard_item *item)
 {
     static const char *const kinds[ACCESS_KINDS] = {
-        "B<",         "B>",         "B<shader",   "B<indirect", "B<micromap", "A<", "A>",
-        "A<transfer", "A>transfer", "C<",         "C>",         "F>",         "M<", "M>",
-        "M<shader",   "M<transfer", "M>transfer", "H<",         "H>"};
+        "B<",         "B>",         "B<shader",   "B<indirect", "B<micromap", "A<",      "A>",
+        "A<transfer", "A>transfer", "C<",         "C>",         "F>",         "marker>", "M<",
+        "M>",         "M<shader",   "M<transfer", "M>transfer", "H<",         "H>"};
     static const char *const roles[HAZARD_ROLES] = {
         "dst",       "src",      "scratch", "vertices", "indices",  "transform", "boxes",
         "instances", "pointers", "other",   "ranges",   "micromap", "reference", "memory"};
     print(" %s %s %s%u %llx:%llx", kinds[item->access], roles[item->role],
           type_name(item->object_type), number_of(item->object),
           (unsigned long long)item->bytes.begin, (unsigned long long)item->bytes.end);
+    if (item->kind == HAZARD_INDEXED)
+        print(" of indices*%u+%u", item->count, item->labels);
     if (item->info || item->geometry)
         print(" %u.%u", item->info, item->geometry);
     print("\n");
@@ -265,6 +267,7 @@ static void print_item(const struct hazard_item *item)
         print("%s%s\n", item->reads_references ? "!" : "", item->labels ? " labels" : "");
         break;
     case HAZARD_ACCESS:
+    case HAZARD_INDEXED:
         print_access(item);
         break;
     case HAZARD_BARRIER:

@@ -80,11 +80,12 @@ void hazard_batch_free(struct hazard_batch_record *batch)
     free(batch->journals);
     free(batch->operations);
     free(batch->references);
+    free(batch->indices);
     free(batch->commands);
     free(batch);
 }
 
-/* ---- references */
+/* ---- references and indices */
 
 void hazard_batch_refer(struct hazard_batch_record *batch, const struct hazard_reference *reference)
 {
@@ -98,41 +99,58 @@ void hazard_batch_refer(struct hazard_batch_record *batch, const struct hazard_r
     references[batch->reference_count++] = *reference;
 }
 
-static int compare(const struct journal *journal, uint32_t position,
-                   const struct hazard_reference *reference)
+void hazard_batch_index(struct hazard_batch_record *batch, const struct hazard_indices *indices)
 {
-    uintptr_t a = (uintptr_t)journal, b = (uintptr_t)reference->journal;
-    if (a != b)
-        return a < b ? -1 : 1;
-    return (position > reference->position) - (position < reference->position);
+    struct hazard_indices *all =
+        array_make_room(batch->indices, batch->index_count, &batch->index_capacity, sizeof(*all));
+    if (!all) {
+        batch->lacks_references = true;
+        return;
+    }
+    batch->indices = all;
+    all[batch->index_count++] = *indices;
 }
 
-static int compare_references(const void *left, const void *right)
+/* References and indices begin with their place. */
+static int compare_places(const void *left, const void *right)
 {
-    const struct hazard_reference *reference = left;
-    return compare(reference->journal, reference->position, right);
+    const struct hazard_place *a = left, *b = right;
+    if (a->journal != b->journal)
+        return (uintptr_t)a->journal < (uintptr_t)b->journal ? -1 : 1;
+    if (a->position != b->position)
+        return a->position < b->position ? -1 : 1;
+    return (a->geometry > b->geometry) - (a->geometry < b->geometry);
 }
 
-void hazard_batch_sort_references(struct hazard_batch_record *batch)
+void hazard_batch_sort(struct hazard_batch_record *batch)
 {
     if (batch->reference_count)
         qsort(batch->references, batch->reference_count, sizeof(batch->references[0]),
-              compare_references);
+              compare_places);
+    if (batch->index_count)
+        qsort(batch->indices, batch->index_count, sizeof(batch->indices[0]), compare_places);
 }
 
-/* Returns the index of the first reference of a build at or behind the position. */
-static uint32_t find_references(const struct hazard_batch_record *batch,
-                                const struct journal *journal, uint32_t position)
+/* Returns the index of the first item at or behind the place. */
+static uint32_t find_place(const void *items, uint32_t count, size_t size,
+                           const struct hazard_place *place)
 {
-    uint32_t low = 0, high = batch->reference_count;
+    uint32_t low = 0, high = count;
     while (low < high) {
         uint32_t middle = low + (high - low) / 2;
-        if (compare(journal, position, &batch->references[middle]) > 0)
+        if (compare_places(place, (const char *)items + middle * size) > 0)
             low = middle + 1;
         else
             high = middle;
     }
     return low;
+}
+
+static uint32_t find_references(const struct hazard_batch_record *batch,
+                                const struct journal *journal, uint32_t position)
+{
+    return find_place(batch->references, batch->reference_count, sizeof(batch->references[0]),
+                      &(struct hazard_place){journal, position, 0});
 }
 
 const struct hazard_reference *hazard_batch_references(const struct hazard_batch_record *batch,
@@ -146,6 +164,42 @@ const struct hazard_reference *hazard_batch_references(const struct hazard_batch
     uint32_t first = find_references(batch, command->journal, item->geometry);
     *count = find_references(batch, command->journal, item->geometry + item->info) - first;
     return &batch->references[first];
+}
+
+/* Returns NULL if the indices are unknown, or if the build has executed twice. */
+static const struct hazard_indices *find_indices(const struct hazard_batch_record *batch,
+                                                 const struct hazard_place *place)
+{
+    const struct hazard_indices *all = batch->indices;
+    const uint32_t at = find_place(all, batch->index_count, sizeof(*all), place);
+    if (at == batch->index_count || compare_places(place, &all[at]) ||
+        (at + 1 < batch->index_count && !compare_places(place, &all[at + 1])))
+        return NULL;
+    return &all[at];
+}
+
+static struct hazard_bytes bytes_of_vertex(const struct hazard_item *item, uint32_t index)
+{
+    const uint64_t begin = item->bytes.begin + (uint64_t)index * item->count;
+    const uint64_t end = begin + item->labels;
+    const bool is_inside = begin >= item->bytes.begin && end <= item->bytes.end;
+    return is_inside ? (struct hazard_bytes){item->bytes.memory, begin, end}
+                     : (struct hazard_bytes){0};
+}
+
+void hazard_batch_vertices(const struct hazard_batch_record *batch,
+                           const struct hazard_command *command, const struct hazard_item *item,
+                           struct hazard_bytes vertices[HAZARD_INDEXED_READS])
+{
+    const struct hazard_place place = {command->journal, command->item->geometry + item->info,
+                                       item->geometry};
+    const struct hazard_indices *indices = find_indices(batch, &place);
+    vertices[0] = vertices[1] = (struct hazard_bytes){0};
+    if (!indices)
+        return;
+    vertices[0] = bytes_of_vertex(item, indices->smallest);
+    if (indices->largest != indices->smallest)
+        vertices[1] = bytes_of_vertex(item, indices->largest);
 }
 
 /* ---- finding accesses again */
@@ -209,7 +263,7 @@ static void describe_reference(const struct hazard_batch_record *batch,
                                const struct hazard_reference *reference,
                                struct hazard_access_text *side)
 {
-    begin_side(batch, command, reference->position - command->item->geometry, side);
+    begin_side(batch, command, reference->place.position - command->item->geometry, side);
     side->role = HAZARD_REFERENCE;
     side->kind = ACCESS_BUILD_ACCEL_READ;
     side->type = VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR;
@@ -226,9 +280,12 @@ bool hazard_batch_find(const struct hazard_batch_record *batch, uint64_t number,
     struct chunk_place place = command->place;
     const struct hazard_list *list = command->journal->hazards;
     for (const struct hazard_item *item;
-         (item = hazard_list_next(list, &place)) && item->kind == HAZARD_ACCESS;) {
-        if (left--)
+         (item = hazard_list_next(list, &place)) && hazard_item_is_access(item);) {
+        const uint64_t count = item->kind == HAZARD_INDEXED ? HAZARD_INDEXED_READS : 1;
+        if (left >= count) {
+            left -= count;
             continue;
+        }
         begin_side(batch, command, item->info, side);
         side->role = (enum hazard_role)item->role;
         side->kind = (enum access_kind)item->access;

@@ -10,13 +10,26 @@
 #include "src/state/commands/hazard_list.h"
 #include "src/state/order/order.h"
 
-/* A structure that an instance refers to. */
-struct hazard_reference {
+/* A build, and a geometry. */
+struct hazard_place {
     const struct journal *journal;
     uint32_t position; /* of the build in its command buffer */
+    uint32_t geometry; /* of a reference: 0 */
+};
+
+/* A structure that an instance refers to. */
+struct hazard_reference {
+    struct hazard_place place;
     uint64_t structure;
     struct hazard_bytes bytes;
 };
+
+/* The indices of a geometry of triangles. */
+struct hazard_indices {
+    struct hazard_place place;
+    uint32_t smallest, largest;
+};
+enum { HAZARD_INDEXED_READS = 2 }; /* of each HAZARD_INDEXED item */
 
 /* A command, and the number of its first access; the other accesses follow it. */
 struct hazard_command {
@@ -51,6 +64,8 @@ struct hazard_batch_record {
     uint32_t awaited;    /* command buffers whose instances are not yet known */
     struct hazard_reference *references;
     uint32_t reference_count, reference_capacity;
+    struct hazard_indices *indices;
+    uint32_t index_count, index_capacity;
     bool lacks_references; /* memory ran out */
 
     /* In ascending order, once the batch is judged. */
@@ -65,12 +80,18 @@ void hazard_batch_free(struct hazard_batch_record *batch);
 /* Adds a reference. Sets lacks_references if memory runs out. */
 void hazard_batch_refer(struct hazard_batch_record *batch,
                         const struct hazard_reference *reference);
-/* Call once all references are known, before the two functions below. */
-void hazard_batch_sort_references(struct hazard_batch_record *batch);
+/* The same for indices. */
+void hazard_batch_index(struct hazard_batch_record *batch, const struct hazard_indices *indices);
+/* Call once all references and indices are known, before the functions below. */
+void hazard_batch_sort(struct hazard_batch_record *batch);
 /* Returns the references of a command. */
 const struct hazard_reference *hazard_batch_references(const struct hazard_batch_record *batch,
                                                        const struct hazard_command *command,
                                                        uint32_t *count);
+/* Returns the bytes of the vertices that a HAZARD_INDEXED item reads; no bytes if unknown. */
+void hazard_batch_vertices(const struct hazard_batch_record *batch,
+                           const struct hazard_command *command, const struct hazard_item *item,
+                           struct hazard_bytes vertices[HAZARD_INDEXED_READS]);
 /* Notes a command. Returns false if memory runs out: its accesses can't be found then. */
 bool hazard_batch_note(struct hazard_batch_record *batch, const struct hazard_command *command);
 

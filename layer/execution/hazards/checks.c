@@ -148,8 +148,7 @@ void hazard_checks_refer(struct hazard_checks *checks, struct timestamp timestam
         return;
     /* How much of the structure its last build needed is unknown: the first byte is certain. */
     const struct hazard_reference reference = {
-        .journal = journal,
-        .position = position,
+        .place = {.journal = journal, .position = position},
         .structure = (uint64_t)(uintptr_t)referenced->handle,
         .bytes = {resources_find_memory_id(checks->device->resources, referenced->memory),
                   referenced->begin, referenced->begin + (referenced->size != 0)},
@@ -160,6 +159,18 @@ void hazard_checks_refer(struct hazard_checks *checks, struct timestamp timestam
     struct hazard_batch_record *batch = find(checks, timestamp);
     if (batch && batch->has_references && batch->awaited)
         hazard_batch_refer(batch, &reference);
+    pthread_mutex_unlock(&checks->lock);
+}
+
+void hazard_checks_index(struct hazard_checks *checks, struct timestamp timestamp,
+                         const struct hazard_indices *indices)
+{
+    if (!checks)
+        return;
+    pthread_mutex_lock(&checks->lock);
+    struct hazard_batch_record *batch = find(checks, timestamp);
+    if (batch && batch->has_references && batch->awaited)
+        hazard_batch_index(batch, indices);
     pthread_mutex_unlock(&checks->lock);
 }
 

@@ -2,8 +2,9 @@
 /* Setting hazards: gives what batches access, and how they are synchronized, to the hazard check
  * (src/hazards/hazards.h) as they execute, and reports what it finds.
  *
- * At level content a batch that builds top-level structures is judged once the instances are known,
- * which is after it has completed, and so are all batches behind it: references are accesses, too.
+ * At level content a batch that builds top-level structures, or triangles with indices, is judged
+ * once the instances and indices are known, which is after it has completed, and so are all batches
+ * behind it: they say what else the builds access.
  *
  * The functions accept NULL. They may be called on any thread. No lock is held while a message is
  * sent. */
@@ -30,13 +31,16 @@ void hazard_checks_forget(struct hazard_checks *checks, enum hazard_end ended, u
 /* The order is unknown: judges the batches that are left, and no others. */
 void hazard_checks_stop(struct hazard_checks *checks);
 
-/* The instances of one command buffer of the batch will be known. For each call
+/* The instances and indices of one command buffer of the batch will be known. For each call
  * hazard_checks_settle() must follow, when they are known or never will be. */
 void hazard_checks_expect(struct hazard_checks *checks, struct timestamp batch);
 /* An instance of the build at `position` of the command buffer refers to a structure. */
 void hazard_checks_refer(struct hazard_checks *checks, struct timestamp batch,
                          const struct journal *journal, uint32_t position,
                          const struct accel_facts *referenced);
+/* The indices of a geometry of triangles. */
+void hazard_checks_index(struct hazard_checks *checks, struct timestamp batch,
+                         const struct hazard_indices *indices);
 void hazard_checks_settle(struct hazard_checks *checks, struct timestamp batch);
 
 #endif

@@ -43,7 +43,13 @@ static bool find_side(const struct hazard_judge *judge, uint64_t number,
 
 static void report(const struct hazard_judge *judge, const struct kind_of_hazard *kind)
 {
-    struct hazard_report report = {.hazard = kind->first, .more = kind->count - 1};
+    const struct device_facts *facts = &judge->device->facts;
+    struct hazard_report report = {.hazard = kind->first,
+                                   .features = {.synchronization2 = facts->synchronization2,
+                                                .structures = facts->acceleration_structure,
+                                                .structure_copies = facts->ray_tracing_maintenance1,
+                                                .micromaps = facts->micromap.ext},
+                                   .more = kind->count - 1};
     if (find_side(judge, kind->first.later.number, &report.later) &&
         find_side(judge, kind->first.earlier.number, &report.earlier))
         reporter_send_hazard(judge->device->instance->reporter, &report);
@@ -115,6 +121,19 @@ static void judge_access(struct hazard_judge *judge, const struct hazard_item *i
                    &(struct hazard_access){(enum access_kind)item->access, item->bytes});
 }
 
+/* Each read takes its number, even if nothing is known of it. */
+static void judge_vertices(struct hazard_judge *judge, const struct hazard_command *command,
+                           const struct hazard_item *item)
+{
+    struct hazard_bytes vertices[HAZARD_INDEXED_READS];
+    if (!is_compared(judge) || !command->item)
+        return;
+    hazard_batch_vertices(judge->current, command, item, vertices);
+    for (uint32_t i = 0; i < HAZARD_INDEXED_READS; i++)
+        hazards_access(judge->hazards,
+                       &(struct hazard_access){(enum access_kind)item->access, vertices[i]});
+}
+
 static void judge_references(struct hazard_judge *judge, const struct hazard_command *command)
 {
     uint32_t count;
@@ -162,6 +181,7 @@ static void judge_synchronization(struct hazard_judge *judge, const struct hazar
     switch ((enum hazard_item_kind)item->kind) {
     case HAZARD_COMMAND:
     case HAZARD_ACCESS:
+    case HAZARD_INDEXED:
         break;
     case HAZARD_BARRIER:
         judge_barriers(judge, list, place, item, NULL);
@@ -207,8 +227,11 @@ static void judge_list(struct hazard_judge *judge, const struct journal *journal
     if (!list)
         return;
     for (const struct hazard_item *item; (item = hazard_list_next(list, &place));) {
-        if (item->kind == HAZARD_ACCESS) {
-            judge_access(judge, item);
+        if (hazard_item_is_access(item)) {
+            if (item->kind == HAZARD_ACCESS)
+                judge_access(judge, item);
+            else
+                judge_vertices(judge, &command, item);
             continue;
         }
         end_command(judge, &command);
@@ -313,7 +336,7 @@ void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *
         start_over(judge);
     judge->lost = batch->lacks_references;
     if (judge->hazards) {
-        hazard_batch_sort_references(batch);
+        hazard_batch_sort(batch);
         hazards_begin_batch(judge->hazards,
                             &(struct hazard_batch){
                                 .queue = batch->timestamp.queue,

@@ -135,6 +135,23 @@ static void find_indices(struct content *content,
     indices->max = is_same ? kept->max : indices_max(indices->bytes, indices->size, indices->count);
 }
 
+/* Reports the smallest and the largest index. */
+static void report_indices(const struct content *content)
+{
+    const struct check_context *context = content->walk->context;
+    const struct content_indices *indices = &content->indices;
+    const struct geometry_view *geometry = content->range->geometry;
+    uint32_t smallest = indices->max;
+    if (!context->hooks->indexes || !indices->bytes)
+        return;
+    for (uint64_t i = 0; i < indices->count && smallest; i++) {
+        uint32_t index = content_read_index(indices->bytes, indices->size, i);
+        smallest = index < smallest ? index : smallest;
+    }
+    context->hooks->indexes(context->user, geometry->build->index, geometry->index, smallest,
+                            indices->max);
+}
+
 /* More vertices than exist can be used only if an index exceeds maxVertex. */
 static void view_indices(const struct content_indices *indices, struct indices_view *view)
 {
@@ -217,6 +234,7 @@ void content_check_geometry(struct walk *walk, const struct range_view *range,
     content_retain_count(&content);
     if (triangles) {
         find_indices(&content, triangles);
+        report_indices(&content);
         if (range->geometry->build->call->command != COMMAND_NV)
             check_indices(&content, triangles);
         read_transform(&content, triangles);

@@ -36,6 +36,10 @@ struct check_hooks {
     /* Queries the addresses of structures that the application did not query. Called when an
      * instance refers to no known address. NULL: all addresses are known. */
     void (*query_addresses)(void *user);
+    /* The smallest and the largest index of a geometry of triangles of an executed build. NULL: not
+     * needed. */
+    void (*indexes)(void *user, uint32_t build, uint32_t geometry, uint32_t smallest,
+                    uint32_t largest);
     /* Returns whether another device of the process has such an object with that handle. */
     bool (*of_another_device)(void *user, enum resource_kind kind, uint64_t handle);
 };

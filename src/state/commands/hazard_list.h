@@ -14,6 +14,9 @@ struct journal;
 enum hazard_item_kind {
     HAZARD_COMMAND, /* the accesses that follow are its own */
     HAZARD_ACCESS,
+    /* Reads of two vertices, those of the smallest and the largest index of a geometry, which level
+     * content reads. bytes: from the vertex of index 0 to the end of the buffer. */
+    HAZARD_INDEXED,
     HAZARD_BARRIER,   /* the first of `count` items of this kind that belong to one command */
     HAZARD_SET_EVENT, /* object: the event; barrier.dependency.src */
     HAZARD_RESET_EVENT,
@@ -42,18 +45,20 @@ enum hazard_role {
 
 struct hazard_item {
     unsigned char kind;        /* enum hazard_item_kind */
-    unsigned char access;      /* HAZARD_ACCESS: enum access_kind */
-    unsigned char role;        /* HAZARD_ACCESS: enum hazard_role */
+    unsigned char access;      /* HAZARD_ACCESS, HAZARD_INDEXED: enum access_kind */
+    unsigned char role;        /* HAZARD_ACCESS, HAZARD_INDEXED: enum hazard_role */
     bool reads_references : 1; /* HAZARD_COMMAND: a build of top-level structures of the device */
     bool is_global : 1, is_acquisition : 1; /* HAZARD_BARRIER */
     /* HAZARD_BARRIER: the number of items, this one included; 0 in all but the first.
-     * HAZARD_WAIT_EVENT: the number of HAZARD_BARRIER items that follow; theirs is 0. */
+     * HAZARD_WAIT_EVENT: the number of HAZARD_BARRIER items that follow; theirs is 0.
+     * HAZARD_INDEXED: the stride of vertices. */
     uint32_t count;
     union {
-        struct {                      /* HAZARD_ACCESS, HAZARD_COMMAND */
+        struct {                      /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_COMMAND */
             uint32_t info;            /* index in pInfos; of a command: number of builds */
             uint32_t geometry;        /* of a command: position of the first build */
-            uint32_t labels;          /* of a command: see journal_note_labels() */
+            uint32_t labels;          /* of a command: see journal_note_labels(); of
+                                       * HAZARD_INDEXED: the size of a vertex */
             VkObjectType object_type; /* of an access */
         };
         struct dependency dependency; /* HAZARD_BARRIER, HAZARD_SET_EVENT */
@@ -64,8 +69,14 @@ struct hazard_item {
                                     * of events: the VkEvent */
         struct journal *secondary; /* HAZARD_EXECUTE: owned */
     };
-    struct hazard_bytes bytes; /* HAZARD_ACCESS, HAZARD_BARRIER */
+    struct hazard_bytes bytes; /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_BARRIER */
 };
+
+/* Whether the item belongs to the command before it. */
+static inline bool hazard_item_is_access(const struct hazard_item *item)
+{
+    return item->kind == HAZARD_ACCESS || item->kind == HAZARD_INDEXED;
+}
 
 /* The memory of recent accesses, so that few of them look up its id. */
 enum { HAZARD_RECENT_BITS = 4, HAZARD_RECENT_MEMORIES = 1 << HAZARD_RECENT_BITS };
@@ -73,7 +84,7 @@ enum { HAZARD_RECENT_BITS = 4, HAZARD_RECENT_MEMORIES = 1 << HAZARD_RECENT_BITS 
 struct hazard_list {
     struct chunk_list items; /* of struct hazard_item */
     bool incomplete;         /* memory ran out: everything before counts as ordered */
-    bool has_references;     /* or a secondary has: an item with reads_references */
+    bool has_references;     /* or a secondary has: reads_references, or HAZARD_INDEXED */
     bool executes;           /* has HAZARD_EXECUTE items */
     void (*release_secondary)(struct journal *secondary);
     uint64_t render_pass; /* the handle in the last vkCmdBeginRenderPass */
