@@ -37,7 +37,7 @@
     INTERCEPT(CmdCopyMemoryKHR)                                                                    \
     INTERCEPT(CmdFillMemoryKHR)                                                                    \
     INTERCEPT(CmdUpdateMemoryKHR)                                                                  \
-    INTERCEPT(CmdWriteMarkerToMemoryAMD)                                                                  \
+    INTERCEPT(CmdWriteMarkerToMemoryAMD)                                                           \
     INTERCEPT(CmdCopyQueryPoolResults)                                                             \
     INTERCEPT(CreateImage)                                                                         \
     INTERCEPT(DestroyImage)                                                                        \

@@ -3,8 +3,12 @@
  * device memory, so nothing of it is certain. */
 #include "layer/hazards/builds.h"
 
+#include <string.h>
+
 #include "layer/hazards/host.h"
+#include "src/base/readable.h"
 #include "src/check/assemble/chains.h"
+#include "src/check/assemble/extended.h"
 #include "src/snapshots/input_find.h"
 #include "src/view/extension_view.h"
 #include "src/view/formats.h"
@@ -112,6 +116,18 @@ static void add(const struct input *input, enum hazard_role role,
     hazards_add_elements(input->recording, &use, elements);
 }
 
+/* An input of an extension's structure; nothing if the address is 0. */
+static void add_other(const struct input *input, VkDeviceOrHostAddressConstKHR address,
+                      struct hazard_elements *elements)
+{
+    struct address_facts facts = {.status = ADDRESS_UNKNOWN};
+    if (!input->is_host)
+        resources_look_up_address(input->recording->device->resources, address.deviceAddress,
+                                  &facts);
+    elements->facts = &facts;
+    add(input, HAZARD_OTHER_INPUT, address, elements);
+}
+
 /* The facts of an address in the structures of extensions. */
 static const struct address_facts *chained_facts(const struct input *input, enum input_role role)
 {
@@ -160,6 +176,53 @@ static void add_vertices(const struct input *input,
     add_vertices_of(input, HAZARD_OTHER_INPUT, motion->vertexData, &vertices);
 }
 
+/* ---- micromaps that triangles use
+ *
+ * One index for each triangle, from the first byte of the buffer on. Without micromap nothing is
+ * certain. */
+
+static void add_micromap_indices(const struct input *input, VkIndexType type,
+                                 VkDeviceOrHostAddressConstKHR address, uint64_t stride)
+{
+    if (type != VK_INDEX_TYPE_NONE_KHR)
+        add_other(input, address,
+                  &(struct hazard_elements){.count = input->range->primitiveCount,
+                                            .stride = stride,
+                                            .size = input_index_size(type)});
+}
+
+static void add_opacity(const struct input *input, const void *chain)
+{
+    const struct chain_facts *facts = &input->geometry->triangles_chain;
+    const VkAccelerationStructureTrianglesOpacityMicromapEXT *ext = chain_member(
+        chain, facts, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_EXT);
+    const VkAccelerationStructureTrianglesOpacityMicromapKHR *khr = chain_member(
+        chain, facts, VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_OPACITY_MICROMAP_KHR);
+    if (ext && ext->micromap)
+        add_micromap_indices(input, ext->indexType, ext->indexBuffer, ext->indexStride);
+    if (khr && khr->micromap && !input->is_host)
+        add_micromap_indices(input, khr->indexType,
+                             (VkDeviceOrHostAddressConstKHR){.deviceAddress = khr->indexBuffer},
+                             khr->indexStride);
+}
+
+/* Which vectors, biases and scales are read depends on the indices of the triangles. */
+static void add_displacement(const struct input *input, const void *chain)
+{
+    const VkAccelerationStructureTrianglesDisplacementMicromapNV *displacement =
+        chain_member(chain, &input->geometry->triangles_chain,
+                     VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_TRIANGLES_DISPLACEMENT_MICROMAP_NV);
+    if (!displacement || !displacement->micromap)
+        return;
+    add_micromap_indices(input, displacement->indexType, displacement->indexBuffer,
+                         displacement->indexStride);
+    add_other(
+        input, displacement->displacedMicromapPrimitiveFlags,
+        &(struct hazard_elements){.count = input->range->primitiveCount,
+                                  .stride = displacement->displacedMicromapPrimitiveFlagsStride,
+                                  .size = 1});
+}
+
 static void add_triangles(const struct input *input)
 {
     const VkAccelerationStructureGeometryTrianglesDataKHR *triangles =
@@ -178,6 +241,49 @@ static void add_triangles(const struct input *input)
                                   .offset = input->range->transformOffset,
                                   .count = 1,
                                   .size = sizeof(VkTransformMatrixKHR)});
+    if (input->geometry->chained) {
+        add_opacity(input, triangles->pNext);
+        add_displacement(input, triangles->pNext);
+    }
+}
+
+/* ---- other geometries */
+
+/* Indices may skip vertices. Whether firstVertex and primitiveOffset count for radii is not said:
+ * they are certain only if both are 0. */
+static void add_spheres(const struct input *input)
+{
+    struct swept_spheres_view view;
+    view_spheres(input->geometry, &view);
+    const struct sphere_data *data = &view.data;
+    const VkAccelerationStructureBuildRangeInfoKHR *range = input->range;
+    const bool has_pairs =
+        (int)input->geometry->geometry->geometryType == VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV &&
+        view.indexing_mode == VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV;
+    const uint64_t count = (uint64_t)range->primitiveCount << has_pairs;
+    if (!data->given)
+        return;
+    if (data->index_type != VK_INDEX_TYPE_NONE_KHR) {
+        add_other(input, data->indices,
+                  &(struct hazard_elements){.offset = range->primitiveOffset,
+                                            .count = count,
+                                            .stride = data->index_stride,
+                                            .size = input_index_size(data->index_type)});
+        return;
+    }
+    add_other(
+        input, data->vertices,
+        &(struct hazard_elements){.offset = input_extent(range->primitiveOffset, range->firstVertex,
+                                                         data->vertex_stride, 0),
+                                  .count = count,
+                                  .stride = data->vertex_stride,
+                                  .size = format_position_size(data->vertex_format)});
+    if (!range->firstVertex && !range->primitiveOffset)
+        add_other(
+            input, data->radii,
+            &(struct hazard_elements){.count = count,
+                                      .stride = data->radius_stride,
+                                      .size = format_smallest_component(data->radius_format)});
 }
 
 static void add_boxes(const struct input *input)
@@ -195,6 +301,29 @@ static void add_boxes(const struct input *input)
 /* Motion instances are 160 bytes apart. What surely is read of one is as much as an instance
  * without motion has, behind its type and flags. */
 enum { MOTION_INSTANCE_STRIDE = 160, MOTION_INSTANCE_HEADER = 8 };
+
+/* The references of a host build are handles, in host memory, which level content reads. */
+static void add_host_references(const struct input *input, const void *data)
+{
+    const size_t size = sizeof(VkAccelerationStructureInstanceKHR);
+    const char *first = (const char *)data + input->range->primitiveOffset;
+    const struct hazard_use use = {
+        .kind = ACCESS_HOST_READ, .role = HAZARD_REFERENCE, .info = input->geometry->build->index};
+    uint64_t last = 0;
+    if (!data || !readable(readable_cache_of_thread(), first, input->range->primitiveCount * size))
+        return;
+    for (uint32_t i = 0; i < input->range->primitiveCount; i++) {
+        VkAccelerationStructureInstanceKHR instance;
+        struct accel_facts facts;
+        memcpy(&instance, first + i * size, size);
+        if (instance.accelerationStructureReference == last)
+            continue;
+        last = instance.accelerationStructureReference;
+        resources_look_up_accel(input->recording->device->resources,
+                                (VkAccelerationStructureKHR)(uintptr_t)last, &facts);
+        hazard_recording_add_accel(input->recording, &use, &facts, 1);
+    }
+}
 
 static void add_instances(const struct input *input)
 {
@@ -214,6 +343,9 @@ static void add_instances(const struct input *input)
     }
     add(input, instances->arrayOfPointers ? HAZARD_INSTANCE_POINTERS : HAZARD_INSTANCES,
         instances->data, &elements);
+    if (input->is_host && input->recording->device->level >= LEVEL_CONTENT &&
+        elements.size == sizeof(VkAccelerationStructureInstanceKHR))
+        add_host_references(input, instances->data.hostAddress);
 }
 
 static void add_dense(const struct input *input)
@@ -243,7 +375,12 @@ void hazards_add_inputs(struct hazard_recording *recording, const struct geometr
     }
     if (!input.range || !input.range->primitiveCount)
         return;
-    switch (geometry->geometry->geometryType) {
+    switch ((int)geometry->geometry->geometryType) {
+    case VK_GEOMETRY_TYPE_SPHERES_NV:
+    case VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV:
+        if (geometry->chained)
+            add_spheres(&input);
+        break;
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
         add_triangles(&input);
         break;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Records builds, copies and queries of micromaps of VK_EXT_opacity_micromap. As of structures, only
- * the first byte of what is copied or queried is certain. */
+/* Records builds, copies and queries of micromaps of VK_EXT_opacity_micromap. As of structures,
+ * only the first byte of what is copied or queried is certain. */
 #include "layer/hazards/commands.h"
 #include "layer/hazards/host.h"
 #include "layer/intercepts/intercepts.h"
@@ -73,8 +73,8 @@ static void add_triangles(struct hazard_recording *recording, const struct hazar
 /* The layer's own call needs the feature and a structure that can be read, as the application's. */
 static bool can_query_sizes(const struct layer_device *device, const VkMicromapBuildInfoEXT *info)
 {
-    return device->facts.micromap.ext &&
-           info->sType == VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT && count_triangles(info);
+    return device->facts.micromap.ext && info->sType == VK_STRUCTURE_TYPE_MICROMAP_BUILD_INFO_EXT &&
+           count_triangles(info);
 }
 
 static void add_build(struct hazard_recording *recording, uint32_t index,

@@ -389,6 +389,6 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WaitForPresent2KHR(
     VkDevice device, VkSwapchainKHR swapchain, const VkPresentWait2InfoKHR *pPresentWait2Info)
 {
     struct layer_device *state = layer_find_device(device);
-    return observe_presentation(
-        state, state->vk.WaitForPresent2KHR(device, swapchain, pPresentWait2Info));
+    return observe_presentation(state,
+                                state->vk.WaitForPresent2KHR(device, swapchain, pPresentWait2Info));
 }

@@ -94,7 +94,8 @@ void play_alias(struct play *play, char **words);
 void play_put(struct play *play, char **words);
 /* init PLACE transform | ranges | instances NAME...: the host writes, before all submissions */
 void play_init(struct play *play, char **words);
-void play_write_instances(struct play *play, void *to, char **names);
+/* The references of a host build are handles. */
+void play_write_instances(struct play *play, void *to, char **names, bool is_host);
 
 /* ---- commands (each returns false if the line is another command) */
 

@@ -3,6 +3,7 @@
  *
  *     build NAME [vertices PLACE] [indices PLACE] [transform PLACE] [boxes PLACE] [micromap NAME]
  *         [scratch PLACE] [indirect PLACE] [update] [src NAME] [primitives COUNT] [and NAME ...]
+ *         [opacity-indices PLACE]
  *         [first VERTEX] [max VERTEX] [format rgba16] [stride BYTES]     of vertices
  *     top NAME [NAME...] [instances PLACE] [...]
  *     micromap NAME [data PLACE] [triangles PLACE] [scratch PLACE]
@@ -62,7 +63,7 @@ static VkDeviceOrHostAddressConstKHR unused_instances(const struct build_line *l
     const VkDeviceSize offset = play->instances_used;
     play->instances_used += INSTANCES_SIZE;
     PLAY_REQUIRE(play, play->instances_used <= play->instances.size);
-    play_write_instances(play, play->instances.bytes + offset, names);
+    play_write_instances(play, play->instances.bytes + offset, names, line->is_host);
     return (VkDeviceOrHostAddressConstKHR){
         .deviceAddress = play_address_in(&play->instances, offset, line->is_host).deviceAddress};
 }
@@ -127,6 +128,10 @@ static void read_operand(struct build_line *line, struct one_build *build, const
     } else if (play_is(option, "primitives")) {
         build->range.primitiveCount = (uint32_t)atoi(word);
         triangles->maxVertex = 3 * build->range.primitiveCount - 1;
+    } else if (play_is(option, "opacity-indices")) {
+        build->micromap.indexType = VK_INDEX_TYPE_UINT16;
+        build->micromap.indexStride = sizeof(uint16_t);
+        build->micromap.indexBuffer = input(line, word);
     } else if (play_is(option, "first")) {
         build->range.firstVertex = (uint32_t)atoi(word);
     } else if (play_is(option, "max")) {

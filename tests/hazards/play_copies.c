@@ -182,7 +182,8 @@ static void write_marker(struct play *play, char **words)
     const struct play_object *to = play_place(play, words[1], &offset);
     const VkPipelineStageFlags2 stages = play_stages(play, words[2]);
     if (play_is(words[0], "marker2"))
-        play->vk.CmdWriteBufferMarker2AMD(play_commands(play), stages, to->buffer.handle, offset, 1);
+        play->vk.CmdWriteBufferMarker2AMD(play_commands(play), stages, to->buffer.handle, offset,
+                                          1);
     else
         play->vk.CmdWriteBufferMarkerAMD(play_commands(play), (VkPipelineStageFlagBits)stages,
                                          to->buffer.handle, offset, 1);

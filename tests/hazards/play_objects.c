@@ -189,16 +189,19 @@ void play_put(struct play *play, char **words)
 
 /* ---- what the host writes */
 
-void play_write_instances(struct play *play, void *to, char **names)
+void play_write_instances(struct play *play, void *to, char **names, bool is_host)
 {
     VkAccelerationStructureInstanceKHR *instances = to;
-    for (unsigned i = 0; names[i]; i++)
+    for (unsigned i = 0; names[i]; i++) {
+        const VkAccelerationStructureKHR structure = play_object(play, names[i])->structure;
         instances[i] = (VkAccelerationStructureInstanceKHR){
             .transform.matrix = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}},
             .mask = 0xff,
             .accelerationStructureReference =
-                structure_address(&play->vk, play->device, play_object(play, names[i])->structure),
+                is_host ? (uint64_t)structure
+                        : structure_address(&play->vk, play->device, structure),
         };
+    }
 }
 
 void play_init(struct play *play, char **words)
@@ -208,7 +211,7 @@ void play_init(struct play *play, char **words)
     VkDeviceSize offset;
     unsigned char *bytes = play_place(play, words[1], &offset)->buffer.bytes;
     if (play_is(words[2], "instances"))
-        play_write_instances(play, bytes + offset, words + 3);
+        play_write_instances(play, bytes + offset, words + 3, false);
     else if (play_is(words[2], "transform"))
         memcpy(bytes + offset, &identity, sizeof(identity));
     else if (play_is(words[2], "ranges"))

@@ -317,6 +317,10 @@ static void enable_extensions(void)
     device.facts.extension.adds_to_inputs = true;
     device.facts.extension.dense_geometry_format_amdx = true;
     device.facts.extension.motion_blur_nv = true;
+    device.facts.extension.linear_swept_spheres_nv = true;
+    device.facts.spheres = device.facts.linear_swept_spheres = true;
+    device.facts.extension.opacity_micromap_ext = device.facts.micromap.any = true;
+    device.facts.extension.displacement_micromap_nv = true;
 }
 
 static void build_bottom(const VkAccelerationStructureGeometryKHR *geometry,
@@ -337,6 +341,67 @@ TEST_BETWEEN(motion, enable_extensions, device_close)
     expect(
         BUILD_OF
         " B<shader vertices buffer2 1000:1048\n B<shader other buffer1 800:848\n" DST_AND_SCRATCH);
+}
+
+/* Of geometries with indices only these are certain. */
+TEST_BETWEEN(spheres, enable_extensions, device_close)
+{
+    STRUCT(VkAccelerationStructureGeometrySpheresDataNV, data,
+           .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.deviceAddress = INPUT,
+           .vertexStride = 12, .radiusFormat = VK_FORMAT_R32_SFLOAT,
+           .radiusData.deviceAddress = BUFFERS + 0x800, .radiusStride = 4,
+           .indexType = VK_INDEX_TYPE_NONE_KHR, .indexData.deviceAddress = BUFFERS,
+           .indexStride = 2);
+    const STRUCT(VkAccelerationStructureGeometryKHR, geometry, .pNext = &data,
+                 .geometryType = (VkGeometryTypeKHR)VK_GEOMETRY_TYPE_SPHERES_NV);
+    build_bottom(&geometry, &two);
+    expect(BUILD_OF
+           " B<shader other buffer2 1000:1018\n B<shader other buffer1 800:808\n" DST_AND_SCRATCH);
+    data.indexType = VK_INDEX_TYPE_UINT16;
+    build_bottom(&geometry, &two);
+    expect(BUILD_OF " B<shader other buffer1 0:4\n" DST_AND_SCRATCH);
+}
+
+TEST_BETWEEN(linear_swept_spheres, enable_extensions, device_close)
+{
+    STRUCT(VkAccelerationStructureGeometryLinearSweptSpheresDataNV, data,
+           .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT, .vertexData.deviceAddress = INPUT,
+           .vertexStride = 12, .radiusFormat = VK_FORMAT_R16_SFLOAT,
+           .radiusData.deviceAddress = BUFFERS + 0x800, .radiusStride = 2,
+           .indexType = VK_INDEX_TYPE_NONE_KHR, .indexData.deviceAddress = BUFFERS,
+           .indexStride = 4, .indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_LIST_NV);
+    const STRUCT(VkAccelerationStructureGeometryKHR, geometry, .pNext = &data,
+                 .geometryType = (VkGeometryTypeKHR)VK_GEOMETRY_TYPE_LINEAR_SWEPT_SPHERES_NV);
+    build_bottom(&geometry, &two);
+    expect(BUILD_OF
+           " B<shader other buffer2 1000:1030\n B<shader other buffer1 800:808\n" DST_AND_SCRATCH);
+    data.indexType = VK_INDEX_TYPE_UINT32;
+    data.indexingMode = VK_RAY_TRACING_LSS_INDEXING_MODE_SUCCESSIVE_NV;
+    build_bottom(&geometry, &two);
+    expect(BUILD_OF " B<shader other buffer1 0:8\n" DST_AND_SCRATCH);
+}
+
+TEST_BETWEEN(indices_of_micromaps, enable_extensions, device_close)
+{
+    const VkMicromapEXT micromap = (VkMicromapEXT)(uintptr_t)0x701;
+    STRUCT(VkAccelerationStructureTrianglesDisplacementMicromapNV, displacement,
+           .micromap = micromap, .indexType = VK_INDEX_TYPE_UINT32, .indexStride = 4,
+           .indexBuffer.deviceAddress = BUFFERS,
+           .displacedMicromapPrimitiveFlags.deviceAddress = BUFFERS + 0x100,
+           .displacedMicromapPrimitiveFlagsStride = 1);
+    STRUCT(VkAccelerationStructureTrianglesOpacityMicromapEXT, opacity, .pNext = &displacement,
+           .micromap = micromap, .indexType = VK_INDEX_TYPE_UINT16, .indexStride = 2,
+           .indexBuffer.deviceAddress = BUFFERS + 0x800);
+    VkAccelerationStructureGeometryKHR geometry =
+        triangles_geometry(INPUT, 99, VK_INDEX_TYPE_NONE_KHR, 0);
+    geometry.geometry.triangles.pNext = &opacity;
+    build_bottom(&geometry, &two);
+    expect(BUILD_OF
+           " B<shader vertices buffer2 1000:1048\n B<shader other buffer1 800:804\n"
+           " B<shader other buffer1 0:8\n B<shader other buffer1 100:102\n" DST_AND_SCRATCH);
+    opacity.micromap = displacement.micromap = VK_NULL_HANDLE;
+    build_bottom(&geometry, &two);
+    expect(BUILD_OF " B<shader vertices buffer2 1000:1048\n" DST_AND_SCRATCH);
 }
 
 /* A chain that cannot be read is not followed. */

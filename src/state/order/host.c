@@ -49,10 +49,9 @@ void execution_order_add_host_wait(struct execution_order *order, VkSemaphore ha
                                    uint64_t value)
 {
     const struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
-    struct submission *submission =
-        order->hooks.follows_host && !order->order_unknown
-            ? submission_create(order, SUBMIT_HOST_WAIT, VK_NULL_HANDLE)
-            : NULL;
+    struct submission *submission = order->hooks.follows_host && !order->order_unknown
+                                        ? submission_create(order, SUBMIT_HOST_WAIT, VK_NULL_HANDLE)
+                                        : NULL;
     if (!submission)
         return;
     submission->state = SUBMISSION_MADE;

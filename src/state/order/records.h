@@ -75,7 +75,7 @@ struct submission {
     uint32_t references; /* one of the caller until it finishes, one per held or runnable batch */
     bool out_of_memory;
     bool checked, skip;
-    bool is_exposed;                  /* see struct batch_run */
+    bool is_exposed;             /* see struct batch_run */
     bool may_follow_held;        /* see start() in queues.c */
     uint32_t ready_count;        /* leading batches that were not held when prepared */
     struct execution_clock host; /* the order's host clock when prepared */
@@ -165,8 +165,8 @@ void submission_free(struct submission *submission);
 /* queues.c: the batch of the host ends, so all work that begins from now on follows it: the host's
  * own, and submissions, because the host makes them. */
 void order_batch_end_on_host(struct order_batch *batch);
-/* host.c: with hooks.follows_host, submits a wait of the host that has ended. Null: it may have been
- * for anything. */
+/* host.c: with hooks.follows_host, submits a wait of the host that has ended. Null: it may have
+ * been for anything. */
 void execution_order_add_host_wait(struct execution_order *order, VkSemaphore handle,
                                    uint64_t value);
 

@@ -43,8 +43,8 @@ void submission_announce(struct submission *submission)
             continue;
         if (!semaphore->timeline)
             number_operation(semaphore, operation);
-        operation->is_met = semaphore->timeline && !semaphore->foreign &&
-                            !operation->is_signal && operation->value <= semaphore->initial;
+        operation->is_met = semaphore->timeline && !semaphore->foreign && !operation->is_signal &&
+                            operation->value <= semaphore->initial;
         submission->is_exposed |= operation->is_signal && semaphore->foreign;
         if (operation->is_signal &&
             !semaphore_clock_announce(semaphore, operation->value, submission))
