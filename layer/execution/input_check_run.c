@@ -218,6 +218,7 @@ static bool is_of_call(const struct read_call *call, const struct recorded_place
 struct read_buffer {
     struct reading *reading;
     struct execution *execution;
+    bool is_known; /* its copies can be read */
     const struct journal *journal;
     struct journal_cursor builds, secondaries;
     struct read_call *call;
@@ -239,8 +240,8 @@ static const struct journal_entry *find_entry(struct read_buffer *buffer, uint32
     return NULL;
 }
 
-/* Finds the note of an entry. Notes come in the order of the builds. Notes in between belong to
- * builds that were not recorded. */
+/* Finds the note of an entry. Each entry has a note, in the order of the builds. Notes in between
+ * belong to builds that were not recorded. */
 static const struct input_note *find_note(struct reading *reading,
                                           const struct journal_entry *entry)
 {
@@ -291,12 +292,34 @@ static const struct execution_point *find_execution_point(struct read_buffer *bu
     return NULL;
 }
 
-static void read_build(struct read_buffer *buffer, const struct recorded_item *item)
+/* What the replay noted of one build. */
+struct found_notes {
+    const struct journal_entry *entry; /* may be NULL, as may the pointers below */
+    const struct input_note *inputs;
+    const struct execution_point *point;
+    const struct used_micromap_note *used;
+    uint32_t used_count;
+};
+
+/* Called for each build of the execution in turn, also for those that are not read: a secondary
+ * command buffer that was executed twice has the same entries twice. */
+static struct found_notes find_notes(struct read_buffer *buffer, const struct recorded_build *build)
+{
+    struct found_notes found = {.entry = find_entry(buffer, build->place.position)};
+    if (buffer->reading->ran->notes.lacks_memory)
+        return found;
+    found.inputs = find_note(buffer->reading, found.entry);
+    found.point = find_execution_point(buffer, build);
+    found.used_count = find_used(buffer, build, &found.used);
+    return found;
+}
+
+static void read_build(struct read_buffer *buffer, const struct recorded_item *item,
+                       const struct found_notes *notes)
 {
     const struct recorded_build *build = item->build;
+    const struct input_note *note = notes->inputs;
     struct reading *reading = buffer->reading;
-    const struct journal_entry *entry = find_entry(buffer, build->place.position);
-    const struct input_note *note = find_note(reading, entry);
     struct snapshot_memory memory = {
         .snapshots = build->snapshots,
         .count = build->snapshot_count,
@@ -313,17 +336,18 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
     }
     struct executed_build executed = {
         .build = build,
-        .dst_id = entry ? entry->dst_id : 0,
+        .dst_id = notes->entry ? notes->entry->dst_id : 0,
         .memory = snapshot_memory_of(&memory),
         .inputs = note ? note->inputs : NULL,
         .source_inputs = note ? note->source.inputs : NULL,
+        .point = notes->point,
+        .used = notes->used,
+        .used_count = notes->used_count,
     };
-    executed.point = find_execution_point(buffer, build);
-    executed.used_count = find_used(buffer, build, &executed.used);
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     executed_call_read(buffer->call->executed, &executed);
     guard_results_add(&reading->guarded, buffer->journal, build, buffer->execution->bases);
-    const struct executed_input input = {buffer->journal, entry, item, &executed.memory,
+    const struct executed_input input = {buffer->journal, notes->entry, item, &executed.memory,
                                          buffer->execution->destroy_count};
     if (!reading->when)
         comparer_keep(reading->ran->device->comparer, &input);
@@ -354,14 +378,15 @@ static bool is_readable(struct read_buffer *buffer, uint32_t position)
 static void read_item(struct read_buffer *buffer, const struct recorded_item *item)
 {
     const struct recorded_place *place = &item->build->place;
-    if (!is_readable(buffer, place->position))
+    const struct found_notes notes = find_notes(buffer, item->build);
+    if (!buffer->is_known || !is_readable(buffer, place->position))
         return;
     if (!is_of_call(buffer->call, place)) {
         leave_call(buffer->call);
         buffer->call = begin_call(buffer->reading, buffer->journal, place);
     }
     if (buffer->call)
-        read_build(buffer, item);
+        read_build(buffer, item, &notes);
     else
         buffer->reading->lacks_memory = true;
 }
@@ -387,9 +412,9 @@ static void read_execution(struct reading *reading, struct execution *execution,
                                  .secondaries = journal_start(journal)};
     uint32_t child = 0;
     shared_lock_read(&execution->lock);
-    bool is_known = !execution->has_no_snapshots && !atomic_load(&execution->is_overwritten);
+    buffer.is_known = !execution->has_no_snapshots && !atomic_load(&execution->is_overwritten);
     for (const struct recorded_item *item = NULL; (item = execution_next(execution, item));) {
-        if (is_known && (item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE))
+        if (item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE)
             read_item(&buffer, item);
         if (item->kind != ITEM_EXECUTE)
             continue;

@@ -28,7 +28,6 @@ static bool has_inputs_to_note(const struct replay *replay, const struct journal
     return replay->notes && journal->work && entry->built.shapes;
 }
 
-/* If there is no memory, the structures that its instances refer to are unknown. */
 static void note_execution_point(struct replay *replay, const struct journal *journal,
                                  const struct journal_entry *entry)
 {
@@ -38,6 +37,7 @@ static void note_execution_point(struct replay *replay, const struct journal *jo
         return;
     struct execution_point_note *points =
         array_make_room(notes->points, notes->point_count, &notes->point_capacity, sizeof(*points));
+    notes->lacks_memory |= !points;
     if (!points)
         return;
     notes->points = points;
@@ -50,21 +50,20 @@ static void note_execution_point(struct replay *replay, const struct journal *jo
     execution_clock_copy(&note->point.follows, replay->follows);
 }
 
-/* Returns NULL if there is no memory: the inputs of the build are then unknown. */
+/* Each entry of a journal that has inputs to note gets a note, even if nothing is known of it:
+ * notes and entries are paired in execution order. Returns NULL if memory runs out. */
 static struct input_note *add_note(struct replay *replay, const struct journal *journal,
                                    const struct journal_entry *entry)
 {
     struct input_notes *notes = replay->notes;
     struct input_note *items =
         array_make_room(notes->items, notes->count, &notes->capacity, sizeof(*items));
+    notes->lacks_memory |= !items;
     if (!items)
         return NULL;
     notes->items = items;
     struct input_note *note = &notes->items[notes->count++];
-    *note = (struct input_note){.journal = journal,
-                                .entry = entry,
-                                .inputs = build_inputs_create(entry->built.shapes->count),
-                                .source.state = BUILT_UNKNOWN};
+    *note = (struct input_note){.journal = journal, .entry = entry, .source.state = BUILT_UNKNOWN};
     return note;
 }
 
@@ -74,8 +73,9 @@ void replay_note_build(struct replay *replay, const struct journal *journal,
     note_execution_point(replay, journal, entry);
     if (!has_inputs_to_note(replay, journal, entry))
         return;
-    const struct input_note *note = add_note(replay, journal, entry);
-    built->inputs = note ? note->inputs : NULL;
+    struct input_note *note = add_note(replay, journal, entry);
+    if (note)
+        built->inputs = note->inputs = build_inputs_create(entry->built.shapes->count);
 }
 
 void replay_note_update(struct replay *replay, const struct journal *journal,
@@ -84,15 +84,14 @@ void replay_note_update(struct replay *replay, const struct journal *journal,
     note_execution_point(replay, journal, entry);
     if (!has_inputs_to_note(replay, journal, entry))
         return;
-    const struct built *source = replay_read(replay, entry);
-    if (source->state != BUILT_BEFORE || !source->inputs)
-        return;
     struct input_note *note = add_note(replay, journal, entry);
-    if (note)
-        note->source = built_share(source);
+    const struct built *source = replay_read(replay, entry);
+    if (!note || source->state != BUILT_BEFORE || !source->inputs)
+        return;
+    note->inputs = build_inputs_create(entry->built.shapes->count);
+    note->source = built_share(source);
 }
 
-/* If there is no memory, the last build of the micromap is unknown. */
 void replay_note_micromap(struct replay *replay, const struct journal *journal,
                           const struct journal_entry *entry)
 {
@@ -101,6 +100,7 @@ void replay_note_micromap(struct replay *replay, const struct journal *journal,
         return;
     struct used_micromap_note *used =
         array_make_room(notes->used, notes->used_count, &notes->used_capacity, sizeof(*used));
+    notes->lacks_memory |= !used;
     if (!used)
         return;
     notes->used = used;

@@ -10,7 +10,7 @@
 struct input_note {
     const struct journal *journal; /* has the entry; belongs to a submitted command buffer */
     const struct journal_entry *entry;
-    struct build_inputs *inputs; /* of this execution; NULL if there was no memory */
+    struct build_inputs *inputs; /* of this execution; NULL: they are not needed, or no memory */
     struct built source;         /* last build of an update's source; else BUILT_UNKNOWN */
 };
 
@@ -36,6 +36,7 @@ struct input_notes {
     uint32_t used_count, used_capacity;
     struct execution_point_note *points;
     uint32_t point_count, point_capacity;
+    bool lacks_memory; /* some notes are missing: the others cannot be paired with builds */
 };
 /* Frees all notes and makes them empty. */
 void input_notes_release(struct input_notes *notes);
