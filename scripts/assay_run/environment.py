@@ -133,6 +133,9 @@ def layer_settings(arguments, records, environment):
         settings[key] = correct(settings.get(key, given))
     if PREFIX + "CRASH_REPORT" not in environment:
         settings.setdefault("crash_report", "true")
+    if arguments.html and PREFIX + "RECORD_BUILDS" not in environment and \
+            settings.get("level", environment.get(PREFIX + "LEVEL")) not in ("parameters", "state"):
+        settings.setdefault("record_builds", "true")  # the lower levels know of no submissions
     if arguments.baseline or arguments.write_baseline:
         # Otherwise known findings would use up the limit, and new ones of the same id be held back.
         settings.setdefault("enable_message_limit", "false")

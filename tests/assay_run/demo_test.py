@@ -19,7 +19,7 @@ class Demo(Runs):
     def test_page(self):
         (self.folder / "assay_demo").symlink_to(DEMO)
         self.expect(self.run_words(
-            "--lavapipe", "--level", "content", "--set", "record_builds=true", "--html", "a.html",
+            "--lavapipe", "--level", "content", "--html", "a.html",
             "--json", "a.json", "--", "./assay_demo", VK_LAYER_PATH=str(LAYERS)), 99)
         found = self.load("a.json")["new"]
         browser = Browser(self.folder)

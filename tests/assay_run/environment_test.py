@@ -61,6 +61,17 @@ class Environment(Runs):
         self.assertEqual(self.make("--set", "crash_report=false")[key], "false")
         self.assertEqual(self.make(**{key: "false"})[key], "false")
 
+    def test_the_page_has_builds(self):
+        key = "VK_ASSAY_VALIDATION_RECORD_BUILDS"
+        page = ("--html", str(self.folder / "a.html"))
+        self.assertNotIn(key, self.make())
+        self.assertEqual(self.make(*page)[key], "true")
+        self.assertEqual(self.make(*page, "--level", "content")[key], "true")
+        self.assertEqual(self.make(*page, "--set", "record_builds=false")[key], "false")
+        self.assertEqual(self.make(*page, **{key: "false"})[key], "false")
+        self.assertNotIn(key, self.make(*page, "--level", "state"))
+        self.assertNotIn(key, self.make(*page, VK_ASSAY_VALIDATION_LEVEL="parameters"))
+
     def test_known_findings_use_up_no_limit(self):
         key = "VK_ASSAY_VALIDATION_ENABLE_MESSAGE_LIMIT"
         self.assertNotIn(key, self.make())

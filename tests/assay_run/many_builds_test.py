@@ -22,7 +22,7 @@ class ManyBuilds(Runs):
         super().setUp()
         self.environment.update(VK_LAYER_PATH=str(LAYERS), VK_DRIVER_FILES=str(DRIVER),
                                 VK_LOADER_LAYERS_DISABLE="~implicit~")
-        self.expect(self.run_words("--set", "record_builds=true", "--html", "a.html", "--quiet",
+        self.expect(self.run_words("--html", "a.html", "--quiet",
                                    "--", APPLICATION, BUILDS), 99)
         self.browser = Browser(self.folder)
         self.addCleanup(self.browser.close)
