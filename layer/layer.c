@@ -44,7 +44,6 @@ enum page_state { PAGE_IS_CLEAR, PAGE_IS_BEING_FILLED, PAGE_IS_FILLED };
 static _Alignas(PAGE) union {
     struct {
         _Atomic enum page_state state;
-        pthread_t filled_by; /* while it is being filled */
         struct reader_lock lock;
         struct quick_device quick_devices[QUICK_DEVICES];
         uintptr_t _Atomic recent_owners[1 << OWNER_BITS];
@@ -119,16 +118,17 @@ static void replace_all(void)
  * child wait. If the kernel cannot clear pages, the page is filled for good. */
 __attribute__((noinline, cold)) static void fill_page(void)
 {
+    static _Thread_local bool is_filling;
     enum page_state found = PAGE_IS_CLEAR;
     if (!atomic_compare_exchange_strong(&page.state, &found, PAGE_IS_BEING_FILLED)) {
-        while (atomic_load(&page.state) != PAGE_IS_FILLED &&
-               !pthread_equal(page.filled_by, pthread_self()))
+        while (atomic_load(&page.state) != PAGE_IS_FILLED && !is_filling)
             clock_yield();
         return;
     }
-    page.filled_by = pthread_self();
+    is_filling = true;
     process_clear_on_fork(&page, sizeof(page));
     replace_all();
+    is_filling = false;
     atomic_store(&page.state, PAGE_IS_FILLED);
 }
 

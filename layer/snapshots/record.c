@@ -37,6 +37,8 @@ static struct recording *create_recording(struct snapshots *snapshots,
     struct recording *recording = recording_create(&memory);
     if (!recording)
         return NULL;
+    if (command_buffer->has_early_bindings)
+        recording->compute = *(const struct compute_state *)command_buffer->early_bindings;
     recording->executes_once = command_buffer->executes_once;
     recording->executes_at_once = command_buffer->executes_at_once;
     return recording;

@@ -42,10 +42,23 @@ static bool is_within(const struct stack_bounds *bounds, uintptr_t address)
     return bounds->begin <= address && address < bounds->end;
 }
 
+/* Code for 64-bit ARM may sign return addresses. The instruction removes a signature, and does
+ * nothing on processors without signatures. */
+static uintptr_t without_signature(uintptr_t address)
+{
+#ifdef __aarch64__
+    register uintptr_t x30 __asm__("x30") = address;
+    __asm__("hint #7 // xpaclri" : "+r"(x30));
+    return x30;
+#else
+    return address;
+#endif
+}
+
 static void start(struct call_stack *stack, const void *first)
 {
     stack->count = 1;
-    stack->addresses[0] = (uintptr_t)first;
+    stack->addresses[0] = without_signature((uintptr_t)first);
 }
 
 /* ---- by frame pointers */
@@ -69,7 +82,7 @@ call_stack_walk_frames(const void *frame, const void *first, struct call_stack *
         if (caller <= record || (uintptr_t)caller % FRAME_ALIGNMENT != 0 ||
             (uintptr_t)caller > bounds->end - sizeof(*caller) || !caller->return_address)
             return;
-        stack->addresses[stack->count++] = caller->return_address;
+        stack->addresses[stack->count++] = without_signature(caller->return_address);
         record = caller;
     }
 }
@@ -89,7 +102,7 @@ static _Unwind_Reason_Code add_frame(struct _Unwind_Context *context, void *user
 {
     struct table_walk *walk = user;
     struct call_stack *stack = walk->stack;
-    uintptr_t address = _Unwind_GetIP(context);
+    uintptr_t address = without_signature(_Unwind_GetIP(context));
     if (!walk->has_begun) {
         walk->has_begun = address == stack->addresses[0];
         return walk->has_begun || walk->own_frames++ < OWN_FRAMES ? _URC_NO_REASON

@@ -2,14 +2,35 @@
 /* Commands that set the state which a dispatch of the layer's own disturbs. */
 #include "layer/snapshots/copies/compute_state.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "layer/snapshots/commands.h"
 
+/* The state of a command buffer without builds so far. Returns NULL without memory. */
+static struct compute_state *early_state_of(struct command_buffer *command_buffer)
+{
+    struct compute_state *state = command_buffer->early_bindings;
+    if (!state)
+        command_buffer->early_bindings = state = malloc(sizeof(*state));
+    if (!state)
+        command_buffer->work_failed = true;
+    else if (!command_buffer->has_early_bindings)
+        *state = (struct compute_state){0};
+    command_buffer->has_early_bindings = state;
+    return state;
+}
+
 struct compute_state *compute_state_of(VkCommandBuffer handle)
 {
-    struct recorder recorder;
-    return recorder_begin(&recorder, handle) ? &recorder.recording->compute : NULL;
+    const struct layer_device *device = layer_find_recording_device(handle);
+    struct command_buffer *command_buffer =
+        device ? command_buffers_find(device->command_buffers, handle) : NULL;
+    if (!command_buffer)
+        return NULL;
+    struct journal *journal = command_buffer->journal;
+    struct recording *recording = journal ? journal->work : NULL;
+    return recording ? &recording->compute : early_state_of(command_buffer);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindPipeline(VkCommandBuffer commandBuffer,

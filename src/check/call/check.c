@@ -45,7 +45,7 @@ walk_all_of_geometry(struct walk *walk, const struct range_view *range, bool has
 }
 
 /* Returns whether the build recorder gets a geometry together with its build: only a single
- * geometry without chained inputs, which don't live that long. */
+ * geometry without chained inputs, which the next geometry replaces. */
 static bool is_recorded_with_build(const struct build_view *build,
                                    const struct geometry_view *geometry)
 {
@@ -61,9 +61,8 @@ check_geometry(struct walk *walk, struct geometry_view *geometry, bool with_stat
     struct range_view range = {.geometry = geometry,
                                .range = build->ranges ? &build->ranges[geometry->index] : NULL};
     bool has_count = view_primitive_count(build, geometry->index, &range.primitive_count);
-    struct chained_inputs chained;
     if (build->call->device->extension.adds_to_inputs)
-        check_extended_geometry(walk, geometry, &chained, with_state);
+        check_extended_geometry(walk, geometry, with_state);
     if (with_state && !walk->same_shape)
         view_geometry_state(walk->context, geometry);
     if (!geometry_passes(&range, has_count, with_state, walk->same_shape))

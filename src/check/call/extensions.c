@@ -39,14 +39,14 @@ static bool has_no_extensions(const struct geometry_view *geometry)
 }
 
 OFF_RECORDING_PATH void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
-                                                struct chained_inputs *chained, bool with_state)
+                                                bool with_state)
 {
     const struct device_facts *device = geometry->build->call->device;
     uint32_t findings_before = walk->findings;
     if (has_no_extensions(geometry))
         return;
-    chained->count = 0;
-    geometry->chained = chained;
+    walk->chained.count = 0;
+    geometry->chained = &walk->chained;
     if (device->extension.motion_blur_nv)
         check_motion(walk, geometry, with_state);
     if (device->extension.linear_swept_spheres_nv)

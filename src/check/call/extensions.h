@@ -6,10 +6,10 @@
 #include "src/check/walk/walk.h"
 
 /* Evaluate the rules about what the enabled extensions add to a build or a geometry, at level STATE
- * too if `with_state`. `chained` must live as long as the geometry's view. */
+ * too if `with_state`. The geometry's view then refers to the walk's chained inputs, until the next
+ * geometry is validated. */
 void check_extended_build(struct walk *walk, struct build_view *build, bool with_state);
-void check_extended_geometry(struct walk *walk, struct geometry_view *geometry,
-                             struct chained_inputs *chained, bool with_state);
+void check_extended_geometry(struct walk *walk, struct geometry_view *geometry, bool with_state);
 
 /* Likewise for one enabled extension. */
 void check_motion_build(struct walk *walk, const struct build_view *build, bool with_state);

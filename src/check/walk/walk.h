@@ -29,6 +29,8 @@ struct walk {
     const struct execution_point *point;      /* when the current build executed; NULL: unknown */
     struct instance_uses *instances;          /* structures that its instances refer to, see
                                                * check_host_inputs; NULL: none */
+    struct chained_inputs chained;            /* of the geometry that was checked last, if it has
+                                               * any */
 };
 
 /* Starts a walk with all active rules of the context, which must outlive it. */

@@ -45,6 +45,7 @@ static void retire(struct command_buffers *command_buffers, struct command_buffe
     validity_release(command_buffer->validity);
     build_states_release(&command_buffer->known);
     journal_release(command_buffer->journal);
+    free(command_buffer->early_bindings);
     lay_by(command_buffers, command_buffer);
 }
 

@@ -41,6 +41,10 @@ struct command_buffer {
     struct validity *validity;    /* NULL if the recording executes no secondary command buffer */
     struct dependents dependents; /* recordings that execute this command buffer */
     struct journal *journal;      /* NULL: never recorded, or memory ran out */
+    /* Bindings of this recording from before journal->work exists, as layer/snapshots has them. The
+     * memory is kept for the next recording. */
+    void *early_bindings;
+    bool has_early_bindings;
     /* Structure states that follow from the journal alone; made on first use. */
     struct build_states known;
     bool has_known_states;

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Updates the record of a command buffer for each recorded command. */
+#include <stdlib.h>
+
 #include "src/base/chain.h"
 #include "src/base/recording_path.h"
 #include "src/state/commands/command_buffers.h"
@@ -39,6 +41,7 @@ ON_RECORDING_PATH static void start_over(struct command_buffer *command_buffer,
     facts->build_index = 0;
     command_buffer->suspending = false;
     command_buffer->work_failed = false;
+    command_buffer->has_early_bindings = false;
     if (command_buffer->dependents.count || command_buffer->validity ||
         command_buffer->has_known_states || !label_stack_is_clear(&command_buffer->labels))
         drop_rare_parts(command_buffer);
@@ -97,6 +100,8 @@ void command_buffer_reset(struct command_buffer *command_buffer, bool releases, 
         return;
     journal_release(command_buffer->journal);
     command_buffer->journal = NULL;
+    free(command_buffer->early_bindings);
+    command_buffer->early_bindings = NULL;
 }
 
 void command_buffer_begin_rendering(struct command_buffer *command_buffer, VkRenderingFlags flags)
