@@ -136,8 +136,12 @@ def structures_source(ray_tracing, structures):
     for kind, name, is_queried, features in structures:
         ray_tracing_name = c_string(name) if is_queried else "NULL"
         out.append(f"    {{{kind}, sizeof({name}), {ray_tracing_name}, {features}}},\n")
-    out += ["};\n\n", f"const size_t registry_structure_count = {len(structures)};\n"]
-    return "".join(out)
+    out += ["};\n\n", f"const size_t registry_structure_count = {len(structures)};\n\n",
+            "const struct registry_structure *registry_find_structure(VkStructureType type)\n{\n"
+            "    switch ((int)type) {\n"]
+    out += [f"    case {kind}:\n        return &registry_structures[{i}];\n"
+            for i, (kind, *_) in enumerate(structures)]
+    return "".join(out) + "    default:\n        return NULL;\n    }\n}\n"
 
 
 def main():

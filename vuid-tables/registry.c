@@ -24,11 +24,3 @@ bool registry_is_ray_tracing(const char *extension)
 {
     return has_name(registry_ray_tracing, registry_ray_tracing_count, extension);
 }
-
-const struct registry_structure *registry_find_structure(VkStructureType type)
-{
-    for (size_t i = 0; i < registry_structure_count; i++)
-        if (registry_structures[i].type == type)
-            return &registry_structures[i];
-    return NULL;
-}

@@ -107,7 +107,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_GetAccelerationStructureHandleNV(
         state->vk.GetAccelerationStructureHandleNV(device, accelerationStructure, dataSize, pData);
     if (result != VK_SUCCESS || state->level < LEVEL_CONTENT)
         return result;
-    if (dataSize >= sizeof(reference)) {
+    if (dataSize >= sizeof(reference) &&
+        readable(readable_cache_of_thread(), pData, sizeof(reference))) {
         memcpy(&reference, pData, sizeof(reference));
         resources_add_nv_reference(state->resources, accelerationStructure, reference);
     } else {

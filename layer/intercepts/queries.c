@@ -11,6 +11,7 @@
 #include "layer/intercepts/intercepts.h"
 #include "layer/intercepts/journal_access.h"
 #include "layer/postmortem/loss.h"
+#include "src/base/readable.h"
 
 /* ---- pools */
 
@@ -147,7 +148,8 @@ static bool has_result(const struct results *results, uint32_t i)
     VkDeviceSize word =
         results->flags & VK_QUERY_RESULT_64_BIT ? sizeof(uint64_t) : sizeof(uint32_t);
     VkDeviceSize size = results->flags & VK_QUERY_RESULT_WITH_AVAILABILITY_BIT ? 2 * word : word;
-    return size <= results->size && (!i || results->stride <= (results->size - size) / i);
+    return size <= results->size && (!i || results->stride <= (results->size - size) / i) &&
+           readable(readable_cache_of_thread(), results->data + i * results->stride, size);
 }
 
 /* Returns 0 if the query was, or may have been, unavailable: without an availability word, partial

@@ -7,6 +7,7 @@
 #include "layer/intercepts/call_sites.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
+#include "layer/lifecycle/arguments.h"
 #include "layer/snapshots/snapshots.h"
 
 enum { LOADER_INTERFACE_VERSION = 2 };
@@ -47,21 +48,23 @@ static PFN_vkVoidFunction find_intercept(const char *name)
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetInstanceProcAddr(VkInstance instance,
                                                                    const char *pName)
 {
+    if (!arguments_can_read_string(pName))
+        return NULL;
     PFN_vkVoidFunction own = find_intercept(pName);
     struct layer_instance *state = instance ? layer_find_instance(instance) : NULL;
     if (!state || FIND(global_commands, pName))
-        return own;
+        return arguments_checked(own);
     own = hazards_command(state, pName, call_sites_command(state, pName, own));
     PFN_vkVoidFunction next = state->vk.GetInstanceProcAddr(instance, pName);
     if (state->backend == BACKEND_CPU)
         next = cpu_overlay_instance_command(pName, next);
-    return next && own ? own : next;
+    return arguments_checked(next && own ? own : next);
 }
 
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetDeviceProcAddr(VkDevice device, const char *pName)
 {
     struct layer_device *state = layer_find_device(device);
-    if (!state)
+    if (!state || !arguments_can_read_string(pName))
         return NULL;
     PFN_vkVoidFunction own =
         call_sites_command(state->instance, pName, FIND(device_commands, pName));
@@ -71,7 +74,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL assay_GetDeviceProcAddr(VkDevice device
         next = cpu_overlay_command(state->cpu, pName, next);
     if (state->snapshots)
         next = snapshots_command(state->snapshots, pName, next);
-    return next && own ? own : next;
+    return arguments_checked(next && own ? own : next);
 }
 
 PFN_vkVoidFunction VKAPI_CALL assay_GetPhysicalDeviceProcAddr(VkInstance instance,

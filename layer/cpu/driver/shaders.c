@@ -4,6 +4,7 @@
 #include "layer/cpu/overlay.h"
 #include "layer/cpu/unsupported.h"
 #include "src/base/chain.h"
+#include "src/base/readable.h"
 
 /* From the SPIR-V specification. */
 enum {
@@ -38,7 +39,8 @@ static bool capability_traces(uint32_t capability)
 static bool code_traces(const uint32_t *code, size_t size)
 {
     const size_t words = size / sizeof(*code);
-    if (words < SPIRV_HEADER_WORDS || code[0] != SPIRV_MAGIC)
+    if (words < SPIRV_HEADER_WORDS || !readable(readable_cache_of_thread(), code, size) ||
+        code[0] != SPIRV_MAGIC)
         return false;
     for (size_t i = SPIRV_HEADER_WORDS; i + 1 < words; i += 2) {
         if (code[i] != (2 << 16 | OP_CAPABILITY))
@@ -94,6 +96,19 @@ static bool stage_traces(const VkPipelineShaderStageCreateInfo *stage)
     return module && code_traces(module->pCode, module->codeSize);
 }
 
+/* A pipeline library may ignore its stages, which then need not be readable. */
+static bool a_stage_traces(const VkGraphicsPipelineCreateInfo *info)
+{
+    struct readable_cache *cache = readable_cache_of_thread();
+    for (uint32_t i = 0; i < info->stageCount; i++) {
+        if (!readable(cache, &info->pStages[i], sizeof(info->pStages[i])))
+            return false;
+        if (stage_traces(&info->pStages[i]))
+            return true;
+    }
+    return false;
+}
+
 static VkResult report_unsupported_pipelines(VkDevice device, const char *command, uint32_t count,
                                              VkPipeline *pipelines)
 {
@@ -121,10 +136,9 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateGraphicsPipelines(
     VkPipeline *pPipelines)
 {
     for (uint32_t i = 0; i < createInfoCount; i++)
-        for (uint32_t j = 0; j < pCreateInfos[i].stageCount; j++)
-            if (stage_traces(&pCreateInfos[i].pStages[j]))
-                return report_unsupported_pipelines(device, "vkCreateGraphicsPipelines",
-                                                    createInfoCount, pPipelines);
+        if (a_stage_traces(&pCreateInfos[i]))
+            return report_unsupported_pipelines(device, "vkCreateGraphicsPipelines",
+                                                createInfoCount, pPipelines);
     return cpu_next(device)->CreateGraphicsPipelines(device, pipelineCache, createInfoCount,
                                                      pCreateInfos, pAllocator, pPipelines);
 }

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "layer/snapshots/commands.h"
+#include "src/base/readable.h"
 
 /* The state of a command buffer without builds so far. Returns NULL without memory. */
 static struct compute_state *early_state_of(struct command_buffer *command_buffer)
@@ -93,7 +94,8 @@ static void note_constants(VkCommandBuffer handle, VkPipelineLayout layout,
     if (!state)
         return;
     if (offset % 4 || size % 4 || offset > sizeof(state->constants) ||
-        size > sizeof(state->constants) - offset || !note_layout(state, layout)) {
+        size > sizeof(state->constants) - offset ||
+        !readable(readable_cache_of_thread(), values, size) || !note_layout(state, layout)) {
         state->is_partial = true;
         return;
     }

@@ -64,6 +64,7 @@ struct calls {
     VkuDeviceDispatchTable vk;
     PFN_vkTraceRaysASSAY trace;
     VkQueue queues[QUEUES];
+    const char *level; /* NULL: as the first byte says */
     bool is_cpu;
     VkResult status;   /* of the last call that returned one */
     VkBool32 answer;   /* of the messenger */

@@ -192,7 +192,8 @@ bool calls_open(struct calls *calls)
     negotiate();
     calls->is_cpu = byte & 4;
     calls_configure_driver(calls->is_cpu, byte & 8, byte & 16, byte & 128 ? 2 : 0);
-    if (create_instance(calls, levels[byte & 3], byte & 64, &messenger) != VK_SUCCESS)
+    if (create_instance(calls, calls->level ? calls->level : levels[byte & 3], byte & 64,
+                        &messenger) != VK_SUCCESS)
         return false;
     bool is_open = open_device(calls, &all_tables[calls->is_cpu][byte & 3]);
     if (!is_open) {

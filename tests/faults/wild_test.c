@@ -1,0 +1,335 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Every intercepted command with invalid pointers, one at a time, above a driver that reads nothing
+ * of that call: the layer must not crash. The commands and their arguments come from the registry
+ * (wild_calls.py). */
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <vulkan/vk_layer.h>
+
+#include "tests/fuzz/calls/calls.h"
+#include "tests/state/unit_test.h"
+
+/* ---- what wild_calls.h needs */
+
+struct wild_command {
+    const char *name;
+    void *(*fill)(void); /* returns the arguments */
+    void (*call)(PFN_vkVoidFunction function, void *arguments);
+    PFN_vkVoidFunction inert; /* the driver's command, which reads nothing if it is `current` */
+};
+
+enum { ARENA = 1 << 17, POINTERS_MAX = 512, PATH_MAX_LENGTH = 160, PAGE = 4096 };
+
+static _Alignas(16) unsigned char arena[ARENA];
+static size_t arena_used;
+static struct {
+    const void **place;
+    const char *path;
+} pointers[POINTERS_MAX];
+static uint32_t pointer_count;
+
+static struct calls calls;
+static const struct wild_command *current;
+
+static void *wild_take(size_t size)
+{
+    void *taken = arena + arena_used;
+    arena_used += (size + 15) / 16 * 16;
+    assert_true(arena_used <= ARENA);
+    memset(taken, 0, size);
+    return taken;
+}
+
+static void wild_note(const void **place, const char *path)
+{
+    assert_true(pointer_count < POINTERS_MAX);
+    pointers[pointer_count].place = place;
+    pointers[pointer_count++].path = path;
+}
+
+static uint64_t wild_handle(VkObjectType type)
+{
+    static const struct {
+        VkObjectType type;
+        enum kind kind;
+    } kinds[] = {
+        {VK_OBJECT_TYPE_DEVICE_MEMORY, MEMORIES},
+        {VK_OBJECT_TYPE_BUFFER, BUFFERS},
+        {VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, STRUCTURES},
+        {VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV, NV_STRUCTURES},
+        {VK_OBJECT_TYPE_MICROMAP_EXT, MICROMAPS},
+        {VK_OBJECT_TYPE_COMMAND_POOL, POOLS},
+        {VK_OBJECT_TYPE_COMMAND_BUFFER, COMMAND_BUFFERS},
+        {VK_OBJECT_TYPE_FENCE, FENCES},
+        {VK_OBJECT_TYPE_SEMAPHORE, SEMAPHORES},
+        {VK_OBJECT_TYPE_EVENT, EVENTS},
+        {VK_OBJECT_TYPE_QUERY_POOL, QUERY_POOLS},
+        {VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR, OPERATIONS},
+    };
+    if (type == VK_OBJECT_TYPE_INSTANCE)
+        return (uint64_t)(uintptr_t)calls.instance;
+    if (type == VK_OBJECT_TYPE_PHYSICAL_DEVICE)
+        return (uint64_t)(uintptr_t)calls.physical;
+    if (type == VK_OBJECT_TYPE_DEVICE)
+        return (uint64_t)(uintptr_t)calls.device;
+    if (type == VK_OBJECT_TYPE_QUEUE)
+        return (uint64_t)(uintptr_t)calls.queues[0];
+    for (size_t i = 0; i < sizeof(kinds) / sizeof(kinds[0]); i++)
+        if (kinds[i].type == type)
+            return calls.slots[kinds[i].kind][0].handle;
+    return 0x1000;
+}
+
+/* The loader's structures, before a chain. */
+static const void *wild_link_instance(const void *chain)
+{
+    VkLayerInstanceLink *below = wild_take(sizeof(*below));
+    VkLayerInstanceCreateInfo *link = wild_take(sizeof(*link));
+    below->pfnNextGetInstanceProcAddr = calls_driver_proc_addr;
+    link->sType = VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO;
+    link->pNext = chain;
+    link->function = VK_LAYER_LINK_INFO;
+    link->u.pLayerInfo = below;
+    return link;
+}
+
+static const void *wild_link_device(const void *chain)
+{
+    VkLayerDeviceLink *below = wild_take(sizeof(*below));
+    VkLayerDeviceCreateInfo *link = wild_take(sizeof(*link));
+    below->pfnNextGetInstanceProcAddr = calls_driver_proc_addr;
+    below->pfnNextGetDeviceProcAddr = calls_driver_device_proc_addr;
+    link->sType = VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO;
+    link->pNext = chain;
+    link->function = VK_LAYER_LINK_INFO;
+    link->u.pLayerInfo = below;
+    return link;
+}
+
+/* The driver's own command. Returns NULL for the call with an invalid pointer, and if the driver
+ * has none. */
+static PFN_vkVoidFunction wild_driver_command(const struct wild_command *command);
+
+#include "wild_calls.h"
+
+/* ---- the driver below the layer */
+
+static PFN_vkVoidFunction driver_commands[WILD_COMMANDS];
+
+static PFN_vkVoidFunction wild_driver_command(const struct wild_command *command)
+{
+    return command == current ? NULL : driver_commands[command - wild_commands];
+}
+
+PFN_vkVoidFunction __real_calls_driver_proc_addr(VkInstance instance, const char *name);
+PFN_vkVoidFunction __real_calls_driver_device_proc_addr(VkDevice device, const char *name);
+PFN_vkVoidFunction __wrap_calls_driver_proc_addr(VkInstance instance, const char *name);
+PFN_vkVoidFunction __wrap_calls_driver_device_proc_addr(VkDevice device, const char *name);
+
+/* The driver seems to have all commands, so that the layer has them. */
+static PFN_vkVoidFunction cover(const char *name, PFN_vkVoidFunction own)
+{
+    for (int i = 0; i < WILD_COMMANDS; i++)
+        if (strcmp(wild_commands[i].name, name) == 0) {
+            driver_commands[i] = own;
+            return wild_commands[i].inert;
+        }
+    return own;
+}
+
+PFN_vkVoidFunction __wrap_calls_driver_proc_addr(VkInstance instance, const char *name)
+{
+    return cover(name, __real_calls_driver_proc_addr(instance, name));
+}
+
+/* An extension's command that has become part of Vulkan is the core command. */
+PFN_vkVoidFunction __wrap_calls_driver_device_proc_addr(VkDevice device, const char *name)
+{
+    PFN_vkVoidFunction own = __real_calls_driver_device_proc_addr(device, name);
+    const size_t length = strlen(name);
+    for (int i = 0; i < WILD_COMMANDS && !own; i++)
+        if (strlen(wild_commands[i].name) + strlen("KHR") == length &&
+            strncmp(wild_commands[i].name, name, length - strlen("KHR")) == 0)
+            own = __real_calls_driver_device_proc_addr(device, wild_commands[i].name);
+    return cover(name, own);
+}
+
+/* ---- the application */
+
+VKAPI_ATTR VkResult VKAPI_CALL
+vkNegotiateLoaderLayerInterfaceVersion(VkNegotiateLayerInterface *pVersionStruct);
+
+static VkNegotiateLayerInterface layer = {.sType = LAYER_NEGOTIATE_INTERFACE_STRUCT,
+                                          .loaderLayerInterfaceVersion = 2};
+
+struct run {
+    const char *level;
+    bool is_cpu, has_settings; /* hazards and guard */
+};
+
+/* How far a child has come. */
+struct progress {
+    uint32_t command, pointer, value;
+    uint32_t calls;
+    char path[PATH_MAX_LENGTH];
+};
+static struct progress *progress;
+
+static unsigned char *edge; /* the last bytes that can be read before others that cannot */
+
+enum { VALUES = 3, NOT_FOUND = 3 };
+static const void *value_at(uint32_t i)
+{
+    const void *const values[VALUES] = {NULL, edge + 8, edge};
+    return values[i];
+}
+
+static PFN_vkVoidFunction find(const char *name)
+{
+    const PFN_vkVoidFunction found = layer.pfnGetDeviceProcAddr(calls.device, name);
+    return found ? found : layer.pfnGetInstanceProcAddr(calls.instance, name);
+}
+
+/* The command buffer records, whatever was done to it before. */
+static void begin_commands(void)
+{
+    const STRUCT(VkCommandBufferBeginInfo, begin);
+    const VkCommandBuffer commands =
+        (VkCommandBuffer)(uintptr_t)wild_handle(VK_OBJECT_TYPE_COMMAND_BUFFER);
+    calls.vk.BeginCommandBuffer(commands, &begin);
+}
+
+/* Returns false if the command has no such pointer. */
+static bool call_with(const struct wild_command *command, uint32_t pointer, uint32_t value)
+{
+    arena_used = pointer_count = 0;
+    begin_commands();
+    void *arguments = command->fill();
+    if (pointer >= pointer_count)
+        return false;
+    snprintf(progress->path, sizeof(progress->path), "%s", pointers[pointer].path);
+    *pointers[pointer].place = value_at(value);
+    const PFN_vkVoidFunction function = find(command->name);
+    if (!function)
+        _exit(NOT_FOUND);
+    current = command;
+    command->call(function, arguments);
+    current = NULL;
+    progress->calls++;
+    return true;
+}
+
+static void open_layer(const struct run *run)
+{
+    static uint8_t options;
+    options = run->is_cpu ? 4 : 0;
+    calls = (struct calls){.at = &options, .end = &options + 1, .level = run->level};
+    setenv("VK_ASSAY_VALIDATION_HAZARDS", run->has_settings ? "true" : "false", 1);
+    setenv("VK_ASSAY_VALIDATION_GUARD", run->has_settings ? "references" : "off", 1);
+    assert_true(calls_open(&calls));
+    vkNegotiateLoaderLayerInterfaceVersion(&layer);
+}
+
+/* Goes on behind the call that `progress` is about. */
+static void run_all(const struct run *run)
+{
+    open_layer(run);
+    for (; progress->command < WILD_COMMANDS; progress->command++, progress->pointer = 0)
+        for (;; progress->pointer++, progress->value = 0) {
+            bool has_pointer = true;
+            for (; has_pointer && progress->value < VALUES; progress->value++)
+                has_pointer = call_with(&wild_commands[progress->command], progress->pointer,
+                                        progress->value);
+            if (!has_pointer)
+                break;
+        }
+    _exit(0);
+}
+
+/* Returns whether all calls returned; if not, `progress` is about the one that did not. */
+static bool run_child(const struct run *run)
+{
+    int status = 0;
+    fflush(NULL);
+    const pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        signal(SIGSEGV, SIG_DFL); /* cmocka handles it */
+        alarm(120);
+        run_all(run);
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
+        return true;
+    print_error("level %s, backend %s%s: %s, %s, value %u: status %d\n", run->level,
+                run->is_cpu ? "cpu" : "driver", run->has_settings ? ", hazards and guard" : "",
+                wild_commands[progress->command].name, progress->path, progress->value, status);
+    return false;
+}
+
+static uint32_t crashes_in(const struct run *run)
+{
+    uint32_t crashes = 0;
+    *progress = (struct progress){0};
+    while (crashes < 1000 && !run_child(run)) {
+        crashes++;
+        progress->value++;
+    }
+    print_message("level %s, backend %s%s: %u calls\n", run->level, run->is_cpu ? "cpu" : "driver",
+                  run->has_settings ? ", hazards and guard" : "", progress->calls);
+    return crashes;
+}
+
+static void map(void)
+{
+    progress =
+        mmap(NULL, sizeof(*progress), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    unsigned char *pages =
+        mmap(NULL, 2 * PAGE, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    assert_true(progress != MAP_FAILED && pages != MAP_FAILED);
+    memset(pages, 'x', PAGE);
+    assert_int_equal(mprotect(pages + PAGE, PAGE, PROT_NONE), 0);
+    edge = pages + PAGE - 8;
+}
+
+static bool is_listed(const char *name)
+{
+    bool is_found = false;
+    for (int i = 0; i < WILD_COMMANDS; i++)
+        is_found |= strcmp(wild_commands[i].name, name) == 0;
+    return is_found;
+}
+
+/* What the layer returns for other commands is the driver's own function. */
+TEST(every_intercepted_command_is_listed)
+{
+    open_layer(&(struct run){"content", true, true});
+    for (size_t i = 0; i < sizeof(wild_names) / sizeof(wild_names[0]); i++)
+        if (!is_listed(wild_names[i]) &&
+            layer.pfnGetDeviceProcAddr(calls.device, wild_names[i]) !=
+                __real_calls_driver_device_proc_addr(calls.device, wild_names[i]))
+            fail_msg("%s is intercepted and not listed", wild_names[i]);
+    calls_close(&calls);
+}
+
+TEST(the_layer_survives_invalid_pointers)
+{
+    static const char *const levels[] = {"parameters", "state", "execution", "content"};
+    uint32_t crashes = 0;
+    map();
+    for (int i = 0; i < 16; i++) {
+        const struct run run = {levels[i / 4], i & 1, i & 2};
+        crashes += crashes_in(&run);
+    }
+    assert_int_equal(crashes, 0);
+}
+
+bool unit_test_keeps_memory(void)
+{
+    return true;
+}

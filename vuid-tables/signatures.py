@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The signatures of commands, and the members of structures, from the registry; and the commands that
+the layer's own lists have."""
+
+import re
+import xml.etree.ElementTree as ElementTree
+
+
+def is_of_vulkan(element):
+    return "vulkan" in (element.get("api") or "vulkan").split(",")
+
+
+class Member:
+    """A parameter of a command, or a member of a structure."""
+
+    def __init__(self, element):
+        for comment in element.findall("comment"):
+            element.remove(comment)
+        self.name = element.findtext("name")
+        self.type = element.findtext("type")
+        self.declaration = " ".join("".join(element.itertext()).split())
+        self.pointers = self.declaration.count("*")
+        self.is_array = "[" in self.declaration
+        self.values = element.get("values")
+        self.is_ignored = element.get("deprecated") == "ignored"
+        self.may_be_null = (element.get("optional") or "").split(",")[0] == "true"
+        # The number of elements of each level of pointers.
+        self.lengths = (element.get("altlen") or element.get("len") or "").split(",")
+
+    def length(self, prefix, members):
+        """The number of elements as an expression of C, "null-terminated", or "" for one."""
+        names = {member.name for member in members}
+        return self.lengths[0] if self.lengths[0] == "null-terminated" else re.sub(
+            r"(?<!->)\b[A-Za-z_]\w*", lambda name: prefix + name[0] if name[0] in names else name[0],
+            self.lengths[0])
+
+    def counts(self, members):
+        """The member that is the number of elements, or None."""
+        return next((member for member in members if member.name == self.lengths[0]), None)
+
+
+class Command:
+    def __init__(self, name, element):
+        self.name = name
+        self.returns = element.findtext("proto/type")
+        self.parameters = [Member(parameter) for parameter in element.iterfind("param")
+                           if is_of_vulkan(parameter)]
+        self.declaration = ", ".join(parameter.declaration for parameter in self.parameters)
+        self.arguments = ", ".join(parameter.name for parameter in self.parameters)
+
+
+class Structure:
+    def __init__(self, element):
+        self.name = element.get("name")
+        self.is_union = element.get("category") == "union"
+        self.members = [Member(member) for member in element.iterfind("member")
+                        if is_of_vulkan(member)]
+        self.type = self.members[0].values
+        self.extends = (element.get("structextends") or "").split(",")
+        self.has_chain = any(member.name == "pNext" for member in self.members)
+
+
+class Registry:
+    def __init__(self, path):
+        tree = ElementTree.parse(path)
+        commands = {}
+        aliases = {}
+        for element in tree.iterfind("commands/command"):
+            if element.get("alias"):
+                aliases[element.get("name")] = element.get("alias")
+            elif is_of_vulkan(element):
+                commands[element.findtext("proto/name")] = element
+        aliases |= {name: name for name in commands}
+        self.commands = {name[2:]: Command(name[2:], commands[target])
+                         for name, target in aliases.items()}
+        self.structures, self.handles, others = {}, {}, {}
+        for element in tree.iterfind("types/type"):
+            name = element.get("name") or element.findtext("name")
+            if element.get("alias"):
+                others[name] = element.get("alias")
+            elif element.get("category") in ("struct", "union"):
+                self.structures[name] = Structure(element)
+            elif element.get("category") == "handle":
+                self.handles[name] = element.get("objtypeenum")
+        for name, target in others.items():
+            for table in (self.structures, self.handles):
+                if target in table:
+                    table[name] = table[target]
+
+
+def listed_commands(text):
+    """The commands in the lists of a header, such as layer/intercepts/intercepts.h."""
+    return re.findall(r"^ {4}(?:INTERCEPT|COMMAND)\((?:\w+, )?([A-Z]\w+)\)", text, re.M)
+
+
+# The lists of the layer's commands, by the prefix of the functions.
+LISTS = {"assay": "layer/intercepts/intercepts.h", "hazards": "layer/hazards/commands.h",
+         "snapshots": "layer/snapshots/commands.h", "cpu": "layer/cpu/commands.h"}
