@@ -129,7 +129,8 @@ static VkFence fence_below(const struct submit *submit, VkFence fence)
     return submit->count && submit->snapshots->are_for_backend ? VK_NULL_HANDLE : fence;
 }
 
-/* The device executes the batches, and nothing will show when it has ended. */
+/* The device executes the batches, and nothing will show when it has ended. The executions count as
+ * pending until their recordings do. */
 static void forget_executions(struct submit *submit)
 {
     for (uint32_t i = 0; i < submit->count; i++) {
@@ -145,11 +146,13 @@ static void forget_executions(struct submit *submit)
 static VkResult submit_fences(struct submit *submit, VkFence fence)
 {
     VkResult result = ticket_submit(submit->ticket);
-    if (!submit->snapshots->are_for_backend) {
-        if (result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST)
-            forget_executions(submit);
+    bool is_for_backend = submit->snapshots->are_for_backend;
+    if (result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST && !is_for_backend)
+        forget_executions(submit);
+    else if (result != VK_SUCCESS)
+        ticket_refuse(submit->ticket);
+    if (!is_for_backend)
         return VK_SUCCESS;
-    }
     if (result == VK_SUCCESS && fence)
         result = submit->snapshots->next.QueueSubmit(submit->queue, 0, NULL, fence);
     return result == VK_SUCCESS ? VK_SUCCESS : VK_ERROR_DEVICE_LOST;

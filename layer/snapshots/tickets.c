@@ -182,7 +182,8 @@ VkResult ticket_submit(struct ticket *ticket)
 {
     struct fence_ticket *own = (struct fence_ticket *)ticket;
     VkResult result = own->snapshots->next.QueueSubmit(ticket->queue, 0, NULL, own->fence);
-    atomic_store(&own->state, result == VK_SUCCESS ? FENCE_IS_SUBMITTED : FENCE_IS_REFUSED);
+    if (result == VK_SUCCESS)
+        atomic_store(&own->state, FENCE_IS_SUBMITTED);
     return result;
 }
 

@@ -155,9 +155,9 @@ enum submission_kind {
 };
 
 /* Returns NULL if the order is unknown or missing. The submission belongs to the order. Only
- * submission_finish ends the caller's use of it, and each caller calls it once. All
- * functions below accept NULL. submission_begin, submission_prepare and the functions that finish
- * take the order's lock; the others run on the submitting thread without it. */
+ * submission_finish ends the caller's use of it, and each caller calls it once. All functions below
+ * accept NULL. submission_begin, submission_prepare and the functions that finish take the order's
+ * lock; the others run on the submitting thread without it. */
 struct submission *submission_begin(struct execution_order *order, enum submission_kind kind,
                                     VkQueue queue);
 void submission_add_batch(struct submission *submission);
