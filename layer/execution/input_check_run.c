@@ -119,7 +119,7 @@ static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInf
     layer_find_build_sizes(call->reading->ran->device, info, counts, build_type, sizes);
 }
 
-/* Once for each execution, so that references to nothing cost no search each. */
+/* Once for each execution, because a search costs time. */
 static void query_addresses(void *user)
 {
     const struct read_call *call = user;

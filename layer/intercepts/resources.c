@@ -268,7 +268,7 @@ assay_GetBufferDeviceAddressEXT(VkDevice device, const VkBufferDeviceAddressInfo
 
 /* Notes that the address of a new structure is unknown. Instances may refer to it even if the
  * application never queries the address. A guarded build needs the address when it executes; other
- * checks query it when an instance refers to no known address. */
+ * checks query it when they look up what an instance refers to. */
 static void note_address(struct layer_device *state, VkAccelerationStructureKHR structure)
 {
     if (!state->input_checks)

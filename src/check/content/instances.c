@@ -45,13 +45,12 @@ static void add_use(struct instance_uses *uses, uint64_t reference,
         uses->items[uses->count++] = (struct instance_use){.referenced = *referenced};
 }
 
+/* Structures that alias memory may share an address, so all addresses must be known. */
 static void look_up_address(const struct check_context *context, uint64_t reference,
                             struct accel_facts *referenced)
 {
-    resources_find_referenced(context->resources, reference, context->destroy_count, referenced);
-    if (referenced->alive != UNKNOWN || !context->hooks->query_addresses)
-        return;
-    context->hooks->query_addresses(context->user);
+    if (context->hooks->query_addresses)
+        context->hooks->query_addresses(context->user);
     resources_find_referenced(context->resources, reference, context->destroy_count, referenced);
 }
 

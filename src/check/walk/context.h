@@ -34,7 +34,7 @@ struct check_hooks {
      * structure. Called once for each structure of a build. NULL: not needed. */
     void (*refers)(void *user, uint32_t position, const struct accel_facts *referenced);
     /* Queries the addresses of structures that the application did not query. Called when an
-     * instance refers to no known address. NULL: all addresses are known. */
+     * instance refers to an address. NULL: not needed. */
     void (*query_addresses)(void *user);
     /* The smallest and the largest index of a geometry of triangles of an executed build. NULL: not
      * needed. */

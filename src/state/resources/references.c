@@ -34,20 +34,18 @@ static void set_unknown(struct resources *resources, struct accel_record *accel,
     accel->address_is_unknown = is_unknown;
 }
 
-/* A structure whose buffer lacks VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT has no address that an
- * application could use. */
-static bool has_address(const struct accel_record *accel)
+/* A top-level structure may not be referred to, and a structure whose buffer lacks
+ * VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT has no address that an application could use. */
+static bool may_be_referenced(const struct accel_record *accel)
 {
-    return !accel->buffer ||
-           accel->buffer->where.usage & VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT;
+    return accel->facts.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR &&
+           (!accel->buffer ||
+            accel->buffer->where.usage & VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT);
 }
 
-/* Instances may not refer to a top-level structure, so its address does not matter once it is
- * destroyed. */
 void accel_record_forget_address(struct resources *resources, struct accel_record *accel)
 {
-    if (accel->address_is_unknown &&
-        accel->facts.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
+    if (accel->address_is_unknown)
         resources->unknown_destroyed_at = resources_destroy_count(resources);
     struct accel_address *at =
         accel->address ? handle_table_find(&resources->accel_addresses, accel->address) : NULL;
@@ -69,7 +67,7 @@ static void add_address(struct resources *resources, struct accel_record *accel,
                         VkDeviceAddress address)
 {
     struct accel_address *at = address ? find_or_add(resources, address) : NULL;
-    set_unknown(resources, accel, !at && (address || has_address(accel)));
+    set_unknown(resources, accel, !at && (address || may_be_referenced(accel)));
     if (!at)
         return;
     accel->address = address;
@@ -108,7 +106,7 @@ static void query_address(void *record, void *context)
 {
     const struct address_search *search = context;
     struct accel_record *accel = record;
-    if (accel->address_is_unknown && accel->buffer && has_address(accel) &&
+    if (accel->address_is_unknown && accel->buffer && may_be_referenced(accel) &&
         accel->facts.backed == YES)
         add_address(search->resources, accel, search->query(search->user, accel->facts.handle));
 }
