@@ -73,3 +73,111 @@ PROGRAM_TEST(host_work_has_its_place)
     assert_false(execution_clock_has(&before, find_run(p, 90)->timestamp));
     assert_true(execution_clock_has(&after, find_run(p, 90)->timestamp));
 }
+
+/* ---- what the host waits for and signals, as batches */
+
+struct sync_run {
+    uint64_t value; /* of its semaphore operation; 0: it has none */
+    bool is_signal, is_known, is_exposed;
+    enum work_phase work;
+    struct timestamp timestamp;
+    struct execution_clock host;
+};
+
+struct sync_runs {
+    struct sync_run items[16];
+    uint32_t count;
+};
+
+static void note_run(void *user, const struct batch_run *batch)
+{
+    struct sync_runs *runs = user;
+    struct sync_run *run = &runs->items[runs->count++];
+    *run = (struct sync_run){.is_known = batch->predecessors_known,
+                             .is_exposed = batch->is_exposed,
+                             .work = batch->work,
+                             .timestamp = batch->timestamp};
+    if (batch->operation_count) {
+        run->value = batch->operations[0].value;
+        run->is_signal = batch->operations[0].is_signal;
+        assert_int_not_equal(batch->operations[0].id, 0);
+    }
+    execution_clock_copy(&run->host, batch->host);
+}
+
+static void signal_on(struct execution_order *order, enum submission_kind kind, VkSemaphore handle,
+                      uint64_t value, VkFence fence)
+{
+    struct submission *submission =
+        submission_begin(order, kind, kind == SUBMIT_COMMANDS ? QUEUE(1) : VK_NULL_HANDLE);
+    submission_add_batch(submission);
+    submission_add_signal(submission, handle, value, SCOPE_NOTHING);
+    assert_true(finish_batches(submission, (uint32_t)(uintptr_t)fence, VK_SUCCESS));
+}
+
+/* Each follows the one before, and the batches that come later follow it. */
+TEST(waits_and_signals_of_the_host_are_batches)
+{
+    struct sync_runs runs = {.count = 0};
+    struct execution_order *order;
+    const struct execution_hooks hooks = {.user = &runs, .follows_host = true, .run = note_run};
+    assert_int_equal(execution_order_create(&order, &hooks), VK_SUCCESS);
+    execution_order_add_semaphore(order, SEMAPHORE(S), VK_SEMAPHORE_TYPE_TIMELINE, 3, false);
+    execution_order_observe_semaphore(order, SEMAPHORE(S), 3, true); /* from the start */
+    assert_int_equal(runs.count, 0);
+    signal_on(order, SUBMIT_HOST_SIGNAL, SEMAPHORE(S), 4, VK_NULL_HANDLE);
+    signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(S), 5, VK_NULL_HANDLE);
+    execution_order_observe_semaphore(order, SEMAPHORE(S), 5, false);
+    execution_order_observe_semaphore(order, SEMAPHORE(S), 5, true); /* nothing new */
+    execution_order_observe_unknown(order);
+    signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(S), 6, VK_NULL_HANDLE);
+    static const struct sync_run expected[] = {
+        {4, true, true, false, WORK_SYNC, {0}, {0}},
+        {5, true, true, false, WORK_OF_QUEUE, {0}, {0}},
+        {5, false, true, false, WORK_SYNC, {0}, {0}},
+        {0, false, false, false, WORK_SYNC, {0}, {0}},
+        {6, true, true, false, WORK_OF_QUEUE, {0}, {0}},
+    };
+    assert_int_equal(runs.count, sizeof(expected) / sizeof(expected[0]));
+    for (uint32_t i = 0; i < runs.count; i++) {
+        const struct sync_run *run = &runs.items[i];
+        assert_int_equal(run->value, expected[i].value);
+        assert_int_equal(run->is_signal, expected[i].is_signal);
+        assert_int_equal(run->is_known, expected[i].is_known);
+        assert_int_equal(run->work, expected[i].work);
+        for (uint32_t j = 0; j < i; j++)
+            if (runs.items[j].work == WORK_SYNC)
+                assert_true(execution_clock_has(&run->host, runs.items[j].timestamp));
+    }
+    execution_order_destroy(order);
+}
+
+/* Of objects that others may signal, the host learns nothing certain, and may learn it unseen. */
+TEST(exported_objects_may_show_anything)
+{
+    struct sync_runs runs = {.count = 0};
+    struct execution_order *order;
+    const struct execution_hooks hooks = {.user = &runs, .follows_host = true, .run = note_run};
+    assert_int_equal(execution_order_create(&order, &hooks), VK_SUCCESS);
+    execution_order_add_semaphore(order, SEMAPHORE(S), VK_SEMAPHORE_TYPE_TIMELINE, 0, false);
+    execution_order_add_semaphore(order, SEMAPHORE(T), VK_SEMAPHORE_TYPE_TIMELINE, 0, true);
+    execution_order_add_fence(order, FENCE(F), true, false);
+    execution_order_add_fence(order, FENCE(G), false, true);
+    execution_order_observe_fence(order, FENCE(G)); /* signaled from the start */
+    signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(S), 1, VK_NULL_HANDLE);
+    signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(T), 1, VK_NULL_HANDLE);
+    signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(S), 2, FENCE(F));
+    assert_int_equal(runs.count, 3);
+    assert_false(runs.items[0].is_exposed);
+    assert_true(runs.items[1].is_exposed);
+    assert_true(runs.items[2].is_exposed);
+    execution_order_observe_fence(order, FENCE(F));
+    execution_order_observe_fence(order, FENCE(F)); /* nothing new */
+    execution_order_observe_semaphore(order, SEMAPHORE(T), 1, true);
+    assert_int_equal(runs.count, 5);
+    for (uint32_t i = 3; i < 5; i++) {
+        assert_int_equal(runs.items[i].work, WORK_SYNC);
+        assert_false(runs.items[i].is_known);
+    }
+    execution_order_destroy(order);
+}

@@ -102,6 +102,18 @@ RECORDING_TEST(fills_and_updates)
         "vkCmdFillBuffer\n F> dst buffer4 5004:5010\nvkCmdFillBuffer\n");
 }
 
+RECORDING_TEST(markers)
+{
+    const STRUCT(VkMemoryMarkerInfoAMD, info, .dstRange = {BUFFERS + 0x1000, 8});
+    CALL(CmdWriteBufferMarkerAMD(handle(1), VK_PIPELINE_STAGE_TRANSFER_BIT, buffer(1), 4, 1));
+    CALL(CmdWriteBufferMarker2AMD(handle(1), VK_PIPELINE_STAGE_2_COPY_BIT, buffer(1), 8, 1));
+    CALL(CmdWriteMarkerToMemoryAMD(handle(1), &info));
+    expect(
+        "vkCmdWriteBufferMarkerAMD\n marker> dst buffer1 4:8\n"
+        "vkCmdWriteBufferMarker2AMD\n marker> dst buffer1 8:c\n"
+        "vkCmdWriteMarkerToMemoryAMD\n marker> dst buffer2 1000:1004\n");
+}
+
 RECORDING_TEST(commands_with_addresses)
 {
     const VkDeviceAddressRangeKHR range = {BUFFERS + 0x1000, 8};
