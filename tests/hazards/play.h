@@ -92,7 +92,8 @@ void play_destroy_objects(struct play *play);
  * place NAME PLACE: a structure in a buffer. */
 void play_alias(struct play *play, char **words);
 void play_put(struct play *play, char **words);
-/* init PLACE transform | ranges | instances NAME...: the host writes, before all submissions */
+/* init PLACE transform | ranges | triangles (of a micromap) | instances NAME...: the host writes,
+ * before all submissions */
 void play_init(struct play *play, char **words);
 /* The references of a host build are handles. */
 void play_write_instances(struct play *play, void *to, char **names, bool is_host);

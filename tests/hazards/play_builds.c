@@ -227,19 +227,21 @@ static void build_micromap(struct play *play, char **words)
     STRUCT(VkMicromapBuildInfoEXT, info, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
            .dstMicromap = play_object(play, words[1])->micromap, .usageCountsCount = 1,
            .pUsageCounts = &usage, .triangleArrayStride = sizeof(VkMicromapTriangleEXT));
+    char *triangles = "V1";
     info.data.deviceAddress = play_address(play, "V0");
-    info.triangleArray.deviceAddress = play_address(play, "V1");
     info.scratchData = unused_scratch(play, false);
     for (words += 2; *words; words += 2) {
         if (play_is(words[0], "data"))
             info.data.deviceAddress = play_address(play, words[1]);
         else if (play_is(words[0], "triangles"))
-            info.triangleArray.deviceAddress = play_address(play, words[1]);
+            triangles = words[1];
         else if (play_is(words[0], "scratch"))
             info.scratchData.deviceAddress = play_address(play, words[1]);
         else
             play_fail(play, words[0]);
     }
+    play_init(play, (char *[]){"", triangles, "triangles"});
+    info.triangleArray.deviceAddress = play_address(play, triangles);
     play->vk.CmdBuildMicromapsEXT(play_commands(play), 1, &info);
 }
 

@@ -208,12 +208,17 @@ void play_init(struct play *play, char **words)
 {
     static const VkTransformMatrixKHR identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
     static const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 2};
+    static const VkMicromapTriangleEXT triangles[] = {
+        {0, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT},
+        {0, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT}};
     VkDeviceSize offset;
     unsigned char *bytes = play_place(play, words[1], &offset)->buffer.bytes;
     if (play_is(words[2], "instances"))
         play_write_instances(play, bytes + offset, words + 3, false);
     else if (play_is(words[2], "transform"))
         memcpy(bytes + offset, &identity, sizeof(identity));
+    else if (play_is(words[2], "triangles"))
+        memcpy(bytes + offset, triangles, sizeof(triangles));
     else if (play_is(words[2], "ranges"))
         memcpy(bytes + offset, &range, sizeof(range));
     else
