@@ -249,8 +249,8 @@ static void add_triangles(const struct input *input)
 
 /* ---- other geometries */
 
-/* Indices may skip vertices. Whether firstVertex and primitiveOffset count for radii is not said:
- * they are certain only if both are 0. */
+/* Indices may skip vertices. Where radii begin is certain only if firstVertex and primitiveOffset
+ * are 0. */
 static void add_spheres(const struct input *input)
 {
     struct swept_spheres_view view;

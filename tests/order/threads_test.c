@@ -69,6 +69,10 @@ static void run(void *user, const struct batch_run *batch)
         return;
     }
     assert_int_equal(++machine->counts[batch->timestamp.queue], batch->timestamp.count);
+    if (batch->work == WORK_SYNC) {
+        leave(machine);
+        return;
+    }
     atomic_fetch_add(&machine->runs, 1);
     if (!batch->predecessors_known)
         atomic_fetch_add(&machine->unknown, 1);
@@ -152,6 +156,7 @@ TEST(threads_submit_at_once)
     struct worker workers[THREADS];
     machine.seed = random_of("order_threads").state;
     const struct execution_hooks hooks = {.user = &machine,
+                                          .follows_host = true,
                                           .capture = capture,
                                           .release = release,
                                           .check = check,
