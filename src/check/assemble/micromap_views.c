@@ -113,15 +113,11 @@ static bool has_addresses(const struct geometry_view *geometry)
 void view_micromap_data_state(struct check_context *context, struct geometry_view *geometry,
                               struct micromap_data_view *view)
 {
-    static const struct address_facts unknown_address = {.status = ADDRESS_UNKNOWN};
     if (!has_addresses(geometry))
         return;
-    view->triangles_facts = &unknown_address;
-    if (usages_are_empty(&view->usages, view->data->usageCountsCount))
-        return;
-    chained_input(context, geometry, INPUT_MICROMAP_DATA, view->data->data);
+    micromap_input(context, geometry, INPUT_MICROMAP_DATA, view->data->data);
     view->triangles_facts =
-        chained_input(context, geometry, INPUT_MICROMAP_TRIANGLES, view->data->triangleArray);
+        micromap_input(context, geometry, INPUT_MICROMAP_TRIANGLES, view->data->triangleArray);
 }
 
 void view_opacity_state(struct check_context *context, struct geometry_view *geometry,

@@ -124,8 +124,6 @@ bool micromap_addresses_are_given(const struct micromap_data_view *micromap_data
                                   struct finding *finding)
 {
     const VkAccelerationStructureGeometryMicromapDataKHR *data = micromap_data->data;
-    if (usages_are_empty(&micromap_data->usages, data->usageCountsCount))
-        return true;
     if (!data->data && !data->triangleArray)
         return violated_plainly(finding, MICROMAP_DATA "data", "and triangleArray are 0");
     return address_is_given(finding, MICROMAP_DATA "data", data->data) &&

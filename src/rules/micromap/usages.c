@@ -29,11 +29,6 @@ uint64_t usages_sum(const struct micromap_usages *usages)
     return sum;
 }
 
-bool usages_are_empty(const struct micromap_usages *usages, uint32_t usage_counts_count)
-{
-    return usages->count == usage_counts_count && !usages_sum(usages);
-}
-
 bool usages_are_given_once(const struct micromap_usages *usages, struct finding *finding)
 {
     return !usages->both_given ||

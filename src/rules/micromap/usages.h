@@ -15,9 +15,6 @@ const char *usages_field(const struct micromap_usages *usages);
 /* Returns the sum of the counts of all usages. */
 uint64_t usages_sum(const struct micromap_usages *usages);
 
-/* Returns true if the sum is known to be 0. */
-bool usages_are_empty(const struct micromap_usages *usages, uint32_t usage_counts_count);
-
 /* Statements that apply to every structure with usages. Each returns true, or fills the finding and
  * returns false. */
 bool usages_are_given_once(const struct micromap_usages *usages, struct finding *finding);

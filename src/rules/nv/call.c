@@ -180,25 +180,17 @@ bool nv_info_scratch_has_ray_tracing_usage(const struct nv_call_view *nv_call,
            is_reported_with(finding, RULE_nv_scratch_has_ray_tracing_usage);
 }
 
-/* A build without instances reads no instance data. */
-static bool instances_have_ray_tracing_usage(const struct nv_call_view *nv_call,
-                                             struct finding *finding)
-{
-    return (nv_call->info && !nv_call->info->instanceCount) ||
-           has_ray_tracing_usage(&nv_call->instance_facts, finding, "instanceData");
-}
-
 bool nv_instance_data_has_ray_tracing_usage(const struct nv_call_view *nv_call,
                                             struct finding *finding)
 {
-    return instances_have_ray_tracing_usage(nv_call, finding) ||
+    return has_ray_tracing_usage(&nv_call->instance_facts, finding, "instanceData") ||
            also_violates(finding, RULE_nv_info_instance_data_has_ray_tracing_usage);
 }
 
 bool nv_info_instance_data_has_ray_tracing_usage(const struct nv_call_view *nv_call,
                                                  struct finding *finding)
 {
-    return instances_have_ray_tracing_usage(nv_call, finding) ||
+    return has_ray_tracing_usage(&nv_call->instance_facts, finding, "instanceData") ||
            is_reported_with(finding, RULE_nv_instance_data_has_ray_tracing_usage);
 }
 
