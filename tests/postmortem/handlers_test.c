@@ -2,8 +2,10 @@
 /* Signal handlers of the application beside the layer's. */
 #include "tests/postmortem/crash_child.h"
 
+#include <setjmp.h>
 #include <signal.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -123,6 +125,91 @@ static void crash_with_full_stack(void)
     fill_stack(1 << 12);
 }
 
+/* ---- faults of protected pages */
+
+enum { PAGE = 1 << 12 };
+
+static char *page;
+static sigjmp_buf place;
+
+static void unprotect(int number, siginfo_t *info, void *context)
+{
+    sigset_t mask;
+    sigprocmask(SIG_BLOCK, NULL, &mask);
+    if (info->si_addr != page || !context || !sigismember(&mask, SIGUSR1) ||
+        !sigismember(&mask, SIGSEGV) || !is_on_alternate_stack())
+        _exit(1);
+    mprotect(page, PAGE, PROT_READ | PROT_WRITE);
+    say("unprotects\n");
+}
+
+/* On the thread's own stack. */
+static void jump(int number, siginfo_t *info, void *context)
+{
+    if (is_on_alternate_stack())
+        _exit(1);
+    siglongjmp(place, 1);
+}
+
+static void give_up(int number, siginfo_t *info, void *context)
+{
+    signal(SIGSEGV, SIG_DFL);
+    say("gives up\n");
+}
+
+/* Opens a device with pending builds, behind a handler. */
+static void open_behind(void (*handler)(int, siginfo_t *, void *), int flags)
+{
+    handle_signal(SIGSEGV, handler, flags);
+    page = mmap(NULL, PAGE, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    open_at(NULL);
+    scene_submit(scene_record_boxes(0, 1));
+}
+
+static void write_to_page(void)
+{
+    mprotect(page, PAGE, PROT_READ);
+    *(volatile char *)page = 1;
+}
+
+static void write_to_protected_pages(void)
+{
+    open_behind(unprotect, SA_ONSTACK);
+    write_to_page();
+    write_to_page();
+    _exit(HANDLED);
+}
+
+static void crash_after_a_protected_page(void)
+{
+    open_behind(unprotect, SA_ONSTACK);
+    write_to_page();
+    CRASH(.signal = SIGABRT);
+}
+
+static void jump_from_a_protected_page(void)
+{
+    open_behind(jump, 0);
+    for (volatile int i = 0; i < 2; i++)
+        if (!sigsetjmp(place, 1))
+            write_to_page();
+    sigset_t mask;
+    sigprocmask(SIG_BLOCK, NULL, &mask);
+    _exit(sigismember(&mask, SIGSEGV) ? 1 : HANDLED);
+}
+
+static void give_up_a_protected_page(void)
+{
+    open_behind(give_up, 0);
+    write_to_page();
+}
+
+static void return_once_from_a_protected_page(void)
+{
+    open_behind(return_from, SA_RESETHAND);
+    write_to_page();
+}
+
 static bool are_equal(const struct sigaction *a, const struct sigaction *b)
 {
     bool equal = a->sa_sigaction == b->sa_sigaction && a->sa_flags == b->sa_flags;
@@ -164,6 +251,19 @@ static const struct row {
     {"test_ignored_signal", crash_ignored, {.lacks = "ASSAY-crash"}},
     {"test_handler_for_once", crash_with_handler_for_once, {SIGFPE, {"ASSAY-crash", "returns"}}},
     {"test_full_stack", crash_with_full_stack, {SIGSEGV, {"ASSAY-crash"}}},
+    {"test_protected_pages",
+     write_to_protected_pages,
+     {0, {"unprotects\nunprotects"}, "ASSAY-crash"}},
+    {"test_crash_after_a_protected_page",
+     crash_after_a_protected_page,
+     {SIGABRT, {"unprotects", "ASSAY-crash"}}},
+    {"test_jump_from_a_protected_page", jump_from_a_protected_page, {.lacks = "ASSAY-crash"}},
+    {"test_protected_page_given_up",
+     give_up_a_protected_page,
+     {SIGSEGV, {"gives up", "ASSAY-crash"}}},
+    {"test_protected_page_with_a_handler_for_once",
+     return_once_from_a_protected_page,
+     {SIGSEGV, {"returns", "ASSAY-crash"}}},
     {"test_handlers_are_put_back", open_often, {0}},
 };
 

@@ -130,6 +130,18 @@ static bool ignores(const struct sigaction *action, const siginfo_t *info)
     return !(action->sa_flags & SA_SIGINFO) && action->sa_handler == SIG_IGN && was_sent(info);
 }
 
+/* Such faults are common with tools that track writes by protecting pages, such as gfxreconstruct,
+ * and runtimes of languages: their handler lets the access happen. */
+static bool is_of_protected_page(int number, const siginfo_t *info)
+{
+    return number == SIGSEGV && (info->si_code == SEGV_ACCERR || info->si_code == SEGV_PKUERR);
+}
+
+static bool is_function(const struct sigaction *action)
+{
+    return action->sa_handler != SIG_DFL && action->sa_handler != SIG_IGN;
+}
+
 /* Another thread's handler would end the process before this one has written its report. */
 static void wait_for_reporter(void)
 {
@@ -164,19 +176,49 @@ static void report_once(int signal, const siginfo_t *info)
     atomic_store(&crash.is_busy, false);
 }
 
+/* Calls the previous handler with the mask that it would have without the layer. The handler may
+ * jump elsewhere instead of returning. */
+static void call_previous(const struct sigaction *previous, int number, siginfo_t *info,
+                          void *context)
+{
+    const struct sigaction action = *previous;
+    sigset_t mask = action.sa_mask;
+    if (!(action.sa_flags & SA_NODEFER))
+        sigaddset(&mask, number);
+    if (action.sa_flags & SA_RESETHAND && previous == &crash.previous[index_of(number)])
+        crash.previous[index_of(number)].sa_handler = SIG_DFL;
+    pthread_sigmask(SIG_BLOCK, &mask, NULL);
+    if (action.sa_flags & SA_SIGINFO)
+        action.sa_sigaction(number, info, context);
+    else
+        action.sa_handler(number);
+}
+
+/* Lets the previous handler handle a fault. Returns false if the handler has chosen the default
+ * action, with which the fault ends the process. */
+static bool is_handled(const struct sigaction *previous, int number, siginfo_t *info, void *context)
+{
+    struct sigaction chosen;
+    call_previous(previous, number, info, context);
+    return sigaction(number, NULL, &chosen) != 0 || is_function(&chosen);
+}
+
 /* Reports, then puts the previous action back. A fault happens again when the handler returns; a
  * signal that was sent is sent again. So the previous handler is called as if there had been no
- * other: on its stack, with its mask, and with the same information. */
+ * other: on its stack, with its mask, and with the same information. A fault of a protected page is
+ * reported only if the previous handler leaves it to the default action. */
 static void handle(int number, siginfo_t *info, void *context)
 {
     const int error = errno, signal = index_of(number);
     const struct sigaction *next = &crash.previous[signal];
     struct sigaction current;
-    (void)context;
     if (sigaction(number, NULL, &current) == 0 && current.sa_sigaction != handle &&
         crash.has_below[signal])
         next = &crash.below[signal];
-    if (!ignores(next, info)) {
+    if (is_of_protected_page(number, info) && is_function(next)) {
+        if (!is_handled(next, number, info, context))
+            report_once(signal, info);
+    } else if (!ignores(next, info)) {
         report_once(signal, info);
         sigaction(number, next, NULL);
         if (was_sent(info))
@@ -189,16 +231,22 @@ static void handle(int number, siginfo_t *info, void *context)
 
 void crash_handler_install(const struct crash_hooks *hooks)
 {
-    struct sigaction own = {.sa_flags = SA_SIGINFO | SA_ONSTACK | SA_NODEFER};
-    own.sa_sigaction = handle;
+    struct sigaction own = {.sa_sigaction = handle};
     sigemptyset(&own.sa_mask);
     crash.process = process_id();
     crash.hooks = *hooks;
     start_thread();
     for (int i = 0; i < SIGNALS; i++) {
         struct sigaction before;
-        if (sigaction(signals[i].number, &own, &before) == 0 && before.sa_sigaction != handle)
+        if (sigaction(signals[i].number, NULL, &before) != 0)
+            continue;
+        if (before.sa_sigaction != handle)
             crash.previous[i] = before;
+        /* A handler that is called from the layer's is on the stack that it expects. */
+        own.sa_flags = SA_SIGINFO | SA_NODEFER |
+                       (is_function(&crash.previous[i]) ? crash.previous[i].sa_flags & SA_ONSTACK
+                                                        : SA_ONSTACK);
+        sigaction(signals[i].number, &own, NULL);
     }
 }
 
