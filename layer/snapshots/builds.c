@@ -164,28 +164,27 @@ copy_parameters(struct recorder *recorder, enum build_command command, uint32_t 
     return build;
 }
 
-static void record(VkCommandBuffer handle, uint32_t count,
+static void record(struct recorder *recorder, VkCommandBuffer handle, uint32_t count,
                    const VkAccelerationStructureBuildGeometryInfoKHR *infos,
                    const VkAccelerationStructureBuildRangeInfoKHR *const *ranges,
                    struct guard_call *guards)
 {
-    struct recorder recorder;
     struct readable_cache *cache = readable_cache_of_thread();
-    if (!recorder_begin_builds(&recorder, handle) ||
+    if (!recorder_begin_builds(recorder, handle) ||
         !readable(cache, infos, count * sizeof(*infos)) ||
         !readable(cache, ranges, count * sizeof(*ranges)))
         return;
-    recorder.guards = guards;
+    recorder->guards = guards;
     for (uint32_t i = 0; i < count; i++) {
         const VkAccelerationStructureBuildRangeInfoKHR *own;
         memcpy(&own, &ranges[i], sizeof(own)); /* the array may be misaligned */
         struct recorded_build *build =
-            copy_parameters(&recorder, COMMAND_DEVICE, count, i, &infos[i], own);
+            copy_parameters(recorder, COMMAND_DEVICE, count, i, &infos[i], own);
         if (build)
-            recorder_add_build(&recorder, build);
+            recorder_add_build(recorder, build);
     }
-    recorder_end(&recorder);
-    guard_call_end(guards, &recorder);
+    recorder_end(recorder);
+    guard_call_end(guards, recorder);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
@@ -197,12 +196,13 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresKHR(
     if (!snapshots)
         return;
     struct guard_call guards = {0};
-    record(commandBuffer, infoCount, pInfos, ppBuildRangeInfos, &guards);
+    struct recorder recorder;
+    record(&recorder, commandBuffer, infoCount, pInfos, ppBuildRangeInfos, &guards);
     guard_call_direct(&guards, infoCount, &pInfos, &ppBuildRangeInfos);
     snapshots->below.CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos,
                                                        ppBuildRangeInfos);
     guard_call_release(&guards);
-    recorder_mark_finished(commandBuffer);
+    recorder_end_call(&recorder);
 }
 
 static bool arrays_are_readable(uint32_t count,
@@ -228,19 +228,18 @@ static bool copy_counts(const uint32_t *counts, struct recorded_build *build)
     return true;
 }
 
-static void record_indirect(VkCommandBuffer handle, uint32_t info_count,
+static void record_indirect(struct recorder *recorder, VkCommandBuffer handle, uint32_t info_count,
                             const VkAccelerationStructureBuildGeometryInfoKHR *infos,
                             const VkDeviceAddress *addresses, const uint32_t *strides,
                             const uint32_t *const *counts, struct guard_call *guards)
 {
-    struct recorder recorder;
-    if (!recorder_begin_builds(&recorder, handle) ||
+    if (!recorder_begin_builds(recorder, handle) ||
         !arrays_are_readable(info_count, infos, addresses, strides, counts))
         return;
-    recorder.guards = guards;
+    recorder->guards = guards;
     for (uint32_t i = 0; i < info_count; i++) {
         struct recorded_build *build =
-            copy_parameters(&recorder, COMMAND_INDIRECT, info_count, i, &infos[i], NULL);
+            copy_parameters(recorder, COMMAND_INDIRECT, info_count, i, &infos[i], NULL);
         if (!build)
             continue;
         const uint32_t *own_counts; /* the arrays may be misaligned */
@@ -254,10 +253,10 @@ static void record_indirect(VkCommandBuffer handle, uint32_t info_count,
             recorded_build_free(build);
             continue;
         }
-        recorder_add_build(&recorder, build);
+        recorder_add_build(recorder, build);
     }
-    recorder_end(&recorder);
-    guard_call_end(guards, &recorder);
+    recorder_end(recorder);
+    guard_call_end(guards, recorder);
 }
 
 VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresIndirectKHR(
@@ -270,12 +269,13 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructuresIndirectKHR(
     if (!snapshots)
         return;
     struct guard_call guards = {0};
-    record_indirect(commandBuffer, infoCount, pInfos, pIndirectDeviceAddresses, pIndirectStrides,
-                    ppMaxPrimitiveCounts, &guards);
+    struct recorder recorder;
+    record_indirect(&recorder, commandBuffer, infoCount, pInfos, pIndirectDeviceAddresses,
+                    pIndirectStrides, ppMaxPrimitiveCounts, &guards);
     guard_call_indirect(&guards, infoCount, &pInfos, &pIndirectDeviceAddresses);
     snapshots->below.CmdBuildAccelerationStructuresIndirectKHR(
         commandBuffer, infoCount, pInfos, pIndirectDeviceAddresses, pIndirectStrides,
         ppMaxPrimitiveCounts);
     guard_call_release(&guards);
-    recorder_mark_finished(commandBuffer);
+    recorder_end_call(&recorder);
 }

@@ -19,19 +19,34 @@ static bool add_mark(struct recording *recording, const struct build_mark *mark)
     return true;
 }
 
-static void fill(const struct recorder *recorder, const struct mapped_words *mark, int word)
+/* Writes a word when all earlier commands have completed a stage. A timestamp waits for the stage,
+ * and the copy of its result waits for the timestamp, so that no command of the application waits:
+ * a barrier before a fill would order the application's own transfers, too. */
+static void write_after(const struct recorder *recorder, const struct mapped_words *words, int word,
+                        VkPipelineStageFlagBits stage)
 {
-    recorder->device->snapshots->next.CmdFillBuffer(
-        recorder->handle, mark->buffer, mark->offset + (uint64_t)word * sizeof(uint32_t),
-        sizeof(uint32_t), 1);
+    const VkuDeviceDispatchTable *next = &recorder->device->snapshots->next;
+    const uint32_t query = words->first_query + (word == MARK_FINISHED);
+    next->CmdResetQueryPool(recorder->handle, words->queries, query, 1);
+    next->CmdWriteTimestamp(recorder->handle, stage, words->queries, query);
+    next->CmdCopyQueryPoolResults(recorder->handle, words->queries, query, 1, words->buffer,
+                                  words->offset + (word - 1) * sizeof(uint32_t), sizeof(uint64_t),
+                                  VK_QUERY_RESULT_WAIT_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT);
 }
 
-void recorder_mark_reached(const struct recorder *recorder)
+static bool has_timestamps(const struct recorder *recorder)
+{
+    const struct layer_device *device = recorder->device;
+    const uint32_t family = recorder->command_buffer->pool->queue_family;
+    return family < device->queue_family_count && device->queue_families[family].timestampValidBits;
+}
+
+void recorder_mark_reached(const struct recorder *recorder, VkPipelineStageFlags copies)
 {
     struct build_marks *marks = &recorder->recording->marks;
     struct build_mark mark;
     marks->is_open = false;
-    if (recorder->device->snapshots->are_for_backend || !recorder->build_count ||
+    if (!recorder->build_count || !has_timestamps(recorder) ||
         !words_take(recorder->device->snapshots->words, &mark.words))
         return;
     mark.first = recorder->first_build;
@@ -40,30 +55,21 @@ void recorder_mark_reached(const struct recorder *recorder)
         words_give_back(recorder->device->snapshots->words, &mark.words);
         return;
     }
-    fill(recorder, &mark.words, MARK_REACHED);
+    /* If there are both, the last dispatch waits for the transfers. */
+    write_after(recorder, &mark.words, MARK_REACHED,
+                copies & VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT ? VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT
+                                                              : VK_PIPELINE_STAGE_TRANSFER_BIT);
     marks->is_open = true;
 }
 
-/* The barrier delays no build: only transfers wait for it. */
-void recorder_mark_finished(VkCommandBuffer handle)
+void recorder_mark_finished(const struct recorder *recorder)
 {
-    struct layer_device *device = layer_find_recording_device(handle);
-    struct recording *recording = device ? recording_of(device, handle) : NULL;
-    if (!recording || !recording->marks.is_open)
+    struct build_marks *marks = &recorder->recording->marks;
+    if (!marks->is_open)
         return;
-    const struct recorder recorder = {.device = device, .handle = handle};
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
-        .dstAccessMask = VK_ACCESS_HOST_READ_BIT,
-    };
-    device->snapshots->next.CmdPipelineBarrier(
-        handle,
-        VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
-        VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, NULL, 0,
-        NULL);
-    fill(&recorder, &recording->marks.items[recording->marks.count - 1].words, MARK_FINISHED);
-    recording->marks.is_open = false;
+    write_after(recorder, &marks->items[marks->count - 1].words, MARK_FINISHED,
+                VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR);
+    marks->is_open = false;
 }
 
 /* ---- what the marks of a recording say */

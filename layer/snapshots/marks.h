@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Marks around builds: words that the device fills before and behind the builds of a call, so that
+/* Marks around builds: words that the device writes before and behind the builds of a call, so that
  * the host sees how far it got if it is lost or hangs. Only on backend driver. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_MARKS_H
 #define ASSAY_LAYER_SNAPSHOTS_MARKS_H
 
 #include "layer/snapshots/recorder.h"
 
-/* Called behind the copies of a call, whose barrier makes them visible to the host: records the
- * first fill. Without memory the call has no mark. */
-void recorder_mark_reached(const struct recorder *recorder);
-/* Called behind the call itself: records the second fill, if the first one was recorded. */
-void recorder_mark_finished(VkCommandBuffer handle);
+/* Called behind the copies of a call, which are at the stages `copies`: records the first word.
+ * Without memory, or if the queue has no timestamps, the call has no mark. */
+void recorder_mark_reached(const struct recorder *recorder, VkPipelineStageFlags copies);
+/* Called behind the call itself: records the second word, if the first one was recorded. */
+void recorder_mark_finished(const struct recorder *recorder);
 
 /* ---- what the marks of a recording say */
 

@@ -105,28 +105,27 @@ static struct recorded_build *translate(struct recorder *recorder,
 }
 
 /* Takes mode and structures from `build`, and the rest from `info`. */
-static void record(VkCommandBuffer handle, const VkAccelerationStructureInfoNV *info,
-                   struct guard_call *guards,
+static void record(struct recorder *recorder, VkCommandBuffer handle,
+                   const VkAccelerationStructureInfoNV *info, struct guard_call *guards,
                    const VkAccelerationStructureBuildGeometryInfoKHR *build)
 {
-    struct recorder recorder;
-    struct inputs inputs = {.recorder = &recorder, .next_address = FIRST_ADDRESS};
+    struct inputs inputs = {.recorder = recorder, .next_address = FIRST_ADDRESS};
     const struct recorder_addresses addresses = {find, &inputs};
     const struct nv_data data = {address_of, &inputs, guards->instances, guards->offset};
-    if (!recorder_begin_builds(&recorder, handle))
+    if (!recorder_begin_builds(recorder, handle))
         return;
-    recorder.addresses = &addresses;
-    recorder.guards = guards;
-    struct recorded_build *recorded = translate(&recorder, info, &data);
+    recorder->addresses = &addresses;
+    recorder->guards = guards;
+    struct recorded_build *recorded = translate(recorder, info, &data);
     if (recorded) {
         VkAccelerationStructureBuildGeometryInfoKHR *own = &recorded->parameters.info;
         own->mode = build->mode;
         own->dstAccelerationStructure = build->dstAccelerationStructure;
         own->srcAccelerationStructure = build->srcAccelerationStructure;
-        recorder_add_build(&recorder, recorded);
+        recorder_add_build(recorder, recorded);
     }
-    recorder_end(&recorder);
-    guard_call_end(guards, &recorder);
+    recorder_end(recorder);
+    guard_call_end(guards, recorder);
     free(inputs.buffers);
 }
 
@@ -146,7 +145,8 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructureNV(
         .srcAccelerationStructure = (VkAccelerationStructureKHR)src,
     };
     struct guard_call guards = {.instances = instanceData, .offset = instanceOffset};
-    record(commandBuffer, pInfo, &guards, &build);
+    struct recorder recorder;
+    record(&recorder, commandBuffer, pInfo, &guards, &build);
     if (guards.count) {
         instanceData = guards.builds[0].copy.buffer;
         instanceOffset = guards.builds[0].copy.offset;
@@ -155,5 +155,5 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdBuildAccelerationStructureNV(
                                                      instanceOffset, update, dst, src, scratch,
                                                      scratchOffset);
     guard_call_release(&guards);
-    recorder_mark_finished(commandBuffer);
+    recorder_end_call(&recorder);
 }

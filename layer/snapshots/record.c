@@ -76,9 +76,14 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
         return false;
     }
     recording_continue(recorder->recording);
-    if (recorder->recording->copy_block_count)
-        recorder->first_order =
-            recorder->recording->copy_blocks[recorder->recording->copy_block_count - 1].used;
+    const struct recording *recording = recorder->recording;
+    if (recording->chunk_count)
+        recorder->first_chunk = recording->chunk_count - 1;
+    if (recording->copy_block_count) {
+        const struct copy_block *last = &recording->copy_blocks[recording->copy_block_count - 1];
+        recorder->first_order = last->used;
+        recorder->first_chunk = last->orders.chunk;
+    }
     return true;
 }
 
@@ -112,49 +117,134 @@ void recorder_add(struct recorder *recorder, const struct recorded_item *item)
 
 /* ---- barriers */
 
-/* The application has synchronized earlier writes with its build. This barrier extends that to all
- * commands, then to the copies. It also orders the copies after those of an earlier execution,
- * which wrote to the same memory. */
+/* What application and layer access is ordered by the application only against the builds, so the
+ * layer's own barriers connect its copies with the stage of builds, and with no other stage.
+ * docs/levels.md lists them. Backend cpu executes no build below, so there all stages count. */
+
+static void barrier(const struct recorder *recorder, VkPipelineStageFlags src,
+                    VkPipelineStageFlags dst, VkAccessFlags src_access, VkAccessFlags dst_access)
+{
+    const VkMemoryBarrier memory = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = src_access,
+        .dstAccessMask = dst_access,
+    };
+    recorder->device->snapshots->next.CmdPipelineBarrier(
+        recorder->handle, src, dst, 0, src_access || dst_access, &memory, 0, NULL, 0, NULL);
+}
+
+void recorder_order_buffer(const struct recorder *recorder, VkBuffer buffer,
+                           const struct own_dependency *dependency)
+{
+    const VkBufferMemoryBarrier own = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_MEMORY_BARRIER,
+        .srcAccessMask = dependency->src_access,
+        .dstAccessMask = dependency->dst_access,
+        .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+        .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+        .buffer = buffer,
+        .size = VK_WHOLE_SIZE,
+    };
+    recorder->device->snapshots->next.CmdPipelineBarrier(
+        recorder->handle, dependency->src, dependency->dst, 0, 0, NULL, 1, &own, 0, NULL);
+}
+
+static void start_on_backend(const struct recorder *recorder)
+{
+    bool computes = recorder->command_buffer->pool->queue_flags & VK_QUEUE_COMPUTE_BIT;
+    barrier(recorder, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+            VK_PIPELINE_STAGE_TRANSFER_BIT | (computes ? VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT : 0),
+            VK_ACCESS_MEMORY_WRITE_BIT,
+            VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
+                (computes ? VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT : 0));
+}
+
+/* The application has made its writes available, and ordered them before the stage of builds. This
+ * barrier continues that dependency with the copies, and makes nothing else available. If the
+ * command buffer may execute several times at once, each execution writes to the same memory. */
 void recorder_start_copies(struct recorder *recorder)
 {
     if (recorder->has_copied)
         return;
-    bool computes = recorder->command_buffer->pool->queue_flags & VK_QUEUE_COMPUTE_BIT;
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT,
-        .dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
-                         (computes ? VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT : 0),
-    };
-    recorder->device->snapshots->next.CmdPipelineBarrier(
-        recorder->handle, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-        VK_PIPELINE_STAGE_TRANSFER_BIT | (computes ? VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT : 0), 0,
-        1, &barrier, 0, NULL, 0, NULL);
     recorder->has_copied = true;
+    if (recorder->device->snapshots->are_for_backend) {
+        start_on_backend(recorder);
+        return;
+    }
+    const bool transfers = recorder->addresses;
+    VkPipelineStageFlags own =
+        transfers ? VK_PIPELINE_STAGE_TRANSFER_BIT : VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+    VkAccessFlags reads = transfers ? VK_ACCESS_TRANSFER_READ_BIT : VK_ACCESS_SHADER_READ_BIT;
+    VkAccessFlags writes = 0;
+    VkPipelineStageFlags earlier = 0;
+    if (recorder->recording->executes_at_once) {
+        own |= VK_PIPELINE_STAGE_TRANSFER_BIT; /* of marks */
+        writes = VK_ACCESS_TRANSFER_WRITE_BIT;
+        if (recorder->command_buffer->pool->queue_flags & VK_QUEUE_COMPUTE_BIT) {
+            own |= VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+            writes |= VK_ACCESS_SHADER_WRITE_BIT;
+        }
+        earlier = own;
+    }
+    barrier(recorder, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR | earlier, own, writes,
+            reads | writes);
 }
 
-/* The application synchronizes its next writes with the build only, so later commands must also
- * wait for the copies. */
+static VkPipelineStageFlags stages_of_copies(const struct recorder *recorder)
+{
+    return (recorder->addresses ? VK_PIPELINE_STAGE_TRANSFER_BIT : 0) |
+           (recorder->has_dispatched ? VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT : 0);
+}
+
+/* Makes the copies visible to the host. No command of the application waits. */
+static void show_copies(const struct recorder *recorder)
+{
+    const struct recording *recording = recorder->recording;
+    const struct own_dependency to_host = {
+        .src = stages_of_copies(recorder),
+        .dst = VK_PIPELINE_STAGE_HOST_BIT,
+        .src_access = (recorder->addresses ? VK_ACCESS_TRANSFER_WRITE_BIT : 0) |
+                      (recorder->has_dispatched ? VK_ACCESS_SHADER_WRITE_BIT : 0),
+        .dst_access = VK_ACCESS_HOST_READ_BIT,
+    };
+    for (uint32_t i = recorder->first_chunk; i < recording->chunk_count; i++) {
+        const struct staging_chunk *chunk = (const struct staging_chunk *)recording->chunks[i];
+        if (chunk)
+            recorder_order_buffer(recorder, chunk->buffer.handle, &to_host);
+    }
+}
+
 void recorder_end(struct recorder *recorder)
 {
     copy_orders_flush(recorder);
     copy_orders_mark(recorder);
     dispatches_end(recorder);
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT |
-                         (recorder->has_dispatched ? VK_ACCESS_SHADER_WRITE_BIT : 0),
-        .dstAccessMask = VK_ACCESS_HOST_READ_BIT,
-    };
     if (!recorder->has_copied)
         return;
-    recorder->device->snapshots->next.CmdPipelineBarrier(
-        recorder->handle,
-        VK_PIPELINE_STAGE_TRANSFER_BIT |
-            (recorder->has_dispatched ? VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT : 0),
-        VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, NULL, 0,
-        NULL);
-    recorder_mark_reached(recorder);
+    if (recorder->device->snapshots->are_for_backend) {
+        barrier(recorder,
+                VK_PIPELINE_STAGE_TRANSFER_BIT |
+                    (recorder->has_dispatched ? VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT : 0),
+                VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT,
+                VK_ACCESS_TRANSFER_WRITE_BIT |
+                    (recorder->has_dispatched ? VK_ACCESS_SHADER_WRITE_BIT : 0),
+                VK_ACCESS_HOST_READ_BIT);
+        return;
+    }
+    show_copies(recorder);
+    recorder_mark_reached(recorder, stages_of_copies(recorder));
+}
+
+/* The application orders its next writes to the inputs after the stage of builds, so commands in
+ * that stage must also wait for the copies. The build itself does not: the barrier comes behind it,
+ * so that it does not wait for what precedes the copies. */
+void recorder_end_call(const struct recorder *recorder)
+{
+    if (!recorder->device || !recorder->has_copied || recorder->device->snapshots->are_for_backend)
+        return;
+    recorder_mark_finished(recorder);
+    barrier(recorder, stages_of_copies(recorder),
+            VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 0);
 }
 
 /* ---- copies */

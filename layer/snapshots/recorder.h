@@ -25,6 +25,7 @@ struct recorder {
     bool has_copied;                            /* the barrier before the first copy is recorded */
     bool has_dispatched;                        /* a dispatch of the layer's own is recorded */
     uint32_t first_build, build_count;          /* positions of the builds of this command */
+    uint32_t first_chunk;                       /* the first chunk that the command may write to */
     uint32_t first_order; /* in the last block of copy orders: the first one not dispatched yet */
     struct copy_orders mark;   /* order that marks the copies by vkCmdCopyBuffer; count 0: there are
                                   no such copies */
@@ -44,9 +45,19 @@ void recorder_add(struct recorder *recorder, const struct recorded_item *item);
 void recorder_fail(struct recorder *recorder);
 /* Called before the first copy of a command: records a barrier. Does nothing after that. */
 void recorder_start_copies(struct recorder *recorder);
-/* Called after the last copy of a command: records pending copies, makes all copies visible to the
- * host, and makes later commands wait for them. */
+/* Called after the last copy of a command: records pending copies, and makes all copies visible to
+ * the host. On backend cpu it also makes later commands wait for them. */
 void recorder_end(struct recorder *recorder);
+/* Called behind the build command itself: lets later builds wait for the copies. */
+void recorder_end_call(const struct recorder *recorder);
+
+/* A dependency between the layer's own accesses of one buffer of its own. */
+struct own_dependency {
+    VkPipelineStageFlags src, dst;
+    VkAccessFlags src_access, dst_access;
+};
+void recorder_order_buffer(const struct recorder *recorder, VkBuffer buffer,
+                           const struct own_dependency *dependency);
 
 /* The recording of a command buffer. Returns NULL if there is none. */
 struct recording *recording_of(const struct layer_device *device, VkCommandBuffer handle);

@@ -4,18 +4,19 @@
 
 #include <stdlib.h>
 
-enum { BLOCK_PAIRS = 1024, PAIR_SIZE = MAPPED_WORDS * sizeof(uint32_t) };
+enum { BLOCK_ENTRIES = 1024, ENTRY_SIZE = MAPPED_WORDS * sizeof(uint32_t) };
 
 struct word_block {
     struct word_block *next;
     struct own_buffer buffer;
+    VkQueryPool queries;
 };
 
 struct word_pool {
     const struct layer_device *device;
     pthread_mutex_t lock; /* guards the members below; held while a block is created */
     struct word_block *blocks;
-    struct mapped_words *free; /* has room for all pairs */
+    struct mapped_words *free; /* has room for all entries */
     uint32_t free_count, count;
 };
 
@@ -33,6 +34,8 @@ static void free_block(const struct layer_device *device, struct word_block *blo
 {
     const struct own_device own = snapshots_own_device(device->snapshots);
     own_buffer_free(&own, &block->buffer);
+    if (block->queries)
+        own.vk->DestroyQueryPool(own.handle, block->queries, NULL);
     free(block);
 }
 
@@ -50,7 +53,7 @@ void word_pool_destroy(struct word_pool *pool)
     free(pool);
 }
 
-/* Shaders read gates by their addresses; vkCmdFillBuffer writes marks. */
+/* Shaders read gates by their addresses; vkCmdCopyQueryPoolResults writes marks. */
 static struct word_block *create_block(const struct layer_device *device)
 {
     const struct own_device own = snapshots_own_device(device->snapshots);
@@ -58,10 +61,17 @@ static struct word_block *create_block(const struct layer_device *device)
         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
     const VkBufferUsageFlags usage =
         VK_BUFFER_USAGE_TRANSFER_DST_BIT | (device->snapshots->has_addresses ? shader_usage : 0);
+    const VkQueryPoolCreateInfo queries = {
+        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+        .queryType = VK_QUERY_TYPE_TIMESTAMP,
+        .queryCount = BLOCK_ENTRIES * MAPPED_QUERIES,
+    };
     struct word_block *block = calloc(1, sizeof(*block));
     if (!block)
         return NULL;
-    if (own_buffer_create(&own, usage, BLOCK_PAIRS * PAIR_SIZE, true, &block->buffer) == VK_SUCCESS)
+    if (own_buffer_create(&own, usage, BLOCK_ENTRIES * ENTRY_SIZE, true, &block->buffer) ==
+            VK_SUCCESS &&
+        own.vk->CreateQueryPool(own.handle, &queries, NULL, &block->queries) == VK_SUCCESS)
         return block;
     free_block(device, block);
     return NULL;
@@ -70,7 +80,8 @@ static struct word_block *create_block(const struct layer_device *device)
 /* Called with the lock held. */
 static bool add_block(struct word_pool *pool)
 {
-    struct mapped_words *grown = realloc(pool->free, (pool->count + BLOCK_PAIRS) * sizeof(*grown));
+    struct mapped_words *grown =
+        realloc(pool->free, (pool->count + BLOCK_ENTRIES) * sizeof(*grown));
     if (!grown)
         return false;
     pool->free = grown;
@@ -80,13 +91,15 @@ static bool add_block(struct word_pool *pool)
     block->next = pool->blocks;
     pool->blocks = block;
     _Atomic uint32_t *words = (_Atomic uint32_t *)(void *)block->buffer.bytes;
-    for (uint32_t i = 0; i < BLOCK_PAIRS; i++)
+    for (uint32_t i = 0; i < BLOCK_ENTRIES; i++)
         pool->free[pool->free_count++] =
             (struct mapped_words){.words = words + i * MAPPED_WORDS,
                                   .buffer = block->buffer.handle,
-                                  .offset = i * (uint64_t)PAIR_SIZE,
-                                  .address = block->buffer.address + i * (uint64_t)PAIR_SIZE};
-    pool->count += BLOCK_PAIRS;
+                                  .offset = i * (uint64_t)ENTRY_SIZE,
+                                  .address = block->buffer.address + i * (uint64_t)ENTRY_SIZE,
+                                  .queries = block->queries,
+                                  .first_query = i * MAPPED_QUERIES};
+    pool->count += BLOCK_ENTRIES;
     return true;
 }
 

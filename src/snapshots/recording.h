@@ -94,22 +94,25 @@ struct copy_block {
     uint32_t used;
 };
 
-/* Two words in memory that is mapped and coherent. The host can read them even after the device was
- * lost. `words` is NULL until they are needed. */
-enum { MAPPED_WORDS = 2 };
+/* Words in memory that is mapped and coherent, and timestamp queries whose results they can hold.
+ * The host can read the words even after the device was lost. `words` is NULL until they are
+ * needed. */
+enum { MAPPED_WORDS = 4, MAPPED_QUERIES = 2 };
 struct mapped_words {
     _Atomic uint32_t *words;
     VkBuffer buffer;
     uint64_t offset;  /* in the buffer */
     uint64_t address; /* for the device; 0 without bufferDeviceAddress */
+    VkQueryPool queries;
+    uint32_t first_query;
 };
 
-/* The words that the device writes around the builds of one call: 0, then 1. */
+/* The words that the device writes around the builds of one call. */
 struct build_mark {
-    struct mapped_words words;
-    uint32_t first, last; /* positions of the call's builds */
+    struct mapped_words words; /* MARK_REACHED and MARK_FINISHED: 0, or else if it was */
+    uint32_t first, last;      /* positions of the call's builds */
 };
-enum { MARK_REACHED, MARK_FINISHED };
+enum { MARK_REACHED = 1, MARK_FINISHED = 3 }; /* a timestamp lies in front of each */
 
 /* The marks of a recording, in the order of the calls. */
 struct build_marks {

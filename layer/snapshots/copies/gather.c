@@ -86,14 +86,18 @@ void gather_renew_ranges(const struct layer_device *device, const struct recordi
 
 /* ---- the command */
 
-static void wait_for_addresses(const struct recorder *recorder)
+/* The pointers are in a copy that the layer has just made. */
+static void wait_for_addresses(const struct recorder *recorder, const struct snapshot *addresses)
 {
-    const VkMemoryBarrier memory = {.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-                                    .srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT,
-                                    .dstAccessMask = VK_ACCESS_SHADER_READ_BIT};
-    recorder->device->snapshots->next.CmdPipelineBarrier(
-        recorder->handle, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-        VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 1, &memory, 0, NULL, 0, NULL);
+    const struct staging_chunk *chunk =
+        (const struct staging_chunk *)recorder->recording->chunks[addresses->chunk];
+    const struct own_dependency copied = {
+        .src = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+        .dst = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+        .src_access = VK_ACCESS_SHADER_WRITE_BIT,
+        .dst_access = VK_ACCESS_SHADER_READ_BIT,
+    };
+    recorder_order_buffer(recorder, chunk->buffer.handle, &copied);
 }
 
 bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses,
@@ -122,7 +126,7 @@ bool recorder_gather(struct recorder *recorder, const struct snapshot *addresses
         .typed = gathering->is_typed,
     };
     copy_orders_flush(recorder);
-    wait_for_addresses(recorder);
+    wait_for_addresses(recorder, addresses);
     dispatches_add(recorder, SHADER_GATHER, &constants, sizeof(constants),
                    (count + GROUP - 1) / GROUP);
     recorder->recording->has_gatherings = true;

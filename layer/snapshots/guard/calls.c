@@ -27,8 +27,12 @@ void guard_call_add(struct guard_call *call, struct recorder *recorder,
 
 void guard_call_end(struct guard_call *call, const struct recorder *recorder)
 {
-    if (call->count)
-        guard_end_copies(recorder);
+    VkBuffer last = VK_NULL_HANDLE; /* most calls have one buffer for all copies */
+    for (uint32_t i = 0; i < call->count; i++) {
+        if (call->builds[i].copy.buffer != last)
+            guard_end_copy(recorder, &call->builds[i].copy);
+        last = call->builds[i].copy.buffer;
+    }
 }
 
 void guard_call_release(struct guard_call *call)

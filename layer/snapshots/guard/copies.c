@@ -159,17 +159,16 @@ static void copy_nv_instances(struct recorder *recorder, VkBuffer instances, VkD
                               const struct guarded_copy *copy, uint64_t size)
 {
     const VkBufferCopy region = {offset, copy->offset, size};
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
-        .dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT,
+    const struct own_dependency copied = {
+        .src = VK_PIPELINE_STAGE_TRANSFER_BIT,
+        .dst = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+        .src_access = VK_ACCESS_TRANSFER_WRITE_BIT,
+        .dst_access = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT,
     };
     const VkuDeviceDispatchTable *next = &recorder->device->snapshots->next;
     recorder_start_copies(recorder);
     next->CmdCopyBuffer(recorder->handle, instances, copy->buffer, 1, &region);
-    next->CmdPipelineBarrier(recorder->handle, VK_PIPELINE_STAGE_TRANSFER_BIT,
-                             VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 1, &barrier, 0, NULL, 0,
-                             NULL);
+    recorder_order_buffer(recorder, copy->buffer, &copied);
 }
 
 /* The part of the NV instances that is in the application's buffer; 0 if it cannot be copied. */
@@ -246,14 +245,13 @@ bool guard_copy(struct recorder *recorder, struct recorded_build *build, VkBuffe
     return false;
 }
 
-void guard_end_copies(const struct recorder *recorder)
+void guard_end_copy(const struct recorder *recorder, const struct guarded_copy *copy)
 {
-    const VkMemoryBarrier barrier = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-        .srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT,
-        .dstAccessMask = VK_ACCESS_MEMORY_READ_BIT,
+    const struct own_dependency guarded = {
+        .src = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+        .dst = VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+        .src_access = VK_ACCESS_SHADER_WRITE_BIT,
+        .dst_access = VK_ACCESS_MEMORY_READ_BIT,
     };
-    recorder->device->snapshots->next.CmdPipelineBarrier(
-        recorder->handle, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-        VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 1, &barrier, 0, NULL, 0, NULL);
+    recorder_order_buffer(recorder, copy->buffer, &guarded);
 }

@@ -19,8 +19,9 @@ struct guarded_copy {
 bool guard_copy(struct recorder *recorder, struct recorded_build *build, VkBuffer instances,
                 VkDeviceSize offset, struct guarded_copy *copy);
 
-/* Makes the copies of a command visible to its builds. Called after the last copy. */
-void guard_end_copies(const struct recorder *recorder);
+/* Makes the copies in the buffer of `copy` visible to the builds of the command. Called after the
+ * last copy. */
+void guard_end_copy(const struct recorder *recorder, const struct guarded_copy *copy);
 
 /* Gives back the memory of a recording's copies. */
 struct guard;
