@@ -161,6 +161,15 @@ struct null_driver_fault {
     bool in_thread;  /* the crash is that of a thread of the driver, for which the call waits */
 };
 
+/* A barrier of vkCmdPipelineBarrier: one for each memory and buffer barrier, or one without accesses
+ * if the command has none of them. */
+struct null_driver_barrier {
+    VkPipelineStageFlags src, dst;
+    VkAccessFlags src_access, dst_access;
+    VkBuffer buffer; /* null: of a memory barrier */
+    uint64_t builds; /* calls of vkCmdBuildAccelerationStructuresKHR before */
+};
+
 /* What the library exports. Names are entry points' names ("vkCreateBuffer"); the aliases of a
  * command (KHR, EXT) count and fail as one with it. */
 struct null_driver_api {
@@ -181,6 +190,8 @@ struct null_driver_api {
     /* The references that were read since the last call, in the order of the builds; UINT64_MAX
      * where an instance has no memory. Returns their number. */
     uint32_t (*take_references)(uint64_t *references, uint32_t capacity);
+    /* The first barriers that were recorded since the last call. Returns their number. */
+    uint32_t (*take_barriers)(struct null_driver_barrier *barriers, uint32_t capacity);
     /* NULL: nothing is planned any more. */
     void (*plan_fault)(const struct null_driver_fault *fault);
     /* Executes what was submitted since the device hung, the submission that hung from its
@@ -207,6 +218,8 @@ NULL_DRIVER_EXPORT void null_driver_set_device_lost(bool lost);
 NULL_DRIVER_EXPORT void null_driver_set_executes_nothing(bool executes_nothing);
 NULL_DRIVER_EXPORT void null_driver_set_reads_instances(bool reads);
 NULL_DRIVER_EXPORT uint32_t null_driver_take_references(uint64_t *references, uint32_t capacity);
+NULL_DRIVER_EXPORT uint32_t null_driver_take_barriers(struct null_driver_barrier *barriers,
+                                                      uint32_t capacity);
 NULL_DRIVER_EXPORT void null_driver_plan_fault(const struct null_driver_fault *fault);
 NULL_DRIVER_EXPORT void null_driver_end_hang(void);
 NULL_DRIVER_EXPORT uint64_t null_driver_calls(const char *name);
@@ -230,6 +243,7 @@ static inline void *null_driver_load(const char *path, struct null_driver_api *a
         {"null_driver_set_executes_nothing", (void **)&api->set_executes_nothing},
         {"null_driver_set_reads_instances", (void **)&api->set_reads_instances},
         {"null_driver_take_references", (void **)&api->take_references},
+        {"null_driver_take_barriers", (void **)&api->take_barriers},
         {"null_driver_plan_fault", (void **)&api->plan_fault},
         {"null_driver_end_hang", (void **)&api->end_hang},
         {"null_driver_calls", (void **)&api->calls},
