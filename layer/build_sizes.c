@@ -2,10 +2,13 @@
 /* Queries the sizes of builds, through the size cache. */
 #include "layer/build_sizes.h"
 
-void layer_find_build_sizes(struct layer_device *device,
-                            const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                            const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
-                            struct size_facts *sizes)
+#include "src/base/recording_path.h"
+
+ON_RECORDING_PATH void
+layer_find_build_sizes(struct layer_device *device,
+                       const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                       const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
+                       struct size_facts *sizes)
 {
     struct build_shape shape;
     bool has_shape = build_shape_of(info, counts, build_type, &shape);

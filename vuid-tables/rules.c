@@ -19,11 +19,7 @@ const struct rule_info rule_infos[RULE_COUNT] = {
              VUID_##structure##_##tail},
 #define HINT(hint_) .hint = hint_,
 #define RULE(subject_, name_, level_, ids)                                                         \
-    [RULE_##name_] = {.name = #name_,                                                              \
-                      .subject = #subject_,                                                        \
-                      .level = LEVEL_##level_,                                                     \
-                      .is_of_sizes = IS_OF_SIZES_##level_,                                         \
-                      ids},
+    [RULE_##name_] = {.name = #name_, .subject = #subject_, .level = LEVEL_##level_, ids},
 #define PENDING(name_, level_, waits_for_, ids)                                                    \
     [RULE_##name_] = {.name = #name_, .waits_for = waits_for_, .level = LEVEL_##level_, ids},
 #include "vuid-tables/rules.def"

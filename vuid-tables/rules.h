@@ -6,15 +6,8 @@
  *     RULE(subject, name, LEVEL, ids)          validated by the predicate `name`
  *     PENDING(name, LEVEL, "waits for", ids)   not validated yet
  *
- * LEVEL is an enum level without its prefix. Two more words stand for rules with fewer inputs:
- *
- *     SHAPE   level PARAMETERS; the rule only reads the shape of its build
- *             (src/state/builds/previous_shape.h), so the result is the same for all builds of that
- *             shape
- *     LIMIT   level STATE; the rule only reads the shape, the primitive counts, and features and
- *             limits of the device
- *
- * `ids` lists the valid-usage ids that the rule validates:
+ * LEVEL is an enum level without its prefix. `ids` lists the valid-usage ids that the rule
+ * validates:
  *
  *     DEVICE(tail) INDIRECT(tail) HOST(tail) NV(tail)   an id of that build command
  *     IN(structure, tail)       an id of a structure, for all build commands
@@ -48,30 +41,6 @@ enum level {
     LEVEL_EXECUTION,  /* the structures as they are when the command executes */
     LEVEL_CONTENT,    /* the input data itself */
     LEVEL_COUNT,
-    LEVEL_SHAPE = LEVEL_PARAMETERS,
-    LEVEL_LIMIT = LEVEL_STATE,
-};
-
-/* By the word for the level: whether the rule only reads the shape. */
-enum {
-    READS_SHAPE_SHAPE = 1,
-    READS_SHAPE_PARAMETERS = 0,
-    READS_SHAPE_STATE = 0,
-    READS_SHAPE_LIMIT = 0,
-    READS_SHAPE_EXECUTION = 0,
-    READS_SHAPE_CONTENT = 0,
-};
-
-/* By the word for the level: whether the rule is about values that
- * vkGetAccelerationStructureBuildSizesKHR reads. If such a rule fails, the layer must not call that
- * command. */
-enum {
-    IS_OF_SIZES_SHAPE = 1,
-    IS_OF_SIZES_LIMIT = 1,
-    IS_OF_SIZES_PARAMETERS = 0,
-    IS_OF_SIZES_STATE = 0,
-    IS_OF_SIZES_EXECUTION = 0,
-    IS_OF_SIZES_CONTENT = 0,
 };
 
 enum { HINT_LENGTH = 160 };
@@ -123,7 +92,6 @@ struct rule_info {
     const char *subject;   /* NULL for PENDING */
     const char *waits_for; /* NULL for RULE */
     enum level level;
-    bool is_of_sizes; /* see IS_OF_SIZES_SHAPE */
     const char *hint; /* NULL: none */
     /* The id by command; VUID_NONE if the command has no such id. */
     enum vuid vuid[COMMAND_COUNT];

@@ -26,7 +26,6 @@ void build_call_start_recorded(struct build_call *call, struct layer_device *dev
     if (!command_buffer)
         return;
     call->command_buffer = command_buffer;
-    call->previous_shape = &command_buffer->previous_shape;
     if (!command_buffer->journal || device->level < LEVEL_EXECUTION)
         return;
     call->journal = command_buffer->journal;

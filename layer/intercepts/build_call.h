@@ -10,9 +10,8 @@ struct build_call {
     struct layer_device *device;
     struct command_buffer *command_buffer; /* NULL for host builds and if no record exists */
     struct call_view view;
-    struct journal *journal;               /* in which the builds are recorded; or NULL */
-    struct previous_shape *previous_shape; /* or NULL */
-    const struct execution_point *point;   /* of a host build, see struct check_context */
+    struct journal *journal;             /* in which the builds are recorded; or NULL */
+    const struct execution_point *point; /* of a host build, see struct check_context */
     struct journal_mark mark; /* the journal's end before the call's entries; recorded calls only */
     bool skip;                /* a callback asked to skip the call */
     bool records_hazards;     /* the journal's hazard list has the command */

@@ -10,9 +10,11 @@
 #include "src/base/readable.h"
 #include "src/base/recording_path.h"
 
-static void find_sizes(void *user, const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                       const uint32_t *counts, VkAccelerationStructureBuildTypeKHR build_type,
-                       struct size_facts *sizes)
+ON_RECORDING_PATH static void find_sizes(void *user,
+                                         const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                                         const uint32_t *counts,
+                                         VkAccelerationStructureBuildTypeKHR build_type,
+                                         struct size_facts *sizes)
 {
     layer_find_build_sizes(((struct build_call *)user)->device, info, counts, build_type, sizes);
 }
@@ -69,7 +71,6 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
         .user = call,
         .level = device->level,
         .active = device->active_rules[call->view.command],
-        .previous_shape = call->previous_shape,
         .readable = readable,
         .resources = device->resources,
         .sweep = call->view.info_count > LARGE_CALL ? take_sweep(call) : NULL,
@@ -167,9 +168,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
     }
     struct build_call call;
     build_call_start(&call, state, COMMAND_HOST);
-    struct previous_shape previous_shape = {0};
     struct execution_point point;
-    call.previous_shape = &previous_shape;
     call.point = find_execution_point(state, &point) ? &point : NULL;
     call.view.device_argument = device;
     call.view.deferred = host_work_operation_facts(state, deferredOperation);

@@ -139,7 +139,8 @@ void device_open(void)
         commands[i] = (void *)nothing;
     device.facts.extension.acceleration_structure = true;
     device.facts.extension.ray_tracing_nv = true;
-    device.facts.limits.maxGeometryCount = device.facts.limits.maxPrimitiveCount = 100;
+    device.facts.limits.maxGeometryCount = device.facts.limits.maxPrimitiveCount =
+        device.facts.limits.maxInstanceCount = 100;
     device.command_buffers = some_command_buffers();
     device.resources = no_resources();
     assert_int_equal(query_pools_create(&device.query_pools), VK_SUCCESS);

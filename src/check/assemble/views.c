@@ -12,7 +12,6 @@
 #include "src/check/assemble/chains.h"
 #include "src/check/assemble/extended.h"
 #include "src/state/builds/build_info.h"
-#include "src/state/builds/previous_shape.h"
 #include "src/state/builds/size_cache.h"
 #include "src/view/formats.h"
 #include "src/view/geometry_data.h"
@@ -266,6 +265,22 @@ triangles_are_well_formed(struct check_context *context,
             triangles->indexType == VK_INDEX_TYPE_NONE_KHR);
 }
 
+static bool geometry_is_well_formed(struct check_context *context, const struct build_view *build,
+                                    uint32_t index)
+{
+    const VkAccelerationStructureGeometryKHR *geometry = build_geometry(build->info, index);
+    const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
+    uint32_t count;
+    if (!chain_is_readable(context, geometry->pNext))
+        return false;
+    if (triangles)
+        return triangles_are_well_formed(context, triangles);
+    if (instances_in(geometry))
+        return !view_primitive_count(build, index, &count) ||
+               count <= build->call->device->limits.maxInstanceCount;
+    return aabbs_in(geometry) || extended_geometry_is_well_formed(geometry);
+}
+
 static bool is_within_limits(const struct build_view *build)
 {
     const VkPhysicalDeviceAccelerationStructurePropertiesKHR *limits = &build->call->device->limits;
@@ -286,20 +301,19 @@ __attribute__((noinline)) static bool structures_are_well_formed(struct check_co
                                                                  const struct build_view *build)
 {
     VkAccelerationStructureTypeKHR type = build->info->type;
+    VkBuildAccelerationStructureModeKHR mode = build->info->mode;
+    /* The mode decides which of the sizes a build needs. */
+    if (mode != VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR &&
+        mode != VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR)
+        return false;
     if ((type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR &&
          type != VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR &&
          !is_micromap_build_for_device(build)) ||
         !chain_is_readable(context, build->info->pNext))
         return false;
-    for (uint32_t i = 0; i < build->geometry_count; i++) {
-        const VkAccelerationStructureGeometryKHR *geometry = build_geometry(build->info, i);
-        const VkAccelerationStructureGeometryTrianglesDataKHR *triangles = triangles_in(geometry);
-        if (!chain_is_readable(context, geometry->pNext) ||
-            (triangles ? !triangles_are_well_formed(context, triangles)
-                       : !aabbs_in(geometry) && !instances_in(geometry) &&
-                             !extended_geometry_is_well_formed(geometry)))
+    for (uint32_t i = 0; i < build->geometry_count; i++)
+        if (!geometry_is_well_formed(context, build, i))
             return false;
-    }
     return true;
 }
 
@@ -351,26 +365,8 @@ static void find_other_device(struct check_context *context, struct accel_facts 
             context->user, RESOURCE_ACCEL, (uint64_t)(uintptr_t)accel->handle);
 }
 
-bool view_has_previous_shape(const struct check_context *context, const struct build_view *build)
-{
-    uint32_t primitive_count;
-    return context->previous_shape && build->geometry_count == 1 &&
-           view_primitive_count(build, 0, &primitive_count) &&
-           previous_shape_is_same(context->previous_shape, build->info, primitive_count,
-                                  build_type_of(build));
-}
-
-void view_set_previous_shape(const struct check_context *context, const struct build_view *build,
-                             bool holds)
-{
-    uint32_t primitive_count;
-    if (context->previous_shape && build->geometry_count == 1 && build->sizes.known &&
-        view_primitive_count(build, 0, &primitive_count))
-        previous_shape_set(context->previous_shape, build->info, primitive_count,
-                           build_type_of(build), &build->sizes, holds);
-}
-
-void view_build_sizes(struct check_context *context, struct build_view *build, bool holds)
+ON_RECORDING_PATH void view_build_sizes(struct check_context *context, struct build_view *build,
+                                        bool holds)
 {
     if (is_well_formed(context, build, holds) &&
         build->geometry_count == build->info->geometryCount)

@@ -34,10 +34,4 @@ void view_geometry_state(struct check_context *context, struct geometry_view *ge
  * parameters, and those of its geometries, are known to hold. */
 void view_build_sizes(struct check_context *context, struct build_view *build, bool holds);
 
-/* Returns whether a build has the shape, and so the sizes, of the context's previous build. */
-bool view_has_previous_shape(const struct check_context *context, const struct build_view *build);
-/* Stores the shape and sizes of the build as the previous ones, if its sizes are known. */
-void view_set_previous_shape(const struct check_context *context, const struct build_view *build,
-                             bool holds);
-
 #endif

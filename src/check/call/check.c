@@ -18,7 +18,6 @@
 #include "src/check/overlap/pairs.h"
 #include "src/check/walk/fast_path.h"
 #include "src/check/walk/walk.h"
-#include "src/state/builds/previous_shape.h"
 
 /* Evaluates the rows of a geometry and, if its count is known, of its range. */
 static void walk_geometry_and_range(struct walk *walk, const struct range_view *range,
@@ -63,9 +62,9 @@ check_geometry(struct walk *walk, struct geometry_view *geometry, bool with_stat
     bool has_count = view_primitive_count(build, geometry->index, &range.primitive_count);
     if (build->call->device->extension.adds_to_inputs)
         check_extended_geometry(walk, geometry, with_state);
-    if (with_state && !walk->same_shape)
+    if (with_state)
         view_geometry_state(walk->context, geometry);
-    if (!geometry_passes(&range, has_count, with_state, walk->same_shape))
+    if (!geometry_passes(&range, has_count, with_state))
         walk_all_of_geometry(walk, &range, has_count, with_state);
     if (!with_state)
         return;
@@ -103,30 +102,15 @@ static void check_geometries(struct walk *walk, const struct build_view *build,
     }
 }
 
-/* Finds the sizes of a build that has no findings about the parameters they depend on. */
-static void find_sizes(const struct walk *walk, struct build_view *build, bool has_previous_shape)
-{
-    struct check_context *context = walk->context;
-    if (has_previous_shape)
-        build->sizes = context->previous_shape->sizes;
-    else
-        view_build_sizes(context, build, walk->passes);
-    if (!has_previous_shape || (walk->passes && !context->previous_shape->passes))
-        view_set_previous_shape(context, build, walk->passes);
-}
-
 /* Evaluates the rules about one build alone. */
 static void check_build(struct walk *walk, struct build_view *build, struct geometry_view *first)
 {
     struct check_context *context = walk->context;
     bool with_state = context->level >= LEVEL_STATE;
     walk->hides_sizes = false;
-    bool has_previous_shape = view_has_previous_shape(context, build);
-    walk->same_shape =
-        has_previous_shape && previous_shape_matches(context->previous_shape, build->info);
     if (build->call->device->extension.adds_to_inputs)
         check_extended_build(walk, build, with_state);
-    walk->passes = build_parameters_pass(build, walk->same_shape);
+    walk->passes = build_parameters_pass(build);
     if (!walk->passes)
         walk_all_of_build(walk, build, LEVEL_PARAMETERS);
     if (build->call->command == COMMAND_INDIRECT)
@@ -139,7 +123,7 @@ static void check_build(struct walk *walk, struct build_view *build, struct geom
     if (with_state) {
         view_build_state(context, build);
         if (!walk->hides_sizes)
-            find_sizes(walk, build, has_previous_shape);
+            view_build_sizes(context, build, walk->passes);
         if (!build_state_passes(build))
             walk_all_of_build(walk, build, LEVEL_STATE);
         if (build->call->command == COMMAND_HOST)

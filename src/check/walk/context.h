@@ -15,7 +15,6 @@
 #include "src/view/view.h"
 
 struct built_flags;
-struct previous_shape;
 struct sweep;
 
 /* Functions that a check calls with the context's `user`. They may call down the layer chain; no
@@ -72,7 +71,6 @@ struct check_context {
     struct readable_cache *readable;
     struct aligned_copies *copies; /* copies of misaligned parameters; filled during a call */
     struct resources *resources;
-    struct previous_shape *previous_shape; /* kept between calls; or NULL */
     struct sweep *sweep;       /* memory kept between calls, see check_make_sweep; or NULL */
     struct built_flags *flags; /* flags of the structures that builds refer to; or NULL */
     const struct execution_point *point; /* of a host command; NULL: unknown */

@@ -8,41 +8,40 @@
 #include "src/view/geometry_data.h"
 
 /* Leaves the chain if a row of the level and the command is violated. */
-#define PASS(name, row_level, view, same_shape)                                                    \
+#define PASS(name, row_level, view)                                                                \
     if (LEVEL_##row_level == level && COMMANDS_OF_##name & 1 << COMMAND_DEVICE &&                  \
-        !(same_shape && READS_SHAPE_##row_level) && !name(view, NULL))                             \
+        !name(view, NULL))                                                                         \
         return false;
 #define ROWS_PASS static inline __attribute__((always_inline)) bool
 
 ROWS_PASS call_rows_pass(const struct call_view *call, enum level level)
 {
-    ROWS_OF_call(PASS, call, false);
+    ROWS_OF_call(PASS, call);
     return true;
 }
 
-ROWS_PASS build_rows_pass(const struct build_view *build, enum level level, bool same_shape)
+ROWS_PASS build_rows_pass(const struct build_view *build, enum level level)
 {
-    ROWS_OF_build(PASS, build, same_shape);
+    ROWS_OF_build(PASS, build);
     return true;
 }
 
-ROWS_PASS geometry_rows_pass(const struct geometry_view *geometry, enum level level,
-                             bool same_shape)
+ROWS_PASS geometry_rows_pass(const struct geometry_view *geometry, enum level level)
 {
-    ROWS_OF_geometry(PASS, geometry, same_shape);
+    ROWS_OF_geometry(PASS, geometry);
     return true;
 }
 
 ROWS_PASS range_rows_pass(const struct range_view *range, enum level level)
 {
-    ROWS_OF_range(PASS, range, false);
+    ROWS_OF_range(PASS, range);
     return true;
 }
 
 ROWS_PASS address_rows_pass(const struct address_view *address)
 {
     const enum level level = LEVEL_STATE;
-    ROWS_OF_address(PASS, address, false);
+    ROWS_OF_address(PASS, address);
     return true;
 }
 
@@ -86,37 +85,24 @@ ON_RECORDING_PATH __attribute__((flatten)) bool call_passes(const struct call_vi
 }
 
 ON_RECORDING_PATH __attribute__((flatten)) bool
-build_parameters_pass(const struct build_view *build, bool same_shape)
+build_parameters_pass(const struct build_view *build)
 {
-    return is_device_build(build->call) &&
-           (same_shape ? build_rows_pass(build, LEVEL_PARAMETERS, true)
-                       : build_rows_pass(build, LEVEL_PARAMETERS, false));
+    return is_device_build(build->call) && build_rows_pass(build, LEVEL_PARAMETERS);
 }
 
 ON_RECORDING_PATH __attribute__((flatten)) bool build_state_passes(const struct build_view *build)
 {
-    return is_device_build(build->call) && build_rows_pass(build, LEVEL_STATE, false) &&
+    return is_device_build(build->call) && build_rows_pass(build, LEVEL_STATE) &&
            scratch_address_passes(build);
 }
 
-ROWS_PASS geometry_and_range_pass(const struct range_view *range, bool has_count, bool with_state,
-                                  bool same_shape)
+ON_RECORDING_PATH __attribute__((flatten)) bool geometry_passes(const struct range_view *range,
+                                                                bool has_count, bool with_state)
 {
-    return geometry_rows_pass(range->geometry, LEVEL_PARAMETERS, same_shape) &&
+    return is_device_build(range->geometry->build->call) &&
+           geometry_rows_pass(range->geometry, LEVEL_PARAMETERS) &&
            (!has_count || range_rows_pass(range, LEVEL_PARAMETERS)) &&
-           (!with_state || (geometry_rows_pass(range->geometry, LEVEL_STATE, false) &&
+           (!with_state || (geometry_rows_pass(range->geometry, LEVEL_STATE) &&
                             geometry_addresses_pass(range->geometry) &&
                             (!has_count || range_rows_pass(range, LEVEL_STATE))));
-}
-
-/* Most geometries are triangles: a separate chain for them leaves out the rules of other types. */
-ON_RECORDING_PATH __attribute__((flatten)) bool
-geometry_passes(const struct range_view *range, bool has_count, bool with_state, bool same_shape)
-{
-    if (!is_device_build(range->geometry->build->call))
-        return false;
-    if (!triangles_in(range->geometry->geometry))
-        return geometry_and_range_pass(range, has_count, with_state, false);
-    return same_shape ? geometry_and_range_pass(range, has_count, with_state, true)
-                      : geometry_and_range_pass(range, has_count, with_state, false);
 }

@@ -10,14 +10,12 @@
 
 #include "src/view/view.h"
 
-/* All return false for other commands, whose rows are always walked. `same_shape`: the rules that
- * depend only on the shape of a build are known to hold and are skipped. */
+/* All return false for other commands, whose rows are always walked. */
 bool call_passes(const struct call_view *call);
-bool build_parameters_pass(const struct build_view *build, bool same_shape);
+bool build_parameters_pass(const struct build_view *build);
 bool build_state_passes(const struct build_view *build);
 /* Evaluates the parameters and, if `with_state`, the state of a geometry and, if its count is
  * known, of its range. */
-bool geometry_passes(const struct range_view *range, bool has_count, bool with_state,
-                     bool same_shape);
+bool geometry_passes(const struct range_view *range, bool has_count, bool with_state);
 
 #endif

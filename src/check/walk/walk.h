@@ -19,8 +19,6 @@ struct walk {
     bool remaining[RULE_COUNT]; /* storage for `active` once it differs from the context's */
     uint32_t findings;
     bool hides_sizes; /* a finding makes the sizes of the current build invalid */
-    bool same_shape;  /* the current build has the shape of the previous one, so its rules about the
-                       * shape hold (fast_path.h) */
     bool passes;      /* all rules about parameters of the current build and its geometries
                        * evaluated so far hold */
     struct micromap_uses micromaps; /* of the current build, see check_micromap_build */

@@ -11,7 +11,6 @@
 #include <vulkan/vulkan_core.h>
 
 #include "src/state/builds/build_states.h"
-#include "src/state/builds/previous_shape.h"
 #include "src/state/commands/journal.h"
 #include "src/state/commands/object_names.h"
 #include "src/state/commands/validity.h"
@@ -54,7 +53,6 @@ struct command_buffer {
     /* A secondary that may execute inside an active query or conditional rendering. */
     bool inherits_conditions;
     struct label_stack labels;
-    struct previous_shape previous_shape;
 };
 
 VkResult command_buffers_create(struct command_buffers **command_buffers);
