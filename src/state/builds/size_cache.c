@@ -10,7 +10,6 @@
 #include "src/base/recording_path.h"
 #include "src/platform/aligned.h"
 #include "src/state/builds/build_info.h"
-#include "src/state/builds/small_shape.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -45,22 +44,54 @@ void size_cache_destroy(struct size_cache *cache)
     aligned_free(cache);
 }
 
-static struct build_shape shape_from(XXH128_hash_t hash)
+/* What the sizes depend on in a geometry. Has no padding, so that its bytes can be hashed. Members
+ * are 0 if its type lacks them. */
+struct shape_geometry {
+    uint64_t stride;
+    uint32_t type, flags, primitive_count;
+    uint32_t vertex_format, max_vertex, index_type;
+    uint32_t has_transform, array_of_pointers;
+};
+
+/* Returns false if there is a chain, whose effect on the sizes is unknown. */
+static bool shape_of_geometry(const VkAccelerationStructureGeometryKHR *geometry,
+                              uint32_t primitive_count, struct shape_geometry *shape)
 {
-    return (struct build_shape){.low = hash.low64, .high = hash.high64};
+    *shape = (struct shape_geometry){.type = (uint32_t)geometry->geometryType,
+                                     .flags = geometry->flags,
+                                     .primitive_count = primitive_count};
+    if (geometry->pNext)
+        return false;
+    if (geometry->geometryType == VK_GEOMETRY_TYPE_TRIANGLES_KHR) {
+        const VkAccelerationStructureGeometryTrianglesDataKHR *t = &geometry->geometry.triangles;
+        shape->stride = t->vertexStride;
+        shape->vertex_format = (uint32_t)t->vertexFormat;
+        shape->max_vertex = t->maxVertex;
+        shape->index_type = (uint32_t)t->indexType;
+        shape->has_transform = t->transformData.deviceAddress != 0;
+        return !t->pNext;
+    }
+    if (geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR) {
+        shape->stride = geometry->geometry.aabbs.stride;
+        return !geometry->geometry.aabbs.pNext;
+    }
+    if (geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR) {
+        shape->array_of_pointers = geometry->geometry.instances.arrayOfPointers != 0;
+        return !geometry->geometry.instances.pNext;
+    }
+    return false;
 }
 
-bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
-                    const uint32_t *primitive_counts,
-                    VkAccelerationStructureBuildTypeKHR build_type, struct build_shape *shape)
+ON_RECORDING_PATH bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
+                                      const uint32_t *primitive_counts,
+                                      VkAccelerationStructureBuildTypeKHR build_type,
+                                      struct build_shape *shape)
 {
-    struct small_shape small;
-    if (!small_shape_of(info, primitive_counts, build_type, &small))
-        return false;
-    XXH128_hash_t hash = XXH3_128bits(&small, sizeof(small));
-
-    /* Chains the hashes of the other geometries: one geometry is the common case. */
-    for (uint32_t i = 1; i < info->geometryCount; i++) {
+    XXH128_hash_t hash = {
+        .low64 = (uint64_t)build_type << 32 | (uint32_t)info->type,
+        .high64 = (uint64_t)info->geometryCount << 32 | info->flags,
+    };
+    for (uint32_t i = 0; i < info->geometryCount; i++) {
         struct {
             XXH128_hash_t before;
             struct shape_geometry geometry;
@@ -69,8 +100,8 @@ bool build_shape_of(const VkAccelerationStructureBuildGeometryInfoKHR *info,
             return false;
         hash = XXH3_128bits(&next, sizeof(next));
     }
-    *shape = shape_from(hash);
-    return true;
+    *shape = (struct build_shape){.low = hash.low64, .high = hash.high64};
+    return !info->pNext;
 }
 
 /* Release and acquire: a reader that sees a word of a writer also sees the writer's version. */
