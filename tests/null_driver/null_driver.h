@@ -161,8 +161,8 @@ struct null_driver_fault {
     bool in_thread;  /* the crash is that of a thread of the driver, for which the call waits */
 };
 
-/* A barrier of vkCmdPipelineBarrier: one for each memory and buffer barrier, or one without accesses
- * if the command has none of them. */
+/* A barrier of vkCmdPipelineBarrier: one for each memory and buffer barrier, or one without
+ * accesses if the command has none of them. */
 struct null_driver_barrier {
     VkPipelineStageFlags src, dst;
     VkAccessFlags src_access, dst_access;

@@ -95,9 +95,9 @@ TEST(test_level_content)
 /* Executions of one command buffer write to the same memory. */
 TEST(test_several_executions_at_once)
 {
-    static const struct expected repeated = {
-        BUILDS | COMPUTE | TRANSFER, COMPUTE | TRANSFER, SHADER_WRITE | TRANSFER_WRITE,
-        SHADER_READ | SHADER_WRITE | TRANSFER_WRITE, 0};
+    static const struct expected repeated = {BUILDS | COMPUTE | TRANSFER, COMPUTE | TRANSFER,
+                                             SHADER_WRITE | TRANSFER_WRITE,
+                                             SHADER_READ | SHADER_WRITE | TRANSFER_WRITE, 0};
     open_with("content", NULL);
     EXPECT_OF_BUILD(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT, false, &repeated, &show, &end);
 }
