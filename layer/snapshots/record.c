@@ -266,9 +266,27 @@ static VkResult take_chunk(const struct layer_device *device, uint64_t size,
     bool waits = settings->content_when_full == CONTENT_WAIT;
     VkResult result;
     do {
-        result = staging_take(device->snapshots->staging, size, chunk);
+        result = staging_take_part(device->snapshots->staging, size, chunk);
     } while (result == VK_NOT_READY && waits && snapshots_wait(device->snapshots));
     return result;
+}
+
+/* The next chunk of a recording has twice the size of the last one, up to ROOM_MAX: a small
+ * recording takes little of the budget, and a large one has few chunks. */
+#define ROOM_MAX ((uint64_t)256 << 10)
+
+static struct snapshot_chunk *last_chunk(const struct recording *recording)
+{
+    return recording->chunk_count ? recording->chunks[recording->chunk_count - 1] : NULL;
+}
+
+static uint64_t size_of_next(const struct recording *recording, uint64_t size)
+{
+    const struct snapshot_chunk *last = last_chunk(recording);
+    uint64_t doubled = last ? 2 * last->size : 0;
+    if (doubled > ROOM_MAX)
+        doubled = ROOM_MAX;
+    return size > doubled ? size : doubled;
 }
 
 /* The recording's last chunk if it has room for `size` bytes, or a new one. Returns NULL if there
@@ -276,13 +294,11 @@ static VkResult take_chunk(const struct layer_device *device, uint64_t size,
 static struct staging_chunk *chunk_with_room(struct recorder *recorder, uint64_t size)
 {
     struct recording *recording = recorder->recording;
-    if (recording->chunk_count) {
-        struct snapshot_chunk *last = recording->chunks[recording->chunk_count - 1];
-        if (last && size <= last->size - last->used)
-            return (struct staging_chunk *)last;
-    }
+    struct snapshot_chunk *last = last_chunk(recording);
     struct staging_chunk *chunk;
-    VkResult result = take_chunk(recorder->device, size, &chunk);
+    if (last && size <= last->size - last->used)
+        return (struct staging_chunk *)last;
+    VkResult result = take_chunk(recorder->device, size_of_next(recording, size), &chunk);
     if (result == VK_SUCCESS && recording_add_chunk(recording, &chunk->chunk))
         return chunk;
     if (result == VK_NOT_READY)

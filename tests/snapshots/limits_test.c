@@ -11,6 +11,7 @@
 enum {
     BOXES = 40000, /* close to a MiB */
     BUILDS = 4,
+    SMALL_RECORDINGS = 1100,
     STRUCTURE_SIZE = 16 << 20,
 };
 
@@ -61,6 +62,20 @@ TEST(test_skipped_beyond_budget)
     commands = scene_record_boxes(0, BOXES);
     fixture_finish(&fixture, commands);
     assert_int_equal(bytes_copied(), 3 * BOXES * sizeof(VkAabbPositionsKHR));
+    fixture_expect_silence(&fixture);
+    scene_close();
+}
+
+/* A recording takes as much of the budget as it needs, not an allocation of its own. */
+TEST(test_small_recordings_take_little_of_the_budget)
+{
+    open_scene_with((struct instance_settings){.budget_mib = "8", .when_full = "skip"});
+    static VkCommandBuffer commands[SMALL_RECORDINGS];
+    for (int i = 0; i < SMALL_RECORDINGS; i++)
+        commands[i] = scene_record_boxes(0, 3);
+    for (int i = 0; i < SMALL_RECORDINGS; i++)
+        fixture_finish(&fixture, commands[i]);
+    assert_int_equal(bytes_copied(), SMALL_RECORDINGS * 3 * sizeof(VkAabbPositionsKHR));
     fixture_expect_silence(&fixture);
     scene_close();
 }

@@ -151,22 +151,24 @@ static bool copy_buffer(struct recorder *recorder, const struct buffer_target *s
         return false;
     snapshot->address = address;
     snapshot->orders = *mark;
-    const VkBufferCopy region = {source->offset, snapshot->offset, size};
+    const struct staging_chunk *chunk = chunk_of(recorder, snapshot->chunk);
+    const VkBufferCopy region = {source->offset, chunk->offset + snapshot->offset, size};
     recording_keep_chunks(recorder->recording);
     recorder_start_copies(recorder);
-    recorder->device->snapshots->next.CmdCopyBuffer(
-        recorder->handle, source->buffer, chunk_of(recorder, snapshot->chunk)->buffer.handle, 1,
-        &region);
+    recorder->device->snapshots->next.CmdCopyBuffer(recorder->handle, source->buffer,
+                                                    chunk->buffer.handle, 1, &region);
     return true;
 }
 
 void copy_orders_mark(const struct recorder *recorder)
 {
     const struct copy_orders *mark = &recorder->mark;
-    if (mark->count)
-        recorder->device->snapshots->next.CmdFillBuffer(
-            recorder->handle, chunk_of(recorder, mark->chunk)->buffer.handle,
-            mark->offset + offsetof(struct copy_order, is_done), sizeof(uint32_t), 1);
+    if (!mark->count)
+        return;
+    const struct staging_chunk *chunk = chunk_of(recorder, mark->chunk);
+    recorder->device->snapshots->next.CmdFillBuffer(
+        recorder->handle, chunk->buffer.handle,
+        chunk->offset + mark->offset + offsetof(struct copy_order, is_done), sizeof(uint32_t), 1);
 }
 
 /* ---- either */

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Staging memory. Each chunk is a buffer with its own allocation. Mapped chunks are mapped as long
- * as they exist. */
+/* Staging memory. Each chunk is a buffer with its own allocation, or a part of one. Mapped chunks
+ * are mapped as long as they exist. */
 #include "layer/snapshots/copies/staging.h"
 
 #include <stdlib.h>
 
 #include "src/platform/threads.h"
 
-/* A chunk is large enough for a command buffer of small builds. */
+/* The least size of an allocation. Small chunks share one, in units of UNIT_SIZE bytes. */
 #define CHUNK_SIZE ((uint64_t)256 << 10)
+enum { UNITS = 64, PART_UNITS_MAX = UNITS / 4, UNIT_SIZE = CHUNK_SIZE / UNITS };
 /* A kept chunk of up to this size serves any smaller need. */
 #define SMALL_SIZE ((uint64_t)1 << 20)
 
@@ -20,8 +21,9 @@ enum { KEPT_PERIODS = 4 };
 
 struct staging {
     struct layer_device *device;
-    pthread_mutex_t lock;       /* guards the members below; no call is made with it held */
-    struct staging_chunk *kept; /* the one given back last comes first */
+    pthread_mutex_t lock;         /* guards the members below; no call is made with it held */
+    struct staging_chunk *kept;   /* the one given back last comes first */
+    struct staging_chunk *shared; /* those with parts and a free unit */
     uint64_t kept_size;
     uint64_t submissions, last_take; /* number of submissions, now and at the last take */
     uint64_t period;                 /* submissions between two takes */
@@ -153,14 +155,16 @@ static void note_take(struct staging *staging)
     staging->last_take = staging->submissions;
 }
 
-VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chunk **chunk)
+/* Takes a whole chunk: a kept one of at most `kept_max` bytes, or a new one. */
+static VkResult take_whole(struct staging *staging, uint64_t size, uint64_t kept_max,
+                           struct staging_chunk **chunk)
 {
     uint64_t new_size = size_of_new(size);
     struct staging_chunk *freed = NULL;
     bool has_room = true;
     pthread_mutex_lock(&staging->lock);
     note_take(staging);
-    *chunk = take_kept(staging, size, new_size > SMALL_SIZE ? new_size : SMALL_SIZE);
+    *chunk = take_kept(staging, size, new_size > kept_max ? new_size : kept_max);
     if (!*chunk && !make_room(staging, new_size, &freed)) {
         new_size = size > CHUNK_SIZE ? size : CHUNK_SIZE;
         has_room = make_room(staging, new_size, &freed);
@@ -178,14 +182,115 @@ VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chu
     return VK_ERROR_OUT_OF_DEVICE_MEMORY;
 }
 
+VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chunk **chunk)
+{
+    return take_whole(staging, size, SMALL_SIZE, chunk);
+}
+
+/* ---- parts */
+
+/* Returns the first `count` units in a row that are not taken, or 0 if there are none. */
+static uint64_t find_units(uint64_t taken, uint64_t count)
+{
+    uint64_t units = (UINT64_C(1) << count) - 1;
+    for (uint64_t i = 0; i + count <= UNITS; i++, units <<= 1)
+        if (!(taken & units))
+            return units;
+    return 0;
+}
+
+/* Sets what the part is a part of. Called with the lock held. */
+static void make_part(struct staging_chunk *part, struct staging_chunk *whole, uint64_t units)
+{
+    whole->units |= units;
+    part->whole = whole;
+    part->units = units;
+    part->offset = (uint64_t)__builtin_ctzll(units) * UNIT_SIZE;
+    part->buffer = whole->buffer;
+    part->buffer.address += part->offset;
+    if (part->buffer.bytes)
+        part->buffer.bytes += part->offset;
+    part->chunk.size = (uint64_t)__builtin_popcountll(units) * UNIT_SIZE;
+    part->chunk.bytes = part->buffer.bytes;
+}
+
+/* Called with the lock held. */
+static bool take_shared(struct staging *staging, uint64_t count, struct staging_chunk *part)
+{
+    for (struct staging_chunk **at = &staging->shared; *at; at = &(*at)->next) {
+        struct staging_chunk *whole = *at;
+        const uint64_t units = find_units(whole->units, count);
+        if (!units)
+            continue;
+        make_part(part, whole, units);
+        if (whole->units == UINT64_MAX)
+            *at = whole->next;
+        return true;
+    }
+    return false;
+}
+
+VkResult staging_take_part(struct staging *staging, uint64_t size, struct staging_chunk **chunk)
+{
+    const uint64_t count = (size + UNIT_SIZE - 1) / UNIT_SIZE;
+    struct staging_chunk *whole;
+    if (size > PART_UNITS_MAX * UNIT_SIZE)
+        return staging_take(staging, size, chunk);
+    struct staging_chunk *part = calloc(1, sizeof(*part));
+    if (!part)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    *chunk = part;
+    pthread_mutex_lock(&staging->lock);
+    bool is_taken = take_shared(staging, count, part);
+    pthread_mutex_unlock(&staging->lock);
+    if (is_taken)
+        return VK_SUCCESS;
+    VkResult result = take_whole(staging, CHUNK_SIZE, CHUNK_SIZE, &whole);
+    if (result != VK_SUCCESS) {
+        free(part);
+        return result;
+    }
+    pthread_mutex_lock(&staging->lock);
+    make_part(part, whole, find_units(0, count));
+    whole->next = staging->shared;
+    staging->shared = whole;
+    pthread_mutex_unlock(&staging->lock);
+    return VK_SUCCESS;
+}
+
+/* Frees the units of a part. Returns the chunk that it was a part of if that is now unused, or
+ * NULL. Called with the lock held. */
+static struct staging_chunk *give_back_part(struct staging *staging,
+                                            const struct staging_chunk *part)
+{
+    struct staging_chunk *whole = part->whole, **at = &staging->shared;
+    if (whole->units == UINT64_MAX) {
+        whole->next = staging->shared;
+        staging->shared = whole;
+    }
+    whole->units &= ~part->units;
+    if (whole->units)
+        return NULL;
+    while (*at != whole)
+        at = &(*at)->next;
+    *at = whole->next;
+    return whole;
+}
+
 void staging_give_back(struct staging *staging, struct staging_chunk *chunk)
 {
+    struct staging_chunk *part = chunk->whole ? chunk : NULL;
     pthread_mutex_lock(&staging->lock);
-    chunk->given_back = staging->submissions;
-    chunk->next = staging->kept;
-    staging->kept = chunk;
-    staging->kept_size += chunk->chunk.size;
+    if (part)
+        chunk = give_back_part(staging, part);
+    if (chunk) {
+        chunk->given_back = staging->submissions;
+        chunk->next = staging->kept;
+        staging->kept = chunk;
+        staging->kept_size += chunk->chunk.size;
+    }
     pthread_mutex_unlock(&staging->lock);
+    free(part);
 }
 
 void staging_leave(struct staging *staging, struct staging_chunk *chunk)

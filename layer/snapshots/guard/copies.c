@@ -37,7 +37,7 @@ static struct staging_chunk *take_memory(const struct recorder *recorder, uint64
     struct recording *recording = recorder->recording;
     struct staging_chunk *chunk = (struct staging_chunk *)recording->guarded;
     if (!chunk || align(size) > chunk->chunk.size - chunk->chunk.used) {
-        if (staging_take(guard_memory(guard), align(size), &chunk) != VK_SUCCESS)
+        if (staging_take_part(guard_memory(guard), align(size), &chunk) != VK_SUCCESS)
             return NULL;
         chunk->next = (struct staging_chunk *)recording->guarded;
         recording->guarded = &chunk->chunk;
@@ -207,7 +207,7 @@ static bool record(struct recorder *recorder, struct recorded_build *build, VkBu
     *copy = (struct guarded_copy){.data = has_pointers ? constants.pointers : constants.elements,
                                   .range = constants.range,
                                   .buffer = chunk->buffer.handle,
-                                  .offset = at + layout.elements_offset};
+                                  .offset = chunk->offset + at + layout.elements_offset};
     build->guard.is_nv = instances;
     build->guard.source = instances ? constants.elements : given->data.deviceAddress;
     build->guard.indirect = build->is_indirect ? build->indirect_address : 0;
