@@ -210,11 +210,11 @@ static VkAccelerationStructureNV nv_make(const VkAccelerationStructureInfoNV *in
 
 NULL_TEST(test_nv)
 {
-    enum { BOTTOM, TOP, DESTROYED, COUNT };
+    enum { BOTTOM, TOP, DESTROYED, FREED, COUNT };
     const STRUCT(VkAccelerationStructureInfoNV, bottom,
                  .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV);
     const STRUCT(VkAccelerationStructureInfoNV, top,
-                 .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV, .instanceCount = 4);
+                 .type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV, .instanceCount = 5);
     VkDeviceMemory memories[COUNT];
     VkAccelerationStructureNV structures[COUNT];
     uint64_t handles[COUNT];
@@ -224,14 +224,18 @@ NULL_TEST(test_nv)
                                                         sizeof(handles[i]), &handles[i]));
     }
     fixture.vk.DestroyAccelerationStructureNV(fixture.device, structures[DESTROYED], NULL);
-    guard_write((uint64_t[]){handles[BOTTOM], guard_wild(), handles[TOP], handles[DESTROYED]}, 4);
+    fixture.vk.FreeMemory(fixture.device, memories[FREED], NULL);
+    memories[FREED] = VK_NULL_HANDLE;
+    guard_write((uint64_t[]){handles[BOTTOM], guard_wild(), handles[TOP], handles[DESTROYED],
+                             handles[FREED]},
+                5);
     VkCommandBuffer commands = fixture_begin(&fixture, 0);
     fixture.vk.CmdBuildAccelerationStructureNV(commands, &top, guard_scene.instances.handle, 0,
                                                VK_FALSE, structures[TOP], VK_NULL_HANDLE,
                                                scene.scratch.handle, 0);
     fixture_finish(&fixture, commands);
-    guard_expect_read((uint64_t[]){handles[BOTTOM], 0, 0, 0}, 4);
-    guard_expect("12264", "replaced 3 references");
+    guard_expect_read((uint64_t[]){handles[BOTTOM], 0, 0, 0, 0}, 5);
+    guard_expect("12264", "replaced 4 references");
     for (int i = 0; i < COUNT; i++) {
         if (i != DESTROYED)
             fixture.vk.DestroyAccelerationStructureNV(fixture.device, structures[i], NULL);

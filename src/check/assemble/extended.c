@@ -29,32 +29,17 @@ bool extended_data_is_missing(const struct geometry_view *geometry)
            !geometry->build->call->device->newer_than_registry;
 }
 
-static struct address_facts *add_chained_input(struct geometry_view *geometry, enum input_role role)
+const struct address_facts *chained_input(struct check_context *context,
+                                          struct geometry_view *geometry, enum input_role role,
+                                          VkDeviceAddress address)
 {
     struct chained_inputs *chained = geometry->chained;
     uint32_t i = chained->count++;
     chained->items[i].role = role;
     chained->items[i].facts = (struct address_facts){.status = ADDRESS_UNKNOWN};
-    return &chained->items[i].facts;
-}
-
-const struct address_facts *chained_input(struct check_context *context,
-                                          struct geometry_view *geometry, enum input_role role,
-                                          VkDeviceAddress address)
-{
-    struct address_facts *facts = add_chained_input(geometry, role);
     if (!geometry_is_empty(geometry))
-        resources_look_up_address(context->resources, address, facts);
-    return facts;
-}
-
-const struct address_facts *micromap_input(struct check_context *context,
-                                           struct geometry_view *geometry, enum input_role role,
-                                           VkDeviceAddress address)
-{
-    struct address_facts *facts = add_chained_input(geometry, role);
-    resources_look_up_address(context->resources, address, facts);
-    return facts;
+        resources_look_up_address(context->resources, address, &chained->items[i].facts);
+    return &chained->items[i].facts;
 }
 
 /* ---- dense geometry */

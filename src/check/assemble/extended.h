@@ -33,14 +33,10 @@ bool dense_is_well_formed(const VkAccelerationStructureGeometryKHR *geometry);
 bool extended_data_is_missing(const struct geometry_view *geometry);
 
 /* Looks up an address of a chained structure and lists it for the rules about all inputs and for
- * the journal. Not for host builds. The address is unknown if the geometry has no primitives. */
+ * the journal. Not for host builds. */
 const struct address_facts *chained_input(struct check_context *context,
                                           struct geometry_view *geometry, enum input_role role,
                                           VkDeviceAddress address);
-/* Likewise, for an input of a micromap, whose geometry has no primitives. */
-const struct address_facts *micromap_input(struct check_context *context,
-                                           struct geometry_view *geometry, enum input_role role,
-                                           VkDeviceAddress address);
 
 /* Sets for host builds which data of the spheres is unreadable; looks up their addresses for other
  * builds. */

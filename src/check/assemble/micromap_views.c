@@ -115,9 +115,9 @@ void view_micromap_data_state(struct check_context *context, struct geometry_vie
 {
     if (!has_addresses(geometry))
         return;
-    micromap_input(context, geometry, INPUT_MICROMAP_DATA, view->data->data);
+    chained_input(context, geometry, INPUT_MICROMAP_DATA, view->data->data);
     view->triangles_facts =
-        micromap_input(context, geometry, INPUT_MICROMAP_TRIANGLES, view->data->triangleArray);
+        chained_input(context, geometry, INPUT_MICROMAP_TRIANGLES, view->data->triangleArray);
 }
 
 void view_opacity_state(struct check_context *context, struct geometry_view *geometry,

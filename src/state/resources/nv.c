@@ -5,8 +5,15 @@
 
 #include "src/state/resources/records.h"
 
+static bool lacks_memory(const struct nv_accel_record *accel)
+{
+    return accel->memory && !accel->memory->alive;
+}
+
 static void unbind(struct nv_accel_record *accel)
 {
+    if (lacks_memory(accel) && accel->reference)
+        accel->reference->without_memory--;
     memory_record_release(accel->memory);
     accel->memory = NULL;
 }
@@ -95,6 +102,7 @@ void resources_bind_nv_accel(struct resources *resources, VkAccelerationStructur
         accel->bound = accel->memory ? YES : UNKNOWN;
         if (accel->memory)
             accel->memory->references++;
+        resources_note_reference(resources, accel->value, true);
     }
     reader_lock_write_done(&resources->lock);
 }
@@ -108,6 +116,28 @@ void resources_forget_nv_binding(struct resources *resources, VkAccelerationStru
         accel->bound = UNKNOWN;
     }
     reader_lock_write_done(&resources->lock);
+}
+
+struct freed_memory {
+    struct resources *resources;
+    const struct memory_record *memory;
+};
+
+static void note_freed_memory(void *record, void *context)
+{
+    const struct nv_accel_record *accel = record;
+    const struct freed_memory *freed = context;
+    if (accel->memory != freed->memory)
+        return;
+    if (accel->reference)
+        accel->reference->without_memory++;
+    resources_note_reference(freed->resources, accel->value, true);
+}
+
+void nv_accel_records_lose_memory(struct resources *resources, const struct memory_record *memory)
+{
+    handle_table_each(&resources->nv_accels, note_freed_memory,
+                      &(struct freed_memory){resources, memory});
 }
 
 /* Returns whether the structure exceeds its memory. A memory size of 0 means imported memory of
@@ -195,8 +225,10 @@ void resources_add_nv_reference(struct resources *resources, VkAccelerationStruc
     reader_lock_write(&resources->lock);
     struct nv_accel_record *accel = find(resources, handle);
     struct nv_reference_record *record = find_or_add(resources, reference, level_of(accel));
-    if (record && (!accel || accel->reference != record))
+    if (record && (!accel || accel->reference != record)) {
         record->alive++;
+        record->without_memory += accel && lacks_memory(accel);
+    }
     if (accel) {
         accel->reference = record;
         accel->value = reference;

@@ -108,6 +108,7 @@ struct nv_reference_record {
     enum nv_reference level; /* NV_REFERENCE_UNKNOWN if structures of both levels had the value */
     uint32_t alive;          /* number of live structures; a structure without a record counts
                               * forever */
+    uint32_t without_memory; /* number of these whose memory was freed */
     uint64_t destroyed_at;   /* resources_destroy_count() when the last structure was destroyed */
 };
 
@@ -162,6 +163,8 @@ void accel_record_forget_address(struct resources *resources, struct accel_recor
 
 /* Returns the first live structure at an address that instances refer to, or NULL. */
 struct accel_record *accel_records_at(const struct resources *resources, VkDeviceAddress address);
+/* Notes that the memory of structures of VK_NV_ray_tracing was freed. */
+void nv_accel_records_lose_memory(struct resources *resources, const struct memory_record *memory);
 /* Notes that what a value refers to has changed (reference_changes.h). */
 void resources_note_reference(struct resources *resources, uint64_t reference, bool is_nv);
 

@@ -38,7 +38,8 @@ static void describe(const struct resources *resources, struct reference_change 
     if (change->is_nv) {
         const struct nv_reference_record *record =
             handle_table_find(&resources->nv_references, change->reference);
-        change->is_live = record && record->alive && record->level != NV_REFERENCE_TOP_LEVEL;
+        change->is_live = record && record->alive > record->without_memory &&
+                          record->level != NV_REFERENCE_TOP_LEVEL;
         return;
     }
     const struct accel_record *accel = accel_records_at(resources, change->reference);
