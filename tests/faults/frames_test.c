@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The memory that the layer takes for an application's frames, without a loader and below settings
  * of the environment. */
+#include <malloc.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "tests/fixture/objects.h"
 #include "tests/fixture/scarce_memory.h"
@@ -14,16 +16,25 @@ enum {
     AT_CONTENT = 2,
     ON_CPU = 4,
     RECYCLES_HANDLES = 8,
-    RECYCLES_ADDRESSES = 16
+    RECYCLES_ADDRESSES = 16,
+    WITHOUT_SCENE = 32
 };
 
 static struct calls calls;
+static uint32_t messages;
+
+static void hear(const VkDebugUtilsMessengerCallbackDataEXT *data)
+{
+    if (messages++ < 4)
+        print_error("%s\n", data->pMessage);
+}
 
 static void open_calls(uint8_t options)
 {
     static uint8_t first;
     first = options;
-    calls = (struct calls){.at = &first, .end = &first + 1};
+    calls = (struct calls){.at = &first, .end = &first + 1, .hear = hear};
+    messages = 0;
     assert_true(calls_open(&calls));
 }
 
@@ -52,4 +63,326 @@ TEST(bindings_without_builds_allocate_nothing)
     WITHOUT_MEMORY(record_bindings(commands));
     calls.vk.DestroyCommandPool(calls.device, pool, NULL);
     calls_close(&calls);
+}
+
+/* ---- objects of all kinds that live for one frame */
+
+enum {
+    MEMORY_SIZE = 1 << 18,
+    STORAGE = MEMORY_SIZE / 2, /* the first half is read by builds, and is scratch memory */
+    STRUCTURE_SIZE = 1 << 14,
+    TRIANGLE = 4096, /* of the micromap */
+    SCRATCH = STORAGE / 2,
+    SCRATCH_SIZE = STORAGE / 8, /* of each build */
+    BOTTOM = 0,
+    TOP = 1,
+    STRUCTURES_KHR = 2,
+};
+
+/* What a frame creates and destroys. */
+struct frame {
+    VkDeviceMemory memory;
+    VkBuffer buffer;
+    VkDeviceAddress address;
+    VkAccelerationStructureKHR structures[STRUCTURES_KHR];
+    VkAccelerationStructureNV nv;
+    VkMicromapEXT micromap;
+    VkCommandPool pool;
+    VkCommandBuffer commands, secondary;
+    VkSemaphore binary, timeline;
+    VkFence fence;
+    VkEvent event;
+    VkQueryPool queries;
+    VkDeferredOperationKHR operation;
+    VkImage image;
+    VkRenderPass render_pass;
+};
+
+static void name(VkObjectType type, uint64_t handle, const char *text)
+{
+    const STRUCT(VkDebugUtilsObjectNameInfoEXT, info, .objectType = type, .objectHandle = handle,
+                 .pObjectName = text);
+    GET(calls.vk.SetDebugUtilsObjectNameEXT(calls.device, &info));
+}
+#define NAME(type, handle) name(VK_OBJECT_TYPE_##type, (uint64_t)(uintptr_t)(handle), #handle)
+
+static void create_buffer(struct frame *frame)
+{
+    const STRUCT(VkMemoryAllocateFlagsInfo, flags, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
+    const STRUCT(VkMemoryAllocateInfo, allocation, .pNext = &flags, .allocationSize = MEMORY_SIZE,
+                 .memoryTypeIndex = 1);
+    const STRUCT(VkBufferCreateInfo, info, .size = MEMORY_SIZE,
+                 .usage = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+                          VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
+                          VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
+                          VK_BUFFER_USAGE_MICROMAP_STORAGE_BIT_EXT |
+                          VK_BUFFER_USAGE_MICROMAP_BUILD_INPUT_READ_ONLY_BIT_EXT |
+                          VK_BUFFER_USAGE_RAY_TRACING_BIT_NV | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                          VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+    void *bytes;
+    GET(calls.vk.AllocateMemory(calls.device, &allocation, NULL, &frame->memory));
+    GET(calls.vk.CreateBuffer(calls.device, &info, NULL, &frame->buffer));
+    GET(calls.vk.BindBufferMemory(calls.device, frame->buffer, frame->memory, 0));
+    GET(calls.vk.MapMemory(calls.device, frame->memory, 0, VK_WHOLE_SIZE, 0, &bytes));
+    memset(bytes, 0, MEMORY_SIZE);
+    const VkMicromapTriangleEXT triangle = {.format = VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+    memcpy((char *)bytes + TRIANGLE, &triangle, sizeof(triangle));
+    frame->address = buffer_address(&calls.vk, calls.device, frame->buffer);
+    NAME(BUFFER, frame->buffer);
+    NAME(DEVICE_MEMORY, frame->memory);
+}
+
+static void create_nv(struct frame *frame)
+{
+    const STRUCT(VkGeometryNV, geometry, .geometryType = VK_GEOMETRY_TYPE_TRIANGLES_NV,
+                 .geometry = {.triangles = MAKE(VkGeometryTrianglesNV, .vertexCount = 3,
+                                                .vertexFormat = VK_FORMAT_R32G32B32_SFLOAT,
+                                                .vertexStride = 12, .vertexData = frame->buffer,
+                                                .indexType = VK_INDEX_TYPE_NONE_NV),
+                              .aabbs = MAKE(VkGeometryAABBNV, .pNext = NULL)});
+    const STRUCT(VkAccelerationStructureCreateInfoNV, info,
+                 .info = MAKE(VkAccelerationStructureInfoNV,
+                              .type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_NV,
+                              .geometryCount = 1, .pGeometries = &geometry));
+    uint64_t reference;
+    GET(calls.vk.CreateAccelerationStructureNV(calls.device, &info, NULL, &frame->nv));
+    const STRUCT(VkBindAccelerationStructureMemoryInfoNV, bind, .accelerationStructure = frame->nv,
+                 .memory = frame->memory, .memoryOffset = STORAGE + 3 * STRUCTURE_SIZE);
+    GET(calls.vk.BindAccelerationStructureMemoryNV(calls.device, 1, &bind));
+    GET(calls.vk.GetAccelerationStructureHandleNV(calls.device, frame->nv, sizeof(reference),
+                                                  &reference));
+    calls.vk.CmdBuildAccelerationStructureNV(frame->commands, &info.info, VK_NULL_HANDLE, 0,
+                                             VK_FALSE, frame->nv, VK_NULL_HANDLE, frame->buffer,
+                                             SCRATCH + 3 * SCRATCH_SIZE);
+}
+
+static void create_micromap(struct frame *frame)
+{
+    const STRUCT(VkMicromapCreateInfoEXT, info, .buffer = frame->buffer,
+                 .offset = STORAGE + 2 * STRUCTURE_SIZE, .size = STRUCTURE_SIZE,
+                 .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+    GET(calls.vk.CreateMicromapEXT(calls.device, &info, NULL, &frame->micromap));
+    const VkMicromapUsageEXT usage = {1, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT};
+    const STRUCT(VkMicromapBuildInfoEXT, build, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT,
+                 .dstMicromap = frame->micromap, .usageCountsCount = 1, .pUsageCounts = &usage,
+                 .data = {.deviceAddress = frame->address},
+                 .scratchData = {.deviceAddress = frame->address + SCRATCH + 2 * SCRATCH_SIZE},
+                 .triangleArray = {.deviceAddress = frame->address + TRIANGLE},
+                 .triangleArrayStride = sizeof(VkMicromapTriangleEXT));
+    calls.vk.CmdBuildMicromapsEXT(frame->commands, 1, &build);
+    NAME(MICROMAP_EXT, frame->micromap);
+}
+
+static void create_structures(struct frame *frame)
+{
+    for (uint32_t i = 0; i < STRUCTURES_KHR; i++) {
+        const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = frame->buffer,
+                     .offset = STORAGE + i * STRUCTURE_SIZE, .size = STRUCTURE_SIZE,
+                     .type = i == TOP ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                                      : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+        GET(calls.vk.CreateAccelerationStructureKHR(calls.device, &info, NULL,
+                                                    &frame->structures[i]));
+        structure_address(&calls.vk, calls.device, frame->structures[i]);
+        NAME(ACCELERATION_STRUCTURE_KHR, frame->structures[i]);
+    }
+}
+
+static void build(struct frame *frame, uint32_t i)
+{
+    const bool is_top = i == TOP;
+    STRUCT(VkAccelerationStructureGeometryKHR, geometry);
+    geometry.geometryType = is_top ? VK_GEOMETRY_TYPE_INSTANCES_KHR : VK_GEOMETRY_TYPE_AABBS_KHR;
+    if (is_top)
+        geometry.geometry.instances = MAKE(VkAccelerationStructureGeometryInstancesDataKHR,
+                                           .data = {.deviceAddress = frame->address});
+    else
+        geometry.geometry.aabbs =
+            MAKE(VkAccelerationStructureGeometryAabbsDataKHR,
+                 .data = {.deviceAddress = frame->address}, .stride = sizeof(VkAabbPositionsKHR));
+    const VkAccelerationStructureBuildRangeInfoKHR range = {.primitiveCount = 1}, *ranges = &range;
+    const STRUCT(VkAccelerationStructureBuildGeometryInfoKHR, info,
+                 .type = is_top ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                                : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                 .flags = VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR,
+                 .dstAccelerationStructure = frame->structures[i], .geometryCount = 1,
+                 .pGeometries = &geometry,
+                 .scratchData = {.deviceAddress = frame->address + SCRATCH + i * SCRATCH_SIZE});
+    calls.vk.CmdBuildAccelerationStructuresKHR(frame->commands, 1, &info, &ranges);
+    commands_barrier(&calls.vk, frame->commands);
+}
+
+static void create_sync(struct frame *frame)
+{
+    const STRUCT(VkSemaphoreCreateInfo, binary);
+    const STRUCT(VkEventCreateInfo, event);
+    GET(calls.vk.CreateSemaphore(calls.device, &binary, NULL, &frame->binary));
+    GET(calls.vk.CreateEvent(calls.device, &event, NULL, &frame->event));
+    GET(calls.vk.CreateDeferredOperationKHR(calls.device, NULL, &frame->operation));
+    frame->timeline = timeline_create(&calls.vk, calls.device);
+    frame->fence = fence_create(&calls.vk, calls.device);
+    frame->queries = query_pool_create(&calls.vk, calls.device,
+                                       VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, 4);
+}
+
+/* Setting hazards tracks both. */
+static void create_for_hazards(struct frame *frame)
+{
+    static const VkSubpassDependency dependency = {.srcSubpass = VK_SUBPASS_EXTERNAL};
+    static const VkSubpassDescription subpass;
+    const STRUCT(VkImageCreateInfo, image, .imageType = VK_IMAGE_TYPE_2D,
+                 .format = VK_FORMAT_R8G8B8A8_UNORM, .extent = {16, 16, 1}, .mipLevels = 1,
+                 .arrayLayers = 1, .samples = VK_SAMPLE_COUNT_1_BIT,
+                 .usage = VK_IMAGE_USAGE_TRANSFER_DST_BIT);
+    const STRUCT(VkRenderPassCreateInfo, pass, .subpassCount = 1, .pSubpasses = &subpass,
+                 .dependencyCount = 1, .pDependencies = &dependency);
+    GET(calls.vk.CreateImage(calls.device, &image, NULL, &frame->image));
+    GET(calls.vk.CreateRenderPass(calls.device, &pass, NULL, &frame->render_pass));
+}
+
+/* A secondary command buffer, which pushes constants and sets the event. */
+static void execute_secondary(struct frame *frame)
+{
+    static const uint32_t constant;
+    const STRUCT(VkCommandBufferInheritanceInfo, inheritance);
+    frame->secondary = commands_begin(&calls.vk, calls.device, frame->pool,
+                                      VK_COMMAND_BUFFER_LEVEL_SECONDARY, 0, &inheritance);
+    calls.vk.CmdPushConstants(frame->secondary, (VkPipelineLayout)(uintptr_t)1,
+                              VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(constant), &constant);
+    calls.vk.CmdSetEvent(frame->secondary, frame->event, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT);
+    GET(calls.vk.EndCommandBuffer(frame->secondary));
+    calls.vk.CmdExecuteCommands(frame->commands, 1, &frame->secondary);
+}
+
+static void record(struct frame *frame)
+{
+    const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = "frame");
+    frame->pool = command_pool_create(&calls.vk, calls.device);
+    frame->commands = commands_begin(&calls.vk, calls.device, frame->pool,
+                                     VK_COMMAND_BUFFER_LEVEL_PRIMARY, 0, NULL);
+    NAME(COMMAND_POOL, frame->pool);
+    NAME(COMMAND_BUFFER, frame->commands);
+    NAME(DEFERRED_OPERATION_KHR, frame->operation);
+    calls.vk.CmdBeginDebugUtilsLabelEXT(frame->commands, &label);
+    calls.vk.CmdResetQueryPool(frame->commands, frame->queries, 0, 4);
+    build(frame, BOTTOM);
+    build(frame, TOP);
+    calls.vk.CmdWriteAccelerationStructuresPropertiesKHR(
+        frame->commands, 1, frame->structures,
+        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, frame->queries, 0);
+    create_micromap(frame);
+    create_nv(frame);
+    execute_secondary(frame);
+    calls.vk.CmdEndDebugUtilsLabelEXT(frame->commands);
+    GET(calls.vk.EndCommandBuffer(frame->commands));
+}
+
+/* Each frame waits for the one before on a semaphore of its own. */
+static void submit(const struct frame *frame, const struct frame *before)
+{
+    static const VkPipelineStageFlags stages = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
+    const uint64_t values[] = {0, 1};
+    const VkSemaphore signals[] = {frame->binary, frame->timeline};
+    const STRUCT(VkTimelineSemaphoreSubmitInfo, timeline, .signalSemaphoreValueCount = 2,
+                 .pSignalSemaphoreValues = values);
+    const STRUCT(VkSubmitInfo, info, .pNext = &timeline, .waitSemaphoreCount = before ? 1 : 0,
+                 .pWaitSemaphores = before ? &before->binary : NULL, .pWaitDstStageMask = &stages,
+                 .commandBufferCount = 1, .pCommandBuffers = &frame->commands,
+                 .signalSemaphoreCount = 2, .pSignalSemaphores = signals);
+    const uint64_t reached = 1, next = 2;
+    const STRUCT(VkSemaphoreWaitInfo, wait, .semaphoreCount = 1, .pSemaphores = &frame->timeline,
+                 .pValues = &reached);
+    const STRUCT(VkSemaphoreSignalInfo, signal, .semaphore = frame->timeline, .value = next);
+    const STRUCT(VkDebugUtilsLabelEXT, label, .pLabelName = "queue");
+    uint64_t sizes[4];
+    calls.vk.QueueBeginDebugUtilsLabelEXT(calls.queues[0], &label);
+    GET(calls.vk.QueueSubmit(calls.queues[0], 1, &info, frame->fence));
+    calls.vk.QueueEndDebugUtilsLabelEXT(calls.queues[0]);
+    GET(calls.vk.WaitForFences(calls.device, 1, &frame->fence, VK_TRUE, UINT64_MAX));
+    GET(calls.vk.WaitSemaphores(calls.device, &wait, UINT64_MAX));
+    GET(calls.vk.SignalSemaphore(calls.device, &signal));
+    calls.vk.GetQueryPoolResults(calls.device, frame->queries, 0, 1, sizeof(sizes), sizes,
+                                 sizeof(sizes[0]), VK_QUERY_RESULT_64_BIT);
+}
+
+static void destroy(const struct frame *frame)
+{
+    for (uint32_t i = 0; i < STRUCTURES_KHR; i++)
+        calls.vk.DestroyAccelerationStructureKHR(calls.device, frame->structures[i], NULL);
+    calls.vk.DestroyAccelerationStructureNV(calls.device, frame->nv, NULL);
+    calls.vk.DestroyMicromapEXT(calls.device, frame->micromap, NULL);
+    calls.vk.DestroyCommandPool(calls.device, frame->pool, NULL);
+    calls.vk.DestroySemaphore(calls.device, frame->binary, NULL);
+    calls.vk.DestroySemaphore(calls.device, frame->timeline, NULL);
+    calls.vk.DestroyFence(calls.device, frame->fence, NULL);
+    calls.vk.DestroyEvent(calls.device, frame->event, NULL);
+    calls.vk.DestroyQueryPool(calls.device, frame->queries, NULL);
+    calls.vk.DestroyDeferredOperationKHR(calls.device, frame->operation, NULL);
+    calls.vk.DestroyImage(calls.device, frame->image, NULL);
+    calls.vk.DestroyRenderPass(calls.device, frame->render_pass, NULL);
+    calls.vk.DestroyBuffer(calls.device, frame->buffer, NULL);
+    calls.vk.FreeMemory(calls.device, frame->memory, NULL);
+}
+
+static void play_frames(uint32_t count)
+{
+    struct frame before = {0};
+    for (uint32_t i = 0; i < count; i++) {
+        struct frame frame = {0};
+        create_buffer(&frame);
+        create_structures(&frame);
+        create_sync(&frame);
+        create_for_hazards(&frame);
+        record(&frame);
+        submit(&frame, before.fence ? &before : NULL);
+        if (before.fence)
+            destroy(&before);
+        before = frame;
+    }
+    GET(calls.vk.DeviceWaitIdle(calls.device));
+    destroy(&before);
+}
+
+/* ---- what stays behind them */
+
+/* More destructions than the layer remembers, and then so many frames that one block for each is
+ * more than the noise of tables whose size depends on addresses. */
+enum { FIRST_FRAMES = 1100, FRAMES = 500, BLOCKS_MAX = 50, BYTES_MAX = 20000 };
+
+static size_t bytes_now(void)
+{
+#ifdef __GLIBC__
+    return mallinfo2().uordblks;
+#else
+    return 0;
+#endif
+}
+
+static void expect_flat(uint8_t options, bool has_settings)
+{
+    setenv("VK_ASSAY_VALIDATION_HAZARDS", has_settings ? "true" : "false", 1);
+    setenv("VK_ASSAY_VALIDATION_GUARD",
+           has_settings && (options & AT_CONTENT) ? "references" : "off", 1);
+    setenv("VK_ASSAY_VALIDATION_CALL_SITES", has_settings ? "full" : "off", 1);
+    open_calls(options | WITHOUT_SCENE | RECYCLES_HANDLES);
+    play_frames(FIRST_FRAMES);
+    const int blocks = allocations_now();
+    const size_t bytes = bytes_now();
+    play_frames(FRAMES);
+    print_message("options %d%s: %d blocks more, %ld bytes more, %u messages\n", options,
+                  has_settings ? " with hazards and guard" : "", allocations_now() - blocks,
+                  (long)(bytes_now() - bytes), messages);
+    assert_int_equal(messages, 0);
+    assert_true(allocations_now() - blocks < BLOCKS_MAX);
+    assert_true((long)(bytes_now() - bytes) < BYTES_MAX);
+    calls_close(&calls);
+}
+
+TEST(frames_leave_nothing_behind)
+{
+    for (int with = 0; with < 2; with++) {
+        expect_flat(AT_EXECUTION, with);
+        expect_flat(AT_CONTENT, with);
+        expect_flat(AT_CONTENT | RECYCLES_ADDRESSES, with);
+        expect_flat(ON_CPU, with);
+    }
 }

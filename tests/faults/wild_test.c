@@ -232,6 +232,9 @@ static void open_layer(const struct run *run)
     setenv("VK_ASSAY_VALIDATION_HAZARDS", run->has_settings ? "true" : "false", 1);
     setenv("VK_ASSAY_VALIDATION_GUARD", run->has_settings ? "references" : "off", 1);
     assert_true(calls_open(&calls));
+    call_create_nv(&calls);
+    call_bind_nv(&calls);
+    call_create_micromap(&calls);
     vkNegotiateLoaderLayerInterfaceVersion(&layer);
 }
 

@@ -42,6 +42,8 @@ void bind_at(struct resources *resources, unsigned n, unsigned memory_n, VkDevic
 extern const struct execution_clock all_of_queue_1;
 void bind_sparse(struct resources *resources, unsigned n, VkDeviceSize begin, VkDeviceSize size,
                  unsigned memory_n, VkDeviceSize offset);
+/* More values than are remembered when their structures are destroyed. */
+enum { MANY_REFERENCES = 1100 };
 void have_accel(struct resources *resources, unsigned n, unsigned buffer_n, VkDeviceSize offset,
                 VkDeviceSize size);
 void have_accel_at(struct resources *resources, unsigned n, VkDeviceAddress address,

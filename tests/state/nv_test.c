@@ -196,6 +196,28 @@ RESOURCES_TEST(test_references_of_what_was_destroyed)
     assert_reference(resources, NOBODYS, resources_destroy_count(resources), NV_REFERENCE_UNKNOWN);
 }
 
+RESOURCES_TEST(test_old_references_are_forgotten)
+{
+    int blocks = 0;
+    uint64_t before = 0;
+    for (unsigned i = 1; i <= 2 * MANY_REFERENCES; i++) {
+        have_nv(resources, 1);
+        resources_add_nv_reference(resources, nv(1), i);
+        resources_remove_nv_accel(resources, nv(1));
+        if (i == MANY_REFERENCES) {
+            blocks = allocations_now();
+            before = resources_destroy_count(resources);
+        }
+    }
+    const uint64_t now = resources_destroy_count(resources);
+    assert_int_equal(allocations_now(), blocks);
+    assert_reference(resources, 2 * MANY_REFERENCES, now, NV_REFERENCE_DESTROYED);
+    assert_reference(resources, MANY_REFERENCES, now, NV_REFERENCE_INVALID);
+    /* A submission from then may refer to what was alive. */
+    assert_reference(resources, MANY_REFERENCES, before, NV_REFERENCE_UNKNOWN);
+    assert_reference(resources, 2 * MANY_REFERENCES, before, NV_REFERENCE_UNKNOWN);
+}
+
 TEST(test_geometries_that_cannot_be_read)
 {
     VkAccelerationStructureInfoNV bad = info;

@@ -247,3 +247,56 @@ RESOURCES_TEST(test_a_structure_has_one_address)
         assert_int_equal(facts.alive, YES);
     }
 }
+
+static enum tristate referenced(struct resources *resources, VkDeviceAddress address,
+                                uint64_t destroy_count)
+{
+    struct accel_facts facts;
+    resources_find_referenced(resources, address, destroy_count, &facts);
+    return facts.alive;
+}
+
+/* One structure at a time, each at an address of its own. */
+static void have_many_addresses(struct resources *resources)
+{
+    for (unsigned i = 1; i <= MANY_REFERENCES; i++) {
+        have_accel_at(resources, 1, 0x1000, 0x100);
+        resources_set_accel_address(resources, accel(1), (VkDeviceAddress)i << 16);
+        resources_remove_accel(resources, accel(1));
+    }
+}
+
+RESOURCES_TEST(test_old_addresses_are_forgotten)
+{
+    have_many_addresses(resources);
+    const int blocks = allocations_now();
+    const uint64_t before = resources_destroy_count(resources);
+    have_many_addresses(resources);
+    assert_int_equal(allocations_now(), blocks);
+    for (unsigned i = 1; i <= MANY_REFERENCES; i += MANY_REFERENCES - 1) { /* forgotten or not */
+        assert_int_equal(
+            referenced(resources, (VkDeviceAddress)i << 16, resources_destroy_count(resources)),
+            NO);
+        /* A submission from then may refer to what was alive. */
+        assert_int_equal(referenced(resources, (VkDeviceAddress)i << 16, before), UNKNOWN);
+    }
+    assert_int_equal(referenced(resources, 0x1234, before), UNKNOWN);
+
+    /* A structure gets a forgotten address. */
+    have_accel_at(resources, 1, 0x1000, 0x100);
+    resources_set_accel_address(resources, accel(1), 1 << 16);
+    assert_int_equal(referenced(resources, 1 << 16, resources_destroy_count(resources)), YES);
+    assert_int_equal(referenced(resources, 1 << 16, before), UNKNOWN);
+}
+
+/* The same address again and again takes the place of no other one. */
+RESOURCES_TEST(test_an_address_that_is_used_again_is_remembered)
+{
+    for (unsigned i = 0; i < 2 * MANY_REFERENCES; i++) {
+        have_accel_at(resources, 1, 0x1000, 0x100);
+        resources_set_accel_address(resources, accel(1), 1 << 16);
+        assert_int_equal(referenced(resources, 1 << 16, resources_destroy_count(resources)), YES);
+        resources_remove_accel(resources, accel(1));
+        assert_int_equal(referenced(resources, 1 << 16, resources_destroy_count(resources)), NO);
+    }
+}

@@ -71,7 +71,7 @@ struct guard {
     struct reference **slots; /* as the entries of the current table are; owned */
     uint32_t slot_count, used_count;
     struct handle_table first_builds; /* struct first_build by the structure's id; owned */
-    uint64_t last_id;                 /* of all structures so far */
+    uint64_t last_id;                 /* of all structures with references, or built, so far */
     struct unknown_references unknown;
     bool lacks_memory;
     struct own_buffer header, entries[TABLES]; /* `header` is created on first use */
@@ -262,19 +262,20 @@ static void remove_dead(struct guard *guard, uint32_t slot)
 /* ---- changes */
 
 /* Returns NULL without memory: the structure then counts as built. */
-static struct first_build *add_first_build(struct guard *guard, uint64_t id, uint32_t count)
+static struct first_build *add_first_build(struct guard *guard, uint64_t id)
 {
     struct first_build *build = malloc(sizeof(*build));
     if (!build || !handle_table_set(&guard->first_builds, id, build)) {
         free(build);
         return NULL;
     }
-    *build = (struct first_build){.count = count};
+    *build = (struct first_build){.count = GUARD_NEVER_BUILT};
     return build;
 }
 
-/* A structure without a record was never built if it is new. Else its record may have been dropped
- * while several structures had its address. */
+/* A structure without a record was never built if it is new. Else it may have been built before its
+ * reference was known, or its record was dropped while several structures had its address: then it
+ * counts as built. */
 static void set_id(struct guard *guard, struct reference *reference, uint64_t id)
 {
     if (reference->id == id)
@@ -284,7 +285,7 @@ static void set_id(struct guard *guard, struct reference *reference, uint64_t id
     reference->id = id;
     struct first_build *build = id ? handle_table_find(&guard->first_builds, id) : NULL;
     if (!build && id > guard->last_id)
-        build = add_first_build(guard, id, GUARD_NEVER_BUILT);
+        build = add_first_build(guard, id);
     if (build)
         build->reference = reference;
     if (id > guard->last_id)
@@ -363,8 +364,8 @@ void guard_note_built(struct guard *guard, uint64_t id, uint32_t count)
     if (guard->next_count < GUARD_NEVER_BUILT)
         guard->next_count++;
     struct first_build *build = id ? handle_table_find(&guard->first_builds, id) : NULL;
-    if (!build && id)
-        add_first_build(guard, id, count);
+    if (id > guard->last_id) /* its reference becomes known later, and it was built */
+        guard->last_id = id;
     if (build && build->count == GUARD_NEVER_BUILT) {
         build->count = count;
         if (build->reference)

@@ -32,8 +32,9 @@ void guard_update(struct guard *guard);
 
 /* The count of the next build. After 2^32 builds it stays at GUARD_ALL_LIVE. */
 uint32_t guard_next_count(struct guard *guard);
-/* A structure has been built. `count`: of the build; 0 if the structure counts as built for all
- * orders, because they may follow the build. */
+/* A structure has been built. Does nothing if no reference leads to it alone, as for micromaps.
+ * `count`: of the build; 0 if the structure counts as built for all orders, because they may follow
+ * the build. */
 void guard_note_built(struct guard *guard, uint64_t id, uint32_t count);
 
 /* The submissions with guarded builds that have limits. Only guard_check() uses it. */

@@ -82,12 +82,14 @@ bool nv_instance_references_are_blas_handles(const struct nv_instance_view *nv_i
 {
     enum nv_reference refers_to = nv_instance->refers_to;
     return (refers_to != NV_REFERENCE_TOP_LEVEL && refers_to != NV_REFERENCE_INVALID) ||
-           violated(finding, "instanceData",
-                    "leads to instance {}, whose accelerationStructureReference {} {}",
-                    number(nv_instance->index), hex(nv_instance->reference),
-                    text(refers_to == NV_REFERENCE_TOP_LEVEL
-                             ? "is the handle of a top-level structure"
-                             : "was never returned by vkGetAccelerationStructureHandleNV"));
+           violated(
+               finding, "instanceData",
+               "leads to instance {}, whose accelerationStructureReference {} {}",
+               number(nv_instance->index), hex(nv_instance->reference),
+               text(refers_to == NV_REFERENCE_TOP_LEVEL
+                        ? "is the handle of a top-level structure"
+                        : "is not a value that vkGetAccelerationStructureHandleNV returned for "
+                          "a live structure"));
 }
 
 bool nv_instance_references_are_of_live_structures(const struct nv_instance_view *nv_instance,

@@ -39,6 +39,20 @@ void resources_release_nv(struct resources *resources)
     handle_table_each(&resources->nv_references, free_reference, NULL);
     handle_table_release(&resources->nv_accels);
     handle_table_release(&resources->nv_references);
+    free(resources->past_nv_references.items);
+}
+
+/* A value has no structure any more. */
+static void retire(struct resources *resources, uint64_t value, uint64_t destroyed_at)
+{
+    struct past_references *past = &resources->past_nv_references;
+    const struct past_reference oldest = past_references_add(past, value, destroyed_at);
+    const struct nv_reference_record *record =
+        oldest.value ? handle_table_find(&resources->nv_references, oldest.value) : NULL;
+    if (!record || record->alive || record->destroyed_at != oldest.destroyed_at)
+        return;
+    past->forgotten_at = oldest.destroyed_at;
+    free(handle_table_remove(&resources->nv_references, oldest.value));
 }
 
 /* Returns the id of the removed record, or 0. */
@@ -49,8 +63,10 @@ static uint64_t remove_record(struct resources *resources, uint64_t handle)
         return 0;
     uint64_t id = accel->id;
     resources_count_destroyed(resources);
-    if (accel->reference && --accel->reference->alive == 0)
+    if (accel->reference && --accel->reference->alive == 0) {
         accel->reference->destroyed_at = resources_destroy_count(resources);
+        retire(resources, accel->value, accel->reference->destroyed_at);
+    }
     resources_note_reference(resources, accel->value, true);
     free_record(accel, NULL);
     return id;
@@ -257,10 +273,12 @@ enum nv_reference resources_find_nv_reference(struct resources *resources, uint6
     unsigned token = resources_begin_reading(resources);
     const struct nv_reference_record *record =
         handle_table_find(&resources->nv_references, reference);
-    enum nv_reference found = resources->incomplete || resources->nv_references_unknown
-                                  ? NV_REFERENCE_UNKNOWN
-                                  : NV_REFERENCE_INVALID;
-    if (record)
+    bool is_forgotten = resources->past_nv_references.forgotten_at > destroy_count;
+    enum nv_reference found =
+        resources->incomplete || resources->nv_references_unknown || is_forgotten
+            ? NV_REFERENCE_UNKNOWN
+            : NV_REFERENCE_INVALID;
+    if (record && !is_forgotten)
         found = level_at(record, destroy_count);
     resources_end_reading(resources, token);
     return found;

@@ -103,13 +103,28 @@ struct nv_accel_record {
 };
 
 /* A value that vkGetAccelerationStructureHandleNV returned for one or more structures: a driver may
- * return a value again after its structure is destroyed. Freed with the table only. */
+ * return a value again after its structure is destroyed. */
 struct nv_reference_record {
     enum nv_reference level; /* NV_REFERENCE_UNKNOWN if structures of both levels had the value */
     uint32_t alive;          /* number of live structures; a structure without a record counts
                               * forever */
     uint32_t without_memory; /* number of these whose memory was freed */
     uint64_t destroyed_at;   /* resources_destroy_count() when the last structure was destroyed */
+};
+
+/* Values that instances referred to structures by, and that no live structure has: the last
+ * PAST_REFERENCES ones. Older values are forgotten, so that an application that creates and
+ * destroys structures for ever needs no more memory. */
+enum { PAST_REFERENCES = 1024 };
+struct past_reference {
+    uint64_t value;        /* 0: none */
+    uint64_t destroyed_at; /* resources_destroy_count() when its last structure was destroyed */
+};
+struct past_references {
+    struct past_reference *items; /* a ring; NULL: none yet, or no memory */
+    uint32_t next;
+    uint64_t forgotten_at; /* the latest destroyed_at of a forgotten value. What a submission from
+                            * before that refers to is unknown. */
 };
 
 /* See reference_changes.h. */
@@ -126,9 +141,10 @@ struct resources {
                                           * vkGetAccelerationStructureHandleNV returned */
     struct handle_table accel_addresses; /* struct accel_address by device address, see
                                           * references.c; known addresses only */
-    struct address_map addresses;        /* copies of `where` of all buffers that have an address */
-    struct memory_record *mapped;        /* list of the memory that the host has mapped */
-    atomic_uint_fast64_t destroy_count;  /* of destroyed records of any kind */
+    struct past_references past_addresses, past_nv_references;
+    struct address_map addresses;       /* copies of `where` of all buffers that have an address */
+    struct memory_record *mapped;       /* list of the memory that the host has mapped */
+    atomic_uint_fast64_t destroy_count; /* of destroyed records of any kind */
     bool incomplete;
     uint32_t unknown_references;   /* number of structures whose address was set to unknown */
     uint64_t unknown_destroyed_at; /* destroy_count when the last one of these was destroyed */
@@ -151,6 +167,10 @@ void resources_become_incomplete(struct resources *resources);
 /* Free the records of nv.c and of references.c when the state is destroyed. */
 void resources_release_nv(struct resources *resources);
 void resources_release_references(struct resources *resources);
+/* Adds a value. Returns the oldest one, or none: the caller forgets it if no structure has had it
+ * since. */
+struct past_reference past_references_add(struct past_references *past, uint64_t value,
+                                          uint64_t destroyed_at);
 
 /* Drop a reference and free the record with the last one. Both accept NULL. */
 void memory_record_release(struct memory_record *memory);

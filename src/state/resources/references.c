@@ -14,12 +14,27 @@ struct accel_address {
                                  * destroyed */
 };
 
+struct past_reference past_references_add(struct past_references *past, uint64_t value,
+                                          uint64_t destroyed_at)
+{
+    if (!past->items)
+        past->items = calloc(PAST_REFERENCES, sizeof(*past->items));
+    if (!past->items)
+        return (struct past_reference){0};
+    struct past_reference *item = &past->items[past->next++ % PAST_REFERENCES];
+    const struct past_reference oldest = *item;
+    *item = (struct past_reference){value, destroyed_at};
+    return oldest;
+}
+
 static struct accel_address *find_or_add(struct resources *resources, VkDeviceAddress address)
 {
     struct accel_address *at = handle_table_find(&resources->accel_addresses, address);
     if (at)
         return at;
-    at = calloc(1, sizeof(*at));
+    at = malloc(sizeof(*at));
+    if (at)
+        *at = (struct accel_address){.destroyed_at = resources->past_addresses.forgotten_at};
     if (!at || !handle_table_set(&resources->accel_addresses, address, at)) {
         free(at);
         return NULL;
@@ -43,13 +58,27 @@ static bool may_be_referenced(const struct accel_record *accel)
             accel->buffer->where.usage & VK_BUFFER_USAGE_2_SHADER_DEVICE_ADDRESS_BIT);
 }
 
+/* An address has no structure any more. */
+static void retire(struct resources *resources, VkDeviceAddress address, uint64_t destroyed_at)
+{
+    struct past_references *past = &resources->past_addresses;
+    const struct past_reference oldest = past_references_add(past, address, destroyed_at);
+    const struct accel_address *at =
+        oldest.value ? handle_table_find(&resources->accel_addresses, oldest.value) : NULL;
+    if (!at || at->first || at->destroyed_at != oldest.destroyed_at)
+        return;
+    past->forgotten_at = oldest.destroyed_at;
+    free(handle_table_remove(&resources->accel_addresses, oldest.value));
+}
+
 void accel_record_forget_address(struct resources *resources, struct accel_record *accel)
 {
     if (accel->address_is_unknown)
         resources->unknown_destroyed_at = resources_destroy_count(resources);
     struct accel_address *at =
         accel->address ? handle_table_find(&resources->accel_addresses, accel->address) : NULL;
-    resources_note_reference(resources, accel->address, false);
+    const VkDeviceAddress address = accel->address;
+    resources_note_reference(resources, address, false);
     set_unknown(resources, accel, false);
     accel->address = 0;
     if (!at)
@@ -60,6 +89,8 @@ void accel_record_forget_address(struct resources *resources, struct accel_recor
     if (*link)
         *link = accel->same_address;
     at->destroyed_at = resources_destroy_count(resources);
+    if (!at->first)
+        retire(resources, address, at->destroyed_at);
 }
 
 /* The caller holds the lock. If there is no memory, the address counts as unknown. */
@@ -133,7 +164,9 @@ static enum tristate is_alive(const struct resources *resources, const struct ac
     if (resources->incomplete || resources->unknown_references ||
         resources->unknown_destroyed_at > destroy_count)
         return UNKNOWN;
-    return at && (at->first || at->destroyed_at > destroy_count) ? UNKNOWN : NO;
+    if (!at)
+        return resources->past_addresses.forgotten_at > destroy_count ? UNKNOWN : NO;
+    return at->first || at->destroyed_at > destroy_count ? UNKNOWN : NO;
 }
 
 static bool is_one(const struct accel_address *at, uint64_t destroy_count)
@@ -165,4 +198,5 @@ void resources_release_references(struct resources *resources)
 {
     handle_table_each(&resources->accel_addresses, free_address, NULL);
     handle_table_release(&resources->accel_addresses);
+    free(resources->past_addresses.items);
 }
