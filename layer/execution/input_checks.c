@@ -23,6 +23,7 @@ struct noted_batch {
 struct waiting {
     struct waiting *next;
     struct ran_execution ran;
+    atomic_bool was_waited_for; /* by the layer itself, until the end */
 };
 
 struct input_checks {
@@ -179,7 +180,18 @@ struct delivery {
 };
 _Static_assert(EXECUTION_QUEUES <= 64, "each queue has a bit");
 
-/* Whether the result of the execution's ticket is final. */
+/* Whether the end of an execution is no news for a layer below: the application has observed it, or
+ * the layer has waited for it, or the device is lost. Only then is its fence queried. A layer below
+ * takes that for a wait of the application: the Khronos layer would no longer report hazards with
+ * what the submission does, or the destruction of what it uses. */
+static bool was_observed(const struct delivery *delivery, const struct waiting *waiting)
+{
+    return execution_clock_has(&delivery->seen, waiting->ran.timestamp) ||
+           atomic_load(&waiting->was_waited_for) ||
+           atomic_load(&waiting->ran.device->snapshots->device_lost);
+}
+
+/* Whether the result of the execution's ticket is known to be final. */
 static bool is_complete(struct delivery *delivery, struct waiting *waiting)
 {
     struct ticket *ticket = waiting->ran.execution->ticket;
@@ -187,7 +199,7 @@ static bool is_complete(struct delivery *delivery, struct waiting *waiting)
     bool was_seen = execution_clock_has(&delivery->seen, waiting->ran.timestamp);
     bool is_busy = delivery->busy_queues & queue;
     VkResult end;
-    if (is_busy && !was_seen)
+    if (!was_observed(delivery, waiting) || (is_busy && !was_seen))
         return false;
     if (ticket_has_ended(ticket, was_seen && !is_busy, &end)) {
         waiting->ran.is_complete = end == VK_SUCCESS;
@@ -332,12 +344,18 @@ struct ticket *input_checks_next_ticket(struct input_checks *input_checks, VkQue
  * or an event that the host sets. So the wait is limited. */
 enum { WAIT_NANOSECONDS = 1000 * 1000 * 1000, PAUSE_NANOSECONDS = 1000 * 1000 };
 
-static bool is_first(struct input_checks *input_checks, const struct ticket *ticket)
+/* The layer has waited for the end of the executions with this ticket. Returns whether the first
+ * execution of the list is one of them. */
+static bool note_wait(struct input_checks *input_checks, const struct ticket *ticket)
 {
     pthread_mutex_lock(&input_checks->lock);
-    bool waits = input_checks->waiting && input_checks->waiting->ran.execution->ticket == ticket;
+    struct waiting *first = input_checks->waiting;
+    bool is_first = first && first->ran.execution->ticket == ticket;
+    for (struct waiting *at = first; at; at = at->next)
+        if (at->ran.execution->ticket == ticket)
+            atomic_store(&at->was_waited_for, true);
     pthread_mutex_unlock(&input_checks->lock);
-    return waits;
+    return is_first;
 }
 
 /* The consumer's `wait`. Pauses if another thread delivers the first execution. */
@@ -349,10 +367,11 @@ static bool wait_for_first(void *user)
         input_checks->waiting ? ticket_share(input_checks->waiting->ran.execution->ticket) : NULL;
     pthread_mutex_unlock(&input_checks->lock);
     bool is_complete = ticket && ticket_result_is_final(ticket->wait(ticket, WAIT_NANOSECONDS));
-    if (is_complete)
+    if (is_complete && note_wait(input_checks, ticket)) {
         input_checks_deliver(input_checks);
-    if (is_complete && is_first(input_checks, ticket))
-        clock_sleep(PAUSE_NANOSECONDS);
+        if (note_wait(input_checks, ticket))
+            clock_sleep(PAUSE_NANOSECONDS);
+    }
     ticket_release(ticket);
     return is_complete;
 }

@@ -29,9 +29,8 @@ void input_checks_drop(struct input_checks *input_checks);
 /* Called when the batch has run. */
 void input_checks_end_batch(struct input_checks *input_checks, const struct batch_run *run);
 
-/* Validates the executions that are complete. Queries fences, so calls that destroy something do
- * not call this: a layer below would learn from it that the device has completed a submission, and
- * no longer report the destruction of what the submission uses. Accepts NULL. */
+/* Validates the executions whose completion the application has observed. Calls that destroy
+ * something do not call this. Accepts NULL. */
 void input_checks_deliver(struct input_checks *input_checks);
 
 /* Validates the builds whose inputs have been copied, though their executions are not complete.

@@ -25,8 +25,8 @@ struct snapshots_consumer {
      * the order is unknown, called by any thread with the queues locked, right after the
      * submission: then it sends no message. */
     void (*run)(void *user, const struct submitted_execution *submitted);
-    /* Uses the copies of the executions that are complete. Called by any thread, without a lock,
-     * when the application waits, queries or submits. */
+    /* Uses the copies of the executions that the application has observed to be complete. Called by
+     * any thread, without a lock, when the application waits, queries or submits. */
     void (*deliver)(void *user);
     /* Waits for one execution to complete, then does what `deliver` does. Returns false if there is
      * none, or if it does not complete in a while. Called by any thread, without a lock. */

@@ -274,10 +274,6 @@ void submission_wait(struct scene *scene, enum waiting waiting)
     case WAIT_TIMELINE:
         wait_for_timeline(scene);
         break;
-    case WAIT_SUBMISSION:
-        expect_success(scene->vk->QueueSubmit(queue_of(scene), 0, NULL, VK_NULL_HANDLE),
-                       "vkQueueSubmit");
-        break;
     case WAIT_QUEUE:
         expect_success(scene->vk->QueueWaitIdle(queue_of(scene)), "vkQueueWaitIdle");
         break;

@@ -15,8 +15,6 @@ const struct variant variants[] = {
     VARIANT("uploaded", .inputs = INPUTS_UPLOADED, .waiting = WAIT_FENCE),
     VARIANT("copied", .inputs = INPUTS_COPIED, .waiting = WAIT_FENCE_STATUS),
     VARIANT("copied_and_waited_for_by_timeline", .inputs = INPUTS_COPIED, .waiting = WAIT_TIMELINE),
-    VARIANT("copied_and_heard_of_at_submission", .inputs = INPUTS_COPIED,
-            .waiting = WAIT_SUBMISSION),
     VARIANT("inline", .inputs = INPUTS_INLINE, .waiting = WAIT_QUEUE),
     VARIANT("made_worse", .inputs = INPUTS_VISIBLE, .change = CHANGE_FOR_THE_WORSE,
             .waiting = WAIT_FENCE),
@@ -99,7 +97,7 @@ bool variant_fits(const struct variant *variant, const struct platform *platform
                   const struct test_case *test_case)
 {
     const bool changes = variant->change != CHANGE_NOTHING;
-    if ((variant->uses_two_queues || variant->waiting == WAIT_SUBMISSION) && !platform->is_null)
+    if (variant->uses_two_queues && !platform->is_null)
         return false;
     if (!is_for_command(test_case, variant->command) ||
         (variant->instance_pointers && !has_plain_instances(test_case)))

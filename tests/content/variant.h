@@ -21,7 +21,6 @@ enum waiting {
     WAIT_TIMELINE,
     WAIT_QUEUE,
     WAIT_DEVICE,
-    WAIT_SUBMISSION, /* of another batch; null driver only, where all is complete at once */
 };
 
 struct variant {
