@@ -46,8 +46,8 @@ void recorder_mark_reached(const struct recorder *recorder, VkPipelineStageFlags
     struct build_marks *marks = &recorder->recording->marks;
     struct build_mark mark;
     marks->is_open = false;
-    if (!recorder->build_count || !has_timestamps(recorder) ||
-        !words_take(recorder->device->snapshots->words, &mark.words))
+    if (!recorder->build_count || recorder->recording->executes_at_once ||
+        !has_timestamps(recorder) || !words_take(recorder->device->snapshots->words, &mark.words))
         return;
     mark.first = recorder->first_build;
     mark.last = recorder->first_build + recorder->build_count - 1;

@@ -7,7 +7,8 @@
 #include "layer/snapshots/recorder.h"
 
 /* Called behind the copies of a call, which are at the stages `copies`: records the first word.
- * Without memory, or if the queue has no timestamps, the call has no mark. */
+ * Without memory, if the queue has no timestamps, or if executions at once would use the same
+ * queries, the call has no mark. */
 void recorder_mark_reached(const struct recorder *recorder, VkPipelineStageFlags copies);
 /* Called behind the call itself: records the second word, if the first one was recorded. */
 void recorder_mark_finished(const struct recorder *recorder);

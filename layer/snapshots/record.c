@@ -117,9 +117,9 @@ void recorder_add(struct recorder *recorder, const struct recorded_item *item)
 
 /* ---- barriers */
 
-/* What application and layer access is ordered by the application only against the builds, so the
- * layer's own barriers connect its copies with the stage of builds, and with no other stage.
- * docs/levels.md lists them. Backend cpu executes no build below, so there all stages count. */
+/* The application orders its own accesses against the stage of builds, so the layer's barriers
+ * connect its copies with that stage alone. docs/levels.md lists them. On backend cpu no build
+ * reaches the driver, so there the barriers are about all stages. */
 
 static void barrier(const struct recorder *recorder, VkPipelineStageFlags src,
                     VkPipelineStageFlags dst, VkAccessFlags src_access, VkAccessFlags dst_access)
@@ -178,7 +178,7 @@ void recorder_start_copies(struct recorder *recorder)
     VkAccessFlags writes = 0;
     VkPipelineStageFlags earlier = 0;
     if (recorder->recording->executes_at_once) {
-        own |= VK_PIPELINE_STAGE_TRANSFER_BIT; /* of marks */
+        own |= VK_PIPELINE_STAGE_TRANSFER_BIT; /* copies of NV instances */
         writes = VK_ACCESS_TRANSFER_WRITE_BIT;
         if (recorder->command_buffer->pool->queue_flags & VK_QUEUE_COMPUTE_BIT) {
             own |= VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;

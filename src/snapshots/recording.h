@@ -109,7 +109,7 @@ struct mapped_words {
 
 /* The words that the device writes around the builds of one call. */
 struct build_mark {
-    struct mapped_words words; /* MARK_REACHED and MARK_FINISHED: 0, or else if it was */
+    struct mapped_words words; /* MARK_REACHED and MARK_FINISHED: 0: not yet */
     uint32_t first, last;      /* positions of the call's builds */
 };
 enum { MARK_REACHED = 1, MARK_FINISHED = 3 }; /* a timestamp lies in front of each */
