@@ -112,17 +112,18 @@ COMMAND(CmdWriteBufferMarker2AMD)
     add_marker(commandBuffer, dstBuffer, dstOffset, marker);
 }
 
-/* All queries are available at once, so this writes a result and its availability: both nonzero. */
+/* All queries are available at once, so this writes a result and its availability: 1 for each. */
 COMMAND(CmdCopyQueryPoolResults)
 {
     const struct object *pool = FIND(QUERY_POOL, queryPool);
-    const uint32_t results[] = {1, 1};
     if (pool != NULL && pool->query_type == VK_QUERY_TYPE_TIMESTAMP && queryCount == 1 &&
         flags == (VK_QUERY_RESULT_WAIT_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT))
         add(commandBuffer,
-            &(struct transfer){
-                .kind = UPDATE, .dst = dstBuffer, .region = {0, dstOffset, sizeof(results)}},
-            results);
+            &(struct transfer){.kind = FILL,
+                               .dst = dstBuffer,
+                               .region = {0, dstOffset, 2 * sizeof(uint32_t)},
+                               .word = 1},
+            NULL);
 }
 
 COMMAND(CmdExecuteCommands)
