@@ -174,7 +174,8 @@ struct recording {
 struct execution {
     atomic_uint references; /* the last reference is dropped under the recording's lock */
     struct execution *next; /* in the list of submitted executions */
-    /* Of the same recording, made before and after; guarded by the recording's lock. */
+    /* The executions of the recording that were made before and after this one; guarded by the
+     * recording's lock. */
     struct execution *older, *newer;
     struct recording *recording;
     const struct recorded_item *last; /* last item of this execution; NULL: none */
@@ -254,7 +255,8 @@ static inline const struct recorded_item *execution_next(const struct execution 
 
 /* From now on the execution and those of its secondaries have no snapshots. */
 void execution_drop_snapshots(struct execution *execution);
-/* The same for those whose recording is invalidated. */
+/* Drops the snapshots of the execution, and of those of its secondaries, whose recording is
+ * invalidated. */
 void execution_drop_invalidated(struct execution *execution);
 
 /* Drops the snapshots of the execution, and of those of its secondaries, if another queue may

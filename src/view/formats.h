@@ -13,7 +13,7 @@ bool format_is_known(VkFormat format); /* true for VK_FORMAT_UNDEFINED, too */
 uint32_t format_smallest_component(VkFormat format);
 /* Returns the size of one element in bytes, or 0 if the format is unknown. */
 uint32_t format_size(VkFormat format);
-/* The same without a fourth component, which vertices do not have. */
+/* Returns the size of the first three components: a build does not read a fourth one. */
 uint32_t format_position_size(VkFormat format);
 
 /* Returns the alignment that addresses of such data need, in bytes: the size of a packed format,

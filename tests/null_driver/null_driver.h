@@ -178,7 +178,7 @@ struct null_driver_api {
     void (*configure)(const struct null_driver_config *config);
     /* The next call of a command that returns VkResult returns this one and does nothing. */
     void (*fail_next)(const char *name, VkResult result);
-    /* The same for one of the next calls: number 1 is the next. */
+    /* Makes one of the next calls fail: number 1 is the next. */
     void (*fail_at)(const char *name, uint32_t number, VkResult result);
     /* While true, submits, waits and status queries return VK_ERROR_DEVICE_LOST. */
     void (*set_device_lost)(bool lost);

@@ -152,7 +152,8 @@ TEST(waits_and_signals_of_the_host_are_batches)
     execution_order_destroy(order);
 }
 
-/* Of objects that others may signal, the host learns nothing certain, and may learn it unseen. */
+/* If others may signal an object, its state shows nothing certain, and the application may observe
+ * it without the layer. */
 TEST(exported_objects_may_show_anything)
 {
     struct sync_runs runs = {.count = 0};

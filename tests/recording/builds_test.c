@@ -343,7 +343,7 @@ TEST_BETWEEN(motion, enable_extensions, device_close)
         " B<shader vertices buffer2 1000:1048\n B<shader other buffer1 800:848\n" DST_AND_SCRATCH);
 }
 
-/* Of geometries with indices only these are certain. */
+/* If a geometry has indices, only the indices are certain. */
 TEST_BETWEEN(spheres, enable_extensions, device_close)
 {
     STRUCT(VkAccelerationStructureGeometrySpheresDataNV, data,

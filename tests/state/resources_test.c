@@ -289,7 +289,7 @@ RESOURCES_TEST(test_old_addresses_are_forgotten)
     assert_int_equal(referenced(resources, 1 << 16, before), UNKNOWN);
 }
 
-/* The same address again and again takes the place of no other one. */
+/* An address that is used repeatedly takes one place. */
 RESOURCES_TEST(test_an_address_that_is_used_again_is_remembered)
 {
     for (unsigned i = 0; i < 2 * MANY_REFERENCES; i++) {

@@ -27,8 +27,8 @@ void staging_destroy(struct staging *staging); /* accepts NULL */
 /* Takes an unused chunk of at least `size` bytes. Returns VK_NOT_READY if the budget has no room
  * now, or an error without host or device memory. These functions may be called from any thread. */
 VkResult staging_take(struct staging *staging, uint64_t size, struct staging_chunk **chunk);
-/* Likewise. A small chunk is a part of one that others share, so that it takes little more of the
- * budget than `size`. */
+/* Takes a chunk that may share its buffer with other chunks. So a small chunk takes little more of
+ * the budget than `size`. */
 VkResult staging_take_part(struct staging *staging, uint64_t size, struct staging_chunk **chunk);
 void staging_give_back(struct staging *staging, struct staging_chunk *chunk);
 /* Leaves the chunk's buffer to the device, which may still use it and will be destroyed. */
