@@ -106,9 +106,11 @@ static bool {name}_is_readable(struct readable_cache *cache, const {name} *all, 
 {{
     if (!array_is_readable(cache, all, count, sizeof(*all)))
         return false;
-    for (const {name} *s = all; s < all + count; s++)
+    for (uint64_t i = 0; i < count; i++) {{
+        const {name} *s = &all[i];
         if (!({" && ".join(conditions)}))
             return false;
+    }}
     return true;
 }}
 """
