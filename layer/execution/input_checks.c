@@ -184,10 +184,9 @@ _Static_assert(EXECUTION_QUEUES <= 64, "each queue has a bit");
  * the layer has waited for it, or the device is lost. Only then is its fence queried. A layer below
  * takes that for a wait of the application: the Khronos layer would no longer report hazards with
  * what the submission does, or the destruction of what it uses. */
-static bool was_observed(const struct delivery *delivery, const struct waiting *waiting)
+static bool was_observed(const struct waiting *waiting, bool was_seen)
 {
-    return execution_clock_has(&delivery->seen, waiting->ran.timestamp) ||
-           atomic_load(&waiting->was_waited_for) ||
+    return was_seen || atomic_load(&waiting->was_waited_for) ||
            atomic_load(&waiting->ran.device->snapshots->device_lost);
 }
 
@@ -199,7 +198,7 @@ static bool is_complete(struct delivery *delivery, struct waiting *waiting)
     bool was_seen = execution_clock_has(&delivery->seen, waiting->ran.timestamp);
     bool is_busy = delivery->busy_queues & queue;
     VkResult end;
-    if (!was_observed(delivery, waiting) || (is_busy && !was_seen))
+    if (!was_observed(waiting, was_seen) || (is_busy && !was_seen))
         return false;
     if (ticket_has_ended(ticket, was_seen && !is_busy, &end)) {
         waiting->ran.is_complete = end == VK_SUCCESS;

@@ -201,7 +201,7 @@ static void show_copies(const struct recorder *recorder)
 {
     const struct recording *recording = recorder->recording;
     const struct own_dependency to_host = {
-        .src = stages_of_copies(recorder),
+        .src = recorder->copy_stages,
         .dst = VK_PIPELINE_STAGE_HOST_BIT,
         .src_access = (recorder->addresses ? VK_ACCESS_TRANSFER_WRITE_BIT : 0) |
                       (recorder->has_dispatched ? VK_ACCESS_SHADER_WRITE_BIT : 0),
@@ -221,6 +221,7 @@ void recorder_end(struct recorder *recorder)
     dispatches_end(recorder);
     if (!recorder->has_copied)
         return;
+    recorder->copy_stages = stages_of_copies(recorder);
     if (recorder->device->snapshots->are_for_backend) {
         barrier(recorder,
                 VK_PIPELINE_STAGE_TRANSFER_BIT |
@@ -232,7 +233,7 @@ void recorder_end(struct recorder *recorder)
         return;
     }
     show_copies(recorder);
-    recorder_mark_reached(recorder, stages_of_copies(recorder));
+    recorder_mark_reached(recorder, recorder->copy_stages);
 }
 
 /* The application orders its next writes to the inputs after the stage of builds, so commands in
@@ -243,8 +244,8 @@ void recorder_end_call(const struct recorder *recorder)
     if (!recorder->device || !recorder->has_copied || recorder->device->snapshots->are_for_backend)
         return;
     recorder_mark_finished(recorder);
-    barrier(recorder, stages_of_copies(recorder),
-            VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR, 0, 0);
+    barrier(recorder, recorder->copy_stages, VK_PIPELINE_STAGE_ACCELERATION_STRUCTURE_BUILD_BIT_KHR,
+            0, 0);
 }
 
 /* ---- copies */

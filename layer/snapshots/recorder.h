@@ -24,6 +24,7 @@ struct recorder {
     bool cannot_inject;                         /* no commands may be added at this point */
     bool has_copied;                            /* the barrier before the first copy is recorded */
     bool has_dispatched;                        /* a dispatch of the layer's own is recorded */
+    VkPipelineStageFlags copy_stages;           /* of the copies; set by recorder_end() */
     uint32_t first_build, build_count;          /* positions of the builds of this command */
     uint32_t first_chunk;                       /* the first chunk that the command may write to */
     uint32_t first_order; /* in the last block of copy orders: the first one not dispatched yet */

@@ -92,7 +92,7 @@ void snapshots_set_order_unknown(struct snapshots *snapshots, enum order_unknown
 void snapshots_run_all(struct snapshots *snapshots);
 
 /* Called when the host has observed a completion, or is about to submit: consumers use the copies
- * of the executions that are complete. */
+ * of the executions that the host has observed to be complete. */
 void snapshots_deliver_complete(struct layer_device *device);
 static inline void snapshots_deliver(struct layer_device *device)
 {
