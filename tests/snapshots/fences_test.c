@@ -99,7 +99,7 @@ TEST_BETWEEN(test_fence_that_is_not_submitted, open_scene, close_scene)
     expect_messages(1, "pInfos[0].pGeometries[0]");
 }
 
-/* The same for a secondary, which another primary then executes. */
+/* Nor is a secondary read that another primary executes later. */
 TEST_BETWEEN(test_fence_of_a_secondary_that_is_not_submitted, open_scene, close_scene)
 {
     VkCommandBuffer secondary =

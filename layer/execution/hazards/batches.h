@@ -80,7 +80,7 @@ void hazard_batch_free(struct hazard_batch_record *batch);
 /* Adds a reference. Sets lacks_references if memory runs out. */
 void hazard_batch_refer(struct hazard_batch_record *batch,
                         const struct hazard_reference *reference);
-/* The same for indices. */
+/* Adds the indices of a geometry. Sets lacks_references if memory runs out. */
 void hazard_batch_index(struct hazard_batch_record *batch, const struct hazard_indices *indices);
 /* Call once all references and indices are known, before the functions below. */
 void hazard_batch_sort(struct hazard_batch_record *batch);
