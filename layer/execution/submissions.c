@@ -242,9 +242,8 @@ static void *capture(void *user, VkCommandBuffer handle)
     struct submissions *submissions = user;
     struct command_buffer *command_buffer =
         command_buffers_find(submissions->device->command_buffers, handle);
-    struct journal *journal = command_buffer ? command_buffer->journal : NULL;
-    guard_forget_limits(submissions->device, journal);
-    return journal ? journal_share(journal) : NULL;
+    return command_buffer && command_buffer->journal ? journal_share(command_buffer->journal)
+                                                     : NULL;
 }
 
 static bool is_open(void *user, VkQueue queue, const void *captured)

@@ -5,6 +5,7 @@
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/postmortem/loss.h"
+#include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/base/chain.h"
 
@@ -138,6 +139,7 @@ static struct submit_call begin(struct layer_device *device, VkQueue queue)
     struct submit_call call = {.device = device, .queue = queue};
     struct shared_labels *labels;
     destroyed_objects_count_submission(device->destroyed);
+    guard_begin_submission();
     call.number = queue_labels_submit(device->queue_labels, queue, &labels);
     call.labels = shared_labels_share(labels);
     call.submission = submission_begin(device->order, SUBMIT_COMMANDS, queue);

@@ -9,6 +9,7 @@
 #include "layer/snapshots/copies/renew.h"
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
+#include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/guard/follow.h"
 #include "layer/snapshots/guard/references.h"
 #include "layer/snapshots/recorder.h"
@@ -20,6 +21,7 @@
 struct submit {
     struct snapshots *snapshots;
     VkQueue queue;
+    bool has_limits; /* the guarded builds of the batch: guard_limited_batches() */
     struct ticket *ticket;
     struct execution **executions;
     uint32_t count, capacity;
@@ -45,17 +47,19 @@ static bool reserve(struct submit *submit)
 /* Other threads may submit the recording, or one of its secondaries, at the same time. The lock
  * makes one of two executions exist before the orders are renewed for the other. The copy orders
  * are renewed even if no execution can be created, because the device may only read memory that
- * exists now. */
+ * exists now; from then on the recording counts as pending. */
 static struct execution *create_execution(struct submit *submit, struct recording *recording)
 {
     struct snapshots *snapshots = submit->snapshots;
     pthread_mutex_lock(&snapshots->executions_lock);
     submit->missed.unread += recording_detach(recording, submit->ticket, 0);
-    copy_orders_renew(snapshots->device, recording, submit->ticket);
+    copy_orders_renew(snapshots->device, recording, submit->ticket, submit->has_limits);
     struct execution *execution =
-        submit->ticket ? execution_create(recording, submit->ticket) : NULL;
+        submit->ticket && reserve(submit) ? execution_create(recording, submit->ticket) : NULL;
     if (execution && !snapshots->are_for_backend)
         submit->missed.unread += execution_drop_contested(execution);
+    else if (!execution && !snapshots->are_for_backend)
+        recording_invalidate(recording);
     pthread_mutex_unlock(&snapshots->executions_lock);
     return execution;
 }
@@ -66,10 +70,8 @@ static bool add_execution(struct submit *submit, struct recording *recording)
         submit->ticket = ticket_create(submit->snapshots, submit->queue);
     submit->missed.unread += recording_detach(recording, submit->ticket, DETACH_NANOSECONDS);
     struct execution *execution = create_execution(submit, recording);
-    if (!execution || !reserve(submit)) {
-        execution_release(execution);
+    if (!execution)
         return false;
-    }
     submit->missed.repeated += execution_count_repeated(execution);
     execution->destroy_count = resources_destroy_count(submit->snapshots->device->resources);
     execution->submissions = destroyed_objects_submissions(submit->snapshots->device->destroyed);
@@ -85,12 +87,10 @@ static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
     if (!recording || !recording->first || submit->result != VK_SUCCESS ||
         add_execution(submit, recording))
         return;
-    if (submit->snapshots->are_for_backend) {
+    if (submit->snapshots->are_for_backend)
         submit->result = VK_ERROR_OUT_OF_HOST_MEMORY;
-    } else {
-        recording_invalidate(recording);
+    else
         submit->missed.no_memory++;
-    }
 }
 
 static uint32_t count_overwritten(const struct execution *execution)
@@ -207,9 +207,11 @@ VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit(VkQueue queue, uint32_t sub
 {
     struct submit submit = begin(queue);
     struct snapshots *snapshots = submit.snapshots;
-    for (uint32_t i = 0; i < submitCount; i++)
+    for (uint32_t i = 0; i < submitCount; i++) {
+        submit.has_limits = i < guard_limited_batches();
         for (uint32_t j = 0; j < pSubmits[i].commandBufferCount; j++)
             add_command_buffer(&submit, pSubmits[i].pCommandBuffers[j]);
+    }
     report_missed(&submit);
     if (submit.result != VK_SUCCESS)
         return abandon(&submit, submit.result);
@@ -224,9 +226,11 @@ static VkResult submit2(PFN_vkQueueSubmit2 next, VkQueue queue, uint32_t count,
 {
     struct submit submit = begin(queue);
     struct snapshots *snapshots = submit.snapshots;
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < count; i++) {
+        submit.has_limits = i < guard_limited_batches();
         for (uint32_t j = 0; j < infos[i].commandBufferInfoCount; j++)
             add_command_buffer(&submit, infos[i].pCommandBufferInfos[j].commandBuffer);
+    }
     report_missed(&submit);
     if (submit.result != VK_SUCCESS)
         return abandon(&submit, submit.result);

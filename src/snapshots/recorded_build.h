@@ -65,7 +65,8 @@ struct guard_order {
     uint64_t source, ranges, indirect; /* device addresses */
     uint32_t readable;       /* bytes that can be read at the source; GUARD_UNLIMITED: unknown */
     uint32_t range_count;    /* ranges of readable memory; GUARD_UNLIMITED: unknown */
-    uint32_t limit;          /* structures that were built at this count or before are built */
+    uint32_t limit;          /* structures that were built at this count or before are built. It may
+                                grow while the device reads the order. */
     uint32_t can_read_range; /* the range of an indirect build is not known to be unreadable */
     /* Written by the device. */
     uint32_t replaced;       /* references that became 0 */
@@ -81,9 +82,9 @@ struct build_guard {
     uint32_t order_chunk, ranges_chunk;
     uint64_t order_offset, ranges_offset, ranges_size; /* ranges_size 0: no pointers */
     uint64_t source, source_size, indirect;
-    /* The count of the coming submission, if its position in execution order is known. */
-    bool has_limit;
-    uint32_t limit;
+    /* Of the submission that was checked last (layer/snapshots/guard/execution.h); GUARD_ALL_LIVE
+     * if there was none. It only grows. Another thread may submit the build at the same time. */
+    _Atomic uint32_t limit;
 };
 
 /* ---- builds */

@@ -4,6 +4,7 @@
 #include "layer/execution/submitted_builds.h"
 #include "layer/postmortem/hang.h"
 #include "layer/postmortem/loss.h"
+#include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/snapshots.h"
 
 #include "fake_device.h"
@@ -18,6 +19,7 @@ const char *reached;
 
 /* Devices here are of backend driver. */
 void snapshots_deliver_complete(struct layer_device *of_device) {}
+void guard_begin_submission(void) {}
 
 void submitted_builds_add(struct submitted_builds *submitted, VkQueue queue, uint64_t submission,
                           struct shared_labels *queue_labels, VkCommandBuffer handle)

@@ -8,8 +8,9 @@ struct guard_scene guard_scene;
 
 void guard_open(const char *guard)
 {
-    SCENE_OPEN(.settings = {.guard = guard}, .boxes_size = sizeof(VkAabbPositionsKHR),
-               .structure_size = STRUCTURE_SIZE, .has_tlas = true);
+    SCENE_OPEN(.settings = {.guard = guard, .queue_count = platform.is_null ? 2 : 1},
+               .boxes_size = sizeof(VkAabbPositionsKHR), .structure_size = STRUCTURE_SIZE,
+               .has_tlas = true);
     guard_scene = (struct guard_scene){
         .instances = fixture_buffer(
             &fixture, GUARD_INSTANCES * INSTANCE_SIZE,

@@ -191,32 +191,6 @@ GUARD_TEST(test_resubmitted_simultaneous)
     resubmit(VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
 }
 
-/* Two submissions in flight of one command buffer, the second with a structure that the first has
- * not known. */
-GUARD_TEST(test_in_flight)
-{
-    uint64_t reference = guard_address(scene.blas);
-    VkAccelerationStructureKHR later = guard_make(&guard_scene.spare);
-    guard_write(&reference, 1);
-    VkCommandBuffer commands =
-        fixture_begin(&fixture, VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT);
-    fixture_barrier(&fixture, commands);
-    guard_build(commands, 1);
-    fixture_barrier(&fixture, commands);
-    GET(fixture.vk.EndCommandBuffer(commands));
-    VkCommandBuffer between = fixture_begin(&fixture, 0);
-    guard_build_boxes(between, later);
-    uint64_t next = guard_address(later);
-    guard_change_reference(between, next);
-    GET(fixture.vk.EndCommandBuffer(between));
-    GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
-    GET(fixture_submit(&fixture, between, VK_NULL_HANDLE));
-    GET(fixture_submit(&fixture, commands, VK_NULL_HANDLE));
-    GET(fixture.vk.DeviceWaitIdle(fixture.device));
-    guard_expect_read((uint64_t[]){reference, next}, 2);
-    messages_clear(&fixture.instance.messages); /* of snapshots that were overwritten */
-}
-
 /* The memory of snapshots was given back after the first submission, so the second reads nothing,
  * but nothing wild either. */
 GUARD_TEST(test_submitted_once_more)

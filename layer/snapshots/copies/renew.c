@@ -10,6 +10,7 @@
 struct renewal {
     const struct layer_device *device;
     const struct ticket *next;
+    bool has_limits;
     struct execution_clock seen; /* completions that the host has observed */
 };
 
@@ -43,16 +44,16 @@ static void renew(const struct renewal *renewal, struct recording *recording)
     if (is_renewed)
         gather_renew_ranges(renewal->device, recording);
     if (has_chunks)
-        guard_renew(renewal->device, recording, &renewal->seen, !is_renewed);
+        guard_renew(renewal->device, recording, &renewal->seen, !is_renewed, renewal->has_limits);
     for (const struct recorded_item *item = recording->first; item; item = item->next)
         if (item->kind == ITEM_EXECUTE)
             renew(renewal, item->secondary);
 }
 
 void copy_orders_renew(const struct layer_device *device, struct recording *recording,
-                       const struct ticket *next)
+                       const struct ticket *next, bool has_limits)
 {
-    struct renewal renewal = {.device = device, .next = next};
+    struct renewal renewal = {.device = device, .next = next, .has_limits = has_limits};
     execution_order_host_clock(device->order, &renewal.seen);
     renew(&renewal, recording);
 }

@@ -132,6 +132,7 @@ static bool take_order(struct recorder *recorder, struct build_guard *guard, boo
     guard->ranges_chunk = ranges.chunk;
     guard->ranges_offset = ranges.offset;
     guard->ranges_size = ranges.size;
+    atomic_init(&guard->limit, GUARD_ALL_LIVE);
     struct guard_order *written =
         (void *)(recorder->recording->chunks[order->chunk]->bytes + order->offset);
     *written = (struct guard_order){

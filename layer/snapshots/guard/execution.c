@@ -18,24 +18,32 @@ static bool is_build(const struct recorded_item *item)
     return item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE;
 }
 
-/* ---- before the check */
+/* ---- the submission of a thread */
 
-static void forget_limits(const struct recording *recording)
+/* The check of a batch and the call down are on one thread, with nothing of another submission
+ * between them. */
+static _Thread_local struct {
+    uint32_t checked, limited; /* batches */
+} submission_of_thread;
+
+void guard_begin_submission(void)
 {
-    if (!recording->has_guards && !recording->secondary_count)
-        return;
-    for (const struct recorded_item *item = recording->first; item; item = item->next) {
-        if (is_build(item) && item->build->guard.has_order && !recording->executes_at_once)
-            item->build->guard.has_limit = false;
-        if (item->kind == ITEM_EXECUTE)
-            forget_limits(item->secondary);
-    }
+    submission_of_thread.checked = submission_of_thread.limited = 0;
 }
 
-void guard_forget_limits(const struct layer_device *device, const struct journal *journal)
+uint32_t guard_limited_batches(void)
 {
-    if (guard_of(device) && journal && journal->work)
-        forget_limits(journal->work);
+    return submission_of_thread.limited;
+}
+
+/* A batch behind one without limits has none either: it may execute the same command buffer, whose
+ * orders have been written for the earlier batch by then. */
+static bool count_batch(bool has_place)
+{
+    bool is_limited = has_place && submission_of_thread.limited == submission_of_thread.checked;
+    submission_of_thread.checked++;
+    submission_of_thread.limited += is_limited;
+    return is_limited;
 }
 
 /* ---- batches */
@@ -65,8 +73,8 @@ static bool writes_a_structure(const struct journal_entry *entry)
 
 static void set_limit(struct guard_walk *walk, struct build_guard *guard)
 {
-    guard->limit = guard_next_count(walk->guard) - 1;
-    guard->has_limit = guard->limit < GUARD_NEVER_BUILT - 1;
+    uint32_t limit = guard_next_count(walk->guard) - 1;
+    atomic_store(&guard->limit, limit < GUARD_NEVER_BUILT - 1 ? limit : GUARD_ALL_LIVE);
     walk->has_guards = true;
 }
 
@@ -86,8 +94,7 @@ static void set_limit_at(struct guard_walk *walk, const struct recorded_item **n
 static void walk_journal(struct guard_walk *walk, const struct journal *journal)
 {
     const struct recording *recording = journal->work;
-    bool sets_limits =
-        walk->sets_limits && recording && recording->has_guards && !recording->executes_at_once;
+    bool sets_limits = walk->sets_limits && recording && recording->has_guards;
     const struct recorded_item *next = sets_limits ? recording->first : NULL;
     struct journal_cursor cursor = journal_start(journal);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
@@ -110,9 +117,10 @@ static void walk_batch(struct guard_walk *walk, const struct batch_run *run)
 
 void guard_check(const struct layer_device *device, const struct batch_run *run)
 {
-    struct guard_walk walk = {.guard = guard_of(device), .sets_limits = run->predecessors_known};
+    struct guard_walk walk = {.guard = guard_of(device)};
     if (!walk.guard || run->work != WORK_OF_QUEUE)
         return;
+    walk.sets_limits = count_batch(run->predecessors_known);
     struct execution_clock *guarded = guard_clock(walk.guard);
     walk.may_precede = !execution_clock_covers(run->clock, guarded);
     guard_update(walk.guard);

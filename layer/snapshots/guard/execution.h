@@ -1,18 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What guarded builds may refer to, in execution order. The hooks of the execution order call these
- * functions, one thread at a time, except guard_forget_limits(). */
+ * functions, one thread at a time, except those about the submission of a thread. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_GUARD_EXECUTION_H
 #define ASSAY_LAYER_SNAPSHOTS_GUARD_EXECUTION_H
 
 #include "layer/layer.h"
 #include "src/state/order/order.h"
 
-/* Called when a command buffer is submitted, before the batch is checked. Its builds have no limit
- * until then: if the batch is not checked before the call goes down, its place in execution order
- * is unknown, and each live structure counts as built. */
-void guard_forget_limits(const struct layer_device *device, const struct journal *journal);
+/* Called when a submission of the calling thread begins. Its builds have no limits until its
+ * batches are checked: if a batch is not checked before the call goes down, its place in execution
+ * order is unknown, and each live structure counts as built. */
+void guard_begin_submission(void);
+/* How many batches of the calling thread's submission have limits, from the first on. */
+uint32_t guard_limited_batches(void);
 
-/* Called when a batch is checked before its call goes down: sets the limits of its builds. */
+/* Called when a batch is checked before its call goes down, on the thread that submits it: sets the
+ * limits of its builds. */
 void guard_check(const struct layer_device *device, const struct batch_run *run);
 /* Called when a batch runs. */
 void guard_run(const struct layer_device *device, const struct batch_run *run);

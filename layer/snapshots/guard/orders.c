@@ -31,8 +31,8 @@ static void write_ranges(struct resources *resources, const struct recording *re
 
 /* `source`, `ranges` and `indirect` were written when the build was recorded. */
 static void write_order(struct resources *resources, const struct recording *recording,
-                        const struct execution_clock *seen, struct build_guard *guard,
-                        struct guard_order *order)
+                        const struct execution_clock *seen, const struct build_guard *guard,
+                        uint32_t limit, struct guard_order *order)
 {
     order->readable = guard->is_nv
                           ? GUARD_UNLIMITED
@@ -42,26 +42,26 @@ static void write_order(struct resources *resources, const struct recording *rec
     order->range_count = 0;
     if (guard->ranges_size)
         write_ranges(resources, recording, guard, order);
-    order->limit = guard->has_limit ? guard->limit : GUARD_ALL_LIVE;
+    order->limit = limit;
     order->replaced = order->unreadable = order->is_done = 0;
     order->first_replaced = UINT32_MAX;
-    guard->has_limit = false;
 }
 
 void guard_renew(const struct layer_device *device, const struct recording *recording,
-                 const struct execution_clock *seen, bool is_pending)
+                 const struct execution_clock *seen, bool is_pending, bool has_limits)
 {
     if (!recording->has_guards)
         return;
     for (const struct recorded_item *item = recording->first; item; item = item->next) {
-        struct build_guard *guard = item->build ? &item->build->guard : NULL;
+        const struct build_guard *guard = item->build ? &item->build->guard : NULL;
         if (!guard || !guard->has_order)
             continue;
         struct guard_order *order =
             (void *)(recording->chunks[guard->order_chunk]->bytes + guard->order_offset);
-        if (is_pending)
-            __atomic_store_n(&order->limit, GUARD_ALL_LIVE, __ATOMIC_RELAXED);
-        else
-            write_order(device->resources, recording, seen, guard, order);
+        uint32_t limit = has_limits ? atomic_load(&guard->limit) : GUARD_ALL_LIVE;
+        if (!is_pending)
+            write_order(device->resources, recording, seen, guard, limit, order);
+        else if (limit > order->limit)
+            __atomic_store_n(&order->limit, limit, __ATOMIC_RELAXED);
     }
 }
