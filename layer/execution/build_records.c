@@ -99,7 +99,7 @@ static void add_build(struct writer *writer, const struct journal_entry *entry)
     }
     if (writer->primitives) {
         record.has_primitives = true;
-        record.primitives = writer->primitives->size;
+        record.primitives = writer->primitives->number;
     }
     writer->primitives = NULL;
     add(writer, &record);
@@ -160,16 +160,7 @@ static void add_entry(struct writer *writer, const struct batch_run *run,
     case JOURNAL_EXECUTE:
         add_journal(writer->device, run, entry->secondary);
         break;
-    case JOURNAL_USE_MICROMAP:
-    case JOURNAL_RANGES:
-    case JOURNAL_BIND:
-    case JOURNAL_CALL:
-    case JOURNAL_QUERY:
-    case JOURNAL_RESET_QUERIES:
-    case JOURNAL_ANSWER:
-    case JOURNAL_SET_EVENT:
-    case JOURNAL_RESET_EVENT:
-    case JOURNAL_WAIT_EVENT:
+    default: /* the walk visits no others */
         break;
     }
 }
@@ -186,7 +177,10 @@ static void add_journal(const struct layer_device *device, const struct batch_ru
                    .names = device->names,
                    .command_buffer = journal->command_buffer},
     };
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor =
+        journal_start(journal, JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_PRIMITIVES) |
+                                   JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |
+                                   JOURNAL_BIT(JOURNAL_FILL) | JOURNAL_BIT(JOURNAL_EXECUTE));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
         add_entry(&writer, run, entry);
 }

@@ -230,8 +230,6 @@ static const struct journal_entry *find_entry(struct read_buffer *buffer, uint32
     struct journal_cursor cursor = buffer->builds;
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));
          buffer->builds = cursor) {
-        if (entry->kind != JOURNAL_BUILD && entry->kind != JOURNAL_UPDATE)
-            continue;
         if (entry->built.position > position)
             return NULL;
         if (entry->built.position == position)
@@ -397,7 +395,7 @@ static const struct journal *find_secondary(struct read_buffer *buffer,
                                             const struct recording *recording)
 {
     for (const struct journal_entry *entry; (entry = journal_next(&buffer->secondaries));)
-        if (entry->kind == JOURNAL_EXECUTE && entry->secondary->work == recording)
+        if (entry->secondary->work == recording)
             return entry->secondary;
     return NULL;
 }
@@ -408,8 +406,9 @@ static void read_execution(struct reading *reading, struct execution *execution,
     struct read_buffer buffer = {.reading = reading,
                                  .execution = execution,
                                  .journal = journal,
-                                 .builds = journal_start(journal),
-                                 .secondaries = journal_start(journal)};
+                                 .builds = journal_start(journal, JOURNAL_BUILDS),
+                                 .secondaries =
+                                     journal_start(journal, JOURNAL_BIT(JOURNAL_EXECUTE))};
     uint32_t child = 0;
     shared_lock_read(&execution->lock);
     buffer.is_known = !execution->has_no_snapshots && !atomic_load(&execution->is_overwritten);

@@ -254,7 +254,7 @@ static bool is_open(void *user, VkQueue queue, const void *captured)
 
 static void settle_bindings(struct resources *resources, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_BIND));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         const struct sparse_binding binding = journal_binding(entry);
         resources_settle_sparse(resources, &binding);

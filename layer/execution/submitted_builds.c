@@ -58,10 +58,10 @@ void submitted_builds_destroy(struct submitted_builds *submitted)
 
 static bool has_builds(const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor =
+        journal_start(journal, JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_EXECUTE));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE ||
-            (entry->kind == JOURNAL_EXECUTE && has_builds(entry->secondary)))
+        if (entry->kind != JOURNAL_EXECUTE || has_builds(entry->secondary))
             return true;
     return false;
 }
@@ -223,11 +223,12 @@ static bool lacks_inputs(const struct recording *recording, uint32_t position)
 static bool visit_journal(struct visitor *visitor, const struct journal *journal)
 {
     struct submitted_build *build = &visitor->build;
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor =
+        journal_start(journal, JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_EXECUTE));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (entry->kind == JOURNAL_EXECUTE && !visit_journal(visitor, entry->secondary))
             return false;
-        if (entry->kind != JOURNAL_BUILD && entry->kind != JOURNAL_UPDATE)
+        if (entry->kind == JOURNAL_EXECUTE)
             continue;
         const struct recording *recording = visitor->has_marks ? journal->work : NULL;
         build->journal = journal;
@@ -324,10 +325,9 @@ static void add_progress(struct progress *progress, const struct journal *journa
         progress->sum = progress->sum * 31 + state + 1;
         progress->is_pending |= state == MARK_IS_CLEAR || state == MARK_HAS_COPIES;
     }
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_EXECUTE));
     for (const struct journal_entry *entry; journal->executes && (entry = journal_next(&cursor));)
-        if (entry->kind == JOURNAL_EXECUTE)
-            add_progress(progress, entry->secondary);
+        add_progress(progress, entry->secondary);
 }
 
 static struct progress find_progress(struct submitted_builds *submitted)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Barriers as items of a hazard list (Vulkan specification, Synchronization and Cache Control:
+/* Barriers as entries of a journal (Vulkan specification, Synchronization and Cache Control:
  * Pipeline Barriers, Events, Queue Family Ownership Transfer). What is not understood counts as a
  * full dependency, which can only hide hazards. */
 #include "layer/hazards/barriers.h"
@@ -9,9 +9,8 @@
 /* A group of barriers that is being recorded: those of one command, or of one wait. */
 struct group {
     struct hazard_recording *recording;
-    struct chunk_place before;
-    struct hazard_item *first; /* has the count */
-    bool is_wait;              /* `first` is the HAZARD_WAIT_EVENT item */
+    struct journal_mark before;
+    struct hazard_entry *first; /* has the count */
 };
 
 struct dependency barriers_full_dependency(void)
@@ -22,39 +21,35 @@ struct dependency barriers_full_dependency(void)
 
 static struct group begin_group(struct hazard_recording *recording)
 {
-    return (struct group){.recording = recording, .before = hazard_list_end(recording->list)};
+    return (struct group){.recording = recording, .before = journal_mark(recording->journal)};
 }
 
 static struct group begin_wait(struct hazard_recording *recording, VkEvent event)
 {
     struct group group = begin_group(recording);
-    group.is_wait = true;
-    group.first = hazard_list_add(recording->list);
-    if (group.first) {
-        group.first->kind = HAZARD_WAIT_EVENT;
+    group.first = hazard_add(recording->journal, HAZARD_WAIT_EVENT);
+    if (group.first)
         group.first->object = (uint64_t)(uintptr_t)event;
-    }
     return group;
 }
 
-/* Without memory the list is incomplete, and the items of the group are worth nothing. */
+/* Without memory the journal lacks hazards, and the entries of the group are worth nothing. */
 static void add(struct group *group, const struct hazard_barrier *barrier)
 {
-    struct hazard_list *list = group->recording->list;
-    if (list->incomplete)
+    struct journal *journal = group->recording->journal;
+    if (journal->lacks_hazards)
         return;
-    struct hazard_item *item = hazard_list_add(list);
-    if (!item) {
-        hazard_list_take_back(list, group->before);
+    struct hazard_entry *entry = hazard_add(journal, HAZARD_BARRIER);
+    if (!entry) {
+        journal_take_back(journal, &group->before);
         return;
     }
-    item->kind = HAZARD_BARRIER;
-    item->dependency = barrier->dependency;
-    item->is_global = barrier->is_global;
-    item->is_acquisition = barrier->is_acquisition;
-    item->bytes = barrier->bytes;
+    entry->dependency = barrier->dependency;
+    entry->is_global = barrier->is_global;
+    entry->is_acquisition = barrier->is_acquisition;
+    entry->bytes = barrier->bytes;
     if (!group->first)
-        group->first = item;
+        group->first = entry;
     group->first->count++;
 }
 
@@ -132,7 +127,7 @@ static void find_addressed_bytes(const struct hazard_recording *recording,
     struct resources *resources = recording->device->resources;
     resources_look_up_address(resources, range->address, &facts);
     barrier->bytes.memory = facts.status == ADDRESS_IN_BUFFER
-                                ? hazard_list_memory_id(recording->list, resources, facts.memory)
+                                ? hazard_memory_id(recording->journal, resources, facts.memory)
                                 : 0;
     barrier->is_global = !barrier->bytes.memory || range->size > facts.bytes_left;
     barrier->bytes.begin = facts.begin;
@@ -278,39 +273,37 @@ void barriers_add_wait_2(struct hazard_recording *recording, VkEvent event,
 
 /* ---- events and render passes */
 
-static struct hazard_item *add_event(struct hazard_recording *recording, enum hazard_item_kind kind,
-                                     VkEvent event)
+static struct hazard_entry *add_event(struct hazard_recording *recording, enum journal_kind kind,
+                                      VkEvent event)
 {
-    struct hazard_item *item = hazard_list_add(recording->list);
-    if (item) {
-        item->kind = (unsigned char)kind;
-        item->object = (uint64_t)(uintptr_t)event;
-    }
-    return item;
+    struct hazard_entry *entry = hazard_add(recording->journal, kind);
+    if (entry)
+        entry->object = (uint64_t)(uintptr_t)event;
+    return entry;
 }
 
 void barriers_add_set(struct hazard_recording *recording, VkEvent event,
                       VkPipelineStageFlags2 stages)
 {
-    struct hazard_item *item = add_event(recording, HAZARD_SET_EVENT, event);
-    if (item)
-        item->dependency = dependency_of(stages, 0, 0, 0);
+    struct hazard_entry *entry = add_event(recording, HAZARD_SET_EVENT, event);
+    if (entry)
+        entry->dependency = dependency_of(stages, 0, 0, 0);
 }
 
 void barriers_add_set_2(struct hazard_recording *recording, VkEvent event,
                         const VkDependencyInfo *info)
 {
-    struct hazard_item *item = add_event(recording, HAZARD_SET_EVENT, event);
-    if (!item)
+    struct hazard_entry *entry = add_event(recording, HAZARD_SET_EVENT, event);
+    if (!entry)
         return;
     if (info->pNext)
-        item->dependency.src = ALL_SYNC_STAGES;
+        entry->dependency.src = ALL_SYNC_STAGES;
     for (uint32_t i = 0; i < info->memoryBarrierCount; i++)
-        item->dependency.src |= DEPENDENCY_OF(&info->pMemoryBarriers[i]).src;
+        entry->dependency.src |= DEPENDENCY_OF(&info->pMemoryBarriers[i]).src;
     for (uint32_t i = 0; i < info->bufferMemoryBarrierCount; i++)
-        item->dependency.src |= DEPENDENCY_OF(&info->pBufferMemoryBarriers[i]).src;
+        entry->dependency.src |= DEPENDENCY_OF(&info->pBufferMemoryBarriers[i]).src;
     for (uint32_t i = 0; i < info->imageMemoryBarrierCount; i++)
-        item->dependency.src |= DEPENDENCY_OF(&info->pImageMemoryBarriers[i]).src;
+        entry->dependency.src |= DEPENDENCY_OF(&info->pImageMemoryBarriers[i]).src;
 }
 
 void barriers_add_reset(struct hazard_recording *recording, VkEvent event)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Translates the dependencies of synchronization commands into items of a hazard list. */
+/* Translates the dependencies of synchronization commands into entries of a journal. */
 #ifndef ASSAY_LAYER_HAZARDS_BARRIERS_H
 #define ASSAY_LAYER_HAZARDS_BARRIERS_H
 

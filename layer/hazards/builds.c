@@ -4,25 +4,23 @@
 
 #include "layer/hazards/host.h"
 #include "layer/intercepts/build_notes.h"
+#include "layer/intercepts/call_sites.h"
 
-bool hazards_start_build(struct hazard_recording *recording, struct build_call *call)
+void hazards_start_build(struct hazard_recording *recording, struct build_call *call)
 {
     *recording = (struct hazard_recording){.device = call->device,
                                            .command_buffer = call->command_buffer,
                                            .journal = call->journal,
-                                           .list = journal_hazards(call->journal)};
-    if (!recording->list)
-        return false;
-    if (call->records_hazards)
-        return true;
-    call->records_hazards = true;
-    struct hazard_item *command =
-        hazard_recording_command(recording, build_command_name(call->view.command));
-    if (!command)
-        return true;
-    command->info = call->view.info_count;
-    command->geometry = call->view.command_buffer.build_index;
-    return true;
+                                           .command = call->hazards};
+    if (recording->command)
+        return;
+    hazard_recording_command(recording, build_command_name(call->view.command));
+    call->hazards = recording->command;
+    if (!recording->command)
+        return;
+    recording->command->info = call->view.info_count;
+    recording->command->geometry = call->view.command_buffer.build_index;
+    recording->command->site = call->device->call_sites ? call_site_of_thread() : NULL;
 }
 
 static bool is_host(const struct build_view *build)
@@ -102,12 +100,12 @@ static void add_micromaps(struct hazard_recording *recording, const struct build
 
 static void add_geometry(struct hazard_recording *recording, const struct geometry_view *geometry)
 {
-    struct hazard_item *command = recording->list->command;
+    struct hazard_entry *command = recording->command;
     bool has_instances = geometry->geometry->geometryType == VK_GEOMETRY_TYPE_INSTANCES_KHR &&
                          !geometry_is_empty(geometry);
     if (has_instances && command && !is_host(geometry->build)) {
         command->reads_references = true;
-        recording->list->has_references = true;
+        recording->journal->awaits_inputs = true;
     }
     hazards_add_inputs(recording, geometry);
 }
@@ -120,8 +118,7 @@ static void record_build(void *user, const struct build_view *build,
     struct build_call *call = user;
     struct hazard_recording recording;
     build_notes_recorder(call->device)->record_build(user, build, geometry);
-    if (!hazards_start_build(&recording, call))
-        return;
+    hazards_start_build(&recording, call);
     add_structures(&recording, build);
     add_scratch(&recording, build);
     if (geometry)
@@ -134,8 +131,8 @@ static void record_geometry(void *user, const struct geometry_view *geometry)
     struct build_call *call = user;
     struct hazard_recording recording;
     build_notes_recorder(call->device)->record_geometry(user, geometry);
-    if (hazards_start_build(&recording, call))
-        add_geometry(&recording, geometry);
+    hazards_start_build(&recording, call);
+    add_geometry(&recording, geometry);
 }
 
 static void record_indirect(void *user, const struct indirect_view *indirect)
@@ -145,8 +142,9 @@ static void record_indirect(void *user, const struct indirect_view *indirect)
     const struct hazard_use use = {
         .kind = ACCESS_BUILD_INDIRECT_READ, .role = HAZARD_RANGES, .info = indirect->build->index};
     build_notes_recorder(call->device)->record_indirect(user, indirect);
-    if (!indirect->stride || !hazards_start_build(&recording, call))
+    if (!indirect->stride)
         return;
+    hazards_start_build(&recording, call);
     hazards_add_elements(
         &recording, &use,
         &(struct hazard_elements){.facts = &indirect->facts,
@@ -160,8 +158,8 @@ static void record_nv_build(void *user, const struct nv_call_view *view)
     struct build_call *call = user;
     struct hazard_recording recording;
     build_notes_recorder(call->device)->record_nv_build(user, view);
-    if (hazards_start_build(&recording, call))
-        hazards_add_nv_build(&recording, view);
+    hazards_start_build(&recording, call);
+    hazards_add_nv_build(&recording, view);
 }
 
 static void record_nv_input(void *user, uint32_t geometry, enum input_role role,

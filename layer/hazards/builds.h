@@ -10,9 +10,8 @@
 /* Returns the recorder of builds with setting `hazards`. */
 const struct build_recorder *hazards_build_recorder(void);
 
-/* Starts to record a part of a build call; the first part begins the command. Returns false if
- * nothing is to be recorded. */
-bool hazards_start_build(struct hazard_recording *recording, struct build_call *call);
+/* Starts to record a part of a build call; the first part begins the command. */
+void hazards_start_build(struct hazard_recording *recording, struct build_call *call);
 
 /* Adds what a vkCmdBuildAccelerationStructureNV accesses (nv_builds.c). */
 void hazards_add_nv_build(struct hazard_recording *recording, const struct nv_call_view *view);

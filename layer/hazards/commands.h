@@ -20,7 +20,6 @@
     INTERCEPT(CmdWaitEvents)                                                                       \
     INTERCEPT(CmdWaitEvents2)                                                                      \
     INTERCEPT(CmdWaitEvents2KHR)                                                                   \
-    INTERCEPT(CmdExecuteCommands)                                                                  \
     INTERCEPT(CmdCopyBuffer)                                                                       \
     INTERCEPT(CmdCopyBuffer2)                                                                      \
     INTERCEPT(CmdCopyBuffer2KHR)                                                                   \

@@ -10,10 +10,10 @@ bool hazards_start_host(struct hazard_recording *recording, VkDevice device, con
     if (!state->finds_hazards)
         return false;
     *recording =
-        (struct hazard_recording){.device = state, .list = hazard_list_create(journal_release)};
-    if (!recording->list)
+        (struct hazard_recording){.device = state, .journal = journal_create(VK_NULL_HANDLE)};
+    if (!recording->journal)
         return false;
-    host_work_set_hazards(recording->list);
+    host_work_set_journal(recording->journal);
     hazard_recording_command(recording, name);
     return true;
 }
@@ -42,8 +42,7 @@ void hazards_add_host(struct hazard_recording *recording, const struct hazard_us
     for (uint32_t i = 0; i < kept.count; i++) {
         const struct memory_span *span = &kept.spans[i];
         const struct hazard_bytes bytes = {
-            hazard_list_memory_id(recording->list, resources, span->memory), span->begin,
-            span->end};
+            hazard_memory_id(recording->journal, resources, span->memory), span->begin, span->end};
         hazard_recording_add(recording, use, VK_OBJECT_TYPE_UNKNOWN, 0, &bytes);
     }
 }

@@ -6,7 +6,7 @@
 #include "layer/hazards/recording.h"
 #include "layer/intercepts/host_work.h"
 
-/* Begins the list of a host command, which the next host_work_begin() of this thread takes over.
+/* Begins the journal of a host command, which the next host_work_begin() of this thread takes over.
  * Returns false if nothing is to be recorded. */
 bool hazards_start_host(struct hazard_recording *recording, VkDevice device, const char *name);
 

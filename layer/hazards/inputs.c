@@ -68,11 +68,10 @@ void hazards_add_indexed(struct hazard_recording *recording, const struct hazard
     const uint64_t memory =
         elements->memory_id
             ? elements->memory_id
-            : hazard_list_memory_id(recording->list, recording->device->resources, facts->memory);
-    struct hazard_item *item = memory ? hazard_list_add(recording->list) : NULL;
+            : hazard_memory_id(recording->journal, recording->device->resources, facts->memory);
+    struct hazard_entry *item = memory ? hazard_add(recording->journal, HAZARD_INDEXED) : NULL;
     if (!item)
         return;
-    item->kind = HAZARD_INDEXED;
     item->access = (unsigned char)use->kind;
     item->role = (unsigned char)use->role;
     item->info = use->info;
@@ -83,7 +82,7 @@ void hazards_add_indexed(struct hazard_recording *recording, const struct hazard
     item->labels = (uint32_t)elements->size;
     item->bytes = (struct hazard_bytes){memory, facts->begin + elements->offset,
                                         facts->begin + facts->bytes_left};
-    recording->list->has_references = true;
+    recording->journal->awaits_inputs = true;
 }
 
 /* ---- geometries */

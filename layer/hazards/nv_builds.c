@@ -94,9 +94,9 @@ static void add_instances(struct hazard_recording *recording, const struct nv_ca
     add(recording, 0, HAZARD_INSTANCES, view->instance_data,
         &(struct hazard_elements){
             .offset = view->instance_offset, .count = count, .stride = size, .size = size});
-    if (recording->list->command)
-        recording->list->command->reads_references = true;
-    recording->list->has_references = true;
+    if (recording->command)
+        recording->command->reads_references = true;
+    recording->journal->awaits_inputs = true;
 }
 
 void hazards_add_nv_build(struct hazard_recording *recording, const struct nv_call_view *view)

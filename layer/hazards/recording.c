@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Adds accesses to hazard lists. */
+/* Adds accesses to journals. */
 #include "layer/hazards/recording.h"
 
 #include "layer/intercepts/journal_access.h"
@@ -12,20 +12,21 @@ bool hazard_recording_start(struct hazard_recording *recording, VkCommandBuffer 
     struct command_buffer *command_buffer = layer_find_recording(device, handle);
     if (!command_buffer)
         return false;
-    *recording = (struct hazard_recording){.device = device,
-                                           .command_buffer = command_buffer,
-                                           .journal = command_buffer->journal,
-                                           .list = journal_hazards(command_buffer->journal)};
-    return recording->list;
+    *recording = (struct hazard_recording){
+        .device = device, .command_buffer = command_buffer, .journal = command_buffer->journal};
+    return true;
 }
 
-struct hazard_item *hazard_recording_command(struct hazard_recording *recording, const char *name)
+void hazard_recording_command(struct hazard_recording *recording, const char *name)
 {
-    struct hazard_item *command = hazard_list_add_command(recording->list, name);
-    if (command && recording->command_buffer)
+    struct hazard_entry *command = hazard_add(recording->journal, HAZARD_COMMAND);
+    recording->command = command;
+    if (!command)
+        return;
+    command->command = name;
+    if (recording->command_buffer)
         command->labels =
             journal_note_labels(recording->journal, &recording->command_buffer->labels);
-    return command;
 }
 
 bool hazard_recording_begin(struct hazard_recording *recording, VkCommandBuffer handle,
@@ -42,16 +43,17 @@ void hazard_recording_add(struct hazard_recording *recording, const struct hazar
 {
     if (!bytes->memory || bytes->begin >= bytes->end)
         return;
-    struct hazard_item *item = hazard_list_add_unset(recording->list);
-    if (item)
-        *item = (struct hazard_item){.kind = HAZARD_ACCESS,
-                                     .access = (unsigned char)use->kind,
-                                     .role = (unsigned char)use->role,
-                                     .info = use->info,
-                                     .geometry = use->geometry,
-                                     .object = object,
-                                     .object_type = type,
-                                     .bytes = *bytes};
+    struct hazard_entry *access = hazard_add_unset(recording->journal, HAZARD_ACCESS);
+    if (access)
+        *access = (struct hazard_entry){.kind = access->kind,
+                                        .size = access->size,
+                                        .access = (unsigned char)use->kind,
+                                        .role = (unsigned char)use->role,
+                                        .info = use->info,
+                                        .geometry = use->geometry,
+                                        .object = object,
+                                        .object_type = type,
+                                        .bytes = *bytes};
 }
 
 static inline VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
@@ -61,7 +63,7 @@ static inline VkDeviceSize smaller_of(VkDeviceSize a, VkDeviceSize b)
 
 static inline uint64_t memory_id(const struct hazard_recording *recording, VkDeviceMemory memory)
 {
-    return hazard_list_memory_id(recording->list, recording->device->resources, memory);
+    return hazard_memory_id(recording->journal, recording->device->resources, memory);
 }
 
 void hazard_recording_add_buffer(struct hazard_recording *recording, enum access_kind kind,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Adds accesses and barriers to the hazard list of a command buffer or host command, for setting
- * `hazards` (src/state/commands/hazard_list.h).
+/* Adds accesses and barriers to the journal of a command buffer or host command, for setting
+ * `hazards` (src/state/commands/hazard_entries.h).
  *
  * An access is recorded only if its bytes are certain to be accessed, and their memory is known: a
  * missing access can only hide a hazard. A barrier whose bytes are unknown counts for all bytes. */
@@ -8,21 +8,20 @@
 #define ASSAY_LAYER_HAZARDS_RECORDING_H
 
 #include "layer/layer.h"
-#include "src/state/commands/hazard_list.h"
+#include "src/state/commands/hazard_entries.h"
 
 struct hazard_recording {
     struct layer_device *device;
     struct command_buffer *command_buffer; /* NULL: a host command */
     struct journal *journal;
-    struct hazard_list *list;
+    struct hazard_entry *command; /* that was begun last; NULL: none, or memory ran out */
 };
 
-/* Returns false if nothing is to be recorded: the setting is off, the handle is invalid, or memory
- * has run out. */
+/* Returns false if nothing is to be recorded: the setting is off, or the handle is invalid. */
 bool hazard_recording_start(struct hazard_recording *recording, VkCommandBuffer handle);
 
-/* Begins a command, whose accesses follow. Returns NULL if memory runs out. */
-struct hazard_item *hazard_recording_command(struct hazard_recording *recording, const char *name);
+/* Begins a command, whose accesses follow. `name` is static text. */
+void hazard_recording_command(struct hazard_recording *recording, const char *name);
 
 /* Starts, and begins a command of the command buffer. Returns as hazard_recording_start(). */
 bool hazard_recording_begin(struct hazard_recording *recording, VkCommandBuffer handle,

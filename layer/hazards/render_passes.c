@@ -134,9 +134,9 @@ static bool is_at(const struct subpass_dependency *dependency, enum place place)
 static void add_place(struct hazard_recording *recording, enum place place)
 {
     uint32_t count = 0;
-    const struct subpass_dependency *all =
-        hazard_objects_dependencies(recording->device->hazard_objects,
-                                    (VkRenderPass)(uintptr_t)recording->list->render_pass, &count);
+    const struct subpass_dependency *all = hazard_objects_dependencies(
+        recording->device->hazard_objects,
+        (VkRenderPass)(uintptr_t)recording->command_buffer->render_pass, &count);
     const struct dependency full = barriers_full_dependency();
     if (!all)
         barriers_add_global(recording, &full);
@@ -150,7 +150,7 @@ static void begin(VkCommandBuffer handle, const VkRenderPassBeginInfo *info)
     struct hazard_recording recording;
     if (!hazard_recording_start(&recording, handle))
         return;
-    recording.list->render_pass = (uint64_t)(uintptr_t)info->renderPass;
+    recording.command_buffer->render_pass = (uint64_t)(uintptr_t)info->renderPass;
     add_place(&recording, PASS_BEGIN);
 }
 

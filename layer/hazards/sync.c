@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Records barriers, events and secondary command buffers. */
+/* Records barriers and events. */
 #include "layer/hazards/barriers.h"
 #include "layer/hazards/commands.h"
 
 #include "layer/intercepts/intercepts.h"
-#include "layer/intercepts/journal_access.h"
 
 /* ---- barriers */
 
@@ -130,30 +129,3 @@ DEFINE_RESET_EVENT_2(CmdResetEvent2)
 DEFINE_RESET_EVENT_2(CmdResetEvent2KHR)
 DEFINE_WAIT_EVENTS_2(CmdWaitEvents2)
 DEFINE_WAIT_EVENTS_2(CmdWaitEvents2KHR)
-
-/* ---- secondary command buffers */
-
-/* A secondary command buffer whose commands are unknown may have barriers. */
-static void execute(struct hazard_recording *recording, VkCommandBuffer handle)
-{
-    const struct command_buffer *secondary = layer_find_recording(recording->device, handle);
-    struct journal *journal = secondary ? secondary->journal : NULL;
-    if (!journal || journal->incomplete || journal_contains(journal, recording->journal)) {
-        recording->list->incomplete = true;
-        return;
-    }
-    if (journal->hazards)
-        hazard_list_add_secondary(recording->list, journal_share(journal),
-                                  journal->hazards->has_references);
-}
-
-VKAPI_ATTR void VKAPI_CALL hazards_CmdExecuteCommands(VkCommandBuffer commandBuffer,
-                                                      uint32_t commandBufferCount,
-                                                      const VkCommandBuffer *pCommandBuffers)
-{
-    struct hazard_recording recording;
-    if (hazard_recording_start(&recording, commandBuffer))
-        for (uint32_t i = 0; i < commandBufferCount; i++)
-            execute(&recording, pCommandBuffers[i]);
-    assay_CmdExecuteCommands(commandBuffer, commandBufferCount, pCommandBuffers);
-}

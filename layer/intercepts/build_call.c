@@ -5,7 +5,6 @@
 #include "layer/intercepts/call_sites.h"
 #include "src/base/clear.h"
 #include "src/check/replay/replay.h"
-#include "src/state/commands/hazard_list.h"
 
 void build_call_start(struct build_call *call, struct layer_device *device,
                       enum build_command command)
@@ -26,10 +25,11 @@ void build_call_start_recorded(struct build_call *call, struct layer_device *dev
     if (!command_buffer)
         return;
     call->command_buffer = command_buffer;
-    if (!command_buffer->journal || device->level < LEVEL_EXECUTION)
+    if (!command_buffer->journal)
         return;
-    call->journal = command_buffer->journal;
-    call->mark = journal_mark(call->journal);
+    journal_begin_call(command_buffer->journal);
+    if (device->level >= LEVEL_EXECUTION)
+        call->journal = command_buffer->journal;
 }
 
 static struct call_origin origin_of(const struct build_call *call)
@@ -116,24 +116,16 @@ static struct replay replay_of(struct build_call *call)
     };
 }
 
-static void take_back(const struct build_call *call)
-{
-    struct hazard_list *hazards = call->journal->hazards;
-    journal_take_back(call->journal, &call->mark);
-    if (call->records_hazards)
-        hazard_list_take_back(hazards, hazards->before_command);
-}
-
 __attribute__((cold)) void build_call_settle_entries(struct build_call *call)
 {
     if (call->journal->has_sources_to_check) {
         struct replay replay = replay_of(call);
-        replay_recorded(&replay, call->command_buffer, &call->mark);
+        replay_recorded(&replay, call->command_buffer);
     }
     if (call->skip)
-        take_back(call);
+        journal_take_back(call->journal, &call->journal->call);
     else
-        replay_keep(call->command_buffer, &call->mark);
+        replay_keep(call->command_buffer);
 }
 
 void build_call_count_builds(struct build_call *call, uint32_t count)

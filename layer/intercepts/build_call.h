@@ -12,9 +12,8 @@ struct build_call {
     struct call_view view;
     struct journal *journal;             /* in which the builds are recorded; or NULL */
     const struct execution_point *point; /* of a host build, see struct check_context */
-    struct journal_mark mark; /* the journal's end before the call's entries; recorded calls only */
-    bool skip;                /* a callback asked to skip the call */
-    bool records_hazards;     /* the journal's hazard list has the command */
+    struct hazard_entry *hazards; /* the call's HAZARD_COMMAND, with setting hazards; or NULL */
+    bool skip;                    /* a callback asked to skip the call */
 };
 
 void build_call_start(struct build_call *call, struct layer_device *device,

@@ -134,9 +134,10 @@ __attribute__((cold)) static void note_micromaps(const struct build_call *call,
     }
 }
 
-static bool is_backed(const struct accel_facts *accel)
+static inline unsigned char backing_of(const struct accel_facts *accel)
 {
-    return (accel->backed == YES) | accel->is_sparse;
+    return (unsigned char)((accel->backed == YES ? BACKED_BY_MEMORY : 0) |
+                           (accel->is_sparse ? BACKED_BY_SPARSE : 0));
 }
 
 /* Records src, which only updates read. */
@@ -144,13 +145,12 @@ static inline void note_src(struct journal_entry *entry, const struct build_view
 {
     if (!build_is_update(build->info)) {
         entry->src = entry->src_id = 0;
-        entry->src_backed = entry->src_is_sparse = false;
+        entry->src_backing = 0;
         return;
     }
     entry->src = (uint64_t)(uintptr_t)build->src.handle;
     entry->src_id = build->src.id;
-    entry->src_backed = is_backed(&build->src);
-    entry->src_is_sparse = build->src.is_sparse;
+    entry->src_backing = backing_of(&build->src);
 }
 
 static bool is_readable(const struct build_view *build)
@@ -192,8 +192,7 @@ static inline void note_build(const struct build_call *call, const struct build_
     entry->labels = labels;
     entry->dst = (uint64_t)(uintptr_t)build->dst.handle;
     entry->dst_id = build->dst.id;
-    entry->dst_backed = is_backed(&build->dst);
-    entry->dst_is_sparse = build->dst.is_sparse;
+    entry->dst_backing = backing_of(&build->dst);
     entry->geometry_by_pointer = build->geometry_pointers != NULL;
     note_src(entry, build);
     built_describe(&entry->built, build->info, call->view.command_buffer.handle,
@@ -274,7 +273,7 @@ static void record_counted_build(void *user, const struct build_view *build,
 {
     const struct build_call *call = user;
     struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES};
-    if (build->dst.id && count_primitives(build, &entry.size))
+    if (build->dst.id && count_primitives(build, &entry.number))
         journal_add(call->journal, &entry);
     record_build(user, build, geometry);
 }

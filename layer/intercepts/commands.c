@@ -129,12 +129,11 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdExecuteCommands(VkCommandBuffer commandBuffe
         return;
     struct command_buffer *primary = find(state, commandBuffer);
     for (uint32_t i = 0; primary && i < commandBufferCount; i++) {
-        struct journal_mark mark = {0};
         if (primary->journal)
-            mark = journal_mark(primary->journal);
+            journal_begin_call(primary->journal);
         command_buffer_execute(primary, find(state, pCommandBuffers[i]));
         if (primary->journal)
-            replay_keep(primary, &mark);
+            replay_keep(primary);
     }
     state->vk.CmdExecuteCommands(commandBuffer, commandBufferCount, pCommandBuffers);
 }

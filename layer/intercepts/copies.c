@@ -15,9 +15,9 @@ static void note(const struct layer_device *device, VkCommandBuffer handle,
         entry->dst_id ? layer_find_recording(device, handle) : NULL;
     if (!command_buffer)
         return;
-    struct journal_mark mark = journal_mark(command_buffer->journal);
+    journal_begin_call(command_buffer->journal);
     journal_add(command_buffer->journal, entry);
-    replay_keep(command_buffer, &mark);
+    replay_keep(command_buffer);
 }
 
 static struct journal_entry copy_entry(const struct layer_device *device,

@@ -66,11 +66,11 @@ static void note(const struct layer_device *device, VkCommandBuffer command_buff
     struct command_buffer *recording = layer_find_recording(device, command_buffer);
     if (!recording)
         return;
-    const struct journal_mark mark = journal_mark(recording->journal);
+    journal_begin_call(recording->journal);
     journal_add(recording->journal,
                 &(struct journal_entry){.kind = kind, .dst = (uint64_t)(uintptr_t)event});
     recording->journal->has_events = true;
-    replay_keep(recording, &mark);
+    replay_keep(recording);
 }
 
 static void note_waits(const struct layer_device *device, VkCommandBuffer command_buffer,

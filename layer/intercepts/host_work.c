@@ -4,7 +4,6 @@
 
 #include "layer/intercepts/call_sites.h"
 #include "layer/intercepts/intercepts.h"
-#include "src/state/commands/hazard_list.h"
 
 /* Checks the level, because backend cpu has an order at each level. */
 static bool tracks_work(const struct layer_device *device)
@@ -12,35 +11,34 @@ static bool tracks_work(const struct layer_device *device)
     return device->level >= LEVEL_EXECUTION;
 }
 
-static _Thread_local struct hazard_list *next_hazards;
+static _Thread_local struct journal *next_journal;
 
-void host_work_set_hazards(struct hazard_list *hazards)
+void host_work_set_journal(struct journal *journal)
 {
-    hazard_list_destroy(next_hazards);
-    next_hazards = hazards;
+    journal_release(next_journal);
+    next_journal = journal;
 }
 
-static void take_hazards(struct journal *journal)
+static struct journal *take_journal(const struct layer_device *device)
 {
-    if (journal && next_hazards) {
-        journal->hazards = next_hazards;
-        next_hazards = NULL;
-        journal_hazards(journal);
-    }
-    host_work_set_hazards(NULL);
+    struct journal *journal = device->finds_hazards ? next_journal : NULL;
+    if (!journal)
+        return journal_create(VK_NULL_HANDLE);
+    next_journal = NULL;
+    return journal;
 }
 
 struct host_work host_work_begin(struct layer_device *device)
 {
     struct host_work work = {.device = device};
     if (tracks_work(device))
-        work.journal = journal_create(VK_NULL_HANDLE);
+        work.journal = take_journal(device);
+    if (device->finds_hazards)
+        host_work_set_journal(NULL);
     if (work.journal)
         work.journal->destroy_count = resources_destroy_count(device->resources);
     if (work.journal && device->call_sites)
         journal_note_call(work.journal, 0, call_site_of_thread());
-    if (device->finds_hazards)
-        take_hazards(work.journal);
     return work;
 }
 

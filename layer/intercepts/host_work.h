@@ -15,9 +15,9 @@ struct host_work {
     struct submission *submission;
 };
 
-/* With setting hazards: what the next host command of this thread accesses. Takes over the list,
- * which host_work_begin() gives to its journal. */
-void host_work_set_hazards(struct hazard_list *hazards);
+/* With setting hazards: the journal of the next host command of this thread, which has what the
+ * command accesses. Takes over a reference, which host_work_begin() takes on; accepts NULL. */
+void host_work_set_journal(struct journal *journal);
 
 /* The caller then adds entries to the journal, if there is one. */
 struct host_work host_work_begin(struct layer_device *device);

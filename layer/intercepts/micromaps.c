@@ -75,9 +75,9 @@ static void note_write(const struct layer_device *device, VkCommandBuffer handle
     struct command_buffer *command_buffer = layer_find_recording(device, handle);
     if (!command_buffer || !entry.dst_id)
         return;
-    struct journal_mark mark = journal_mark(command_buffer->journal);
+    journal_begin_call(command_buffer->journal);
     journal_add(command_buffer->journal, &entry);
-    replay_keep(command_buffer, &mark);
+    replay_keep(command_buffer);
 }
 
 VKAPI_ATTR void VKAPI_CALL assay_CmdBuildMicromapsEXT(VkCommandBuffer commandBuffer,

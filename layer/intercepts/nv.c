@@ -147,10 +147,10 @@ static void note_primitives(struct journal *journal, const struct nv_call_view *
     if (!view->info || view->geometries_unreadable)
         return;
     if (view->info->type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_NV)
-        entry.size = view->info->instanceCount;
+        entry.number = view->info->instanceCount;
     else
         for (uint32_t i = 0; i < view->info->geometryCount; i++)
-            entry.size += nv_primitive_count(&view->info->pGeometries[i]);
+            entry.number += nv_primitive_count(&view->info->pGeometries[i]);
     journal_add(journal, &entry);
 }
 
@@ -168,7 +168,7 @@ void nv_record_build(void *user, const struct nv_call_view *view)
         .labels = journal_note_labels(journal, &call->command_buffer->labels),
         .dst = (uint64_t)(uintptr_t)view->dst,
         .dst_id = view->dst_facts.id,
-        .dst_backed = view->dst_facts.binding == NV_BOUND,
+        .dst_backing = view->dst_facts.binding == NV_BOUND ? BACKED_BY_MEMORY : 0,
         .src = (uint64_t)(uintptr_t)view->src,
         .src_id = view->src_facts.id,
         .built = describe(call, view),

@@ -167,8 +167,8 @@ static void add_answers(struct journal *journal, uint64_t first_id, uint32_t cou
 {
     for (uint32_t i = 0; i < count && has_result(results, i); i++) {
         struct journal_entry answer = {
-            .kind = JOURNAL_ANSWER, .src_id = first_id + i, .size = read_result(results, i)};
-        if (answer.size)
+            .kind = JOURNAL_ANSWER, .src_id = first_id + i, .number = read_result(results, i)};
+        if (answer.number)
             journal_add(journal, &answer);
     }
 }
@@ -227,7 +227,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_WriteAccelerationStructuresPropertiesKHR(
         struct journal_entry answer = {.kind = JOURNAL_ANSWER,
                                        .src = (uint64_t)(uintptr_t)pAccelerationStructures[i],
                                        .src_id = layer_accel_id(state, pAccelerationStructures[i]),
-                                       .size = read_result(&results, i)};
+                                       .number = read_result(&results, i)};
         journal_add(journal, &answer);
     }
     layer_run_host_command(state, journal);

@@ -9,37 +9,38 @@ static char *items_of(struct chunk *chunk)
     return (char *)(chunk + 1);
 }
 
-static void make_last(struct chunk_list *list, size_t size, struct chunk *chunk, char *next)
+static void make_last(struct chunk_list *list, struct chunk *chunk, char *next)
 {
     list->last = chunk;
     list->next = next;
-    list->limit = items_of(chunk) + (CHUNK_ITEMS - CHUNK_ITEMS_AT_ONCE + 1) * size;
+    list->limit = chunk->limit;
 }
 
-bool chunk_list_grow(struct chunk_list *list, size_t size)
+bool chunk_list_grow(struct chunk_list *list, struct chunk_sizes sizes)
 {
     struct chunk *chunk = list->spare;
     if (chunk) {
         list->spare = chunk->next;
         __builtin_prefetch(list->spare, 1); /* the next call takes the chunk after this one */
     } else {
-        chunk = malloc(sizeof(*chunk) + CHUNK_ITEMS * size);
+        chunk = malloc(sizeof(*chunk) + sizes.items);
     }
     if (!chunk)
         return false;
     chunk->next = NULL;
+    chunk->limit = items_of(chunk) + sizes.items - sizes.room + 1;
     if (list->last) {
-        list->last->next = chunk;
         list->last->end = list->next;
+        list->last->next = chunk;
     } else {
         list->first = chunk;
         list->start = items_of(chunk);
     }
-    make_last(list, size, chunk, items_of(chunk));
+    make_last(list, chunk, items_of(chunk));
     return true;
 }
 
-void chunk_list_cut(struct chunk_list *list, size_t size, struct chunk_place place)
+void chunk_list_cut(struct chunk_list *list, struct chunk_place place)
 {
     struct chunk *kept = place.chunk ? place.chunk : list->first;
     if (!kept)
@@ -49,21 +50,23 @@ void chunk_list_cut(struct chunk_list *list, size_t size, struct chunk_place pla
         list->spare = kept->next;
         kept->next = NULL;
     }
-    make_last(list, size, kept, place.chunk ? place.next : items_of(kept));
+    make_last(list, kept, place.chunk ? place.next : items_of(kept));
 }
 
-void *chunk_list_next(const struct chunk_list *list, size_t size, struct chunk_place *place)
+void *chunk_list_at(const struct chunk_list *list, struct chunk_place *place,
+                    const struct chunk_place *end)
 {
     if (!place->chunk && list->first)
         *place = (struct chunk_place){list->first, items_of(list->first)};
-    struct chunk *chunk = place->chunk;
-    if (chunk && chunk->next && place->next == chunk->end)
-        *place = (struct chunk_place){chunk->next, items_of(chunk->next)};
-    if (place->next == list->next)
+    if (place->next == end->next || !end->chunk)
         return NULL;
-    char *item = place->next;
-    place->next += size;
-    return item;
+    struct chunk *chunk = place->chunk;
+    if (chunk != end->chunk && place->next == chunk->end) {
+        *place = (struct chunk_place){chunk->next, items_of(chunk->next)};
+        if (place->next == end->next)
+            return NULL;
+    }
+    return place->next;
 }
 
 static void free_chunks(struct chunk *chunk)

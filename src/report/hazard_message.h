@@ -6,7 +6,7 @@
 #include "src/hazards/hazards.h"
 #include "src/report/ids/other_id.h"
 #include "src/report/message.h"
-#include "src/state/commands/hazard_list.h"
+#include "src/state/commands/hazard_entries.h"
 
 /* An access of a command, as messages name it. */
 struct hazard_access_text {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What hazard lists have of builds. */
+/* What journals have, with setting hazards, of builds. */
 #include "tests/fixture/geometry.h"
 #include "tests/recording/device.h"
 
@@ -216,15 +216,15 @@ RECORDING_TEST(unknown_memory_is_not_accessed)
 /* A handle that is used again has another id. */
 RECORDING_TEST(ids_of_memory_are_never_reused)
 {
-    struct hazard_list *list = hazard_list_create(journal_release);
-    uint64_t first = hazard_list_memory_id(list, device.resources, memory(1));
-    assert_int_equal(hazard_list_memory_id(list, device.resources, memory(1)), first);
-    assert_int_equal(hazard_list_memory_id(list, device.resources, VK_NULL_HANDLE), 0);
+    struct journal *journal = journal_create(VK_NULL_HANDLE);
+    uint64_t first = hazard_memory_id(journal, device.resources, memory(1));
+    assert_int_equal(hazard_memory_id(journal, device.resources, memory(1)), first);
+    assert_int_equal(hazard_memory_id(journal, device.resources, VK_NULL_HANDLE), 0);
     resources_remove_memory(device.resources, memory(1));
-    assert_int_equal(hazard_list_memory_id(list, device.resources, memory(1)), 0);
+    assert_int_equal(hazard_memory_id(journal, device.resources, memory(1)), 0);
     have_memory(device.resources, 1);
-    assert_int_not_equal(hazard_list_memory_id(list, device.resources, memory(1)), first);
-    hazard_list_destroy(list);
+    assert_int_not_equal(hazard_memory_id(journal, device.resources, memory(1)), first);
+    journal_release(journal);
 }
 
 /* ---- VK_NV_ray_tracing */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What hazard lists have of commands other than builds. */
+/* What journals have, with setting hazards, of commands other than builds. */
 #include "tests/recording/device.h"
 
 #include "layer/hazards/objects.h"

@@ -14,7 +14,7 @@
 struct layer_device device;
 uint32_t forwarded;
 static struct journal *host_journal;
-static struct hazard_list *next_hazards;
+static struct journal *next_journal;
 
 /* ---- the rest of the layer */
 
@@ -60,9 +60,9 @@ void nv_record_input(void *user, uint32_t geometry, enum input_role role,
 {
 }
 
-void host_work_set_hazards(struct hazard_list *hazards)
+void host_work_set_journal(struct journal *journal)
 {
-    next_hazards = hazards;
+    next_journal = journal;
 }
 
 struct host_work host_work_begin(struct layer_device *of)
@@ -100,7 +100,6 @@ STUB(CmdResetEvent2KHR)
 STUB(CmdWaitEvents)
 STUB(CmdWaitEvents2)
 STUB(CmdWaitEvents2KHR)
-STUB(CmdExecuteCommands)
 STUB(CmdBeginRenderPass)
 STUB(CmdBeginRenderPass2)
 STUB(CmdBeginRenderPass2KHR)
@@ -155,9 +154,9 @@ void device_open(void)
 
 static void forget_host_list(void)
 {
-    hazard_list_destroy(next_hazards);
+    journal_release(next_journal);
     journal_release(host_journal);
-    next_hazards = NULL;
+    next_journal = NULL;
     host_journal = NULL;
 }
 
@@ -204,7 +203,7 @@ static void print_kinds(kind_set kinds)
     print_set(kinds, (1u << ACCESS_KINDS) - 1, "abcdefghijklmnopqrs");
 }
 
-static void print_barrier(const struct hazard_item *item)
+static void print_barrier(const struct hazard_entry *item)
 {
     print("barrier ");
     if (item->count)
@@ -239,7 +238,7 @@ static const char *type_name(VkObjectType type)
                                                                : "memory";
 }
 
-static void print_access(const struct hazard_item *item)
+static void print_access(const struct hazard_entry *item)
 {
     static const char *const kinds[ACCESS_KINDS] = {
         "B<",         "B>",         "B<shader",   "B<indirect", "B<micromap", "A<",      "A>",
@@ -258,7 +257,7 @@ static void print_access(const struct hazard_item *item)
     print("\n");
 }
 
-static void print_item(const struct hazard_item *item)
+static void print_item(const struct hazard_entry *item)
 {
     switch (item->kind) {
     case HAZARD_COMMAND:
@@ -285,25 +284,19 @@ static void print_item(const struct hazard_item *item)
     case HAZARD_WAIT_EVENT:
         print("wait %u*%u\n", number_of(item->object), item->count);
         break;
-    case HAZARD_EXECUTE:
-        print("execute %u\n", number_of((uint64_t)(uintptr_t)item->secondary->command_buffer));
-        break;
     }
-}
-
-static void expect_list(const struct hazard_list *list, const char *expected)
-{
-    struct chunk_place place = {NULL, NULL};
-    length = 0;
-    list_text[0] = '\0';
-    for (const struct hazard_item *item; list && (item = hazard_list_next(list, &place));)
-        print_item(item);
-    assert_string_equal(list_text, expected);
 }
 
 void expect_journal(const struct journal *journal, const char *expected)
 {
-    expect_list(journal->hazards, expected);
+    length = 0;
+    list_text[0] = '\0';
+    if (journal) {
+        struct journal_cursor cursor = journal_start(journal, JOURNAL_HAZARDS);
+        for (const struct hazard_entry *item; (item = hazard_next(&cursor));)
+            print_item(item);
+    }
+    assert_string_equal(list_text, expected);
 }
 
 void expect(const char *expected)
@@ -315,7 +308,7 @@ void expect(const char *expected)
 
 void expect_host(const char *expected)
 {
-    expect_list(host_journal ? host_journal->hazards : next_hazards, expected);
+    expect_journal(host_journal ? host_journal : next_journal, expected);
     forget_host_list();
 }
 

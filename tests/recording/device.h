@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A device that is not published, under the intercepts that record hazard lists. Commands that
- * these forward do nothing. The hazard list of a command buffer is compared as text. */
+/* A device that is not published, under the intercepts that record hazards. Commands that these
+ * forward do nothing. The hazard entries of a command buffer are compared as text. */
 #ifndef ASSAY_TESTS_RECORDING_DEVICE_H
 #define ASSAY_TESTS_RECORDING_DEVICE_H
 
@@ -22,17 +22,17 @@ void device_close(void);
 
 #define RECORDING_TEST(name) TEST_BETWEEN(name, device_open, device_close)
 
-/* Fails unless the list of command buffer 1, or of the last host command, is `text`. One line for
- * each item:
+/* Fails unless the hazard entries of command buffer 1, or of the last host command, are `text`. One
+ * line for each:
  *     vkCmdCopyBuffer            a command; "*N+P": N builds from position P; "!": reads references
  *      T< src buffer1 0:40       access, role, object, bytes begin:end of memory 1, in hex
  *     barrier 2 BA:ab>B:c all    the first of two: stages with accesses, and bytes
- *     set 7 C, reset 7, wait 7*2, execute 3
+ *     set 7 C, reset 7, wait 7*2
  * Stages are B(uild), A(ccel copy), C(opy), F(ill), M(icromap), H(ost); accesses are numbered a, b
  * ... as in enum access_kind. "*" stands for all stages, or all accesses. */
 void expect(const char *text);
 void expect_host(const char *text);
-/* The list of a journal. */
+/* Those of a journal. */
 void expect_journal(const struct journal *journal, const char *text);
 
 /* Builds, as far as the checks and the recorder go. The sizes of every build are 0x100 for the

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "src/base/array.h"
-#include "src/state/commands/journal.h"
 
 /* ---- creation */
 
@@ -22,7 +21,7 @@ static bool copy_journals(struct hazard_batch_record *batch, const struct batch_
         if (!journal)
             continue;
         batch->journals[batch->journal_count++] = journal_share(journal);
-        batch->has_references |= journal->hazards && journal->hazards->has_references;
+        batch->has_references |= journal->awaits_inputs;
     }
     return true;
 }
@@ -157,7 +156,7 @@ const struct hazard_reference *hazard_batch_references(const struct hazard_batch
                                                        const struct hazard_command *command,
                                                        uint32_t *count)
 {
-    const struct hazard_item *item = command->item;
+    const struct hazard_entry *item = command->item;
     *count = 0;
     if (!item->reads_references || !batch->reference_count)
         return NULL;
@@ -178,7 +177,7 @@ static const struct hazard_indices *find_indices(const struct hazard_batch_recor
     return &all[at];
 }
 
-static struct hazard_bytes bytes_of_vertex(const struct hazard_item *item, uint32_t index)
+static struct hazard_bytes bytes_of_vertex(const struct hazard_entry *item, uint32_t index)
 {
     const uint64_t begin = item->bytes.begin + (uint64_t)index * item->count;
     const uint64_t end = begin + item->labels;
@@ -188,7 +187,7 @@ static struct hazard_bytes bytes_of_vertex(const struct hazard_item *item, uint3
 }
 
 void hazard_batch_vertices(const struct hazard_batch_record *batch,
-                           const struct hazard_command *command, const struct hazard_item *item,
+                           const struct hazard_command *command, const struct hazard_entry *item,
                            struct hazard_bytes vertices[HAZARD_INDEXED_READS])
 {
     const struct hazard_place place = {command->journal, command->item->geometry + item->info,
@@ -230,15 +229,14 @@ static const struct hazard_command *find_command(const struct hazard_batch_recor
 }
 
 static struct call_origin origin_of(const struct hazard_batch_record *batch,
-                                    const struct hazard_command *command, uint32_t build)
+                                    const struct hazard_command *command)
 {
     const struct journal *journal = command->journal;
-    uint32_t position = command->item->geometry + build;
     return (struct call_origin){
         .command_buffer = journal->command_buffer,
         .build_index = command->item->geometry,
         .labels = journal_label_stack(journal, command->item->labels),
-        .call_site = command->item->info ? journal_call_site_at(journal, position) : NULL,
+        .call_site = command->item->info ? command->item->site : NULL,
         .queue = batch->queue,
         .submission = batch->submission,
         .queue_labels = shared_labels_stack(batch->queue_labels),
@@ -254,7 +252,7 @@ static void begin_side(const struct hazard_batch_record *batch,
         .command = command->item->command,
         .is_build = command->item->info != 0,
         .info = build,
-        .origin = origin_of(batch, command, build),
+        .origin = origin_of(batch, command),
     };
 }
 
@@ -277,10 +275,10 @@ bool hazard_batch_find(const struct hazard_batch_record *batch, uint64_t number,
     if (!command)
         return false;
     uint64_t left = number - command->first;
-    struct chunk_place place = command->place;
-    const struct hazard_list *list = command->journal->hazards;
-    for (const struct hazard_item *item;
-         (item = hazard_list_next(list, &place)) && hazard_item_is_access(item);) {
+    struct journal_cursor cursor =
+        journal_start_at(command->journal, command->place, JOURNAL_HAZARDS);
+    for (const struct hazard_entry *item;
+         (item = hazard_next(&cursor)) && hazard_entry_is_access(item);) {
         const uint64_t count = item->kind == HAZARD_INDEXED ? HAZARD_INDEXED_READS : 1;
         if (left >= count) {
             left -= count;

@@ -7,7 +7,7 @@
 
 #include "src/hazards/hazards.h"
 #include "src/report/hazard_message.h"
-#include "src/state/commands/hazard_list.h"
+#include "src/state/commands/hazard_entries.h"
 #include "src/state/order/order.h"
 
 /* A build, and a geometry. */
@@ -29,13 +29,13 @@ struct hazard_indices {
     struct hazard_place place;
     uint32_t smallest, largest;
 };
-enum { HAZARD_INDEXED_READS = 2 }; /* of each HAZARD_INDEXED item */
+enum { HAZARD_INDEXED_READS = 2 }; /* of each HAZARD_INDEXED entry */
 
 /* A command, and the number of its first access; the other accesses follow it. */
 struct hazard_command {
     uint64_t first;
     const struct journal *journal;
-    const struct hazard_item *item;
+    const struct hazard_entry *item;
     struct chunk_place place; /* behind the item */
 };
 
@@ -88,9 +88,9 @@ void hazard_batch_sort(struct hazard_batch_record *batch);
 const struct hazard_reference *hazard_batch_references(const struct hazard_batch_record *batch,
                                                        const struct hazard_command *command,
                                                        uint32_t *count);
-/* Returns the bytes of the vertices that a HAZARD_INDEXED item reads; no bytes if unknown. */
+/* Returns the bytes of the vertices that a HAZARD_INDEXED entry reads; no bytes if unknown. */
 void hazard_batch_vertices(const struct hazard_batch_record *batch,
-                           const struct hazard_command *command, const struct hazard_item *item,
+                           const struct hazard_command *command, const struct hazard_entry *item,
                            struct hazard_bytes vertices[HAZARD_INDEXED_READS]);
 /* Notes a command. Returns false if memory runs out: its accesses can't be found then. */
 bool hazard_batch_note(struct hazard_batch_record *batch, const struct hazard_command *command);

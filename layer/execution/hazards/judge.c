@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Walks the lists of a batch, and reports the hazards of each command. */
+/* Walks the journals of a batch, and reports the hazards of each command. */
 #include "layer/execution/hazards/judge.h"
 
 #include <stdlib.h>
@@ -113,7 +113,7 @@ static bool is_compared(const struct hazard_judge *judge)
     return judge->current->is_certain;
 }
 
-static void judge_access(struct hazard_judge *judge, const struct hazard_item *item)
+static void judge_access(struct hazard_judge *judge, const struct hazard_entry *item)
 {
     if (!is_compared(judge))
         return;
@@ -123,7 +123,7 @@ static void judge_access(struct hazard_judge *judge, const struct hazard_item *i
 
 /* Each read takes its number, even if nothing is known of it. */
 static void judge_vertices(struct hazard_judge *judge, const struct hazard_command *command,
-                           const struct hazard_item *item)
+                           const struct hazard_entry *item)
 {
     struct hazard_bytes vertices[HAZARD_INDEXED_READS];
     if (!is_compared(judge) || !command->item)
@@ -145,9 +145,8 @@ static void judge_references(struct hazard_judge *judge, const struct hazard_com
 }
 
 /* Judges `count` barriers, the first of which is `item`. */
-static void judge_barriers(struct hazard_judge *judge, const struct hazard_list *list,
-                           struct chunk_place *place, const struct hazard_item *item,
-                           const struct hazard_item *wait)
+static void judge_barriers(struct hazard_judge *judge, struct journal_cursor *cursor,
+                           const struct hazard_entry *item, const struct hazard_entry *wait)
 {
     struct hazard_barrier few[BARRIERS_AT_ONCE], *barriers = few;
     uint32_t count = wait ? wait->count : item->count;
@@ -159,7 +158,7 @@ static void judge_barriers(struct hazard_judge *judge, const struct hazard_list 
         count = BARRIERS_AT_ONCE;
     }
     uint32_t filled = 0;
-    for (; item && filled < count; item = filled < count ? hazard_list_next(list, place) : NULL)
+    for (; item && filled < count; item = filled < count ? hazard_next(cursor) : NULL)
         barriers[filled++] = (struct hazard_barrier){.dependency = item->dependency,
                                                      .is_global = item->is_global,
                                                      .bytes = item->bytes,
@@ -172,19 +171,13 @@ static void judge_barriers(struct hazard_judge *judge, const struct hazard_list 
         free(barriers);
 }
 
-static void judge_list(struct hazard_judge *judge, const struct journal *journal);
-
-/* Judges an item that is not of a command. */
-static void judge_synchronization(struct hazard_judge *judge, const struct hazard_list *list,
-                                  struct chunk_place *place, const struct hazard_item *item)
+/* Judges an entry that is not of a command. */
+static void judge_synchronization(struct hazard_judge *judge, struct journal_cursor *cursor,
+                                  const struct hazard_entry *item)
 {
-    switch ((enum hazard_item_kind)item->kind) {
-    case HAZARD_COMMAND:
-    case HAZARD_ACCESS:
-    case HAZARD_INDEXED:
-        break;
+    switch ((enum journal_kind)item->kind) {
     case HAZARD_BARRIER:
-        judge_barriers(judge, list, place, item, NULL);
+        judge_barriers(judge, cursor, item, NULL);
         break;
     case HAZARD_SET_EVENT:
         hazards_set_event(judge->hazards, item->object, item->dependency.src);
@@ -193,17 +186,15 @@ static void judge_synchronization(struct hazard_judge *judge, const struct hazar
         hazards_reset_event(judge->hazards, item->object);
         break;
     case HAZARD_WAIT_EVENT:
-        judge_barriers(judge, list, place, item->count ? hazard_list_next(list, place) : NULL,
-                       item);
+        judge_barriers(judge, cursor, item->count ? hazard_next(cursor) : NULL, item);
         break;
-    case HAZARD_EXECUTE:
-        judge_list(judge, item->secondary);
+    default:
         break;
     }
 }
 
 static void begin_command(struct hazard_judge *judge, const struct journal *journal,
-                          const struct hazard_item *item, struct chunk_place place,
+                          const struct hazard_entry *item, struct chunk_place place,
                           struct hazard_command *command)
 {
     *command = (struct hazard_command){hazards_begin_command(judge->hazards), journal, item, place};
@@ -219,29 +210,31 @@ static void end_command(struct hazard_judge *judge, struct hazard_command *comma
     report_command(judge);
 }
 
-static void judge_list(struct hazard_judge *judge, const struct journal *journal)
+static void judge_journal(struct hazard_judge *judge, const struct journal *journal)
 {
-    const struct hazard_list *list = journal->hazards;
     struct hazard_command command = {0};
-    struct chunk_place place = {0};
-    if (!list)
-        return;
-    for (const struct hazard_item *item; (item = hazard_list_next(list, &place));) {
-        if (hazard_item_is_access(item)) {
-            if (item->kind == HAZARD_ACCESS)
-                judge_access(judge, item);
-            else
-                judge_vertices(judge, &command, item);
+    struct journal_cursor cursor =
+        journal_start(journal, JOURNAL_HAZARDS | JOURNAL_BIT(JOURNAL_EXECUTE));
+    for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        const struct hazard_entry *item = (const void *)entry;
+        if (entry->kind == HAZARD_ACCESS) {
+            judge_access(judge, item);
+            continue;
+        }
+        if (entry->kind == HAZARD_INDEXED) {
+            judge_vertices(judge, &command, item);
             continue;
         }
         end_command(judge, &command);
-        if (item->kind == HAZARD_COMMAND)
-            begin_command(judge, journal, item, place, &command);
+        if (entry->kind == HAZARD_COMMAND)
+            begin_command(judge, journal, item, cursor.place, &command);
+        else if (entry->kind == JOURNAL_EXECUTE)
+            judge_journal(judge, entry->secondary);
         else
-            judge_synchronization(judge, list, &place, item);
+            judge_synchronization(judge, &cursor, item);
     }
     end_command(judge, &command);
-    judge->lost |= list->incomplete;
+    judge->lost |= journal->lacks_hazards;
 }
 
 /* A wait for a signal that no batch has made may follow anything. */
@@ -348,7 +341,7 @@ void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *
                             });
         judge_operations(judge, false);
         for (uint32_t i = 0; i < batch->journal_count; i++)
-            judge_list(judge, batch->journals[i]);
+            judge_journal(judge, batch->journals[i]);
         judge_operations(judge, true);
         judge_fence(judge);
         hazards_end_batch(judge->hazards);

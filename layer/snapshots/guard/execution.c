@@ -96,7 +96,7 @@ static void walk_journal(struct guard_walk *walk, const struct journal *journal)
     const struct recording *recording = journal->work;
     bool sets_limits = walk->sets_limits && recording && recording->has_guards;
     const struct recorded_item *next = sets_limits ? recording->first : NULL;
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_ENTRIES);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (next && (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE))
             set_limit_at(walk, &next, entry->built.position);

@@ -119,12 +119,12 @@ static void check_entry(struct replay *replay, const struct journal *journal,
     bool is_nv = entry->command == COMMAND_NV;
     if (entry->kind == JOURNAL_USE_MICROMAP)
         replay_destroyed_micromap(replay, journal, entry);
-    if (entry->kind != JOURNAL_BUILD && entry->kind != JOURNAL_UPDATE)
+    if (entry->kind == JOURNAL_USE_MICROMAP)
         return;
-    check_structure(replay, journal, entry, entry->dst, entry->dst_id, entry->dst_backed,
+    check_structure(replay, journal, entry, entry->dst, entry->dst_id, entry->dst_backing,
                     is_nv ? &rules_of_nv_dst : &rules_of_dst);
     if (entry->kind == JOURNAL_UPDATE && entry->src_id)
-        check_structure(replay, journal, entry, entry->src, entry->src_id, entry->src_backed,
+        check_structure(replay, journal, entry, entry->src, entry->src_id, entry->src_backing,
                         is_nv ? &rules_of_nv_src : &rules_of_src);
 }
 
@@ -215,8 +215,8 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
 
 static void check_inputs(struct replay *replay, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start_inputs(journal);
-    for (const struct journal_input *input; (input = journal_next_input(&cursor));)
+    struct chunk_place place = {NULL, NULL};
+    for (const struct journal_input *input; (input = journal_next_input(journal, &place));)
         if (input->command == COMMAND_NV)
             check_nv_input(replay, journal, input);
         else
@@ -226,7 +226,8 @@ static void check_inputs(struct replay *replay, const struct journal *journal)
 void replay_destroyed(struct replay *replay, const struct journal *journal)
 {
     bool any_destroyed = journal->destroy_count != resources_destroy_count(replay->resources);
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(
+        journal, JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_EXECUTE) | JOURNAL_BIT(JOURNAL_USE_MICROMAP));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (entry->kind == JOURNAL_EXECUTE)
             replay_destroyed(replay, entry->secondary);

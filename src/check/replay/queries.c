@@ -55,8 +55,8 @@ void replay_answer(struct replay *replay, const struct host_view *host,
         entry->src ? compacted_size_of(replay, entry) : state->built.compacted_size;
     if (!compacted)
         return;
-    compacted_size_update(compacted, entry->size);
-    if (replay->compacted && entry->size)
+    compacted_size_update(compacted, entry->number);
+    if (replay->compacted && entry->number)
         replay->compacted(replay->user, entry->src ? entry->src : state->built.queried,
-                          entry->size);
+                          entry->number);
 }

@@ -10,6 +10,19 @@
 #include "src/check/replay/updates.h"
 #include "src/state/builds/built_flags.h"
 
+/* What writes structures, or decides what is known of them. */
+#define STATE_KINDS                                                                                \
+    (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |                   \
+     JOURNAL_BIT(JOURNAL_FILL) | JOURNAL_BIT(JOURNAL_EXECUTE) | JOURNAL_BIT(JOURNAL_WAIT_EVENT))
+/* What a submission or host command replays. */
+#define REPLAYED_KINDS                                                                             \
+    (STATE_KINDS | JOURNAL_BIT(JOURNAL_USE_MICROMAP) | JOURNAL_BIT(JOURNAL_RANGES) |               \
+     JOURNAL_BIT(JOURNAL_BIND) | JOURNAL_BIT(JOURNAL_QUERY) | JOURNAL_BIT(JOURNAL_RESET_QUERIES) | \
+     JOURNAL_BIT(JOURNAL_ANSWER))
+/* Queries don't count as structures: the host reads and resets them at once. */
+#define WRITING_KINDS                                                                              \
+    (STATE_KINDS & ~(JOURNAL_BIT(JOURNAL_EXECUTE) | JOURNAL_BIT(JOURNAL_WAIT_EVENT)))
+
 /* Applies a copy or update to the states that the command buffer knows by itself. If it doesn't
  * know the source, the result is unknown until submission. */
 
@@ -45,22 +58,13 @@ static void apply_entry(struct build_states *known, const struct journal_entry *
         build_states_set(known, entry->dst_id, &built_filled, timestamp_never());
         break;
     case JOURNAL_EXECUTE:
-        apply_entries(known, journal_start(entry->secondary));
+        apply_entries(known, journal_start(entry->secondary, STATE_KINDS));
         break;
     /* The host may have built any structure meanwhile. */
     case JOURNAL_WAIT_EVENT:
         build_states_release(known);
         break;
-    case JOURNAL_PRIMITIVES:
-    case JOURNAL_USE_MICROMAP:
-    case JOURNAL_RANGES:
-    case JOURNAL_BIND:
-    case JOURNAL_CALL:
-    case JOURNAL_QUERY:
-    case JOURNAL_RESET_QUERIES:
-    case JOURNAL_ANSWER:
-    case JOURNAL_SET_EVENT:
-    case JOURNAL_RESET_EVENT:
+    default: /* not of STATE_KINDS */
         break;
     }
 }
@@ -73,26 +77,24 @@ static void apply_entries(struct build_states *known, struct journal_cursor curs
         apply_entry(known, entry);
 }
 
-/* Applies the entries before `mark`. Called for the first entry that has a source to check. */
-static void find_known_states(struct command_buffer *command_buffer,
-                              const struct journal_mark *mark)
+/* Applies the entries before those of the last call. Called for the first entry that has a source
+ * to check. */
+static void find_known_states(struct command_buffer *command_buffer)
 {
-    struct journal_cursor cursor = journal_start(command_buffer->journal);
-    struct journal_cursor end = journal_start_after(command_buffer->journal, mark);
-    const struct journal_entry *stop = journal_next(&end);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor)) && entry != stop;)
-        apply_entry(&command_buffer->known, entry);
+    const struct journal *journal = command_buffer->journal;
+    struct journal_cursor cursor = journal_start(journal, STATE_KINDS);
+    cursor.end = journal->call.entries;
+    apply_entries(&command_buffer->known, cursor);
     command_buffer->has_known_states = true;
 }
 
-void replay_recorded(struct replay *replay, struct command_buffer *command_buffer,
-                     const struct journal_mark *mark)
+void replay_recorded(struct replay *replay, struct command_buffer *command_buffer)
 {
     struct journal *journal = command_buffer->journal;
-    struct journal_cursor cursor = journal_start_after(journal, mark);
+    struct journal_cursor cursor = journal_start_call(journal, REPLAYED_KINDS);
     for (struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (!command_buffer->has_known_states && journal_entry_has_source_to_check(entry))
-            find_known_states(command_buffer, mark);
+            find_known_states(command_buffer);
         if (entry->kind == JOURNAL_USE_MICROMAP && !journal->incomplete)
             replay_record_micromap(replay, &command_buffer->known, journal, entry);
         if (entry->kind != JOURNAL_UPDATE || journal->incomplete)
@@ -105,10 +107,11 @@ void replay_recorded(struct replay *replay, struct command_buffer *command_buffe
     }
 }
 
-void replay_keep(struct command_buffer *command_buffer, const struct journal_mark *mark)
+void replay_keep(struct command_buffer *command_buffer)
 {
     if (command_buffer->has_known_states)
-        apply_entries(&command_buffer->known, journal_start_after(command_buffer->journal, mark));
+        apply_entries(&command_buffer->known,
+                      journal_start_call(command_buffer->journal, STATE_KINDS));
 }
 
 /* ---- submissions */
@@ -156,13 +159,6 @@ static void write_entry(struct replay *replay, const struct journal *journal,
     case JOURNAL_USE_MICROMAP:
         replay_note_micromap(replay, journal, entry);
         break;
-    case JOURNAL_PRIMITIVES:
-    case JOURNAL_RANGES:
-    case JOURNAL_CALL:
-    case JOURNAL_SET_EVENT:
-    case JOURNAL_RESET_EVENT:
-    case JOURNAL_WAIT_EVENT:
-        break;
     case JOURNAL_BIND:
         replay_bind(replay, entry);
         break;
@@ -178,6 +174,8 @@ static void write_entry(struct replay *replay, const struct journal *journal,
     case JOURNAL_ANSWER:
         replay_answer(replay, journal->host, entry);
         break;
+    default: /* ranges have been validated, and other entries write nothing */
+        break;
     }
 }
 
@@ -185,7 +183,7 @@ static void write_entry(struct replay *replay, const struct journal *journal,
 static void judge_sparse(struct replay *replay, const struct journal *journal,
                          const struct journal_entry *entry)
 {
-    if (entry->dst_is_sparse || entry->src_is_sparse)
+    if ((entry->dst_backing | entry->src_backing) & BACKED_BY_SPARSE)
         replay_backing(replay, journal, entry);
     if (entry->kind == JOURNAL_RANGES)
         replay_ranges(replay, journal, entry);
@@ -233,7 +231,7 @@ static void fetch_states(const struct build_states *states,
 
 void replay_submitted(struct replay *replay, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, REPLAYED_KINDS);
     const struct journal_entry *entries[ENTRY_BATCH];
     for (uint32_t count; (count = next_batch(&cursor, entries));) {
         fetch_states(replay->states, entries, count);
@@ -246,46 +244,22 @@ void replay_submitted(struct replay *replay, const struct journal *journal)
 
 void replay_judge_work(struct replay *replay, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, REPLAYED_KINDS);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         judge_by_live_states(replay, journal, entry);
         judge_sparse(replay, journal, entry);
     }
 }
 
-/* Queries don't count: the host reads and resets them at once. */
 static bool writes_a_structure(const struct journal_entry *entry)
 {
-    switch ((enum journal_kind)entry->kind) {
-    case JOURNAL_BUILD:
-    case JOURNAL_UPDATE:
-    case JOURNAL_COPY:
-    case JOURNAL_COMPACT:
-    case JOURNAL_FILL:
-        return true;
-    case JOURNAL_PRIMITIVES:
-    case JOURNAL_USE_MICROMAP:
-    case JOURNAL_RANGES:
-    case JOURNAL_BIND:
-    case JOURNAL_CALL:
-    case JOURNAL_EXECUTE:
-    case JOURNAL_QUERY:
-    case JOURNAL_RESET_QUERIES:
-    case JOURNAL_ANSWER:
-    case JOURNAL_SET_EVENT:
-    case JOURNAL_RESET_EVENT:
-    case JOURNAL_WAIT_EVENT:
-        break;
-    }
-    return false;
+    return WRITING_KINDS & JOURNAL_BIT(entry->kind);
 }
 
 void replay_begin_work(struct replay *replay, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, WRITING_KINDS);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (!writes_a_structure(entry))
-            continue;
         built_flags_forget(replay->flags, entry->dst_id);
         if (!build_states_add_writer(replay->states, entry->dst_id))
             replay->out_of_memory = true;
@@ -294,10 +268,10 @@ void replay_begin_work(struct replay *replay, const struct journal *journal)
 
 static void remove_writers(struct replay *replay, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, WRITING_KINDS);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         struct build_state *state = build_states_find(replay->states, entry->dst_id);
-        if (writes_a_structure(entry) && state && state->host_writers)
+        if (state && state->host_writers)
             state->host_writers--;
     }
 }
@@ -305,7 +279,7 @@ static void remove_writers(struct replay *replay, const struct journal *journal)
 void replay_end_work(struct replay *replay, const struct journal *journal, bool failed)
 {
     remove_writers(replay, journal);
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, REPLAYED_KINDS);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
         if (!failed)
             write_entry(replay, journal, entry);

@@ -10,13 +10,13 @@
 #include "src/check/replay/states.h"
 #include "src/state/commands/command_buffers.h"
 
-/* Validates the entries after `mark`, which a call has just recorded, as far as the command buffer
- * knows their sources. For journals with sources to check (journal_entry_has_source_to_check). */
-void replay_recorded(struct replay *replay, struct command_buffer *command_buffer,
-                     const struct journal_mark *mark);
+/* Validates the entries of the journal's last call, as far as the command buffer knows their
+ * sources. For journals with sources to check (journal_entry_has_source_to_check). */
+void replay_recorded(struct replay *replay, struct command_buffer *command_buffer);
 
-/* Applies the entries after `mark` to the states that the command buffer knows by itself. */
-void replay_keep(struct command_buffer *command_buffer, const struct journal_mark *mark);
+/* Applies the entries of the journal's last call to the states that the command buffer knows by
+ * itself. */
+void replay_keep(struct command_buffer *command_buffer);
 
 /* Reports objects that the builds use and that were destroyed after recording. */
 void replay_destroyed(struct replay *replay, const struct journal *journal);

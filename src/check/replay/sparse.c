@@ -58,10 +58,10 @@ void replay_backing(struct replay *replay, const struct journal *journal,
     if (!replay->predecessors_known ||
         replay->destroy_count != resources_destroy_count(replay->resources))
         return;
-    if (entry->dst_is_sparse)
+    if (entry->dst_backing & BACKED_BY_SPARSE)
         check_structure(replay, journal, entry, entry->dst, entry->dst_id,
                         RULE_dst_is_backed_by_memory);
-    if (entry->src_is_sparse && entry->kind == JOURNAL_UPDATE)
+    if (entry->src_backing & BACKED_BY_SPARSE && entry->kind == JOURNAL_UPDATE)
         check_structure(replay, journal, entry, entry->src, entry->src_id,
                         RULE_update_src_is_backed_by_memory);
 }

@@ -36,7 +36,8 @@ struct command_buffer {
     /* `suspended` is UNKNOWN until the first rendering, because an earlier command buffer may have
      * suspended a rendering instance. */
     struct command_buffer_facts facts;
-    bool suspending;              /* the current rendering instance will be suspended */
+    uint64_t render_pass; /* the handle in the last vkCmdBeginRenderPass, with setting hazards */
+    bool suspending;      /* the current rendering instance will be suspended */
     struct validity *validity;    /* NULL if the recording executes no secondary command buffer */
     struct dependents dependents; /* recordings that execute this command buffer */
     struct journal *journal;      /* NULL: never recorded, or memory ran out */

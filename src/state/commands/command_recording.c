@@ -160,6 +160,7 @@ void command_buffer_execute(struct command_buffer *primary, struct command_buffe
         journal_add(primary->journal, &entry);
         primary->journal->executes = true;
         primary->journal->has_events |= secondary->journal->has_events;
+        primary->journal->awaits_inputs |= secondary->journal->awaits_inputs;
     }
     if (primary->journal && (is_circle || !secondary->journal || secondary->journal->incomplete))
         primary->journal->incomplete = true;

@@ -116,10 +116,14 @@ void events_forget(struct events *events)
 
 /* ---- waits */
 
+#define EVENT_KINDS                                                                                \
+    (JOURNAL_BIT(JOURNAL_EXECUTE) | JOURNAL_BIT(JOURNAL_SET_EVENT) |                               \
+     JOURNAL_BIT(JOURNAL_RESET_EVENT) | JOURNAL_BIT(JOURNAL_WAIT_EVENT))
+
 /* Returns YES if the event is set after the journal, NO if the journal resets it, else `before`. */
 static enum tristate is_set_by(const struct journal *journal, uint64_t handle, enum tristate before)
 {
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, EVENT_KINDS);
     enum tristate is_set = before;
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (entry->kind == JOURNAL_EXECUTE && entry->secondary->has_events)
@@ -151,7 +155,7 @@ static bool is_open(const struct events *events, VkQueue queue, uint64_t handle)
 
 static bool submit(const struct events *events, VkQueue queue, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, EVENT_KINDS);
     bool open = false;
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (entry->kind == JOURNAL_EXECUTE && entry->secondary->has_events)

@@ -7,7 +7,6 @@
 
 #include "src/base/array.h"
 #include "src/base/recording_path.h"
-#include "src/state/commands/hazard_list.h"
 
 struct journal *journal_create(VkCommandBuffer command_buffer)
 {
@@ -34,10 +33,10 @@ bool journal_contains(const struct journal *journal, const struct journal *other
 {
     if (journal == other)
         return true;
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_EXECUTE));
     const struct journal_entry *entry;
     while (journal->executes && (entry = journal_next(&cursor)))
-        if (entry->kind == JOURNAL_EXECUTE && journal_contains(entry->secondary, other))
+        if (journal_contains(entry->secondary, other))
             return true;
     return false;
 }
@@ -60,7 +59,9 @@ void journal_add(struct journal *journal, const struct journal_entry *entry)
         release_entry(&lost);
         return;
     }
+    const unsigned char size = place->size;
     *place = *entry;
+    place->size = size;
     journal_end_entry(journal, place);
 }
 
@@ -107,41 +108,37 @@ uint32_t journal_keep_labels(struct journal *journal, const struct label_stack *
 
 const struct label_stack *journal_labels_at(const struct journal *journal, uint32_t position)
 {
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_BUILDS);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if ((entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE) &&
-            entry->built.position == position)
+        if (entry->built.position == position)
             return journal_label_stack(journal, entry->labels);
     return NULL;
 }
 
 static void forget_calls(struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_CALL));
     for (struct journal_entry *entry; (entry = journal_next(&cursor));)
-        if (entry->kind == JOURNAL_CALL)
-            entry->call.site = NULL;
+        entry->call.site = NULL;
 }
 
 void journal_note_call(struct journal *journal, uint32_t position, const struct call_site *site)
 {
-    if (!chunk_list_make_room(&journal->entries, sizeof(struct journal_entry))) {
+    struct journal_entry *entry = journal_append(journal, sizeof(*entry));
+    if (!entry) {
         forget_calls(journal);
         return;
     }
-    struct journal_entry *entry = (void *)journal->entries.next;
-    *entry = (struct journal_entry){.kind = JOURNAL_CALL, .call = {position, site}};
-    journal->entries.next += sizeof(*entry);
+    entry->kind = JOURNAL_CALL;
+    entry->call = (struct journal_call){position, site};
 }
 
 /* Positions grow in recorded order. */
 const struct call_site *journal_call_site_at(const struct journal *journal, uint32_t position)
 {
     const struct call_site *site = NULL;
-    struct journal_cursor cursor = journal_start(journal);
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_CALL));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (entry->kind != JOURNAL_CALL)
-            continue;
         if (entry->call.position > position)
             break;
         site = entry->call.site;
@@ -149,41 +146,44 @@ const struct call_site *journal_call_site_at(const struct journal *journal, uint
     return site;
 }
 
-struct journal_cursor journal_start(const struct journal *journal)
+struct journal_cursor journal_start_at(const struct journal *journal, struct chunk_place place,
+                                       uint32_t kinds)
 {
-    return (struct journal_cursor){.list = &journal->entries};
+    return (struct journal_cursor){.list = &journal->entries,
+                                   .place = place,
+                                   .end = chunk_list_end(&journal->entries),
+                                   .kinds = kinds};
 }
 
-struct journal_cursor journal_start_after(const struct journal *journal,
-                                          const struct journal_mark *mark)
+struct journal_cursor journal_start(const struct journal *journal, uint32_t kinds)
 {
-    return (struct journal_cursor){.list = &journal->entries, .place = mark->entries};
+    return journal_start_at(journal, (struct chunk_place){NULL, NULL}, kinds);
 }
 
-struct journal_cursor journal_start_inputs(const struct journal *journal)
+struct journal_cursor journal_start_call(const struct journal *journal, uint32_t kinds)
 {
-    return (struct journal_cursor){.list = &journal->inputs};
+    return journal_start_at(journal, journal->call.entries, kinds);
 }
 
 struct journal_entry *journal_next(struct journal_cursor *cursor)
 {
-    return chunk_list_next(cursor->list, sizeof(struct journal_entry), &cursor->place);
+    struct journal_entry *entry;
+    while ((entry = chunk_list_at(cursor->list, &cursor->place, &cursor->end))) {
+        cursor->place.next += (size_t)entry->size * JOURNAL_UNIT;
+        if (cursor->kinds & JOURNAL_BIT(entry->kind))
+            break;
+    }
+    return entry;
 }
 
-const struct journal_input *journal_next_input(struct journal_cursor *cursor)
+const struct journal_input *journal_next_input(const struct journal *journal,
+                                               struct chunk_place *place)
 {
-    return chunk_list_next(cursor->list, sizeof(struct journal_input), &cursor->place);
-}
-
-struct hazard_list *journal_hazards(struct journal *journal)
-{
-    if (!journal->hazards)
-        journal->hazards = hazard_list_create(journal_release);
-    if (journal->hazards)
-        journal->has_references = true;
-    else
-        journal->incomplete = true;
-    return journal->hazards;
+    const struct chunk_place end = chunk_list_end(&journal->inputs);
+    const struct journal_input *input = chunk_list_at(&journal->inputs, place, &end);
+    if (input)
+        place->next += sizeof(*input);
+    return input;
 }
 
 static void release_entries(struct journal_cursor cursor)
@@ -200,18 +200,17 @@ static void forget_recent_inputs(struct journal *journal)
 void journal_take_back(struct journal *journal, const struct journal_mark *mark)
 {
     if (journal->has_references)
-        release_entries(journal_start_after(journal, mark));
-    chunk_list_cut(&journal->entries, sizeof(struct journal_entry), mark->entries);
-    chunk_list_cut(&journal->inputs, sizeof(struct journal_input), mark->inputs);
+        release_entries(journal_start_at(journal, mark->entries, JOURNAL_ENTRIES));
+    chunk_list_cut(&journal->entries, mark->entries);
+    chunk_list_cut(&journal->inputs, mark->inputs);
+    journal->call = *mark;
     forget_recent_inputs(journal);
 }
 
 __attribute__((cold, noinline)) static void release_held(struct journal *journal)
 {
     if (journal->has_references)
-        release_entries(journal_start(journal));
-    if (journal->hazards)
-        hazard_list_clear(journal->hazards);
+        release_entries(journal_start(journal, JOURNAL_ENTRIES));
     while (journal->label_count)
         label_stack_clear(&journal->labels[--journal->label_count]);
     if (journal->work)
@@ -224,13 +223,15 @@ ON_RECORDING_PATH void journal_clear(struct journal *journal)
 {
     if (journal->has_references || journal->label_count || journal->work)
         release_held(journal);
-    chunk_list_clear(&journal->entries, sizeof(struct journal_entry));
+    chunk_list_clear(&journal->entries);
     if (!chunk_list_is_empty(&journal->inputs)) {
-        chunk_list_clear(&journal->inputs, sizeof(struct journal_input));
+        chunk_list_clear(&journal->inputs);
         forget_recent_inputs(journal);
     }
     journal->has_references = journal->has_sources_to_check = journal->executes = false;
     journal->has_events = journal->incomplete = false;
+    journal->lacks_hazards = journal->awaits_inputs = false;
+    journal_begin_call(journal);
 }
 
 void journal_release(struct journal *journal)
@@ -238,7 +239,7 @@ void journal_release(struct journal *journal)
     if (!journal || atomic_fetch_sub_explicit(&journal->references, 1, memory_order_acq_rel) != 1)
         return;
     journal_clear(journal);
-    hazard_list_destroy(journal->hazards);
+    free(journal->recent_memory);
     free(journal->labels);
     free(journal->host);
     chunk_list_free(&journal->entries);

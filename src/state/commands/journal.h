@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A journal lists what a command buffer does to acceleration structures, in recorded order; each
- * submission replays it. The journal of one host command has no order.
+ * submission replays it. The journal of one host command has no order. It is the only list: what
+ * settings need of a command stands in it, too, or hangs on an entry.
  *
  * Only the journal's command buffer changes it, and only while the journal is not shared; the
  * application synchronizes use of the command buffer. A submission, or a primary command buffer
  * that executes the journal's command buffer, shares the journal. The next recording then begins a
- * new journal.
+ * new journal. An application may by mistake record further after a submission: a walk ends where
+ * the journal ended when the walk was started, so it reads no entry that is being added.
  *
- * An entry takes 128 bytes at most. An input takes 32 bytes; builds that follow each other and read
- * the same buffer add one input. */
+ * Entries have several sizes, JOURNAL_ENTRY_MAX bytes at most. An input takes 32 bytes; builds that
+ * follow each other and read the same buffer add one input. */
 #ifndef ASSAY_STATE_COMMANDS_JOURNAL_H
 #define ASSAY_STATE_COMMANDS_JOURNAL_H
 
@@ -20,16 +22,20 @@
 #include "vuid-tables/rules.h"
 
 struct call_site;
-struct hazard_list;
+struct recent_memory;
+struct recorded_build;
 
+/* Each entry begins with its kind and its size. */
 enum journal_kind {
+    /* struct journal_entry */
     JOURNAL_BUILD,
     JOURNAL_UPDATE,
     JOURNAL_COPY,       /* a clone */
     JOURNAL_COMPACT,    /* a compacting copy */
     JOURNAL_FILL,       /* dst is written from memory: a deserialization; any write of a micromap */
     JOURNAL_EXECUTE,    /* a secondary command buffer */
-    JOURNAL_PRIMITIVES, /* `size`: the number of primitives of the next build; for record_builds */
+    JOURNAL_PRIMITIVES, /* `number`: the number of primitives of the next build; for record_builds
+                         */
     JOURNAL_USE_MICROMAP, /* the build of a later entry reads the micromap src */
     JOURNAL_RANGES,       /* the ranges of a call that uses sparse buffers; after its builds */
     JOURNAL_BIND,         /* dst: a sparse buffer, src: memory */
@@ -37,12 +43,34 @@ enum journal_kind {
     /* Queries of compacted sizes, with the ids of query_pools.h. */
     JOURNAL_QUERY,         /* dst_id: the query, src: the structure */
     JOURNAL_RESET_QUERIES, /* by the host; dst_id: the first query, info: the number of queries */
-    JOURNAL_ANSWER,        /* the host read `size`; src: the structure, or src_id: the query */
+    JOURNAL_ANSWER,        /* the host read `number`; src: the structure, or src_id: the query */
     /* dst: a VkEvent. Only waits that may have to wait for the host have an entry (events.h). */
     JOURNAL_SET_EVENT,
     JOURNAL_RESET_EVENT,
     JOURNAL_WAIT_EVENT,
+    /* With setting hazards: struct hazard_entry (hazard_entries.h). */
+    HAZARD_COMMAND, /* the accesses that follow are its own */
+    HAZARD_ACCESS,
+    /* Reads of two vertices, those of the smallest and the largest index of a geometry, which level
+     * content reads. bytes: from the vertex of index 0 to the end of the buffer. */
+    HAZARD_INDEXED,
+    HAZARD_BARRIER,   /* the first of `count` entries of this kind that belong to one command */
+    HAZARD_SET_EVENT, /* object: the event; barrier.dependency.src */
+    HAZARD_RESET_EVENT,
+    HAZARD_WAIT_EVENT, /* object: the event; `count` HAZARD_BARRIER entries follow */
+    JOURNAL_KINDS,
 };
+_Static_assert(JOURNAL_KINDS <= 32, "a set of kinds is a word");
+
+/* A set of kinds, which a walk visits. */
+#define JOURNAL_BIT(kind) (UINT32_C(1) << (kind))
+#define JOURNAL_BUILDS (JOURNAL_BIT(JOURNAL_BUILD) | JOURNAL_BIT(JOURNAL_UPDATE))
+#define JOURNAL_HAZARDS                                                                            \
+    (JOURNAL_BIT(HAZARD_COMMAND) | JOURNAL_BIT(HAZARD_ACCESS) | JOURNAL_BIT(HAZARD_INDEXED) |      \
+     JOURNAL_BIT(HAZARD_BARRIER) | JOURNAL_BIT(HAZARD_SET_EVENT) |                                 \
+     JOURNAL_BIT(HAZARD_RESET_EVENT) | JOURNAL_BIT(HAZARD_WAIT_EVENT))
+/* All that is a struct journal_entry. */
+#define JOURNAL_ENTRIES (JOURNAL_BIT(HAZARD_COMMAND) - 1)
 
 /* What writes dst; the member `info` of a JOURNAL_FILL. */
 enum journal_fill {
@@ -70,16 +98,21 @@ struct journal_call {
     const struct call_site *site; /* lives as long as the device; NULL: unknown */
 };
 
+/* Where a structure lies, as known at recording. */
+enum journal_backing {
+    BACKED_BY_MEMORY = 1, /* in live memory */
+    BACKED_BY_SPARSE = 2, /* in a sparse buffer */
+};
+
 struct journal_entry {
     unsigned char kind;    /* enum journal_kind */
+    unsigned char size;    /* in units of JOURNAL_UNIT bytes; set by the journal */
     unsigned char command; /* enum build_command; a copy only distinguishes COMMAND_NV */
     bool judged;           /* an update, or use of a micromap, that was validated at recording */
-    bool dst_backed, src_backed;       /* known at recording to lie in live memory */
-    bool geometry_by_pointer;          /* the geometry is in ppGeometries */
-    bool dst_is_sparse, src_is_sparse; /* lies in a sparse buffer */
-    uint32_t info;                     /* builds and updates: index in pInfos; JOURNAL_FILL: enum
-                                        * journal_fill */
-    uint32_t labels;                   /* see journal_note_labels */
+    unsigned char dst_backing, src_backing; /* of enum journal_backing */
+    bool geometry_by_pointer;               /* the geometry is in ppGeometries */
+    uint32_t info;   /* builds and updates: index in pInfos; JOURNAL_FILL: enum journal_fill */
+    uint32_t labels; /* see journal_note_labels */
     /* Structures by handle (VkAccelerationStructureNV for COMMAND_NV) and by id; the id changes if
      * the handle is reused. */
     uint64_t dst, src;
@@ -93,9 +126,17 @@ struct journal_entry {
         } binding;
         struct journal_micromap micromap;
         struct journal_call call;
-        VkDeviceSize size;
+        VkDeviceSize number;
     };
 };
+
+enum { JOURNAL_UNIT = 8, JOURNAL_ENTRY_MAX = sizeof(struct journal_entry) };
+_Static_assert(JOURNAL_ENTRY_MAX <= 128, "a recorded build takes little memory");
+#define JOURNAL_CHUNK                                                                              \
+    (struct chunk_sizes)                                                                           \
+    {                                                                                              \
+        64 * sizeof(struct journal_entry), JOURNAL_ENTRY_MAX                                       \
+    }
 
 /* The use that a build makes of an address. */
 enum input_role {
@@ -135,11 +176,21 @@ struct journal_input {
     bool geometry_by_pointer;
 };
 
-enum { JOURNAL_RECENT_INPUTS = 32 };
+enum { JOURNAL_RECENT_INPUTS = 32, JOURNAL_INPUTS_AT_ONCE = 5 };
+#define JOURNAL_INPUT_CHUNK                                                                        \
+    (struct chunk_sizes)                                                                           \
+    {                                                                                              \
+        64 * sizeof(struct journal_input), JOURNAL_INPUTS_AT_ONCE * sizeof(struct journal_input)   \
+    }
 
 /* Which batches had certainly executed, and which had been submitted, when a host command began. */
 struct host_view {
     struct execution_clock executed, submitted;
+};
+
+/* A position in a journal. What was added later can be removed. */
+struct journal_mark {
+    struct chunk_place entries, inputs;
 };
 
 struct journal {
@@ -149,19 +200,23 @@ struct journal {
     struct host_view *host;         /* owned; NULL unless a host command that reads */
     uint64_t destroy_count;         /* resources_destroy_count when recording began */
     struct chunk_list entries, inputs;
+    struct journal_mark call;   /* the end before the entries of the last call */
     struct label_stack *labels; /* a copy of each label stack under which a build was recorded */
     uint32_t label_count, label_capacity;
     uint64_t recent_inputs[JOURNAL_RECENT_INPUTS]; /* buffer ids, by their low bits */
     /* Commands that a backend executes when the journal is replayed; owned, may be NULL. */
     void *work;
     void (*release_work)(void *work);
-    struct hazard_list *hazards; /* owned; see journal_hazards() */
-    bool binds;                  /* all entries are JOURNAL_BIND */
-    bool has_references;         /* see journal_entry_has_references; or `hazards` is in use */
-    bool has_sources_to_check;   /* see journal_entry_has_source_to_check */
-    bool executes;               /* has JOURNAL_EXECUTE entries */
-    bool has_events;             /* it or a secondary has event entries */
-    bool incomplete;             /* memory ran out for entries: the others prove nothing */
+    struct recent_memory *recent_memory; /* owned; see hazard_memory_id() */
+    bool binds;                          /* all entries are JOURNAL_BIND */
+    bool has_references;                 /* see journal_entry_has_references */
+    bool has_sources_to_check;           /* see journal_entry_has_source_to_check */
+    bool executes;                       /* has JOURNAL_EXECUTE entries */
+    bool has_events;                     /* it or a secondary has event entries */
+    bool incomplete;                     /* memory ran out for entries: the others prove nothing */
+    bool lacks_hazards; /* memory ran out for HAZARD entries: all before counts as ordered */
+    /* It or a secondary has HAZARD_INDEXED entries, or commands that read references. */
+    bool awaits_inputs;
 };
 
 /* Returns NULL if memory runs out. The caller owns one reference. */
@@ -189,18 +244,27 @@ static inline bool journal_entry_has_references(const struct journal_entry *entr
     return entry->kind == JOURNAL_EXECUTE || entry->kind == JOURNAL_RANGES;
 }
 
-/* Returns a new entry, uninitialized. The caller sets all of it and then calls journal_end_entry.
- * The entry takes over the references in `built`, `secondary` or `ranges`. Returns NULL if memory
- * runs out; the journal is incomplete then. */
-static inline struct journal_entry *journal_begin_entry(struct journal *journal)
+/* Returns an entry of so many bytes, of which only `size` is set. Returns NULL if memory runs out.
+ */
+static inline void *journal_append(struct journal *journal, size_t size)
 {
     struct journal_entry *entry;
-    if (!chunk_list_make_room(&journal->entries, sizeof(*entry))) {
-        journal->incomplete = true;
+    if (!chunk_list_make_room(&journal->entries, JOURNAL_CHUNK))
         return NULL;
-    }
     entry = (void *)journal->entries.next;
-    journal->entries.next += sizeof(*entry);
+    journal->entries.next += size;
+    entry->size = (unsigned char)(size / JOURNAL_UNIT);
+    return entry;
+}
+
+/* Returns a new entry, of which only `size` is set. The caller sets all else of it and then calls
+ * journal_end_entry. The entry takes over the references in `built`, `secondary` or `ranges`.
+ * Returns NULL if memory runs out; the journal is incomplete then. */
+static inline struct journal_entry *journal_begin_entry(struct journal *journal)
+{
+    struct journal_entry *entry = journal_append(journal, sizeof(*entry));
+    if (!entry)
+        journal->incomplete = true;
     return entry;
 }
 
@@ -241,12 +305,12 @@ void journal_note_call(struct journal *journal, uint32_t position, const struct 
 /* Returns the site of the call that recorded the build at a position; NULL: unknown. */
 const struct call_site *journal_call_site_at(const struct journal *journal, uint32_t position);
 
-/* Returns room for CHUNK_ITEMS_AT_ONCE inputs. The caller fills some of them and then calls
+/* Returns room for JOURNAL_INPUTS_AT_ONCE inputs. The caller fills some of them and then calls
  * journal_end_inputs. Returns NULL if memory runs out; the journal stays complete, because an input
  * only serves to report destroyed buffers. */
 static inline struct journal_input *journal_begin_inputs(struct journal *journal)
 {
-    bool has_room = chunk_list_make_room(&journal->inputs, sizeof(struct journal_input));
+    bool has_room = chunk_list_make_room(&journal->inputs, JOURNAL_INPUT_CHUNK);
     return has_room ? (void *)journal->inputs.next : NULL;
 }
 
@@ -265,16 +329,6 @@ static inline void journal_end_inputs(struct journal *journal, struct journal_in
     journal->inputs.next = (char *)end;
 }
 
-/* Returns the list of accesses and barriers, to be added to, and creates it if there is none.
- * Called only with setting `hazards`. Returns NULL if memory runs out; the journal is incomplete
- * then. */
-struct hazard_list *journal_hazards(struct journal *journal);
-
-/* A position in a journal. Later entries and inputs can be walked, or removed. */
-struct journal_mark {
-    struct chunk_place entries, inputs;
-};
-
 static inline struct journal_mark journal_mark(const struct journal *journal)
 {
     return (struct journal_mark){chunk_list_end(&journal->entries),
@@ -283,19 +337,31 @@ static inline struct journal_mark journal_mark(const struct journal *journal)
 /* Removes all entries and inputs that were added after the mark. */
 void journal_take_back(struct journal *journal, const struct journal_mark *mark);
 
-/* A position in a walk over the entries, or the inputs. */
+/* Begins a call of the application: the entries that follow are its own until the next one. */
+static inline void journal_begin_call(struct journal *journal)
+{
+    journal->call = journal_mark(journal);
+}
+
+/* A walk over the entries of some kinds, up to where the journal ended when the walk was started.
+ * The caller may set `end` to an earlier position. */
 struct journal_cursor {
     const struct chunk_list *list;
-    struct chunk_place place;
+    struct chunk_place place, end;
+    uint32_t kinds;
 };
 
-struct journal_cursor journal_start(const struct journal *journal);
-struct journal_cursor journal_start_after(const struct journal *journal,
-                                          const struct journal_mark *mark);
-struct journal_cursor journal_start_inputs(const struct journal *journal);
-/* Both return NULL at the end. */
+/* Starts before all entries, behind a position, or before the entries of the last call. */
+struct journal_cursor journal_start(const struct journal *journal, uint32_t kinds);
+struct journal_cursor journal_start_at(const struct journal *journal, struct chunk_place place,
+                                       uint32_t kinds);
+struct journal_cursor journal_start_call(const struct journal *journal, uint32_t kinds);
+/* Returns NULL at the end. An entry of another type than struct journal_entry begins like one. */
 struct journal_entry *journal_next(struct journal_cursor *cursor);
-const struct journal_input *journal_next_input(struct journal_cursor *cursor);
+
+/* Returns the input behind a place, which is zero-initialized at first; NULL at the end. */
+const struct journal_input *journal_next_input(const struct journal *journal,
+                                               struct chunk_place *place);
 
 /* Empties the journal. Keeps its memory for the next recording. */
 void journal_clear(struct journal *journal);

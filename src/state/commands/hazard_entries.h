@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the commands of a command buffer access, and how they are synchronized: entries of a journal
+ * if setting `hazards` is on. Memory is found when a command is recorded, so objects may be
+ * destroyed before the journal is replayed. */
+#ifndef ASSAY_STATE_COMMANDS_HAZARD_ENTRIES_H
+#define ASSAY_STATE_COMMANDS_HAZARD_ENTRIES_H
+
+#include "src/hazards/hazards.h"
+#include "src/state/commands/journal.h"
+#include "src/state/resources/resources.h"
+
+/* What a command uses bytes for; names the member in messages. */
+enum hazard_role {
+    HAZARD_DST, /* dst of a build or copy; dstBuffer */
+    HAZARD_SRC, /* src of a build, copy or query; srcBuffer */
+    HAZARD_SCRATCH,
+    HAZARD_VERTICES,
+    HAZARD_INDICES,
+    HAZARD_TRANSFORM,
+    HAZARD_BOXES,
+    HAZARD_INSTANCES,
+    HAZARD_INSTANCE_POINTERS,
+    HAZARD_OTHER_INPUT, /* of an extension's structure */
+    HAZARD_RANGES,      /* indirect */
+    HAZARD_MICROMAP,    /* attached to a geometry */
+    HAZARD_REFERENCE,   /* a structure that an instance refers to */
+    HAZARD_MEMORY,      /* deviceAddress of a serialization or deserialization */
+    HAZARD_ROLES,
+};
+
+struct hazard_entry {
+    unsigned char kind;   /* enum journal_kind */
+    unsigned char size;   /* as in struct journal_entry */
+    unsigned char access; /* HAZARD_ACCESS, HAZARD_INDEXED: enum access_kind */
+    union {
+        unsigned char role; /* HAZARD_ACCESS, HAZARD_INDEXED: enum hazard_role */
+        struct {
+            bool reads_references : 1; /* HAZARD_COMMAND: it builds top-level structures of the
+                                        * device */
+            bool is_global : 1, is_acquisition : 1; /* HAZARD_BARRIER */
+        };
+    };
+    /* HAZARD_BARRIER: the number of entries, this one included; 0 in all but the first.
+     * HAZARD_WAIT_EVENT: the number of HAZARD_BARRIER entries that follow; theirs is 0.
+     * HAZARD_INDEXED: the stride of vertices. */
+    uint32_t count;
+    union {
+        struct {                      /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_COMMAND */
+            uint32_t info;            /* index in pInfos; of a command: number of builds */
+            uint32_t geometry;        /* of a command: position of the first build */
+            uint32_t labels;          /* of a command: see journal_note_labels(); of
+                                       * HAZARD_INDEXED: the size of a vertex */
+            VkObjectType object_type; /* of an access */
+        };
+        struct dependency dependency; /* HAZARD_BARRIER, HAZARD_SET_EVENT */
+    };
+    union {
+        const char *command; /* HAZARD_COMMAND: static text, "vkCmdCopyBuffer" */
+        uint64_t object;     /* HAZARD_ACCESS: handle of the structure or buffer, 0: unknown;
+                              * of events: the VkEvent */
+    };
+    union {
+        struct hazard_bytes bytes;    /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_BARRIER */
+        const struct call_site *site; /* HAZARD_COMMAND that builds; NULL: unknown */
+    };
+};
+_Static_assert(sizeof(struct hazard_entry) <= 56, "a command has many accesses");
+
+/* Whether the entry belongs to the command before it. */
+static inline bool hazard_entry_is_access(const struct hazard_entry *entry)
+{
+    return entry->kind == HAZARD_ACCESS || entry->kind == HAZARD_INDEXED;
+}
+
+/* Returns a new entry, of which only `kind` and `size` are set: the caller sets all else of it.
+ * Returns NULL if memory runs out; the journal lacks hazards then. */
+static inline struct hazard_entry *hazard_add_unset(struct journal *journal, enum journal_kind kind)
+{
+    struct hazard_entry *entry = journal_append(journal, sizeof(*entry));
+    journal->lacks_hazards |= !entry;
+    if (entry)
+        entry->kind = (unsigned char)kind;
+    return entry;
+}
+/* Likewise, but all other members are zeroed. */
+struct hazard_entry *hazard_add(struct journal *journal, enum journal_kind kind);
+
+/* As journal_next(), for walks over HAZARD entries. */
+static inline const struct hazard_entry *hazard_next(struct journal_cursor *cursor)
+{
+    return (const void *)journal_next(cursor);
+}
+
+/* Returns the id of memory, or 0 if its bytes cannot be told apart: see
+ * resources_find_memory_id(). The journal remembers some ids, so that few accesses look one up. */
+uint64_t hazard_memory_id(struct journal *journal, struct resources *resources,
+                          VkDeviceMemory memory);
+
+#endif
