@@ -11,6 +11,7 @@
 #include "layer/physical_device.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/compare/summary.h"
+#include "src/state/builds/build_info.h"
 
 /* ---- creation */
 
@@ -146,7 +147,7 @@ static void keep_bottom(struct comparer *comparer, const struct retained_build *
                         const struct executed_input *executed, const struct compare_input *input)
 {
     const struct journal_entry *entry = executed->entry;
-    bool is_update = executed->item->kind == ITEM_UPDATE;
+    bool is_update = build_is_update(&executed->build->parameters.info);
     struct retained_build own = *build;
     struct retained_input *source =
         is_update && entry ? retained_find_structure(comparer, entry->src_id) : NULL;
@@ -177,7 +178,7 @@ void comparer_keep(struct comparer *comparer, const struct executed_input *execu
     struct build_parameters parameters;
     if (!comparer || comparer->is_stopped)
         return;
-    const struct recorded_build *recorded = executed->item->build;
+    const struct recorded_build *recorded = executed->build;
     const struct retained_build build = {.journal = executed->journal, .place = recorded->place};
     const struct build_parameters *given = recorded_build_given(recorded);
     if (given->had_chains || build.place.command == COMMAND_NV ||

@@ -21,7 +21,7 @@ void comparer_destroy(struct comparer *comparer); /* `comparer` may be NULL */
 struct executed_input {
     const struct journal *journal;
     const struct journal_entry *entry; /* the build's entry; NULL if it has none */
-    const struct recorded_item *item;
+    const struct recorded_build *build;
     const struct input_memory *memory;
     uint64_t destroy_count; /* the value at the time of execution */
 };

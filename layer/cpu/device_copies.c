@@ -10,12 +10,13 @@ static void record_copy(VkCommandBuffer commands, uint64_t dst, uint64_t src,
     struct recorder recorder;
     if (!recorder_begin(&recorder, commands))
         return;
-    const struct recorded_item item = {
-        .kind = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR ? ITEM_COMPACT : ITEM_CLONE,
-        .dst = dst,
-        .src = src,
-    };
-    recorder_add(&recorder, &item);
+    recorder_add_copy(&recorder, &(struct recorded_command){
+                                     .kind = mode == VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                                                 ? CPU_COMPACT
+                                                 : CPU_CLONE,
+                                     .structure = dst,
+                                     .src = src,
+                                 });
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureKHR(
@@ -37,9 +38,9 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyAccelerationStructureToMemoryKHR(
     struct recorder recorder;
     if (!recorder_begin(&recorder, commandBuffer))
         return;
-    const struct recorded_item item = {
-        .kind = ITEM_SERIALIZE, .src = (uint64_t)pInfo->src, .address = pInfo->dst.deviceAddress};
-    recorder_add(&recorder, &item);
+    recorder_add(&recorder, &(struct recorded_command){.kind = CPU_SERIALIZE,
+                                                       .structure = (uint64_t)pInfo->src,
+                                                       .address = pInfo->dst.deviceAddress});
 }
 
 /* The most bytes that the serialized form of a structure of `size` bytes takes: the header, and a
@@ -57,11 +58,11 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyMemoryToAccelerationStructureKHR(
     struct cpu_structure_info info;
     if (!recorder_begin(&recorder, commandBuffer))
         return;
-    struct recorded_item item = {.kind = ITEM_DESERIALIZE, .dst = (uint64_t)pInfo->dst};
-    if (!cpu_structures_find(recorder.device->cpu->device->structures, item.dst, &info))
+    struct recorded_command read = {.kind = CPU_DESERIALIZE, .structure = (uint64_t)pInfo->dst};
+    if (!cpu_structures_find(recorder.device->cpu->device->structures, read.structure, &info))
         return;
     if (recorder_copy(&recorder, pInfo->src.deviceAddress, serialized_max(info.size),
-                      &item.serialized))
-        recorder_add(&recorder, &item);
+                      &read.serialized))
+        recorder_add(&recorder, &read);
     recorder_end(&recorder);
 }

@@ -3,7 +3,6 @@
  * the next layer. */
 #include "src/cpu/query_pools.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "layer/cpu/commands.h"
@@ -93,13 +92,13 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdResetQueryPool(VkCommandBuffer commandBuffer,
         overlay->next.CmdResetQueryPool(commandBuffer, queryPool, firstQuery, queryCount);
         return;
     }
-    const struct recorded_item item = {.kind = ITEM_RESET_QUERIES,
-                                       .pool = (uint64_t)queryPool,
-                                       .first = firstQuery,
-                                       .count = queryCount};
+    const struct recorded_command reset = {.kind = CPU_RESET_QUERIES,
+                                           .pool = (uint64_t)queryPool,
+                                           .first = firstQuery,
+                                           .count = queryCount};
     struct recorder recorder;
     if (recorder_begin(&recorder, commandBuffer))
-        recorder_add(&recorder, &item);
+        recorder_add(&recorder, &reset);
 }
 
 /* `structures`: handles of either kind. The type of the queries is that of the pool; another type
@@ -108,23 +107,16 @@ static void record_writes(VkCommandBuffer commands, uint32_t count, const void *
                           VkQueryPool pool, uint32_t first)
 {
     struct recorder recorder;
-    struct recorded_item item = {
-        .kind = ITEM_WRITE_QUERIES,
-        .pool = (uint64_t)pool,
-        .first = first,
-        .count = count,
-    };
-    const size_t size = count * sizeof(*item.structures);
+    struct recorded_command write = {.kind = CPU_WRITE_QUERY, .pool = (uint64_t)pool};
     if (!recorder_begin(&recorder, commands) || !is_own(recorder.device->cpu, pool) ||
-        !readable(readable_cache_of_thread(), structures, size))
+        !readable(readable_cache_of_thread(), structures, count * sizeof(write.structure)))
         return;
-    item.structures = malloc(size);
-    if (!item.structures) {
-        recorder_fail(&recorder);
-        return;
+    for (uint32_t i = 0; i < count; i++) {
+        write.first = first + i;
+        memcpy(&write.structure, (const char *)structures + i * sizeof(write.structure),
+               sizeof(write.structure));
+        recorder_add(&recorder, &write);
     }
-    memcpy(item.structures, structures, size);
-    recorder_add(&recorder, &item);
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteAccelerationStructuresPropertiesKHR(
@@ -161,8 +153,8 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyQueryPoolResults(VkCommandBuffer commandBu
                                               dstBuffer, dstOffset, stride, flags);
         return;
     }
-    const struct recorded_item item = {
-        .kind = ITEM_COPY_QUERIES,
+    const struct recorded_command copy = {
+        .kind = CPU_COPY_QUERIES,
         .pool = (uint64_t)queryPool,
         .first = firstQuery,
         .count = queryCount,
@@ -172,5 +164,5 @@ VKAPI_ATTR void VKAPI_CALL cpu_CmdCopyQueryPoolResults(VkCommandBuffer commandBu
     };
     struct recorder recorder;
     if (recorder_begin(&recorder, commandBuffer))
-        recorder_add(&recorder, &item);
+        recorder_add(&recorder, &copy);
 }

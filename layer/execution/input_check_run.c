@@ -41,11 +41,12 @@ struct read_call {
 struct reading {
     const struct ran_execution *ran;
     struct replay replay;
-    uint32_t next_note, next_used, next_execution_point;
+    uint32_t next_note, next_used, next_point; /* of ran->notes */
     struct read_call *open_calls;
     struct pending_finding *findings, **findings_last;
     struct guard_results guarded;
     bool has_addresses; /* of all structures, see query_addresses() */
+    bool lost_notes;    /* the notes are not those of the entries */
     bool lacks_memory;  /* some inputs could not be validated */
     const char *when;   /* see input_checks_read() */
     bool lacks_marks;   /* the device may not have copied the inputs of some builds */
@@ -207,115 +208,61 @@ static void leave_call(struct read_call *call)
     call->reading->open_calls = call;
 }
 
-static bool is_of_call(const struct read_call *call, const struct recorded_place *place)
-{
-    return call && call->first == place->position - place->info && call->command == place->command;
-}
-
 /* ---- builds */
 
-/* One command buffer, and positions in its journal. */
+/* One command buffer. */
 struct read_buffer {
     struct reading *reading;
     struct execution *execution;
     bool is_known; /* its copies can be read */
     const struct journal *journal;
-    struct journal_cursor builds, secondaries;
+    uint32_t used_count; /* micromaps that the next build uses */
     struct read_call *call;
 };
 
-/* The journal entry of a build. Returns NULL if there is none. */
-static const struct journal_entry *find_entry(struct read_buffer *buffer, uint32_t position)
-{
-    struct journal_cursor cursor = buffer->builds;
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));
-         buffer->builds = cursor) {
-        if (entry->built.position > position)
-            return NULL;
-        if (entry->built.position == position)
-            return entry;
-    }
-    return NULL;
-}
-
-/* Finds the note of an entry. Each entry has a note, in the order of the builds. Notes in between
- * belong to builds that were not recorded. */
-static const struct input_note *find_note(struct reading *reading,
-                                          const struct journal_entry *entry)
-{
-    const struct input_notes *notes = &reading->ran->notes;
-    while (entry && entry->built.shapes && reading->next_note < notes->count) {
-        const struct input_note *note = &notes->items[reading->next_note++];
-        if (note->entry == entry)
-            return note;
-    }
-    return NULL;
-}
-
-/* Finds the micromaps of a build. They are consecutive, in the order of the build's geometries. */
-static uint32_t find_used(struct read_buffer *buffer, const struct recorded_build *build,
-                          const struct used_micromap_note **used)
-{
-    const struct input_notes *notes = &buffer->reading->ran->notes;
-    uint32_t first = buffer->reading->next_used, position = build->place.position;
-    if (!build->parameters.chained)
-        return 0;
-    while (first < notes->used_count && (notes->used[first].journal != buffer->journal ||
-                                         notes->used[first].position != position))
-        first++;
-    uint32_t end = first;
-    while (end < notes->used_count && notes->used[end].journal == buffer->journal &&
-           notes->used[end].position == position &&
-           (end == first || notes->used[end].geometry > notes->used[end - 1].geometry))
-        end++;
-    if (end > first)
-        buffer->reading->next_used = end;
-    *used = end > first ? &notes->used[first] : NULL;
-    return end - first;
-}
-
-static const struct execution_point *find_execution_point(struct read_buffer *buffer,
-                                                          const struct recorded_build *build)
-{
-    const struct input_notes *notes = &buffer->reading->ran->notes;
-    if (build->parameters.info.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
-        return NULL;
-    for (uint32_t i = buffer->reading->next_execution_point; i < notes->point_count; i++) {
-        const struct execution_point_note *note = &notes->points[i];
-        if (note->journal != buffer->journal || note->position != build->place.position)
-            continue;
-        buffer->reading->next_execution_point = i + 1;
-        return &note->point;
-    }
-    return NULL;
-}
-
-/* What the replay noted of one build. */
+/* What the replay noted of one build; the pointers may be NULL. */
 struct found_notes {
-    const struct journal_entry *entry; /* may be NULL, as may the pointers below */
     const struct input_note *inputs;
     const struct execution_point *point;
     const struct used_micromap_note *used;
     uint32_t used_count;
 };
 
-/* Called for each build of the execution in turn, also for those that are not read: a secondary
- * command buffer that was executed twice has the same entries twice. */
-static struct found_notes find_notes(struct read_buffer *buffer, const struct recorded_build *build)
+/* Takes the next notes. The replay visited the same entries in the same order, and each entry has
+ * the same notes in each execution, so none is searched for. An application that records further
+ * after a submission breaks that: then no more notes are taken. */
+static struct found_notes take_notes(struct read_buffer *buffer, const struct journal_entry *entry)
 {
-    struct found_notes found = {.entry = find_entry(buffer, build->place.position)};
-    if (buffer->reading->ran->notes.lacks_memory)
-        return found;
-    found.inputs = find_note(buffer->reading, found.entry);
-    found.point = find_execution_point(buffer, build);
-    found.used_count = find_used(buffer, build, &found.used);
+    struct reading *reading = buffer->reading;
+    const struct input_notes *notes = &reading->ran->notes;
+    struct found_notes found = {.used_count = buffer->used_count};
+    bool has_inputs = entry->built.shapes && notes->count;
+    bool has_point =
+        entry->built.type == VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR && notes->point_count;
+    buffer->used_count = 0;
+    if (notes->lacks_memory || reading->lost_notes)
+        return (struct found_notes){0};
+    reading->lost_notes = (has_inputs && (reading->next_note >= notes->count ||
+                                          notes->items[reading->next_note].entry != entry)) ||
+                          (has_point && reading->next_point >= notes->point_count) ||
+                          found.used_count > notes->used_count - reading->next_used;
+    if (reading->lost_notes)
+        return (struct found_notes){0};
+    if (has_inputs)
+        found.inputs = &notes->items[reading->next_note++];
+    if (has_point)
+        found.point = &notes->points[reading->next_point++].point;
+    if (found.used_count)
+        found.used = &notes->used[reading->next_used];
+    reading->next_used += found.used_count;
     return found;
 }
 
-static void read_build(struct read_buffer *buffer, const struct recorded_item *item,
+static void read_build(struct read_buffer *buffer, const struct journal_entry *entry,
                        const struct found_notes *notes)
 {
-    const struct recorded_build *build = item->build;
+    const struct recorded_build *build = journal_copies(entry);
+    const struct journal_entry *known = entry->kind == JOURNAL_INPUTS ? NULL : entry;
     const struct input_note *note = notes->inputs;
     struct reading *reading = buffer->reading;
     struct snapshot_memory memory = {
@@ -334,7 +281,7 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
     }
     struct executed_build executed = {
         .build = build,
-        .dst_id = notes->entry ? notes->entry->dst_id : 0,
+        .dst_id = entry->dst_id,
         .memory = snapshot_memory_of(&memory),
         .inputs = note ? note->inputs : NULL,
         .source_inputs = note ? note->source.inputs : NULL,
@@ -345,7 +292,7 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
     buffer->call->geometry_by_pointer = build->place.geometry_by_pointer;
     executed_call_read(buffer->call->executed, &executed);
     guard_results_add(&reading->guarded, buffer->journal, build, buffer->execution->bases);
-    const struct executed_input input = {buffer->journal, notes->entry, item, &executed.memory,
+    const struct executed_input input = {buffer->journal, known, build, &executed.memory,
                                          buffer->execution->destroy_count};
     if (!reading->when)
         comparer_keep(reading->ran->device->comparer, &input);
@@ -357,15 +304,16 @@ static void read_build(struct read_buffer *buffer, const struct recorded_item *i
 /* Whether this thread is to validate the build now. The device executes the calls of a command
  * buffer in order, so one number says which builds were validated before completion. After the
  * device was lost, several threads may read the same execution: one of them validates a build. */
-static bool is_readable(struct read_buffer *buffer, uint32_t position)
+static bool is_readable(struct read_buffer *buffer, const struct recorded_build *build)
 {
     struct execution *execution = buffer->execution;
+    const uint32_t position = build->place.position;
     unsigned judged_end = atomic_load(&execution->judged_end);
     if (position < judged_end)
         return false;
     if (!buffer->reading->when)
         return true;
-    if (recording_mark_state(execution->recording, position, execution->ticket->number) <
+    if (recording_mark_state(execution->recording, build->mark, execution->ticket->number) <
         MARK_HAS_COPIES) {
         buffer->reading->lacks_marks = true;
         return false;
@@ -373,54 +321,58 @@ static bool is_readable(struct read_buffer *buffer, uint32_t position)
     return atomic_compare_exchange_strong(&execution->judged_end, &judged_end, position + 1);
 }
 
-static void read_item(struct read_buffer *buffer, const struct recorded_item *item)
+/* `notes` are taken for each build, also for one that is not read. */
+static void read_entry(struct read_buffer *buffer, const struct journal_entry *entry,
+                       const struct found_notes *notes)
 {
-    const struct recorded_place *place = &item->build->place;
-    const struct found_notes notes = find_notes(buffer, item->build);
-    if (!buffer->is_known || !is_readable(buffer, place->position))
+    const struct recorded_build *build = journal_copies(entry);
+    if (!build)
         return;
-    if (!is_of_call(buffer->call, place)) {
+    if (build->begins_call) {
         leave_call(buffer->call);
-        buffer->call = begin_call(buffer->reading, buffer->journal, place);
+        buffer->call = NULL;
     }
+    if (!buffer->is_known || !is_readable(buffer, build))
+        return;
+    if (!buffer->call)
+        buffer->call = begin_call(buffer->reading, buffer->journal, &build->place);
     if (buffer->call)
-        read_build(buffer, item, &notes);
+        read_build(buffer, entry, notes);
     else
         buffer->reading->lacks_memory = true;
 }
 
 /* ---- command buffers */
 
-static const struct journal *find_secondary(struct read_buffer *buffer,
-                                            const struct recording *recording)
+static void read_execution(struct reading *reading, struct execution *execution)
 {
-    for (const struct journal_entry *entry; (entry = journal_next(&buffer->secondaries));)
-        if (entry->secondary->work == recording)
-            return entry->secondary;
-    return NULL;
-}
-
-static void read_execution(struct reading *reading, struct execution *execution,
-                           const struct journal *journal)
-{
-    struct read_buffer buffer = {.reading = reading,
-                                 .execution = execution,
-                                 .journal = journal,
-                                 .builds = journal_start(journal, JOURNAL_BUILDS),
-                                 .secondaries =
-                                     journal_start(journal, JOURNAL_BIT(JOURNAL_EXECUTE))};
+    struct read_buffer buffer = {
+        .reading = reading, .execution = execution, .journal = execution->recording->journal};
+    struct journal_cursor cursor =
+        execution_start(execution, JOURNAL_COPIED_BUILDS | JOURNAL_BIT(JOURNAL_USE_MICROMAP) |
+                                       JOURNAL_BIT(JOURNAL_EXECUTE));
     uint32_t child = 0;
     shared_lock_read(&execution->lock);
     buffer.is_known = !execution->has_no_snapshots && !atomic_load(&execution->is_overwritten);
-    for (const struct recorded_item *item = NULL; (item = execution_next(execution, item));) {
-        if (item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE)
-            read_item(&buffer, item);
-        if (item->kind != ITEM_EXECUTE)
-            continue;
-        const struct journal *secondary = find_secondary(&buffer, item->secondary);
-        if (secondary)
-            read_execution(reading, execution->children[child], secondary);
-        child++;
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        struct found_notes notes = {0};
+        switch ((enum journal_kind)entry->kind) {
+        case JOURNAL_USE_MICROMAP:
+            buffer.used_count += !entry->micromap.is_ext;
+            break;
+        case JOURNAL_EXECUTE:
+            if (execution->children[child])
+                read_execution(reading, execution->children[child]);
+            child++;
+            break;
+        case JOURNAL_BUILD:
+        case JOURNAL_UPDATE:
+            notes = take_notes(&buffer, entry);
+            read_entry(&buffer, entry, &notes);
+            break;
+        default: /* JOURNAL_INPUTS */
+            read_entry(&buffer, entry, &notes);
+        }
     }
     shared_lock_release(&execution->lock);
     leave_call(buffer.call);
@@ -440,7 +392,7 @@ void input_checks_read(const struct ran_execution *ran, const char *when,
                               .findings_last = &reading.findings};
     fenv_t of_application;
     float_environment_enter(&of_application);
-    read_execution(&reading, ran->execution, ran->journal);
+    read_execution(&reading, ran->execution);
     while (reading.open_calls) {
         struct read_call *call = reading.open_calls;
         reading.open_calls = call->next;

@@ -211,15 +211,6 @@ struct visitor {
     bool has_marks;
 };
 
-static bool lacks_inputs(const struct recording *recording, uint32_t position)
-{
-    uint32_t count = recording->left_out_count;
-    for (uint32_t i = 0; i < count && i < LEFT_OUT_NAMED; i++)
-        if (recording->left_out[i].position == position)
-            return true;
-    return count > LEFT_OUT_NAMED && position > recording->left_out[LEFT_OUT_NAMED - 1].position;
-}
-
 static bool visit_journal(struct visitor *visitor, const struct journal *journal)
 {
     struct submitted_build *build = &visitor->build;
@@ -230,13 +221,13 @@ static bool visit_journal(struct visitor *visitor, const struct journal *journal
             return false;
         if (entry->kind == JOURNAL_EXECUTE)
             continue;
-        const struct recording *recording = visitor->has_marks ? journal->work : NULL;
+        const struct recorded_build *copies = visitor->has_marks ? journal_copies(entry) : NULL;
         build->journal = journal;
         build->entry = entry;
         build->state = MARK_IS_UNKNOWN;
-        build->lacks_inputs = recording && lacks_inputs(recording, entry->built.position);
-        if (recording)
-            build->state = recording_mark_state(recording, entry->built.position, 0);
+        build->lacks_inputs = copies && copies->left_out;
+        if (copies)
+            build->state = recording_mark_state(journal->work, copies->mark, 0);
         if (!visitor->visit(visitor->user, build))
             return false;
     }
@@ -321,12 +312,12 @@ static void add_progress(struct progress *progress, const struct journal *journa
 {
     const struct recording *recording = journal->work;
     for (uint32_t i = 0; recording && i < recording->marks.count; i++) {
-        enum mark_state state = recording_mark_state(recording, recording->marks.items[i].first, 0);
+        enum mark_state state = recording_mark_state(recording, i + 1, 0);
         progress->sum = progress->sum * 31 + state + 1;
         progress->is_pending |= state == MARK_IS_CLEAR || state == MARK_HAS_COPIES;
     }
-    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_EXECUTE));
-    for (const struct journal_entry *entry; journal->executes && (entry = journal_next(&cursor));)
+    struct journal_cursor cursor = journal_start_secondaries(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
         add_progress(progress, entry->secondary);
 }
 

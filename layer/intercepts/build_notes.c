@@ -179,10 +179,16 @@ add_shapes(struct journal *journal, const struct build_view *build, struct journ
     journal_end_entry(journal, entry);
 }
 
+/* Whether the inputs of the call's builds may be copied. */
+static inline bool is_copied(const struct build_call *call)
+{
+    return call->device->snapshots && call->command_buffer;
+}
+
 static inline void note_build(const struct build_call *call, const struct build_view *build,
                               uint32_t labels)
 {
-    struct journal_entry *entry = journal_begin_entry(call->journal);
+    struct journal_entry *entry = journal_begin_build(call->journal, is_copied(call));
     if (!entry)
         return;
     entry->kind = build_is_update(build->info) ? JOURNAL_UPDATE : JOURNAL_BUILD;
@@ -199,6 +205,18 @@ static inline void note_build(const struct build_call *call, const struct build_
                    position_of(call, build));
     if (built_has_shapes(build->info) || !is_readable(build))
         add_shapes(call->journal, build, entry);
+}
+
+/* Records the place of copies of a build that writes no known structure. */
+__attribute__((cold)) static void note_unknown_build(const struct build_call *call,
+                                                     const struct build_view *build)
+{
+    struct journal_entry *entry = is_copied(call) ? journal_begin_build(call->journal, true) : NULL;
+    if (entry)
+        *entry = (struct journal_entry){.kind = JOURNAL_INPUTS,
+                                        .size = entry->size,
+                                        .command = (unsigned char)call->view.command,
+                                        .info = build->index};
 }
 
 /* Records all inputs of a typical build at once. */
@@ -223,8 +241,10 @@ ON_RECORDING_PATH static void record_build(void *user, const struct build_view *
     const struct command_buffer *command_buffer = call->command_buffer;
     if (command_buffer)
         note_inputs(call, build, geometry);
-    if (!build->dst.id)
+    if (!build->dst.id) {
+        note_unknown_build(call, build);
         return;
+    }
     if (build->micromaps && command_buffer)
         note_micromaps(call, build);
     note_build(call, build,

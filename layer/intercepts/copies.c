@@ -11,11 +11,12 @@
 static void note(const struct layer_device *device, VkCommandBuffer handle,
                  const struct journal_entry *entry)
 {
-    struct command_buffer *command_buffer =
-        entry->dst_id ? layer_find_recording(device, handle) : NULL;
-    if (!command_buffer)
+    struct command_buffer *command_buffer = command_buffers_find(device->command_buffers, handle);
+    if (!command_buffer || !command_buffer->journal)
         return;
     journal_begin_call(command_buffer->journal);
+    if (!entry->dst_id || device->level < LEVEL_EXECUTION)
+        return;
     journal_add(command_buffer->journal, entry);
     replay_keep(command_buffer);
 }

@@ -72,10 +72,12 @@ static struct journal_entry read_entry(const struct layer_device *device,
 static void note_write(const struct layer_device *device, VkCommandBuffer handle,
                        struct journal_entry entry)
 {
-    struct command_buffer *command_buffer = layer_find_recording(device, handle);
-    if (!command_buffer || !entry.dst_id)
+    struct command_buffer *command_buffer = command_buffers_find(device->command_buffers, handle);
+    if (!command_buffer || !command_buffer->journal)
         return;
     journal_begin_call(command_buffer->journal);
+    if (!entry.dst_id || device->level < LEVEL_EXECUTION)
+        return;
     journal_add(command_buffer->journal, &entry);
     replay_keep(command_buffer);
 }

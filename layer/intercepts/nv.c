@@ -162,8 +162,12 @@ void nv_record_build(void *user, const struct nv_call_view *view)
         return;
     if (call->device->records_builds)
         note_primitives(journal, view);
-    struct journal_entry entry = {
+    struct journal_entry *entry = journal_begin_build(journal, call->device->snapshots);
+    if (!entry)
+        return;
+    *entry = (struct journal_entry){
         .kind = view->update ? JOURNAL_UPDATE : JOURNAL_BUILD,
+        .size = entry->size,
         .command = COMMAND_NV,
         .labels = journal_note_labels(journal, &call->command_buffer->labels),
         .dst = (uint64_t)(uintptr_t)view->dst,
@@ -173,7 +177,7 @@ void nv_record_build(void *user, const struct nv_call_view *view)
         .src_id = view->src_facts.id,
         .built = describe(call, view),
     };
-    journal_add(journal, &entry);
+    journal_end_entry(journal, entry);
 }
 
 void nv_record_input(void *user, uint32_t geometry, enum input_role role,

@@ -10,7 +10,6 @@
 #include "layer/snapshots/recorder.h"
 #include "src/base/readable.h"
 #include "src/snapshots/build_input.h"
-#include "src/state/builds/build_info.h"
 
 /* Memory that cannot be read yet: each request of the builder's input becomes a copy. */
 struct copied_memory {
@@ -106,22 +105,12 @@ static void copy_inputs(struct recorder *recorder, struct recorded_build *build)
 
 void recorder_add_build(struct recorder *recorder, struct recorded_build *build)
 {
-    const VkAccelerationStructureBuildGeometryInfoKHR *info = &build->parameters.info;
     recorder->left_out = LEFT_OUT_NOTHING;
     copy_inputs(recorder, build);
     guard_call_add(recorder->guards, recorder, build);
     build->left_out = recorder->left_out;
     const uint32_t position = build->place.position;
-    if (!recorder->build_count)
-        recorder->first_build = position;
-    recorder->build_count = position - recorder->first_build + 1;
-    const struct recorded_item item = {
-        .kind = build_is_update(info) ? ITEM_UPDATE : ITEM_BUILD,
-        .dst = (uint64_t)info->dstAccelerationStructure,
-        .src = (uint64_t)info->srcAccelerationStructure,
-        .build = build,
-    };
-    recorder_add(recorder, &item);
+    recorder_keep_build(recorder, build);
     if (recorder->left_out)
         recording_leave_out(recorder->recording, position, recorder->left_out);
 }

@@ -49,12 +49,15 @@ void recorder_mark_reached(const struct recorder *recorder, VkPipelineStageFlags
     if (!recorder->build_count || recorder->recording->executes_at_once ||
         !has_timestamps(recorder) || !words_take(recorder->device->snapshots->words, &mark.words))
         return;
-    mark.first = recorder->first_build;
-    mark.last = recorder->first_build + recorder->build_count - 1;
     if (!add_mark(recorder->recording, &mark)) {
         words_give_back(recorder->device->snapshots->words, &mark.words);
         return;
     }
+    struct journal_cursor cursor =
+        journal_start_call(recorder->recording->journal, JOURNAL_COPIED_BUILDS);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        if (journal_copies(entry))
+            journal_copies(entry)->mark = marks->count;
     /* If there are both, the last dispatch waits for the transfers. */
     write_after(recorder, &mark.words, MARK_REACHED,
                 copies & VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT ? VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT
@@ -85,28 +88,14 @@ void recording_clear_marks(struct recording *recording, const struct ticket *tic
     atomic_store(&marks->ticket, is_only ? number : 0);
 }
 
-/* Returns NULL if the build has none. */
-static const struct build_mark *find_mark(const struct build_marks *marks, uint32_t position)
-{
-    uint32_t low = 0, high = marks->count;
-    while (low < high) {
-        uint32_t middle = (low + high) / 2;
-        if (marks->items[middle].first <= position)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low && position <= marks->items[low - 1].last ? &marks->items[low - 1] : NULL;
-}
-
-enum mark_state recording_mark_state(const struct recording *recording, uint32_t position,
+enum mark_state recording_mark_state(const struct recording *recording, uint32_t mark,
                                      uint64_t ticket)
 {
     uint64_t own = atomic_load(&recording->marks.ticket);
-    const struct build_mark *mark = find_mark(&recording->marks, position);
     if (!mark || !own || (ticket && own != ticket))
         return MARK_IS_UNKNOWN;
-    if (atomic_load(&mark->words.words[MARK_FINISHED]))
+    _Atomic uint32_t *words = recording->marks.items[mark - 1].words.words;
+    if (atomic_load(&words[MARK_FINISHED]))
         return MARK_HAS_BUILDS;
-    return atomic_load(&mark->words.words[MARK_REACHED]) ? MARK_HAS_COPIES : MARK_IS_CLEAR;
+    return atomic_load(&words[MARK_REACHED]) ? MARK_HAS_COPIES : MARK_IS_CLEAR;
 }

@@ -26,9 +26,10 @@ enum mark_state {
  * still write them for another one (`is_pending`), they are about none. */
 void recording_clear_marks(struct recording *recording, const struct ticket *ticket,
                            bool is_pending);
-/* How far the device has got with the call of a build, in the submission with this ticket; 0: in
- * the latest one. A signal handler may call this. */
-enum mark_state recording_mark_state(const struct recording *recording, uint32_t position,
+/* How far the device has got with the call of a build that has a mark (struct recorded_build: the
+ * number of the mark, from 1; 0: none), in the submission with this ticket; 0: in the latest one. A
+ * signal handler may call this. */
+enum mark_state recording_mark_state(const struct recording *recording, uint32_t mark,
                                      uint64_t ticket);
 
 #endif

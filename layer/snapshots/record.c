@@ -30,23 +30,17 @@ static void free_words(void *user, const struct mapped_words *words)
     words_give_back(snapshots->words, words);
 }
 
-static struct recording *create_recording(struct snapshots *snapshots,
-                                          const struct command_buffer *command_buffer)
+static void create_recording(struct snapshots *snapshots,
+                             const struct command_buffer *command_buffer)
 {
     const struct recording_memory memory = {free_chunk, free_guarded, free_words, snapshots};
-    struct recording *recording = recording_create(&memory);
+    struct recording *recording = recording_create(command_buffer->journal, &memory);
     if (!recording)
-        return NULL;
+        return;
     if (command_buffer->has_early_bindings)
         recording->compute = *(const struct compute_state *)command_buffer->early_bindings;
     recording->executes_once = command_buffer->executes_once;
     recording->executes_at_once = command_buffer->executes_at_once;
-    return recording;
-}
-
-static void release_work(void *recording)
-{
-    recording_release(recording);
 }
 
 struct recording *recording_of(const struct layer_device *device, VkCommandBuffer handle)
@@ -66,10 +60,8 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle)
     if (!recorder->command_buffer)
         return false;
     struct journal *journal = recorder->command_buffer->journal;
-    if (journal && !journal->work) {
-        journal->work = create_recording(device->snapshots, recorder->command_buffer);
-        journal->release_work = release_work;
-    }
+    if (journal && !journal->work)
+        create_recording(device->snapshots, recorder->command_buffer);
     recorder->recording = journal ? journal->work : NULL;
     if (!recorder->recording) {
         recorder_fail(recorder);
@@ -98,6 +90,7 @@ bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle)
 {
     if (!recorder_begin(recorder, handle))
         return false;
+    recorder->builds = journal_start_call(recorder->recording->journal, JOURNAL_COPIED_BUILDS);
     recorder->cannot_inject = !recorder->device->snapshots->are_for_backend &&
                               !is_place_for_copies(recorder->command_buffer);
     return true;
@@ -109,10 +102,69 @@ void recorder_fail(struct recorder *recorder)
     recorder->left_out = LEFT_OUT_MEMORY;
 }
 
-void recorder_add(struct recorder *recorder, const struct recorded_item *item)
+/* ---- entries */
+
+void recorder_add(struct recorder *recorder, const struct recorded_command *command)
 {
-    if (!recording_add(recorder->recording, item))
+    struct recorded_command *entry = journal_append(recorder->recording->journal, sizeof(*entry));
+    if (!entry) {
         recorder_fail(recorder);
+        return;
+    }
+    const unsigned char size = entry->size;
+    *entry = *command;
+    entry->size = size;
+    recorder->recording->has_commands = true;
+}
+
+void recorder_add_copy(struct recorder *recorder, const struct recorded_command *copy)
+{
+    struct journal_cursor cursor = journal_start_call(
+        recorder->recording->journal, JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT));
+    if (journal_next(&cursor))
+        recorder->recording->has_commands = true;
+    else
+        recorder_add(recorder, copy);
+}
+
+/* Finds the entry of a build among those of the call, which are in the order of the builds. Builds
+ * of micromaps have none: a journal only has what they write. */
+static struct journal_entry *find_entry(struct recorder *recorder, uint32_t info)
+{
+    if (!recorder->builds.list)
+        return NULL;
+    if (!recorder->next_build)
+        recorder->next_build = journal_next(&recorder->builds);
+    while (recorder->next_build && recorder->next_build->info < info)
+        recorder->next_build = journal_next(&recorder->builds);
+    return recorder->next_build && recorder->next_build->info == info ? recorder->next_build : NULL;
+}
+
+static struct journal_entry *make_entry(struct recorder *recorder,
+                                        const struct recorded_build *build)
+{
+    struct journal_entry *entry = journal_begin_build(recorder->recording->journal, true);
+    if (entry)
+        *entry = (struct journal_entry){.kind = JOURNAL_INPUTS,
+                                        .size = entry->size,
+                                        .command = (unsigned char)build->place.command,
+                                        .info = build->place.info};
+    return entry;
+}
+
+void recorder_keep_build(struct recorder *recorder, struct recorded_build *build)
+{
+    struct journal_entry *entry = find_entry(recorder, build->place.info);
+    if (!entry)
+        entry = make_entry(recorder, build);
+    if (!entry) {
+        recorder_fail(recorder);
+        recorded_build_free(build);
+        return;
+    }
+    build->begins_call = !recorder->build_count++;
+    journal_set_copies(entry, build);
+    recording_add_build(recorder->recording, build);
 }
 
 /* ---- barriers */

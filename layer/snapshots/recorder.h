@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the layer adds to a command buffer when a build is recorded: items of the recording, and
- * copies of the build's inputs. */
+/* What the layer adds to a command buffer when a build is recorded: copies of the build's inputs,
+ * in the command buffer and at the build's entry of the journal. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_RECORDER_H
 #define ASSAY_LAYER_SNAPSHOTS_RECORDER_H
 
@@ -25,7 +25,9 @@ struct recorder {
     bool has_copied;                            /* the barrier before the first copy is recorded */
     bool has_dispatched;                        /* a dispatch of the layer's own is recorded */
     VkPipelineStageFlags copy_stages;           /* of the copies; set by recorder_end() */
-    uint32_t first_build, build_count;          /* positions of the builds of this command */
+    struct journal_cursor builds;               /* over the entries of this command's builds */
+    struct journal_entry *next_build;           /* that it has reached; NULL: none */
+    uint32_t build_count;                       /* builds of this command that are recorded */
     uint32_t first_chunk;                       /* the first chunk that the command may write to */
     uint32_t first_order; /* in the last block of copy orders: the first one not dispatched yet */
     struct copy_orders mark;   /* order that marks the copies by vkCmdCopyBuffer; count 0: there are
@@ -41,8 +43,12 @@ bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle);
 /* The same for a build command; sets cannot_inject. */
 bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle);
 
-/* Adds an item. Takes ownership of what the item points to, also if memory runs out. */
-void recorder_add(struct recorder *recorder, const struct recorded_item *item);
+/* Adds an entry for backend cpu. */
+void recorder_add(struct recorder *recorder, const struct recorded_command *command);
+/* Adds a copy of a structure, unless the call has an entry for it. */
+void recorder_add_copy(struct recorder *recorder, const struct recorded_command *copy);
+/* Lets a build's entry have copies; makes an entry if it has none. Takes ownership of the build. */
+void recorder_keep_build(struct recorder *recorder, struct recorded_build *build);
 void recorder_fail(struct recorder *recorder);
 /* Called before the first copy of a command: records a barrier. Does nothing after that. */
 void recorder_start_copies(struct recorder *recorder);

@@ -84,7 +84,7 @@ static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
     const struct layer_device *device = submit->snapshots->device;
     struct recording *recording = recording_of(device, handle);
     warn_left_out(device, handle);
-    if (!recording || !recording->first || submit->result != VK_SUCCESS ||
+    if (!recording || !recording->has_commands || submit->result != VK_SUCCESS ||
         add_execution(submit, recording))
         return;
     if (submit->snapshots->are_for_backend)
@@ -95,8 +95,8 @@ static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
 
 static uint32_t count_overwritten(const struct execution *execution)
 {
-    uint32_t count = atomic_load(&execution->is_overwritten);
-    for (uint32_t i = 0; !count && i < execution->child_count; i++)
+    uint32_t count = execution && atomic_load(&execution->is_overwritten);
+    for (uint32_t i = 0; execution && !count && i < execution->child_count; i++)
         count += count_overwritten(execution->children[i]);
     return count;
 }
@@ -330,15 +330,11 @@ VKAPI_ATTR void VKAPI_CALL snapshots_CmdExecuteCommands(VkCommandBuffer commandB
     if (!device)
         return;
     for (uint32_t i = 0; i < commandBufferCount; i++) {
-        struct recording *recording = recording_of(device, pCommandBuffers[i]);
+        const struct recording *recording = recording_of(device, pCommandBuffers[i]);
         struct recorder recorder;
         warn_left_out(device, pCommandBuffers[i]);
-        if (!recording || !recording->first || !recorder_begin(&recorder, commandBuffer) ||
-            recording_contains(recording, recorder.recording))
-            continue;
-        const struct recorded_item item = {.kind = ITEM_EXECUTE,
-                                           .secondary = recording_share(recording)};
-        recorder_add(&recorder, &item);
+        if (recording && recording->has_commands && recorder_begin(&recorder, commandBuffer))
+            recorder.recording->has_commands = true;
     }
     device->snapshots->below.CmdExecuteCommands(commandBuffer, commandBufferCount, pCommandBuffers);
 }

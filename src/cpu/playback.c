@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Plays the items of recordings, without waiting for the device; and keeps results for buffers. */
+/* Plays the journals of executions, without waiting for the device; and keeps results for buffers.
+ */
 #include "src/cpu/playback.h"
 
 #include <stdlib.h>
@@ -27,7 +28,7 @@ struct cpu_playback {
     struct cpu_device *device;
     struct resources *resources;
     atomic_uint failed;       /* see cpu_playback_take_failed */
-    pthread_mutex_t playing;  /* held while items are played, so executions don't mix */
+    pthread_mutex_t playing;  /* held while an execution is played, so executions don't mix */
     pthread_mutex_t delivery; /* held while results are written; never held with `playing` */
     pthread_mutex_t lock;     /* guards the list of results; taken last */
     struct result *results, **results_last;
@@ -73,7 +74,7 @@ void cpu_playback_destroy(struct cpu_playback *playback)
     free(playback);
 }
 
-/* ---- items */
+/* ---- entries */
 
 static void set_tree(struct cpu_playback *playback, uint64_t structure, struct cpu_tree *tree)
 {
@@ -85,55 +86,65 @@ static struct cpu_tree *tree_of(struct cpu_playback *playback, uint64_t structur
     return cpu_structures_tree(playback->device->structures, structure);
 }
 
+/* What a command writes: the structure `dst`, perhaps from `src`. */
+struct write {
+    enum journal_kind kind;
+    uint64_t dst, src;
+    const struct recorded_build *build; /* of a build */
+    const struct snapshot *serialized;  /* of CPU_DESERIALIZE */
+};
+
 /* Returns the new tree of a structure of `size_max` bytes. Takes over the reference of `source`.
  * Returns NULL if memory runs out. */
 static struct cpu_tree *make_tree(struct cpu_playback *playback, struct execution *execution,
-                                  const struct recorded_item *item, struct cpu_tree *source,
+                                  const struct write *write, struct cpu_tree *source,
                                   uint64_t size_max)
 {
     struct cpu_device *device = playback->device;
-    switch (item->kind) {
-    case ITEM_BUILD:
-    case ITEM_UPDATE:
-        return cpu_lazy_build(device, execution, item->build, source, size_max);
-    case ITEM_COMPACT:
+    if (write->build)
+        return cpu_lazy_build(device, execution, write->build, source, size_max);
+    if (write->serialized)
+        return cpu_lazy_deserialization(device, execution, write->serialized, size_max);
+    if (write->kind == JOURNAL_COMPACT)
         return cpu_lazy_compaction(device, source, size_max);
-    case ITEM_DESERIALIZE:
-        return cpu_lazy_deserialization(device, execution, &item->serialized, size_max);
-    default:
-        return source; /* a clone shares it */
-    }
+    return source; /* a clone shares it */
 }
 
 static void change_structure(struct cpu_playback *playback, struct execution *execution,
-                             const struct recorded_item *item)
+                             const struct write *write)
 {
-    bool has_source = item->kind != ITEM_BUILD && item->kind != ITEM_DESERIALIZE;
-    struct cpu_tree *source = has_source ? tree_of(playback, item->src) : NULL, *tree = NULL;
+    bool has_source =
+        write->build ? build_is_update(&write->build->parameters.info) : !write->serialized;
+    struct cpu_tree *source = has_source ? tree_of(playback, write->src) : NULL, *tree = NULL;
     struct cpu_structure_info info;
-    if (!cpu_structures_find(playback->device->structures, item->dst, &info)) {
+    if (!cpu_structures_find(playback->device->structures, write->dst, &info)) {
         cpu_tree_release(source);
         return;
     }
     if (source || !has_source) {
-        tree = make_tree(playback, execution, item, source, info.size);
+        tree = make_tree(playback, execution, write, source, info.size);
         if (!tree)
             atomic_fetch_add(&playback->failed, 1);
     }
-    set_tree(playback, item->dst, tree);
+    set_tree(playback, write->dst, tree);
 }
 
-static void write_queries(struct cpu_playback *playback, struct execution *execution,
-                          const struct recorded_item *item)
+static void play_build(struct cpu_playback *playback, struct execution *execution,
+                       const struct recorded_build *build)
 {
-    for (uint32_t i = 0; i < item->count; i++)
-        cpu_query_pools_write(playback->device->query_pools, item->pool, item->first + i,
-                              tree_of(playback, item->structures[i]), execution->ticket);
+    if (!build)
+        return;
+    const VkAccelerationStructureBuildGeometryInfoKHR *info = &build->parameters.info;
+    change_structure(playback, execution,
+                     &(struct write){.kind = JOURNAL_BUILD,
+                                     .dst = (uint64_t)info->dstAccelerationStructure,
+                                     .src = (uint64_t)info->srcAccelerationStructure,
+                                     .build = build});
 }
 
 /* The buffer stays unchanged if memory runs out or the address is invalid. */
 static void add_result(struct cpu_playback *playback, struct execution *execution,
-                       const struct recorded_item *item, struct timestamp timestamp)
+                       const struct recorded_command *command, struct timestamp timestamp)
 {
     struct result *result = calloc(1, sizeof(*result));
     if (!result) {
@@ -143,15 +154,15 @@ static void add_result(struct cpu_playback *playback, struct execution *executio
     VkResult copied = VK_SUCCESS;
     result->ticket = ticket_share(execution->ticket);
     result->timestamp = timestamp;
-    result->target = item->target;
-    result->count = item->count;
-    result->stride = item->stride;
-    result->flags = item->flags;
-    if (item->kind == ITEM_SERIALIZE) {
-        buffer_target_find(playback->resources, item->address, &result->target);
-        result->tree = tree_of(playback, item->src);
+    if (command->kind == CPU_SERIALIZE) {
+        buffer_target_find(playback->resources, command->address, &result->target);
+        result->tree = tree_of(playback, command->structure);
     } else {
-        copied = cpu_query_pools_copy(playback->device->query_pools, item->pool, item->first,
+        result->target = command->target;
+        result->count = command->count;
+        result->stride = command->stride;
+        result->flags = command->flags;
+        copied = cpu_query_pools_copy(playback->device->query_pools, command->pool, command->first,
                                       &result->count, &result->pool);
     }
     if (copied != VK_SUCCESS)
@@ -162,33 +173,71 @@ static void add_result(struct cpu_playback *playback, struct execution *executio
     pthread_mutex_unlock(&playback->lock);
 }
 
+static void play_command(struct cpu_playback *playback, struct execution *execution,
+                         const struct recorded_command *command, struct timestamp timestamp)
+{
+    switch ((enum journal_kind)command->kind) {
+    case CPU_CLONE:
+    case CPU_COMPACT:
+        change_structure(
+            playback, execution,
+            &(struct write){.kind = command->kind == CPU_COMPACT ? JOURNAL_COMPACT : JOURNAL_COPY,
+                            .dst = command->structure,
+                            .src = command->src});
+        break;
+    case CPU_DESERIALIZE:
+        change_structure(playback, execution,
+                         &(struct write){.kind = CPU_DESERIALIZE,
+                                         .dst = command->structure,
+                                         .serialized = &command->serialized});
+        break;
+    case CPU_WRITE_QUERY:
+        cpu_query_pools_write(playback->device->query_pools, command->pool, command->first,
+                              tree_of(playback, command->structure), execution->ticket);
+        break;
+    case CPU_RESET_QUERIES:
+        cpu_query_pools_reset(playback->device->query_pools, command->pool, command->first,
+                              command->count);
+        break;
+    default: /* CPU_SERIALIZE, CPU_COPY_QUERIES */
+        add_result(playback, execution, command, timestamp);
+        break;
+    }
+}
+
+#define COMMAND_KINDS                                                                              \
+    (JOURNAL_BIT(CPU_CLONE) | JOURNAL_BIT(CPU_COMPACT) | JOURNAL_BIT(CPU_SERIALIZE) |              \
+     JOURNAL_BIT(CPU_DESERIALIZE) | JOURNAL_BIT(CPU_WRITE_QUERY) |                                 \
+     JOURNAL_BIT(CPU_RESET_QUERIES) | JOURNAL_BIT(CPU_COPY_QUERIES))
+
 static void play(struct cpu_playback *playback, struct execution *execution,
                  struct timestamp timestamp)
 {
     uint32_t child = 0;
-    for (const struct recorded_item *item = NULL; (item = execution_next(execution, item));) {
-        switch (item->kind) {
-        case ITEM_BUILD:
-        case ITEM_UPDATE:
-        case ITEM_CLONE:
-        case ITEM_COMPACT:
-        case ITEM_DESERIALIZE:
-            change_structure(playback, execution, item);
+    struct journal_cursor cursor = execution_start(
+        execution, COMMAND_KINDS | JOURNAL_COPIED_BUILDS | JOURNAL_BIT(JOURNAL_COPY) |
+                       JOURNAL_BIT(JOURNAL_COMPACT) | JOURNAL_BIT(JOURNAL_EXECUTE));
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        switch ((enum journal_kind)entry->kind) {
+        case JOURNAL_BUILD:
+        case JOURNAL_UPDATE:
+        case JOURNAL_INPUTS:
+            play_build(playback, execution, journal_copies(entry));
             break;
-        case ITEM_WRITE_QUERIES:
-            write_queries(playback, execution, item);
+        case JOURNAL_COPY:
+        case JOURNAL_COMPACT:
+            change_structure(playback, execution,
+                             &(struct write){.kind = (enum journal_kind)entry->kind,
+                                             .dst = entry->dst,
+                                             .src = entry->src});
             break;
-        case ITEM_RESET_QUERIES:
-            cpu_query_pools_reset(playback->device->query_pools, item->pool, item->first,
-                                  item->count);
+        case JOURNAL_EXECUTE:
+            if (execution->children[child])
+                play(playback, execution->children[child], timestamp);
+            child++;
             break;
-        case ITEM_SERIALIZE:
-        case ITEM_COPY_QUERIES:
-            add_result(playback, execution, item, timestamp);
-            break;
-        case ITEM_EXECUTE:
-            play(playback, execution->children[child++], timestamp);
-            break;
+        default:
+            play_command(playback, execution, (const void *)entry, timestamp);
         }
     }
 }

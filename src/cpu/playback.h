@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Plays recordings of executed command buffers, and updates the structures that they change.
+/* Plays the journals of executed command buffers, and updates the structures that they change.
  *
  * The layer calls cpu_playback_run in execution order (src/state/order/order.h). It gives
  * structures their new trees, which are made later, on first use. Results that commands write to

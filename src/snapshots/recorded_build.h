@@ -118,8 +118,11 @@ struct recorded_build {
     uint64_t indirect_address, indirect_stride;
     struct snapshot *snapshots;
     uint32_t snapshot_count, snapshot_capacity;
-    struct gathering gathering; /* for a TLAS, which has one geometry; count 0: none */
-    struct build_guard guard;   /* for a TLAS */
+    struct gathering gathering;  /* for a TLAS, which has one geometry; count 0: none */
+    struct build_guard guard;    /* for a TLAS */
+    bool begins_call;            /* the first build of its call that is recorded */
+    uint32_t mark;               /* see recording_mark_state() */
+    struct recorded_build *next; /* in the list of its recording */
 };
 
 /* Adds the offsets of ranges to the addresses, so that the data which the build reads from each

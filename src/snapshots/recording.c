@@ -8,28 +8,19 @@
 #include "src/base/array.h"
 #include "src/platform/threads.h"
 
-struct recording *recording_create(const struct recording_memory *memory)
+static void destroy(void *work);
+
+struct recording *recording_create(struct journal *journal, const struct recording_memory *memory)
 {
     struct recording *recording = calloc(1, sizeof(*recording));
     if (!recording)
         return NULL;
-    atomic_init(&recording->references, 1);
     pthread_mutex_init(&recording->lock, NULL);
+    recording->journal = journal;
     recording->memory = *memory;
+    journal->work = recording;
+    journal->release_work = destroy;
     return recording;
-}
-
-struct recording *recording_share(struct recording *recording)
-{
-    atomic_fetch_add_explicit(&recording->references, 1, memory_order_relaxed);
-    return recording;
-}
-
-static void release_item(const struct recorded_item *item)
-{
-    free(item->structures);
-    recorded_build_free(item->build);
-    recording_release(item->secondary);
 }
 
 /* Frees the first `count` chunks. */
@@ -45,16 +36,13 @@ static void free_chunks(struct recording *recording, uint32_t count)
     }
 }
 
-void recording_release(struct recording *recording)
+static void destroy(void *work)
 {
-    if (!recording ||
-        atomic_fetch_sub_explicit(&recording->references, 1, memory_order_acq_rel) != 1)
-        return;
-    while (recording->first) {
-        struct recorded_item *item = recording->first;
-        recording->first = item->next;
-        release_item(item);
-        free(item);
+    struct recording *recording = work;
+    while (recording->builds) {
+        struct recorded_build *build = recording->builds;
+        recording->builds = build->next;
+        recorded_build_free(build);
     }
     free_chunks(recording, recording->chunk_count);
     if (recording->gate.words)
@@ -70,20 +58,11 @@ void recording_release(struct recording *recording)
     free(recording);
 }
 
-bool recording_add(struct recording *recording, const struct recorded_item *item)
+void recording_add_build(struct recording *recording, struct recorded_build *build)
 {
-    struct recorded_item *own = malloc(sizeof(*own));
-    if (!own) {
-        release_item(item);
-        return false;
-    }
-    *own = *item;
-    pthread_mutex_lock(&recording->lock);
-    *(recording->last ? &recording->last->next : &recording->first) = own;
-    recording->last = own;
-    recording->secondary_count += item->kind == ITEM_EXECUTE;
-    pthread_mutex_unlock(&recording->lock);
-    return true;
+    build->next = recording->builds;
+    recording->builds = build;
+    recording->has_commands = true;
 }
 
 void recording_leave_out(struct recording *recording, uint32_t position, enum left_out reason)
@@ -114,16 +93,6 @@ bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chu
     if (!has_room)
         recording->memory.free_chunk(recording->memory.user, chunk);
     return has_room;
-}
-
-bool recording_contains(const struct recording *recording, const struct recording *other)
-{
-    if (recording == other)
-        return true;
-    for (const struct recorded_item *item = recording->first; item; item = item->next)
-        if (item->kind == ITEM_EXECUTE && recording_contains(item->secondary, other))
-            return true;
-    return false;
 }
 
 bool recording_add_copy_block(struct recording *recording, const struct copy_block *block)
@@ -171,19 +140,20 @@ static void free_execution(struct execution *execution)
     free(execution);
 }
 
-/* Allocates an execution of the current items. Called with the recording's lock held. */
+/* Allocates an execution of the current entries. Called with the recording's lock held. */
 static struct execution *allocate_execution(struct recording *recording)
 {
     struct execution *execution = calloc(1, sizeof(*execution));
     if (!execution)
         return NULL;
-    execution->last = recording->last;
+    execution->end = chunk_list_end(&recording->journal->entries);
     execution->chunk_count = recording->chunk_count;
     execution->is_repeated = execution->detached = execution->has_no_snapshots =
         recording->is_spent;
     execution->bases =
         calloc(recording->chunk_count + 1u, sizeof(unsigned char *) + sizeof(uint64_t));
-    execution->children = calloc(recording->secondary_count + 1u, sizeof(struct execution *));
+    execution->children =
+        calloc(recording->journal->secondary_count + 1u, sizeof(struct execution *));
     if (!execution->bases || !execution->children) {
         free_execution(execution);
         return NULL;
@@ -237,11 +207,13 @@ static void unpublish(struct recording *recording, const struct execution *execu
 
 static bool add_children(struct execution *execution)
 {
-    for (const struct recorded_item *item = NULL; (item = execution_next(execution, item));) {
-        if (item->kind != ITEM_EXECUTE)
-            continue;
-        struct execution *child = execution_create(item->secondary, execution->ticket);
-        if (!child)
+    struct journal_cursor cursor = journal_start_secondaries(execution->recording->journal);
+    if (execution->recording->journal->secondary_count)
+        cursor.end = execution->end;
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
+        struct recording *recording = recording_with_commands(entry->secondary);
+        struct execution *child = recording ? execution_create(recording, execution->ticket) : NULL;
+        if (recording && !child)
             return false;
         execution->children[execution->child_count++] = child;
     }
@@ -254,7 +226,8 @@ struct execution *execution_create(struct recording *recording, struct ticket *t
     if (!execution)
         return NULL;
     shared_lock_init(&execution->lock);
-    execution->recording = recording_share(recording);
+    execution->recording = recording;
+    journal_share(recording->journal);
     execution->ticket = ticket_share(ticket);
     if (add_children(execution)) {
         publish(recording, execution);
@@ -318,7 +291,7 @@ void execution_release(struct execution *execution)
     spend_chunks(execution);
     shared_lock_destroy(&execution->lock);
     ticket_release(execution->ticket);
-    recording_release(execution->recording);
+    journal_release(execution->recording->journal);
     free_execution(execution);
 }
 
@@ -339,6 +312,8 @@ static bool copy_chunks(struct execution *execution)
 
 void execution_drop_snapshots(struct execution *execution)
 {
+    if (!execution)
+        return;
     shared_lock_write(&execution->lock);
     execution->has_no_snapshots = true;
     shared_lock_release(&execution->lock);
@@ -348,6 +323,8 @@ void execution_drop_snapshots(struct execution *execution)
 
 void execution_drop_invalidated(struct execution *execution)
 {
+    if (!execution)
+        return;
     if (atomic_load(&execution->recording->is_invalidated)) {
         execution_drop_snapshots(execution);
         return;
@@ -358,6 +335,8 @@ void execution_drop_invalidated(struct execution *execution)
 
 void execution_mark_reached(struct execution *execution)
 {
+    if (!execution)
+        return;
     atomic_store(&execution->is_reached, true);
     for (uint32_t i = 0; i < execution->child_count; i++)
         execution_mark_reached(execution->children[i]);
@@ -393,6 +372,8 @@ static bool detach(struct execution *execution, uint64_t nanoseconds)
 
 uint32_t execution_count_repeated(const struct execution *execution)
 {
+    if (!execution)
+        return 0;
     uint32_t count = execution->is_repeated;
     for (uint32_t i = 0; i < execution->child_count; i++)
         count += execution_count_repeated(execution->children[i]);
@@ -428,18 +409,20 @@ uint32_t recording_detach(struct recording *recording, const struct ticket *next
     if (latest)
         lost += !detach(latest, nanoseconds);
     execution_release(latest);
-    for (const struct recorded_item *item = recording->first; item; item = item->next)
-        if (item->kind == ITEM_EXECUTE)
-            lost += recording_detach(item->secondary, next, nanoseconds);
+    struct journal_cursor cursor = journal_start_secondaries(recording->journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        if (entry->secondary->work)
+            lost += recording_detach(entry->secondary->work, next, nanoseconds);
     return lost;
 }
 
 void recording_invalidate(struct recording *recording)
 {
     atomic_store(&recording->is_invalidated, true);
-    for (const struct recorded_item *item = recording->first; item; item = item->next)
-        if (item->kind == ITEM_EXECUTE)
-            recording_invalidate(item->secondary);
+    struct journal_cursor cursor = journal_start_secondaries(recording->journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        if (entry->secondary->work)
+            recording_invalidate(entry->secondary->work);
 }
 
 static bool is_pending(const struct execution *execution)
@@ -468,6 +451,8 @@ bool recording_is_pending(struct recording *recording, const struct ticket *next
 
 uint32_t execution_drop_contested(struct execution *execution)
 {
+    if (!execution)
+        return 0;
     const struct ticket *ticket = execution->ticket;
     uint32_t count = has_pending(execution->recording, ticket, ticket->queue);
     if (count) {

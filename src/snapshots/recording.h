@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the commands of a command buffer do to acceleration structures, in recorded order.
+/* What belongs to the journal of a command buffer (src/state/commands/journal.h) if inputs of its
+ * builds are copied, for level content and backend cpu: memory, copies and executions.
  *
  * When the commands execute, the device only copies the inputs of builds into chunks of memory.
- * Each submission makes an execution of the recording. At the execution's point in execution order
- * (src/state/order/order.h) the items determine the contents of structures. Only the command
- * buffer, whose use the application synchronizes, adds to a recording.
+ * Each submission makes an execution of the journal. At the execution's point in execution order
+ * (src/state/order/order.h) the journal's entries determine the contents of structures. Only the
+ * command buffer, whose use the application synchronizes, adds to a recording. An execution shares
+ * the journal, and so the recording.
  *
- * An application may by mistake record further after a submission, so an execution has counts of
- * its own and ignores what was recorded later. It may also by mistake resubmit a command buffer
- * that it began with ONE_TIME_SUBMIT. The chunks of such a recording are given back with its last
- * execution; executions made after that have no snapshots. */
+ * An application may by mistake record further after a submission, so an execution has an end and
+ * counts of its own and ignores what was recorded later. It may also by mistake resubmit a command
+ * buffer that it began with ONE_TIME_SUBMIT. The chunks of such a recording are given back with its
+ * last execution; executions made after that have no snapshots. */
 #ifndef ASSAY_SNAPSHOTS_RECORDING_H
 #define ASSAY_SNAPSHOTS_RECORDING_H
 
@@ -20,6 +22,7 @@
 #include "src/snapshots/buffer_target.h"
 #include "src/snapshots/recorded_build.h"
 #include "src/snapshots/ticket.h"
+#include "src/state/commands/journal.h"
 
 /* Memory to which the device copies. The allocator makes it part of a larger structure. */
 struct snapshot_chunk {
@@ -27,36 +30,26 @@ struct snapshot_chunk {
     uint64_t size, used;
 };
 
-enum item_kind {
-    ITEM_BUILD,
-    ITEM_UPDATE,
-    ITEM_CLONE,
-    ITEM_COMPACT,
-    ITEM_SERIALIZE,
-    ITEM_DESERIALIZE,
-    ITEM_WRITE_QUERIES,
-    ITEM_RESET_QUERIES,
-    ITEM_COPY_QUERIES,
-    ITEM_EXECUTE, /* a secondary command buffer */
+/* A command that only backend cpu executes: an entry of the journal. */
+struct recorded_command {
+    unsigned char kind;       /* enum journal_kind */
+    unsigned char size;       /* as in struct journal_entry */
+    VkQueryResultFlags flags; /* of CPU_COPY_QUERIES */
+    uint32_t first, count;    /* first query, and number of queries */
+    uint64_t pool;            /* of queries */
+    uint64_t structure;       /* that is written, or serialized, or queried */
+    union {
+        uint64_t src;               /* of CPU_CLONE and CPU_COMPACT */
+        VkDeviceAddress address;    /* of CPU_SERIALIZE: where the result is written, in the buffer
+                                     * that    has the address by then */
+        struct snapshot serialized; /* of CPU_DESERIALIZE */
+        struct {
+            VkDeviceSize stride; /* of CPU_COPY_QUERIES */
+            struct buffer_target target;
+        };
+    };
 };
-
-struct recorded_item {
-    struct recorded_item *next;
-    enum item_kind kind;
-    uint64_t dst, src;        /* structures */
-    uint64_t pool;            /* query pool */
-    uint32_t first, count;    /* first query and number of queries, or number of structures */
-    VkDeviceSize stride;      /* of COPY_QUERIES */
-    VkQueryResultFlags flags; /* of COPY_QUERIES */
-    uint64_t *structures;     /* of WRITE_QUERIES: `count` structures */
-    VkQueryType query_type;
-    struct recorded_build *build; /* of builds and updates */
-    struct snapshot serialized;   /* a structure's serialized form */
-    struct buffer_target target;  /* of COPY_QUERIES: where results are written */
-    VkDeviceAddress address; /* of SERIALIZE: where the result is written, in the buffer that has
-                                the address by then */
-    struct recording *secondary;
-};
+_Static_assert(sizeof(struct recorded_command) <= JOURNAL_ENTRY_MAX, "it is an entry");
 
 enum { CONSTANT_WORDS = 64, CONSTANT_LAYOUTS = 8, LEFT_OUT_NAMED = 8 };
 
@@ -110,7 +103,6 @@ struct mapped_words {
 /* The words that the device writes around the builds of one call. */
 struct build_mark {
     struct mapped_words words; /* MARK_REACHED and MARK_FINISHED: 0: not yet */
-    uint32_t first, last;      /* positions of the call's builds */
 };
 enum { MARK_REACHED = 1, MARK_FINISHED = 3 }; /* a timestamp lies in front of each */
 
@@ -132,9 +124,10 @@ struct recording_memory {
 };
 
 struct recording {
-    atomic_uint references;
+    struct journal *journal; /* whose `work` it is */
+    bool has_commands;       /* something is to be done when it executes */
     struct compute_state compute;
-    struct recorded_item *first, *last;
+    struct recorded_build *builds;  /* all copies of the journal's builds, without order */
     struct snapshot_chunk **chunks; /* a chunk that was given back is NULL */
     uint32_t chunk_count, chunk_capacity;
     struct copy_block *copy_blocks; /* new orders come from the last one */
@@ -149,7 +142,6 @@ struct recording {
     struct snapshot_chunk *guarded;
     bool has_guards, executes_at_once; /* SIMULTANEOUS_USE */
     struct build_marks marks;
-    uint32_t secondary_count;
     bool has_gatherings;
     /* Builds whose inputs were not all copied: their number, and the first ones. */
     uint32_t left_out_count;
@@ -161,7 +153,7 @@ struct recording {
     /* Out of memory, the device executes the commands without an execution. So the executions
      * cannot be told apart, and nothing says when the device has ended. */
     atomic_bool is_invalidated;
-    pthread_mutex_t lock;     /* guards the members below, and additions to items and chunks */
+    pthread_mutex_t lock;     /* guards the members below, and additions to chunks */
     struct execution *latest; /* the executions that exist: the one made last, then the others */
     uint32_t execution_count; /* their number */
     /* Chunks stay until the recording is released: an execution did not complete, commands without
@@ -177,10 +169,10 @@ struct execution {
     /* The executions of the recording that were made before and after this one; guarded by the
      * recording's lock. */
     struct execution *older, *newer;
-    struct recording *recording;
-    const struct recorded_item *last; /* last item of this execution; NULL: none */
-    uint32_t chunk_count;             /* chunks of this execution */
-    bool is_repeated; /* the chunks were given back before: there are no snapshots */
+    struct recording *recording; /* its journal is shared */
+    struct chunk_place end;      /* of the journal's entries */
+    uint32_t chunk_count;        /* chunks of this execution */
+    bool is_repeated;            /* the chunks were given back before: there are no snapshots */
     struct ticket *ticket;
     uint64_t destroy_count;     /* resources_destroy_count() at the submission */
     uint64_t submissions;       /* destroyed_objects_submissions() at the submission */
@@ -195,26 +187,27 @@ struct execution {
     bool detached;         /* `bases` are copies, because the recording executes again */
     bool has_no_snapshots; /* out of memory for copies, not complete when resubmitted, or the device
                               was lost */
-    /* Executions of secondaries, in the order of their items. */
+    /* Executions of secondaries, in the order of their entries; NULL: it has no commands. */
     struct execution **children;
     uint32_t child_count;
 };
 
-/* Creates a recording with one reference. Returns NULL without memory. */
-struct recording *recording_create(const struct recording_memory *memory);
-struct recording *recording_share(struct recording *recording);
-void recording_release(struct recording *recording);
+/* Creates the recording of a journal, which owns it. Returns NULL without memory. */
+struct recording *recording_create(struct journal *journal, const struct recording_memory *memory);
 
-/* Adds an item, whose `next` is NULL. Takes ownership of what the item points to, also if it fails.
- * Returns false without memory. */
-bool recording_add(struct recording *recording, const struct recorded_item *item);
+/* The recording of a journal that has commands; NULL: the journal has none. */
+static inline struct recording *recording_with_commands(const struct journal *journal)
+{
+    struct recording *recording = journal->work;
+    return recording && recording->has_commands ? recording : NULL;
+}
+
+/* Adds the copies of a build, and takes ownership. */
+void recording_add_build(struct recording *recording, struct recorded_build *build);
 /* Notes that the snapshots lack inputs of a build. */
 void recording_leave_out(struct recording *recording, uint32_t position, enum left_out reason);
 /* Adds a chunk. Takes ownership of the chunk, also if it fails. Returns false without memory. */
 bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chunk);
-
-/* Whether `recording` is `other` or executes it. If so, `other` may not execute `recording`. */
-bool recording_contains(const struct recording *recording, const struct recording *other);
 
 /* Adds a block of copy orders. Returns false without memory. */
 bool recording_add_copy_block(struct recording *recording, const struct copy_block *block);
@@ -237,21 +230,22 @@ bool recording_is_pending(struct recording *recording, const struct ticket *next
 /* The execution made last, with a reference for the caller. Returns NULL if none exists. */
 struct execution *recording_share_latest(struct recording *recording);
 
-/* Creates an execution of the current items, with executions of secondaries. Returns NULL without
+/* Creates an execution of the current entries, with executions of secondaries. Returns NULL without
  * memory. */
 struct execution *execution_create(struct recording *recording, struct ticket *ticket);
 struct execution *execution_share(struct execution *execution);
 void execution_release(struct execution *execution);
 
-/* The item after `item`, or the first one if `item` is NULL. Returns NULL after the last item of
- * the execution. */
-static inline const struct recorded_item *execution_next(const struct execution *execution,
-                                                         const struct recorded_item *item)
+/* Starts a walk over the execution's entries. */
+static inline struct journal_cursor execution_start(const struct execution *execution,
+                                                    uint32_t kinds)
 {
-    if (!item)
-        return execution->last ? execution->recording->first : NULL;
-    return item == execution->last ? NULL : item->next;
+    struct journal_cursor cursor = journal_start(execution->recording->journal, kinds);
+    cursor.end = execution->end;
+    return cursor;
 }
+
+/* The functions below accept NULL. */
 
 /* From now on the execution and those of its secondaries have no snapshots. */
 void execution_drop_snapshots(struct execution *execution);

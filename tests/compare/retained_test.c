@@ -57,12 +57,12 @@ static void end(void)
 static void keep(uint64_t id, uint64_t source_id)
 {
     struct recorded_build build = {.parameters = parameters};
-    const struct recorded_item item = {.kind = source_id ? ITEM_UPDATE : ITEM_BUILD,
-                                       .build = &build};
+    build.parameters.info.mode = source_id ? VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR
+                                           : VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
     const struct journal_entry entry = {
         .dst = id, .dst_id = id, .src = source_id, .src_id = source_id};
     comparer_keep(&comparer,
-                  &(struct executed_input){.entry = &entry, .item = &item, .memory = &memory});
+                  &(struct executed_input){.entry = &entry, .build = &build, .memory = &memory});
 }
 
 /* The build that was retained first is compared, and no longer needed. */

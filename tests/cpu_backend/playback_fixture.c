@@ -92,31 +92,39 @@ void close_world(struct world *world)
 
 /* ---- recordings */
 
-struct recording *record(const struct recorded_item *items, size_t count)
+struct journal *record(const struct command *commands, size_t count)
 {
-    struct recording *recording = recording_create(&(struct recording_memory){0});
+    struct journal *journal = journal_create(VK_NULL_HANDLE);
+    struct recording *recording = recording_create(journal, &(struct recording_memory){0});
     assert_non_null(recording);
-    for (size_t i = 0; i < count; i++)
-        assert_true(recording_add(recording, &items[i]));
-    return recording;
+    recording->has_commands = true;
+    for (size_t i = 0; i < count; i++) {
+        const struct command *command = &commands[i];
+        struct journal_entry entry = {
+            .kind = (unsigned char)command->kind, .dst = command->dst, .src = command->src};
+        if (command->kind >= CPU_CLONE) {
+            struct recorded_command *own = journal_append(journal, sizeof(*own));
+            const unsigned char size = own->size;
+            *own = command->own;
+            own->kind = (unsigned char)command->kind;
+            own->size = size;
+            continue;
+        }
+        if (command->secondary)
+            entry.secondary = command->secondary;
+        journal->secondary_count += command->secondary != NULL;
+        journal_add(journal, &entry);
+    }
+    return journal;
 }
 
-void play(struct world *world, struct recording *recording, uint64_t batch)
+void play(struct world *world, struct journal *journal, uint64_t batch)
 {
-    struct execution *execution = execution_create(recording, &world->submission.ticket);
+    struct execution *execution = execution_create(journal->work, &world->submission.ticket);
     assert_non_null(execution);
     cpu_playback_run(world->playback, execution, (struct timestamp){1, batch});
     execution_release(execution);
-    recording_release(recording);
-}
-
-uint64_t *handles(uint64_t first, uint64_t second)
-{
-    uint64_t *list = malloc(2 * sizeof(*list));
-    assert_non_null(list);
-    list[0] = first;
-    list[1] = second;
-    return list;
+    journal_release(journal);
 }
 
 uint64_t size_of(struct world *world, uint64_t structure)

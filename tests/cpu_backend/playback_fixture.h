@@ -41,17 +41,23 @@ struct world {
 struct world *open_world(void);
 void close_world(struct world *world);
 
-/* A recording of these items. play() executes it as so many a batch of queue 1, and releases it. */
-struct recording *record(const struct recorded_item *items, size_t count);
-void play(struct world *world, struct recording *recording, uint64_t batch);
+/* A command of a journal: JOURNAL_COPY, JOURNAL_COMPACT or JOURNAL_EXECUTE, or of backend cpu. */
+struct command {
+    enum journal_kind kind;
+    uint64_t dst, src;         /* JOURNAL_COPY, JOURNAL_COMPACT */
+    struct journal *secondary; /* JOURNAL_EXECUTE; owned */
+    struct recorded_command own;
+};
+
+/* A journal of these commands. play() executes it as so many a batch of queue 1, and releases it.
+ */
+struct journal *record(const struct command *commands, size_t count);
+void play(struct world *world, struct journal *journal, uint64_t batch);
 #define PLAY(world, ...)                                                                           \
     play(world,                                                                                    \
-         record((const struct recorded_item[]){__VA_ARGS__},                                       \
-                ARRAY_COUNT(((const struct recorded_item[]){__VA_ARGS__}))),                       \
+         record((const struct command[]){__VA_ARGS__},                                             \
+                ARRAY_COUNT(((const struct command[]){__VA_ARGS__}))),                             \
          1)
-
-/* For an item, which frees it. */
-uint64_t *handles(uint64_t first, uint64_t second);
 
 /* Of the structure's bytes; 0 if it is not built. */
 uint64_t size_of(struct world *world, uint64_t structure);

@@ -15,25 +15,25 @@ TEST_OF_WORLD(copies_have_the_size_of_their_source)
 {
     const uint64_t size = size_of(world, world->built);
     assert_true(size > 256);
-    PLAY(world, {.kind = ITEM_CLONE, .dst = world->other, .src = world->built});
+    PLAY(world, {.kind = JOURNAL_COPY, .dst = world->other, .src = world->built});
     assert_int_equal(size_of(world, world->other), size);
-    PLAY(world, {.kind = ITEM_CLONE, .dst = world->other, .src = world->tiny}); /* not built */
+    PLAY(world, {.kind = JOURNAL_COPY, .dst = world->other, .src = world->tiny}); /* not built */
     assert_int_equal(size_of(world, world->other), 0);
-    PLAY(world, {.kind = ITEM_COMPACT, .dst = world->other, .src = world->built});
+    PLAY(world, {.kind = JOURNAL_COMPACT, .dst = world->other, .src = world->built});
     assert_true(size_of(world, world->other) > 0 && size_of(world, world->other) <= size);
-    PLAY(world, {.kind = ITEM_COMPACT, .dst = world->tiny, .src = world->built}); /* no room */
+    PLAY(world, {.kind = JOURNAL_COMPACT, .dst = world->tiny, .src = world->built}); /* no room */
     assert_int_equal(size_of(world, world->tiny), 0);
-    PLAY(world, {.kind = ITEM_CLONE, .dst = 12345, .src = world->built});
+    PLAY(world, {.kind = JOURNAL_COPY, .dst = 12345, .src = world->built});
     assert_int_equal(size_of(world, world->built), size);
 }
 
 TEST_OF_WORLD(secondaries_play_in_their_place)
 {
-    const struct recorded_item clones[] = {
-        {.kind = ITEM_CLONE, .dst = world->other, .src = world->built},
-        {.kind = ITEM_CLONE, .dst = world->built, .src = world->tiny}};
-    PLAY(world, {.kind = ITEM_EXECUTE, .secondary = record(&clones[0], 1)},
-         {.kind = ITEM_EXECUTE, .secondary = record(&clones[1], 1)});
+    const struct command clones[] = {
+        {.kind = JOURNAL_COPY, .dst = world->other, .src = world->built},
+        {.kind = JOURNAL_COPY, .dst = world->built, .src = world->tiny}};
+    PLAY(world, {.kind = JOURNAL_EXECUTE, .secondary = record(&clones[0], 1)},
+         {.kind = JOURNAL_EXECUTE, .secondary = record(&clones[1], 1)});
     assert_int_equal(size_of(world, world->built), 0);
     assert_true(size_of(world, world->other) > 0);
 }
@@ -49,11 +49,11 @@ static VkResult read_queries(struct world *world, uint32_t first, uint32_t count
 
 static void write_queries(struct world *world, uint32_t first)
 {
-    PLAY(world, {.kind = ITEM_WRITE_QUERIES,
-                 .pool = world->pool,
-                 .first = first,
-                 .count = 2,
-                 .structures = handles(world->built, world->other)});
+    PLAY(world,
+         {.kind = CPU_WRITE_QUERY,
+          .own = {.pool = world->pool, .first = first, .structure = world->built}},
+         {.kind = CPU_WRITE_QUERY,
+          .own = {.pool = world->pool, .first = first + 1, .structure = world->other}});
 }
 
 TEST_OF_WORLD(queries_are_read_when_their_submission_has_ended)
@@ -119,9 +119,11 @@ TEST_OF_WORLD(queries_beyond_the_pool_are_ignored)
     assert_int_equal(read_queries(world, QUERIES - 1, 2, &value, 8, 8, VK_QUERY_RESULT_64_BIT),
                      VK_SUCCESS);
     assert_int_equal(value, size_of(world, world->built));
-    PLAY(world, {.kind = ITEM_RESET_QUERIES, .pool = world->pool, .first = QUERIES, .count = 1});
+    PLAY(world,
+         {.kind = CPU_RESET_QUERIES, .own = {.pool = world->pool, .first = QUERIES, .count = 1}});
     assert_int_equal(read_queries(world, QUERIES - 1, 1, &value, 8, 8, 0), VK_SUCCESS);
-    PLAY(world, {.kind = ITEM_RESET_QUERIES, .pool = world->pool, .first = 1, .count = UINT32_MAX});
+    PLAY(world, {.kind = CPU_RESET_QUERIES,
+                 .own = {.pool = world->pool, .first = 1, .count = UINT32_MAX}});
     assert_int_equal(read_queries(world, QUERIES - 1, 1, &value, 8, 8, 0), VK_NOT_READY);
 }
 
@@ -146,13 +148,13 @@ TEST(types_of_queries_are_known)
 static void copy_queries(struct world *world, uint32_t first, uint32_t count,
                          VkQueryResultFlags flags, uint64_t batch)
 {
-    const struct recorded_item copy = {.kind = ITEM_COPY_QUERIES,
-                                       .pool = world->pool,
-                                       .first = first,
-                                       .count = count,
-                                       .stride = 24,
-                                       .flags = flags,
-                                       .target = {BUFFER, 32, BUFFER_SIZE - 32, false}};
+    const struct command copy = {.kind = CPU_COPY_QUERIES,
+                                 .own = {.pool = world->pool,
+                                         .first = first,
+                                         .count = count,
+                                         .stride = 24,
+                                         .flags = flags,
+                                         .target = {BUFFER, 32, BUFFER_SIZE - 32, false}}};
     play(world, record(&copy, 1), batch);
 }
 
@@ -171,7 +173,8 @@ TEST_OF_WORLD(copies_of_queries_are_written_in_order_when_they_are_complete)
     copy_queries(world, 0, 3, VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WITH_AVAILABILITY_BIT, 1);
     copy_queries(world, 0, 9, VK_QUERY_RESULT_PARTIAL_BIT | VK_QUERY_RESULT_WAIT_BIT, 2);
     copy_queries(world, 2, 1, 0, 3); /* not available: nothing to write */
-    PLAY(world, {.kind = ITEM_RESET_QUERIES, .pool = world->pool, .count = QUERIES}); /* too late */
+    PLAY(world, {.kind = CPU_RESET_QUERIES,
+                 .own = {.pool = world->pool, .count = QUERIES}}); /* too late */
     assert_true(cpu_playback_has_results(world->playback));
     deliver(world, 0);
     assert_int_equal(world->submission.waited, 0);
@@ -224,11 +227,13 @@ TEST_OF_WORLD(structures_are_serialized_where_they_fit)
     cpu_tree_release(tree);
     world->submission.end = VK_SUCCESS;
     const uint64_t last = BUFFER_ADDRESS + BUFFER_SIZE - size;
-    PLAY(world, {.kind = ITEM_SERIALIZE, .src = world->built, .address = BUFFER_ADDRESS + 256},
-         {.kind = ITEM_SERIALIZE, .src = world->built, .address = last},
-         {.kind = ITEM_SERIALIZE, .src = world->built, .address = last + 1},
-         {.kind = ITEM_SERIALIZE, .src = world->built, .address = 0x900000},
-         {.kind = ITEM_SERIALIZE, .src = world->other, .address = BUFFER_ADDRESS});
+    PLAY(world,
+         {.kind = CPU_SERIALIZE,
+          .own = {.structure = world->built, .address = BUFFER_ADDRESS + 256}},
+         {.kind = CPU_SERIALIZE, .own = {.structure = world->built, .address = last}},
+         {.kind = CPU_SERIALIZE, .own = {.structure = world->built, .address = last + 1}},
+         {.kind = CPU_SERIALIZE, .own = {.structure = world->built, .address = 0x900000}},
+         {.kind = CPU_SERIALIZE, .own = {.structure = world->other, .address = BUFFER_ADDRESS}});
     deliver(world, 1);
     assert_int_equal(world->write_count, 2);
     expect_region(&world->writes[0], 0, 0, 256, size);

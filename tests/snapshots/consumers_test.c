@@ -32,9 +32,8 @@ static struct observer first, second;
 static struct ticket ticket;
 static VkResult ticket_end;
 static struct recording *recordings[2];
-static struct journal journals[2];
-static const struct submitted_commands commands[] = {
-    {VK_NULL_HANDLE, &journals[0]}, {VK_NULL_HANDLE, NULL}, {VK_NULL_HANDLE, &journals[1]}};
+static struct journal *journals[2];
+static struct submitted_commands commands[3];
 static const struct batch_run batch = {
     .timestamp = {.queue = 3, .count = 7}, .commands = commands, .command_count = 3};
 
@@ -100,9 +99,11 @@ static void set_up(void)
     ticket_end = VK_SUCCESS;
     call_count = unordered_reports = 0;
     for (int i = 0; i < 2; i++) {
-        recordings[i] = recording_create(&memory);
+        journals[i] = journal_create(VK_NULL_HANDLE);
+        recordings[i] = recording_create(journals[i], &memory);
         assert_non_null(recordings[i]);
-        journals[i].work = recordings[i];
+        recordings[i]->has_commands = true;
+        commands[2 * i].captured = journals[i];
     }
     add(&first);
     add(&second);
@@ -113,8 +114,16 @@ static void tear_down(void)
     assert_null(snapshots.submitted);
     assert_int_equal(atomic_load(&ticket.references), 1);
     for (int i = 0; i < 2; i++)
-        recording_release(recordings[i]);
+        journal_release(journals[i]);
     pthread_mutex_destroy(&snapshots.submitted_lock);
+}
+
+static void execute(struct journal *primary, struct journal *secondary)
+{
+    const struct journal_entry entry = {.kind = JOURNAL_EXECUTE,
+                                        .secondary = journal_share(secondary)};
+    journal_add(primary, &entry);
+    primary->secondary_count++;
 }
 
 static struct execution *expect(int recording)
@@ -196,9 +205,7 @@ TEST_BETWEEN(test_chunks_stay_if_recording_continues, set_up, tear_down)
 /* What is not complete is lost, except to the submission that has it. */
 TEST_BETWEEN(test_secondaries_lose_snapshots_with_their_primary, set_up, tear_down)
 {
-    const struct recorded_item item = {.kind = ITEM_EXECUTE,
-                                       .secondary = recording_share(recordings[1])};
-    assert_true(recording_add(recordings[0], &item));
+    execute(journals[0], journals[1]);
     struct execution *execution = execution_create(recordings[0], &ticket);
     ticket_end = VK_TIMEOUT;
     assert_int_equal(recording_detach(recordings[0], &ticket, 0), 0);
@@ -253,11 +260,9 @@ TEST_BETWEEN(test_rival_loses_snapshots, set_up, tear_down)
 /* On another queue the device may execute the older one last. */
 TEST_BETWEEN(test_queues_contest_snapshots, set_up, tear_down)
 {
-    const struct recorded_item item = {.kind = ITEM_EXECUTE,
-                                       .secondary = recording_share(recordings[1])};
     struct ticket other = {.references = 1, .wait = wait_for_other, .queue = (VkQueue)(uintptr_t)1};
     ticket.queue = (VkQueue)(uintptr_t)2;
-    assert_true(recording_add(recordings[0], &item));
+    execute(journals[0], journals[1]);
     other_end = VK_TIMEOUT;
     struct execution *rival = execution_create(recordings[1], &other);
     struct execution *own = execution_create(recordings[0], &ticket);
@@ -280,23 +285,20 @@ TEST_BETWEEN(test_queues_contest_snapshots, set_up, tear_down)
 /* Nothing says when the device has ended. */
 TEST_BETWEEN(test_secondaries_are_invalidated_with_their_primary, set_up, tear_down)
 {
-    const struct recorded_item item = {.kind = ITEM_EXECUTE,
-                                       .secondary = recording_share(recordings[1])};
-    assert_true(recording_add(recordings[0], &item));
+    execute(journals[0], journals[1]);
     assert_false(recording_is_pending(recordings[1], NULL));
     recording_invalidate(recordings[0]);
     assert_true(recording_is_pending(recordings[1], NULL));
 
-    struct recording *primary = recording_create(&(struct recording_memory){NULL});
-    const struct recorded_item same = {.kind = ITEM_EXECUTE,
-                                       .secondary = recording_share(recordings[1])};
-    assert_true(recording_add(primary, &same));
-    struct execution *execution = execution_create(primary, &ticket);
+    struct journal *primary = journal_create(VK_NULL_HANDLE);
+    execute(primary, journals[1]);
+    struct execution *execution =
+        execution_create(recording_create(primary, &(struct recording_memory){NULL}), &ticket);
     execution_drop_invalidated(execution);
     assert_false(execution->has_no_snapshots);
     assert_true(execution->children[0]->has_no_snapshots);
     execution_release(execution);
-    recording_release(primary);
+    journal_release(primary);
 }
 
 TEST_BETWEEN(test_unknown_order_runs_all_that_is_expected, set_up, tear_down)

@@ -76,9 +76,9 @@ void gather_renew_ranges(const struct layer_device *device, const struct recordi
 {
     if (!recording->has_gatherings)
         return;
-    for (const struct recorded_item *item = recording->first; item; item = item->next) {
-        const struct snapshot *list = item->build ? &item->build->gathering.ranges : NULL;
-        if (list && list->size && list->chunk < recording->chunk_count)
+    for (const struct recorded_build *build = recording->builds; build; build = build->next) {
+        const struct snapshot *list = &build->gathering.ranges;
+        if (list->size && list->chunk < recording->chunk_count)
             gather_write_ranges(device->resources,
                                 recording->chunks[list->chunk]->bytes + list->offset, list->size);
     }

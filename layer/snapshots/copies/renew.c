@@ -45,9 +45,10 @@ static void renew(const struct renewal *renewal, struct recording *recording)
         gather_renew_ranges(renewal->device, recording);
     if (has_chunks)
         guard_renew(renewal->device, recording, &renewal->seen, !is_renewed, renewal->has_limits);
-    for (const struct recorded_item *item = recording->first; item; item = item->next)
-        if (item->kind == ITEM_EXECUTE)
-            renew(renewal, item->secondary);
+    struct journal_cursor cursor = journal_start_secondaries(recording->journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
+        if (entry->secondary->work)
+            renew(renewal, entry->secondary->work);
 }
 
 void copy_orders_renew(const struct layer_device *device, struct recording *recording,

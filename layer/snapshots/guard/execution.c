@@ -13,11 +13,6 @@ static struct guard *guard_of(const struct layer_device *device)
     return device->snapshots ? device->snapshots->guard : NULL;
 }
 
-static bool is_build(const struct recorded_item *item)
-{
-    return item->kind == ITEM_BUILD || item->kind == ITEM_UPDATE;
-}
-
 /* ---- the submission of a thread */
 
 /* The check of a batch and the call down are on one thread, with nothing of another submission
@@ -78,28 +73,17 @@ static void set_limit(struct guard_walk *walk, struct build_guard *guard)
     walk->has_guards = true;
 }
 
-/* Sets the limit of the guarded build at a position. Positions ascend, so the search begins at
- * *next. */
-static void set_limit_at(struct guard_walk *walk, const struct recorded_item **next,
-                         uint32_t position)
-{
-    const struct recorded_item *item = *next;
-    while (item && (!is_build(item) || item->build->place.position < position))
-        item = item->next;
-    *next = item;
-    if (item && item->build->place.position == position && item->build->guard.has_order)
-        set_limit(walk, &item->build->guard);
-}
-
 static void walk_journal(struct guard_walk *walk, const struct journal *journal)
 {
     const struct recording *recording = journal->work;
     bool sets_limits = walk->sets_limits && recording && recording->has_guards;
-    const struct recorded_item *next = sets_limits ? recording->first : NULL;
-    struct journal_cursor cursor = journal_start(journal, JOURNAL_ENTRIES);
+    struct journal_cursor cursor = journal_start(
+        journal, JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |
+                     JOURNAL_BIT(JOURNAL_FILL) | JOURNAL_BIT(JOURNAL_EXECUTE));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (next && (entry->kind == JOURNAL_BUILD || entry->kind == JOURNAL_UPDATE))
-            set_limit_at(walk, &next, entry->built.position);
+        struct recorded_build *build = sets_limits ? journal_copies(entry) : NULL;
+        if (build && build->guard.has_order)
+            set_limit(walk, &build->guard);
         if (writes_a_structure(entry))
             guard_note_built(walk->guard, entry->dst_id,
                              walk->may_precede ? 0 : guard_next_count(walk->guard));

@@ -52,9 +52,9 @@ void guard_renew(const struct layer_device *device, const struct recording *reco
 {
     if (!recording->has_guards)
         return;
-    for (const struct recorded_item *item = recording->first; item; item = item->next) {
-        const struct build_guard *guard = item->build ? &item->build->guard : NULL;
-        if (!guard || !guard->has_order)
+    for (const struct recorded_build *build = recording->builds; build; build = build->next) {
+        const struct build_guard *guard = &build->guard;
+        if (!guard->has_order)
             continue;
         struct guard_order *order =
             (void *)(recording->chunks[guard->order_chunk]->bytes + guard->order_offset);

@@ -6,6 +6,7 @@
 
 #include "src/base/array.h"
 #include "src/check/replay/updates.h"
+#include "src/snapshots/recording.h"
 
 void input_notes_release(struct input_notes *notes)
 {
@@ -25,14 +26,15 @@ void input_notes_release(struct input_notes *notes)
 static bool has_inputs_to_note(const struct replay *replay, const struct journal *journal,
                                const struct journal_entry *entry)
 {
-    return replay->notes && journal->work && entry->built.shapes;
+    return replay->notes && recording_with_commands(journal) && entry->built.shapes;
 }
 
 static void note_execution_point(struct replay *replay, const struct journal *journal,
                                  const struct journal_entry *entry)
 {
     struct input_notes *notes = replay->notes;
-    if (!notes || !journal->work || !replay->flags || !replay->predecessors_known ||
+    if (!notes || !recording_with_commands(journal) || !replay->flags ||
+        !replay->predecessors_known ||
         entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
         return;
     struct execution_point_note *points =
@@ -96,7 +98,7 @@ void replay_note_micromap(struct replay *replay, const struct journal *journal,
                           const struct journal_entry *entry)
 {
     struct input_notes *notes = replay->notes;
-    if (!notes || !journal->work || entry->micromap.is_ext)
+    if (!notes || !recording_with_commands(journal) || entry->micromap.is_ext)
         return;
     struct used_micromap_note *used =
         array_make_room(notes->used, notes->used_count, &notes->used_capacity, sizeof(*used));

@@ -158,7 +158,7 @@ void command_buffer_execute(struct command_buffer *primary, struct command_buffe
         struct journal_entry entry = {.kind = JOURNAL_EXECUTE,
                                       .secondary = journal_share(secondary->journal)};
         journal_add(primary->journal, &entry);
-        primary->journal->executes = true;
+        primary->journal->secondary_count++;
         primary->journal->has_events |= secondary->journal->has_events;
         primary->journal->awaits_inputs |= secondary->journal->awaits_inputs;
     }

@@ -33,9 +33,8 @@ bool journal_contains(const struct journal *journal, const struct journal *other
 {
     if (journal == other)
         return true;
-    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_EXECUTE));
-    const struct journal_entry *entry;
-    while (journal->executes && (entry = journal_next(&cursor)))
+    struct journal_cursor cursor = journal_start_secondaries(journal);
+    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
         if (journal_contains(entry->secondary, other))
             return true;
     return false;
@@ -165,6 +164,13 @@ struct journal_cursor journal_start_call(const struct journal *journal, uint32_t
     return journal_start_at(journal, journal->call.entries, kinds);
 }
 
+struct journal_cursor journal_start_secondaries(const struct journal *journal)
+{
+    if (!journal->secondary_count)
+        return (struct journal_cursor){.list = &journal->entries};
+    return journal_start(journal, JOURNAL_BIT(JOURNAL_EXECUTE));
+}
+
 struct journal_entry *journal_next(struct journal_cursor *cursor)
 {
     struct journal_entry *entry;
@@ -228,7 +234,8 @@ ON_RECORDING_PATH void journal_clear(struct journal *journal)
         chunk_list_clear(&journal->inputs);
         forget_recent_inputs(journal);
     }
-    journal->has_references = journal->has_sources_to_check = journal->executes = false;
+    journal->has_references = journal->has_sources_to_check = false;
+    journal->secondary_count = 0;
     journal->has_events = journal->incomplete = false;
     journal->lacks_hazards = journal->awaits_inputs = false;
     journal_begin_call(journal);

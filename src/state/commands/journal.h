@@ -48,6 +48,17 @@ enum journal_kind {
     JOURNAL_SET_EVENT,
     JOURNAL_RESET_EVENT,
     JOURNAL_WAIT_EVENT,
+    /* A build whose inputs were copied, and which writes no structure that is known: its dst is
+     * invalid, or builds have no entries below level EXECUTION. */
+    JOURNAL_INPUTS,
+    /* With backend cpu: struct recorded_command (src/snapshots/recording.h). */
+    CPU_CLONE, /* unless there is a JOURNAL_COPY or JOURNAL_COMPACT */
+    CPU_COMPACT,
+    CPU_SERIALIZE,
+    CPU_DESERIALIZE,
+    CPU_WRITE_QUERY,
+    CPU_RESET_QUERIES,
+    CPU_COPY_QUERIES,
     /* With setting hazards: struct hazard_entry (hazard_entries.h). */
     HAZARD_COMMAND, /* the accesses that follow are its own */
     HAZARD_ACCESS,
@@ -70,7 +81,9 @@ _Static_assert(JOURNAL_KINDS <= 32, "a set of kinds is a word");
      JOURNAL_BIT(HAZARD_BARRIER) | JOURNAL_BIT(HAZARD_SET_EVENT) |                                 \
      JOURNAL_BIT(HAZARD_RESET_EVENT) | JOURNAL_BIT(HAZARD_WAIT_EVENT))
 /* All that is a struct journal_entry. */
-#define JOURNAL_ENTRIES (JOURNAL_BIT(HAZARD_COMMAND) - 1)
+#define JOURNAL_ENTRIES (JOURNAL_BIT(CPU_CLONE) - 1)
+/* What may have copies of a build's inputs. */
+#define JOURNAL_COPIED_BUILDS (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_INPUTS))
 
 /* What writes dst; the member `info` of a JOURNAL_FILL. */
 enum journal_fill {
@@ -130,7 +143,12 @@ struct journal_entry {
     };
 };
 
-enum { JOURNAL_UNIT = 8, JOURNAL_ENTRY_MAX = sizeof(struct journal_entry) };
+/* If inputs of builds are copied, an entry of JOURNAL_COPIED_BUILDS has room for a pointer behind
+ * it. */
+enum {
+    JOURNAL_UNIT = 8,
+    JOURNAL_ENTRY_MAX = sizeof(struct journal_entry) + sizeof(struct recorded_build *)
+};
 _Static_assert(JOURNAL_ENTRY_MAX <= 128, "a recorded build takes little memory");
 #define JOURNAL_CHUNK                                                                              \
     (struct chunk_sizes)                                                                           \
@@ -204,14 +222,15 @@ struct journal {
     struct label_stack *labels; /* a copy of each label stack under which a build was recorded */
     uint32_t label_count, label_capacity;
     uint64_t recent_inputs[JOURNAL_RECENT_INPUTS]; /* buffer ids, by their low bits */
-    /* Commands that a backend executes when the journal is replayed; owned, may be NULL. */
+    /* What entries refer to if inputs of builds are copied: struct recording of
+     * src/snapshots/recording.h; owned, may be NULL. */
     void *work;
     void (*release_work)(void *work);
     struct recent_memory *recent_memory; /* owned; see hazard_memory_id() */
     bool binds;                          /* all entries are JOURNAL_BIND */
     bool has_references;                 /* see journal_entry_has_references */
     bool has_sources_to_check;           /* see journal_entry_has_source_to_check */
-    bool executes;                       /* has JOURNAL_EXECUTE entries */
+    uint32_t secondary_count;            /* JOURNAL_EXECUTE entries */
     bool has_events;                     /* it or a secondary has event entries */
     bool incomplete;                     /* memory ran out for entries: the others prove nothing */
     bool lacks_hazards; /* memory ran out for HAZARD entries: all before counts as ordered */
@@ -266,6 +285,33 @@ static inline struct journal_entry *journal_begin_entry(struct journal *journal)
     if (!entry)
         journal->incomplete = true;
     return entry;
+}
+
+/* The same for a build. `is_copied`: its inputs may be copied. */
+static inline struct journal_entry *journal_begin_build(struct journal *journal, bool is_copied)
+{
+    struct recorded_build **copies;
+    struct journal_entry *entry =
+        journal_append(journal, sizeof(*entry) + (is_copied ? sizeof(*copies) : 0));
+    if (!entry) {
+        journal->incomplete = true;
+        return NULL;
+    }
+    copies = (void *)(entry + 1);
+    if (is_copied)
+        *copies = NULL;
+    return entry;
+}
+
+/* The copies of a build's inputs, which journal->work owns; NULL: there are none. */
+static inline struct recorded_build *journal_copies(const struct journal_entry *entry)
+{
+    bool has_room = entry->size * JOURNAL_UNIT > (int)sizeof(*entry);
+    return has_room ? *(struct recorded_build *const *)(const void *)(entry + 1) : NULL;
+}
+static inline void journal_set_copies(struct journal_entry *entry, struct recorded_build *copies)
+{
+    *(struct recorded_build **)(void *)(entry + 1) = copies;
 }
 
 /* Not needed for an entry without references and without a source to check. */
@@ -356,6 +402,7 @@ struct journal_cursor journal_start(const struct journal *journal, uint32_t kind
 struct journal_cursor journal_start_at(const struct journal *journal, struct chunk_place place,
                                        uint32_t kinds);
 struct journal_cursor journal_start_call(const struct journal *journal, uint32_t kinds);
+struct journal_cursor journal_start_secondaries(const struct journal *journal);
 /* Returns NULL at the end. An entry of another type than struct journal_entry begins like one. */
 struct journal_entry *journal_next(struct journal_cursor *cursor);
 
