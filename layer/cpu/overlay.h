@@ -7,7 +7,6 @@
 #define ASSAY_LAYER_CPU_OVERLAY_H
 
 #include "layer/layer.h"
-#include "layer/snapshots/consumers.h"
 #include "src/cpu/device.h"
 #include "src/cpu/playback.h"
 
@@ -30,7 +29,6 @@ struct cpu_overlay {
     struct cpu_device *device;
     struct cpu_playback *playback;
     VkuDeviceDispatchTable next;
-    struct snapshots_consumer consumer; /* see cpu_overlay_consumer() */
     struct transfer *unfinished; /* that the device may still execute; used by the thread that
                                     delivers results */
     /* the backend's extensions that the application has enabled */

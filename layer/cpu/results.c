@@ -180,12 +180,24 @@ static void warn(const struct layer_device *device)
     cpu_overlay_warn_overwritten(device);
 }
 
-static void run(void *user, const struct submitted_execution *submitted)
+static void run(void *user, struct order_batch *batch)
 {
     const struct layer_device *device = user;
-    cpu_playback_run(device->cpu->playback, submitted->execution, submitted->timestamp);
-    if (submitted->batch)
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < batch->command_count; i++) {
+        struct execution *execution = atomic_load(&batch->commands[i].execution);
+        if (execution)
+            cpu_playback_run(device->cpu->playback, execution, batch->timestamp);
+        count += execution != NULL;
+    }
+    if (count)
         warn(device);
+}
+
+static void run_unordered(void *user, struct execution *execution)
+{
+    const struct layer_device *device = user;
+    cpu_playback_run(device->cpu->playback, execution, timestamp_never());
 }
 
 static void deliver(void *user)
@@ -200,11 +212,10 @@ static void deliver(void *user)
     cpu_playback_deliver(device->cpu->playback, &delivery);
 }
 
-struct snapshots_consumer *cpu_overlay_consumer(struct layer_device *device)
+struct batch_consumer cpu_overlay_consumer(struct layer_device *device)
 {
-    struct snapshots_consumer *consumer = &device->cpu->consumer;
-    *consumer = (struct snapshots_consumer){.user = device, .run = run, .deliver = deliver};
-    return consumer;
+    return (struct batch_consumer){
+        .user = device, .run = run, .run_unordered = run_unordered, .deliver = deliver};
 }
 
 VKAPI_ATTR void VKAPI_CALL cpu_DestroyBuffer(VkDevice device, VkBuffer buffer,

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Backend cpu as a consumer of snapshots: it executes builds at their point in execution order, and
+/* Backend cpu as a consumer of batches: it executes builds at their point in execution order, and
  * writes results to buffers when the submission is complete. */
 #ifndef ASSAY_LAYER_CPU_RESULTS_H
 #define ASSAY_LAYER_CPU_RESULTS_H
 
 #include "layer/cpu/overlay.h"
 
-/* The consumer of device->cpu, for snapshots_add_consumer(). */
-struct snapshots_consumer *cpu_overlay_consumer(struct layer_device *device);
+/* For a device with device->cpu. */
+struct batch_consumer cpu_overlay_consumer(struct layer_device *device);
 
 /* Called before the device is destroyed: frees copies of results whose end was not observed. What
  * the device may still use stays until it is destroyed. `overlay` may be NULL. */

@@ -131,10 +131,10 @@ static void add_micromap(const struct writer *writer, const struct journal_entry
     add(writer, &record);
 }
 
-static void add_journal(const struct layer_device *device, const struct batch_run *run,
+static void add_journal(const struct layer_device *device, const struct order_batch *batch,
                         const struct journal *journal);
 
-static void add_entry(struct writer *writer, const struct batch_run *run,
+static void add_entry(struct writer *writer, const struct order_batch *batch,
                       const struct journal_entry *entry)
 {
     switch ((enum journal_kind)entry->kind) {
@@ -158,7 +158,7 @@ static void add_entry(struct writer *writer, const struct batch_run *run,
             add_micromap(writer, entry);
         break;
     case JOURNAL_EXECUTE:
-        add_journal(writer->device, run, entry->secondary);
+        add_journal(writer->device, batch, entry->secondary);
         break;
     default: /* the walk visits no others */
         break;
@@ -166,14 +166,14 @@ static void add_entry(struct writer *writer, const struct batch_run *run,
 }
 
 /* Recursive: the device limits how deep secondary command buffers nest. */
-static void add_journal(const struct layer_device *device, const struct batch_run *run,
+static void add_journal(const struct layer_device *device, const struct order_batch *batch,
                         const struct journal *journal)
 {
     struct writer writer = {
         .device = device,
         .record = {.device = device->handle,
-                   .queue = run->queue,
-                   .submission = run->submission,
+                   .queue = batch->queue,
+                   .submission = batch->number,
                    .names = device->names,
                    .command_buffer = journal->command_buffer},
     };
@@ -182,40 +182,47 @@ static void add_journal(const struct layer_device *device, const struct batch_ru
                                    JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |
                                    JOURNAL_BIT(JOURNAL_FILL) | JOURNAL_BIT(JOURNAL_EXECUTE));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        add_entry(&writer, run, entry);
+        add_entry(&writer, batch, entry);
 }
 
 /* ---- batches */
 
-static void add_submission(const struct layer_device *device, const struct batch_run *run)
+static void add_submission(const struct layer_device *device, const struct order_batch *batch)
 {
     reporter_record(device->instance->reporter, &(struct log_record){
                                                     .kind = RECORD_SUBMISSION,
                                                     .device = device->handle,
-                                                    .queue = run->queue,
-                                                    .submission = run->submission,
-                                                    .commands = run->commands,
-                                                    .command_count = run->command_count,
+                                                    .queue = batch->queue,
+                                                    .submission = batch->number,
+                                                    .commands = batch->commands,
+                                                    .command_count = batch->command_count,
                                                 });
 }
 
 /* Sparse bindings are in the order, too. */
-static bool binds(const struct batch_run *run)
+static bool binds(const struct order_batch *batch)
 {
-    const struct journal *journal = run->command_count ? run->commands[0].captured : NULL;
+    const struct journal *journal = batch->command_count ? batch->commands[0].captured : NULL;
     return journal && journal->binds;
 }
 
 /* Work of the host is recorded when it has ended. */
-void build_records_add_batch(const struct layer_device *device, const struct batch_run *run)
+static void run(void *user, struct order_batch *batch)
 {
-    if (run->work == WORK_BEGINS || run->work == WORK_FAILS || binds(run))
+    const struct layer_device *device = user;
+    if (!batch->is_replayed || batch->work == WORK_BEGINS || batch->work == WORK_FAILS ||
+        batch->work == WORK_SYNC || binds(batch))
         return;
-    if (run->work == WORK_OF_QUEUE)
-        add_submission(device, run);
-    for (uint32_t i = 0; i < run->command_count; i++)
-        if (run->commands[i].captured)
-            add_journal(device, run, run->commands[i].captured);
+    if (batch->work == WORK_OF_QUEUE)
+        add_submission(device, batch);
+    for (uint32_t i = 0; i < batch->command_count; i++)
+        if (batch->commands[i].captured)
+            add_journal(device, batch, batch->commands[i].captured);
+}
+
+struct batch_consumer build_records_consumer(struct layer_device *device)
+{
+    return (struct batch_consumer){.user = device, .run = run};
 }
 
 void build_records_add_size(const struct layer_device *device, VkAccelerationStructureKHR structure,

@@ -3,13 +3,12 @@
 #ifndef ASSAY_LAYER_EXECUTION_BUILD_RECORDS_H
 #define ASSAY_LAYER_EXECUTION_BUILD_RECORDS_H
 
-#include <vulkan/vulkan_core.h>
+#include "src/state/order/order.h"
 
-struct batch_run;
 struct layer_device;
 
-/* Logs a batch at its execution point. Call it without a lock, and only if the setting is on. */
-void build_records_add_batch(const struct layer_device *device, const struct batch_run *run);
+/* Logs each batch at its execution point. Add it only if the setting is on. */
+struct batch_consumer build_records_consumer(struct layer_device *device);
 
 /* Logs a compacted size that the application has read. */
 void build_records_add_size(const struct layer_device *device, VkAccelerationStructureKHR structure,

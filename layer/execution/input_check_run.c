@@ -90,9 +90,9 @@ static void report_findings(struct reading *reading)
         const struct call_origin origin = {
             .device = device->handle,
             .names = device->names,
-            .queue = reading->ran->queue,
-            .submission = reading->ran->submission,
-            .queue_labels = shared_labels_stack(reading->ran->queue_labels),
+            .queue = reading->ran->batch->queue,
+            .submission = reading->ran->batch->number,
+            .queue_labels = shared_labels_stack(reading->ran->batch->labels),
             .command_buffer = pending->journal->command_buffer,
             .build_index = pending->first,
             .labels = journal_labels_at(pending->journal, position),
@@ -140,7 +140,7 @@ static void refers(void *user, uint32_t position, const struct accel_facts *refe
 {
     const struct read_call *call = user;
     const struct ran_execution *ran = call->reading->ran;
-    hazard_checks_refer(ran->device->hazard_checks, ran->timestamp, call->journal, position,
+    hazard_checks_refer(ran->device->hazard_checks, ran->batch, call->journal, position,
                         referenced);
 }
 
@@ -151,7 +151,7 @@ static void indexes(void *user, uint32_t build, uint32_t geometry, uint32_t smal
     const struct ran_execution *ran = call->reading->ran;
     const struct hazard_indices indices = {
         {call->journal, call->first + build, geometry}, smallest, largest};
-    hazard_checks_index(ran->device->hazard_checks, ran->timestamp, &indices);
+    hazard_checks_index(ran->device->hazard_checks, ran->batch, &indices);
 }
 
 static const struct check_hooks hooks = {.found = found,
@@ -406,5 +406,5 @@ void input_checks_read(const struct ran_execution *ran, const char *when,
         warn_lack_of_copies(ran->device);
     missed->no_memory += reading.lacks_memory;
     if (!when)
-        comparer_run(ran->device->comparer, ran->queue);
+        comparer_run(ran->device->comparer, ran->batch->queue);
 }

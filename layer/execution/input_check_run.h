@@ -6,18 +6,16 @@
 #include "layer/layer.h"
 #include "src/check/replay/update_inputs.h"
 #include "src/snapshots/recording.h"
+#include "src/state/order/batch.h"
 
 struct missed_executions;
 
 /* A complete execution of a command buffer. */
 struct ran_execution {
     struct layer_device *device;
+    struct order_batch *batch;
+    const struct journal *journal; /* of the command buffer; belongs to the batch */
     struct execution *execution;
-    struct journal *journal;
-    struct timestamp timestamp; /* of its batch */
-    VkQueue queue;
-    uint64_t submission;                /* number, as in struct call_origin */
-    struct shared_labels *queue_labels; /* owned; NULL: none */
     struct input_notes notes;
     bool is_complete; /* false: not yet, or the device was lost */
 };

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Queue of executions whose snapshots wait to be validated: from their execution point until they
- * are complete. */
+/* Validates executions in execution order, once they are complete. */
 #include "layer/execution/input_checks.h"
 
 #include <stdlib.h>
@@ -9,171 +8,217 @@
 #include "layer/execution/input_check_run.h"
 #include "layer/execution/submitted_builds.h"
 #include "layer/snapshots/coverage_warnings.h"
+#include "src/base/drain.h"
 #include "src/platform/clock.h"
-#include "src/platform/threads.h"
 
-/* The notes of a batch that was replayed and has not run. */
-struct noted_batch {
-    struct noted_batch *next;
-    struct timestamp timestamp;
-    uint32_t count;
-    struct input_notes commands[];
+/* One command buffer of a batch. */
+struct input_check {
+    struct input_notes notes;
+    struct execution *execution; /* that waits to be validated; NULL: none */
+    atomic_bool was_waited_for;  /* by the layer itself, until the end */
 };
 
-struct waiting {
-    struct waiting *next;
-    struct ran_execution ran;
-    atomic_bool was_waited_for; /* by the layer itself, until the end */
+/* The slot of a batch, from its replay on. Before the batch is kept, it belongs to the thread that
+ * runs batches, then to the thread that delivers. This changes executions with the lock of the
+ * list, and other threads read them with the lock. */
+struct batch_inputs {
+    uint32_t waiting; /* checks that have not ended; used by the thread that delivers */
+    struct input_check commands[];
 };
 
 struct input_checks {
     struct layer_device *device;
-    struct snapshots_consumer consumer;
-    struct noted_batch *noted, **noted_last; /* used by the hooks only */
-
-    /* Guards the members below. Only the thread that set `busy` removes executions from the list.
-     * No call or message is made with the lock held. */
-    pthread_mutex_t lock;
-    struct waiting *waiting, **waiting_last; /* in execution order */
-    bool busy, again; /* a thread delivers; another thread requested a delivery meanwhile */
+    struct batch_list *batches;
+    struct drain drain; /* guarded by the lock of the list */
 };
 
 VkResult input_checks_create(struct layer_device *device)
 {
     if (device->level < LEVEL_CONTENT || !device->snapshots)
         return VK_SUCCESS;
-    struct input_checks *input_checks = calloc(1, sizeof(*input_checks));
-    if (!input_checks)
+    device->input_checks = calloc(1, sizeof(*device->input_checks));
+    if (!device->input_checks)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    input_checks->device = device;
-    input_checks->noted_last = &input_checks->noted;
-    input_checks->waiting_last = &input_checks->waiting;
-    pthread_mutex_init(&input_checks->lock, NULL);
-    device->input_checks = input_checks;
+    device->input_checks->device = device;
     return VK_SUCCESS;
+}
+
+/* ---- slots */
+
+static struct batch_inputs *inputs_of(const struct order_batch *batch)
+{
+    return batch->slots[USES_INPUTS];
+}
+
+/* An execution that waits. */
+struct waiting {
+    struct order_batch *batch; /* NULL: none yet */
+    uint32_t command;
+};
+
+static struct input_check *check_of(const struct waiting *at)
+{
+    return &inputs_of(at->batch)->commands[at->command];
+}
+
+static struct order_batch *next_batch(const struct input_checks *input_checks,
+                                      const struct order_batch *after)
+{
+    return batch_list_next(input_checks->batches, IN_EXECUTION_ORDER, after, USES_INPUTS);
+}
+
+/* Goes on to the next execution that waits. Returns false if there is none. Call with the lock. */
+static bool next_waiting(const struct input_checks *input_checks, struct waiting *at)
+{
+    uint32_t i = at->batch ? at->command + 1 : 0;
+    struct order_batch *batch = at->batch ? at->batch : next_batch(input_checks, NULL);
+    for (; batch; batch = next_batch(input_checks, batch), i = 0)
+        for (; i < batch->command_count; i++)
+            if (inputs_of(batch)->commands[i].execution) {
+                *at = (struct waiting){batch, i};
+                return true;
+            }
+    return false;
+}
+
+static void lock(struct input_checks *input_checks)
+{
+    pthread_mutex_lock(&input_checks->batches->lock);
+}
+
+static void unlock(struct input_checks *input_checks)
+{
+    pthread_mutex_unlock(&input_checks->batches->lock);
+}
+
+static bool go_on(struct input_checks *input_checks, struct waiting *at)
+{
+    lock(input_checks);
+    bool found = next_waiting(input_checks, at);
+    unlock(input_checks);
+    return found;
 }
 
 /* Marks inputs as known that will never be read, so that updates which are compared with them do
  * not wait. */
-static void mark_inputs_known(const struct input_notes *notes)
+static void release_notes(struct input_notes *notes)
 {
     for (uint32_t i = 0; i < notes->count; i++)
         build_inputs_mark_known(notes->items[i].inputs);
+    input_notes_release(notes);
 }
 
-static void free_waiting(struct waiting *waiting)
+static void free_slot(struct order_batch *batch)
 {
-    hazard_checks_settle(waiting->ran.device->hazard_checks, waiting->ran.timestamp);
-    mark_inputs_known(&waiting->ran.notes);
-    input_notes_release(&waiting->ran.notes);
-    execution_release(waiting->ran.execution);
-    journal_release(waiting->ran.journal);
-    shared_labels_release(waiting->ran.queue_labels);
-    free(waiting);
+    struct batch_inputs *inputs = inputs_of(batch);
+    for (uint32_t i = 0; inputs && i < batch->command_count; i++)
+        release_notes(&inputs->commands[i].notes);
+    free(inputs);
+    batch->slots[USES_INPUTS] = NULL;
 }
 
-void input_checks_destroy(struct input_checks *input_checks)
+/* Returns NULL without memory. */
+static struct batch_inputs *make_slot(struct order_batch *batch)
 {
-    if (!input_checks)
-        return;
-    input_checks_drop(input_checks);
-    while (input_checks->waiting) {
-        struct waiting *first = input_checks->waiting;
-        input_checks->waiting = first->next;
-        free_waiting(first);
-    }
-    pthread_mutex_destroy(&input_checks->lock);
-    free(input_checks);
+    const size_t size = batch->command_count * sizeof(struct input_check);
+    if (!inputs_of(batch))
+        batch->slots[USES_INPUTS] = calloc(1, sizeof(struct batch_inputs) + size);
+    return inputs_of(batch);
+}
+
+/* Takes an execution that waits: no other thread finds it any more. */
+static struct execution *take(struct input_checks *input_checks, const struct waiting *at)
+{
+    struct execution *execution = check_of(at)->execution;
+    lock(input_checks);
+    check_of(at)->execution = NULL;
+    unlock(input_checks);
+    return execution;
+}
+
+/* Ends the check of an execution that was taken. */
+static void end_check(struct input_checks *input_checks, const struct waiting *at,
+                      struct execution *execution)
+{
+    hazard_checks_settle(input_checks->device->hazard_checks, at->batch);
+    release_notes(&check_of(at)->notes);
+    inputs_of(at->batch)->waiting--;
+    execution_release(execution);
+}
+
+/* Lets go of the batches whose checks have ended. */
+static void let_go(struct input_checks *input_checks)
+{
+    struct order_batch *batch;
+    do {
+        lock(input_checks);
+        batch = next_batch(input_checks, NULL);
+        while (batch && inputs_of(batch)->waiting)
+            batch = next_batch(input_checks, batch);
+        if (batch)
+            order_batch_end_use(batch, USES_INPUTS);
+        unlock(input_checks);
+        if (batch)
+            free_slot(batch);
+        order_batch_release(batch);
+    } while (batch);
 }
 
 /* ---- batches */
 
-struct input_notes *input_checks_note_batch(struct input_checks *input_checks,
-                                            const struct batch_run *run)
+struct input_notes *input_checks_note(struct input_checks *input_checks, struct order_batch *batch,
+                                      uint32_t command)
 {
-    if (!input_checks)
-        return NULL;
-    size_t size = run->command_count * sizeof(struct input_notes);
-    struct noted_batch *batch = calloc(1, sizeof(*batch) + size);
-    if (!batch)
-        return NULL;
-    batch->timestamp = run->timestamp;
-    batch->count = run->command_count;
-    *input_checks->noted_last = batch;
-    input_checks->noted_last = &batch->next;
-    return batch->commands;
+    struct batch_inputs *inputs = input_checks ? make_slot(batch) : NULL;
+    return inputs ? &inputs->commands[command].notes : NULL;
 }
 
-static void drop_first(struct input_checks *input_checks)
+/* For `retire`, too: a batch that never ran may have notes. */
+static void drop(void *user, struct order_batch *batch)
 {
-    struct noted_batch *batch = input_checks->noted;
-    input_checks->noted = batch->next;
-    if (!input_checks->noted)
-        input_checks->noted_last = &input_checks->noted;
-    for (uint32_t i = 0; i < batch->count; i++) {
-        mark_inputs_known(&batch->commands[i]);
-        input_notes_release(&batch->commands[i]);
-    }
-    free(batch);
+    (void)user;
+    free_slot(batch);
 }
 
-void input_checks_drop(struct input_checks *input_checks)
+static void expect(const struct input_checks *input_checks, struct order_batch *batch,
+                   struct input_check *check, struct execution *execution)
 {
-    while (input_checks && input_checks->noted)
-        drop_first(input_checks);
+    check->execution = execution;
+    inputs_of(batch)->waiting++;
+    for (uint32_t i = 0; i < check->notes.count; i++)
+        if (check->notes.items[i].inputs)
+            check->notes.items[i].inputs->filler = check;
+    hazard_checks_expect(input_checks->device->hazard_checks, batch);
 }
 
-static bool is_of(const struct noted_batch *batch, const struct batch_run *run)
-{
-    return batch && timestamps_are_equal(batch->timestamp, run->timestamp);
-}
-
-/* The consumer's `run`. If the order is unknown, the states that builds found are unknown too, and
- * nothing is validated. The snapshots count and report such executions. */
-static void run(void *user, const struct submitted_execution *submitted)
+/* Takes the executions of the batch. */
+static void run(void *user, struct order_batch *batch)
 {
     struct input_checks *input_checks = user;
-    const struct batch_run *batch = submitted->batch;
-    if (!batch)
-        return;
-    struct waiting *waiting = calloc(1, sizeof(*waiting));
-    if (!waiting) {
-        warn_missed(input_checks->device, &(struct missed_executions){.no_memory = 1});
-        return;
+    struct missed_executions missed = {0};
+    for (uint32_t i = 0; i < batch->command_count; i++) {
+        struct batch_inputs *inputs = inputs_of(batch);
+        struct execution *execution = atomic_load(&batch->commands[i].execution);
+        if (!execution && inputs)
+            release_notes(&inputs->commands[i].notes);
+        if (!execution)
+            continue;
+        missed.no_memory += !make_slot(batch);
+        if (inputs_of(batch))
+            expect(input_checks, batch, &inputs_of(batch)->commands[i], execution_share(execution));
     }
-    waiting->ran = (struct ran_execution){
-        .timestamp = submitted->timestamp,
-        .device = input_checks->device,
-        .execution = execution_share(submitted->execution),
-        .journal = journal_share(batch->commands[submitted->command].captured),
-        .queue = batch->queue,
-        .submission = batch->submission,
-        .queue_labels = shared_labels_share(batch->queue_labels),
-    };
-    if (is_of(input_checks->noted, batch)) {
-        waiting->ran.notes = input_checks->noted->commands[submitted->command];
-        input_checks->noted->commands[submitted->command] = (struct input_notes){0};
-    }
-    for (uint32_t i = 0; i < waiting->ran.notes.count; i++)
-        if (waiting->ran.notes.items[i].inputs)
-            waiting->ran.notes.items[i].inputs->filler = waiting;
-    hazard_checks_expect(input_checks->device->hazard_checks, submitted->timestamp);
-    pthread_mutex_lock(&input_checks->lock);
-    *input_checks->waiting_last = waiting;
-    input_checks->waiting_last = &waiting->next;
-    pthread_mutex_unlock(&input_checks->lock);
-}
-
-void input_checks_end_batch(struct input_checks *input_checks, const struct batch_run *run)
-{
-    if (input_checks && is_of(input_checks->noted, run))
-        drop_first(input_checks);
+    warn_missed(input_checks->device, &missed);
+    if (inputs_of(batch) && inputs_of(batch)->waiting)
+        order_batch_keep(batch, USES_INPUTS, inputs_of(batch));
+    else
+        free_slot(batch);
 }
 
 /* ---- delivery */
 
 /* State of one delivery over the waiting executions. */
 struct delivery {
+    struct input_checks *input_checks;
     struct execution_clock seen;
     uint64_t busy_queues; /* bit set by queue index: later batches of the queue are not complete
                              either, or too late to wait for */
@@ -184,187 +229,202 @@ _Static_assert(EXECUTION_QUEUES <= 64, "each queue has a bit");
  * the layer has waited for it, or the device is lost. Only then is its fence queried. A layer below
  * takes that for a wait of the application: the Khronos layer would no longer report hazards with
  * what the submission does, or the destruction of what it uses. */
-static bool was_observed(const struct waiting *waiting, bool was_seen)
+static bool was_observed(const struct delivery *delivery, const struct input_check *check,
+                         bool was_seen)
 {
-    return was_seen || atomic_load(&waiting->was_waited_for) ||
-           atomic_load(&waiting->ran.device->snapshots->device_lost);
+    return was_seen || atomic_load(&check->was_waited_for) ||
+           atomic_load(&delivery->input_checks->device->snapshots->device_lost);
 }
 
-/* Whether the result of the execution's ticket is known to be final. */
-static bool is_complete(struct delivery *delivery, struct waiting *waiting)
+/* Whether the result of the execution's ticket is known to be final, which *end then is. */
+static bool has_ended(struct delivery *delivery, const struct order_batch *batch,
+                      const struct input_check *check, VkResult *end)
 {
-    struct ticket *ticket = waiting->ran.execution->ticket;
-    uint64_t queue = UINT64_C(1) << waiting->ran.timestamp.queue;
-    bool was_seen = execution_clock_has(&delivery->seen, waiting->ran.timestamp);
+    uint64_t queue = UINT64_C(1) << batch->timestamp.queue;
+    bool was_seen = execution_clock_has(&delivery->seen, batch->timestamp);
     bool is_busy = delivery->busy_queues & queue;
-    VkResult end;
-    if (!was_observed(waiting, was_seen) || (is_busy && !was_seen))
+    if (!was_observed(delivery, check, was_seen) || (is_busy && !was_seen))
         return false;
-    if (ticket_has_ended(ticket, was_seen && !is_busy, &end)) {
-        waiting->ran.is_complete = end == VK_SUCCESS;
+    if (ticket_has_ended(check->execution->ticket, was_seen && !is_busy, end))
         return true;
-    }
     delivery->busy_queues |= queue;
     return false;
 }
 
 /* Whether the inputs are known with which the execution's updates are compared, or will be once the
  * execution itself is read. */
-static bool has_sources(const struct waiting *waiting)
+static bool has_sources(const struct input_check *check)
 {
-    for (uint32_t i = 0; i < waiting->ran.notes.count; i++) {
-        const struct build_inputs *source = waiting->ran.notes.items[i].source.inputs;
-        if (source && source->filler != waiting && !atomic_load(&source->is_known))
+    for (uint32_t i = 0; i < check->notes.count; i++) {
+        const struct build_inputs *source = check->notes.items[i].source.inputs;
+        if (source && source->filler != check && !atomic_load(&source->is_known))
             return false;
     }
     return true;
 }
 
-static struct waiting **next_link(struct input_checks *input_checks, struct waiting **link)
+static struct ran_execution describe(const struct input_checks *input_checks,
+                                     const struct waiting *at, bool is_complete)
 {
-    pthread_mutex_lock(&input_checks->lock);
-    link = *link ? &(*link)->next : link;
-    pthread_mutex_unlock(&input_checks->lock);
-    return link;
-}
-
-static struct waiting *waiting_at(struct input_checks *input_checks, struct waiting *const *link)
-{
-    pthread_mutex_lock(&input_checks->lock);
-    struct waiting *waiting = *link;
-    pthread_mutex_unlock(&input_checks->lock);
-    return waiting;
-}
-
-static void remove_waiting(struct input_checks *input_checks, struct waiting **link)
-{
-    pthread_mutex_lock(&input_checks->lock);
-    struct waiting *waiting = *link;
-    *link = waiting->next;
-    if (!waiting->next)
-        input_checks->waiting_last = link;
-    pthread_mutex_unlock(&input_checks->lock);
+    return (struct ran_execution){
+        .device = input_checks->device,
+        .batch = at->batch,
+        .journal = at->batch->commands[at->command].captured,
+        .execution = check_of(at)->execution,
+        .notes = check_of(at)->notes,
+        .is_complete = is_complete,
+    };
 }
 
 /* Validates complete executions in execution order. Skips incomplete ones, because executions of
  * other queues may be complete. */
 static void deliver(struct input_checks *input_checks)
 {
-    struct delivery delivery = {0};
+    struct delivery delivery = {.input_checks = input_checks};
     struct missed_executions missed = {0};
-    struct waiting **link = &input_checks->waiting;
+    VkResult end;
     execution_order_host_clock(input_checks->device->order, &delivery.seen);
-    for (struct waiting *waiting; (waiting = waiting_at(input_checks, link));) {
-        if (!is_complete(&delivery, waiting) || !has_sources(waiting)) {
-            link = next_link(input_checks, link);
+    for (struct waiting at = {0}; go_on(input_checks, &at);) {
+        if (!has_ended(&delivery, at.batch, check_of(&at), &end) || !has_sources(check_of(&at)))
             continue;
-        }
-        remove_waiting(input_checks, link);
-        if (waiting->ran.is_complete)
-            submitted_builds_end(waiting->ran.device->submitted_builds, waiting->ran.timestamp);
-        input_checks_read(&waiting->ran, NULL, &missed);
-        free_waiting(waiting);
+        const struct ran_execution ran = describe(input_checks, &at, end == VK_SUCCESS);
+        take(input_checks, &at);
+        if (ran.is_complete)
+            submitted_builds_end(input_checks->device->submitted_builds, at.batch);
+        input_checks_read(&ran, NULL, &missed);
+        end_check(input_checks, &at, ran.execution);
     }
+    let_go(input_checks);
     warn_missed(input_checks->device, &missed);
 }
 
-/* Whether this thread is to deliver. Returns false if another thread delivers or nothing waits. */
-static bool begin_delivery(struct input_checks *input_checks)
+/* Whether this thread is to deliver. Returns false if another thread delivers, which *is_busy then
+ * says, or if nothing waits. */
+static bool begin_delivery(struct input_checks *input_checks, bool *is_busy)
 {
-    pthread_mutex_lock(&input_checks->lock);
-    bool is_free = !input_checks->busy && input_checks->waiting;
-    input_checks->again |= input_checks->busy;
-    input_checks->busy |= is_free;
-    pthread_mutex_unlock(&input_checks->lock);
-    return is_free;
+    lock(input_checks);
+    *is_busy = input_checks->drain.is_busy;
+    bool begins = (*is_busy || next_batch(input_checks, NULL)) && drain_begin(&input_checks->drain);
+    unlock(input_checks);
+    return begins;
 }
 
-/* Whether another thread requested a delivery meanwhile. */
 static bool repeat_delivery(struct input_checks *input_checks)
 {
-    pthread_mutex_lock(&input_checks->lock);
-    bool again = input_checks->again;
-    input_checks->again = false;
-    input_checks->busy = again;
-    pthread_mutex_unlock(&input_checks->lock);
+    lock(input_checks);
+    bool again = drain_repeat(&input_checks->drain);
+    unlock(input_checks);
     return again;
 }
 
 void input_checks_deliver(struct input_checks *input_checks)
 {
-    if (!input_checks || !begin_delivery(input_checks))
+    bool is_busy;
+    if (!input_checks || !begin_delivery(input_checks, &is_busy))
         return;
     do {
         deliver(input_checks);
     } while (repeat_delivery(input_checks));
 }
 
-static bool is_delivering(struct input_checks *input_checks)
-{
-    pthread_mutex_lock(&input_checks->lock);
-    bool is_busy = input_checks->busy;
-    pthread_mutex_unlock(&input_checks->lock);
-    return is_busy;
-}
-
-bool input_checks_read_marked(struct input_checks *input_checks, const char *when)
+static bool read_waiting(struct input_checks *input_checks, const char *when)
 {
     struct missed_executions missed = {0};
-    if (!begin_delivery(input_checks))
-        return !is_delivering(input_checks);
-    struct waiting *const *link = &input_checks->waiting;
-    for (struct waiting *waiting; (waiting = waiting_at(input_checks, link));
-         link = next_link(input_checks, (struct waiting **)(uintptr_t)link))
-        if (has_sources(waiting))
-            input_checks_read(&waiting->ran, when, &missed);
+    bool is_busy;
+    if (!begin_delivery(input_checks, &is_busy))
+        return !is_busy;
+    for (struct waiting at = {0}; go_on(input_checks, &at);) {
+        const struct ran_execution ran = describe(input_checks, &at, false);
+        if (has_sources(check_of(&at)))
+            input_checks_read(&ran, when, &missed);
+    }
     while (repeat_delivery(input_checks))
         deliver(input_checks);
     return true;
 }
 
+bool input_checks_read_marked(struct input_checks *input_checks, const char *when)
+{
+    struct missed_executions missed = {0};
+    struct ran_execution ran;
+    if (!input_checks)
+        return true;
+    struct layer_device *device = input_checks->device;
+    bool is_free = read_waiting(input_checks, when);
+    for (uint32_t n = 0; submitted_builds_find_unrun(device->submitted_builds, n, &ran); n++) {
+        ran.device = device;
+        if (ran.execution)
+            input_checks_read(&ran, when, &missed);
+        submitted_builds_release_unrun(&ran);
+    }
+    return is_free;
+}
+
+void input_checks_destroy(struct input_checks *input_checks)
+{
+    if (!input_checks)
+        return;
+    for (struct waiting at = {0}; input_checks->batches && go_on(input_checks, &at);)
+        end_check(input_checks, &at, take(input_checks, &at));
+    if (input_checks->batches)
+        let_go(input_checks);
+    free(input_checks);
+}
+
+/* ---- tickets. Other threads deliver meanwhile. */
+
 struct ticket *input_checks_next_ticket(struct input_checks *input_checks, VkQueue queue,
                                         uint64_t after)
 {
     struct ticket *next = NULL;
-    pthread_mutex_lock(&input_checks->lock);
-    for (const struct waiting *at = input_checks->waiting; at; at = at->next) {
-        struct ticket *ticket = at->ran.execution->ticket;
-        if (ticket->number > after && (!queue || at->ran.queue == queue) &&
+    lock(input_checks);
+    for (struct waiting at = {0}; next_waiting(input_checks, &at);) {
+        struct ticket *ticket = check_of(&at)->execution->ticket;
+        if (ticket->number > after && (!queue || at.batch->queue == queue) &&
             (!next || ticket->number < next->number))
             next = ticket;
     }
     if (next)
         ticket_share(next);
-    pthread_mutex_unlock(&input_checks->lock);
+    unlock(input_checks);
     return next;
 }
 
-/* An execution in the list depends on no later submission. But another batch of its submission may,
+/* An execution that waits depends on no later submission. But another batch of its submission may,
  * or an event that the host sets. So the wait is limited. */
 enum { WAIT_NANOSECONDS = 1000 * 1000 * 1000, PAUSE_NANOSECONDS = 1000 * 1000 };
 
+static struct ticket *share_first(struct input_checks *input_checks)
+{
+    struct waiting first = {0};
+    lock(input_checks);
+    bool found = next_waiting(input_checks, &first);
+    struct ticket *ticket = found ? ticket_share(check_of(&first)->execution->ticket) : NULL;
+    unlock(input_checks);
+    return ticket;
+}
+
 /* The layer has waited for the end of the executions with this ticket. Returns whether the first
- * execution of the list is one of them. */
+ * execution that waits is one of them. */
 static bool note_wait(struct input_checks *input_checks, const struct ticket *ticket)
 {
-    pthread_mutex_lock(&input_checks->lock);
-    struct waiting *first = input_checks->waiting;
-    bool is_first = first && first->ran.execution->ticket == ticket;
-    for (struct waiting *at = first; at; at = at->next)
-        if (at->ran.execution->ticket == ticket)
-            atomic_store(&at->was_waited_for, true);
-    pthread_mutex_unlock(&input_checks->lock);
+    bool is_first = false, has_first = false;
+    lock(input_checks);
+    for (struct waiting at = {0}; next_waiting(input_checks, &at); has_first = true) {
+        if (check_of(&at)->execution->ticket != ticket)
+            continue;
+        is_first |= !has_first;
+        atomic_store(&check_of(&at)->was_waited_for, true);
+    }
+    unlock(input_checks);
     return is_first;
 }
 
-/* The consumer's `wait`. Pauses if another thread delivers the first execution. */
+/* Pauses if another thread delivers the first execution. */
 static bool wait_for_first(void *user)
 {
     struct input_checks *input_checks = user;
-    pthread_mutex_lock(&input_checks->lock);
-    struct ticket *ticket =
-        input_checks->waiting ? ticket_share(input_checks->waiting->ran.execution->ticket) : NULL;
-    pthread_mutex_unlock(&input_checks->lock);
+    struct ticket *ticket = share_first(input_checks);
     bool is_complete = ticket && ticket_result_is_final(ticket->wait(ticket, WAIT_NANOSECONDS));
     if (is_complete && note_wait(input_checks, ticket)) {
         input_checks_deliver(input_checks);
@@ -382,9 +442,15 @@ static void deliver_complete(void *user)
     input_checks_deliver(user);
 }
 
-struct snapshots_consumer *input_checks_consumer(struct input_checks *input_checks)
+/* If the order is unknown, the states that builds found are unknown too, and nothing is validated.
+ * The snapshots count and report such executions. */
+struct batch_consumer input_checks_consumer(struct input_checks *input_checks)
 {
-    input_checks->consumer = (struct snapshots_consumer){
-        .user = input_checks, .run = run, .deliver = deliver_complete, .wait = wait_for_first};
-    return &input_checks->consumer;
+    input_checks->batches = execution_order_batches(input_checks->device->order);
+    return (struct batch_consumer){.user = input_checks,
+                                   .undo = drop,
+                                   .run = run,
+                                   .retire = drop,
+                                   .deliver = deliver_complete,
+                                   .wait = wait_for_first};
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Replays journals as batches execute.
  *
- * The hooks are called by one thread at a time (src/state/order/order.h), so the build states need
+ * One thread at a time checks and runs batches (src/state/order/order.h), so the build states need
  * no lock, and no lock is held while a message is sent. Structures may be destroyed on any thread:
  * their ids wait in pending_destroys until the next batch. */
 #include "layer/execution/submissions.h"
@@ -11,10 +11,8 @@
 #include "layer/execution/build_records.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/input_checks.h"
-#include "layer/execution/submitted_builds.h"
 #include "layer/layer.h"
 #include "layer/snapshots/guard/execution.h"
-#include "layer/snapshots/snapshots.h"
 #include "src/check/replay/replay.h"
 #include "src/platform/threads.h"
 
@@ -129,113 +127,111 @@ static void take_pending_destroys(struct submissions *submissions)
 
 /* ---- one batch */
 
-struct batch {
+struct judging {
     struct submissions *submissions;
+    struct order_batch *batch;
     struct call_origin origin;
-    bool skip; /* a callback asked to skip the call */
 };
 
 static bool found(void *user, const struct journal *journal, uint32_t first_build, enum rule rule,
                   const struct location *location, const struct finding *finding)
 {
-    struct batch *batch = user;
-    batch->origin.command_buffer = journal->command_buffer;
-    batch->origin.build_index = first_build;
-    batch->origin.labels = journal_labels_at(journal, first_build + location->build);
-    batch->origin.call_site = journal_call_site_at(journal, first_build + location->build);
-    struct reporter *reporter = batch->submissions->device->instance->reporter;
-    if (reporter_send(reporter, rule, location, &batch->origin, finding))
-        batch->skip = true;
+    struct judging *judging = user;
+    judging->origin.command_buffer = journal->command_buffer;
+    judging->origin.build_index = first_build;
+    judging->origin.labels = journal_labels_at(journal, first_build + location->build);
+    judging->origin.call_site = journal_call_site_at(journal, first_build + location->build);
+    struct reporter *reporter = judging->submissions->device->instance->reporter;
+    if (reporter_send(reporter, rule, location, &judging->origin, finding))
+        judging->batch->skips_call = true;
     return reporter_wants(reporter, rule_infos[rule].vuid[location->command]);
 }
 
 static void record_compacted_size(void *user, uint64_t structure, VkDeviceSize size)
 {
-    const struct batch *batch = user;
-    build_records_add_size(batch->submissions->device,
+    const struct judging *judging = user;
+    build_records_add_size(judging->submissions->device,
                            (VkAccelerationStructureKHR)(uintptr_t)structure, size);
 }
 
-static struct replay replay_of(struct batch *batch, const struct batch_run *run)
+static struct replay replay_of(struct judging *judging, const struct order_batch *batch)
 {
-    struct submissions *submissions = batch->submissions;
+    struct submissions *submissions = judging->submissions;
     return (struct replay){
         .active = submissions->device->active_rules,
         .resources = submissions->device->resources,
         .states = &submissions->live,
         .flags = submissions->device->built_flags,
-        .now = run->timestamp,
-        .follows = run->clock,
-        .predecessors_known = run->predecessors_known,
-        .destroy_count = run->destroy_count,
+        .now = batch->timestamp,
+        .follows = &batch->clock,
+        .predecessors_known = batch->predecessors_known,
+        .destroy_count = batch->destroy_count,
         .never_is_certain = !submissions->device->facts.has_other_builders,
-        .unordered = run->work != WORK_OF_QUEUE,
+        .unordered = batch->work != WORK_OF_QUEUE,
         .found = found,
         .compacted = submissions->device->records_builds ? record_compacted_size : NULL,
-        .user = batch,
+        .user = judging,
     };
 }
 
 /* Judges work of the host when it begins, unless that was done before its call went down. */
 static void replay_work(struct replay *replay, const struct journal *journal,
-                        const struct batch_run *run)
+                        const struct order_batch *batch)
 {
-    if (run->work != WORK_BEGINS) {
-        replay_end_work(replay, journal, run->work == WORK_FAILS);
+    if (batch->work != WORK_BEGINS) {
+        replay_end_work(replay, journal, batch->work == WORK_FAILS);
         return;
     }
-    if (!run->checked)
+    if (!batch->is_checked)
         replay_judge_work(replay, journal);
     replay_begin_work(replay, journal);
 }
 
-static struct batch batch_of(struct submissions *submissions, const struct batch_run *run)
+static struct judging begin_judging(struct submissions *submissions, struct order_batch *batch)
 {
-    return (struct batch){
+    return (struct judging){
         .submissions = submissions,
+        .batch = batch,
         .origin = {.device = submissions->device->handle,
                    .names = submissions->device->names,
                    .destroyed = submissions->device->destroyed,
-                   .queue = run->queue,
-                   .submission = run->submission,
-                   .queue_labels = shared_labels_stack(run->queue_labels)},
+                   .queue = batch->queue,
+                   .submission = batch->number,
+                   .queue_labels = shared_labels_stack(batch->labels)},
     };
 }
 
 /* Judges a batch and applies it; a check of the host's work (`undo` set) is not applied. If a
  * command buffer lacks a complete journal, it may have written anything, so the order becomes
  * unknown. */
-static bool replay_batch(struct submissions *submissions, const struct batch_run *run,
+static void replay_batch(struct submissions *submissions, struct order_batch *batch,
                          struct build_undo *undo)
 {
-    struct batch batch = batch_of(submissions, run);
-    struct replay replay = replay_of(&batch, run);
-    struct input_notes *notes =
-        run->work == WORK_OF_QUEUE ? input_checks_note_batch(submissions->device->input_checks, run)
-                                   : NULL;
+    struct judging judging = begin_judging(submissions, batch);
+    struct replay replay = replay_of(&judging, batch);
     replay.undo = undo;
     take_pending_destroys(submissions);
-    for (uint32_t i = 0; i < run->command_count && !submissions->order_unknown; i++) {
-        const struct journal *journal = run->commands[i].captured;
+    for (uint32_t i = 0; i < batch->command_count && !submissions->order_unknown; i++) {
+        const struct journal *journal = batch->commands[i].captured;
         if (!journal || journal->incomplete) {
             set_order_unknown(submissions, ORDER_UNKNOWN_OUT_OF_MEMORY);
             break;
         }
-        replay.notes = notes ? &notes[i] : NULL;
-        if (run->work == WORK_OF_QUEUE) {
+        if (batch->work == WORK_OF_QUEUE) {
+            replay.notes = input_checks_note(submissions->device->input_checks, batch, i);
             replay_submitted(&replay, journal);
         } else if (undo) {
             replay_judge_work(&replay, journal);
         } else {
-            replay_work(&replay, journal, run);
+            replay_work(&replay, journal, batch);
         }
         if (replay.out_of_memory)
             set_order_unknown(submissions, ORDER_UNKNOWN_OUT_OF_MEMORY);
     }
-    return batch.skip;
+    batch->is_replayed = !submissions->order_unknown;
 }
 
-/* ---- hooks */
+/* ---- what command buffers recorded */
 
 static void *capture(void *user, VkCommandBuffer handle)
 {
@@ -252,93 +248,23 @@ static bool is_open(void *user, VkQueue queue, const void *captured)
     return events_submit(submissions->device->events, queue, captured);
 }
 
-static void settle_bindings(struct resources *resources, const struct journal *journal)
+static void settle_bindings(struct resources *resources, struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_BIND));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         const struct sparse_binding binding = journal_binding(entry);
         resources_settle_sparse(resources, &binding);
     }
+    journal->binds = false;
 }
 
 static void release(void *user, void *captured)
 {
     const struct submissions *submissions = user;
-    const struct journal *journal = captured;
+    struct journal *journal = captured;
     if (journal->binds)
         settle_bindings(submissions->device->resources, journal);
     journal_release(captured);
-}
-
-/* Looks for destroyed objects now: they are used from the submission on. When the batch runs, its
- * commands may have completed, and the application may have destroyed its objects. */
-static bool inspect(void *user, const struct batch_run *run)
-{
-    struct submissions *submissions = user;
-    struct batch batch = batch_of(submissions, run);
-    struct replay replay = replay_of(&batch, run);
-    for (uint32_t i = 0; i < run->command_count; i++) {
-        const struct journal *journal = run->commands[i].captured;
-        if (journal && !journal->incomplete)
-            replay_destroyed(&replay, journal);
-    }
-    return batch.skip;
-}
-
-/* Judges a batch before its call goes down, so that a callback can have the call skipped. Applies
- * it at once, because all earlier batches have run. */
-static bool check(void *user, const struct batch_run *run)
-{
-    struct submissions *submissions = user;
-    if (submissions->order_unknown)
-        return false;
-    bool skip = replay_batch(submissions, run, &submissions->undo);
-    if (!submissions->order_unknown)
-        guard_check(submissions->device, run);
-    return skip;
-}
-
-static void drop(void *user)
-{
-    struct submissions *submissions = user;
-    for (size_t i = 0; i < submissions->undo.count; i++)
-        built_flags_forget(submissions->device->built_flags, submissions->undo.before[i].id);
-    build_undo_carry_out(&submissions->undo, &submissions->live);
-    input_checks_drop(submissions->device->input_checks);
-}
-
-static void run_batch(void *user, const struct batch_run *run)
-{
-    struct submissions *submissions = user;
-    if (run->work == WORK_SYNC) {
-        if (!submissions->order_unknown) {
-            hazard_checks_add(submissions->device->hazard_checks, run);
-            hazard_checks_run(submissions->device->hazard_checks, run);
-        }
-        return;
-    }
-    bool is_done = run->checked && run->work == WORK_OF_QUEUE;
-    build_undo_forget(&submissions->undo);
-    if (!is_done && !submissions->order_unknown)
-        replay_batch(submissions, run, NULL);
-    guard_run(submissions->device, run);
-    if (!submissions->order_unknown && submissions->device->records_builds)
-        build_records_add_batch(submissions->device, run);
-    submitted_builds_run(submissions->device->submitted_builds, run);
-    if (!submissions->order_unknown)
-        hazard_checks_add(submissions->device->hazard_checks, run);
-    if (submissions->device->snapshots)
-        snapshots_run(submissions->device->snapshots, run);
-    input_checks_end_batch(submissions->device->input_checks, run);
-    hazard_checks_run(submissions->device->hazard_checks, run);
-}
-
-static void order_unknown(void *user, enum order_unknown_reason why)
-{
-    struct submissions *submissions = user;
-    set_order_unknown(submissions, why);
-    if (submissions->device->snapshots)
-        snapshots_set_order_unknown(submissions->device->snapshots, why);
 }
 
 struct execution_hooks submissions_hooks(struct submissions *submissions)
@@ -349,10 +275,77 @@ struct execution_hooks submissions_hooks(struct submissions *submissions)
         .capture = capture,
         .release = release,
         .is_open = is_open,
-        .inspect = inspect,
+    };
+}
+
+/* ---- the consumer */
+
+/* Looks for destroyed objects now: they are used from the submission on. When the batch runs, its
+ * commands may have completed, and the application may have destroyed its objects. */
+static void inspect(void *user, struct order_batch *batch)
+{
+    struct submissions *submissions = user;
+    struct judging judging = begin_judging(submissions, batch);
+    struct replay replay = replay_of(&judging, batch);
+    for (uint32_t i = 0; i < batch->command_count; i++) {
+        const struct journal *journal = batch->commands[i].captured;
+        if (journal && !journal->incomplete)
+            replay_destroyed(&replay, journal);
+    }
+}
+
+/* Judges a batch before its call goes down, so that a callback can have the call skipped. Applies
+ * it at once, because all earlier batches have run. */
+static void check(void *user, struct order_batch *batch)
+{
+    struct submissions *submissions = user;
+    if (!submissions->order_unknown)
+        replay_batch(submissions, batch, &submissions->undo);
+}
+
+/* All batches that were checked and have not run belong to one call. */
+static void undo(void *user, struct order_batch *batch)
+{
+    struct submissions *submissions = user;
+    (void)batch;
+    for (size_t i = 0; i < submissions->undo.count; i++)
+        built_flags_forget(submissions->device->built_flags, submissions->undo.before[i].id);
+    build_undo_carry_out(&submissions->undo, &submissions->live);
+}
+
+static void run(void *user, struct order_batch *batch)
+{
+    struct submissions *submissions = user;
+    bool is_done = batch->is_checked && batch->work == WORK_OF_QUEUE;
+    if (batch->work != WORK_SYNC)
+        build_undo_forget(&submissions->undo);
+    if (!is_done && batch->work != WORK_SYNC && !submissions->order_unknown)
+        replay_batch(submissions, batch, NULL);
+    batch->is_replayed = !submissions->order_unknown;
+}
+
+static void ran(void *user, struct order_batch *batch)
+{
+    const struct submissions *submissions = user;
+    struct journal *journal = batch->command_count ? batch->commands[0].captured : NULL;
+    if (journal && journal->binds)
+        settle_bindings(submissions->device->resources, journal);
+}
+
+static void order_unknown(void *user, enum order_unknown_reason why)
+{
+    set_order_unknown(user, why);
+}
+
+struct batch_consumer submissions_consumer(struct submissions *submissions)
+{
+    return (struct batch_consumer){
+        .user = submissions,
+        .submit = inspect,
         .check = check,
-        .drop = drop,
-        .run = run_batch,
+        .undo = undo,
+        .run = run,
+        .ran = ran,
         .order_unknown = order_unknown,
     };
 }

@@ -12,8 +12,10 @@ struct submissions;
 VkResult submissions_create(struct layer_device *device, struct submissions **submissions);
 void submissions_destroy(struct submissions *submissions);
 
-/* The hooks through which the execution order reports each batch. */
+/* The hooks through which the execution order gets journals, and the consumer that replays them. It
+ * sets order_batch.is_replayed and comes before consumers that read this. */
 struct execution_hooks submissions_hooks(struct submissions *submissions);
+struct batch_consumer submissions_consumer(struct submissions *submissions);
 
 /* Called when structures or queries were destroyed: `count` consecutive ids from `first_id` on, as
  * in struct accel_facts and struct query_pool. */

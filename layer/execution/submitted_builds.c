@@ -1,26 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A list of command buffers with builds, in the order of submission. */
+/* The batches with builds, in the order of submission. */
 #include "layer/execution/submitted_builds.h"
 
 #include <stdlib.h>
 
 #include "layer/execution/input_check_run.h"
 
-/* One execution of a primary command buffer. */
-struct submitted_commands_entry {
-    struct submitted_commands_entry *next;
-    struct journal *journal;
-    struct shared_labels *queue_labels;
-    VkQueue queue;
-    uint64_t submission;
-    struct timestamp timestamp;
-};
-
 struct submitted_builds {
     const struct layer_device *device;
-    atomic_uint count; /* changes with the lock held */
-    pthread_mutex_t lock;
-    struct submitted_commands_entry *first, **last;
+    struct batch_list *batches;
+    atomic_uint count; /* pending command buffers; changes with the lock of the list */
 };
 
 VkResult submitted_builds_create(const struct layer_device *device,
@@ -30,31 +19,69 @@ VkResult submitted_builds_create(const struct layer_device *device,
     if (!*submitted)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     (*submitted)->device = device;
-    (*submitted)->last = &(*submitted)->first;
-    pthread_mutex_init(&(*submitted)->lock, NULL);
+    (*submitted)->batches = execution_order_batches(device->order);
     return VK_SUCCESS;
 }
 
-static void free_list(struct submitted_commands_entry *entry)
+/* ---- the list. Call these functions with its lock. */
+
+/* A pending command buffer. */
+struct pending {
+    struct order_batch *batch; /* NULL: none yet */
+    uint32_t command;
+};
+
+static struct order_batch *next_batch(const struct submitted_builds *submitted,
+                                      const struct order_batch *after)
 {
-    for (struct submitted_commands_entry *next; entry; entry = next) {
-        next = entry->next;
-        journal_release(entry->journal);
-        shared_labels_release(entry->queue_labels);
-        free(entry);
+    return batch_list_next(submitted->batches, IN_SUBMISSION_ORDER, after, USES_PENDING_BUILDS);
+}
+
+/* Goes on to the next pending command buffer. Returns false if there is none. */
+static bool next_pending(const struct submitted_builds *submitted, struct pending *at)
+{
+    uint32_t i = at->batch ? at->command + 1 : 0;
+    struct order_batch *batch = at->batch ? at->batch : next_batch(submitted, NULL);
+    for (; batch; batch = next_batch(submitted, batch), i = 0)
+        for (; i < batch->command_count; i++)
+            if (batch->commands[i].is_pending) {
+                *at = (struct pending){batch, i};
+                return true;
+            }
+    return false;
+}
+
+static const struct journal *journal_of(const struct pending *at)
+{
+    return at->batch->commands[at->command].captured;
+}
+
+/* Forgets command buffers of a batch that is kept. Returns whether none is left: then the caller
+ * releases the batch. */
+static bool forget(struct submitted_builds *submitted, struct order_batch *batch, uint32_t first,
+                   uint32_t end)
+{
+    bool is_left = false;
+    for (uint32_t i = 0; i < batch->command_count; i++) {
+        bool *is_pending = &batch->commands[i].is_pending;
+        if (i >= first && i < end) {
+            atomic_fetch_sub(&submitted->count, *is_pending);
+            *is_pending = false;
+        }
+        is_left |= *is_pending;
     }
+    if (!is_left)
+        order_batch_end_use(batch, USES_PENDING_BUILDS);
+    return !is_left;
 }
 
-void submitted_builds_destroy(struct submitted_builds *submitted)
+static bool forget_batch(struct submitted_builds *submitted, struct order_batch *batch)
 {
-    if (!submitted)
-        return;
-    free_list(submitted->first);
-    pthread_mutex_destroy(&submitted->lock);
-    free(submitted);
+    return order_batch_is_kept(batch, USES_PENDING_BUILDS) &&
+           forget(submitted, batch, 0, batch->command_count);
 }
 
-/* ---- adding */
+/* ---- submissions */
 
 static bool has_builds(const struct journal *journal)
 {
@@ -66,140 +93,100 @@ static bool has_builds(const struct journal *journal)
     return false;
 }
 
-/* Called with the lock held. Returns the entry that exceeds the limit, or NULL. */
-static struct submitted_commands_entry *append(struct submitted_builds *submitted,
-                                               struct submitted_commands_entry *entry)
+static void forget_oldest(struct submitted_builds *submitted)
 {
-    struct submitted_commands_entry *oldest = NULL;
-    *submitted->last = entry;
-    submitted->last = &entry->next;
-    if (atomic_fetch_add(&submitted->count, 1) < SUBMITTED_MAX)
-        return NULL;
-    oldest = submitted->first;
-    submitted->first = oldest->next;
-    oldest->next = NULL;
-    atomic_fetch_sub(&submitted->count, 1);
-    return oldest;
+    struct pending oldest = {0};
+    bool is_last = false;
+    pthread_mutex_lock(&submitted->batches->lock);
+    if (next_pending(submitted, &oldest))
+        is_last = forget(submitted, oldest.batch, oldest.command, oldest.command + 1);
+    pthread_mutex_unlock(&submitted->batches->lock);
+    if (is_last)
+        order_batch_release(oldest.batch);
 }
 
-void submitted_builds_add(struct submitted_builds *submitted, VkQueue queue, uint64_t submission,
-                          struct shared_labels *queue_labels, VkCommandBuffer handle)
+static void submit(void *user, struct order_batch *batch)
 {
-    const struct command_buffer *command_buffer =
-        submitted ? command_buffers_find(submitted->device->command_buffers, handle) : NULL;
-    if (!command_buffer || !command_buffer->journal || !has_builds(command_buffer->journal))
+    struct submitted_builds *submitted = user;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < batch->command_count; i++) {
+        struct submitted_commands *commands = &batch->commands[i];
+        commands->is_pending = commands->captured && has_builds(commands->captured);
+        count += commands->is_pending;
+    }
+    if (!count)
         return;
-    struct submitted_commands_entry *entry = malloc(sizeof(*entry));
-    if (!entry)
-        return;
-    *entry = (struct submitted_commands_entry){
-        .journal = journal_share(command_buffer->journal),
-        .queue_labels = shared_labels_share(queue_labels),
-        .queue = queue,
-        .submission = submission,
-        .timestamp = timestamp_never(),
-    };
-    pthread_mutex_lock(&submitted->lock);
-    struct submitted_commands_entry *oldest = append(submitted, entry);
-    pthread_mutex_unlock(&submitted->lock);
-    free_list(oldest);
-}
-
-static bool has_run(const struct submitted_commands_entry *entry)
-{
-    return entry->timestamp.count != timestamp_never().count;
-}
-
-static void set_time(struct submitted_builds *submitted, const struct batch_run *run,
-                     const struct journal *journal)
-{
-    struct submitted_commands_entry *entry = submitted->first;
-    while (entry && (entry->journal != journal || entry->queue != run->queue ||
-                     entry->submission != run->submission || has_run(entry)))
-        entry = entry->next;
-    if (entry)
-        entry->timestamp = run->timestamp;
-}
-
-void submitted_builds_run(struct submitted_builds *submitted, const struct batch_run *run)
-{
-    if (!submitted || !atomic_load(&submitted->count))
-        return;
-    pthread_mutex_lock(&submitted->lock);
-    for (uint32_t i = 0; i < run->command_count; i++)
-        set_time(submitted, run, run->commands[i].captured);
-    pthread_mutex_unlock(&submitted->lock);
+    atomic_fetch_add(&submitted->count, count);
+    order_batch_keep(batch, USES_PENDING_BUILDS, NULL);
+    while (atomic_load(&submitted->count) > SUBMITTED_MAX)
+        forget_oldest(submitted);
 }
 
 /* ---- completion */
 
-/* What an entry is to be like. */
-struct pattern {
-    bool (*fits)(const struct pattern *pattern, const struct submitted_commands_entry *entry);
-    const struct execution_clock *clock;
-    struct timestamp timestamp;
-    VkQueue queue;
-    uint64_t submission;
-};
-
-static void forget(struct submitted_builds *submitted, const struct pattern *pattern)
+void submitted_builds_end(struct submitted_builds *submitted, struct order_batch *batch)
 {
-    struct submitted_commands_entry *forgotten = NULL;
-    pthread_mutex_lock(&submitted->lock);
-    for (struct submitted_commands_entry **link = &submitted->first; *link;) {
-        struct submitted_commands_entry *entry = *link;
-        if (!pattern->fits(pattern, entry)) {
-            link = &entry->next;
-            continue;
-        }
-        *link = entry->next;
-        entry->next = forgotten;
-        forgotten = entry;
-        atomic_fetch_sub(&submitted->count, 1);
-    }
-    submitted->last = &submitted->first;
-    while (*submitted->last)
-        submitted->last = &(*submitted->last)->next;
-    pthread_mutex_unlock(&submitted->lock);
-    free_list(forgotten);
+    if (!submitted)
+        return;
+    pthread_mutex_lock(&submitted->batches->lock);
+    bool was_kept = forget_batch(submitted, batch);
+    pthread_mutex_unlock(&submitted->batches->lock);
+    if (was_kept)
+        order_batch_release(batch);
 }
 
-static bool was_seen(const struct pattern *pattern, const struct submitted_commands_entry *entry)
+static void fail(void *user, struct order_batch *batch)
 {
-    return execution_clock_has(pattern->clock, entry->timestamp);
+    submitted_builds_end(user, batch);
 }
 
-static bool is_of_batch(const struct pattern *pattern, const struct submitted_commands_entry *entry)
+enum { FORGOTTEN_AT_ONCE = 32 };
+
+/* Forgets batches whose end the host has observed. Returns the number. */
+static uint32_t forget_complete(struct submitted_builds *submitted,
+                                const struct execution_clock *seen,
+                                struct order_batch *forgotten[FORGOTTEN_AT_ONCE])
 {
-    return timestamps_are_equal(entry->timestamp, pattern->timestamp);
+    uint32_t count = 0;
+    pthread_mutex_lock(&submitted->batches->lock);
+    for (struct order_batch *batch = NULL;
+         count < FORGOTTEN_AT_ONCE && (batch = next_batch(submitted, batch));)
+        if (order_batch_has_run(batch) && execution_clock_has(seen, batch->timestamp) &&
+            forget_batch(submitted, batch))
+            forgotten[count++] = batch;
+    pthread_mutex_unlock(&submitted->batches->lock);
+    return count;
 }
 
-static bool is_of_call(const struct pattern *pattern, const struct submitted_commands_entry *entry)
+static void deliver(void *user)
 {
-    return entry->queue == pattern->queue && entry->submission == pattern->submission &&
-           !has_run(entry);
-}
-
-void submitted_builds_remove(struct submitted_builds *submitted, VkQueue queue, uint64_t submission)
-{
-    if (submitted && atomic_load(&submitted->count))
-        forget(submitted,
-               &(struct pattern){.fits = is_of_call, .queue = queue, .submission = submission});
-}
-
-void submitted_builds_prune(struct submitted_builds *submitted)
-{
+    struct submitted_builds *submitted = user;
+    struct order_batch *forgotten[FORGOTTEN_AT_ONCE];
     struct execution_clock seen;
-    if (!submitted || !atomic_load(&submitted->count))
+    uint32_t count;
+    if (!atomic_load(&submitted->count))
         return;
     execution_order_host_clock(submitted->device->order, &seen);
-    forget(submitted, &(struct pattern){.fits = was_seen, .clock = &seen});
+    do {
+        count = forget_complete(submitted, &seen, forgotten);
+        for (uint32_t i = 0; i < count; i++)
+            order_batch_release(forgotten[i]);
+    } while (count == FORGOTTEN_AT_ONCE);
 }
 
-void submitted_builds_end(struct submitted_builds *submitted, struct timestamp timestamp)
+void submitted_builds_destroy(struct submitted_builds *submitted)
 {
-    if (submitted)
-        forget(submitted, &(struct pattern){.fits = is_of_batch, .timestamp = timestamp});
+    if (!submitted)
+        return;
+    for (struct order_batch *batch; (batch = next_batch(submitted, NULL));)
+        submitted_builds_end(submitted, batch);
+    free(submitted);
+}
+
+struct batch_consumer submitted_builds_consumer(struct submitted_builds *submitted)
+{
+    return (struct batch_consumer){
+        .user = submitted, .submit = submit, .fail = fail, .deliver = deliver};
 }
 
 /* ---- visiting */
@@ -235,12 +222,12 @@ static bool visit_journal(struct visitor *visitor, const struct journal *journal
 }
 
 /* A later execution of the same command buffer has cleared the marks, so this one is complete. */
-static bool is_repeated(const struct submitted_commands_entry *entry)
+static bool is_repeated(const struct submitted_builds *submitted, struct pending at)
 {
-    const struct recording *recording = entry->journal->work;
-    for (const struct submitted_commands_entry *later = entry->next; recording && later;
-         later = later->next)
-        if (later->journal == entry->journal)
+    const struct journal *journal = journal_of(&at);
+    const struct recording *recording = journal->work;
+    while (recording && next_pending(submitted, &at))
+        if (journal_of(&at) == journal)
             return atomic_load(&recording->marks.ticket) != 0;
     return false;
 }
@@ -251,21 +238,22 @@ bool submitted_builds_each(struct submitted_builds *submitted, bool waits,
 {
     struct visitor visitor = {
         .visit = visit, .user = user, .has_marks = submitted->device->snapshots};
+    struct pending at = {0};
     if (waits)
-        pthread_mutex_lock(&submitted->lock);
-    else if (pthread_mutex_trylock(&submitted->lock) != 0)
+        pthread_mutex_lock(&submitted->batches->lock);
+    else if (pthread_mutex_trylock(&submitted->batches->lock) != 0)
         return false;
     bool goes_on = true;
-    for (const struct submitted_commands_entry *entry = submitted->first; entry && goes_on;
-         entry = entry->next) {
-        visitor.build.primary = entry->journal->command_buffer;
-        visitor.build.queue = entry->queue;
-        visitor.build.submission = entry->submission;
-        visitor.build.queue_labels = shared_labels_stack(entry->queue_labels);
+    while (goes_on && next_pending(submitted, &at)) {
+        const struct journal *journal = journal_of(&at);
+        visitor.build.primary = journal->command_buffer;
+        visitor.build.queue = at.batch->queue;
+        visitor.build.submission = at.batch->number;
+        visitor.build.queue_labels = shared_labels_stack(at.batch->labels);
         goes_on =
-            (visitor.has_marks && is_repeated(entry)) || visit_journal(&visitor, entry->journal);
+            (visitor.has_marks && is_repeated(submitted, at)) || visit_journal(&visitor, journal);
     }
-    pthread_mutex_unlock(&submitted->lock);
+    pthread_mutex_unlock(&submitted->batches->lock);
     return true;
 }
 
@@ -274,31 +262,26 @@ bool submitted_builds_each(struct submitted_builds *submitted, bool waits,
 bool submitted_builds_find_unrun(struct submitted_builds *submitted, uint32_t n,
                                  struct ran_execution *ran)
 {
+    struct pending at = {0};
+    bool found = false;
     *ran = (struct ran_execution){0};
-    pthread_mutex_lock(&submitted->lock);
-    struct submitted_commands_entry *entry = submitted->first;
-    while (entry && (has_run(entry) || n)) {
-        n -= !has_run(entry);
-        entry = entry->next;
+    pthread_mutex_lock(&submitted->batches->lock);
+    while (!found && next_pending(submitted, &at))
+        found = !order_batch_has_run(at.batch) && !n--;
+    if (found) {
+        ran->batch = order_batch_share(at.batch);
+        ran->journal = journal_of(&at);
     }
-    if (entry)
-        *ran = (struct ran_execution){
-            .journal = journal_share(entry->journal),
-            .queue = entry->queue,
-            .submission = entry->submission,
-            .queue_labels = shared_labels_share(entry->queue_labels),
-        };
-    pthread_mutex_unlock(&submitted->lock);
-    if (entry && ran->journal->work)
+    pthread_mutex_unlock(&submitted->batches->lock);
+    if (found && ran->journal->work)
         ran->execution = recording_share_latest(ran->journal->work);
-    return entry;
+    return found;
 }
 
 void submitted_builds_release_unrun(struct ran_execution *ran)
 {
     execution_release(ran->execution);
-    journal_release(ran->journal);
-    shared_labels_release(ran->queue_labels);
+    order_batch_release(ran->batch);
 }
 
 /* ---- progress */
@@ -324,13 +307,13 @@ static void add_progress(struct progress *progress, const struct journal *journa
 static struct progress find_progress(struct submitted_builds *submitted)
 {
     struct progress progress = {0};
+    struct pending at = {0};
     if (!submitted || !submitted->device->snapshots || !atomic_load(&submitted->count))
         return progress;
-    pthread_mutex_lock(&submitted->lock);
-    for (const struct submitted_commands_entry *entry = submitted->first; entry;
-         entry = entry->next)
-        add_progress(&progress, entry->journal);
-    pthread_mutex_unlock(&submitted->lock);
+    pthread_mutex_lock(&submitted->batches->lock);
+    while (next_pending(submitted, &at))
+        add_progress(&progress, journal_of(&at));
+    pthread_mutex_unlock(&submitted->batches->lock);
     return progress;
 }
 

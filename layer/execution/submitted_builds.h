@@ -7,33 +7,24 @@
 #include "layer/layer.h"
 #include "layer/snapshots/marks.h"
 #include "src/snapshots/recording.h"
+#include "src/state/order/order.h"
 
 struct submitted_builds;
 
+/* Call once the device has an order. */
 VkResult submitted_builds_create(const struct layer_device *device,
                                  struct submitted_builds **submitted);
 void submitted_builds_destroy(struct submitted_builds *submitted); /* accepts NULL */
 
+/* Keeps the batches with builds from their submission on, until the host has observed that they are
+ * complete: of the last SUBMITTED_MAX command buffers with builds. */
+enum { SUBMITTED_MAX = 1024 };
+struct batch_consumer submitted_builds_consumer(struct submitted_builds *submitted);
+
 /* The functions below accept NULL. */
 
-/* Called before a call that submits goes down: keeps each command buffer that has builds, the last
- * SUBMITTED_MAX of them. The call has a number among those of its queue, and labels, which may be
- * NULL. */
-enum { SUBMITTED_MAX = 1024 };
-void submitted_builds_add(struct submitted_builds *submitted, VkQueue queue, uint64_t submission,
-                          struct shared_labels *queue_labels, VkCommandBuffer handle);
-/* The call has failed, or was skipped. */
-void submitted_builds_remove(struct submitted_builds *submitted, VkQueue queue,
-                             uint64_t submission);
-/* Called at a batch's execution point: its command buffers are complete when the host has observed
- * its timestamp. */
-void submitted_builds_run(struct submitted_builds *submitted, const struct batch_run *run);
-
-/* Called when the host has observed a completion: forgets what is complete. */
-void submitted_builds_prune(struct submitted_builds *submitted);
-
-/* The batch with this timestamp is complete, and all that was submitted by the same call. */
-void submitted_builds_end(struct submitted_builds *submitted, struct timestamp timestamp);
+/* The batch is complete. */
+void submitted_builds_end(struct submitted_builds *submitted, struct order_batch *batch);
 
 /* One build. */
 struct submitted_build {
@@ -41,15 +32,16 @@ struct submitted_build {
     const struct journal_entry *entry;
     VkCommandBuffer primary;
     VkQueue queue;
-    uint64_t submission; /* see struct batch_run */
+    uint64_t submission; /* number, see struct order_batch */
     const struct label_stack *queue_labels;
     enum mark_state state; /* MARK_IS_UNKNOWN below level CONTENT */
     bool lacks_inputs;     /* the layer could not copy all of its inputs */
 };
 
 /* Calls `visit` for each build in the order of submission, until it returns false. Holds the lock
- * meanwhile, so `visit` neither calls down nor allocates. Returns false, without a visit, if
- * another thread holds the lock and `waits` is false: then a signal handler may call this. */
+ * of the batches meanwhile, so `visit` neither calls down nor allocates. Returns false, without a
+ * visit, if another thread holds the lock and `waits` is false: then a signal handler may call
+ * this. */
 bool submitted_builds_each(struct submitted_builds *submitted, bool waits,
                            bool (*visit)(void *user, const struct submitted_build *build),
                            void *user);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Intercepts of submissions. Each is prepared before the call goes down, which judges its batches,
  * and finished with the call's result. */
-#include "layer/execution/submitted_builds.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/postmortem/loss.h"
@@ -127,31 +126,21 @@ static void add_submit(struct submission *submission, const struct layer_device 
 /* A call that submits. */
 struct submit_call {
     struct layer_device *device;
-    VkQueue queue;
-    uint64_t number; /* among those of the queue */
-    struct shared_labels *labels;
     struct submission *submission;
 };
 
 /* Counts the call, whether or not it will succeed. */
 static struct submit_call begin(struct layer_device *device, VkQueue queue)
 {
-    struct submit_call call = {.device = device, .queue = queue};
+    struct submit_call call = {.device = device};
     struct shared_labels *labels;
     destroyed_objects_count_submission(device->destroyed);
     guard_begin_submission();
-    call.number = queue_labels_submit(device->queue_labels, queue, &labels);
-    call.labels = shared_labels_share(labels);
+    const uint64_t number = queue_labels_submit(device->queue_labels, queue, &labels);
     call.submission = submission_begin(device->order, SUBMIT_COMMANDS, queue);
-    submission_set_origin(call.submission, call.number, labels,
+    submission_set_origin(call.submission, number, labels,
                           resources_destroy_count(device->resources));
     return call;
-}
-
-static void add_builds(const struct submit_call *call, VkCommandBuffer handle)
-{
-    submitted_builds_add(call->device->submitted_builds, call->queue, call->number, call->labels,
-                         handle);
 }
 
 /* Returns whether to skip the call. */
@@ -161,8 +150,6 @@ static bool prepare(const struct submit_call *call)
     if (skip) {
         submission_finish(call->submission, VK_ERROR_VALIDATION_FAILED_EXT);
         events_forget(call->device->events);
-        submitted_builds_remove(call->device->submitted_builds, call->queue, call->number);
-        shared_labels_release(call->labels);
     }
     return skip;
 }
@@ -171,13 +158,9 @@ static bool prepare(const struct submit_call *call)
 static void finish(const struct submit_call *call, VkResult result)
 {
     postmortem_see(call->device, result);
-    if (result < VK_SUCCESS) {
+    if (result < VK_SUCCESS)
         events_forget(call->device->events);
-        if (result != VK_ERROR_DEVICE_LOST)
-            submitted_builds_remove(call->device->submitted_builds, call->queue, call->number);
-    }
     submission_finish(call->submission, result);
-    shared_labels_release(call->labels);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit(VkQueue queue, uint32_t submitCount,
@@ -185,11 +168,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit(VkQueue queue, uint32_t submitC
 {
     struct layer_device *state = layer_find_device(queue);
     const struct submit_call call = begin(state, queue);
-    for (uint32_t i = 0; call.submission && i < submitCount; i++) {
+    for (uint32_t i = 0; call.submission && i < submitCount; i++)
         add_submit(call.submission, state, &pSubmits[i]);
-        for (uint32_t j = 0; j < pSubmits[i].commandBufferCount; j++)
-            add_builds(&call, pSubmits[i].pCommandBuffers[j]);
-    }
     submission_set_fence(call.submission, fence);
     if (prepare(&call))
         return VK_ERROR_VALIDATION_FAILED_EXT;
@@ -221,11 +201,8 @@ static VkResult submit2(struct layer_device *state, PFN_vkQueueSubmit2 submit, V
                         uint32_t count, const VkSubmitInfo2 *infos, VkFence fence)
 {
     const struct submit_call call = begin(state, queue);
-    for (uint32_t i = 0; call.submission && i < count; i++) {
+    for (uint32_t i = 0; call.submission && i < count; i++)
         add_submit2(call.submission, state, &infos[i]);
-        for (uint32_t j = 0; j < infos[i].commandBufferInfoCount; j++)
-            add_builds(&call, infos[i].pCommandBufferInfos[j].commandBuffer);
-    }
     submission_set_fence(call.submission, fence);
     if (prepare(&call))
         return VK_ERROR_VALIDATION_FAILED_EXT;

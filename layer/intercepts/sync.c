@@ -2,7 +2,6 @@
 /* Intercepts of semaphores and fences: creation, signals by the host, and completions that the host
  * observes. */
 #include "layer/execution/hazards/checks.h"
-#include "layer/execution/submitted_builds.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/postmortem/hang.h"
@@ -11,10 +10,9 @@
 #include "src/base/chain.h"
 
 /* Called when the host may have observed a completion. */
-static void end_observation(struct layer_device *state)
+static void end_observation(const struct layer_device *state)
 {
-    submitted_builds_prune(state->submitted_builds);
-    snapshots_deliver(state);
+    execution_order_deliver(state->order);
 }
 
 /* ---- semaphores */

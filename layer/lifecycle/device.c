@@ -8,6 +8,7 @@
 #include "layer/compare/enable.h"
 #include "layer/cpu/overlay.h"
 #include "layer/cpu/results.h"
+#include "layer/execution/build_records.h"
 #include "layer/execution/hazards/checks.h"
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submissions.h"
@@ -21,6 +22,7 @@
 #include "layer/layer.h"
 #include "layer/physical_device.h"
 #include "layer/postmortem/crash.h"
+#include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/state/commands/call_sites.h"
 
@@ -52,13 +54,15 @@ static void apply_settings(struct layer_device *device)
 void layer_free_device(struct layer_device *device)
 {
     deferred_operations_destroy(device->deferred);
+    execution_order_end(device->order);
     hazard_checks_destroy(device->hazard_checks);
     device->hazard_checks = NULL;
+    input_checks_destroy(device->input_checks);
+    submitted_builds_destroy(device->submitted_builds);
+    snapshots_release_held(device->snapshots);
     execution_order_destroy(device->order);
     submissions_destroy(device->submissions);
-    submitted_builds_destroy(device->submitted_builds);
     built_flags_destroy(device->built_flags);
-    input_checks_destroy(device->input_checks);
     command_buffers_destroy(device->command_buffers); /* and their recordings */
     comparer_destroy(device->comparer);
     cpu_overlay_end_transfers(device->cpu);
@@ -104,6 +108,10 @@ VkResult layer_track_submissions(struct layer_device *device)
     if (device->level < LEVEL_EXECUTION && !device->cpu)
         return VK_SUCCESS;
     VkResult result = submissions_create(device, &device->submissions);
+    if (result != VK_SUCCESS)
+        return result;
+    const struct execution_hooks hooks = submissions_hooks(device->submissions);
+    result = execution_order_create(&device->order, &hooks);
     if (result == VK_SUCCESS)
         result = hazard_checks_create(device);
     if (result == VK_SUCCESS && device->level >= LEVEL_EXECUTION)
@@ -113,8 +121,7 @@ VkResult layer_track_submissions(struct layer_device *device)
     if (device->level >= LEVEL_CONTENT &&
         (device->facts.micromap.ext || device->facts.micromap.khr))
         device->built_flags = built_flags_create(); /* NULL: rules about it stay silent */
-    struct execution_hooks hooks = submissions_hooks(device->submissions);
-    return execution_order_create(&device->order, &hooks);
+    return VK_SUCCESS;
 }
 
 /* Creates the device below the layer. */
@@ -141,10 +148,24 @@ static VkResult create_device(struct layer_device *device, PFN_vkCreateDevice cr
  * validated. */
 void layer_register_consumers(struct layer_device *device)
 {
+    struct execution_order *order = device->order;
+    if (!order)
+        return;
+    execution_order_add_consumer(order, submissions_consumer(device->submissions));
+    if (device->snapshots && device->snapshots->guard)
+        execution_order_add_consumer(order, guard_consumer(device));
+    if (device->records_builds)
+        execution_order_add_consumer(order, build_records_consumer(device));
+    if (device->submitted_builds)
+        execution_order_add_consumer(order, submitted_builds_consumer(device->submitted_builds));
+    if (device->hazard_checks)
+        execution_order_add_consumer(order, hazard_checks_consumer(device->hazard_checks));
+    if (device->snapshots)
+        execution_order_add_consumer(order, snapshots_consumer(device->snapshots));
     if (device->cpu)
-        snapshots_add_consumer(device->snapshots, cpu_overlay_consumer(device));
+        execution_order_add_consumer(order, cpu_overlay_consumer(device));
     if (device->input_checks)
-        snapshots_add_consumer(device->snapshots, input_checks_consumer(device->input_checks));
+        execution_order_add_consumer(order, input_checks_consumer(device->input_checks));
 }
 
 static bool has_driver_properties(const struct layer_device *device)
@@ -276,7 +297,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyDevice(VkDevice device,
     struct layer_device *state = device ? layer_find_device(device) : NULL;
     if (!state)
         return;
-    while (state->snapshots && snapshots_wait(state->snapshots))
+    while (state->snapshots && execution_order_wait(state->order))
         continue;
     snapshots_deliver(state);
     crash_remove_device(state);

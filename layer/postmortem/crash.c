@@ -4,8 +4,8 @@
 
 #include <string.h>
 
+#include "layer/execution/input_checks.h"
 #include "layer/postmortem/crash_output.h"
-#include "layer/postmortem/marked_inputs.h"
 #include "layer/postmortem/pending_list.h"
 #include "src/platform/crash_handler.h"
 #include "src/platform/threads.h"
@@ -35,7 +35,7 @@ static bool validate(void)
         if (!device)
             continue;
         reporter_silence_callbacks(device->instance->reporter);
-        is_done &= marked_inputs_read(device, "read when the process crashed");
+        is_done &= input_checks_read_marked(device->input_checks, "read when the process crashed");
     }
     return is_done;
 }

@@ -4,7 +4,6 @@
 
 #include "layer/execution/input_checks.h"
 #include "layer/execution/submitted_builds.h"
-#include "layer/postmortem/marked_inputs.h"
 #include "layer/postmortem/pending_list.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/platform/clock.h"
@@ -102,7 +101,7 @@ static void report(const struct watch *watch)
     text_append(&text, ", while the application waits for it. ");
     if (!pending_list_append(device, true, &text) || atomic_exchange(&device->hang_reported, true))
         return;
-    marked_inputs_read(device, "read while the device made no progress");
+    input_checks_read_marked(device->input_checks, "read while the device made no progress");
     reporter_report_event(device->instance->reporter, "ASSAY-hang", line);
 }
 

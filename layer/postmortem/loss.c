@@ -2,8 +2,8 @@
 /* The report of a lost device. */
 #include "layer/postmortem/loss.h"
 
+#include "layer/execution/input_checks.h"
 #include "layer/postmortem/device_fault.h"
-#include "layer/postmortem/marked_inputs.h"
 #include "layer/postmortem/pending_list.h"
 #include "layer/snapshots/snapshots.h"
 #include "src/report/message.h"
@@ -29,7 +29,7 @@ void postmortem_report_loss(struct layer_device *device)
     if (device->snapshots)
         atomic_store(&device->snapshots->device_lost, true);
     snapshots_deliver(device);
-    marked_inputs_read(device, "read after the device was lost");
+    input_checks_read_marked(device->input_checks, "read after the device was lost");
     report(device);
     execution_order_set_unknown(device->order, ORDER_UNKNOWN_DEVICE_LOST);
 }

@@ -1,109 +1,107 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Executions that were submitted. Each goes to the consumers at its execution point. */
-#include "layer/snapshots/consumers.h"
+/* Executions that were submitted: their batches keep them until they have run. */
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/snapshots.h"
 
-/* ---- consumers */
-
-void snapshots_add_consumer(struct snapshots *snapshots, struct snapshots_consumer *consumer)
+/* Takes the execution from the command buffer. Returns NULL if there is none. */
+static struct execution *take(struct submitted_commands *commands)
 {
-    struct snapshots_consumer **last = &snapshots->consumers;
-    while (*last)
-        last = &(*last)->next;
-    consumer->next = NULL;
-    *last = consumer;
+    return atomic_exchange(&commands->execution, NULL);
 }
 
-/* Passes the execution to each consumer, then releases it. */
-static void run_consumers(const struct snapshots *snapshots,
-                          const struct submitted_execution *submitted)
-{
-    for (const struct snapshots_consumer *consumer = snapshots->consumers; consumer;
-         consumer = consumer->next)
-        if (consumer->run)
-            consumer->run(consumer->user, submitted);
-    execution_release(submitted->execution);
-}
+/* ---- batches */
 
-void snapshots_deliver_complete(struct layer_device *device)
+static void run(void *user, struct order_batch *batch)
 {
-    for (const struct snapshots_consumer *consumer = device->snapshots->consumers; consumer;
-         consumer = consumer->next)
-        if (consumer->deliver)
-            consumer->deliver(consumer->user);
-}
-
-bool snapshots_wait(const struct snapshots *snapshots)
-{
-    for (const struct snapshots_consumer *consumer = snapshots->consumers; consumer;
-         consumer = consumer->next)
-        if (consumer->wait && consumer->wait(consumer->user))
-            return true;
-    return false;
-}
-
-/* ---- executions */
-
-void snapshots_add_submitted(struct snapshots *snapshots, struct execution *execution)
-{
-    pthread_mutex_lock(&snapshots->submitted_lock);
-    *snapshots->submitted_last = execution;
-    snapshots->submitted_last = &execution->next;
-    pthread_mutex_unlock(&snapshots->submitted_lock);
-}
-
-/* Removes the first execution of a recording from the list, or the first of all if `recording` is
- * NULL. Returns NULL if there is none. */
-static struct execution *take(struct snapshots *snapshots, const struct recording *recording)
-{
-    pthread_mutex_lock(&snapshots->submitted_lock);
-    struct execution **at = &snapshots->submitted;
-    while (*at && recording && (*at)->recording != recording)
-        at = &(*at)->next;
-    struct execution *execution = *at;
-    if (execution) {
-        *at = execution->next;
-        execution->next = NULL;
-        if (!*at)
-            snapshots->submitted_last = at;
+    (void)user;
+    for (uint32_t i = 0; i < batch->command_count; i++) {
+        struct execution *execution = atomic_load(&batch->commands[i].execution);
+        if (!execution)
+            continue;
+        execution_mark_reached(execution);
+        execution_drop_invalidated(execution);
     }
-    pthread_mutex_unlock(&snapshots->submitted_lock);
-    return execution;
 }
 
-static void run_command(struct snapshots *snapshots, const struct batch_run *batch,
-                        uint32_t command)
+/* Returns false if another thread has ended the use. Else the caller releases the batch. */
+static bool end_use(struct batch_list *batches, struct order_batch *batch)
 {
-    const struct journal *journal = batch->commands[command].captured;
-    struct execution *execution = journal && journal->work ? take(snapshots, journal->work) : NULL;
-    if (!execution)
-        return;
-    execution_mark_reached(execution);
-    execution_drop_invalidated(execution);
-    run_consumers(snapshots,
-                  &(struct submitted_execution){execution, batch->timestamp, batch, command});
+    pthread_mutex_lock(&batches->lock);
+    bool was_kept = order_batch_is_kept(batch, USES_EXECUTIONS);
+    order_batch_end_use(batch, USES_EXECUTIONS);
+    pthread_mutex_unlock(&batches->lock);
+    return was_kept;
 }
 
-void snapshots_run(struct snapshots *snapshots, const struct batch_run *batch)
+static void ran(void *user, struct order_batch *batch)
 {
+    const struct snapshots *snapshots = user;
     for (uint32_t i = 0; i < batch->command_count; i++)
-        run_command(snapshots, batch, i);
+        execution_release(take(&batch->commands[i]));
+    if (end_use(execution_order_batches(snapshots->device->order), batch))
+        order_batch_release(batch);
+}
+
+/* ---- executions that never run in order */
+
+/* Takes the executions of all batches, in the order of submission. */
+static void take_all(struct snapshots *snapshots,
+                     void (*use)(struct snapshots *snapshots, struct execution *execution))
+{
+    struct batch_list *batches = execution_order_batches(snapshots->device->order);
+    for (;;) {
+        pthread_mutex_lock(&batches->lock);
+        struct order_batch *batch =
+            batch_list_next(batches, IN_SUBMISSION_ORDER, NULL, USES_EXECUTIONS);
+        if (batch)
+            order_batch_end_use(batch, USES_EXECUTIONS);
+        pthread_mutex_unlock(&batches->lock);
+        for (uint32_t i = 0; batch && i < batch->command_count; i++) {
+            struct execution *execution = take(&batch->commands[i]);
+            if (execution)
+                use(snapshots, execution);
+        }
+        if (!batch)
+            break;
+        order_batch_release(batch);
+    }
+}
+
+void snapshots_run_unordered(struct snapshots *snapshots, struct execution *execution)
+{
+    execution_order_run_unordered(snapshots->device->order, execution);
+    execution_release(execution);
+    atomic_fetch_add(&snapshots->unordered, 1);
 }
 
 void snapshots_run_all(struct snapshots *snapshots)
 {
-    for (struct execution *execution; (execution = take(snapshots, NULL));) {
-        run_consumers(snapshots, &(struct submitted_execution){.execution = execution,
-                                                               .timestamp = timestamp_never()});
-        atomic_fetch_add(&snapshots->unordered, 1);
-    }
+    take_all(snapshots, snapshots_run_unordered);
 }
 
-void snapshots_set_order_unknown(struct snapshots *snapshots, enum order_unknown_reason why)
+static void order_unknown(void *user, enum order_unknown_reason why)
 {
+    struct snapshots *snapshots = user;
     snapshots->unknown_reason = why;
     atomic_store(&snapshots->order_unknown, true);
     snapshots_run_all(snapshots);
     warn_unordered(snapshots->device);
+}
+
+static void release_held(struct snapshots *snapshots, struct execution *execution)
+{
+    snapshots->held++;
+    execution_release(execution);
+}
+
+void snapshots_release_held(struct snapshots *snapshots)
+{
+    if (snapshots)
+        take_all(snapshots, release_held);
+}
+
+struct batch_consumer snapshots_consumer(struct snapshots *snapshots)
+{
+    return (struct batch_consumer){
+        .user = snapshots, .run = run, .ran = ran, .order_unknown = order_unknown};
 }

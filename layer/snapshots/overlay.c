@@ -76,7 +76,6 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
     pthread_mutex_init(&snapshots->families_lock, NULL);
     pthread_mutex_init(&snapshots->executions_lock, NULL);
     pthread_mutex_init(&snapshots->tickets_lock, NULL);
-    pthread_mutex_init(&snapshots->submitted_lock, NULL);
     pthread_mutex_init(&snapshots->buffers_lock, NULL);
     pthread_mutex_init(&snapshots->pools_lock, NULL);
     snapshots->device = device;
@@ -87,7 +86,6 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
         enables_addresses(create_info) &&
         (device->vk.GetBufferDeviceAddress || device->vk.GetBufferDeviceAddressKHR);
     snapshots->set_loader_data = find_loader_data_setter(create_info);
-    snapshots->submitted_last = &snapshots->submitted;
     device->snapshots = snapshots;
     const VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
                                      VK_BUFFER_USAGE_TRANSFER_DST_BIT |
@@ -103,16 +101,9 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
 
 void snapshots_destroy(struct snapshots *snapshots)
 {
-    struct missed_executions missed = {0};
     if (!snapshots)
         return;
-    while (snapshots->submitted) {
-        struct execution *execution = snapshots->submitted;
-        snapshots->submitted = execution->next;
-        execution_release(execution);
-        missed.held++;
-    }
-    warn_missed(snapshots->device, &missed);
+    warn_missed(snapshots->device, &(struct missed_executions){.held = snapshots->held});
     tickets_destroy(snapshots);
     staging_destroy(snapshots->staging);
     word_pool_destroy(snapshots->words);
@@ -127,7 +118,6 @@ void snapshots_destroy(struct snapshots *snapshots)
     pthread_mutex_destroy(&snapshots->families_lock);
     pthread_mutex_destroy(&snapshots->executions_lock);
     pthread_mutex_destroy(&snapshots->tickets_lock);
-    pthread_mutex_destroy(&snapshots->submitted_lock);
     free(snapshots);
 }
 

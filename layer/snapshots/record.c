@@ -2,7 +2,6 @@
 /* Recordings of command buffers, and the memory and barriers of their snapshots. */
 #include "layer/snapshots/recorder.h"
 
-#include "layer/snapshots/consumers.h"
 #include "layer/snapshots/copies/dispatches.h"
 #include "layer/snapshots/copies/orders.h"
 #include "layer/snapshots/copies/staging.h"
@@ -320,7 +319,7 @@ static VkResult take_chunk(const struct layer_device *device, uint64_t size,
     VkResult result;
     do {
         result = staging_take_part(device->snapshots->staging, size, chunk);
-    } while (result == VK_NOT_READY && waits && snapshots_wait(device->snapshots));
+    } while (result == VK_NOT_READY && waits && execution_order_wait(device->order));
     return result;
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Snapshots of the input data of builds in command buffers: an overlay on a device's dispatch
- * table, above whatever executes the builds. It records the copies, tracks submissions, and hands
- * each execution to the registered consumers (consumers.h) at its point in execution order. */
+ * table, above whatever executes the builds. It records the copies, and hands the executions of
+ * each submission to its batches, where consumers find them (src/state/order/batch.h). */
 #ifndef ASSAY_LAYER_SNAPSHOTS_SNAPSHOTS_H
 #define ASSAY_LAYER_SNAPSHOTS_SNAPSHOTS_H
 
@@ -16,7 +16,6 @@
 struct fence_ticket;
 struct guard;
 struct own_shaders;
-struct snapshots_consumer;
 struct staging;
 struct word_pool;
 
@@ -24,7 +23,6 @@ struct word_pool;
  * and for a device that enables no builds. */
 struct snapshots {
     struct layer_device *device;
-    struct snapshots_consumer *consumers; /* never changes once the device is published */
     /* A backend executes builds from the snapshots: each build is copied, whatever the budget, and
      * the application's fences signal only when the copies can be read. */
     bool are_for_backend;
@@ -45,7 +43,8 @@ struct snapshots {
     pthread_mutex_t pools_lock;   /* guards the next member */
     struct handle_table uncounting_pools; /* query pools that count no compute work */
     _Atomic uint64_t bytes_copied;        /* bytes that recorded copies read */
-    /* The order is unknown: executions go to the consumers as they are submitted. */
+    /* The order is unknown: executions go to `run_unordered` of the consumers as they are
+     * submitted. */
     _Atomic bool order_unknown;
     enum order_unknown_reason unknown_reason; /* never changes after order_unknown is set */
     atomic_uint unordered;                    /* number of executions without a known order */
@@ -62,9 +61,7 @@ struct snapshots {
     pthread_mutex_t tickets_lock;    /* guards the next two members */
     struct fence_ticket *unfinished; /* released; the device may still use their fences */
     struct fence_ticket *spare;      /* released, with fences to be used again */
-    pthread_mutex_t submitted_lock;  /* guards the next two members */
-    /* Submitted, but not yet handed to the consumers. */
-    struct execution *submitted, **submitted_last;
+    uint32_t held; /* executions that never ran; set when the device is destroyed */
 };
 
 /* Creates device->snapshots and covers device->vk, which must be filled in, with the backend's
@@ -79,25 +76,21 @@ void snapshots_destroy(struct snapshots *snapshots); /* accepts NULL */
 PFN_vkVoidFunction snapshots_command(const struct snapshots *snapshots, const char *name,
                                      PFN_vkVoidFunction next);
 
-/* Appends an execution that was submitted. Takes ownership of the caller's reference. */
-void snapshots_add_submitted(struct snapshots *snapshots, struct execution *execution);
-
-struct batch_run;
-
-/* Called at a batch's point in execution order: its executions go to the consumers. */
-void snapshots_run(struct snapshots *snapshots, const struct batch_run *batch);
-/* From now on the order is unknown: all executions go to the consumers, now and after each
- * submission. */
-void snapshots_set_order_unknown(struct snapshots *snapshots, enum order_unknown_reason why);
+/* Marks executions as reached when they run, and releases them behind all other consumers of their
+ * batch. Add it before those that use executions. */
+struct batch_consumer snapshots_consumer(struct snapshots *snapshots);
+/* The order is unknown: run the execution, which is taken over, or all that batches have. */
+void snapshots_run_unordered(struct snapshots *snapshots, struct execution *execution);
 void snapshots_run_all(struct snapshots *snapshots);
+/* Called when the order has ended: releases executions that never ran. Accepts NULL. */
+void snapshots_release_held(struct snapshots *snapshots);
 
-/* Called when the host has observed a completion, or is about to submit: consumers use the copies
- * of the executions that the host has observed to be complete. */
-void snapshots_deliver_complete(struct layer_device *device);
-static inline void snapshots_deliver(struct layer_device *device)
+/* Called when the host may have observed a completion, or is about to submit: consumers use the
+ * copies of the executions that the host has observed to be complete. */
+static inline void snapshots_deliver(const struct layer_device *device)
 {
     if (device->snapshots)
-        snapshots_deliver_complete(device);
+        execution_order_deliver(device->order);
 }
 
 /* Whether a buffer has the usage that copies from it need, including the usage that the layer added

@@ -21,10 +21,15 @@
 struct submit {
     struct snapshots *snapshots;
     VkQueue queue;
+    struct submission *submission; /* NULL: the order is unknown */
     bool has_limits; /* the guarded builds of the batch: guard_limited_batches() */
     struct ticket *ticket;
-    struct execution **executions;
+    struct submitted_execution {
+        struct execution *execution;
+        uint32_t command; /* index of the command buffer in the call */
+    } * executions;
     uint32_t count, capacity;
+    uint32_t commands; /* command buffers so far */
     struct missed_executions missed;
     uint32_t unfenced; /* executions whose end nothing shows */
     VkResult result;   /* result so far */
@@ -37,8 +42,8 @@ static const uint64_t DETACH_NANOSECONDS = 2000 * 1000 * UINT64_C(1000);
 
 static bool reserve(struct submit *submit)
 {
-    struct execution **grown = array_make_room(submit->executions, submit->count, &submit->capacity,
-                                               sizeof(struct execution *));
+    struct submitted_execution *grown = array_make_room(
+        submit->executions, submit->count, &submit->capacity, sizeof(*submit->executions));
     if (grown)
         submit->executions = grown;
     return grown != NULL;
@@ -75,15 +80,12 @@ static bool add_execution(struct submit *submit, struct recording *recording)
     submit->missed.repeated += execution_count_repeated(execution);
     execution->destroy_count = resources_destroy_count(submit->snapshots->device->resources);
     execution->submissions = destroyed_objects_submissions(submit->snapshots->device->destroyed);
-    submit->executions[submit->count++] = execution;
+    submit->executions[submit->count++] = (struct submitted_execution){execution, submit->commands};
     return true;
 }
 
-static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
+static void add_recording(struct submit *submit, struct recording *recording)
 {
-    const struct layer_device *device = submit->snapshots->device;
-    struct recording *recording = recording_of(device, handle);
-    warn_left_out(device, handle);
     if (!recording || !recording->has_commands || submit->result != VK_SUCCESS ||
         add_execution(submit, recording))
         return;
@@ -91,6 +93,14 @@ static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
         submit->result = VK_ERROR_OUT_OF_HOST_MEMORY;
     else
         submit->missed.no_memory++;
+}
+
+static void add_command_buffer(struct submit *submit, VkCommandBuffer handle)
+{
+    const struct layer_device *device = submit->snapshots->device;
+    warn_left_out(device, handle);
+    add_recording(submit, recording_of(device, handle));
+    submit->commands++;
 }
 
 static uint32_t count_overwritten(const struct execution *execution)
@@ -104,7 +114,7 @@ static uint32_t count_overwritten(const struct execution *execution)
 static void report_missed(struct submit *submit)
 {
     for (uint32_t i = 0; i < submit->count; i++)
-        submit->missed.overwritten += count_overwritten(submit->executions[i]);
+        submit->missed.overwritten += count_overwritten(submit->executions[i].execution);
     warn_missed(submit->snapshots->device, &submit->missed);
 }
 
@@ -118,7 +128,7 @@ static void release(struct submit *submit)
 static VkResult abandon(struct submit *submit, VkResult result)
 {
     for (uint32_t i = 0; i < submit->count; i++)
-        execution_release(submit->executions[i]);
+        execution_release(submit->executions[i].execution);
     release(submit);
     return result;
 }
@@ -134,8 +144,8 @@ static VkFence fence_below(const struct submit *submit, VkFence fence)
 static void forget_executions(struct submit *submit)
 {
     for (uint32_t i = 0; i < submit->count; i++) {
-        recording_invalidate(submit->executions[i]->recording);
-        execution_release(submit->executions[i]);
+        recording_invalidate(submit->executions[i].execution->recording);
+        execution_release(submit->executions[i].execution);
     }
     submit->unfenced = submit->count;
     submit->count = 0;
@@ -171,8 +181,12 @@ static VkResult finish(struct submit *submit, VkFence fence, VkResult result)
         ticket_refuse(submit->ticket);
     if (result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST)
         return abandon(submit, result);
-    for (uint32_t i = 0; i < submit->count; i++)
-        snapshots_add_submitted(snapshots, submit->executions[i]);
+    for (uint32_t i = 0; i < submit->count; i++) {
+        const struct submitted_execution *submitted = &submit->executions[i];
+        if (!submit->submission ||
+            !submission_set_execution(submit->submission, submitted->command, submitted->execution))
+            snapshots_run_unordered(snapshots, submitted->execution);
+    }
     release(submit);
     if (atomic_load(&snapshots->order_unknown))
         snapshots_run_all(snapshots);
@@ -199,7 +213,11 @@ static struct submit begin(VkQueue queue)
     staging_note_submission(snapshots->staging);
     if (snapshots->guard)
         staging_note_submission(guard_memory(snapshots->guard));
-    return (struct submit){.snapshots = snapshots, .queue = queue};
+    return (struct submit){
+        .snapshots = snapshots,
+        .queue = queue,
+        .submission = execution_order_under_way(snapshots->device->order, queue),
+    };
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit(VkQueue queue, uint32_t submitCount,

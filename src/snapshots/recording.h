@@ -165,7 +165,6 @@ struct recording {
 /* One execution of a recording: where its snapshots are, and when they can be read. */
 struct execution {
     atomic_uint references; /* the last reference is dropped under the recording's lock */
-    struct execution *next; /* in the list of submitted executions */
     /* The executions of the recording that were made before and after this one; guarded by the
      * recording's lock. */
     struct execution *older, *newer;

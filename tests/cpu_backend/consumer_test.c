@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Backend cpu as a consumer of snapshots: when it sends its warnings, and what it does with a copy
+/* Backend cpu as a consumer of batches: when it sends its warnings, and what it does with a copy
  * of results whose end the driver does not show. If the order is unknown, it gets executions while
  * the queues are locked, and a callback that submits would wait for its own thread. The test plays
- * the snapshots, the playback and the driver. */
+ * the order, the playback and the driver. */
 #include "layer/cpu/results.h"
 
 #include "layer/snapshots/copies/staging.h"
@@ -185,7 +185,7 @@ static VKAPI_ATTR VkResult VKAPI_CALL wait_for_fences(VkDevice of_device, uint32
 /* ---- tests */
 
 /* Everything that the consumer warns of. */
-static const struct snapshots_consumer *set_up(void)
+static struct batch_consumer set_up(void)
 {
     instance = (struct layer_instance){0};
     overlay = (struct cpu_overlay){.device = &cpu};
@@ -212,31 +212,34 @@ static const struct snapshots_consumer *set_up(void)
 
 TEST(test_warnings_follow_a_run_in_order)
 {
-    static const struct batch_run batch;
-    const struct snapshots_consumer *consumer = set_up();
-    consumer->run(consumer->user, &(struct submitted_execution){.batch = &batch});
+    struct execution execution;
+    struct submitted_commands commands = {.execution = &execution};
+    struct order_batch batch = {.commands = &commands, .command_count = 1};
+    const struct batch_consumer consumer = set_up();
+    consumer.run(consumer.user, &batch);
     assert_int_equal(runs, 1);
     assert_int_equal(warnings, 3);
 }
 
 TEST(test_warnings_wait_while_queues_are_locked)
 {
-    const struct snapshots_consumer *consumer = set_up();
-    consumer->run(consumer->user, &(struct submitted_execution){.timestamp = timestamp_never()});
+    struct execution execution;
+    const struct batch_consumer consumer = set_up();
+    consumer.run_unordered(consumer.user, &execution);
     assert_int_equal(runs, 1);
     assert_int_equal(warnings, 0);
-    consumer->deliver(consumer->user);
+    consumer.deliver(consumer.user);
     assert_int_equal(warnings, 3);
 }
 
 /* A result is copied; its wait has a result, and so has the wait when the device is destroyed. */
 static void write_result(VkResult first, VkResult last)
 {
-    const struct snapshots_consumer *consumer = set_up();
+    const struct batch_consumer consumer = set_up();
     waits[0] = first;
     waits[1] = last;
     has_results = true;
-    consumer->deliver(consumer->user);
+    consumer.deliver(consumer.user);
 }
 
 TEST(test_copy_of_results)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The fake commands, and the calls. */
 #include "layer/execution/hazards/checks.h"
-#include "layer/execution/submitted_builds.h"
 #include "layer/postmortem/hang.h"
 #include "layer/postmortem/loss.h"
 #include "layer/snapshots/guard/execution.h"
@@ -18,18 +17,7 @@ uint64_t counter;
 const char *reached;
 
 /* Devices here are of backend driver. */
-void snapshots_deliver_complete(struct layer_device *of_device) {}
 void guard_begin_submission(void) {}
-
-void submitted_builds_add(struct submitted_builds *submitted, VkQueue queue, uint64_t submission,
-                          struct shared_labels *queue_labels, VkCommandBuffer handle)
-{
-}
-void submitted_builds_remove(struct submitted_builds *submitted, VkQueue queue, uint64_t submission)
-{
-}
-void submitted_builds_prune(struct submitted_builds *submitted) {}
-
 void hazard_checks_forget(struct hazard_checks *checks, enum hazard_end ended, uint64_t id) {}
 
 void postmortem_report_loss(struct layer_device *of_device)

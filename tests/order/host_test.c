@@ -53,7 +53,7 @@ PROGRAM_TEST(a_check_may_ask_to_skip)
     call_add_batch(call, &(struct call){.name = 21});
     assert_false(finish_batches(call, 0, VK_SUCCESS));
     /* The others are checked all the same. */
-    play(p, "checks 4; drops 1; ran 10; captured 0; 20 waits S; 20 after 10;");
+    play(p, "checks 4; drops 3; ran 10; captured 0; 20 waits S; 20 after 10;");
 }
 
 PROGRAM_TEST(host_work_has_its_place)
@@ -89,7 +89,7 @@ struct sync_runs {
     uint32_t count;
 };
 
-static void note_run(void *user, const struct batch_run *batch)
+static void note_run(void *user, struct order_batch *batch)
 {
     struct sync_runs *runs = user;
     struct sync_run *run = &runs->items[runs->count++];
@@ -120,8 +120,9 @@ TEST(waits_and_signals_of_the_host_are_batches)
 {
     struct sync_runs runs = {.count = 0};
     struct execution_order *order;
-    const struct execution_hooks hooks = {.user = &runs, .follows_host = true, .run = note_run};
+    const struct execution_hooks hooks = {.follows_host = true};
     assert_int_equal(execution_order_create(&order, &hooks), VK_SUCCESS);
+    execution_order_add_consumer(order, (struct batch_consumer){.user = &runs, .run = note_run});
     execution_order_add_semaphore(order, SEMAPHORE(S), VK_SEMAPHORE_TYPE_TIMELINE, 3, false);
     execution_order_observe_semaphore(order, SEMAPHORE(S), 3, true); /* from the start */
     assert_int_equal(runs.count, 0);
@@ -158,8 +159,9 @@ TEST(exported_objects_may_show_anything)
 {
     struct sync_runs runs = {.count = 0};
     struct execution_order *order;
-    const struct execution_hooks hooks = {.user = &runs, .follows_host = true, .run = note_run};
+    const struct execution_hooks hooks = {.follows_host = true};
     assert_int_equal(execution_order_create(&order, &hooks), VK_SUCCESS);
+    execution_order_add_consumer(order, (struct batch_consumer){.user = &runs, .run = note_run});
     execution_order_add_semaphore(order, SEMAPHORE(S), VK_SEMAPHORE_TYPE_TIMELINE, 0, false);
     execution_order_add_semaphore(order, SEMAPHORE(T), VK_SEMAPHORE_TYPE_TIMELINE, 0, true);
     execution_order_add_fence(order, FENCE(F), true, false);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Programs of submits, and the hooks that write down. */
+/* Programs of submits, and the consumer that writes down. */
 #include "program.h"
 
 static void *capture(void *user, VkCommandBuffer command_buffer)
@@ -24,21 +24,23 @@ static void let_others(struct program *program)
         meanwhile(program);
 }
 
-static bool check(void *user, const struct batch_run *batch)
+static void check(void *user, struct order_batch *batch)
 {
     struct program *program = user;
     program->checks++;
     let_others(program);
-    return batch->command_count && program->skip_name &&
-           batch->commands[0].captured == COMMAND_BUFFER(program->skip_name);
+    batch->skips_call = batch->command_count && program->skip_name &&
+                        batch->commands[0].captured == COMMAND_BUFFER(program->skip_name);
 }
 
-static void drop(void *user)
+static void undo(void *user, struct order_batch *batch)
 {
-    ((struct program *)user)->drops++;
+    struct program *program = user;
+    assert_true(batch->is_checked);
+    program->drops++;
 }
 
-static void run(void *user, const struct batch_run *batch)
+static void run(void *user, struct order_batch *batch)
 {
     struct program *program = user;
     if (batch->work == WORK_BEGINS || batch->work == WORK_FAILS) {
@@ -51,11 +53,11 @@ static void run(void *user, const struct batch_run *batch)
     *heard = (struct heard){.command_count = batch->command_count,
                             .queue = batch->queue,
                             .timestamp = batch->timestamp,
-                            .checked = batch->checked,
+                            .checked = batch->is_checked,
                             .predecessors_known = batch->predecessors_known};
     if (batch->command_count)
         heard->name = (uint32_t)(uintptr_t)batch->commands[0].captured;
-    execution_clock_copy(&heard->clock, batch->clock);
+    execution_clock_copy(&heard->clock, &batch->clock);
     let_others(program);
 }
 
@@ -69,14 +71,14 @@ static void order_unknown(void *user, enum order_unknown_reason why)
 void program_start(struct program *program)
 {
     *program = (struct program){0};
-    const struct execution_hooks hooks = {.user = program,
-                                          .capture = capture,
-                                          .release = release,
-                                          .check = check,
-                                          .drop = drop,
-                                          .run = run,
-                                          .order_unknown = order_unknown};
+    const struct execution_hooks hooks = {.user = program, .capture = capture, .release = release};
     assert_int_equal(execution_order_create(&program->order, &hooks), VK_SUCCESS);
+    execution_order_add_consumer(program->order,
+                                 (struct batch_consumer){.user = program,
+                                                         .check = check,
+                                                         .undo = undo,
+                                                         .run = run,
+                                                         .order_unknown = order_unknown});
 }
 
 void program_stop(struct program *program)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Many threads, each with a queue, submit at once and wait for each other's timelines; the device
- * is played by the hooks: a batch has executed when it has run. */
+/* Many threads, each with a queue, submit at once and wait for each other's timelines; a consumer
+ * plays the device: a batch has executed when it has run. It keeps some batches for a while. */
 #include <stdatomic.h>
 
 #include "../state/random.h"
@@ -10,7 +10,8 @@ enum { THREADS = 4, CALLS = 1000 };
 
 struct machine {
     struct execution_order *order;
-    atomic_uint in_hook, runs, unknown, losses;
+    atomic_uint in_hook, runs, unknown, losses, retired;
+    struct order_batch *kept; /* used in hooks only */
     atomic_int captured;
     uint64_t counts[EXECUTION_QUEUES]; /* that have run; used in hooks only */
     atomic_ullong executed[THREADS];   /* calls of each thread */
@@ -43,23 +44,22 @@ static void release(void *user, void *captured)
     atomic_fetch_sub(&((struct machine *)user)->captured, 1);
 }
 
-static void expect_predecessors(const struct machine *machine, const struct batch_run *batch)
+static void expect_predecessors(const struct machine *machine, const struct order_batch *batch)
 {
-    for (uint32_t i = 0; i < batch->clock->queues; i++)
+    for (uint32_t i = 0; i < batch->clock.queues; i++)
         if (i != batch->timestamp.queue)
-            assert_true(batch->clock->counts[i] <= machine->counts[i]);
+            assert_true(batch->clock.counts[i] <= machine->counts[i]);
 }
 
-static bool check(void *user, const struct batch_run *batch)
+static void check(void *user, struct order_batch *batch)
 {
     struct machine *machine = user;
     enter(machine);
     expect_predecessors(machine, batch);
     leave(machine);
-    return false;
 }
 
-static void run(void *user, const struct batch_run *batch)
+static void run(void *user, struct order_batch *batch)
 {
     struct machine *machine = user;
     enter(machine);
@@ -78,10 +78,20 @@ static void run(void *user, const struct batch_run *batch)
         atomic_fetch_add(&machine->unknown, 1);
     if (batch->command_count)
         atomic_fetch_add(&machine->executed[(uintptr_t)batch->commands[0].captured - 1], 1);
+    if (machine->kept)
+        order_batch_let_go(machine->kept, USES_INPUTS);
+    order_batch_keep(batch, USES_INPUTS, NULL);
+    machine->kept = batch;
     leave(machine);
 }
 
-static void drop(void *user)
+static void retire(void *user, struct order_batch *batch)
+{
+    assert_false(order_batch_is_kept(batch, USES_INPUTS));
+    atomic_fetch_add(&((struct machine *)user)->retired, 1);
+}
+
+static void undo(void *user, struct order_batch *batch)
 {
     enter(user);
     leave(user);
@@ -155,15 +165,16 @@ TEST(threads_submit_at_once)
     static struct machine machine;
     struct worker workers[THREADS];
     machine.seed = random_of("order_threads").state;
-    const struct execution_hooks hooks = {.user = &machine,
-                                          .follows_host = true,
-                                          .capture = capture,
-                                          .release = release,
-                                          .check = check,
-                                          .drop = drop,
-                                          .run = run,
-                                          .order_unknown = order_unknown};
+    const struct execution_hooks hooks = {
+        .user = &machine, .follows_host = true, .capture = capture, .release = release};
     assert_int_equal(execution_order_create(&machine.order, &hooks), VK_SUCCESS);
+    execution_order_add_consumer(machine.order,
+                                 (struct batch_consumer){.user = &machine,
+                                                         .check = check,
+                                                         .undo = undo,
+                                                         .run = run,
+                                                         .retire = retire,
+                                                         .order_unknown = order_unknown});
     for (uint32_t i = 1; i <= THREADS; i++) {
         execution_order_add_semaphore(machine.order, SEMAPHORE(i), VK_SEMAPHORE_TYPE_TIMELINE, 0,
                                       false);
@@ -178,6 +189,8 @@ TEST(threads_submit_at_once)
         assert_int_equal(atomic_load(&machine.executed[i]), CALLS);
     print_message("%u runs, %u with predecessors unknown\n", atomic_load(&machine.runs),
                   atomic_load(&machine.unknown));
+    order_batch_let_go(machine.kept, USES_INPUTS);
     execution_order_destroy(machine.order);
+    assert_true(atomic_load(&machine.retired) > THREADS * CALLS);
     assert_int_equal(atomic_load(&machine.captured), 0);
 }

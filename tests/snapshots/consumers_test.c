@@ -1,27 +1,27 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Consumers of snapshots: that each is called by its registered functions, with the executions of a
- * batch and in its order, and that the snapshots need nothing else of whoever consumes them: this
- * test links them without the rest of the layer. */
-#include "layer/snapshots/consumers.h"
+/* Executions of batches: that each consumer finds them in its batch, in the order of execution,
+ * that they are released behind the last consumer, and that the snapshots need nothing else of
+ * whoever consumes them: this test links them without the rest of the layer. */
+#include "layer/snapshots/snapshots.h"
 
 #include <string.h>
 
 #include "layer/snapshots/coverage_warnings.h"
-#include "layer/snapshots/snapshots.h"
 #include "tests/state/unit_test.h"
 
 enum { CALLS_MAX = 16 };
 
 /* A consumer that logs its calls. */
 struct observer {
-    struct snapshots_consumer consumer;
     bool waits; /* what `wait` returns */
 };
 
 static struct call {
     const struct observer *observer;
-    char kind; /* of `run`, `deliver` or `wait`: its first letter */
-    struct submitted_execution submitted;
+    char kind; /* 'r'un, 'u'nordered, 'd'eliver or 'w'ait */
+    const struct execution *execution;
+    uint32_t command;
+    struct timestamp timestamp;
     bool is_reached, has_no_snapshots;
 } calls[CALLS_MAX];
 static uint32_t call_count, unordered_reports;
@@ -33,9 +33,6 @@ static struct ticket ticket;
 static VkResult ticket_end;
 static struct recording *recordings[2];
 static struct journal *journals[2];
-static struct submitted_commands commands[3];
-static const struct batch_run batch = {
-    .timestamp = {.queue = 3, .count = 7}, .commands = commands, .command_count = 3};
 
 /* ---- what executions.c calls besides */
 
@@ -52,10 +49,19 @@ static void note(struct call call)
     calls[call_count++] = call;
 }
 
-static void run(void *user, const struct submitted_execution *submitted)
+static void run(void *user, struct order_batch *batch)
 {
-    note((struct call){user, 'r', *submitted, atomic_load(&submitted->execution->is_reached),
-                       submitted->execution->has_no_snapshots});
+    for (uint32_t i = 0; i < batch->command_count; i++) {
+        struct execution *execution = atomic_load(&batch->commands[i].execution);
+        if (execution)
+            note((struct call){user, 'r', execution, i, batch->timestamp,
+                               atomic_load(&execution->is_reached), execution->has_no_snapshots});
+    }
+}
+
+static void run_unordered(void *user, struct execution *execution)
+{
+    note((struct call){.observer = user, .kind = 'u', .execution = execution});
 }
 
 static void deliver(void *user)
@@ -83,15 +89,26 @@ static VkResult wait_for_other(struct ticket *of_ticket, uint64_t nanoseconds)
 
 static void add(struct observer *observer)
 {
-    *observer = (struct observer){.consumer = {NULL, observer, run, deliver, wait_for_one}};
-    snapshots_add_consumer(&snapshots, &observer->consumer);
+    *observer = (struct observer){false};
+    execution_order_add_consumer(device.order,
+                                 (struct batch_consumer){.user = observer,
+                                                         .run = run,
+                                                         .run_unordered = run_unordered,
+                                                         .deliver = deliver,
+                                                         .wait = wait_for_one});
+}
+
+static void set_up_order(void)
+{
+    const struct execution_hooks hooks = {0};
+    assert_int_equal(execution_order_create(&device.order, &hooks), VK_SUCCESS);
+    execution_order_add_consumer(device.order, snapshots_consumer(&snapshots));
 }
 
 static void set_up(void)
 {
     static const struct recording_memory memory;
-    snapshots = (struct snapshots){.device = &device, .submitted_last = &snapshots.submitted};
-    pthread_mutex_init(&snapshots.submitted_lock, NULL);
+    snapshots = (struct snapshots){.device = &device};
     device.snapshots = &snapshots;
     ticket.references = 1; /* the test's */
     ticket.wait = wait_for_ticket;
@@ -103,19 +120,20 @@ static void set_up(void)
         recordings[i] = recording_create(journals[i], &memory);
         assert_non_null(recordings[i]);
         recordings[i]->has_commands = true;
-        commands[2 * i].captured = journals[i];
     }
+    set_up_order();
     add(&first);
     add(&second);
 }
 
 static void tear_down(void)
 {
-    assert_null(snapshots.submitted);
+    execution_order_end(device.order);
+    snapshots_release_held(&snapshots);
+    execution_order_destroy(device.order);
     assert_int_equal(atomic_load(&ticket.references), 1);
     for (int i = 0; i < 2; i++)
         journal_release(journals[i]);
-    pthread_mutex_destroy(&snapshots.submitted_lock);
 }
 
 static void execute(struct journal *primary, struct journal *secondary)
@@ -126,12 +144,34 @@ static void execute(struct journal *primary, struct journal *secondary)
     primary->secondary_count++;
 }
 
-static struct execution *expect(int recording)
+/* A call whose batch has three command buffers: of the first recording, of none, and of the second
+ * one. The batch of a call that waits for the semaphore is held. */
+enum { SEMAPHORE = 1, COMMANDS = 3 };
+struct call_to_submit {
+    struct submission *submission;
+    struct execution *executions[2]; /* NULL: none */
+};
+
+static struct call_to_submit prepare(bool has_first, bool has_second, uint64_t wait)
 {
-    struct execution *execution = execution_create(recordings[recording], &ticket);
-    assert_non_null(execution);
-    snapshots_add_submitted(&snapshots, execution);
-    return execution;
+    struct call_to_submit call = {
+        submission_begin(device.order, SUBMIT_COMMANDS, (VkQueue)(uintptr_t)1), {NULL}};
+    submission_add_batch(call.submission);
+    if (wait)
+        submission_add_wait(call.submission, (VkSemaphore)(uintptr_t)SEMAPHORE, wait, SCOPE_ALL);
+    for (int i = 0; i < COMMANDS; i++)
+        submission_add_commands(call.submission, VK_NULL_HANDLE);
+    assert_false(submission_prepare(call.submission));
+    assert_ptr_equal(execution_order_under_way(device.order, (VkQueue)(uintptr_t)1),
+                     call.submission);
+    for (uint32_t i = 0; i < 2; i++)
+        if (i ? has_second : has_first) {
+            call.executions[i] = execution_create(recordings[i], &ticket);
+            assert_non_null(call.executions[i]);
+            assert_true(submission_set_execution(call.submission, i * 2, call.executions[i]));
+        }
+    assert_false(submission_set_execution(call.submission, COMMANDS, NULL));
+    return call;
 }
 
 static void assert_run(uint32_t call, const struct observer *observer,
@@ -140,11 +180,8 @@ static void assert_run(uint32_t call, const struct observer *observer,
     assert_true(call < call_count);
     assert_int_equal(calls[call].kind, 'r');
     assert_ptr_equal(calls[call].observer, observer);
-    assert_ptr_equal(calls[call].submitted.execution, execution);
-    assert_int_equal(calls[call].submitted.command, command);
-    assert_ptr_equal(calls[call].submitted.batch, &batch);
-    assert_int_equal(calls[call].submitted.timestamp.queue, batch.timestamp.queue);
-    assert_int_equal(calls[call].submitted.timestamp.count, batch.timestamp.count);
+    assert_ptr_equal(calls[call].execution, execution);
+    assert_int_equal(calls[call].command, command);
 }
 
 static void assert_calls(const char *kinds)
@@ -156,34 +193,58 @@ static void assert_calls(const char *kinds)
 
 TEST_BETWEEN(test_batch_runs_each_consumer_in_order, set_up, tear_down)
 {
-    const struct execution *of_last = expect(1), *of_first = expect(0);
-    snapshots_run(&snapshots, &batch);
+    const struct call_to_submit call = prepare(true, true, 0);
+    assert_int_equal(call_count, 0);
+    submission_finish(call.submission, VK_SUCCESS);
     assert_int_equal(call_count, 4);
-    assert_run(0, &first, of_first, 0);
-    assert_run(1, &second, of_first, 0);
-    assert_run(2, &first, of_last, 2);
-    assert_run(3, &second, of_last, 2);
-    assert_true(calls[0].is_reached && calls[2].is_reached);
-    assert_false(calls[0].has_no_snapshots || calls[2].has_no_snapshots);
+    assert_run(0, &first, call.executions[0], 0);
+    assert_run(1, &first, call.executions[1], 2);
+    assert_run(2, &second, call.executions[0], 0);
+    assert_run(3, &second, call.executions[1], 2);
+    assert_true(calls[0].is_reached && calls[1].is_reached);
+    assert_false(calls[0].has_no_snapshots || calls[1].has_no_snapshots);
+    assert_null(recording_share_latest(recordings[0]));
+    assert_null(execution_order_under_way(device.order, (VkQueue)(uintptr_t)1));
 }
 
-/* A command buffer that was submitted twice executes twice: each batch takes the older one. */
-TEST_BETWEEN(test_batch_takes_one_execution_a_command, set_up, tear_down)
+/* A command buffer that was submitted twice executes twice: each batch has its own execution. */
+TEST_BETWEEN(test_each_batch_has_its_execution, set_up, tear_down)
 {
-    const struct execution *older = expect(0), *newer = expect(0);
-    snapshots_run(&snapshots, &batch);
-    assert_int_equal(call_count, 2);
-    assert_run(0, &first, older, 0);
-    snapshots_run(&snapshots, &batch);
+    execution_order_add_semaphore(device.order, (VkSemaphore)(uintptr_t)SEMAPHORE,
+                                  VK_SEMAPHORE_TYPE_TIMELINE, 0, false);
+    const struct call_to_submit held = prepare(true, false, 1);
+    submission_finish(held.submission, VK_SUCCESS);
+    const struct call_to_submit next = prepare(true, false, 0);
+    submission_finish(next.submission, VK_SUCCESS);
+    assert_int_equal(call_count, 0); /* the other one follows it on its queue */
+    struct submission *signal = submission_begin(device.order, SUBMIT_HOST_SIGNAL, VK_NULL_HANDLE);
+    submission_add_batch(signal);
+    submission_add_signal(signal, (VkSemaphore)(uintptr_t)SEMAPHORE, 1, SCOPE_ALL);
+    assert_false(submission_prepare(signal));
+    submission_finish(signal, VK_SUCCESS);
     assert_int_equal(call_count, 4);
-    assert_run(2, &first, newer, 0);
+    assert_run(0, &first, held.executions[0], 0);
+    assert_run(2, &first, next.executions[0], 0);
+    assert_true(calls[0].timestamp.count < calls[2].timestamp.count);
+}
+
+TEST_BETWEEN(test_executions_that_never_run_are_counted, set_up, tear_down)
+{
+    execution_order_add_semaphore(device.order, (VkSemaphore)(uintptr_t)SEMAPHORE,
+                                  VK_SEMAPHORE_TYPE_TIMELINE, 0, false);
+    const struct call_to_submit held = prepare(true, true, 1);
+    submission_finish(held.submission, VK_SUCCESS);
+    execution_order_end(device.order);
+    snapshots_release_held(&snapshots);
+    assert_int_equal(snapshots.held, 2);
+    assert_int_equal(call_count, 0);
 }
 
 TEST_BETWEEN(test_spoiled_recording_has_lost_executions, set_up, tear_down)
 {
-    expect(0);
+    const struct call_to_submit call = prepare(true, false, 0);
     atomic_store(&recordings[0]->is_invalidated, true);
-    snapshots_run(&snapshots, &batch);
+    submission_finish(call.submission, VK_SUCCESS);
     assert_int_equal(call_count, 2);
     assert_true(calls[0].has_no_snapshots);
 }
@@ -303,19 +364,21 @@ TEST_BETWEEN(test_secondaries_are_invalidated_with_their_primary, set_up, tear_d
 
 TEST_BETWEEN(test_unknown_order_runs_all_that_is_expected, set_up, tear_down)
 {
-    const struct execution *older = expect(1), *newer = expect(0);
-    snapshots_set_order_unknown(&snapshots, ORDER_UNKNOWN_TOO_MANY_QUEUES);
-    assert_calls("rrrr");
-    assert_ptr_equal(calls[0].submitted.execution, older);
+    execution_order_add_semaphore(device.order, (VkSemaphore)(uintptr_t)SEMAPHORE,
+                                  VK_SEMAPHORE_TYPE_TIMELINE, 0, false);
+    const struct call_to_submit older = prepare(false, true, 1);
+    submission_finish(older.submission, VK_SUCCESS);
+    const struct call_to_submit newer = prepare(true, false, 1);
+    execution_order_set_unknown(device.order, ORDER_UNKNOWN_TOO_MANY_QUEUES);
+    assert_calls("uuuu");
+    assert_ptr_equal(calls[0].execution, older.executions[1]);
     assert_ptr_equal(calls[1].observer, &second);
-    assert_ptr_equal(calls[2].submitted.execution, newer);
-    for (uint32_t i = 0; i < call_count; i++) {
-        assert_null(calls[i].submitted.batch);
-        assert_int_equal(calls[i].submitted.timestamp.count, timestamp_never().count);
-    }
+    assert_ptr_equal(calls[2].execution, newer.executions[0]);
     assert_true(atomic_load(&snapshots.order_unknown));
     assert_int_equal(atomic_load(&snapshots.unordered), 2);
     assert_int_equal(unordered_reports, 1);
+    assert_null(execution_order_under_way(device.order, (VkQueue)(uintptr_t)1));
+    submission_finish(newer.submission, VK_SUCCESS);
 }
 
 TEST_BETWEEN(test_each_consumer_delivers, set_up, tear_down)
@@ -328,33 +391,21 @@ TEST_BETWEEN(test_each_consumer_delivers, set_up, tear_down)
 
 TEST_BETWEEN(test_waiting_ends_with_the_first_that_succeeds, set_up, tear_down)
 {
-    assert_false(snapshots_wait(&snapshots));
+    assert_false(execution_order_wait(device.order));
     assert_calls("ww");
     first.waits = true;
-    assert_true(snapshots_wait(&snapshots));
+    assert_true(execution_order_wait(device.order));
     assert_calls("www");
     assert_ptr_equal(calls[2].observer, &first);
 }
 
-TEST_BETWEEN(test_functions_are_optional, set_up, tear_down)
-{
-    second.consumer.run = NULL;
-    second.consumer.deliver = NULL;
-    second.consumer.wait = NULL;
-    expect(0);
-    snapshots_run(&snapshots, &batch);
-    snapshots_deliver(&device);
-    assert_false(snapshots_wait(&snapshots));
-    assert_calls("rdw");
-}
-
 TEST_BETWEEN(test_snapshots_need_no_consumer, set_up, tear_down)
 {
-    snapshots.consumers = NULL;
-    expect(0);
-    expect(1);
-    snapshots_run(&snapshots, &batch);
+    execution_order_destroy(device.order);
+    set_up_order();
+    const struct call_to_submit call = prepare(true, true, 0);
+    submission_finish(call.submission, VK_SUCCESS);
     snapshots_deliver(&device);
-    assert_false(snapshots_wait(&snapshots));
+    assert_false(execution_order_wait(device.order));
     assert_calls("");
 }

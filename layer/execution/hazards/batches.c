@@ -1,83 +1,35 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Copies what the hazard check needs of a batch, and finds its accesses again. */
+/* Keeps what instances and indices say, and finds accesses again. */
 #include "layer/execution/hazards/batches.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #include "src/base/array.h"
 
 /* ---- creation */
 
-static bool copy_journals(struct hazard_batch_record *batch, const struct batch_run *run)
+static bool has_references(const struct order_batch *batch)
 {
-    if (!run->command_count)
-        return true;
-    batch->journals = calloc(run->command_count, sizeof(batch->journals[0]));
-    if (!batch->journals)
-        return false;
-    for (uint32_t i = 0; i < run->command_count; i++) {
-        struct journal *journal = run->commands[i].captured;
-        if (!journal)
-            continue;
-        batch->journals[batch->journal_count++] = journal_share(journal);
-        batch->has_references |= journal->awaits_inputs;
+    bool has_any = false;
+    for (uint32_t i = 0; i < batch->command_count; i++) {
+        const struct journal *journal = batch->commands[i].captured;
+        has_any |= journal && journal->awaits_inputs;
     }
-    return true;
+    return has_any;
 }
 
-static bool copy_operations(struct hazard_batch_record *batch, const struct batch_run *run)
+struct hazard_batch_record *hazard_batch_create(struct order_batch *batch)
 {
-    size_t size = run->operation_count * sizeof(batch->operations[0]);
-    if (!size)
-        return true;
-    batch->operations = malloc(size);
-    if (!batch->operations)
-        return false;
-    memcpy(batch->operations, run->operations, size);
-    batch->operation_count = run->operation_count;
-    return true;
-}
-
-struct hazard_batch_record *hazard_batch_create(const struct batch_run *run)
-{
-    struct hazard_batch_record *batch = calloc(1, sizeof(*batch));
-    if (!batch)
+    struct hazard_batch_record *record = calloc(1, sizeof(*record));
+    if (!record)
         return NULL;
-    batch->queue = run->queue;
-    batch->submission = run->submission;
-    batch->timestamp = run->timestamp;
-    batch->is_certain = run->predecessors_known;
-    batch->signals_fence = run->signals_fence;
-    batch->is_exposed = run->is_exposed;
-    batch->queue_labels = shared_labels_share(run->queue_labels);
-    execution_clock_copy(&batch->before, run->clock);
-    execution_clock_copy(&batch->completed, run->host);
-    execution_clock_extend(&batch->before, batch->completed.queues);
-    execution_clock_extend(&batch->completed, batch->before.queues);
-    if (copy_journals(batch, run) && copy_operations(batch, run))
-        return batch;
-    hazard_batch_free(batch);
-    return NULL;
-}
-
-struct hazard_batch_record *hazard_batch_create_end(enum hazard_end ended, uint64_t id)
-{
-    struct hazard_batch_record *end = calloc(1, sizeof(*end));
-    if (end) {
-        end->ended = ended;
-        end->ended_id = id;
-    }
-    return end;
+    record->batch = batch;
+    record->has_references = has_references(batch);
+    return record;
 }
 
 void hazard_batch_free(struct hazard_batch_record *batch)
 {
-    for (uint32_t i = 0; i < batch->journal_count; i++)
-        journal_release(batch->journals[i]);
-    shared_labels_release(batch->queue_labels);
-    free(batch->journals);
-    free(batch->operations);
     free(batch->references);
     free(batch->indices);
     free(batch->commands);
@@ -237,9 +189,9 @@ static struct call_origin origin_of(const struct hazard_batch_record *batch,
         .build_index = command->item->geometry,
         .labels = journal_label_stack(journal, command->item->labels),
         .call_site = command->item->info ? command->item->site : NULL,
-        .queue = batch->queue,
-        .submission = batch->submission,
-        .queue_labels = shared_labels_stack(batch->queue_labels),
+        .queue = batch->batch->queue,
+        .submission = batch->batch->number,
+        .queue_labels = shared_labels_stack(batch->batch->labels),
     };
 }
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Batches whose accesses are judged or are compared with later ones: what the hazard check reads of
- * a batch, and how the number of an access leads back to its command. Between them stands which
- * objects have ended. One thread at a time. */
+/* What the hazard check knows of a batch: which accesses of its commands the log does not tell, and
+ * how the number of an access leads back to its command. */
 #ifndef ASSAY_LAYER_EXECUTION_HAZARDS_BATCHES_H
 #define ASSAY_LAYER_EXECUTION_HAZARDS_BATCHES_H
 
@@ -40,25 +39,14 @@ struct hazard_command {
 };
 
 /* The end of an object of which the hazard check has a record. */
-enum hazard_end { NOTHING_ENDED, MEMORY_FREED, SEMAPHORE_DESTROYED, EVENT_DESTROYED };
+enum hazard_end { MEMORY_FREED, SEMAPHORE_DESTROYED, EVENT_DESTROYED };
 
+/* The slot of a batch, from its execution point on. Until it is judged, the lock of the list guards
+ * the members up to `lacks_references`; then they and the others belong to the thread that judges.
+ */
 struct hazard_batch_record {
-    struct hazard_batch_record *next;
-    /* If not NOTHING_ENDED, this is no batch but the end of the object `ended_id`. */
-    enum hazard_end ended;
-    uint64_t ended_id;
-
-    VkQueue queue; /* null: the host */
-    uint64_t submission;
-    struct shared_labels *queue_labels;
-    struct timestamp timestamp;
-    struct execution_clock before, completed; /* of the same number of queues */
-    bool is_certain, signals_fence, is_exposed;
-    struct semaphore_operation *operations;
-    uint32_t operation_count;
-    struct journal **journals;
-    uint32_t journal_count;
-
+    struct order_batch *batch;
+    bool is_taken;       /* it is being judged, or was */
     bool has_references; /* a command buffer builds top-level structures */
     bool has_run;        /* no more instances will be expected */
     uint32_t awaited;    /* command buffers whose instances are not yet known */
@@ -74,8 +62,7 @@ struct hazard_batch_record {
 };
 
 /* Returns NULL if memory runs out. */
-struct hazard_batch_record *hazard_batch_create(const struct batch_run *run);
-struct hazard_batch_record *hazard_batch_create_end(enum hazard_end ended, uint64_t id);
+struct hazard_batch_record *hazard_batch_create(struct order_batch *batch);
 void hazard_batch_free(struct hazard_batch_record *batch);
 /* Adds a reference. Sets lacks_references if memory runs out. */
 void hazard_batch_refer(struct hazard_batch_record *batch,

@@ -1,119 +1,95 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Keeps batches in execution order until they can be judged. */
+/* Judges batches in execution order, each once its instances and indices are known. */
 #include "layer/execution/hazards/checks.h"
 
 #include <stdlib.h>
 
 #include "layer/execution/hazards/judge.h"
-#include "src/platform/threads.h"
-#include "src/state/commands/journal.h"
+#include "src/base/drain.h"
+
+/* An object that has ended behind `after` batches. */
+struct ended_object {
+    struct ended_object *next;
+    enum hazard_end ended;
+    uint64_t id, after;
+};
 
 struct hazard_checks {
     struct layer_device *device;
-
-    /* Guards the list, its batches' members about references, and the flags. */
-    pthread_mutex_t lock;
-    struct hazard_batch_record *waiting, **waiting_last; /* in execution order */
-    bool busy;    /* a thread judges; it alone uses `judge`, without the lock */
-    bool stopped; /* no more batches come */
-    bool missed;  /* a batch is missing, because memory ran out */
-    struct hazard_judge judge;
+    struct batch_list *batches; /* its lock guards the members below, but for `judge` */
+    struct drain drain;
+    uint64_t kept; /* batches so far */
+    struct ended_object *ended, **ended_last;
+    bool stopped;              /* no more batches come */
+    bool missed;               /* a batch is missing, because memory ran out */
+    struct hazard_judge judge; /* of the thread that drains */
 };
 
-/* ---- the list */
+/* ---- judging */
 
 static bool is_ready(const struct hazard_checks *checks, const struct hazard_batch_record *batch)
 {
-    return checks->stopped || batch->ended || (batch->has_run && !batch->awaited);
+    return checks->stopped || (batch->has_run && !batch->awaited);
 }
 
-/* Removes the first batch if all of its instances are known, or no more will be. Returns NULL if
- * this thread is to judge no more. */
-static struct hazard_batch_record *take(struct hazard_checks *checks)
+static void end_object(struct hazard_checks *checks)
 {
-    pthread_mutex_lock(&checks->lock);
-    struct hazard_batch_record *batch = checks->waiting;
-    if (batch && !is_ready(checks, batch))
-        batch = NULL;
-    if (batch)
-        checks->waiting = batch->next;
-    if (!checks->waiting)
-        checks->waiting_last = &checks->waiting;
-    checks->busy = batch != NULL;
+    struct ended_object *object = checks->ended;
+    checks->ended = object->next;
+    if (!checks->ended)
+        checks->ended_last = &checks->ended;
+    pthread_mutex_unlock(&checks->batches->lock);
+    hazard_judge_end_object(&checks->judge, object->ended, object->id);
+    free(object);
+    pthread_mutex_lock(&checks->batches->lock);
+}
+
+/* Judges the next batch, or drops the record of the next object. Returns false if neither is ready.
+ * Call with the lock. */
+static bool judge_next(struct hazard_checks *checks)
+{
+    if (checks->ended && checks->ended->after <= checks->judge.batch_count) {
+        end_object(checks);
+        return true;
+    }
+    const struct order_batch *next =
+        batch_list_next(checks->batches, IN_EXECUTION_ORDER, checks->judge.last, USES_HAZARDS);
+    struct hazard_batch_record *batch = next ? next->slots[USES_HAZARDS] : NULL;
+    if (!batch || !is_ready(checks, batch))
+        return false;
+    batch->is_taken = true;
     checks->judge.lost |= checks->missed;
     checks->missed = false;
-    pthread_mutex_unlock(&checks->lock);
-    return batch;
+    pthread_mutex_unlock(&checks->batches->lock);
+    hazard_judge_batch(&checks->judge, batch);
+    pthread_mutex_lock(&checks->batches->lock);
+    return true;
 }
 
 /* If another thread judges, it will see what has changed. */
 static void judge_ready(struct hazard_checks *checks)
 {
-    pthread_mutex_lock(&checks->lock);
-    bool is_free = !checks->busy;
-    checks->busy = true;
-    pthread_mutex_unlock(&checks->lock);
-    if (!is_free)
-        return;
-    for (struct hazard_batch_record *batch; (batch = take(checks));)
-        hazard_judge_batch(&checks->judge, batch);
-}
-
-/* Call with the lock. Returns NULL if the batch has no record. */
-static struct hazard_batch_record *find(const struct hazard_checks *checks,
-                                        struct timestamp timestamp)
-{
-    struct hazard_batch_record *batch = checks->waiting;
-    while (batch && !timestamps_are_equal(batch->timestamp, timestamp))
-        batch = batch->next;
-    return batch;
-}
-
-/* Host work has a timestamp only at its end. If it failed, what it wrote is unknown. */
-static bool concerns(const struct hazard_checks *checks, const struct batch_run *run)
-{
-    return checks && run->work != WORK_BEGINS && run->work != WORK_FAILS;
-}
-
-/* Call with the lock. */
-static void append(struct hazard_checks *checks, struct hazard_batch_record *record)
-{
-    *checks->waiting_last = record;
-    checks->waiting_last = &record->next;
-}
-
-void hazard_checks_add(struct hazard_checks *checks, const struct batch_run *run)
-{
-    if (!concerns(checks, run))
-        return;
-    struct hazard_batch_record *batch = hazard_batch_create(run);
-    pthread_mutex_lock(&checks->lock);
-    checks->missed |= !batch;
-    if (batch)
-        append(checks, batch);
-    pthread_mutex_unlock(&checks->lock);
-}
-
-void hazard_checks_run(struct hazard_checks *checks, const struct batch_run *run)
-{
-    if (!concerns(checks, run))
-        return;
-    pthread_mutex_lock(&checks->lock);
-    struct hazard_batch_record *batch = find(checks, run->timestamp);
-    if (batch)
-        batch->has_run = true;
-    pthread_mutex_unlock(&checks->lock);
-    judge_ready(checks);
+    pthread_mutex_lock(&checks->batches->lock);
+    if (drain_begin(&checks->drain))
+        do {
+            while (judge_next(checks))
+                continue;
+        } while (drain_repeat(&checks->drain));
+    pthread_mutex_unlock(&checks->batches->lock);
 }
 
 void hazard_checks_forget(struct hazard_checks *checks, enum hazard_end ended, uint64_t id)
 {
-    struct hazard_batch_record *end = checks && id ? hazard_batch_create_end(ended, id) : NULL;
-    if (!end)
+    struct ended_object *object = checks && id ? calloc(1, sizeof(*object)) : NULL;
+    if (!object)
         return;
-    pthread_mutex_lock(&checks->lock);
-    append(checks, end);
-    pthread_mutex_unlock(&checks->lock);
+    object->ended = ended;
+    object->id = id;
+    pthread_mutex_lock(&checks->batches->lock);
+    object->after = checks->kept;
+    *checks->ended_last = object;
+    checks->ended_last = &object->next;
+    pthread_mutex_unlock(&checks->batches->lock);
     judge_ready(checks);
 }
 
@@ -121,26 +97,74 @@ void hazard_checks_stop(struct hazard_checks *checks)
 {
     if (!checks)
         return;
-    pthread_mutex_lock(&checks->lock);
+    pthread_mutex_lock(&checks->batches->lock);
     checks->stopped = true;
-    pthread_mutex_unlock(&checks->lock);
+    pthread_mutex_unlock(&checks->batches->lock);
     judge_ready(checks);
+}
+
+/* ---- the consumer */
+
+/* Host work has a timestamp only at its end. If it failed, what it wrote is unknown. */
+static bool concerns(const struct order_batch *batch)
+{
+    return batch->is_replayed && batch->work != WORK_BEGINS && batch->work != WORK_FAILS;
+}
+
+static void run(void *user, struct order_batch *batch)
+{
+    struct hazard_checks *checks = user;
+    if (!concerns(batch))
+        return;
+    struct hazard_batch_record *record = hazard_batch_create(batch);
+    if (record)
+        order_batch_keep(batch, USES_HAZARDS, record);
+    pthread_mutex_lock(&checks->batches->lock);
+    checks->kept += record != NULL;
+    checks->missed |= !record;
+    pthread_mutex_unlock(&checks->batches->lock);
+}
+
+/* Call with the lock. Returns NULL if the batch is not kept, or was judged. */
+static struct hazard_batch_record *find(const struct order_batch *batch)
+{
+    struct hazard_batch_record *record =
+        order_batch_is_kept(batch, USES_HAZARDS) ? batch->slots[USES_HAZARDS] : NULL;
+    return record && !record->is_taken ? record : NULL;
+}
+
+/* Which instances will be known is known now. */
+static void ran(void *user, struct order_batch *batch)
+{
+    struct hazard_checks *checks = user;
+    pthread_mutex_lock(&checks->batches->lock);
+    struct hazard_batch_record *record = find(batch);
+    if (record)
+        record->has_run = true;
+    pthread_mutex_unlock(&checks->batches->lock);
+    if (concerns(batch))
+        judge_ready(checks);
+}
+
+struct batch_consumer hazard_checks_consumer(struct hazard_checks *checks)
+{
+    return (struct batch_consumer){.user = checks, .run = run, .ran = ran};
 }
 
 /* ---- references */
 
-void hazard_checks_expect(struct hazard_checks *checks, struct timestamp timestamp)
+void hazard_checks_expect(struct hazard_checks *checks, struct order_batch *batch)
 {
     if (!checks)
         return;
-    pthread_mutex_lock(&checks->lock);
-    struct hazard_batch_record *batch = find(checks, timestamp);
-    if (batch && batch->has_references)
-        batch->awaited++;
-    pthread_mutex_unlock(&checks->lock);
+    pthread_mutex_lock(&checks->batches->lock);
+    struct hazard_batch_record *record = find(batch);
+    if (record && record->has_references)
+        record->awaited++;
+    pthread_mutex_unlock(&checks->batches->lock);
 }
 
-void hazard_checks_refer(struct hazard_checks *checks, struct timestamp timestamp,
+void hazard_checks_refer(struct hazard_checks *checks, struct order_batch *batch,
                          const struct journal *journal, uint32_t position,
                          const struct accel_facts *referenced)
 {
@@ -155,33 +179,33 @@ void hazard_checks_refer(struct hazard_checks *checks, struct timestamp timestam
     };
     if (!reference.bytes.memory)
         return;
-    pthread_mutex_lock(&checks->lock);
-    struct hazard_batch_record *batch = find(checks, timestamp);
-    if (batch && batch->has_references && batch->awaited)
-        hazard_batch_refer(batch, &reference);
-    pthread_mutex_unlock(&checks->lock);
+    pthread_mutex_lock(&checks->batches->lock);
+    struct hazard_batch_record *record = find(batch);
+    if (record && record->has_references && record->awaited)
+        hazard_batch_refer(record, &reference);
+    pthread_mutex_unlock(&checks->batches->lock);
 }
 
-void hazard_checks_index(struct hazard_checks *checks, struct timestamp timestamp,
+void hazard_checks_index(struct hazard_checks *checks, struct order_batch *batch,
                          const struct hazard_indices *indices)
 {
     if (!checks)
         return;
-    pthread_mutex_lock(&checks->lock);
-    struct hazard_batch_record *batch = find(checks, timestamp);
-    if (batch && batch->has_references && batch->awaited)
-        hazard_batch_index(batch, indices);
-    pthread_mutex_unlock(&checks->lock);
+    pthread_mutex_lock(&checks->batches->lock);
+    struct hazard_batch_record *record = find(batch);
+    if (record && record->has_references && record->awaited)
+        hazard_batch_index(record, indices);
+    pthread_mutex_unlock(&checks->batches->lock);
 }
 
-void hazard_checks_settle(struct hazard_checks *checks, struct timestamp timestamp)
+void hazard_checks_settle(struct hazard_checks *checks, struct order_batch *batch)
 {
     if (!checks)
         return;
-    pthread_mutex_lock(&checks->lock);
-    struct hazard_batch_record *batch = find(checks, timestamp);
-    bool was_last = batch && batch->awaited && !--batch->awaited;
-    pthread_mutex_unlock(&checks->lock);
+    pthread_mutex_lock(&checks->batches->lock);
+    struct hazard_batch_record *record = find(batch);
+    bool was_last = record && record->awaited && !--record->awaited;
+    pthread_mutex_unlock(&checks->batches->lock);
     if (was_last)
         judge_ready(checks);
 }
@@ -200,8 +224,8 @@ VkResult hazard_checks_create(struct layer_device *device)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     }
     checks->device = device;
-    checks->waiting_last = &checks->waiting;
-    pthread_mutex_init(&checks->lock, NULL);
+    checks->batches = execution_order_batches(device->order);
+    checks->ended_last = &checks->ended;
     device->hazard_checks = checks;
     return VK_SUCCESS;
 }
@@ -212,6 +236,5 @@ void hazard_checks_destroy(struct hazard_checks *checks)
         return;
     hazard_checks_stop(checks);
     hazard_judge_end(&checks->judge);
-    pthread_mutex_destroy(&checks->lock);
     free(checks);
 }

@@ -13,18 +13,18 @@
 
 #include "layer/execution/hazards/batches.h"
 #include "layer/layer.h"
+#include "src/state/order/order.h"
 
 struct hazard_checks;
 
-/* Sets device->hazard_checks; NULL if setting hazards is off. */
+/* Sets device->hazard_checks; NULL if setting hazards is off. Call once the device has an order. */
 VkResult hazard_checks_create(struct layer_device *device);
 /* Judges the batches that are left. */
 void hazard_checks_destroy(struct hazard_checks *checks);
 
-/* For the hook `run` of the execution order: adds a batch, and judges it once it has settled. In
- * between the snapshots run it, which calls hazard_checks_expect(). */
-void hazard_checks_add(struct hazard_checks *checks, const struct batch_run *run);
-void hazard_checks_run(struct hazard_checks *checks, const struct batch_run *run);
+/* Keeps each batch that is replayed, from its execution point on. Add it before the consumer that
+ * calls hazard_checks_expect(). */
+struct batch_consumer hazard_checks_consumer(struct hazard_checks *checks);
 /* An object was freed or destroyed: the hazard check drops its record once the batches before are
  * judged. Ignores id 0. */
 void hazard_checks_forget(struct hazard_checks *checks, enum hazard_end ended, uint64_t id);
@@ -33,14 +33,14 @@ void hazard_checks_stop(struct hazard_checks *checks);
 
 /* The instances and indices of one command buffer of the batch will be known. For each call
  * hazard_checks_settle() must follow, when they are known or never will be. */
-void hazard_checks_expect(struct hazard_checks *checks, struct timestamp batch);
+void hazard_checks_expect(struct hazard_checks *checks, struct order_batch *batch);
 /* An instance of the build at `position` of the command buffer refers to a structure. */
-void hazard_checks_refer(struct hazard_checks *checks, struct timestamp batch,
+void hazard_checks_refer(struct hazard_checks *checks, struct order_batch *batch,
                          const struct journal *journal, uint32_t position,
                          const struct accel_facts *referenced);
 /* The indices of a geometry of triangles. */
-void hazard_checks_index(struct hazard_checks *checks, struct timestamp batch,
+void hazard_checks_index(struct hazard_checks *checks, struct order_batch *batch,
                          const struct hazard_indices *indices);
-void hazard_checks_settle(struct hazard_checks *checks, struct timestamp batch);
+void hazard_checks_settle(struct hazard_checks *checks, struct order_batch *batch);
 
 #endif

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "src/state/commands/journal.h"
+#include "src/state/order/order.h"
 
 /* The id of a semaphore that stands for all fences; none of the application's has it. */
 static const uint64_t FENCES = UINT64_MAX - 1;
@@ -26,16 +27,32 @@ static struct call_origin origin_for(const struct hazard_judge *judge, struct ca
     return origin;
 }
 
+/* The judged batch behind `after`, or the first one if that is NULL. */
+static struct order_batch *next_judged(const struct hazard_judge *judge,
+                                       const struct order_batch *after)
+{
+    if (!judge->judged_count || after == judge->last)
+        return NULL;
+    pthread_mutex_lock(&judge->batches->lock);
+    struct order_batch *batch =
+        batch_list_next(judge->batches, IN_EXECUTION_ORDER, after, USES_HAZARDS);
+    pthread_mutex_unlock(&judge->batches->lock);
+    return batch;
+}
+
+/* Commands were numbered in execution order, so the last batch with an early enough one has it. */
 static bool find_side(const struct hazard_judge *judge, uint64_t number,
                       struct hazard_access_text *side)
 {
     bool found = judge->current && hazard_batch_find(judge->current, number, side);
-    for (const struct hazard_batch_record *batch = judge->judged; batch && !found;
-         batch = batch->next)
-        if (batch->command_count && batch->commands[0].first <= number &&
-            (!batch->next || !batch->next->command_count ||
-             number < batch->next->commands[0].first))
-            found = hazard_batch_find(batch, number, side);
+    for (struct order_batch *batch = NULL; !found && (batch = next_judged(judge, batch));) {
+        const struct order_batch *behind = next_judged(judge, batch);
+        const struct hazard_batch_record *record = batch->slots[USES_HAZARDS];
+        const struct hazard_batch_record *next = behind ? behind->slots[USES_HAZARDS] : NULL;
+        if (record->command_count && record->commands[0].first <= number &&
+            (!next || !next->command_count || number < next->commands[0].first))
+            found = hazard_batch_find(record, number, side);
+    }
     if (found)
         side->origin = origin_for(judge, side->origin);
     return found;
@@ -88,19 +105,20 @@ static void found(void *user, const struct hazard *hazard)
 
 static void forget_first(struct hazard_judge *judge)
 {
-    struct hazard_batch_record *batch = judge->judged;
-    judge->judged = batch->next;
+    struct order_batch *batch = next_judged(judge, NULL);
     judge->judged_count--;
-    if (!judge->judged)
-        judge->judged_last = &judge->judged;
-    hazard_batch_free(batch);
+    if (batch == judge->last)
+        judge->last = NULL;
+    struct hazard_batch_record *record = batch->slots[USES_HAZARDS];
+    order_batch_let_go(batch, USES_HAZARDS);
+    hazard_batch_free(record);
 }
 
 /* After memory ran out, nothing that is known can be trusted. The accesses are numbered from the
  * start again. */
 static void start_over(struct hazard_judge *judge)
 {
-    while (judge->judged)
+    while (judge->judged_count)
         forget_first(judge);
     hazards_destroy(judge->hazards);
     judge->hazards = hazards_create(found, judge);
@@ -110,7 +128,7 @@ static void start_over(struct hazard_judge *judge)
  * with what seems to follow. */
 static bool is_compared(const struct hazard_judge *judge)
 {
-    return judge->current->is_certain;
+    return judge->current->batch->predecessors_known;
 }
 
 static void judge_access(struct hazard_judge *judge, const struct hazard_entry *item)
@@ -240,7 +258,7 @@ static void judge_journal(struct hazard_judge *judge, const struct journal *jour
 /* A wait for a signal that no batch has made may follow anything. */
 static bool has_unknown_wait(const struct hazard_judge *judge)
 {
-    const struct hazard_batch_record *batch = judge->current;
+    const struct order_batch *batch = judge->current->batch;
     for (uint32_t i = 0; i < batch->operation_count; i++) {
         const struct semaphore_operation *operation = &batch->operations[i];
         if (!operation->is_signal && !operation->is_met &&
@@ -253,7 +271,7 @@ static bool has_unknown_wait(const struct hazard_judge *judge)
 
 static void judge_operations(struct hazard_judge *judge, bool signals)
 {
-    const struct hazard_batch_record *batch = judge->current;
+    const struct order_batch *batch = judge->current->batch;
     for (uint32_t i = 0; i < batch->operation_count; i++) {
         const struct semaphore_operation *operation = &batch->operations[i];
         if (operation->is_signal != signals || operation->is_met || !operation->id)
@@ -271,7 +289,7 @@ static void judge_operations(struct hazard_judge *judge, bool signals)
 static void judge_fence(struct hazard_judge *judge)
 {
     const struct dependency all = dependency_of_signal(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
-    if (judge->current->signals_fence)
+    if (judge->current->batch->signals_fence)
         hazards_signal(judge->hazards, FENCES, ++judge->fences, &all);
 }
 
@@ -279,76 +297,83 @@ static void judge_fence(struct hazard_judge *judge)
  * more now, but batches that are yet to be judged may have been submitted before it did. */
 static void prune(struct hazard_judge *judge, const struct execution_clock *completed)
 {
+    const struct order_batch *first;
     hazards_prune(judge->hazards, completed->counts, completed->queues);
-    while (judge->judged && execution_clock_has(completed, judge->judged->timestamp))
+    while ((first = next_judged(judge, NULL)) && execution_clock_has(completed, first->timestamp))
         forget_first(judge);
 }
 
-static void keep(struct hazard_judge *judge, struct hazard_batch_record *batch)
+static void keep(struct hazard_judge *judge, struct hazard_batch_record *record,
+                 const struct execution_clock *completed)
 {
-    batch->next = NULL;
     judge->current = NULL;
-    *judge->judged_last = batch;
-    judge->judged_last = &batch->next;
+    judge->last = record->batch;
     judge->judged_count++;
+    judge->batch_count++;
     if (judge->hazards)
-        prune(judge, &batch->completed);
+        prune(judge, completed);
     if (judge->judged_count > BATCHES_KEPT)
         judge->lost = true;
 }
 
-/* No batch that is yet to be judged uses the object. */
-static void judge_end(struct hazard_judge *judge, const struct hazard_batch_record *end)
+void hazard_judge_end_object(struct hazard_judge *judge, enum hazard_end ended, uint64_t id)
 {
     if (!judge->hazards)
         return;
-    switch (end->ended) {
-    case NOTHING_ENDED:
-        break;
+    switch (ended) {
     case MEMORY_FREED:
-        hazards_forget_memory(judge->hazards, end->ended_id);
+        hazards_forget_memory(judge->hazards, id);
         break;
     case SEMAPHORE_DESTROYED:
-        hazards_forget_signals(judge->hazards, end->ended_id, UINT64_MAX);
+        hazards_forget_signals(judge->hazards, id, UINT64_MAX);
         break;
     case EVENT_DESTROYED:
-        hazards_reset_event(judge->hazards, end->ended_id);
+        hazards_reset_event(judge->hazards, id);
         break;
     }
 }
 
-void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *batch)
+static void judge_commands(struct hazard_judge *judge, const struct order_batch *batch,
+                           const struct execution_clock *completed)
 {
-    if (batch->ended) {
-        judge_end(judge, batch);
-        hazard_batch_free(batch);
-        return;
-    }
-    judge->current = batch;
+    struct execution_clock before;
+    execution_clock_copy(&before, &batch->clock);
+    execution_clock_extend(&before, completed->queues);
+    hazards_begin_batch(judge->hazards,
+                        &(struct hazard_batch){
+                            .queue = batch->timestamp.queue,
+                            .number = batch->timestamp.count,
+                            .completed = completed->counts,
+                            .before = before.counts,
+                            .count = before.queues,
+                            .is_certain = batch->predecessors_known && !has_unknown_wait(judge),
+                        });
+    judge_operations(judge, false);
+    for (uint32_t i = 0; i < batch->command_count; i++)
+        if (batch->commands[i].captured)
+            judge_journal(judge, batch->commands[i].captured);
+    judge_operations(judge, true);
+    judge_fence(judge);
+    hazards_end_batch(judge->hazards);
+}
+
+void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *record)
+{
+    const struct order_batch *batch = record->batch;
+    struct execution_clock completed;
+    execution_clock_copy(&completed, batch->host);
+    execution_clock_extend(&completed, batch->clock.queues);
+    judge->current = record;
     if (judge->lost)
         start_over(judge);
-    judge->lost = batch->lacks_references;
+    judge->lost = record->lacks_references;
     if (judge->hazards) {
-        hazard_batch_sort(batch);
-        hazards_begin_batch(judge->hazards,
-                            &(struct hazard_batch){
-                                .queue = batch->timestamp.queue,
-                                .number = batch->timestamp.count,
-                                .completed = batch->completed.counts,
-                                .before = batch->before.counts,
-                                .count = batch->before.queues,
-                                .is_certain = batch->is_certain && !has_unknown_wait(judge),
-                            });
-        judge_operations(judge, false);
-        for (uint32_t i = 0; i < batch->journal_count; i++)
-            judge_journal(judge, batch->journals[i]);
-        judge_operations(judge, true);
-        judge_fence(judge);
-        hazards_end_batch(judge->hazards);
+        hazard_batch_sort(record);
+        judge_commands(judge, batch, &completed);
     }
     /* From now on the application may know that the batch is complete. */
     judge->lost |= batch->is_exposed;
-    keep(judge, batch);
+    keep(judge, record, &completed);
 }
 
 /* ---- creation */
@@ -356,14 +381,14 @@ void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *
 bool hazard_judge_begin(struct hazard_judge *judge, struct layer_device *device)
 {
     judge->device = device;
-    judge->judged_last = &judge->judged;
+    judge->batches = execution_order_batches(device->order);
     judge->hazards = hazards_create(found, judge);
     return judge->hazards;
 }
 
 void hazard_judge_end(struct hazard_judge *judge)
 {
-    while (judge->judged)
+    while (judge->judged_count)
         forget_first(judge);
     hazards_destroy(judge->hazards);
 }

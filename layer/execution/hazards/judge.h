@@ -19,10 +19,13 @@ struct hazard_judge {
     struct layer_device *device;
     struct hazards *hazards; /* NULL: memory ran out */
     bool lost;               /* memory ran out: what is known proves nothing */
-    /* Batches that later ones are compared with, in ascending order of their accesses' numbers. */
-    struct hazard_batch_record *judged, **judged_last;
-    uint32_t judged_count;
-    uint64_t fences; /* signalled so far */
+    /* Batches that later ones are compared with are kept: in execution order, and so in ascending
+     * order of their accesses' numbers, up to `last`; NULL: none. */
+    struct batch_list *batches;
+    struct order_batch *last;
+    uint32_t judged_count; /* that are kept */
+    uint64_t batch_count;  /* that were judged */
+    uint64_t fences;       /* signalled so far */
     struct hazard_batch_record *current;
     struct kind_of_hazard kinds[HAZARD_KINDS_REPORTED];
     uint32_t kind_count;
@@ -31,7 +34,9 @@ struct hazard_judge {
 /* `judge` is zero-initialized. Returns false if memory runs out. */
 bool hazard_judge_begin(struct hazard_judge *judge, struct layer_device *device);
 void hazard_judge_end(struct hazard_judge *judge);
-/* Takes over the batch, whose references are all known, or the end of an object. */
+/* Takes over the batch, whose references are all known, and lets go of it later. */
 void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *batch);
+/* Drops the record of an object. No batch that is yet to be judged uses it. */
+void hazard_judge_end_object(struct hazard_judge *judge, enum hazard_end ended, uint64_t id);
 
 #endif

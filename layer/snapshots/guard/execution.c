@@ -92,32 +92,39 @@ static void walk_journal(struct guard_walk *walk, const struct journal *journal)
     }
 }
 
-static void walk_batch(struct guard_walk *walk, const struct batch_run *run)
+static void walk_batch(struct guard_walk *walk, const struct order_batch *batch)
 {
-    for (uint32_t i = 0; i < run->command_count; i++)
-        if (run->commands[i].captured)
-            walk_journal(walk, run->commands[i].captured);
+    for (uint32_t i = 0; i < batch->command_count; i++)
+        if (batch->commands[i].captured)
+            walk_journal(walk, batch->commands[i].captured);
 }
 
-void guard_check(const struct layer_device *device, const struct batch_run *run)
+static void check(void *user, struct order_batch *batch)
 {
-    struct guard_walk walk = {.guard = guard_of(device)};
-    if (!walk.guard || run->work != WORK_OF_QUEUE)
+    struct guard_walk walk = {.guard = guard_of(user)};
+    if (batch->work != WORK_OF_QUEUE)
         return;
-    walk.sets_limits = count_batch(run->predecessors_known);
+    walk.sets_limits = count_batch(batch->predecessors_known && batch->is_replayed);
+    if (!batch->is_replayed)
+        return;
     struct execution_clock *guarded = guard_clock(walk.guard);
-    walk.may_precede = !execution_clock_covers(run->clock, guarded);
+    walk.may_precede = !execution_clock_covers(&batch->clock, guarded);
     guard_update(walk.guard);
-    walk_batch(&walk, run);
+    walk_batch(&walk, batch);
     if (walk.has_guards)
-        execution_clock_add(guarded, run->timestamp);
+        execution_clock_add(guarded, batch->timestamp);
 }
 
 /* Work of the host counts when it begins, because a submission may overlap it. */
-void guard_run(const struct layer_device *device, const struct batch_run *run)
+static void run(void *user, struct order_batch *batch)
 {
-    struct guard_walk walk = {.guard = guard_of(device), .may_precede = true};
-    bool is_counted = run->work == WORK_OF_QUEUE ? run->checked : run->work != WORK_BEGINS;
-    if (walk.guard && !is_counted)
-        walk_batch(&walk, run);
+    struct guard_walk walk = {.guard = guard_of(user), .may_precede = true};
+    bool is_counted = batch->work == WORK_OF_QUEUE ? batch->is_checked : batch->work != WORK_BEGINS;
+    if (!is_counted)
+        walk_batch(&walk, batch);
+}
+
+struct batch_consumer guard_consumer(struct layer_device *device)
+{
+    return (struct batch_consumer){.user = device, .check = check, .run = run};
 }

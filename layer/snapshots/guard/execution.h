@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What guarded builds may refer to, in execution order. The hooks of the execution order call these
- * functions, one thread at a time, except those about the submission of a thread. */
+/* What guarded builds may refer to, in execution order. */
 #ifndef ASSAY_LAYER_SNAPSHOTS_GUARD_EXECUTION_H
 #define ASSAY_LAYER_SNAPSHOTS_GUARD_EXECUTION_H
 
@@ -14,10 +13,8 @@ void guard_begin_submission(void);
 /* How many batches of the calling thread's submission have limits, from the first on. */
 uint32_t guard_limited_batches(void);
 
-/* Called when a batch is checked before its call goes down, on the thread that submits it: sets the
- * limits of its builds. */
-void guard_check(const struct layer_device *device, const struct batch_run *run);
-/* Called when a batch runs. */
-void guard_run(const struct layer_device *device, const struct batch_run *run);
+/* Sets the limits of the builds of a batch that is checked before its call goes down. Add it only
+ * if the device has a guard. */
+struct batch_consumer guard_consumer(struct layer_device *device);
 
 #endif

@@ -54,7 +54,6 @@ void execution_order_add_host_wait(struct execution_order *order, VkSemaphore ha
                                         : NULL;
     if (!submission)
         return;
-    submission->state = SUBMISSION_MADE;
     execution_clock_copy(&submission->host, &order->host);
     submission_add_batch(submission);
     submission_add_wait(submission, handle, value, SCOPE_ALL);
@@ -65,6 +64,9 @@ void execution_order_add_host_wait(struct execution_order *order, VkSemaphore ha
         if (semaphore)
             submission->operations[0].id = semaphore->id;
         submission->batches[0].predecessors_known = semaphore != NULL;
+        submission_describe(submission);
+        submission_set_states(submission, BATCH_SUBMITTED);
+        batch_list_append_submission(&order->batches, submission);
         order_batch_end_on_host(&submission->batches[0]);
     }
     submission_unreference(submission);
@@ -295,7 +297,7 @@ bool execution_order_host_is_current(struct execution_order *order, struct execu
     if (!enter(order))
         return false;
     execution_clock_copy(clock, &order->host);
-    bool all_ran = !order->run_list && !order->busy;
+    bool all_ran = !order->run_list && !order->drain.is_busy;
     leave(order);
     return all_ran;
 }

@@ -8,21 +8,21 @@
  * whose signal has not been submitted. Later batches of its queue that must follow it are also
  * held.
  *
- * The hooks (execution_hooks) get a batch after all batches that certainly precede it. A batch that
- * is not held enters the run list when it is prepared, so batches run in the order in which their
- * submissions began. The batch at the head of the list blocks the list while its call is under
- * way: between its check and its run or drop, no other batch runs.
+ * The consumers (batch_consumer) get a batch after all batches that certainly precede it. A batch
+ * that is not held enters the run list when it is prepared, so batches run in the order in which
+ * their submissions began. The batch at the head of the list blocks the list while its call is
+ * under way: between its check and its run or undo, no other batch runs.
  *
  * Host work (a host command that works on structures) may take long and does not block the list.
  * It runs twice: when it has begun, and when it has ended. Its timestamp is that of its end; its
- * clock is taken when it begins. A check of host work must not change anything, because no drop
+ * clock is taken when it begins. A check of host work must not change anything, because no undo
  * follows it.
  *
- * One lock guards everything; it is released while a call goes down and while a hook runs. `check`,
- * `run`, `drop` and `order_unknown` are called by one thread at a time: if one thread is in a hook,
- * it also runs the batches of the others. So the thread that runs a batch may differ from the one
- * that submitted it, and the submission may have completed by then. Therefore `capture` takes at
- * submission all that a batch needs of its command buffers.
+ * One lock guards the order; it is released while a call goes down and while a consumer's function
+ * runs. `check`, `undo`, `run`, `ran` and `order_unknown` are called by one thread at a time: if
+ * one thread is at it, it also runs the batches of the others. So the thread that runs a batch may
+ * differ from the one that submitted it, and the submission may have completed by then. Therefore
+ * `capture` takes at submission all that a batch needs of its command buffers.
  *
  * The order can become unknown (enum order_unknown_reason), and stays unknown for the rest of the
  * device's life: no batch runs any more. All functions accept NULL as an unknown or missing order.
@@ -30,72 +30,9 @@
 #ifndef ASSAY_STATE_ORDER_ORDER_H
 #define ASSAY_STATE_ORDER_ORDER_H
 
-#include <stdbool.h>
-#include <stdint.h>
-#include <vulkan/vulkan_core.h>
-
-#include "src/state/commands/queue_labels.h"
-#include "src/state/order/clock.h"
+#include "src/state/order/batch.h"
 
 struct execution_order;
-struct submission;
-
-struct submitted_commands {
-    VkCommandBuffer handle; /* VK_NULL_HANDLE: other work */
-    void *captured;
-};
-
-/* The phase of host work that a batch stands for. */
-enum work_phase {
-    WORK_OF_QUEUE, /* the batch is work of a queue */
-    WORK_BEGINS,
-    WORK_ENDS,
-    WORK_FAILS, /* the work ends, and its effects are unknown */
-    WORK_SYNC,  /* no work: semaphore operations of the host (execution_hooks.follows_host) */
-};
-
-/* The work that a semaphore operation orders, besides other semaphore operations. */
-enum semaphore_scope {
-    SCOPE_NOTHING, /* no work on acceleration structures */
-    SCOPE_BUILDS,  /* work on acceleration structures */
-    SCOPE_ALL,     /* all commands */
-};
-
-struct semaphore_operation {
-    VkSemaphore handle;
-    uint64_t id;        /* of the semaphore, never reused; 0: not tracked */
-    uint64_t value;     /* binary semaphore: number of the signal; 0: no signal is outstanding */
-    uint64_t last_wait; /* binary semaphore: its last_wait before this wait */
-    enum semaphore_scope scope;
-    bool is_signal;
-    bool is_met; /* a wait for a value that the timeline had from the start: it orders nothing */
-    VkPipelineStageFlags2 stages; /* see submission_set_stages() */
-};
-
-/* A batch as the hooks get it. */
-struct batch_run {
-    VkQueue queue;                      /* VK_NULL_HANDLE: the host */
-    uint64_t submission;                /* see submission_set_origin(); 0: unknown */
-    struct shared_labels *queue_labels; /* NULL: none; lives as long as the hook runs */
-    enum work_phase work;
-    struct timestamp timestamp;          /* host work: set at WORK_ENDS and WORK_FAILS only */
-    const struct execution_clock *clock; /* all work that certainly executes before the batch */
-    const struct execution_clock *host;  /* all work that the host had observed to be complete */
-    const struct semaphore_operation *operations; /* its waits and signals */
-    uint32_t operation_count;
-    bool signals_fence; /* it is the last batch of a submission with a fence */
-    /* With follows_host: the submission signals an object that others may signal or wait for, so
-     * the application may observe its completion without the layer. */
-    bool is_exposed;
-    const struct submitted_commands *commands;
-    uint32_t command_count;
-    /* See submission_set_origin(): objects may have been destroyed since the submission. */
-    uint64_t destroy_count;
-    bool checked; /* `check` was called with this batch */
-    /* False: batches that have not been submitted yet may execute before this one, so nothing about
-     * it may be reported. Its effects still count. */
-    bool predecessors_known;
-};
 
 /* Why the order is unknown. */
 enum order_unknown_reason {
@@ -108,14 +45,14 @@ enum order_unknown_reason {
     ORDER_UNKNOWN_UNTRACKED_SIGNAL, /* a held batch completed without a tracked signal */
 };
 
-/* Callbacks of the order's user. Each may be NULL. */
+/* How the order gets what command buffers recorded. Each function may be NULL. */
 struct execution_hooks {
     void *user;
-    /* `run` also gets batches of the host of phase WORK_SYNC: a signal, or a wait that has ended.
-     * A wait without operation and with predecessors unknown may have been for anything. */
+    /* Consumers also get batches of the host of phase WORK_SYNC: a signal, or a wait that has
+     * ended. A wait without operation and with predecessors unknown may have been for anything. */
     bool follows_host;
-    /* Returns what `run` will need of a command buffer that is being submitted: a reference to its
-     * journal, which `release` gives back. Called on the submitting thread before the call goes
+    /* Returns what consumers will need of a command buffer that is being submitted: a reference to
+     * its journal, which `release` gives back. Called on the submitting thread before the call goes
      * down; `release` may be called on any thread. */
     void *(*capture)(void *user, VkCommandBuffer command_buffer);
     void (*release)(void *user, void *captured);
@@ -123,24 +60,63 @@ struct execution_hooks {
      * submission, such as vkSetEvent. Work before the rest of the queue is unknown then. Called
      * right after `capture`. */
     bool (*is_open)(void *user, VkQueue queue, const void *captured);
+};
+
+/* A consumer of batches. Each function may be NULL. No lock is held while a function runs. */
+struct batch_consumer {
+    void *user; /* passed to each function; lives as long as the order */
+
     /* Called on the submitting thread before the call goes down, for each batch of commands, even
      * if it is held: for what depends on the time of the submission, but not on the order. Several
-     * threads may be in this hook. Returns true to skip the call. */
-    bool (*inspect)(void *user, const struct batch_run *batch);
+     * threads may be in this function. May set skips_call. */
+    void (*submit)(void *user, struct order_batch *batch);
     /* Called before the call goes down, if all earlier batches have run, or belong to the same call
-     * and were checked just before. Returns true to skip the call. */
-    bool (*check)(void *user, const struct batch_run *batch);
-    /* The call has failed or is skipped: batches that were checked since the last run won't run. */
-    void (*drop)(void *user);
+     * and were checked just before. May set skips_call. */
+    void (*check)(void *user, struct order_batch *batch);
+    /* The call has failed or is skipped: the batch was checked and won't run. */
+    void (*undo)(void *user, struct order_batch *batch);
     /* The batch is submitted, and all batches that certainly precede it have run. */
-    void (*run)(void *user, const struct batch_run *batch);
+    void (*run)(void *user, struct order_batch *batch);
+    /* Each consumer has run the batch. */
+    void (*ran)(void *user, struct order_batch *batch);
+    /* The call has failed or is skipped, and the device is not lost: nothing was submitted. Called
+     * for batches of commands, on any thread. */
+    void (*fail)(void *user, struct order_batch *batch);
+    /* The last user of the submission has let go. Called on any thread; the caller may hold a lock
+     * (submission_finish_silently()). Batches that never ran retire, too. */
+    void (*retire)(void *user, struct order_batch *batch);
     /* The order became unknown: any batch may have executed. */
     void (*order_unknown)(void *user, enum order_unknown_reason why);
+    /* The order is unknown: takes an execution right after its submission, with the queues locked,
+     * on any thread. It sends no message. */
+    void (*run_unordered)(void *user, struct execution *execution);
+
+    /* Uses the copies of the executions that the application has observed to be complete. Called by
+     * any thread when the application waits, queries or submits. */
+    void (*deliver)(void *user);
+    /* Waits for one execution to complete, then does what `deliver` does. Returns false if there is
+     * none, or if it does not complete in a while. Called by any thread. */
+    bool (*wait)(void *user);
 };
 
 VkResult execution_order_create(struct execution_order **order,
                                 const struct execution_hooks *hooks);
-/* Releases batches that never ran without calling `run` or `drop`. */
+/* Call before the device is published. Consumers are called in the order in which they are added.
+ * There are at most BATCH_CONSUMERS. */
+enum { BATCH_CONSUMERS = 8 };
+void execution_order_add_consumer(struct execution_order *order, struct batch_consumer consumer);
+/* The batches that are not retired. */
+struct batch_list *execution_order_batches(struct execution_order *order);
+/* Call `deliver` of each consumer; `wait` of each until one returns true; `run_unordered` of each.
+ */
+void execution_order_deliver(const struct execution_order *order);
+bool execution_order_wait(const struct execution_order *order);
+void execution_order_run_unordered(const struct execution_order *order,
+                                   struct execution *execution);
+
+/* Ends the order: releases batches that never ran without calling `run` or `undo`. Then the
+ * consumers let go of the others, and the order is destroyed. */
+void execution_order_end(struct execution_order *order);
 void execution_order_destroy(struct execution_order *order);
 
 /* ---- submissions */
@@ -175,7 +151,7 @@ void submission_add_signal(struct submission *submission, VkSemaphore semaphore,
 /* The stages that the last wait or signal orders, if not ALL_COMMANDS. */
 void submission_set_stages(struct submission *submission, VkPipelineStageFlags2 stages);
 
-/* Makes submission_prepare skip the call, whatever the checks return. */
+/* Makes submission_prepare skip the call, whatever the consumers return. */
 void submission_set_skip(struct submission *submission);
 
 /* The number of the submitting call among those of its queue, the labels that are open in the
@@ -187,7 +163,7 @@ void submission_set_origin(struct submission *submission, uint64_t number,
 /* The fence is signaled when the whole submission has executed. */
 void submission_set_fence(struct submission *submission, VkFence fence);
 
-/* Call before the call goes down, without a lock: calls `inspect` and `check`. Returns true if the
+/* Call before the call goes down, without a lock: calls `submit` and `check`. Returns true if the
  * call is to be skipped. The submission has failed then, whatever submission_finish gets. */
 bool submission_prepare(struct submission *submission);
 
@@ -195,14 +171,22 @@ bool submission_prepare(struct submission *submission);
  * that nothing was submitted, or that host work has failed; VK_ERROR_DEVICE_LOST makes the order
  * unknown. */
 void submission_finish(struct submission *submission, VkResult result);
-/* The same in two parts, for callers that hold a lock: the first calls no hook but `release`, the
- * second runs the batches that are ready. */
+/* The same in two parts, for callers that hold a lock: the first calls only `retire` and `release`,
+ * the second runs the batches that are ready. */
 void submission_finish_silently(struct submission *submission, VkResult result);
 void execution_order_run(struct execution_order *order);
 
+/* The submission whose call is under way on the queue. NULL: none, or the order is unknown. */
+struct submission *execution_order_under_way(struct execution_order *order, VkQueue queue);
+/* Hands an execution of the call's command buffer at `index`, counted over all batches, to its
+ * batch, which keeps it for USES_EXECUTIONS. Call before submission_finish(), on the same thread.
+ * Returns false, and leaves the execution to the caller, if there is no such command buffer. */
+bool submission_set_execution(struct submission *submission, uint32_t index,
+                              struct execution *execution);
+
 /* ---- semaphores and fences */
 
-/* These functions take the order's lock and may call hooks.
+/* These functions take the order's lock and may run batches.
  * `foreign`: operations that the layer does not intercept may also signal the object. */
 void execution_order_add_semaphore(struct execution_order *order, VkSemaphore handle,
                                    VkSemaphoreType type, uint64_t initial_value, bool foreign);
@@ -243,7 +227,7 @@ void execution_order_set_unknown(struct execution_order *order, enum order_unkno
 
 /* Sets `clock` to all work that has certainly executed before a host command that begins now. */
 void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock);
-/* The same. Returns false if part of that work has not run through the hooks yet. */
+/* The same. Returns false if part of that work has not run yet. */
 bool execution_order_host_is_current(struct execution_order *order, struct execution_clock *clock);
 
 #endif

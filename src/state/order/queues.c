@@ -13,8 +13,43 @@ VkResult execution_order_create(struct execution_order **order, const struct exe
     (*order)->queue_count = EXECUTION_HOST + 1;
     (*order)->run_end = &(*order)->run_list;
     pthread_mutex_init(&(*order)->lock, NULL);
+    pthread_mutex_init(&(*order)->batches.lock, NULL);
     return VK_SUCCESS;
 }
+
+/* ---- consumers */
+
+void execution_order_add_consumer(struct execution_order *order, struct batch_consumer consumer)
+{
+    order->consumers[order->consumer_count++] = consumer;
+}
+
+struct batch_list *execution_order_batches(struct execution_order *order)
+{
+    return &order->batches;
+}
+
+void execution_order_deliver(const struct execution_order *order)
+{
+    for (uint32_t i = 0; order && i < order->consumer_count; i++)
+        if (order->consumers[i].deliver)
+            order->consumers[i].deliver(order->consumers[i].user);
+}
+
+bool execution_order_wait(const struct execution_order *order)
+{
+    for (uint32_t i = 0; i < order->consumer_count; i++)
+        if (order->consumers[i].wait && order->consumers[i].wait(order->consumers[i].user))
+            return true;
+    return false;
+}
+
+void execution_order_run_unordered(const struct execution_order *order, struct execution *execution)
+{
+    CALL_CONSUMERS(order, run_unordered, execution)
+}
+
+/* ---- the end */
 
 static void free_semaphore(void *record, void *context)
 {
@@ -29,7 +64,7 @@ static void free_fence(void *record, void *context)
     free(record);
 }
 
-void execution_order_destroy(struct execution_order *order)
+void execution_order_end(struct execution_order *order)
 {
     if (!order)
         return;
@@ -38,7 +73,13 @@ void execution_order_destroy(struct execution_order *order)
     execution_order_set_unknown_locked(order, ORDER_UNKNOWN_DEVICE_LOST);
     execution_order_drain(order);
     pthread_mutex_unlock(&order->lock);
+}
 
+void execution_order_destroy(struct execution_order *order)
+{
+    if (!order)
+        return;
+    execution_order_end(order);
     while (order->spare) {
         struct submission *submission = order->spare;
         order->spare = submission->next;
@@ -48,6 +89,7 @@ void execution_order_destroy(struct execution_order *order)
     handle_table_release(&order->semaphores);
     handle_table_each(&order->fences, free_fence, NULL);
     handle_table_release(&order->fences);
+    pthread_mutex_destroy(&order->batches.lock);
     pthread_mutex_destroy(&order->lock);
     free(order);
 }
@@ -89,13 +131,13 @@ static bool has_queue(enum submission_kind kind)
 static bool take_queue(struct submission *submission)
 {
     struct order_queue *queue = find_queue(submission->order, submission->queue);
-    if (!queue || queue->in_flight) {
+    if (!queue || queue->under_way) {
         execution_order_set_unknown_locked(submission->order, queue
                                                                   ? ORDER_UNKNOWN_RACING_THREADS
                                                                   : ORDER_UNKNOWN_TOO_MANY_QUEUES);
         return false;
     }
-    queue->in_flight = true;
+    queue->under_way = submission;
     submission->queue_record = queue;
     return true;
 }
@@ -110,7 +152,7 @@ static void start(struct submission *submission)
         execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
     if (order->order_unknown || (has_queue(submission->kind) && !take_queue(submission)))
         return;
-    submission->state = SUBMISSION_PREPARED;
+    submission->is_under_way = true;
     submission->may_follow_held = order->in_flight && order->held_count;
     execution_clock_copy(&submission->host, &order->host);
     if (submission->kind != SUBMIT_HOST_WORK)
@@ -124,6 +166,9 @@ static void start(struct submission *submission)
         order->waiting++;
     if (submission->out_of_memory)
         execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
+    submission_describe(submission);
+    submission_set_states(submission, BATCH_PREPARED);
+    batch_list_append_submission(&order->batches, submission);
     if (has_queue(submission->kind))
         for (uint32_t i = 0; i < submission->ready_count; i++)
             if (submission->kind == SUBMIT_COMMANDS || submission->batches[i].command_count)
@@ -132,16 +177,16 @@ static void start(struct submission *submission)
 
 /* ---- finishing */
 
-static void stop(struct submission *submission, enum submission_state state)
+static void stop(struct submission *submission)
 {
     struct execution_order *order = submission->order;
-    submission->state = state;
+    submission->is_under_way = false;
     if (submission->kind != SUBMIT_HOST_WORK)
         order->in_flight--;
     if (submission->ready_count < submission->batch_count)
         order->waiting--;
     if (submission->queue_record)
-        submission->queue_record->in_flight = false;
+        submission->queue_record->under_way = NULL;
 }
 
 /* The second batch of host work is its end. */
@@ -150,6 +195,7 @@ static void add_end_of_work(struct submission *submission)
     submission_add_batch(submission);
     if (submission->out_of_memory)
         return;
+    submission->batches[1].work = WORK_ENDS;
     submission->batches[1].first_commands = submission->batches[0].first_commands;
     submission->batches[1].command_count = submission->batches[0].command_count;
 }
@@ -165,7 +211,9 @@ void order_batch_end_on_host(struct order_batch *batch)
 static void succeed(struct submission *submission)
 {
     struct execution_order *order = submission->order;
-    stop(submission, SUBMISSION_MADE);
+    stop(submission);
+    for (uint32_t i = 0; i < submission->ready_count && has_queue(submission->kind); i++)
+        atomic_store_explicit(&submission->batches[i].state, BATCH_SUBMITTED, memory_order_release);
     if (order->order_unknown)
         return;
     submission->serial = ++order->last_serial;
@@ -179,11 +227,16 @@ static void succeed(struct submission *submission)
         execution_order_set_unknown_locked(order, ORDER_UNKNOWN_TOO_MANY_WAITS);
 }
 
-static void fail(struct submission *submission)
+/* If the device is lost, it may have executed a part of the submission. */
+static void fail(struct submission *submission, VkResult result)
 {
     submission_withdraw(submission);
     submission_retract(submission);
-    stop(submission, SUBMISSION_FAILED);
+    stop(submission);
+    if (result == VK_ERROR_DEVICE_LOST)
+        return;
+    submission_set_states(submission, BATCH_FAILED);
+    submission_report_failure(submission);
 }
 
 bool submission_prepare(struct submission *submission)
@@ -198,14 +251,16 @@ bool submission_prepare(struct submission *submission)
     pthread_mutex_lock(&order->lock);
     if (!order->order_unknown)
         start(submission);
-    bool is_prepared = submission->state == SUBMISSION_PREPARED;
-    bool skip = submission->skip;
+    bool is_prepared = submission->is_under_way;
     if (is_prepared) {
-        skip |= submission_inspect(submission);
-        skip |= submission_check(submission);
+        submission_submit(submission);
+        submission_check(submission);
     }
+    bool skip = submission->skip;
+    for (uint32_t i = 0; i < submission->batch_count; i++)
+        skip |= submission->batches[i].skips_call;
     if (is_prepared && skip)
-        fail(submission);
+        fail(submission, VK_ERROR_VALIDATION_FAILED_EXT);
     else if (is_prepared && submission->kind == SUBMIT_HOST_WORK)
         execution_order_append_run(order, &submission->batches[0]);
     execution_order_drain(order);
@@ -215,7 +270,8 @@ bool submission_prepare(struct submission *submission)
 
 static void fail_work(struct submission *submission)
 {
-    stop(submission, SUBMISSION_FAILED);
+    stop(submission);
+    submission->batches[1].work = WORK_FAILS;
     if (!submission->order->order_unknown)
         order_batch_end_on_host(&submission->batches[1]);
 }
@@ -225,12 +281,12 @@ static void finish(struct submission *submission, VkResult result)
     struct execution_order *order = submission->order;
     if (result == VK_ERROR_DEVICE_LOST)
         execution_order_set_unknown_locked(order, ORDER_UNKNOWN_DEVICE_LOST);
-    if (submission->state == SUBMISSION_PREPARED && result >= VK_SUCCESS)
+    if (submission->is_under_way && result >= VK_SUCCESS)
         succeed(submission);
-    else if (submission->state == SUBMISSION_PREPARED && submission->kind == SUBMIT_HOST_WORK)
+    else if (submission->is_under_way && submission->kind == SUBMIT_HOST_WORK)
         fail_work(submission);
-    else if (submission->state == SUBMISSION_PREPARED)
-        fail(submission);
+    else if (submission->is_under_way)
+        fail(submission, result);
     submission_unreference(submission);
 }
 
@@ -262,4 +318,15 @@ void execution_order_run(struct execution_order *order)
     pthread_mutex_lock(&order->lock);
     execution_order_drain(order);
     pthread_mutex_unlock(&order->lock);
+}
+
+struct submission *execution_order_under_way(struct execution_order *order, VkQueue queue)
+{
+    struct submission *submission = NULL;
+    pthread_mutex_lock(&order->lock);
+    for (uint32_t i = EXECUTION_HOST + 1; i < order->queue_count && !order->order_unknown; i++)
+        if (order->queues[i].handle == queue)
+            submission = order->queues[i].under_way;
+    pthread_mutex_unlock(&order->lock);
+    return submission;
 }

@@ -4,23 +4,13 @@
 #ifndef ASSAY_STATE_ORDER_RECORDS_H
 #define ASSAY_STATE_ORDER_RECORDS_H
 
+#include "src/base/drain.h"
 #include "src/base/handle_table.h"
 #include "src/platform/threads.h"
 #include "src/state/order/order.h"
 #include "src/state/order/semaphore_clock.h"
 
 enum { EXECUTION_HELD_BATCHES = 4096 }; /* with more held batches the order becomes unknown */
-
-struct order_batch {
-    struct submission *submission;
-    struct order_batch *next; /* in the queue's held list, or in the run list */
-    uint32_t first_operation, operation_count;
-    uint32_t first_commands, command_count;
-    struct timestamp timestamp;
-    struct execution_clock clock;
-    bool is_open; /* the is_open hook returned true for one of its command buffers */
-    bool predecessors_known;
-};
 
 /* Clocks of a queue after its resolved batches; the next batch continues from them. */
 struct queue_clocks {
@@ -37,8 +27,8 @@ struct queue_clocks {
 struct order_queue {
     VkQueue handle;
     uint32_t index;
-    uint32_t bindings_index; /* index of its sparse bindings in clocks; 0: none yet */
-    bool in_flight;          /* a call that submits to the queue is under way */
+    uint32_t bindings_index;      /* index of its sparse bindings in clocks; 0: none yet */
+    struct submission *under_way; /* the call that submits to the queue now; NULL: none */
     struct queue_clocks clocks;
     struct order_batch *held, **held_end;
     uint32_t held_bindings; /* held batches that are sparse bindings */
@@ -53,18 +43,11 @@ struct order_fence {
     struct execution_clock clock;
 };
 
-enum submission_state {
-    SUBMISSION_COLLECTING,
-    SUBMISSION_PREPARED, /* the call is under way */
-    SUBMISSION_MADE,
-    SUBMISSION_FAILED,
-};
-
 struct submission {
     struct execution_order *order;
     struct submission *next; /* in the order's spare list */
     enum submission_kind kind;
-    enum submission_state state;
+    bool is_under_way; /* the call is prepared, and has not returned */
     VkQueue queue;
     VkFence fence;
     uint64_t number;              /* among the calls that submit to the queue */
@@ -72,10 +55,12 @@ struct submission {
     uint64_t destroy_count;
     struct order_queue *queue_record; /* NULL: the host */
     uint64_t serial;                  /* number among the calls that succeeded */
-    uint32_t references; /* one of the caller until it finishes, one per held or runnable batch */
+    /* One of the caller until it finishes, one per held or runnable batch, one per use of a batch.
+     */
+    atomic_uint references;
     bool out_of_memory;
-    bool checked, skip;
-    bool is_exposed;             /* see struct batch_run */
+    bool skip;
+    bool is_exposed;             /* see struct order_batch */
     bool may_follow_held;        /* see start() in queues.c */
     uint32_t ready_count;        /* leading batches that were not held when prepared */
     struct execution_clock host; /* the order's host clock when prepared */
@@ -90,7 +75,10 @@ struct submission {
 };
 
 struct execution_order {
-    struct execution_hooks hooks; /* constant */
+    struct execution_hooks hooks;                     /* constant */
+    struct batch_consumer consumers[BATCH_CONSUMERS]; /* constant once the device is published */
+    uint32_t consumer_count;
+    struct batch_list batches; /* has its own lock */
     pthread_mutex_t lock;
     struct handle_table semaphores, fences;
     struct order_queue queues[EXECUTION_QUEUES]; /* [EXECUTION_HOST] stands for the host */
@@ -102,7 +90,7 @@ struct execution_order {
     uint32_t waiting;    /* calls under way with batches that will be held */
     uint32_t held_count; /* held batches */
     struct order_batch *run_list, **run_end;
-    bool busy; /* a thread is in check, run, drop or order_unknown */
+    struct drain drain; /* of the run list: one thread is in the consumers' functions */
     bool order_unknown, unknown_reported;
     enum order_unknown_reason unknown_reason; /* if order_unknown */
     bool has_open;                            /* a queue has had an open batch */
@@ -148,19 +136,30 @@ void execution_order_append_run(struct execution_order *order, struct order_batc
 void execution_order_set_unknown_locked(struct execution_order *order,
                                         enum order_unknown_reason why);
 void execution_order_drain(struct execution_order *order);
-/* Calls `inspect` for all batches. Returns whether to skip the call. */
-bool submission_inspect(struct submission *submission);
-/* Calls `check` for the ready batches if they are first in the run list and no thread is in a hook.
- * Returns whether to skip the call. */
-bool submission_check(struct submission *submission);
-/* Removes the prepared batches from the run list. Calls `drop` first if they were checked. */
+/* Calls `submit` for all batches. */
+void submission_submit(struct submission *submission);
+/* Calls `check` for the ready batches if they are first in the run list and no thread runs batches.
+ */
+void submission_check(struct submission *submission);
+/* Removes the prepared batches from the run list. Calls `undo` first if they were checked. */
 void submission_withdraw(struct submission *submission);
+/* Calls `fail` for all batches. */
+void submission_report_failure(struct submission *submission);
+
+/* batches.c */
+void submission_reference(struct submission *submission);
+/* Retires the batches of the submission, without the lock, if it was the last reference. */
 void submission_unreference(struct submission *submission);
+/* These two take the lock of the list. */
+void batch_list_append_submission(struct batch_list *list, struct submission *submission);
+void batch_list_append_run(struct batch_list *list, struct order_batch *batch);
 
 /* submission.c. Returns NULL if memory runs out; the order is unknown then. */
 struct submission *submission_create(struct execution_order *order, enum submission_kind kind,
                                      VkQueue queue);
 void submission_free(struct submission *submission);
+/* Sets the members of the batches that are constant from now on. */
+void submission_describe(struct submission *submission);
 
 /* queues.c: the batch of the host ends, so all work that begins from now on follows it: the host's
  * own, and submissions, because the host makes them. */
@@ -174,6 +173,20 @@ void execution_order_add_host_wait(struct execution_order *order, VkSemaphore ha
 static inline struct semaphore_operation *order_batch_operations(const struct order_batch *batch)
 {
     return batch->operation_count ? &batch->submission->operations[batch->first_operation] : NULL;
+}
+
+/* Calls a function of each consumer that has it, with `user` and the argument. */
+#define CALL_CONSUMERS(order, function, argument)                                                  \
+    for (uint32_t c = 0; c < (order)->consumer_count; c++)                                         \
+        if ((order)->consumers[c].function) {                                                      \
+            (order)->consumers[c].function((order)->consumers[c].user, argument);                  \
+        }
+
+static inline void submission_set_states(struct submission *submission,
+                                         enum order_batch_state state)
+{
+    for (uint32_t i = 0; i < submission->batch_count; i++)
+        atomic_store_explicit(&submission->batches[i].state, state, memory_order_release);
 }
 
 #endif

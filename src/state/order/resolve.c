@@ -131,7 +131,8 @@ static void hold_back(struct order_batch *batch)
 {
     struct submission *submission = batch->submission;
     struct order_queue *queue = submission->queue_record;
-    submission->references++;
+    submission_reference(submission);
+    atomic_store_explicit(&batch->state, BATCH_HELD, memory_order_release);
     batch->next = NULL;
     *queue->held_end = batch;
     queue->held_end = &batch->next;
@@ -366,6 +367,7 @@ static void release(struct order_queue *queue, struct order_batch **link)
         queue->held_bindings--;
 
     resolve(batch, &queue->clocks);
+    atomic_store_explicit(&batch->state, BATCH_SUBMITTED, memory_order_release);
     if (submission->kind == SUBMIT_COMMANDS || batch->command_count)
         execution_order_append_run(order, batch);
     publish_batch(batch);

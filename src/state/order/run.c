@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The run list. It calls the hooks, on one thread at a time and without the lock. */
+/* The run list. It calls the consumers, on one thread at a time and without the lock. */
 #include "src/state/order/records.h"
 
 void execution_order_append_run(struct execution_order *order, struct order_batch *batch)
 {
-    batch->submission->references++;
+    submission_reference(batch->submission);
     batch->next = NULL;
     *order->run_end = batch;
     order->run_end = &batch->next;
@@ -29,83 +29,20 @@ void execution_order_set_unknown_locked(struct execution_order *order,
     order->held_count = 0;
 }
 
-static void release_captured(const struct submission *submission)
-{
-    const struct execution_hooks *hooks = &submission->order->hooks;
-    for (uint32_t i = 0; i < submission->command_count; i++)
-        if (submission->commands[i].captured)
-            hooks->release(hooks->user, submission->commands[i].captured);
-}
-
-void submission_unreference(struct submission *submission)
-{
-    struct execution_order *order = submission->order;
-    if (--submission->references)
-        return;
-    if (submission->command_count && order->hooks.release) {
-        pthread_mutex_unlock(&order->lock);
-        release_captured(submission);
-        pthread_mutex_lock(&order->lock);
-    }
-    shared_labels_release(submission->labels);
-    submission->next = order->spare;
-    order->spare = submission;
-}
-
-static enum work_phase phase_of(const struct order_batch *batch)
-{
-    const struct submission *submission = batch->submission;
-    if (submission->kind == SUBMIT_HOST_SIGNAL || submission->kind == SUBMIT_HOST_WAIT)
-        return WORK_SYNC;
-    if (submission->kind != SUBMIT_HOST_WORK)
-        return WORK_OF_QUEUE;
-    if (batch == submission->batches)
-        return WORK_BEGINS;
-    return submission->state == SUBMISSION_FAILED ? WORK_FAILS : WORK_ENDS;
-}
-
-static struct batch_run describe(const struct order_batch *batch)
-{
-    const struct submission *submission = batch->submission;
-    return (struct batch_run){
-        .queue = submission->queue_record ? submission->queue : VK_NULL_HANDLE,
-        .submission = submission->number,
-        .queue_labels = submission->labels,
-        .work = phase_of(batch),
-        .timestamp = batch->timestamp,
-        .clock = &batch->clock,
-        .host = &submission->host,
-        .operations = order_batch_operations(batch),
-        .operation_count = batch->operation_count,
-        .signals_fence = submission->fence && order_batch_is_last(batch),
-        .is_exposed = submission->is_exposed,
-        .commands = batch->command_count ? &submission->commands[batch->first_commands] : NULL,
-        .command_count = batch->command_count,
-        .checked = submission->checked && batch < &submission->batches[submission->ready_count],
-        .destroy_count = submission->destroy_count,
-        .predecessors_known = batch->predecessors_known,
-    };
-}
-
 /* ---- running */
 
 static void report_unknown(struct execution_order *order)
 {
     order->unknown_reported = true;
-    if (!order->hooks.order_unknown)
-        return;
-    order->busy = true;
     pthread_mutex_unlock(&order->lock);
-    order->hooks.order_unknown(order->hooks.user, order->unknown_reason);
+    CALL_CONSUMERS(order, order_unknown, order->unknown_reason)
     pthread_mutex_lock(&order->lock);
-    order->busy = false;
 }
 
 /* Whether the batch must wait for the return of its call. */
 static bool is_under_way(const struct order_batch *batch)
 {
-    return batch->submission->state == SUBMISSION_PREPARED &&
-           batch->submission->kind != SUBMIT_HOST_WORK;
+    return batch->submission->is_under_way && batch->submission->kind != SUBMIT_HOST_WORK;
 }
 
 /* Removes and returns the first batch of the run list. Returns NULL if its call is under way. */
@@ -120,80 +57,84 @@ static struct order_batch *take_first(struct execution_order *order)
     return batch;
 }
 
-static void run(struct execution_order *order, const struct order_batch *batch)
+static void run(struct execution_order *order, struct order_batch *batch)
 {
-    if (!order->order_unknown && order->hooks.run) {
-        struct batch_run description = describe(batch);
-        order->busy = true;
+    if (!order->order_unknown) {
         pthread_mutex_unlock(&order->lock);
-        order->hooks.run(order->hooks.user, &description);
+        atomic_store_explicit(&batch->state, BATCH_ORDERED, memory_order_release);
+        batch_list_append_run(&order->batches, batch);
+        CALL_CONSUMERS(order, run, batch)
+        CALL_CONSUMERS(order, ran, batch)
         pthread_mutex_lock(&order->lock);
-        order->busy = false;
     }
     submission_unreference(batch->submission);
 }
 
+/* Returns false if nothing is ready. */
+static bool run_first(struct execution_order *order)
+{
+    if (order->order_unknown && !order->unknown_reported) {
+        report_unknown(order);
+        return true;
+    }
+    struct order_batch *batch = take_first(order);
+    if (batch)
+        run(order, batch);
+    return batch;
+}
+
 void execution_order_drain(struct execution_order *order)
 {
-    while (!order->busy) {
-        struct order_batch *batch = NULL;
-        if (order->order_unknown && !order->unknown_reported)
-            report_unknown(order);
-        else if ((batch = take_first(order)))
-            run(order, batch);
-        else
-            break;
-    }
+    if (!drain_begin(&order->drain))
+        return;
+    do {
+        while (run_first(order))
+            continue;
+    } while (drain_repeat(&order->drain));
 }
 
 /* ---- around the call */
 
-bool submission_inspect(struct submission *submission)
+void submission_submit(struct submission *submission)
 {
     struct execution_order *order = submission->order;
-    if (!order->hooks.inspect || order->order_unknown || submission->kind != SUBMIT_COMMANDS)
-        return false;
-    bool skip = false;
+    if (order->order_unknown || submission->kind != SUBMIT_COMMANDS)
+        return;
     pthread_mutex_unlock(&order->lock);
-    for (uint32_t i = 0; i < submission->batch_count; i++) {
-        struct batch_run description = describe(&submission->batches[i]);
-        skip |= order->hooks.inspect(order->hooks.user, &description);
-    }
+    for (uint32_t i = 0; i < submission->batch_count; i++)
+        CALL_CONSUMERS(order, submit, &submission->batches[i])
     pthread_mutex_lock(&order->lock);
-    return skip;
 }
 
-bool submission_check(struct submission *submission)
+void submission_check(struct submission *submission)
 {
     struct execution_order *order = submission->order;
     bool is_runnable = submission->kind == SUBMIT_HOST_WORK
                            ? !order->run_list
                            : submission->ready_count && order->run_list == submission->batches;
-    if (!order->hooks.check || order->order_unknown || order->busy || !is_runnable ||
-        submission->kind == SUBMIT_BINDINGS)
-        return false;
-    bool skip = false;
-    submission->checked = true;
-    order->busy = true;
+    if (order->order_unknown || !is_runnable || submission->kind == SUBMIT_BINDINGS ||
+        !drain_begin(&order->drain))
+        return;
+    for (uint32_t i = 0; i < submission->ready_count; i++)
+        submission->batches[i].is_checked = true;
     pthread_mutex_unlock(&order->lock);
     uint32_t count = submission->kind == SUBMIT_HOST_WORK ? 1 : submission->ready_count;
-    for (uint32_t i = 0; i < count; i++) {
-        struct batch_run description = describe(&submission->batches[i]);
-        skip |= order->hooks.check(order->hooks.user, &description);
-    }
+    for (uint32_t i = 0; i < count; i++)
+        CALL_CONSUMERS(order, check, &submission->batches[i])
     pthread_mutex_lock(&order->lock);
-    order->busy = false;
-    return skip;
+    drain_end(&order->drain);
 }
 
-/* Checked batches are at the head of the list, so no other thread is in a hook. */
-static void report_drop(struct execution_order *order)
+/* Checked batches are at the head of the list, so no other thread runs batches. */
+static void undo(struct submission *submission)
 {
-    order->busy = true;
+    struct execution_order *order = submission->order;
+    drain_begin(&order->drain);
     pthread_mutex_unlock(&order->lock);
-    order->hooks.drop(order->hooks.user);
+    for (uint32_t i = 0; i < submission->ready_count; i++)
+        CALL_CONSUMERS(order, undo, &submission->batches[i])
     pthread_mutex_lock(&order->lock);
-    order->busy = false;
+    drain_end(&order->drain);
 }
 
 void submission_withdraw(struct submission *submission)
@@ -201,17 +142,28 @@ void submission_withdraw(struct submission *submission)
     struct execution_order *order = submission->order;
     if (submission->kind == SUBMIT_HOST_WORK)
         return;
-    if (submission->checked && order->hooks.drop && !order->order_unknown)
-        report_drop(order);
+    if (submission->batches[0].is_checked && !order->order_unknown)
+        undo(submission);
     for (struct order_batch **link = &order->run_list; *link;) {
         if ((*link)->submission != submission) {
             link = &(*link)->next;
             continue;
         }
         *link = (*link)->next;
-        submission->references--; /* the caller still has one */
+        submission_unreference(submission); /* the caller still has one */
     }
     order->run_end = &order->run_list;
     while (*order->run_end)
         order->run_end = &(*order->run_end)->next;
+}
+
+void submission_report_failure(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    if (submission->kind != SUBMIT_COMMANDS)
+        return;
+    pthread_mutex_unlock(&order->lock);
+    for (uint32_t i = 0; i < submission->batch_count; i++)
+        CALL_CONSUMERS(order, fail, &submission->batches[i])
+    pthread_mutex_lock(&order->lock);
 }

@@ -2,6 +2,7 @@
 /* Collects the batches of one submitting call. Submissions are reused and keep their arrays, so a
  * call allocates nothing if an earlier one was as large. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "src/base/array.h"
 #include "src/state/order/records.h"
@@ -9,13 +10,13 @@
 static void start_over(struct submission *submission)
 {
     submission->next = NULL;
-    submission->state = SUBMISSION_COLLECTING;
+    submission->is_under_way = false;
     submission->fence = VK_NULL_HANDLE;
     submission->number = submission->destroy_count = 0;
     submission->labels = NULL;
     submission->queue_record = NULL;
-    submission->references = 1;
-    submission->out_of_memory = submission->checked = submission->may_follow_held = false;
+    atomic_init(&submission->references, 1);
+    submission->out_of_memory = submission->may_follow_held = false;
     submission->skip = submission->is_exposed = false;
     submission->ready_count = 0;
     submission->batch_count = submission->operation_count = submission->command_count = 0;
@@ -75,6 +76,13 @@ static bool reserve(struct submission *submission, void **elements, uint32_t cou
     return true;
 }
 
+/* A second batch of host work is its end. */
+static const enum work_phase first_phase[] = {
+    [SUBMIT_COMMANDS] = WORK_OF_QUEUE, [SUBMIT_BINDINGS] = WORK_OF_QUEUE,
+    [SUBMIT_HOST_WORK] = WORK_BEGINS,  [SUBMIT_HOST_SIGNAL] = WORK_SYNC,
+    [SUBMIT_HOST_WAIT] = WORK_SYNC,
+};
+
 void submission_add_batch(struct submission *submission)
 {
     if (!submission || !reserve(submission, (void **)&submission->batches, submission->batch_count,
@@ -82,11 +90,17 @@ void submission_add_batch(struct submission *submission)
         return;
     struct order_batch *batch = &submission->batches[submission->batch_count++];
     batch->submission = submission;
+    batch->work = first_phase[submission->kind];
     batch->next = NULL;
+    batch->commands = NULL;
+    batch->uses = batch->sequences = 0;
+    memset(batch->slots, 0, sizeof(batch->slots));
+    atomic_init(&batch->state, BATCH_COLLECTED);
     batch->first_operation = submission->operation_count;
     batch->first_commands = submission->command_count;
     batch->operation_count = batch->command_count = 0;
-    batch->is_open = batch->predecessors_known = false;
+    batch->is_open = batch->predecessors_known = batch->is_checked = batch->is_replayed = false;
+    batch->skips_call = false;
     batch->timestamp = timestamp_never();
     batch->clock.queues = 0;
 }
@@ -148,6 +162,23 @@ static void add_commands(struct submission *submission, VkCommandBuffer handle, 
     submission->commands[submission->command_count++] =
         (struct submitted_commands){.handle = handle, .captured = captured};
     batch->command_count++;
+}
+
+void submission_describe(struct submission *submission)
+{
+    for (uint32_t i = 0; i < submission->batch_count; i++) {
+        struct order_batch *batch = &submission->batches[i];
+        batch->queue = submission->queue_record ? submission->queue : VK_NULL_HANDLE;
+        batch->number = submission->number;
+        batch->labels = submission->labels;
+        batch->destroy_count = submission->destroy_count;
+        batch->host = &submission->host;
+        batch->operations = order_batch_operations(batch);
+        batch->commands =
+            batch->command_count ? &submission->commands[batch->first_commands] : NULL;
+        batch->signals_fence = submission->fence && i + 1 == submission->batch_count;
+        batch->is_exposed = submission->is_exposed;
+    }
 }
 
 void submission_add_commands(struct submission *submission, VkCommandBuffer command_buffer)

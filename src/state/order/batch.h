@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A batch, from the call that submits it until its last user lets go. The execution order makes it,
+ * and all consumers (order.h) read from it what was submitted, and hang on it what they know of it.
+ *
+ * | state | since | members of the batch |
+ * | --- | --- | --- |
+ * | BATCH_COLLECTED | it was added to its submission | belong to the thread that submits |
+ * | BATCH_PREPARED | its call is about to go down | the first group is constant |
+ * | BATCH_HELD | its call has succeeded, and a signal is missing | the same |
+ * | BATCH_SUBMITTED | its call has succeeded, and its execution point is known | the same |
+ * | BATCH_ORDERED | its execution point is reached: all that precede it have run | the second group
+ *   is constant |
+ * | BATCH_FAILED | its call has failed or was skipped | the first group is constant |
+ * | complete | the host has observed its end: a clock of the host has its timestamp | all constant
+ * | | judged | the hazard check has judged it: a member of its slot | all constant | | retired |
+ * its last user has let go | none: the memory is used for other batches |
+ *
+ * Whoever has a reference may read the first group on any thread from BATCH_PREPARED on, and the
+ * second group from BATCH_ORDERED on. Before that, the second group belongs to the order, which
+ * shows it to the consumer's functions.
+ *
+ * The batches of a submission share one reference count, and so retire together. */
+#ifndef ASSAY_STATE_ORDER_BATCH_H
+#define ASSAY_STATE_ORDER_BATCH_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <vulkan/vulkan_core.h>
+
+#include "src/platform/threads.h"
+#include "src/state/commands/queue_labels.h"
+#include "src/state/order/clock.h"
+
+struct execution;
+struct submission;
+
+struct submitted_commands {
+    VkCommandBuffer handle; /* VK_NULL_HANDLE: other work */
+    void *captured;
+    /* The execution of its recording, from its submission until the batch has run, for
+     * USES_EXECUTIONS. Whoever takes it out owns it. NULL: none. */
+    struct execution *_Atomic execution;
+    bool is_pending; /* for USES_PENDING_BUILDS; guarded by the lock of the list */
+};
+
+/* The phase of host work that a batch stands for. */
+enum work_phase {
+    WORK_OF_QUEUE, /* the batch is work of a queue */
+    WORK_BEGINS,
+    WORK_ENDS,
+    WORK_FAILS, /* the work ends, and its effects are unknown */
+    WORK_SYNC,  /* no work: semaphore operations of the host (execution_hooks.follows_host) */
+};
+
+/* The work that a semaphore operation orders, besides other semaphore operations. */
+enum semaphore_scope {
+    SCOPE_NOTHING, /* no work on acceleration structures */
+    SCOPE_BUILDS,  /* work on acceleration structures */
+    SCOPE_ALL,     /* all commands */
+};
+
+struct semaphore_operation {
+    VkSemaphore handle;
+    uint64_t id;        /* of the semaphore, never reused; 0: not tracked */
+    uint64_t value;     /* binary semaphore: number of the signal; 0: no signal is outstanding */
+    uint64_t last_wait; /* binary semaphore: its last_wait before this wait */
+    enum semaphore_scope scope;
+    bool is_signal;
+    bool is_met; /* a wait for a value that the timeline had from the start: it orders nothing */
+    VkPipelineStageFlags2 stages; /* see submission_set_stages() */
+};
+
+enum order_batch_state {
+    BATCH_COLLECTED,
+    BATCH_PREPARED,
+    BATCH_HELD,
+    BATCH_SUBMITTED,
+    BATCH_ORDERED,
+    BATCH_FAILED,
+};
+
+/* Why a consumer keeps a batch, and its slot. */
+enum batch_use {
+    USES_PENDING_BUILDS, /* layer/execution/submitted_builds.c */
+    USES_EXECUTIONS,     /* layer/snapshots/executions.c */
+    USES_INPUTS,         /* layer/execution/input_checks.c */
+    USES_HAZARDS,        /* layer/execution/hazards/ */
+    BATCH_USES,
+};
+
+/* The lists of all batches that are not retired. */
+enum batch_sequence { IN_SUBMISSION_ORDER, IN_EXECUTION_ORDER, BATCH_SEQUENCES };
+
+struct order_batch {
+    /* The first group. */
+    VkQueue queue;                /* VK_NULL_HANDLE: the host */
+    uint64_t number;              /* of its submission, see submission_set_origin(); 0: unknown */
+    struct shared_labels *labels; /* of the queue; NULL: none */
+    uint64_t destroy_count;       /* see submission_set_origin(): objects may have been destroyed
+                                     since the submission */
+    const struct execution_clock *host; /* all work that the host had observed to be complete */
+    struct submitted_commands *commands;
+    uint32_t command_count;
+    struct semaphore_operation *operations; /* its waits and signals; NULL: none */
+    uint32_t operation_count;
+    bool signals_fence; /* it is the last batch of a submission with a fence */
+    /* With follows_host: the submission signals an object that others may signal or wait for, so
+     * the application may observe its completion without the layer. */
+    bool is_exposed;
+    bool is_checked; /* the consumers have checked it */
+    bool skips_call; /* set by `submit` or `check`: the call is to be skipped */
+
+    /* The second group. */
+    enum work_phase work;
+    struct timestamp timestamp;   /* host work: set at WORK_ENDS and WORK_FAILS only */
+    struct execution_clock clock; /* all work that certainly executes before the batch */
+    /* False: batches that have not been submitted yet may execute before this one, so nothing about
+     * it may be reported. Its effects still count. */
+    bool predecessors_known;
+    bool is_replayed; /* its effects on structures are known (layer/execution/submissions.c) */
+
+    _Atomic(enum order_batch_state) state;
+    /* Of the consumers that keep the batch. Each says what guards its own. */
+    void *slots[BATCH_USES];
+
+    /* Guarded by the lock of the list. */
+    unsigned uses;      /* 1 << enum batch_use */
+    unsigned sequences; /* 1 << enum batch_sequence */
+    struct order_batch *following[BATCH_SEQUENCES], *preceding[BATCH_SEQUENCES];
+
+    /* Private to src/state/order/. */
+    struct submission *submission;
+    struct order_batch *next; /* in the queue's held list, or in the run list */
+    uint32_t first_operation, first_commands;
+    bool is_open; /* the is_open hook returned true for one of its command buffers */
+};
+
+/* The lock guards the list and the members of batches that say so. While it is held, no batch
+ * retires. It comes after the lock of the order, and no lock of src/state/order/ is taken under it.
+ * A signal handler may try to take it. */
+struct batch_list {
+    pthread_mutex_t lock;
+    struct order_batch *first[BATCH_SEQUENCES], *last[BATCH_SEQUENCES];
+};
+
+/* Returns the next batch behind `after`, or the first one if that is NULL, that is kept for the
+ * use. Call with the lock of the list. */
+struct order_batch *batch_list_next(const struct batch_list *list, enum batch_sequence sequence,
+                                    const struct order_batch *after, enum batch_use use);
+
+static inline bool order_batch_is_kept(const struct order_batch *batch, enum batch_use use)
+{
+    return batch->uses & 1u << use;
+}
+
+/* Each use has one reference. order_batch_keep() is called by a consumer's function; the others on
+ * any thread. Those that release a reference call `retire` of each consumer, and `release`, if it
+ * was the last one: call them without a lock. `slot` may be NULL. */
+void order_batch_keep(struct order_batch *batch, enum batch_use use, void *slot);
+void order_batch_let_go(struct order_batch *batch, enum batch_use use);
+/* The same in two parts: the first with the lock of the list. */
+static inline void order_batch_end_use(struct order_batch *batch, enum batch_use use)
+{
+    batch->uses &= ~(1u << use);
+}
+void order_batch_release(struct order_batch *batch);
+struct order_batch *order_batch_share(struct order_batch *batch);
+
+/* Whether its execution point is reached. */
+static inline bool order_batch_has_run(const struct order_batch *batch)
+{
+    return atomic_load(&batch->state) == BATCH_ORDERED;
+}
+
+#endif

@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The life of batches: their list, and the references that keep them. */
+#include "src/state/order/records.h"
+
+/* ---- the list */
+
+struct order_batch *batch_list_next(const struct batch_list *list, enum batch_sequence sequence,
+                                    const struct order_batch *after, enum batch_use use)
+{
+    struct order_batch *batch = after ? after->following[sequence] : list->first[sequence];
+    while (batch && !order_batch_is_kept(batch, use))
+        batch = batch->following[sequence];
+    return batch;
+}
+
+/* Call with the lock of the list. */
+static void append(struct batch_list *list, enum batch_sequence sequence, struct order_batch *batch)
+{
+    struct order_batch *last = list->last[sequence];
+    batch->preceding[sequence] = last;
+    batch->following[sequence] = NULL;
+    *(last ? &last->following[sequence] : &list->first[sequence]) = batch;
+    list->last[sequence] = batch;
+    batch->sequences |= 1u << sequence;
+}
+
+static void remove_from(struct batch_list *list, enum batch_sequence sequence,
+                        struct order_batch *batch)
+{
+    struct order_batch *before = batch->preceding[sequence], *behind = batch->following[sequence];
+    if (!(batch->sequences & 1u << sequence))
+        return;
+    *(before ? &before->following[sequence] : &list->first[sequence]) = behind;
+    *(behind ? &behind->preceding[sequence] : &list->last[sequence]) = before;
+}
+
+void batch_list_append_submission(struct batch_list *list, struct submission *submission)
+{
+    pthread_mutex_lock(&list->lock);
+    for (uint32_t i = 0; i < submission->batch_count; i++)
+        append(list, IN_SUBMISSION_ORDER, &submission->batches[i]);
+    pthread_mutex_unlock(&list->lock);
+}
+
+void batch_list_append_run(struct batch_list *list, struct order_batch *batch)
+{
+    pthread_mutex_lock(&list->lock);
+    append(list, IN_EXECUTION_ORDER, batch);
+    pthread_mutex_unlock(&list->lock);
+}
+
+static void remove_submission(struct batch_list *list, struct submission *submission)
+{
+    pthread_mutex_lock(&list->lock);
+    for (uint32_t i = 0; i < submission->batch_count; i++)
+        for (int sequence = 0; sequence < BATCH_SEQUENCES; sequence++)
+            remove_from(list, (enum batch_sequence)sequence, &submission->batches[i]);
+    pthread_mutex_unlock(&list->lock);
+}
+
+/* ---- references */
+
+static void release_captured(const struct submission *submission)
+{
+    const struct execution_hooks *hooks = &submission->order->hooks;
+    for (uint32_t i = 0; hooks->release && i < submission->command_count; i++)
+        if (submission->commands[i].captured)
+            hooks->release(hooks->user, submission->commands[i].captured);
+}
+
+/* Nobody but this thread reaches the submission. */
+static void retire(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    remove_submission(&order->batches, submission);
+    for (uint32_t i = 0; i < submission->batch_count; i++)
+        CALL_CONSUMERS(order, retire, &submission->batches[i])
+    release_captured(submission);
+    shared_labels_release(submission->labels);
+    pthread_mutex_lock(&order->lock);
+    submission->next = order->spare;
+    order->spare = submission;
+    pthread_mutex_unlock(&order->lock);
+}
+
+void submission_reference(struct submission *submission)
+{
+    atomic_fetch_add_explicit(&submission->references, 1, memory_order_relaxed);
+}
+
+static bool drop_reference(struct submission *submission)
+{
+    return atomic_fetch_sub_explicit(&submission->references, 1, memory_order_acq_rel) == 1;
+}
+
+void submission_unreference(struct submission *submission)
+{
+    struct execution_order *order = submission->order;
+    if (!drop_reference(submission))
+        return;
+    pthread_mutex_unlock(&order->lock);
+    retire(submission);
+    pthread_mutex_lock(&order->lock);
+}
+
+struct order_batch *order_batch_share(struct order_batch *batch)
+{
+    submission_reference(batch->submission);
+    return batch;
+}
+
+void order_batch_release(struct order_batch *batch)
+{
+    if (batch && drop_reference(batch->submission))
+        retire(batch->submission);
+}
+
+/* Call with the lock of the list. */
+static void begin_use(struct order_batch *batch, enum batch_use use, void *slot)
+{
+    submission_reference(batch->submission);
+    batch->slots[use] = slot;
+    batch->uses |= 1u << use;
+}
+
+void order_batch_keep(struct order_batch *batch, enum batch_use use, void *slot)
+{
+    struct batch_list *list = &batch->submission->order->batches;
+    pthread_mutex_lock(&list->lock);
+    begin_use(batch, use, slot);
+    pthread_mutex_unlock(&list->lock);
+}
+
+void order_batch_let_go(struct order_batch *batch, enum batch_use use)
+{
+    struct batch_list *list = &batch->submission->order->batches;
+    pthread_mutex_lock(&list->lock);
+    order_batch_end_use(batch, use);
+    pthread_mutex_unlock(&list->lock);
+    order_batch_release(batch);
+}
+
+bool submission_set_execution(struct submission *submission, uint32_t index,
+                              struct execution *execution)
+{
+    struct batch_list *list = &submission->order->batches;
+    struct order_batch *batch = submission->batches;
+    if (index >= submission->command_count)
+        return false;
+    while (index >= batch->first_commands + batch->command_count)
+        batch++;
+    pthread_mutex_lock(&list->lock);
+    if (!order_batch_is_kept(batch, USES_EXECUTIONS))
+        begin_use(batch, USES_EXECUTIONS, NULL);
+    atomic_store(&submission->commands[index].execution, execution);
+    pthread_mutex_unlock(&list->lock);
+    return true;
+}
