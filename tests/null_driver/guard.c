@@ -166,5 +166,7 @@ void guard_execute(const struct dispatch *dispatch)
         copy_next(&guard, i, source, readable);
     guard.order.is_done = 1;
     if (guard.is_open)
-        address_write(guard.constants.order, &guard.order, sizeof(guard.order));
+        address_write(guard.constants.order + offsetof(struct order, replaced),
+                      &guard.order.replaced,
+                      sizeof(guard.order) - offsetof(struct order, replaced));
 }
