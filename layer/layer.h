@@ -23,8 +23,8 @@
 #include "src/base/reader_lock.h"
 #include "src/check/call/check.h"
 #include "src/report/reporter.h"
-#include "src/state/builds/built_flags.h"
 #include "src/state/builds/size_cache.h"
+#include "src/state/builds/structures.h"
 #include "src/state/commands/command_buffers.h"
 #include "src/state/commands/deferred_operations.h"
 #include "src/state/commands/events.h"
@@ -101,15 +101,13 @@ struct layer_device {
     struct events *events;
     struct deferred_operations *deferred;
 
-    /* Submissions and their order; NULL below level EXECUTION, except that backend cpu always has
-     * both. */
+    /* Structures in execution order, submissions, and their order; NULL below level EXECUTION,
+     * except that backend cpu always has them. */
+    struct structures *structures;
     struct submissions *submissions;
     struct execution_order *order;
     struct submitted_builds *submitted_builds; /* for reports of a loss; NULL below EXECUTION */
     struct hazard_checks *hazard_checks;       /* NULL if setting hazards is off */
-    /* Which structures allow instances to disable micromaps; NULL below level CONTENT, and without
-     * opacity micromaps. */
-    struct built_flags *built_flags;
     struct hazard_objects *hazard_objects; /* NULL if setting hazards is off, and without memory */
     /* From where build commands are called; NULL if setting call_sites is off, and without memory.
      */

@@ -53,7 +53,6 @@ VkResult comparer_create(struct layer_device *device, const struct compare_enabl
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     comparer->device = device;
     comparer->last = &comparer->builds;
-    pthread_mutex_init(&comparer->copies_lock, NULL);
     comparer->driver = (struct compare_device){
         .handle = device->handle,
         .vk = &snapshots->next,
@@ -89,33 +88,25 @@ void comparer_destroy(struct comparer *comparer)
     while (comparer->builds) {
         struct retained_build *build = comparer->builds;
         comparer->builds = build->next;
-        retained_free_build(comparer, build);
+        retained_free_build(build);
     }
-    retained_free_structures(comparer);
-    pthread_mutex_destroy(&comparer->copies_lock);
     tracer_destroy(comparer->tracer);
     free(comparer);
 }
 
-/* ---- copies */
+/* ---- retaining inputs */
 
-enum { COPIES_MAX = 65536 };
-
-void comparer_note_recorded_copy(struct comparer *comparer, const struct journal_entry *entry)
+static void *share_input(void *input)
 {
-    struct retained_copy *copy = entry->dst_id && entry->src_id ? calloc(1, sizeof(*copy)) : NULL;
-    if (!copy)
-        return;
-    *copy = (struct retained_copy){entry->dst_id, entry->dst, entry->src_id};
-    pthread_mutex_lock(&comparer->copies_lock);
-    free(handle_table_remove(&comparer->copies, copy->id));
-    if (comparer->copies.count >= COPIES_MAX ||
-        !handle_table_set(&comparer->copies, copy->id, copy))
-        free(copy);
-    pthread_mutex_unlock(&comparer->copies_lock);
+    return retained_share(input);
 }
 
-/* ---- retaining inputs */
+static void release_input(void *input)
+{
+    retained_release(input);
+}
+
+const struct structure_inputs comparer_inputs = {share_input, release_input};
 
 /* The ranges of an indirect build are known only after its execution. */
 static bool read_parameters(const struct recorded_build *build, const struct input_memory *memory,
@@ -147,23 +138,22 @@ static void keep_bottom(struct comparer *comparer, const struct retained_build *
                         const struct executed_input *executed, const struct compare_input *input)
 {
     const struct journal_entry *entry = executed->entry;
+    struct structures *structures = comparer->device->structures;
     bool is_update = build_is_update(&executed->build->parameters.info);
     struct retained_build own = *build;
-    struct retained_input *source =
-        is_update && entry ? retained_find_structure(comparer, entry->src_id) : NULL;
-    /* Shared first, because retained_input_create() may release the source's structure. */
-    own.source = source ? retained_share(source) : NULL;
+    own.source = is_update && entry ? structures_find_input(structures, entry->src_id) : NULL;
     own.input = retained_input_create(comparer, input);
     if (entry)
-        retained_set_structure(comparer, entry->dst_id, entry->dst, own.input);
+        structures_set_input(structures, entry->dst_id,
+                             own.input ? retained_share(own.input) : NULL);
     if (own.input &&
         (!is_update || (own.source && has_same_shape(own.source->copy, own.input->copy)))) {
         retained_add_build(comparer, &own);
         return;
     }
     comparer->input_unknown++;
-    retained_release(comparer, own.input);
-    retained_release(comparer, own.source);
+    retained_release(own.input);
+    retained_release(own.source);
 }
 
 static bool is_top(const struct build_parameters *build)
@@ -184,7 +174,7 @@ void comparer_keep(struct comparer *comparer, const struct executed_input *execu
     if (given->had_chains || build.place.command == COMMAND_NV ||
         (!reference_supports(given) && !is_top(given))) {
         if (executed->entry)
-            retained_set_structure(comparer, executed->entry->dst_id, 0, NULL);
+            structures_set_input(comparer->device->structures, executed->entry->dst_id, NULL);
         return;
     }
     if (!read_parameters(recorded, executed->memory, &parameters)) {
@@ -315,6 +305,6 @@ void comparer_run(struct comparer *comparer, VkQueue queue)
             comparer->failed++;
         else
             compare_build(comparer, build, queue);
-        retained_free_build(comparer, build);
+        retained_free_build(build);
     }
 }

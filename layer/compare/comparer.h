@@ -2,8 +2,8 @@
 /* Compares executed builds (setting compare_rays): the driver builds the same input again in memory
  * of the layer, and rays are traced through that structure and through the reference.
  *
- * Only the thread that delivers executions uses a comparer, with the exception of
- * comparer_note_copy(). */
+ * Only the thread that delivers executions uses a comparer. The inputs that it retains for
+ * structures may be released on any thread. */
 #ifndef ASSAY_LAYER_COMPARE_COMPARER_H
 #define ASSAY_LAYER_COMPARE_COMPARER_H
 
@@ -16,6 +16,9 @@ struct compare_enabling;
 VkResult comparer_create(struct layer_device *device, const struct compare_enabling *enabling);
 /* Frees the comparer and warns if builds were not compared. The device must be idle. */
 void comparer_destroy(struct comparer *comparer); /* `comparer` may be NULL */
+
+/* How the records of structures refer to the inputs that comparers retain. */
+extern const struct structure_inputs comparer_inputs;
 
 /* A build that has executed. */
 struct executed_input {
@@ -32,14 +35,5 @@ void comparer_keep(struct comparer *comparer, const struct executed_input *execu
 /* Compares the retained builds while their journals are alive. The caller must hold no lock: this
  * function reports messages and submits to the queue. */
 void comparer_run(struct comparer *comparer, VkQueue queue);
-
-/* Notes a recorded copy of a structure; called from any thread. The source is looked up when an
- * instance refers to the copy. */
-void comparer_note_recorded_copy(struct comparer *comparer, const struct journal_entry *entry);
-static inline void comparer_note_copy(struct comparer *comparer, const struct journal_entry *copy)
-{
-    if (comparer)
-        comparer_note_recorded_copy(comparer, copy);
-}
 
 #endif

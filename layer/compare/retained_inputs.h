@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The inputs that a comparer retains: builds to be compared, and the latest input of each
- * structure, for its updates and for instances. Their total size is bounded. */
+/* The inputs that a comparer retains: those of builds to be compared, and the latest input of each
+ * structure, for its updates and for instances, which belongs to the structure's record
+ * (src/state/builds/structures.h). Their total size is bounded. */
 #ifndef ASSAY_LAYER_COMPARE_RETAINED_INPUTS_H
 #define ASSAY_LAYER_COMPARE_RETAINED_INPUTS_H
+
+#include <stdatomic.h>
 
 #include "layer/compare/tracer.h"
 #include "layer/layer.h"
@@ -10,21 +13,11 @@
 
 #define RETAINED_MAX ((uint64_t)256 << 20) /* bytes of inputs */
 
-/* A reference-counted input. */
+/* Immutable; freed with the last reference. Any thread may share and release it. */
 struct retained_input {
-    unsigned references;
+    atomic_uint references;
+    struct comparer *comparer;
     struct input_copy *copy;
-};
-
-/* The latest input of a structure. The id distinguishes structures that reused a handle. */
-struct retained_structure {
-    uint64_t id, handle;
-    struct retained_input *input;
-};
-
-/* A structure that was copied from another structure. */
-struct retained_copy {
-    uint64_t id, handle, source_id;
 };
 
 struct retained_build {
@@ -41,33 +34,20 @@ struct comparer {
     struct compare_device driver;
     struct tracer *tracer; /* created on first use */
     struct retained_build *builds, **last;
-    struct handle_table structures; /* struct retained_structure by id */
-    pthread_mutex_t copies_lock;    /* guards `copies` */
-    struct handle_table copies;     /* struct retained_copy by id */
-    uint64_t retained_size;
+    _Atomic uint64_t retained_size; /* of all inputs; any thread may release some */
     uint64_t input_unknown, failed; /* builds that were not compared */
     bool is_stopped;                /* the driver has failed */
 };
 
 /* Add and remove a reference. The last reference frees the input. */
 struct retained_input *retained_share(struct retained_input *input);
-/* `input` may be NULL. */
-void retained_release(struct comparer *comparer, struct retained_input *input);
-void retained_free_build(struct comparer *comparer, struct retained_build *build);
-/* Frees all structures and copies. */
-void retained_free_structures(struct comparer *comparer);
+void retained_release(struct retained_input *input); /* `input` may be NULL */
+void retained_free_build(struct retained_build *build);
 
 /* Copies an input. If the limit is reached, releases the inputs of destroyed structures first.
  * Returns NULL if the limit is still exceeded or memory runs out. */
 struct retained_input *retained_input_create(struct comparer *comparer,
                                              const struct compare_input *input);
-/* Sets the latest input of a structure and adds a reference to it. If `input` is NULL, the
- * structure's input becomes unknown. Ignores id 0. */
-void retained_set_structure(struct comparer *comparer, uint64_t id, uint64_t handle,
-                            struct retained_input *input);
-/* Returns the input of a structure or of the structure that it was copied from. Returns NULL if
- * neither is known. */
-struct retained_input *retained_find_structure(struct comparer *comparer, uint64_t id);
 
 /* Takes ownership of the members of `build`. */
 void retained_add_build(struct comparer *comparer, const struct retained_build *build);
@@ -77,7 +57,7 @@ void retained_add_build(struct comparer *comparer, const struct retained_build *
 void retained_add_top(struct comparer *comparer, const struct retained_build *build,
                       const struct build_parameters *parameters, const struct input_memory *memory,
                       uint64_t destroy_count);
-void retained_free_top(struct comparer *comparer, struct retained_top *top); /* `top` may be NULL */
+void retained_free_top(struct retained_top *top); /* `top` may be NULL */
 /* Compares a retained TLAS build. */
 VkResult comparer_compare_top(struct comparer *comparer, const struct retained_build *build,
                               VkQueue queue);

@@ -14,12 +14,12 @@ struct retained_top {
     const struct input_copy *copies[TOP_BOTTOMS_MAX];
 };
 
-void retained_free_top(struct comparer *comparer, struct retained_top *top)
+void retained_free_top(struct retained_top *top)
 {
     if (!top)
         return;
     for (uint32_t i = 0; i < top->input.bottom_count; i++)
-        retained_release(comparer, top->bottoms[i]);
+        retained_release(top->bottoms[i]);
     free(top->instances);
     free(top);
 }
@@ -50,10 +50,11 @@ static bool resolve(struct comparer *comparer, uint64_t destroy_count, struct re
         return true;
     resources_find_referenced(comparer->device->resources, reference, destroy_count, &facts);
     struct retained_input *input =
-        facts.alive == YES ? retained_find_structure(comparer, facts.id) : NULL;
+        facts.alive == YES ? structures_find_input(comparer->device->structures, facts.id) : NULL;
     if (!input)
         return false;
     instance->bottom = add_bottom(top, input);
+    retained_release(input);
     return instance->bottom != TOP_NO_BOTTOM;
 }
 
@@ -107,7 +108,7 @@ void retained_add_top(struct comparer *comparer, const struct retained_build *bu
         top->instances = calloc(count + 1ull, sizeof(*top->instances));
     if (!top || !top->instances || !fill(comparer, parameters, memory, destroy_count, top)) {
         comparer->input_unknown++;
-        retained_free_top(comparer, top);
+        retained_free_top(top);
         return;
     }
     struct retained_build own = *build;

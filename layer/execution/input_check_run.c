@@ -179,7 +179,7 @@ static struct read_call *begin_call(struct reading *reading, const struct journa
         .active = device->active_rules[place->command],
         .resources = device->resources,
         .destroy_count = reading->ran->execution->destroy_count,
-        .flags = device->built_flags,
+        .structures = device->structures,
     };
     call->executed = executed_call_begin(&call->context, &device->facts, place->command);
     if (call->executed)

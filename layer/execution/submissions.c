@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Replays journals as batches execute.
- *
- * One thread at a time checks and runs batches (src/state/order/order.h), so the build states need
- * no lock, and no lock is held while a message is sent. Structures may be destroyed on any thread:
- * their ids wait in pending_destroys until the next batch. */
+/* Replays journals as batches execute. One thread at a time checks and runs batches
+ * (src/state/order/order.h): it is the writer of the device's table of structures
+ * (src/state/builds/structures.h), and holds no lock while a message is sent. */
 #include "layer/execution/submissions.h"
 
 #include <stdlib.h>
@@ -14,21 +12,10 @@
 #include "layer/layer.h"
 #include "layer/snapshots/guard/execution.h"
 #include "src/check/replay/replay.h"
-#include "src/platform/threads.h"
 
 struct submissions {
     struct layer_device *device;
-    struct build_states live;
-    bool order_unknown; /* all states are unknown */
-
-    struct build_undo undo; /* for batches that were checked and have not run */
-
-    pthread_mutex_t pending_destroys_lock; /* guards the members below */
-    struct pending_destroys {
-        uint64_t first_id;
-        uint32_t count;
-    } * pending_destroys;
-    size_t pending_destroys_count, pending_destroys_capacity;
+    bool order_unknown; /* all structures are unknown */
 };
 
 VkResult submissions_create(struct layer_device *device, struct submissions **submissions)
@@ -37,47 +24,12 @@ VkResult submissions_create(struct layer_device *device, struct submissions **su
     if (!*submissions)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
     (*submissions)->device = device;
-    pthread_mutex_init(&(*submissions)->pending_destroys_lock, NULL);
     return VK_SUCCESS;
 }
 
 void submissions_destroy(struct submissions *submissions)
 {
-    if (!submissions)
-        return;
-    build_undo_release(&submissions->undo);
-    build_states_release(&submissions->live);
-    pthread_mutex_destroy(&submissions->pending_destroys_lock);
-    free(submissions->pending_destroys);
     free(submissions);
-}
-
-static bool reserve_pending_destroys(struct submissions *submissions)
-{
-    if (submissions->pending_destroys_count < submissions->pending_destroys_capacity)
-        return true;
-    size_t capacity =
-        submissions->pending_destroys_capacity ? submissions->pending_destroys_capacity * 2 : 64;
-    struct pending_destroys *pending_destroys =
-        realloc(submissions->pending_destroys, capacity * sizeof(*pending_destroys));
-    if (!pending_destroys)
-        return false;
-    submissions->pending_destroys = pending_destroys;
-    submissions->pending_destroys_capacity = capacity;
-    return true;
-}
-
-/* Without memory the states stay, which is harmless: ids are not reused, so destroyed ids are never
- * looked up again. */
-void submissions_forget(struct submissions *submissions, uint64_t first_id, uint32_t count)
-{
-    if (!submissions || !first_id)
-        return;
-    pthread_mutex_lock(&submissions->pending_destroys_lock);
-    if (reserve_pending_destroys(submissions))
-        submissions->pending_destroys[submissions->pending_destroys_count++] =
-            (struct pending_destroys){first_id, count};
-    pthread_mutex_unlock(&submissions->pending_destroys_lock);
 }
 
 static const char *unchecked_because(enum order_unknown_reason why)
@@ -105,24 +57,8 @@ static void set_order_unknown(struct submissions *submissions, enum order_unknow
     if (!submissions->order_unknown)
         reporter_add_unchecked(submissions->device->instance->reporter, unchecked_because(why), 1);
     submissions->order_unknown = true;
-    build_undo_release(&submissions->undo);
-    build_states_release(&submissions->live);
-    built_flags_forget_all(submissions->device->built_flags);
+    structures_release(submissions->device->structures);
     hazard_checks_stop(submissions->device->hazard_checks);
-}
-
-static void take_pending_destroys(struct submissions *submissions)
-{
-    pthread_mutex_lock(&submissions->pending_destroys_lock);
-    for (size_t i = 0; i < submissions->pending_destroys_count; i++) {
-        const struct pending_destroys *pending_destroys = &submissions->pending_destroys[i];
-        for (uint32_t j = 0; j < pending_destroys->count; j++) {
-            build_states_remove(&submissions->live, pending_destroys->first_id + j);
-            built_flags_forget(submissions->device->built_flags, pending_destroys->first_id + j);
-        }
-    }
-    submissions->pending_destroys_count = 0;
-    pthread_mutex_unlock(&submissions->pending_destroys_lock);
 }
 
 /* ---- one batch */
@@ -160,8 +96,7 @@ static struct replay replay_of(struct judging *judging, const struct order_batch
     return (struct replay){
         .active = submissions->device->active_rules,
         .resources = submissions->device->resources,
-        .states = &submissions->live,
-        .flags = submissions->device->built_flags,
+        .structures = submissions->device->structures,
         .now = batch->timestamp,
         .follows = &batch->clock,
         .predecessors_known = batch->predecessors_known,
@@ -201,16 +136,16 @@ static struct judging begin_judging(struct submissions *submissions, struct orde
     };
 }
 
-/* Judges a batch and applies it; a check of the host's work (`undo` set) is not applied. If a
+/* Judges a batch and applies it; a check of the host's work (`is_check` set) is not applied. If a
  * command buffer lacks a complete journal, it may have written anything, so the order becomes
  * unknown. */
 static void replay_batch(struct submissions *submissions, struct order_batch *batch,
-                         struct build_undo *undo)
+                         bool is_check)
 {
     struct judging judging = begin_judging(submissions, batch);
     struct replay replay = replay_of(&judging, batch);
-    replay.undo = undo;
-    take_pending_destroys(submissions);
+    replay.may_fail = is_check;
+    structures_forget_destroyed(submissions->device->structures);
     for (uint32_t i = 0; i < batch->command_count && !submissions->order_unknown; i++) {
         const struct journal *journal = batch->commands[i].captured;
         if (!journal || journal->incomplete) {
@@ -220,7 +155,7 @@ static void replay_batch(struct submissions *submissions, struct order_batch *ba
         if (batch->work == WORK_OF_QUEUE) {
             replay.notes = input_checks_note(submissions->device->input_checks, batch, i);
             replay_submitted(&replay, journal);
-        } else if (undo) {
+        } else if (is_check) {
             replay_judge_work(&replay, journal);
         } else {
             replay_work(&replay, journal, batch);
@@ -300,17 +235,15 @@ static void check(void *user, struct order_batch *batch)
 {
     struct submissions *submissions = user;
     if (!submissions->order_unknown)
-        replay_batch(submissions, batch, &submissions->undo);
+        replay_batch(submissions, batch, true);
 }
 
 /* All batches that were checked and have not run belong to one call. */
 static void undo(void *user, struct order_batch *batch)
 {
-    struct submissions *submissions = user;
+    const struct submissions *submissions = user;
     (void)batch;
-    for (size_t i = 0; i < submissions->undo.count; i++)
-        built_flags_forget(submissions->device->built_flags, submissions->undo.before[i].id);
-    build_undo_carry_out(&submissions->undo, &submissions->live);
+    structures_undo(submissions->device->structures);
 }
 
 static void run(void *user, struct order_batch *batch)
@@ -318,9 +251,9 @@ static void run(void *user, struct order_batch *batch)
     struct submissions *submissions = user;
     bool is_done = batch->is_checked && batch->work == WORK_OF_QUEUE;
     if (batch->work != WORK_SYNC)
-        build_undo_forget(&submissions->undo);
+        structures_keep(submissions->device->structures);
     if (!is_done && batch->work != WORK_SYNC && !submissions->order_unknown)
-        replay_batch(submissions, batch, NULL);
+        replay_batch(submissions, batch, false);
     batch->is_replayed = !submissions->order_unknown;
 }
 

@@ -17,8 +17,4 @@ void submissions_destroy(struct submissions *submissions);
 struct execution_hooks submissions_hooks(struct submissions *submissions);
 struct batch_consumer submissions_consumer(struct submissions *submissions);
 
-/* Called when structures or queries were destroyed: `count` consecutive ids from `first_id` on, as
- * in struct accel_facts and struct query_pool. */
-void submissions_forget(struct submissions *submissions, uint64_t first_id, uint32_t count);
-
 #endif

@@ -5,7 +5,7 @@
 
 #include "src/base/recording_path.h"
 #include "src/state/builds/build_info.h"
-#include "src/state/builds/built_flags.h"
+#include "src/state/builds/structures.h"
 
 static uint32_t position_of(const struct build_call *call, const struct build_view *build)
 {

@@ -74,7 +74,7 @@ static inline __attribute__((always_inline)) void run_checks(struct build_call *
         .readable = readable,
         .resources = device->resources,
         .sweep = call->view.info_count > LARGE_CALL ? take_sweep(call) : NULL,
-        .flags = call->point ? device->built_flags : NULL,
+        .structures = device->structures,
         .point = call->point,
     };
     check_builds(&context, &call->view);
@@ -149,11 +149,9 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdBuildAccelerationStructuresIndirectKHR(
  * is being written at that time must not be referenced. Returns false if the point is unknown. */
 static bool find_execution_point(const struct layer_device *device, struct execution_point *point)
 {
-    struct built_flags *flags = device->built_flags;
-    if (!flags)
-        return false;
-    *point = (struct execution_point){.serial = built_flags_now(flags), .is_unordered = true};
-    return execution_order_host_is_current(device->order, &point->follows);
+    *point = (struct execution_point){.is_unordered = true};
+    return structures_find_serial(device->structures, &point->serial) &&
+           execution_order_host_is_current(device->order, &point->follows);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(

@@ -49,7 +49,6 @@ VKAPI_ATTR void VKAPI_CALL assay_CmdCopyAccelerationStructureKHR(
     if (!device)
         return;
     struct journal_entry entry = copy_entry(device, pInfo);
-    comparer_note_copy(device->comparer, &entry);
     note(device, commandBuffer, &entry);
     device->vk.CmdCopyAccelerationStructureKHR(commandBuffer, pInfo);
 }

@@ -2,7 +2,6 @@
 /* Intercepts of micromaps of VK_EXT_opacity_micromap. A command that writes a micromap is recorded
  * in the command buffer's journal, in its order among the builds that use micromaps, or as work of
  * the host. */
-#include "layer/execution/submissions.h"
 #include "layer/intercepts/host_work.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/intercepts/journal_access.h"
@@ -24,8 +23,8 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyMicromapEXT(VkDevice device, VkMicromapE
                                                     const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
-    submissions_forget(state->submissions, resources_remove_micromap(state->resources, micromap),
-                       1);
+    structures_note_destroyed(state->structures,
+                              resources_remove_micromap(state->resources, micromap), 1);
     object_names_set(state->names, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)micromap,
                      NULL);
     state->vk.DestroyMicromapEXT(device, micromap, pAllocator);

@@ -2,7 +2,6 @@
 /* Intercepts of VK_NV_ray_tracing: its structures, and the command that builds them. */
 #include <string.h>
 
-#include "layer/execution/submissions.h"
 #include "layer/intercepts/build_call.h"
 #include "layer/intercepts/build_notes.h"
 #include "layer/intercepts/intercepts.h"
@@ -64,8 +63,8 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureNV(
     const VkAllocationCallbacks *pAllocator)
 {
     struct layer_device *state = layer_find_device(device);
-    submissions_forget(state->submissions,
-                       resources_remove_nv_accel(state->resources, accelerationStructure), 1);
+    structures_note_destroyed(
+        state->structures, resources_remove_nv_accel(state->resources, accelerationStructure), 1);
     object_names_set(state->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
                      (uint64_t)(uintptr_t)accelerationStructure, NULL);
     state->vk.DestroyAccelerationStructureNV(device, accelerationStructure, pAllocator);

@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/execution/submissions.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/intercepts/journal_access.h"
 #include "layer/postmortem/loss.h"
@@ -34,7 +33,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyQueryPool(VkDevice device, VkQueryPool q
     struct layer_device *state = layer_find_device(device);
     struct query_pool pool;
     if (query_pools_remove(state->query_pools, queryPool, &pool))
-        submissions_forget(state->submissions, pool.first_id, pool.count);
+        structures_note_destroyed(state->structures, pool.first_id, pool.count);
     state->vk.DestroyQueryPool(device, queryPool, pAllocator);
 }
 

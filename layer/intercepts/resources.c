@@ -4,7 +4,6 @@
 
 #include "layer/accel_addresses.h"
 #include "layer/execution/hazards/checks.h"
-#include "layer/execution/submissions.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/postmortem/loss.h"
@@ -325,7 +324,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureKHR(
     struct layer_device *state = layer_find_device(device);
     note_destroyed(state, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
                    (uint64_t)(uintptr_t)accelerationStructure);
-    submissions_forget(state->submissions,
-                       resources_remove_accel(state->resources, accelerationStructure), 1);
+    structures_note_destroyed(state->structures,
+                              resources_remove_accel(state->resources, accelerationStructure), 1);
     state->vk.DestroyAccelerationStructureKHR(device, accelerationStructure, pAllocator);
 }

@@ -62,7 +62,7 @@ void layer_free_device(struct layer_device *device)
     snapshots_release_held(device->snapshots);
     execution_order_destroy(device->order);
     submissions_destroy(device->submissions);
-    built_flags_destroy(device->built_flags);
+    structures_destroy(device->structures);
     command_buffers_destroy(device->command_buffers); /* and their recordings */
     comparer_destroy(device->comparer);
     cpu_overlay_end_transfers(device->cpu);
@@ -103,11 +103,20 @@ struct layer_device *layer_allocate_device(void)
     return NULL;
 }
 
+static struct structures *create_structures(const struct layer_device *device)
+{
+    bool keeps_flags = device->level >= LEVEL_CONTENT &&
+                       (device->facts.micromap.ext || device->facts.micromap.khr);
+    return structures_create(keeps_flags, device->comparer ? &comparer_inputs : NULL);
+}
+
 VkResult layer_track_submissions(struct layer_device *device)
 {
     if (device->level < LEVEL_EXECUTION && !device->cpu)
         return VK_SUCCESS;
-    VkResult result = submissions_create(device, &device->submissions);
+    device->structures = create_structures(device);
+    VkResult result = device->structures ? submissions_create(device, &device->submissions)
+                                         : VK_ERROR_OUT_OF_HOST_MEMORY;
     if (result != VK_SUCCESS)
         return result;
     const struct execution_hooks hooks = submissions_hooks(device->submissions);
@@ -116,12 +125,7 @@ VkResult layer_track_submissions(struct layer_device *device)
         result = hazard_checks_create(device);
     if (result == VK_SUCCESS && device->level >= LEVEL_EXECUTION)
         result = submitted_builds_create(device, &device->submitted_builds);
-    if (result != VK_SUCCESS)
-        return result;
-    if (device->level >= LEVEL_CONTENT &&
-        (device->facts.micromap.ext || device->facts.micromap.khr))
-        device->built_flags = built_flags_create(); /* NULL: rules about it stay silent */
-    return VK_SUCCESS;
+    return result;
 }
 
 /* Creates the device below the layer. */

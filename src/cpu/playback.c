@@ -8,7 +8,7 @@
 #include "src/cpu/trees/bytes.h"
 #include "src/cpu/trees/lazy_bvh.h"
 #include "src/cpu/trees/make.h"
-#include "src/state/builds/build_states.h"
+#include "src/state/builds/structures.h"
 
 /* A result that is written to a buffer when its submission is complete: a serialized tree, or
  * queries. */

@@ -34,8 +34,8 @@ static const struct input_memory memory = {.find = find};
 static void begin(void)
 {
     comparer = (struct comparer){.device = &device, .last = &comparer.builds};
-    pthread_mutex_init(&comparer.copies_lock, NULL);
-    assert_int_equal(resources_create(&device.resources), VK_SUCCESS);
+    device.structures = structures_create(false, &comparer_inputs);
+    assert_non_null(device.structures);
     geometry = boxes_geometry((uintptr_t)&box, sizeof(box));
 }
 
@@ -44,13 +44,10 @@ static void end(void)
     while (comparer.builds) {
         struct retained_build *build = comparer.builds;
         comparer.builds = build->next;
-        retained_free_build(&comparer, build);
+        retained_free_build(build);
     }
-    retained_free_structures(&comparer);
+    structures_destroy(device.structures);
     assert_int_equal(comparer.retained_size, 0);
-    pthread_mutex_destroy(&comparer.copies_lock);
-    resources_destroy(device.resources);
-    device.resources = NULL;
 }
 
 /* A build of the box, or an update of the structure `source_id`. */
@@ -73,13 +70,16 @@ static void compare_first(void)
     comparer.builds = build->next;
     if (!comparer.builds)
         comparer.last = &comparer.builds;
-    retained_free_build(&comparer, build);
+    retained_free_build(build);
 }
 
+/* Of the input of a structure, besides the one that finds it. */
 static uint64_t references_of(uint64_t id)
 {
-    const struct retained_input *input = retained_find_structure(&comparer, id);
-    return input ? input->references : 0;
+    struct retained_input *input = structures_find_input(device.structures, id);
+    uint64_t references = input ? input->references - 1 : 0;
+    retained_release(input);
+    return references;
 }
 
 /* Leaves room for `count` more inputs. Returns what the end has to give back. */
@@ -90,8 +90,8 @@ static uint64_t fill_up(uint64_t size, uint64_t count)
     return filled;
 }
 
-/* To make room for the input of the update, the inputs of destroyed structures are released. The
- * structure that is updated is one of them. */
+/* To make room for the input of the update, the inputs of structures without records are released.
+ * The structure that is updated is one of them. */
 TEST_BETWEEN(test_source_is_released_meanwhile, begin, end)
 {
     keep(SOURCE_ID, 0);
@@ -100,7 +100,7 @@ TEST_BETWEEN(test_source_is_released_meanwhile, begin, end)
     const uint64_t filled = fill_up(comparer.retained_size, 0);
     keep(UPDATED_ID, SOURCE_ID);
     comparer.retained_size -= filled;
-    assert_null(retained_find_structure(&comparer, SOURCE_ID));
+    assert_int_equal(references_of(SOURCE_ID), 0);
     assert_null(comparer.builds);
     assert_int_equal(comparer.input_unknown, 1);
 }
@@ -115,58 +115,48 @@ TEST_BETWEEN(test_source_is_released_and_there_is_room, begin, end)
     const uint64_t filled = fill_up(size, 0);
     keep(UPDATED_ID, SOURCE_ID);
     comparer.retained_size -= filled;
-    assert_null(retained_find_structure(&comparer, SOURCE_ID));
-    assert_null(retained_find_structure(&comparer, OTHER_ID));
+    assert_int_equal(references_of(SOURCE_ID), 0);
+    assert_int_equal(references_of(OTHER_ID), 0);
     assert_int_equal(references_of(UPDATED_ID), 2);
     assert_non_null(comparer.builds);
     assert_int_equal(comparer.builds->source->references, 1);
     assert_int_equal(comparer.retained_size, 2 * size);
 }
 
-/* The structure that is updated is a copy of a destroyed one. Both lose the input if memory runs
- * out while the copies are settled. */
-static void update_copy(void)
+/* A structure that is alive keeps its input, also one that is a copy of a destroyed structure. */
+TEST_BETWEEN(test_live_structures_keep_inputs, begin, end)
 {
-    const VkAccelerationStructureKHR handle = (VkAccelerationStructureKHR)(uintptr_t)7;
-    const VkAccelerationStructureCreateInfoKHR info = {
-        .sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_CREATE_INFO_KHR, .size = 256};
-    const int before = memory_pause();
-    begin();
-    resources_add_accel(device.resources, handle, &info);
-    const uint64_t id = resources_find_id(device.resources, RESOURCE_ACCEL, 7);
+    const struct built built = {.state = BUILT_BEFORE};
+    for (uint64_t id = SOURCE_ID; id <= OTHER_ID; id++)
+        assert_true(structures_set(device.structures, id, &built, timestamp_never()));
     keep(SOURCE_ID, 0);
     compare_first();
-    const uint64_t size = comparer.retained_size;
-    keep(OTHER_ID, 0);
-    compare_first();
-    comparer_note_copy(
-        &comparer,
-        &(struct journal_entry){.dst = 7, .dst_id = id, .src = SOURCE_ID, .src_id = SOURCE_ID});
-    const uint64_t filled = fill_up(size, 0);
-    memory_resume(before);
-    keep(UPDATED_ID, id);
-    const int after = memory_pause();
+    structures_copy_input(device.structures, OTHER_ID, SOURCE_ID);
+    structures_note_destroyed(device.structures, SOURCE_ID, 1);
+    structures_forget_destroyed(device.structures);
+    assert_int_equal(references_of(SOURCE_ID), 2);
+    const uint64_t filled = fill_up(comparer.retained_size, 0);
+    keep(UPDATED_ID, OTHER_ID);
     comparer.retained_size -= filled;
+    assert_int_equal(references_of(SOURCE_ID), 0);
+    assert_int_equal(references_of(OTHER_ID), 1);
+    assert_null(comparer.builds);
+}
+
+static void keep_without_memory(void)
+{
+    const int before = memory_pause();
+    begin();
+    memory_resume(before);
+    keep(SOURCE_ID, 0);
+    const int after = memory_pause();
     end();
     memory_resume(after);
 }
 
-TEST(test_settling_a_copy_without_memory)
+TEST(test_keeping_without_memory)
 {
     for (int count = 0; memory_is_scarce(count); count++)
-        update_copy();
+        keep_without_memory();
     memory_fail_no_more();
-}
-
-/* A structure that is set to the input it has already. */
-TEST_BETWEEN(test_same_input_again, begin, end)
-{
-    keep(SOURCE_ID, 0);
-    compare_first();
-    retained_set_structure(&comparer, SOURCE_ID, SOURCE_ID,
-                           retained_find_structure(&comparer, SOURCE_ID));
-    assert_int_equal(references_of(SOURCE_ID), 1);
-    WITHOUT_MEMORY(retained_set_structure(&comparer, SOURCE_ID, SOURCE_ID,
-                                          retained_find_structure(&comparer, SOURCE_ID)));
-    assert_int_equal(references_of(SOURCE_ID), 0);
 }

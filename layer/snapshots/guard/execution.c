@@ -85,7 +85,7 @@ static void walk_journal(struct guard_walk *walk, const struct journal *journal)
         if (build && build->guard.has_order)
             set_limit(walk, &build->guard);
         if (writes_a_structure(entry))
-            guard_note_built(walk->guard, entry->dst_id,
+            guard_note_built(walk->guard, entry->dst, entry->dst_id,
                              walk->may_precede ? 0 : guard_next_count(walk->guard));
         if (entry->kind == JOURNAL_EXECUTE)
             walk_journal(walk, entry->secondary);

@@ -36,6 +36,7 @@ struct references_header {
         uint32_t mask, unused;
     } tables[TABLES];
 };
+_Static_assert(GUARD_NEVER_BUILT == STRUCTURE_NEVER_BUILT, "entries have counts of structures");
 _Static_assert(sizeof(struct references_entry) == 16 &&
                    offsetof(struct references_header, tables) == 16,
                "as the shader has it");
@@ -49,12 +50,6 @@ static uint32_t hash_of(uint64_t reference)
 
 /* ---- the host's side */
 
-/* When a structure was built first. */
-struct first_build {
-    uint32_t count;
-    struct reference *reference; /* NULL: unknown */
-};
-
 /* A value that is, or was, a reference. */
 struct reference {
     uint64_t value, id; /* id 0: no structure, or one that counts as built */
@@ -66,12 +61,10 @@ struct guard {
     struct staging *copies;
     atomic_bool is_warned;
     struct execution_clock guarded; /* see guard_clock() */
+    uint32_t next_count;            /* only the hooks of the execution order use it */
     pthread_mutex_t lock;           /* guards the members below; held while a table is created */
-    uint32_t next_count;
-    struct reference **slots; /* as the entries of the current table are; owned */
+    struct reference **slots;       /* as the entries of the current table are; owned */
     uint32_t slot_count, used_count;
-    struct handle_table first_builds; /* struct first_build by the structure's id; owned */
-    uint64_t last_id;                 /* of all structures with references, or built, so far */
     struct unknown_references unknown;
     bool lacks_memory;
     struct own_buffer header, entries[TABLES]; /* `header` is created on first use */
@@ -102,12 +95,6 @@ VkResult guard_create(struct layer_device *device, uint64_t budget, struct guard
     return staging_create(device, budget, usage, false, &(*guard)->copies);
 }
 
-static void free_first_build(void *record, void *context)
-{
-    (void)context;
-    free(record);
-}
-
 void guard_destroy(struct guard *guard)
 {
     if (!guard)
@@ -120,8 +107,6 @@ void guard_destroy(struct guard *guard)
     for (uint32_t i = 0; i < guard->slot_count; i++)
         free(guard->slots[i]);
     free((void *)guard->slots);
-    handle_table_each(&guard->first_builds, free_first_build, NULL);
-    handle_table_release(&guard->first_builds);
     pthread_mutex_destroy(&guard->lock);
     free(guard);
 }
@@ -143,13 +128,6 @@ static struct references_entry *entries_of(const struct guard *guard)
     return (void *)guard->entries[guard->current].bytes;
 }
 
-static uint32_t first_build_of(const struct guard *guard, const struct reference *reference)
-{
-    const struct first_build *build =
-        reference && reference->id ? handle_table_find(&guard->first_builds, reference->id) : NULL;
-    return build ? build->count : 0;
-}
-
 /* Does nothing while the device has no table. */
 static void write_entry(const struct guard *guard, uint32_t slot)
 {
@@ -157,7 +135,10 @@ static void write_entry(const struct guard *guard, uint32_t slot)
     if (!guard->header.bytes || guard->lacks_memory)
         return;
     struct references_entry *entry = &entries_of(guard)[slot];
-    atomic_store(&entry->built, first_build_of(guard, reference));
+    atomic_store(&entry->built,
+                 reference && reference->id
+                     ? structures_first_build(guard->device->structures, reference->id)
+                     : 0);
     atomic_store(&entry->low, reference ? (uint32_t)reference->value : 0);
     atomic_store(&entry->high, reference ? (uint32_t)(reference->value >> 32) : 0);
     atomic_store(&entry->kinds, reference ? reference->kinds : 0);
@@ -261,37 +242,6 @@ static void remove_dead(struct guard *guard, uint32_t slot)
 
 /* ---- changes */
 
-/* Returns NULL without memory: the structure then counts as built. */
-static struct first_build *add_first_build(struct guard *guard, uint64_t id)
-{
-    struct first_build *build = malloc(sizeof(*build));
-    if (!build || !handle_table_set(&guard->first_builds, id, build)) {
-        free(build);
-        return NULL;
-    }
-    *build = (struct first_build){.count = GUARD_NEVER_BUILT};
-    return build;
-}
-
-/* A structure without a record was never built if it is new. Else it may have been built before its
- * reference was known, or its record was dropped while several structures had its address: then it
- * counts as built. */
-static void set_id(struct guard *guard, struct reference *reference, uint64_t id)
-{
-    if (reference->id == id)
-        return;
-    if (reference->id)
-        free(handle_table_remove(&guard->first_builds, reference->id));
-    reference->id = id;
-    struct first_build *build = id ? handle_table_find(&guard->first_builds, id) : NULL;
-    if (!build && id > guard->last_id)
-        build = add_first_build(guard, id);
-    if (build)
-        build->reference = reference;
-    if (id > guard->last_id)
-        guard->last_id = id;
-}
-
 static void apply(struct guard *guard, const struct reference_change *change)
 {
     uint32_t slot, kind = change->is_nv ? KIND_NV : KIND_KHR;
@@ -301,7 +251,7 @@ static void apply(struct guard *guard, const struct reference_change *change)
         return;
     }
     if (!change->is_nv)
-        set_id(guard, reference, change->is_live ? change->id : 0);
+        reference->id = change->is_live ? change->id : 0;
     reference->kinds = change->is_live ? reference->kinds | kind : reference->kinds & ~kind;
     write_entry(guard, slot);
     remove_dead(guard, slot);
@@ -350,28 +300,33 @@ VkDeviceAddress guard_table(struct guard *guard)
 
 /* ---- builds */
 
-uint32_t guard_next_count(struct guard *guard)
+uint32_t guard_next_count(const struct guard *guard)
 {
-    pthread_mutex_lock(&guard->lock);
-    uint32_t count = guard->next_count;
-    pthread_mutex_unlock(&guard->lock);
-    return count;
+    return guard->next_count;
 }
 
-void guard_note_built(struct guard *guard, uint64_t id, uint32_t count)
+/* Writes the entry of a live structure again. If its reference is not known yet, its entry has the
+ * count from the start. */
+static void renew_entry(struct guard *guard, uint64_t handle, uint64_t id)
 {
+    struct resource_span span = {0};
+    resources_find_span(guard->device->resources, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, handle,
+                        true, &span);
     pthread_mutex_lock(&guard->lock);
-    if (guard->next_count < GUARD_NEVER_BUILT)
-        guard->next_count++;
-    struct first_build *build = id ? handle_table_find(&guard->first_builds, id) : NULL;
-    if (id > guard->last_id) /* its reference becomes known later, and it was built */
-        guard->last_id = id;
-    if (build && build->count == GUARD_NEVER_BUILT) {
-        build->count = count;
-        if (build->reference)
-            write_entry(guard, find_slot(guard->slots, guard->slot_count, build->reference->value));
+    if (span.address && guard->slot_count) {
+        uint32_t slot = find_slot(guard->slots, guard->slot_count, span.address);
+        if (guard->slots[slot] && guard->slots[slot]->id == id)
+            write_entry(guard, slot);
     }
     pthread_mutex_unlock(&guard->lock);
+}
+
+void guard_note_built(struct guard *guard, uint64_t handle, uint64_t id, uint32_t count)
+{
+    if (guard->next_count < GUARD_NEVER_BUILT)
+        guard->next_count++;
+    if (id && structures_note_first_build(guard->device->structures, id, count))
+        renew_entry(guard, handle, id);
 }
 
 void guard_warn_unguarded(struct guard *guard, const char *reason)

@@ -30,14 +30,16 @@ struct staging *guard_memory(const struct guard *guard);
  * created, and before each submission. */
 void guard_update(struct guard *guard);
 
+/* ---- Only the hooks of the execution order call these, one thread at a time. */
+
 /* The count of the next build. After 2^32 builds it stays at GUARD_ALL_LIVE. */
-uint32_t guard_next_count(struct guard *guard);
-/* A structure has been built. Does nothing if no reference leads to it alone, as for micromaps.
+uint32_t guard_next_count(const struct guard *guard);
+/* A structure has been built: counts the build, and tells the table if it is the structure's first.
  * `count`: of the build; 0 if the structure counts as built for all orders, because they may follow
  * the build. */
-void guard_note_built(struct guard *guard, uint64_t id, uint32_t count);
+void guard_note_built(struct guard *guard, uint64_t handle, uint64_t id, uint32_t count);
 
-/* The submissions with guarded builds that have limits. Only guard_check() uses it. */
+/* The submissions with guarded builds that have limits. */
 struct execution_clock *guard_clock(struct guard *guard);
 
 #define GUARD_LACKS_MEMORY "there was no memory for copies of them (content_budget_mib)"

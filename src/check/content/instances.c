@@ -7,7 +7,7 @@
 #include "src/bvh/determinant.h"
 #include "src/bvh/input/source.h"
 #include "src/check/content/content.h"
-#include "src/state/builds/built_flags.h"
+#include "src/state/builds/structures.h"
 
 /* Stride of instances with motion in bytes (VkAccelerationStructureGeometryInstancesDataKHR). */
 enum { MOTION_STRIDE = 160 };
@@ -132,7 +132,7 @@ static enum tristate find_disabling(const struct content *content,
 {
     const struct walk *walk = content->walk;
     return referenced->alive == YES
-               ? built_flags_allow_disabling(walk->context->flags, referenced->id, walk->point)
+               ? structures_allow_disabling(walk->context->structures, referenced->id, walk->point)
                : UNKNOWN;
 }
 

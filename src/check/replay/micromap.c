@@ -34,12 +34,12 @@ static void judge_use(struct replay *replay, const struct journal *journal,
     walk_used_micromap(&judge.walk, &view, &judge.location);
 }
 
-void replay_record_micromap(struct replay *replay, const struct build_states *known,
+void replay_record_micromap(struct replay *replay, const struct structures *known,
                             const struct journal *journal, struct journal_entry *entry)
 {
-    const struct build_state *micromap = build_states_find(known, entry->src_id);
+    const struct structure *micromap = structures_find(known, entry->src_id);
     uint64_t updated = entry->micromap.updated_id;
-    const struct build_state *source = updated ? build_states_find(known, updated) : NULL;
+    const struct structure *source = updated ? structures_find(known, updated) : NULL;
     if (!micromap || (updated && !source))
         return;
     entry->judged = true;

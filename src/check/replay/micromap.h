@@ -8,7 +8,7 @@
 
 /* Validate an entry of kind JOURNAL_USE_MICROMAP: when it is recorded, if the command buffer itself
  * builds the structures concerned, else when it is submitted. */
-void replay_record_micromap(struct replay *replay, const struct build_states *known,
+void replay_record_micromap(struct replay *replay, const struct structures *known,
                             const struct journal *journal, struct journal_entry *entry);
 void replay_submit_micromap(struct replay *replay, const struct journal *journal,
                             const struct journal_entry *entry);

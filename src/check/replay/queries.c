@@ -16,7 +16,7 @@ static struct compacted_size *compacted_size_of(struct replay *replay,
     const struct built *built = replay_read(replay, entry);
     if (built->state != BUILT_BEFORE || built->compacted)
         return NULL;
-    struct build_state *state = build_states_find(replay->states, entry->src_id);
+    struct structure *state = structures_find(replay->structures, entry->src_id);
     if (!state->built.compacted_size)
         state->built.compacted_size = compacted_size_create();
     return state->built.compacted_size;
@@ -27,7 +27,7 @@ void replay_query(struct replay *replay, const struct journal_entry *entry)
     struct built query = {
         .state = BUILT_UNKNOWN,
         .queried = entry->src,
-        .sole = !build_states_find(replay->states, entry->dst_id),
+        .sole = !structures_find(replay->structures, entry->dst_id),
         .compacted_size = compacted_size_of(replay, entry),
     };
     replay_write(replay, entry->dst_id, &query);
@@ -39,7 +39,7 @@ void replay_reset_queries(struct replay *replay, const struct journal_entry *ent
         replay_erase(replay, entry->dst_id + i);
 }
 
-static bool is_visible_to_host(const struct host_view *host, const struct build_state *state)
+static bool is_visible_to_host(const struct host_view *host, const struct structure *state)
 {
     return execution_clock_has(&host->executed, state->written) ||
            (state->built.sole && execution_clock_has(&host->submitted, state->written));
@@ -48,7 +48,7 @@ static bool is_visible_to_host(const struct host_view *host, const struct build_
 void replay_answer(struct replay *replay, const struct host_view *host,
                    const struct journal_entry *entry)
 {
-    const struct build_state *state = build_states_find(replay->states, entry->src_id);
+    const struct structure *state = structures_find(replay->structures, entry->src_id);
     if (!state || !replay->predecessors_known || !is_visible_to_host(host, state))
         return;
     struct compacted_size *compacted =

@@ -8,7 +8,7 @@
 #include "src/check/replay/states.h"
 #include "src/check/replay/update_inputs.h"
 #include "src/check/replay/updates.h"
-#include "src/state/builds/built_flags.h"
+#include "src/state/builds/structures.h"
 
 /* What writes structures, or decides what is known of them. */
 #define STATE_KINDS                                                                                \
@@ -26,11 +26,11 @@
 /* Applies a copy or update to the states that the command buffer knows by itself. If it doesn't
  * know the source, the result is unknown until submission. */
 
-static void apply_copy(struct build_states *known, const struct journal_entry *entry)
+static void apply_copy(struct structures *known, const struct journal_entry *entry)
 {
-    const struct build_state *source = build_states_find(known, entry->src_id);
+    const struct structure *source = structures_find(known, entry->src_id);
     if (!source) {
-        build_states_remove(known, entry->dst_id);
+        structures_remove(known, entry->dst_id);
         return;
     }
     struct built copy = source->built;
@@ -38,16 +38,16 @@ static void apply_copy(struct build_states *known, const struct journal_entry *e
         copy = built_unknown;
     if (entry->kind == JOURNAL_COMPACT)
         copy.compacted = true;
-    build_states_set(known, entry->dst_id, &copy, timestamp_never());
+    structures_set(known, entry->dst_id, &copy, timestamp_never());
 }
 
-static void apply_entries(struct build_states *known, struct journal_cursor cursor);
+static void apply_entries(struct structures *known, struct journal_cursor cursor);
 
-static void apply_entry(struct build_states *known, const struct journal_entry *entry)
+static void apply_entry(struct structures *known, const struct journal_entry *entry)
 {
     switch ((enum journal_kind)entry->kind) {
     case JOURNAL_BUILD:
-        build_states_set(known, entry->dst_id, &entry->built, timestamp_never());
+        structures_set(known, entry->dst_id, &entry->built, timestamp_never());
         break;
     case JOURNAL_UPDATE:
     case JOURNAL_COPY:
@@ -55,14 +55,14 @@ static void apply_entry(struct build_states *known, const struct journal_entry *
         apply_copy(known, entry);
         break;
     case JOURNAL_FILL:
-        build_states_set(known, entry->dst_id, &built_filled, timestamp_never());
+        structures_set(known, entry->dst_id, &built_filled, timestamp_never());
         break;
     case JOURNAL_EXECUTE:
         apply_entries(known, journal_start(entry->secondary, STATE_KINDS));
         break;
     /* The host may have built any structure meanwhile. */
     case JOURNAL_WAIT_EVENT:
-        build_states_release(known);
+        structures_release(known);
         break;
     default: /* not of STATE_KINDS */
         break;
@@ -71,7 +71,7 @@ static void apply_entry(struct build_states *known, const struct journal_entry *
 
 /* Recursive: the device limits how deep secondary command buffers nest
  * (VK_EXT_nested_command_buffer). */
-static void apply_entries(struct build_states *known, struct journal_cursor cursor)
+static void apply_entries(struct structures *known, struct journal_cursor cursor)
 {
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
         apply_entry(known, entry);
@@ -99,7 +99,7 @@ void replay_recorded(struct replay *replay, struct command_buffer *command_buffe
             replay_record_micromap(replay, &command_buffer->known, journal, entry);
         if (entry->kind != JOURNAL_UPDATE || journal->incomplete)
             continue;
-        const struct build_state *source = build_states_find(&command_buffer->known, entry->src_id);
+        const struct structure *source = structures_find(&command_buffer->known, entry->src_id);
         if (!source)
             continue;
         entry->judged = true;
@@ -152,6 +152,7 @@ static void write_entry(struct replay *replay, const struct journal *journal,
     case JOURNAL_COPY:
     case JOURNAL_COMPACT:
         write_copy(replay, entry);
+        structures_copy_input(replay->structures, entry->dst_id, entry->src_id);
         break;
     case JOURNAL_FILL:
         replay_write(replay, entry->dst_id, &built_filled);
@@ -220,13 +221,13 @@ static uint32_t next_batch(struct journal_cursor *cursor,
     return count;
 }
 
-static void fetch_states(const struct build_states *states,
+static void fetch_states(const struct structures *states,
                          const struct journal_entry *const entries[], uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++)
-        build_states_prefetch(states, entries[i]->dst_id);
+        structures_prefetch(states, entries[i]->dst_id);
     for (uint32_t i = 0; i < count; i++)
-        build_states_prefetch_found(states, entries[i]->dst_id);
+        structures_prefetch_found(states, entries[i]->dst_id);
 }
 
 void replay_submitted(struct replay *replay, const struct journal *journal)
@@ -234,7 +235,7 @@ void replay_submitted(struct replay *replay, const struct journal *journal)
     struct journal_cursor cursor = journal_start(journal, REPLAYED_KINDS);
     const struct journal_entry *entries[ENTRY_BATCH];
     for (uint32_t count; (count = next_batch(&cursor, entries));) {
-        fetch_states(replay->states, entries, count);
+        fetch_states(replay->structures, entries, count);
         for (uint32_t i = 0; i < count; i++)
             submit_entry(replay, journal, entries[i]);
     }
@@ -260,8 +261,7 @@ void replay_begin_work(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal, WRITING_KINDS);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        built_flags_forget(replay->flags, entry->dst_id);
-        if (!build_states_add_writer(replay->states, entry->dst_id))
+        if (!structures_add_writer(replay->structures, entry->dst_id))
             replay->out_of_memory = true;
     }
 }
@@ -270,7 +270,7 @@ static void remove_writers(struct replay *replay, const struct journal *journal)
 {
     struct journal_cursor cursor = journal_start(journal, WRITING_KINDS);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        struct build_state *state = build_states_find(replay->states, entry->dst_id);
+        struct structure *state = structures_find(replay->structures, entry->dst_id);
         if (state && state->host_writers)
             state->host_writers--;
     }

@@ -2,7 +2,7 @@
 /* Reads and writes live states in execution order. */
 #include "src/check/replay/states.h"
 
-#include "src/state/builds/built_flags.h"
+#include "src/state/builds/structures.h"
 
 const struct built built_unknown = {.state = BUILT_UNKNOWN};
 const struct built built_filled = {.state = BUILT_FILLED};
@@ -32,7 +32,7 @@ static bool source_is_alive(struct replay *replay, const struct journal_entry *e
  * it. */
 const struct built *replay_read(struct replay *replay, const struct journal_entry *entry)
 {
-    const struct build_state *state = build_states_find(replay->states, entry->src_id);
+    const struct structure *state = structures_find(replay->structures, entry->src_id);
     if (!entry->src_id || !replay->predecessors_known || replay->out_of_memory)
         return &built_unknown;
     if (!state)
@@ -41,16 +41,16 @@ const struct built *replay_read(struct replay *replay, const struct journal_entr
                                                                       : &built_unknown;
 }
 
-static void note_undo(struct replay *replay, uint64_t id, struct build_state *before)
+static void note_undo(struct replay *replay, uint64_t id, struct structure *before)
 {
-    if (replay->undo && !build_undo_note(replay->undo, id, before))
+    if (replay->may_fail && !structures_note_undo(replay->structures, id, before))
         replay->out_of_memory = true;
 }
 
 /* If two writes are unordered, the last one is unknown from then on. */
 void replay_write(struct replay *replay, uint64_t id, const struct built *built)
 {
-    struct build_state *before = build_states_find(replay->states, id);
+    struct structure *before = structures_find(replay->structures, id);
     bool is_conflict = before && (before->host_writers || !is_visible(replay, before->written));
     struct timestamp written = is_conflict ? timestamp_never() : replay->now;
     if (is_conflict)
@@ -58,18 +58,17 @@ void replay_write(struct replay *replay, uint64_t id, const struct built *built)
     if (!id)
         return;
     note_undo(replay, id, before);
-    built_flags_write(replay->flags, id, built, written);
     if (before)
-        build_state_replace(before, built, written);
-    else if (!build_states_set(replay->states, id, built, written))
+        structures_replace(replay->structures, before, built, written);
+    else if (!structures_set(replay->structures, id, built, written))
         replay->out_of_memory = true;
 }
 
 void replay_erase(struct replay *replay, uint64_t id)
 {
-    struct build_state *before = build_states_find(replay->states, id);
+    struct structure *before = structures_find(replay->structures, id);
     if (!before)
         return;
     note_undo(replay, id, before);
-    build_states_remove(replay->states, id);
+    structures_remove(replay->structures, id);
 }

@@ -6,7 +6,6 @@
 #include "src/check/walk/context.h"
 #include "src/state/commands/command_buffers.h"
 
-struct built_flags;
 struct input_notes;
 
 struct replay {
@@ -14,15 +13,14 @@ struct replay {
     struct resources *resources;
 
     /* Used at submission only. */
-    struct build_states *states;           /* the live states of the device */
-    struct build_undo *undo;               /* records the previous states; or NULL */
+    struct structures *structures;         /* the table of the device */
     struct timestamp now;                  /* when the batch executes */
     const struct execution_clock *follows; /* what certainly executes before the batch */
     uint64_t destroy_count;                /* resources_destroy_count() at the submission */
+    bool may_fail;             /* the writes may be undone: the call has not gone down */
     bool predecessors_known;   /* all work that executes before the batch has been replayed */
     bool never_is_certain;     /* only commands in journals build structures on this device */
     bool unordered;            /* the commands of the batch are unordered among themselves */
-    struct built_flags *flags; /* receives all writes; or NULL */
     struct input_notes *notes; /* notes of builds whose inputs are read later; or NULL */
     bool out_of_memory;        /* set if a write could not be tracked */
 

@@ -33,9 +33,10 @@ static void note_execution_point(struct replay *replay, const struct journal *jo
                                  const struct journal_entry *entry)
 {
     struct input_notes *notes = replay->notes;
-    if (!notes || !recording_with_commands(journal) || !replay->flags ||
-        !replay->predecessors_known ||
-        entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR)
+    uint64_t serial;
+    if (!notes || !recording_with_commands(journal) || !replay->predecessors_known ||
+        entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR ||
+        !structures_find_serial(replay->structures, &serial))
         return;
     struct execution_point_note *points =
         array_make_room(notes->points, notes->point_count, &notes->point_capacity, sizeof(*points));
@@ -46,7 +47,7 @@ static void note_execution_point(struct replay *replay, const struct journal *jo
     struct execution_point_note *note = &notes->points[notes->point_count++];
     note->journal = journal;
     note->position = entry->built.position;
-    note->point.serial = built_flags_now(replay->flags);
+    note->point.serial = serial;
     note->point.now = replay->now;
     note->point.is_unordered = replay->unordered;
     execution_clock_copy(&note->point.follows, replay->follows);

@@ -5,7 +5,7 @@
 #define ASSAY_CHECK_REPLAY_UPDATE_INPUTS_H
 
 #include "src/check/replay/states.h"
-#include "src/state/builds/built_flags.h"
+#include "src/state/builds/structures.h"
 
 struct input_note {
     const struct journal *journal; /* has the entry; belongs to a submitted command buffer */

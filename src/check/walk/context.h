@@ -14,7 +14,7 @@
 #include "src/view/nv_view.h"
 #include "src/view/view.h"
 
-struct built_flags;
+struct structures;
 struct sweep;
 
 /* Functions that a check calls with the context's `user`. They may call down the layer chain; no
@@ -71,8 +71,8 @@ struct check_context {
     struct readable_cache *readable;
     struct aligned_copies *copies; /* copies of misaligned parameters; filled during a call */
     struct resources *resources;
-    struct sweep *sweep;       /* memory kept between calls, see check_make_sweep; or NULL */
-    struct built_flags *flags; /* flags of the structures that builds refer to; or NULL */
+    struct sweep *sweep; /* memory kept between calls, see check_make_sweep; or NULL */
+    const struct structures *structures; /* those that builds refer to; or NULL */
     const struct execution_point *point; /* of a host command; NULL: unknown */
     uint64_t destroy_count; /* resources_destroy_count() at submission of the builds that are
                              * validated after execution */

@@ -43,7 +43,7 @@ static void retire(struct command_buffers *command_buffers, struct command_buffe
     label_stack_clear(&command_buffer->labels);
     dependents_release(&command_buffer->dependents);
     validity_release(command_buffer->validity);
-    build_states_release(&command_buffer->known);
+    structures_release(&command_buffer->known);
     journal_release(command_buffer->journal);
     free(command_buffer->early_bindings);
     lay_by(command_buffers, command_buffer);

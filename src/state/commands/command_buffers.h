@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <vulkan/vulkan_core.h>
 
-#include "src/state/builds/build_states.h"
+#include "src/state/builds/structures.h"
 #include "src/state/commands/journal.h"
 #include "src/state/commands/object_names.h"
 #include "src/state/commands/validity.h"
@@ -46,7 +46,7 @@ struct command_buffer {
     void *early_bindings;
     bool has_early_bindings;
     /* Structure states that follow from the journal alone; made on first use. */
-    struct build_states known;
+    struct structures known;
     bool has_known_states;
     bool work_failed;      /* memory ran out: journal->work lacks some commands for the backend */
     bool executes_once;    /* VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT */

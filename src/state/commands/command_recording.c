@@ -12,7 +12,7 @@ __attribute__((cold, noinline)) static void drop_rare_parts(struct command_buffe
     dependents_invalidate(&command_buffer->dependents);
     validity_release(command_buffer->validity);
     command_buffer->validity = NULL;
-    build_states_release(&command_buffer->known);
+    structures_release(&command_buffer->known);
     command_buffer->has_known_states = false;
     label_stack_clear(&command_buffer->labels);
 }

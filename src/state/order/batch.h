@@ -2,18 +2,16 @@
 /* A batch, from the call that submits it until its last user lets go. The execution order makes it,
  * and all consumers (order.h) read from it what was submitted, and hang on it what they know of it.
  *
- * | state | since | members of the batch |
- * | --- | --- | --- |
- * | BATCH_COLLECTED | it was added to its submission | belong to the thread that submits |
- * | BATCH_PREPARED | its call is about to go down | the first group is constant |
- * | BATCH_HELD | its call has succeeded, and a signal is missing | the same |
- * | BATCH_SUBMITTED | its call has succeeded, and its execution point is known | the same |
- * | BATCH_ORDERED | its execution point is reached: all that precede it have run | the second group
- *   is constant |
- * | BATCH_FAILED | its call has failed or was skipped | the first group is constant |
- * | complete | the host has observed its end: a clock of the host has its timestamp | all constant
- * | | judged | the hazard check has judged it: a member of its slot | all constant | | retired |
- * its last user has let go | none: the memory is used for other batches |
+ * | state           | since                                       | what may change
+ * | BATCH_COLLECTED | it was added to its submission              | all; the submitting thread's
+ * | BATCH_PREPARED  | its call is about to go down                | the second group
+ * | BATCH_HELD      | its call has succeeded; a signal is missing | the second group
+ * | BATCH_SUBMITTED | its call has succeeded                      | the second group
+ * | BATCH_ORDERED   | all batches that precede it have run        | nothing
+ * | BATCH_FAILED    | its call has failed or was skipped          | nothing
+ *
+ * It is complete once a clock of the host has its timestamp, judged once its slot says so, and
+ * retired once its last user has let go: its memory then serves other batches.
  *
  * Whoever has a reference may read the first group on any thread from BATCH_PREPARED on, and the
  * second group from BATCH_ORDERED on. Before that, the second group belongs to the order, which

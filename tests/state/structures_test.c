@@ -1,0 +1,219 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What is known of structures: flags at past execution points, first builds, inputs, and what is
+ * undone. */
+#include "src/state/builds/structures.h"
+#include "tests/state/unit_test.h"
+
+enum { QUEUE = 1, OTHER_QUEUE = 2, ID = 7, COPY_ID, OTHER_ID };
+
+static struct structures *with_flags(void)
+{
+    return structures_create(true, NULL);
+}
+
+static void write_flag(struct structures *structures, bool allows, struct timestamp timestamp)
+{
+    const struct built built = {
+        .state = BUILT_BEFORE,
+        .flags =
+            allows ? VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_DISABLE_OPACITY_MICROMAPS_BIT_KHR : 0};
+    assert_true(structures_set(structures, ID, &built, timestamp));
+}
+
+static struct timestamp batch(uint64_t count)
+{
+    return (struct timestamp){QUEUE, count};
+}
+
+/* Of a build in a batch that follows all of its queue. */
+static struct execution_point turn_in(const struct structures *structures, struct timestamp now)
+{
+    struct execution_point point = {.now = now};
+    assert_true(structures_find_serial(structures, &point.serial));
+    execution_clock_add(&point.follows, (struct timestamp){now.queue, now.count - 1});
+    return point;
+}
+
+static enum tristate ask(const struct structures *structures, struct execution_point point)
+{
+    return structures_allow_disabling(structures, ID, &point);
+}
+
+#define FLAGS_TEST(name)                                                                           \
+    TEST_WITH(name, struct structures *structures, with_flags, structures_destroy)
+
+FLAGS_TEST(test_latest)
+{
+    assert_int_equal(ask(structures, turn_in(structures, batch(1))), UNKNOWN);
+    write_flag(structures, true, batch(1));
+    assert_int_equal(ask(structures, turn_in(structures, batch(1))), YES);
+    assert_int_equal(ask(structures, turn_in(structures, batch(2))), YES);
+    write_flag(structures, false, batch(2));
+    assert_int_equal(ask(structures, turn_in(structures, batch(2))), NO);
+    assert_true(structures_add_writer(structures, ID));
+    assert_int_equal(ask(structures, turn_in(structures, batch(3))), UNKNOWN);
+}
+
+/* Written again with the same flag, it is still known; with another, no more. */
+FLAGS_TEST(test_turns_that_have_passed)
+{
+    write_flag(structures, false, batch(1));
+    const struct execution_point serial = turn_in(structures, batch(2));
+    write_flag(structures, false, batch(3));
+    assert_int_equal(ask(structures, serial), NO);
+    write_flag(structures, true, batch(4));
+    assert_int_equal(ask(structures, serial), UNKNOWN);
+    write_flag(structures, false, batch(5));
+    assert_int_equal(ask(structures, serial), UNKNOWN);
+}
+
+FLAGS_TEST(test_without_order)
+{
+    write_flag(structures, false, (struct timestamp){OTHER_QUEUE, 1});
+    struct execution_point serial = turn_in(structures, batch(9));
+    assert_int_equal(ask(structures, serial), UNKNOWN);
+    execution_clock_add(&serial.follows, (struct timestamp){OTHER_QUEUE, 1});
+    assert_int_equal(ask(structures, serial), NO);
+    write_flag(structures, true, timestamp_never());
+    assert_int_equal(ask(structures, turn_in(structures, batch(9))), UNKNOWN);
+}
+
+FLAGS_TEST(test_within_a_batch)
+{
+    struct execution_point before = turn_in(structures, batch(1));
+    write_flag(structures, false, batch(1));
+    struct execution_point after = turn_in(structures, batch(1));
+    assert_int_equal(ask(structures, before), UNKNOWN);
+    assert_int_equal(ask(structures, after), NO);
+    after.is_unordered = true;
+    assert_int_equal(ask(structures, after), UNKNOWN);
+}
+
+FLAGS_TEST(test_states_that_tell_nothing)
+{
+    const struct built filled = {.state = BUILT_FILLED};
+    uint64_t serial;
+    write_flag(structures, true, batch(1));
+    assert_true(structures_set(structures, ID, &filled, batch(2)));
+    assert_int_equal(ask(structures, turn_in(structures, batch(3))), UNKNOWN);
+    write_flag(structures, true, batch(3));
+    assert_int_equal(structures_allow_disabling(structures, ID, NULL), UNKNOWN);
+    structures_release(structures);
+    assert_int_equal(ask(structures, turn_in(structures, batch(4))), UNKNOWN);
+    assert_false(structures_find_serial(NULL, &serial));
+}
+
+/* ---- commands that fail */
+
+FLAGS_TEST(test_undo)
+{
+    const struct built built = {.state = BUILT_BEFORE, .position = 5}, later = {.position = 6};
+    write_flag(structures, true, batch(1));
+    struct structure *structure = structures_find(structures, ID);
+    assert_true(structures_note_undo(structures, OTHER_ID, NULL));
+    assert_true(structures_set(structures, OTHER_ID, &built, batch(2)));
+    for (int i = 0; i < 2; i++) {
+        assert_true(structures_note_undo(structures, ID, structure));
+        assert_true(structures_set(structures, ID, &later, batch(2)));
+    }
+    structures_undo(structures);
+    assert_null(structures_find(structures, OTHER_ID));
+    assert_int_equal(structure->built.state, BUILT_BEFORE);
+    assert_int_equal(structure->written.count, 1);
+    assert_int_equal(ask(structures, turn_in(structures, batch(3))), UNKNOWN);
+    assert_true(structures_note_undo(structures, ID, structure));
+    assert_true(structures_set(structures, ID, &later, batch(3)));
+    structures_keep(structures);
+    structures_undo(structures);
+    assert_int_equal(structure->built.position, 6);
+}
+
+/* ---- first builds */
+
+FLAGS_TEST(test_first_build)
+{
+    assert_int_equal(structures_first_build(structures, ID), STRUCTURE_NEVER_BUILT);
+    write_flag(structures, true, batch(1));
+    assert_int_equal(structures_first_build(structures, ID), STRUCTURE_NEVER_BUILT);
+    assert_true(structures_note_first_build(structures, ID, 3));
+    assert_false(structures_note_first_build(structures, ID, 4));
+    assert_int_equal(structures_first_build(structures, ID), 3);
+    structures_release(structures);
+    assert_int_equal(structures_first_build(structures, ID), 0);
+    assert_true(structures_note_first_build(structures, ID, 5));
+}
+
+/* ---- inputs, which are numbers of references here */
+
+static void *share_number(void *input)
+{
+    ++*(int *)input;
+    return input;
+}
+
+static void release_number(void *input)
+{
+    --*(int *)input;
+}
+
+static struct structures *with_inputs(void)
+{
+    static const struct structure_inputs inputs = {share_number, release_number};
+    return structures_create(false, &inputs);
+}
+
+#define INPUTS_TEST(name)                                                                          \
+    TEST_WITH(name, struct structures *structures, with_inputs, structures_destroy)
+
+static bool has_input(const struct structures *structures, uint64_t id, int *input)
+{
+    int *found = structures_find_input(structures, id);
+    if (found)
+        release_number(found);
+    return found == input;
+}
+
+/* A copy has the input of its source, also one that becomes known later, until it is written. */
+INPUTS_TEST(test_inputs_of_copies)
+{
+    const struct built built = {.state = BUILT_BEFORE};
+    static int first = 1, second = 1;
+    assert_true(structures_set(structures, ID, &built, batch(1)));
+    assert_true(structures_set(structures, COPY_ID, &built, batch(1)));
+    structures_copy_input(structures, COPY_ID, ID);
+    structures_copy_input(structures, OTHER_ID, ID);
+    assert_true(has_input(structures, COPY_ID, NULL));
+    structures_set_input(structures, ID, &first);
+    assert_true(has_input(structures, COPY_ID, &first));
+    structures_copy_input(structures, COPY_ID, ID);
+    structures_set_input(structures, ID, &second);
+    assert_true(has_input(structures, COPY_ID, &first));
+    assert_true(structures_set(structures, COPY_ID, &built, batch(2)));
+    structures_set_input(structures, COPY_ID, NULL);
+    assert_true(has_input(structures, COPY_ID, NULL));
+    assert_int_equal(first, 0);
+    structures_release(structures);
+    assert_int_equal(second, 0);
+}
+
+/* Executions that were not read yet may have used a destroyed structure. */
+INPUTS_TEST(test_inputs_of_destroyed_structures)
+{
+    const struct built built = {.state = BUILT_BEFORE};
+    static int first = 1, late = 1;
+    for (uint64_t id = ID; id <= OTHER_ID; id++)
+        assert_true(structures_set(structures, id, &built, batch(1)));
+    structures_copy_input(structures, OTHER_ID, COPY_ID);
+    structures_set_input(structures, ID, &first);
+    structures_note_destroyed(structures, ID, 2);
+    structures_note_destroyed(structures, 0, 1);
+    structures_forget_destroyed(structures);
+    assert_null(structures_find(structures, ID));
+    assert_non_null(structures_find(structures, OTHER_ID));
+    structures_set_input(structures, COPY_ID, &late);
+    assert_true(has_input(structures, ID, &first));
+    assert_true(has_input(structures, OTHER_ID, &late));
+    structures_release_other_inputs(structures);
+    assert_int_equal(first + late, 0);
+    assert_true(has_input(structures, ID, NULL));
+}
