@@ -139,8 +139,7 @@ static struct judging begin_judging(struct submissions *submissions, struct orde
 /* Judges a batch and applies it; a check of the host's work (`is_check` set) is not applied. If a
  * command buffer lacks a complete journal, it may have written anything, so the order becomes
  * unknown. */
-static void replay_batch(struct submissions *submissions, struct order_batch *batch,
-                         bool is_check)
+static void replay_batch(struct submissions *submissions, struct order_batch *batch, bool is_check)
 {
     struct judging judging = begin_judging(submissions, batch);
     struct replay replay = replay_of(&judging, batch);

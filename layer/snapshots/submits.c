@@ -22,7 +22,7 @@ struct submit {
     struct snapshots *snapshots;
     VkQueue queue;
     struct submission *submission; /* NULL: the order is unknown */
-    bool has_limits; /* the guarded builds of the batch: guard_limited_batches() */
+    bool has_limits;               /* the guarded builds of the batch: guard_limited_batches() */
     struct ticket *ticket;
     struct submitted_execution {
         struct execution *execution;
