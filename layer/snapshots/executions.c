@@ -96,7 +96,7 @@ static void release_held(struct snapshots *snapshots, struct execution *executio
 
 void snapshots_release_held(struct snapshots *snapshots)
 {
-    if (snapshots)
+    if (snapshots && snapshots->device->order)
         take_all(snapshots, release_held);
 }
 
