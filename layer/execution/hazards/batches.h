@@ -47,7 +47,7 @@ enum hazard_end { MEMORY_FREED, SEMAPHORE_DESTROYED, EVENT_DESTROYED };
 struct hazard_batch_record {
     struct order_batch *batch;
     bool is_taken;       /* it is being judged, or was */
-    bool has_references; /* a command buffer builds top-level structures */
+    bool has_references; /* a command buffer has accesses that instances or indices decide */
     bool has_run;        /* no more instances will be expected */
     uint32_t awaited;    /* command buffers whose instances are not yet known */
     struct hazard_reference *references;

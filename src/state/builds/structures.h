@@ -19,7 +19,7 @@
 #include "src/state/builds/built.h"
 #include "src/state/order/clock.h"
 
-/* Of first_build: no build has been counted. */
+/* A value of first_build: no build has been counted. */
 #define STRUCTURE_NEVER_BUILT UINT32_MAX
 
 struct structure {
@@ -63,7 +63,7 @@ void structures_prefetch_found(const struct structures *structures, uint64_t id)
  * returns false and changes nothing. */
 bool structures_set(struct structures *structures, uint64_t id, const struct built *built,
                     struct timestamp written);
-/* Likewise for a record found before. */
+/* Sets the last build of a record that was found before; shares `built`. */
 void structures_replace(struct structures *structures, struct structure *structure,
                         const struct built *built, struct timestamp written);
 
@@ -91,7 +91,8 @@ void structures_release(struct structures *structures);
  * false and changes nothing if there is no memory. */
 bool structures_note_undo(struct structures *structures, uint64_t id, struct structure *structure);
 /* The commands have failed: restores all noted records, newest first, and removes the notes. The
- * flag for structures_allow_disabling() becomes unknown. A count of a first build stays. */
+ * flag for structures_allow_disabling() becomes unknown. The count of a first build goes only
+ * with a record that was new. */
 void structures_undo(struct structures *structures);
 /* The commands have succeeded: removes the notes. */
 void structures_keep(struct structures *structures);

@@ -119,7 +119,7 @@ struct order_batch {
     bool is_replayed; /* its effects on structures are known (layer/execution/submissions.c) */
 
     _Atomic(enum order_batch_state) state;
-    /* Of the consumers that keep the batch. Each says what guards its own. */
+    /* What each consumer knows of the batch. The consumer says what guards its slot. */
     void *slots[BATCH_USES];
 
     /* Guarded by the lock of the list. */
@@ -157,7 +157,7 @@ static inline bool order_batch_is_kept(const struct order_batch *batch, enum bat
  * was the last one: call them without a lock. `slot` may be NULL. */
 void order_batch_keep(struct order_batch *batch, enum batch_use use, void *slot);
 void order_batch_let_go(struct order_batch *batch, enum batch_use use);
-/* The same in two parts: the first with the lock of the list. */
+/* These two do what order_batch_let_go() does. Call the first with the lock of the list. */
 static inline void order_batch_end_use(struct order_batch *batch, enum batch_use use)
 {
     batch->uses &= ~(1u << use);
