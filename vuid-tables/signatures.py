@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The signatures of commands, and the members of structures, from the registry; and the commands that
-the layer's own lists have."""
+"""The signatures of commands, and the members of structures, from the registry."""
 
 import re
 import xml.etree.ElementTree as ElementTree
@@ -40,8 +39,11 @@ class Member:
 
 
 class Command:
-    def __init__(self, name, element):
+    def __init__(self, name, target, element):
         self.name = name
+        self.target = target  # the command of which this one is an alias, or its own name
+        self.protect = None   # the macro of the platform without which the headers lack the command
+        self.errors = (element.get("errorcodes") or "").split(",")
         self.returns = element.findtext("proto/type")
         self.parameters = [Member(parameter) for parameter in element.iterfind("param")
                            if is_of_vulkan(parameter)]
@@ -71,8 +73,9 @@ class Registry:
             elif is_of_vulkan(element):
                 commands[element.findtext("proto/name")] = element
         aliases |= {name: name for name in commands}
-        self.commands = {name[2:]: Command(name[2:], commands[target])
+        self.commands = {name[2:]: Command(name[2:], target[2:], commands[target])
                          for name, target in aliases.items()}
+        self.find_platforms(tree)
         self.structures, self.handles, others = {}, {}, {}
         for element in tree.iterfind("types/type"):
             name = element.get("name") or element.findtext("name")
@@ -88,11 +91,10 @@ class Registry:
                     table[name] = table[target]
 
 
-def listed_commands(text):
-    """The commands in the lists of a header, such as layer/intercepts/intercepts.h."""
-    return re.findall(r"^ {4}(?:INTERCEPT|COMMAND)\((?:\w+, )?([A-Z]\w+)\)", text, re.M)
-
-
-# The lists of the layer's commands, by the prefix of the functions.
-LISTS = {"assay": "layer/intercepts/intercepts.h", "hazards": "layer/hazards/commands.h",
-         "snapshots": "layer/snapshots/commands.h", "cpu": "layer/cpu/commands.h"}
+    def find_platforms(self, tree):
+        macros = {platform.get("name"): platform.get("protect")
+                  for platform in tree.iterfind("platforms/platform")}
+        for extension in tree.iterfind("extensions/extension[@platform]"):
+            for command in extension.iterfind("require/command"):
+                if command.get("name")[2:] in self.commands:
+                    self.commands[command.get("name")[2:]].protect = macros[extension.get("platform")]

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/cpu/commands.h"
 #include "layer/physical_device.h"
+#include "observers.h"
 #include "src/bvh/input/displacement.h"
 #include "src/bvh/input/formats.h"
 #include "src/bvh/micromap.h"

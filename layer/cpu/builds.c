@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: host builds, copies and queries, and queries of sizes and compatibility.
  */
-#include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
+#include "observers.h"
 #include "src/cpu/host.h"
 #include "src/snapshots/build_parameters.h"
 #include "src/snapshots/build_sizes.h"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: deferred operations. */
 #include "src/cpu/deferred.h"
+#include "observers.h"
 
-#include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 
 static struct cpu_deferred_operations *operations_of(VkDevice device)

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: builds in command buffers. The snapshots, which cover these commands,
  * have recorded the inputs. The BVH is built on first use. */
-#include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
+#include "observers.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: copies in command buffers, between structures and from and to memory. */
-#include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 #include "layer/snapshots/recorder.h"
+#include "observers.h"
 
 static void record_copy(VkCommandBuffer commands, uint64_t dst, uint64_t src,
                         VkCopyAccelerationStructureModeKHR mode)

@@ -3,9 +3,9 @@
  * type of its own. It lies in the table of structures, and is built and copied like a structure. */
 #include <stdlib.h>
 
-#include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 #include "layer/snapshots/recorder.h"
+#include "observers.h"
 #include "src/base/readable.h"
 #include "src/cpu/host.h"
 #include "src/snapshots/build_sizes.h"

@@ -3,8 +3,8 @@
  * memory and handles. They share a table with those of VK_KHR_acceleration_structure. */
 #include <string.h>
 
-#include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
+#include "observers.h"
 #include "src/snapshots/build_sizes.h"
 #include "src/snapshots/memory.h"
 #include "src/snapshots/nv_info.h"

@@ -6,34 +6,14 @@
 #include <string.h>
 
 #include "layer/cpu/advertise.h"
-#include "layer/cpu/commands.h"
+#include "observers.h"
 
 /* ---- instances */
 
 void cpu_overlay_instance(struct layer_instance *instance)
 {
     instance->next = instance->vk;
-#define COVER(name)                                                                                \
-    if (instance->vk.name)                                                                         \
-        instance->vk.name = cpu_##name;
-    CPU_INSTANCE_COMMANDS(COVER)
-#undef COVER
-}
-
-PFN_vkVoidFunction cpu_overlay_instance_command(const char *name, PFN_vkVoidFunction next)
-{
-#define FIND_SUPPLIED(extension, command)                                                          \
-    if (strcmp(name, "vk" #command) == 0)                                                          \
-        return (PFN_vkVoidFunction)cpu_##command;
-#define FIND(command)                                                                              \
-    if (strcmp(name, "vk" #command) == 0)                                                          \
-        return next ? (PFN_vkVoidFunction)cpu_##command : NULL;
-    CPU_COMMANDS(FIND_SUPPLIED)
-    CPU_OWN_COMMANDS(FIND_SUPPLIED)
-    CPU_INSTANCE_COMMANDS(FIND)
-#undef FIND_SUPPLIED
-#undef FIND
-    return next;
+    commands_cover_instance(&instance->vk);
 }
 
 /* ---- devices */
@@ -56,20 +36,6 @@ static void find_driver_uuid(const struct layer_device *device, uint8_t uuid[VK_
     if (device->facts.api_version >= VK_API_VERSION_1_1)
         device->instance->vk.GetPhysicalDeviceProperties2(device->physical_device, &properties);
     memcpy(uuid, ids.driverUUID, VK_UUID_SIZE);
-}
-
-static void cover(struct layer_device *device, const struct cpu_overlay *overlay)
-{
-#define SUPPLY(extension, name)                                                                    \
-    if (overlay->extension)                                                                        \
-        device->vk.name = cpu_##name;
-#define REPLACE(name)                                                                              \
-    if (device->vk.name)                                                                           \
-        device->vk.name = cpu_##name;
-    CPU_COMMANDS(SUPPLY)
-    CPU_REPLACED_COMMANDS(REPLACE)
-#undef SUPPLY
-#undef REPLACE
 }
 
 VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInfo *create_info)
@@ -97,7 +63,7 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
         overlay->opacity_micromap_ext ||
         is_enabled(create_info, VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME);
     overlay->next = device->vk;
-    cover(device, overlay);
+    commands_cover_with_backend(&device->vk, overlay);
     return VK_SUCCESS;
 }
 
@@ -108,21 +74,4 @@ void cpu_overlay_destroy(struct cpu_overlay *overlay)
     cpu_playback_destroy(overlay->playback);
     cpu_device_destroy(overlay->device);
     free(overlay);
-}
-
-PFN_vkVoidFunction cpu_overlay_command(const struct cpu_overlay *overlay, const char *name,
-                                       PFN_vkVoidFunction next)
-{
-#define FIND_SUPPLIED(extension, command)                                                          \
-    if (strcmp(name, "vk" #command) == 0)                                                          \
-        return overlay->extension ? (PFN_vkVoidFunction)cpu_##command : NULL;
-#define FIND_REPLACED(command)                                                                     \
-    if (strcmp(name, "vk" #command) == 0)                                                          \
-        return next ? (PFN_vkVoidFunction)cpu_##command : NULL;
-    CPU_COMMANDS(FIND_SUPPLIED)
-    CPU_OWN_COMMANDS(FIND_SUPPLIED)
-    CPU_REPLACED_COMMANDS(FIND_REPLACED)
-#undef FIND_SUPPLIED
-#undef FIND_REPLACED
-    return next;
 }

@@ -6,16 +6,13 @@
 #ifndef ASSAY_LAYER_CPU_OVERLAY_H
 #define ASSAY_LAYER_CPU_OVERLAY_H
 
+#include "layer/assay.h"
 #include "layer/layer.h"
 #include "src/cpu/device.h"
 #include "src/cpu/playback.h"
 
 /* Covers instance->vk, which must be filled in. */
 void cpu_overlay_instance(struct layer_instance *instance);
-
-/* What vkGetInstanceProcAddr returns if the next layer returns `next`. The extensions that a device
- * will enable are unknown here, so all commands of the overlay are found. */
-PFN_vkVoidFunction cpu_overlay_instance_command(const char *name, PFN_vkVoidFunction next);
 
 /* Creates a device below, without the extensions and features that the backend supplies itself.
  * Fails and reports why if the application enables what cannot work. */
@@ -40,10 +37,9 @@ struct cpu_overlay {
 VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInfo *create_info);
 void cpu_overlay_destroy(struct cpu_overlay *overlay); /* accepts NULL */
 
-/* What vkGetDeviceProcAddr returns if the next layer returns `next`. */
-PFN_vkVoidFunction cpu_overlay_command(const struct cpu_overlay *overlay, const char *name,
-                                       PFN_vkVoidFunction next);
-
+/* Commands of assay.h, which no dispatch table has. */
+extern __typeof__(*(PFN_vkTraceRaysASSAY)0) cpu_TraceRaysASSAY;
+extern __typeof__(*(PFN_vkGetCountersASSAY)0) cpu_GetCountersASSAY;
 /* The overlay of the device to which a VkDevice or VkQueue belongs. */
 static inline struct cpu_overlay *cpu_overlay_of(const void *dispatchable)
 {

@@ -2,10 +2,10 @@
 /* Commands of backend cpu: query pools of acceleration-structure properties. Other pools belong to
  * the next layer. */
 #include "src/cpu/query_pools.h"
+#include "observers.h"
 
 #include <string.h>
 
-#include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 #include "layer/snapshots/recorder.h"
 #include "src/base/readable.h"

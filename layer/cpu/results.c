@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/cpu/commands.h"
 #include "layer/cpu/results.h"
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/tickets.h"
+#include "observers.h"
 #include "src/cpu/playback.h"
 
 /* One copy to a buffer. */

@@ -2,8 +2,8 @@
 /* Commands of backend cpu: creation and destruction of acceleration structures, and their
  * addresses. */
 #include "src/cpu/structures.h"
+#include "observers.h"
 
-#include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 
 static VkResult create(VkDevice device, const struct cpu_structure_info *info,

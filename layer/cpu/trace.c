@@ -5,10 +5,10 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 #include "layer/cpu/results.h"
 #include "layer/snapshots/snapshots.h"
+#include "observers.h"
 #include "src/cpu/trees/scene.h"
 #include "src/snapshots/memory.h"
 

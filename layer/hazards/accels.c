@@ -2,10 +2,9 @@
 /* Records copies, serialization and queries of acceleration structures. They access what the last
  * build needed, which may be less than the structure was created with, and something else may lie
  * behind it: only the first byte is certain. Of serialized data it is the header. */
-#include "layer/hazards/commands.h"
 #include "layer/hazards/host.h"
 #include "layer/hazards/recording.h"
-#include "layer/intercepts/intercepts.h"
+#include "observers.h"
 
 /* ---- structures and memory */
 
@@ -49,147 +48,78 @@ static void add_host_header(struct hazard_recording *recording, enum access_kind
 
 /* ---- in command buffers */
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyAccelerationStructureKHR(
-    VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureInfoKHR *pInfo)
+void hazards_copy_accel(struct hazard_recording *recording,
+                        const VkCopyAccelerationStructureInfoKHR *info)
 {
-    struct hazard_recording recording;
-    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyAccelerationStructureKHR")) {
-        add_accel(&recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, pInfo->src);
-        add_accel(&recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_DST, pInfo->dst);
-    }
-    assay_CmdCopyAccelerationStructureKHR(commandBuffer, pInfo);
+    add_accel(recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, info->src);
+    add_accel(recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_DST, info->dst);
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyAccelerationStructureNV(
-    VkCommandBuffer commandBuffer, VkAccelerationStructureNV dst, VkAccelerationStructureNV src,
-    VkCopyAccelerationStructureModeKHR mode)
+void hazards_copy_nv_accel(struct hazard_recording *recording, VkAccelerationStructureNV dst,
+                           VkAccelerationStructureNV src)
 {
-    struct hazard_recording recording;
-    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyAccelerationStructureNV")) {
-        add_nv(&recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, src);
-        add_nv(&recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_DST, dst);
-    }
-    assay_CmdCopyAccelerationStructureNV(commandBuffer, dst, src, mode);
+    add_nv(recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, src);
+    add_nv(recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_DST, dst);
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyAccelerationStructureToMemoryKHR(
-    VkCommandBuffer commandBuffer, const VkCopyAccelerationStructureToMemoryInfoKHR *pInfo)
+void hazards_write_accel(struct hazard_recording *recording,
+                         const VkCopyAccelerationStructureToMemoryInfoKHR *info)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    struct hazard_recording recording;
-    if (!device)
-        return;
-    if (hazard_recording_begin(&recording, commandBuffer,
-                               "vkCmdCopyAccelerationStructureToMemoryKHR")) {
-        add_accel(&recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, pInfo->src);
-        add_header(&recording, ACCESS_COPY_ACCEL_TRANSFER_WRITE, pInfo->dst.deviceAddress);
-    }
-    device->vk.CmdCopyAccelerationStructureToMemoryKHR(commandBuffer, pInfo);
+    add_accel(recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, info->src);
+    add_header(recording, ACCESS_COPY_ACCEL_TRANSFER_WRITE, info->dst.deviceAddress);
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMemoryToAccelerationStructureKHR(
-    VkCommandBuffer commandBuffer, const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
+void hazards_read_accel(struct hazard_recording *recording,
+                        const VkCopyMemoryToAccelerationStructureInfoKHR *info)
 {
-    struct hazard_recording recording;
-    if (hazard_recording_begin(&recording, commandBuffer,
-                               "vkCmdCopyMemoryToAccelerationStructureKHR")) {
-        add_header(&recording, ACCESS_COPY_ACCEL_TRANSFER_READ, pInfo->src.deviceAddress);
-        add_accel(&recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_DST, pInfo->dst);
-    }
-    assay_CmdCopyMemoryToAccelerationStructureKHR(commandBuffer, pInfo);
+    add_header(recording, ACCESS_COPY_ACCEL_TRANSFER_READ, info->src.deviceAddress);
+    add_accel(recording, ACCESS_COPY_ACCEL_WRITE, HAZARD_DST, info->dst);
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteAccelerationStructuresPropertiesKHR(
-    VkCommandBuffer commandBuffer, uint32_t accelerationStructureCount,
-    const VkAccelerationStructureKHR *pAccelerationStructures, VkQueryType queryType,
-    VkQueryPool queryPool, uint32_t firstQuery)
+void hazards_query_accels(struct hazard_recording *recording, uint32_t count,
+                          const VkAccelerationStructureKHR *accels)
 {
-    struct hazard_recording recording;
-    if (hazard_recording_begin(&recording, commandBuffer,
-                               "vkCmdWriteAccelerationStructuresPropertiesKHR"))
-        for (uint32_t i = 0; i < accelerationStructureCount; i++)
-            add_accel(&recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, pAccelerationStructures[i]);
-    assay_CmdWriteAccelerationStructuresPropertiesKHR(commandBuffer, accelerationStructureCount,
-                                                      pAccelerationStructures, queryType, queryPool,
-                                                      firstQuery);
+    for (uint32_t i = 0; i < count; i++)
+        add_accel(recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, accels[i]);
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteAccelerationStructuresPropertiesNV(
-    VkCommandBuffer commandBuffer, uint32_t accelerationStructureCount,
-    const VkAccelerationStructureNV *pAccelerationStructures, VkQueryType queryType,
-    VkQueryPool queryPool, uint32_t firstQuery)
+void hazards_query_nv_accels(struct hazard_recording *recording, uint32_t count,
+                             const VkAccelerationStructureNV *accels)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    struct hazard_recording recording;
-    if (!device)
-        return;
-    if (hazard_recording_begin(&recording, commandBuffer,
-                               "vkCmdWriteAccelerationStructuresPropertiesNV"))
-        for (uint32_t i = 0; i < accelerationStructureCount; i++)
-            add_nv(&recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, pAccelerationStructures[i]);
-    device->vk.CmdWriteAccelerationStructuresPropertiesNV(commandBuffer, accelerationStructureCount,
-                                                          pAccelerationStructures, queryType,
-                                                          queryPool, firstQuery);
+    for (uint32_t i = 0; i < count; i++)
+        add_nv(recording, ACCESS_COPY_ACCEL_READ, HAZARD_SRC, accels[i]);
 }
 
 /* ---- on the host */
 
-VKAPI_ATTR VkResult VKAPI_CALL
-hazards_CopyAccelerationStructureKHR(VkDevice device, VkDeferredOperationKHR deferredOperation,
-                                     const VkCopyAccelerationStructureInfoKHR *pInfo)
+void hazards_copy_accel_on_host(struct hazard_recording *recording,
+                                const VkCopyAccelerationStructureInfoKHR *info)
 {
-    struct hazard_recording recording;
-    if (hazards_start_host(&recording, device, "vkCopyAccelerationStructureKHR")) {
-        add_accel(&recording, ACCESS_HOST_READ, HAZARD_SRC, pInfo->src);
-        add_accel(&recording, ACCESS_HOST_WRITE, HAZARD_DST, pInfo->dst);
-    }
-    return assay_CopyAccelerationStructureKHR(device, deferredOperation, pInfo);
+    add_accel(recording, ACCESS_HOST_READ, HAZARD_SRC, info->src);
+    add_accel(recording, ACCESS_HOST_WRITE, HAZARD_DST, info->dst);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL hazards_CopyMemoryToAccelerationStructureKHR(
-    VkDevice device, VkDeferredOperationKHR deferredOperation,
-    const VkCopyMemoryToAccelerationStructureInfoKHR *pInfo)
+void hazards_read_accel_on_host(struct hazard_recording *recording,
+                                const VkCopyMemoryToAccelerationStructureInfoKHR *info)
 {
-    struct hazard_recording recording;
-    if (hazards_start_host(&recording, device, "vkCopyMemoryToAccelerationStructureKHR")) {
-        add_host_header(&recording, ACCESS_HOST_READ, pInfo->src.hostAddress);
-        add_accel(&recording, ACCESS_HOST_WRITE, HAZARD_DST, pInfo->dst);
-    }
-    return assay_CopyMemoryToAccelerationStructureKHR(device, deferredOperation, pInfo);
+    add_host_header(recording, ACCESS_HOST_READ, info->src.hostAddress);
+    add_accel(recording, ACCESS_HOST_WRITE, HAZARD_DST, info->dst);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL hazards_CopyAccelerationStructureToMemoryKHR(
-    VkDevice device, VkDeferredOperationKHR deferredOperation,
-    const VkCopyAccelerationStructureToMemoryInfoKHR *pInfo)
+void hazards_write_accel_on_host(struct hazard_recording *recording,
+                                 const VkCopyAccelerationStructureToMemoryInfoKHR *info)
 {
-    struct layer_device *state = layer_find_device(device);
-    struct hazard_recording recording;
-    if (hazards_start_host(&recording, device, "vkCopyAccelerationStructureToMemoryKHR")) {
-        add_accel(&recording, ACCESS_HOST_READ, HAZARD_SRC, pInfo->src);
-        add_host_header(&recording, ACCESS_HOST_WRITE, pInfo->dst.hostAddress);
-    }
-    struct host_work work = host_work_begin(state);
+    add_accel(recording, ACCESS_HOST_READ, HAZARD_SRC, info->src);
+    add_host_header(recording, ACCESS_HOST_WRITE, info->dst.hostAddress);
+}
+
+/* A query cannot be deferred, so its accesses end with the call. */
+void hazards_query_accels_on_host(struct hazard_recording *recording, uint32_t count,
+                                  const VkAccelerationStructureKHR *accels)
+{
+    for (uint32_t i = 0; i < count; i++)
+        add_accel(recording, ACCESS_HOST_READ, HAZARD_SRC, accels[i]);
+    struct host_work work = host_work_begin(recording->device);
     host_work_prepare(&work, false);
-    VkResult result =
-        state->vk.CopyAccelerationStructureToMemoryKHR(device, deferredOperation, pInfo);
-    return host_work_finish(&work, deferredOperation, result);
-}
-
-/* The command cannot be deferred, so its accesses end with the call. */
-VKAPI_ATTR VkResult VKAPI_CALL hazards_WriteAccelerationStructuresPropertiesKHR(
-    VkDevice device, uint32_t accelerationStructureCount,
-    const VkAccelerationStructureKHR *pAccelerationStructures, VkQueryType queryType,
-    size_t dataSize, void *pData, size_t stride)
-{
-    struct hazard_recording recording;
-    if (hazards_start_host(&recording, device, "vkWriteAccelerationStructuresPropertiesKHR")) {
-        for (uint32_t i = 0; i < accelerationStructureCount; i++)
-            add_accel(&recording, ACCESS_HOST_READ, HAZARD_SRC, pAccelerationStructures[i]);
-        struct host_work work = host_work_begin(recording.device);
-        host_work_prepare(&work, false);
-        host_work_finish(&work, VK_NULL_HANDLE, VK_SUCCESS);
-    }
-    return assay_WriteAccelerationStructuresPropertiesKHR(device, accelerationStructureCount,
-                                                          pAccelerationStructures, queryType,
-                                                          dataSize, pData, stride);
+    host_work_finish(&work, VK_NULL_HANDLE, VK_SUCCESS);
 }

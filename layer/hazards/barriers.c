@@ -4,7 +4,18 @@
  * full dependency, which can only hide hazards. */
 #include "layer/hazards/barriers.h"
 
+#include "observers.h"
 #include "src/base/chain.h"
+
+/* The parameters that vkCmdPipelineBarrier and vkCmdWaitEvents share. An image barrier orders
+ * commands as the stage masks say, and no bytes that are tracked. */
+struct barrier_parameters {
+    VkPipelineStageFlags src_stages, dst_stages;
+    uint32_t memory_count;
+    const VkMemoryBarrier *memory;
+    uint32_t buffer_count;
+    const VkBufferMemoryBarrier *buffers;
+};
 
 /* A group of barriers that is being recorded: those of one command, or of one wait. */
 struct group {
@@ -157,22 +168,29 @@ static void add_parameters(struct group *group, const struct barrier_parameters 
     }
 }
 
-void barriers_add(struct hazard_recording *recording, const struct barrier_parameters *parameters)
+void barriers_add(struct hazard_recording *recording, VkPipelineStageFlags src,
+                  VkPipelineStageFlags dst, uint32_t memory_count, const VkMemoryBarrier *memory,
+                  uint32_t buffer_count, const VkBufferMemoryBarrier *buffers)
 {
+    const struct barrier_parameters parameters = {src,    dst,          memory_count,
+                                                  memory, buffer_count, buffers};
     struct group group = begin_group(recording);
-    add_parameters(&group, parameters);
+    add_parameters(&group, &parameters);
 }
 
-void barriers_add_wait(struct hazard_recording *recording, VkEvent event,
-                       const struct barrier_parameters *parameters)
+void barriers_wait_events(struct hazard_recording *recording, uint32_t count, const VkEvent *events,
+                          VkPipelineStageFlags src, VkPipelineStageFlags dst, uint32_t memory_count,
+                          const VkMemoryBarrier *memory, uint32_t buffer_count,
+                          const VkBufferMemoryBarrier *buffers)
 {
-    struct group group = begin_wait(recording, event);
-    add_parameters(&group, parameters);
+    const struct barrier_parameters parameters = {src,    dst,          memory_count,
+                                                  memory, buffer_count, buffers};
+    for (uint32_t i = 0; i < count; i++) {
+        struct group group = begin_wait(recording, events[i]);
+        add_parameters(&group, &parameters);
+    }
 }
 
-/* ---- synchronization2 */
-
-/* Access flags of the third set name no access that is tracked, or one that is unknown. */
 struct dependency barriers_with_flags_3(struct dependency dependency, const void *chain)
 {
     const VkMemoryBarrierAccessFlags3KHR *flags =
@@ -264,11 +282,13 @@ void barriers_add_2(struct hazard_recording *recording, const VkDependencyInfo *
     add_info(&group, info);
 }
 
-void barriers_add_wait_2(struct hazard_recording *recording, VkEvent event,
-                         const VkDependencyInfo *info)
+void barriers_wait_events_2(struct hazard_recording *recording, uint32_t count,
+                            const VkEvent *events, const VkDependencyInfo *infos)
 {
-    struct group group = begin_wait(recording, event);
-    add_info(&group, info);
+    for (uint32_t i = 0; i < count; i++) {
+        struct group group = begin_wait(recording, events[i]);
+        add_info(&group, &infos[i]);
+    }
 }
 
 /* ---- events and render passes */
@@ -282,16 +302,16 @@ static struct hazard_entry *add_event(struct hazard_recording *recording, enum j
     return entry;
 }
 
-void barriers_add_set(struct hazard_recording *recording, VkEvent event,
-                      VkPipelineStageFlags2 stages)
+void barriers_set_event(struct hazard_recording *recording, VkEvent event,
+                        VkPipelineStageFlags stages)
 {
     struct hazard_entry *entry = add_event(recording, HAZARD_SET_EVENT, event);
     if (entry)
         entry->dependency = dependency_of(stages, 0, 0, 0);
 }
 
-void barriers_add_set_2(struct hazard_recording *recording, VkEvent event,
-                        const VkDependencyInfo *info)
+void barriers_set_event_2(struct hazard_recording *recording, VkEvent event,
+                          const VkDependencyInfo *info)
 {
     struct hazard_entry *entry = add_event(recording, HAZARD_SET_EVENT, event);
     if (!entry)
@@ -306,7 +326,7 @@ void barriers_add_set_2(struct hazard_recording *recording, VkEvent event,
         entry->dependency.src |= DEPENDENCY_OF(&info->pImageMemoryBarriers[i]).src;
 }
 
-void barriers_add_reset(struct hazard_recording *recording, VkEvent event)
+void barriers_reset_event(struct hazard_recording *recording, VkEvent event)
 {
     add_event(recording, HAZARD_RESET_EVENT, event);
 }

@@ -4,13 +4,13 @@
 
 #include "src/state/commands/journal.h"
 
-bool hazards_start_host(struct hazard_recording *recording, VkDevice device, const char *name)
+bool hazards_start_host(struct hazard_recording *recording, struct layer_device *device,
+                        const char *name)
 {
-    struct layer_device *state = layer_find_device(device);
-    if (!state->finds_hazards)
+    if (!device->finds_hazards)
         return false;
     *recording =
-        (struct hazard_recording){.device = state, .journal = journal_create(VK_NULL_HANDLE)};
+        (struct hazard_recording){.device = device, .journal = journal_create(VK_NULL_HANDLE)};
     if (!recording->journal)
         return false;
     host_work_set_journal(recording->journal);

@@ -8,7 +8,8 @@
 
 /* Begins the journal of a host command, which the next host_work_begin() of this thread takes over.
  * Returns false if nothing is to be recorded. */
-bool hazards_start_host(struct hazard_recording *recording, VkDevice device, const char *name);
+bool hazards_start_host(struct hazard_recording *recording, struct layer_device *device,
+                        const char *name);
 
 /* Adds accesses to the host memory behind a pointer, as far as it is mapped device memory. */
 void hazards_add_host(struct hazard_recording *recording, const struct hazard_use *use,

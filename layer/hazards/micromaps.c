@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Records builds, copies and queries of micromaps of VK_EXT_opacity_micromap. As of structures,
  * only the first byte of what is copied or queried is certain. */
-#include "layer/hazards/commands.h"
 #include "layer/hazards/host.h"
-#include "layer/intercepts/intercepts.h"
+#include "observers.h"
 #include "src/base/readable.h"
 
 /* Adds the first `size` bytes of a micromap. */
@@ -101,52 +100,21 @@ static void add_build(struct hazard_recording *recording, uint32_t index,
     add_triangles(recording, &use, info, is_host);
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdBuildMicromapsEXT(VkCommandBuffer commandBuffer,
-                                                        uint32_t infoCount,
-                                                        const VkMicromapBuildInfoEXT *pInfos)
+void hazards_build_micromaps(struct hazard_recording *recording, uint32_t count,
+                             const VkMicromapBuildInfoEXT *infos)
 {
-    struct hazard_recording recording;
-    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdBuildMicromapsEXT"))
-        for (uint32_t i = 0; i < infoCount; i++)
-            add_build(&recording, i, &pInfos[i], false);
-    assay_CmdBuildMicromapsEXT(commandBuffer, infoCount, pInfos);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL hazards_BuildMicromapsEXT(VkDevice device,
-                                                         VkDeferredOperationKHR deferredOperation,
-                                                         uint32_t infoCount,
-                                                         const VkMicromapBuildInfoEXT *pInfos)
-{
-    struct hazard_recording recording;
-    if (hazards_start_host(&recording, device, "vkBuildMicromapsEXT"))
-        for (uint32_t i = 0; i < infoCount; i++)
-            add_build(&recording, i, &pInfos[i], true);
-    return assay_BuildMicromapsEXT(device, deferredOperation, infoCount, pInfos);
+    for (uint32_t i = 0; i < count; i++)
+        add_build(recording, i, &infos[i], !recording->command_buffer);
 }
 
 /* ---- copies and queries */
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMicromapEXT(VkCommandBuffer commandBuffer,
-                                                      const VkCopyMicromapInfoEXT *pInfo)
+void hazards_copy_micromap(struct hazard_recording *recording, const VkCopyMicromapInfoEXT *info)
 {
-    struct hazard_recording recording;
-    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyMicromapEXT")) {
-        add_first(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pInfo->src);
-        add_first(&recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, pInfo->dst);
-    }
-    assay_CmdCopyMicromapEXT(commandBuffer, pInfo);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL hazards_CopyMicromapEXT(VkDevice device,
-                                                       VkDeferredOperationKHR deferredOperation,
-                                                       const VkCopyMicromapInfoEXT *pInfo)
-{
-    struct hazard_recording recording;
-    if (hazards_start_host(&recording, device, "vkCopyMicromapEXT")) {
-        add_first(&recording, ACCESS_HOST_READ, HAZARD_SRC, pInfo->src);
-        add_first(&recording, ACCESS_HOST_WRITE, HAZARD_DST, pInfo->dst);
-    }
-    return assay_CopyMicromapEXT(device, deferredOperation, pInfo);
+    bool is_host = !recording->command_buffer;
+    add_first(recording, is_host ? ACCESS_HOST_READ : ACCESS_MICROMAP_READ, HAZARD_SRC, info->src);
+    add_first(recording, is_host ? ACCESS_HOST_WRITE : ACCESS_MICROMAP_WRITE, HAZARD_DST,
+              info->dst);
 }
 
 /* The size of serialized data is unknown. They begin with their version, which is two UUIDs. */
@@ -157,44 +125,25 @@ static const struct hazard_use memory_read = {.kind = ACCESS_MICROMAP_TRANSFER_R
 static const struct hazard_use memory_write = {.kind = ACCESS_MICROMAP_TRANSFER_WRITE,
                                                .role = HAZARD_MEMORY};
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMemoryToMicromapEXT(
-    VkCommandBuffer commandBuffer, const VkCopyMemoryToMicromapInfoEXT *pInfo)
+void hazards_read_micromap(struct hazard_recording *recording,
+                           const VkCopyMemoryToMicromapInfoEXT *info)
 {
-    struct hazard_recording recording;
-    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyMemoryToMicromapEXT")) {
-        add_bytes(&recording, &memory_read, pInfo->src, false, HEADER_SIZE);
-        add_first(&recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, pInfo->dst);
-    }
-    assay_CmdCopyMemoryToMicromapEXT(commandBuffer, pInfo);
+    add_bytes(recording, &memory_read, info->src, false, HEADER_SIZE);
+    add_first(recording, ACCESS_MICROMAP_WRITE, HAZARD_DST, info->dst);
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyMicromapToMemoryEXT(
-    VkCommandBuffer commandBuffer, const VkCopyMicromapToMemoryInfoEXT *pInfo)
+void hazards_write_micromap(struct hazard_recording *recording,
+                            const VkCopyMicromapToMemoryInfoEXT *info)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    struct hazard_recording recording;
-    if (!device)
-        return;
-    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyMicromapToMemoryEXT")) {
-        add_first(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pInfo->src);
-        add_bytes(&recording, &memory_write,
-                  (VkDeviceOrHostAddressConstKHR){.deviceAddress = pInfo->dst.deviceAddress}, false,
-                  HEADER_SIZE);
-    }
-    device->vk.CmdCopyMicromapToMemoryEXT(commandBuffer, pInfo);
+    add_first(recording, ACCESS_MICROMAP_READ, HAZARD_SRC, info->src);
+    add_bytes(recording, &memory_write,
+              (VkDeviceOrHostAddressConstKHR){.deviceAddress = info->dst.deviceAddress}, false,
+              HEADER_SIZE);
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteMicromapsPropertiesEXT(
-    VkCommandBuffer commandBuffer, uint32_t micromapCount, const VkMicromapEXT *pMicromaps,
-    VkQueryType queryType, VkQueryPool queryPool, uint32_t firstQuery)
+void hazards_query_micromaps(struct hazard_recording *recording, uint32_t count,
+                             const VkMicromapEXT *micromaps)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    struct hazard_recording recording;
-    if (!device)
-        return;
-    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdWriteMicromapsPropertiesEXT"))
-        for (uint32_t i = 0; i < micromapCount; i++)
-            add_first(&recording, ACCESS_MICROMAP_READ, HAZARD_SRC, pMicromaps[i]);
-    device->vk.CmdWriteMicromapsPropertiesEXT(commandBuffer, micromapCount, pMicromaps, queryType,
-                                              queryPool, firstQuery);
+    for (uint32_t i = 0; i < count; i++)
+        add_first(recording, ACCESS_MICROMAP_READ, HAZARD_SRC, micromaps[i]);
 }

@@ -8,9 +8,8 @@
 #include <stdlib.h>
 
 #include "layer/hazards/barriers.h"
-#include "layer/hazards/commands.h"
 #include "layer/hazards/objects.h"
-#include "layer/intercepts/intercepts.h"
+#include "observers.h"
 #include "src/base/chain.h"
 
 /* ---- creation */
@@ -42,25 +41,19 @@ static struct subpass_dependency *allocate(uint32_t count)
     return calloc(count ? count : 1, sizeof(struct subpass_dependency));
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL hazards_CreateRenderPass(VkDevice device,
-                                                        const VkRenderPassCreateInfo *pCreateInfo,
-                                                        const VkAllocationCallbacks *pAllocator,
-                                                        VkRenderPass *pRenderPass)
+void hazards_note_render_pass(struct layer_device *device, VkRenderPass render_pass,
+                              const VkRenderPassCreateInfo *info)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.CreateRenderPass(device, pCreateInfo, pAllocator, pRenderPass);
-    uint32_t count = pCreateInfo->dependencyCount;
-    struct subpass_dependency *all = result == VK_SUCCESS ? allocate(count) : NULL;
+    uint32_t count = info->dependencyCount;
+    struct subpass_dependency *all = allocate(count);
     for (uint32_t i = 0; all && i < count; i++) {
-        const VkSubpassDependency *from = &pCreateInfo->pDependencies[i];
+        const VkSubpassDependency *from = &info->pDependencies[i];
         all[i] =
             (struct subpass_dependency){from->srcSubpass, from->dstSubpass,
                                         dependency_of(from->srcStageMask, from->srcAccessMask,
                                                       from->dstStageMask, from->dstAccessMask)};
     }
-    if (result == VK_SUCCESS)
-        keep(state, *pRenderPass, all, count);
-    return result;
+    keep(device, render_pass, all, count);
 }
 
 /* A VkMemoryBarrier2 replaces the masks of the structure that it extends. */
@@ -78,8 +71,8 @@ static struct subpass_dependency describe(const VkSubpassDependency2 *from)
     return dependency;
 }
 
-static void keep_2(const struct layer_device *device, VkRenderPass render_pass,
-                   const VkRenderPassCreateInfo2 *info)
+void hazards_note_render_pass_2(struct layer_device *device, VkRenderPass render_pass,
+                                const VkRenderPassCreateInfo2 *info)
 {
     struct subpass_dependency *all = allocate(info->dependencyCount);
     for (uint32_t i = 0; all && i < info->dependencyCount; i++)
@@ -87,28 +80,9 @@ static void keep_2(const struct layer_device *device, VkRenderPass render_pass,
     keep(device, render_pass, all, info->dependencyCount);
 }
 
-/* A command and its alias differ only in which command they call. */
-#define DEFINE_CREATE_RENDER_PASS_2(name)                                                          \
-    VKAPI_ATTR VkResult VKAPI_CALL hazards_##name(                                                 \
-        VkDevice device, const VkRenderPassCreateInfo2 *pCreateInfo,                               \
-        const VkAllocationCallbacks *pAllocator, VkRenderPass *pRenderPass)                        \
-    {                                                                                              \
-        struct layer_device *state = layer_find_device(device);                                    \
-        VkResult result = state->vk.name(device, pCreateInfo, pAllocator, pRenderPass);            \
-        if (result == VK_SUCCESS)                                                                  \
-            keep_2(state, *pRenderPass, pCreateInfo);                                              \
-        return result;                                                                             \
-    }
-
-DEFINE_CREATE_RENDER_PASS_2(CreateRenderPass2)
-DEFINE_CREATE_RENDER_PASS_2(CreateRenderPass2KHR)
-
-VKAPI_ATTR void VKAPI_CALL hazards_DestroyRenderPass(VkDevice device, VkRenderPass renderPass,
-                                                     const VkAllocationCallbacks *pAllocator)
+void hazards_forget_render_pass(struct layer_device *device, VkRenderPass render_pass)
 {
-    struct layer_device *state = layer_find_device(device);
-    hazard_objects_remove_render_pass(state->hazard_objects, renderPass);
-    state->vk.DestroyRenderPass(device, renderPass, pAllocator);
+    hazard_objects_remove_render_pass(device->hazard_objects, render_pass);
 }
 
 /* ---- commands */
@@ -145,92 +119,31 @@ static void add_place(struct hazard_recording *recording, enum place place)
             barriers_add_global(recording, &all[i].dependency);
 }
 
-static void begin(VkCommandBuffer handle, const VkRenderPassBeginInfo *info)
+void hazards_begin_render_pass(struct hazard_recording *recording,
+                               const VkRenderPassBeginInfo *info)
 {
-    struct hazard_recording recording;
-    if (!hazard_recording_start(&recording, handle))
-        return;
-    recording.command_buffer->render_pass = (uint64_t)(uintptr_t)info->renderPass;
-    add_place(&recording, PASS_BEGIN);
+    recording->command_buffer->render_pass = (uint64_t)(uintptr_t)info->renderPass;
+    add_place(recording, PASS_BEGIN);
 }
 
-static void go_on(VkCommandBuffer handle, enum place place)
+void hazards_next_subpass(struct hazard_recording *recording)
 {
-    struct hazard_recording recording;
-    if (hazard_recording_start(&recording, handle))
-        add_place(&recording, place);
+    add_place(recording, PASS_NEXT);
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdBeginRenderPass(VkCommandBuffer commandBuffer,
-                                                      const VkRenderPassBeginInfo *pRenderPassBegin,
-                                                      VkSubpassContents contents)
+void hazards_end_render_pass(struct hazard_recording *recording)
 {
-    begin(commandBuffer, pRenderPassBegin);
-    assay_CmdBeginRenderPass(commandBuffer, pRenderPassBegin, contents);
+    add_place(recording, PASS_END);
 }
-
-VKAPI_ATTR void VKAPI_CALL hazards_CmdNextSubpass(VkCommandBuffer commandBuffer,
-                                                  VkSubpassContents contents)
-{
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    if (!device)
-        return;
-    go_on(commandBuffer, PASS_NEXT);
-    device->vk.CmdNextSubpass(commandBuffer, contents);
-}
-
-VKAPI_ATTR void VKAPI_CALL hazards_CmdEndRenderPass(VkCommandBuffer commandBuffer)
-{
-    go_on(commandBuffer, PASS_END);
-    assay_CmdEndRenderPass(commandBuffer);
-}
-
-#define DEFINE_RENDER_PASS_2(suffix)                                                               \
-    VKAPI_ATTR void VKAPI_CALL hazards_CmdBeginRenderPass##suffix(                                 \
-        VkCommandBuffer commandBuffer, const VkRenderPassBeginInfo *pRenderPassBegin,              \
-        const VkSubpassBeginInfo *pSubpassBeginInfo)                                               \
-    {                                                                                              \
-        begin(commandBuffer, pRenderPassBegin);                                                    \
-        assay_CmdBeginRenderPass##suffix(commandBuffer, pRenderPassBegin, pSubpassBeginInfo);      \
-    }                                                                                              \
-    VKAPI_ATTR void VKAPI_CALL hazards_CmdNextSubpass##suffix(                                     \
-        VkCommandBuffer commandBuffer, const VkSubpassBeginInfo *pSubpassBeginInfo,                \
-        const VkSubpassEndInfo *pSubpassEndInfo)                                                   \
-    {                                                                                              \
-        struct layer_device *device = layer_find_recording_device(commandBuffer);                  \
-        if (!device)                                                                               \
-            return;                                                                                \
-        go_on(commandBuffer, PASS_NEXT);                                                           \
-        device->vk.CmdNextSubpass##suffix(commandBuffer, pSubpassBeginInfo, pSubpassEndInfo);      \
-    }                                                                                              \
-    VKAPI_ATTR void VKAPI_CALL hazards_CmdEndRenderPass##suffix(                                   \
-        VkCommandBuffer commandBuffer, const VkSubpassEndInfo *pSubpassEndInfo)                    \
-    {                                                                                              \
-        go_on(commandBuffer, PASS_END);                                                            \
-        assay_CmdEndRenderPass##suffix(commandBuffer, pSubpassEndInfo);                            \
-    }
-
-DEFINE_RENDER_PASS_2(2)
-DEFINE_RENDER_PASS_2(2KHR)
 
 /* ---- images */
 
-VKAPI_ATTR VkResult VKAPI_CALL hazards_CreateImage(VkDevice device,
-                                                   const VkImageCreateInfo *pCreateInfo,
-                                                   const VkAllocationCallbacks *pAllocator,
-                                                   VkImage *pImage)
+void hazards_note_image(struct layer_device *device, VkImage image, const VkImageCreateInfo *info)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.CreateImage(device, pCreateInfo, pAllocator, pImage);
-    if (result == VK_SUCCESS)
-        hazard_objects_add_image(state->hazard_objects, *pImage, pCreateInfo->format);
-    return result;
+    hazard_objects_add_image(device->hazard_objects, image, info->format);
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_DestroyImage(VkDevice device, VkImage image,
-                                                const VkAllocationCallbacks *pAllocator)
+void hazards_forget_image(struct layer_device *device, VkImage image)
 {
-    struct layer_device *state = layer_find_device(device);
-    hazard_objects_remove_image(state->hazard_objects, image);
-    state->vk.DestroyImage(device, image, pAllocator);
+    hazard_objects_remove_image(device->hazard_objects, image);
 }

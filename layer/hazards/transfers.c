@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Records copies, fills and updates of buffers, and markers. */
-#include "layer/hazards/commands.h"
 #include "layer/hazards/objects.h"
 #include "layer/hazards/recording.h"
+#include "observers.h"
 
 /* ---- between buffers */
 
@@ -17,36 +17,17 @@
         }                                                                                          \
     } while (0)
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyBuffer(VkCommandBuffer commandBuffer, VkBuffer srcBuffer,
-                                                 VkBuffer dstBuffer, uint32_t regionCount,
-                                                 const VkBufferCopy *pRegions)
+void hazards_copy_buffer(struct hazard_recording *recording, VkBuffer src, VkBuffer dst,
+                         uint32_t count, const VkBufferCopy *regions)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    struct hazard_recording recording;
-    if (!device)
-        return;
-    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyBuffer"))
-        ADD_BUFFER_COPIES(&recording, srcBuffer, dstBuffer, regionCount, pRegions);
-    device->vk.CmdCopyBuffer(commandBuffer, srcBuffer, dstBuffer, regionCount, pRegions);
+    ADD_BUFFER_COPIES(recording, src, dst, count, regions);
 }
 
-/* A command and its alias differ only in which command they call. */
-#define DEFINE_COPY_BUFFER_2(name)                                                                 \
-    VKAPI_ATTR void VKAPI_CALL hazards_##name(VkCommandBuffer commandBuffer,                       \
-                                              const VkCopyBufferInfo2 *pInfo)                      \
-    {                                                                                              \
-        struct layer_device *device = layer_find_recording_device(commandBuffer);                  \
-        struct hazard_recording recording;                                                         \
-        if (!device)                                                                               \
-            return;                                                                                \
-        if (hazard_recording_begin(&recording, commandBuffer, "vk" #name))                         \
-            ADD_BUFFER_COPIES(&recording, pInfo->srcBuffer, pInfo->dstBuffer, pInfo->regionCount,  \
-                              pInfo->pRegions);                                                    \
-        device->vk.name(commandBuffer, pInfo);                                                     \
-    }
-
-DEFINE_COPY_BUFFER_2(CmdCopyBuffer2)
-DEFINE_COPY_BUFFER_2(CmdCopyBuffer2KHR)
+void hazards_copy_buffer_2(struct hazard_recording *recording, const VkCopyBufferInfo2 *info)
+{
+    ADD_BUFFER_COPIES(recording, info->srcBuffer, info->dstBuffer, info->regionCount,
+                      info->pRegions);
+}
 
 /* ---- between buffers and images */
 
@@ -103,79 +84,60 @@ static void add_region(struct hazard_recording *recording, const struct image_co
         add_rows(recording, copy, region, &block);
 }
 
-static void add_image_copy(VkCommandBuffer handle, const char *name, const struct image_copy *copy,
+static void add_image_copy(struct hazard_recording *recording, const struct image_copy *copy,
                            uint32_t count, const VkBufferImageCopy *regions)
 {
-    struct hazard_recording recording;
-    if (!hazard_recording_begin(&recording, handle, name))
-        return;
     for (uint32_t i = 0; i < count; i++)
-        add_region(&recording, copy, &regions[i]);
+        add_region(recording, copy, &regions[i]);
 }
 
-static void add_image_copy_2(VkCommandBuffer handle, const char *name,
-                             const struct image_copy *copy, uint32_t count,
-                             const VkBufferImageCopy2 *regions)
+static void add_image_copy_2(struct hazard_recording *recording, const struct image_copy *copy,
+                             uint32_t count, const VkBufferImageCopy2 *regions)
 {
-    struct hazard_recording recording;
-    if (!hazard_recording_begin(&recording, handle, name))
-        return;
     for (uint32_t i = 0; i < count; i++)
-        add_region(&recording, copy,
+        add_region(recording, copy,
                    &(VkBufferImageCopy){regions[i].bufferOffset, regions[i].bufferRowLength,
                                         regions[i].bufferImageHeight, regions[i].imageSubresource,
                                         regions[i].imageOffset, regions[i].imageExtent});
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyImageToBuffer(VkCommandBuffer commandBuffer,
-                                                        VkImage srcImage,
-                                                        VkImageLayout srcImageLayout,
-                                                        VkBuffer dstBuffer, uint32_t regionCount,
-                                                        const VkBufferImageCopy *pRegions)
+static struct image_copy to_buffer(VkImage src, VkBuffer dst)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    const struct image_copy copy = {srcImage, dstBuffer, ACCESS_TRANSFER_WRITE, HAZARD_DST};
-    if (!device)
-        return;
-    add_image_copy(commandBuffer, "vkCmdCopyImageToBuffer", &copy, regionCount, pRegions);
-    device->vk.CmdCopyImageToBuffer(commandBuffer, srcImage, srcImageLayout, dstBuffer, regionCount,
-                                    pRegions);
+    return (struct image_copy){src, dst, ACCESS_TRANSFER_WRITE, HAZARD_DST};
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyBufferToImage(VkCommandBuffer commandBuffer,
-                                                        VkBuffer srcBuffer, VkImage dstImage,
-                                                        VkImageLayout dstImageLayout,
-                                                        uint32_t regionCount,
-                                                        const VkBufferImageCopy *pRegions)
+static struct image_copy to_image(VkBuffer src, VkImage dst)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    const struct image_copy copy = {dstImage, srcBuffer, ACCESS_TRANSFER_READ, HAZARD_SRC};
-    if (!device)
-        return;
-    add_image_copy(commandBuffer, "vkCmdCopyBufferToImage", &copy, regionCount, pRegions);
-    device->vk.CmdCopyBufferToImage(commandBuffer, srcBuffer, dstImage, dstImageLayout, regionCount,
-                                    pRegions);
+    return (struct image_copy){dst, src, ACCESS_TRANSFER_READ, HAZARD_SRC};
 }
 
-#define DEFINE_IMAGE_COPY_2(name, info_type, image, buffer, kind, role)                            \
-    VKAPI_ATTR void VKAPI_CALL hazards_##name(VkCommandBuffer commandBuffer,                       \
-                                              const info_type *pInfo)                              \
-    {                                                                                              \
-        struct layer_device *device = layer_find_recording_device(commandBuffer);                  \
-        if (!device)                                                                               \
-            return;                                                                                \
-        const struct image_copy copy = {pInfo->image, pInfo->buffer, kind, role};                  \
-        add_image_copy_2(commandBuffer, "vk" #name, &copy, pInfo->regionCount, pInfo->pRegions);   \
-        device->vk.name(commandBuffer, pInfo);                                                     \
-    }
+void hazards_copy_to_buffer(struct hazard_recording *recording, VkImage src, VkBuffer dst,
+                            uint32_t count, const VkBufferImageCopy *regions)
+{
+    const struct image_copy copy = to_buffer(src, dst);
+    add_image_copy(recording, &copy, count, regions);
+}
 
-#define TO_BUFFER VkCopyImageToBufferInfo2, srcImage, dstBuffer, ACCESS_TRANSFER_WRITE, HAZARD_DST
-#define TO_IMAGE VkCopyBufferToImageInfo2, dstImage, srcBuffer, ACCESS_TRANSFER_READ, HAZARD_SRC
-#define DEFINE_IMAGE_COPY(name, side) DEFINE_IMAGE_COPY_2(name, side)
-DEFINE_IMAGE_COPY(CmdCopyImageToBuffer2, TO_BUFFER)
-DEFINE_IMAGE_COPY(CmdCopyImageToBuffer2KHR, TO_BUFFER)
-DEFINE_IMAGE_COPY(CmdCopyBufferToImage2, TO_IMAGE)
-DEFINE_IMAGE_COPY(CmdCopyBufferToImage2KHR, TO_IMAGE)
+void hazards_copy_to_buffer_2(struct hazard_recording *recording,
+                              const VkCopyImageToBufferInfo2 *info)
+{
+    const struct image_copy copy = to_buffer(info->srcImage, info->dstBuffer);
+    add_image_copy_2(recording, &copy, info->regionCount, info->pRegions);
+}
+
+void hazards_copy_to_image(struct hazard_recording *recording, VkBuffer src, VkImage dst,
+                           uint32_t count, const VkBufferImageCopy *regions)
+{
+    const struct image_copy copy = to_image(src, dst);
+    add_image_copy(recording, &copy, count, regions);
+}
+
+void hazards_copy_to_image_2(struct hazard_recording *recording,
+                             const VkCopyBufferToImageInfo2 *info)
+{
+    const struct image_copy copy = to_image(info->srcBuffer, info->dstImage);
+    add_image_copy_2(recording, &copy, info->regionCount, info->pRegions);
+}
 
 /* ---- fills and updates */
 
@@ -192,66 +154,24 @@ static VkDeviceSize filled_size(const struct hazard_recording *recording, VkBuff
     return (bytes.size - offset) / 4 * 4;
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdFillBuffer(VkCommandBuffer commandBuffer, VkBuffer dstBuffer,
-                                                 VkDeviceSize dstOffset, VkDeviceSize size,
-                                                 uint32_t data)
+void hazards_fill(struct hazard_recording *recording, VkBuffer dst, VkDeviceSize offset,
+                  VkDeviceSize size)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    struct hazard_recording recording;
-    if (!device)
-        return;
-    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdFillBuffer"))
-        hazard_recording_add_buffer(&recording, ACCESS_FILL_WRITE, HAZARD_DST, dstBuffer, dstOffset,
-                                    filled_size(&recording, dstBuffer, dstOffset, size));
-    device->vk.CmdFillBuffer(commandBuffer, dstBuffer, dstOffset, size, data);
+    hazard_recording_add_buffer(recording, ACCESS_FILL_WRITE, HAZARD_DST, dst, offset,
+                                filled_size(recording, dst, offset, size));
 }
 
-VKAPI_ATTR void VKAPI_CALL hazards_CmdUpdateBuffer(VkCommandBuffer commandBuffer,
-                                                   VkBuffer dstBuffer, VkDeviceSize dstOffset,
-                                                   VkDeviceSize dataSize, const void *pData)
+void hazards_update(struct hazard_recording *recording, VkBuffer dst, VkDeviceSize offset,
+                    VkDeviceSize size)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    struct hazard_recording recording;
-    if (!device)
-        return;
-    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdUpdateBuffer"))
-        hazard_recording_add_buffer(&recording, ACCESS_FILL_WRITE, HAZARD_DST, dstBuffer, dstOffset,
-                                    dataSize);
-    device->vk.CmdUpdateBuffer(commandBuffer, dstBuffer, dstOffset, dataSize, pData);
+    hazard_recording_add_buffer(recording, ACCESS_FILL_WRITE, HAZARD_DST, dst, offset, size);
 }
 
-/* ---- markers (VK_AMD_buffer_marker) */
-
-static void add_marker(VkCommandBuffer handle, const char *name, VkBuffer dst, VkDeviceSize offset)
+/* Of VK_AMD_buffer_marker. */
+void hazards_write_marker(struct hazard_recording *recording, VkBuffer dst, VkDeviceSize offset)
 {
-    struct hazard_recording recording;
-    if (hazard_recording_begin(&recording, handle, name))
-        hazard_recording_add_buffer(&recording, ACCESS_MARKER_WRITE, HAZARD_DST, dst, offset,
-                                    sizeof(uint32_t));
-}
-
-VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteBufferMarkerAMD(VkCommandBuffer commandBuffer,
-                                                           VkPipelineStageFlagBits pipelineStage,
-                                                           VkBuffer dstBuffer,
-                                                           VkDeviceSize dstOffset, uint32_t marker)
-{
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    if (!device)
-        return;
-    add_marker(commandBuffer, "vkCmdWriteBufferMarkerAMD", dstBuffer, dstOffset);
-    device->vk.CmdWriteBufferMarkerAMD(commandBuffer, pipelineStage, dstBuffer, dstOffset, marker);
-}
-
-VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteBufferMarker2AMD(VkCommandBuffer commandBuffer,
-                                                            VkPipelineStageFlags2 stage,
-                                                            VkBuffer dstBuffer,
-                                                            VkDeviceSize dstOffset, uint32_t marker)
-{
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    if (!device)
-        return;
-    add_marker(commandBuffer, "vkCmdWriteBufferMarker2AMD", dstBuffer, dstOffset);
-    device->vk.CmdWriteBufferMarker2AMD(commandBuffer, stage, dstBuffer, dstOffset, marker);
+    hazard_recording_add_buffer(recording, ACCESS_MARKER_WRITE, HAZARD_DST, dst, offset,
+                                sizeof(uint32_t));
 }
 
 /* ---- results of queries */
@@ -259,9 +179,9 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdWriteBufferMarker2AMD(VkCommandBuffer comm
 /* What is surely written of each query: with VK_QUERY_RESULT_WAIT_BIT its first word, and behind it
  * another value or the availability; otherwise only the availability, whose place is known if the
  * query has one value, as those of compacted sizes have. */
-static void add_results(struct hazard_recording *recording, VkQueryPool pool, uint32_t count,
-                        VkBuffer dst, VkDeviceSize offset, VkDeviceSize stride,
-                        VkQueryResultFlags flags)
+void hazards_copy_results(struct hazard_recording *recording, VkQueryPool pool, uint32_t count,
+                          VkBuffer dst, VkDeviceSize offset, VkDeviceSize stride,
+                          VkQueryResultFlags flags)
 {
     VkDeviceSize word = flags & VK_QUERY_RESULT_64_BIT ? 8 : 4;
     bool has_availability = flags & VK_QUERY_RESULT_WITH_AVAILABILITY_BIT;
@@ -283,18 +203,4 @@ static void add_results(struct hazard_recording *recording, VkQueryPool pool, ui
     hazard_recording_add_buffer(recording, ACCESS_TRANSFER_WRITE, HAZARD_DST, dst, offset, size);
     hazard_recording_add_buffer(recording, ACCESS_TRANSFER_WRITE, HAZARD_DST, dst,
                                 offset + (count - 1) * stride, size);
-}
-
-VKAPI_ATTR void VKAPI_CALL hazards_CmdCopyQueryPoolResults(
-    VkCommandBuffer commandBuffer, VkQueryPool queryPool, uint32_t firstQuery, uint32_t queryCount,
-    VkBuffer dstBuffer, VkDeviceSize dstOffset, VkDeviceSize stride, VkQueryResultFlags flags)
-{
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    struct hazard_recording recording;
-    if (!device)
-        return;
-    if (hazard_recording_begin(&recording, commandBuffer, "vkCmdCopyQueryPoolResults"))
-        add_results(&recording, queryPool, queryCount, dstBuffer, dstOffset, stride, flags);
-    device->vk.CmdCopyQueryPoolResults(commandBuffer, queryPool, firstQuery, queryCount, dstBuffer,
-                                       dstOffset, stride, flags);
 }

@@ -6,7 +6,7 @@
 #include "layer/formats.h"
 #include "layer/intercepts/build_call.h"
 #include "layer/intercepts/host_work.h"
-#include "layer/intercepts/intercepts.h"
+#include "observers.h"
 #include "src/base/readable.h"
 #include "src/base/recording_path.h"
 

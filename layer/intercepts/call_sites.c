@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-#include "layer/intercepts/intercepts.h"
+#include "observers.h"
 #include "src/state/commands/call_sites.h"
 
 /* Noinline, so that the thread-local variable is located once per call. */
@@ -107,7 +107,7 @@ static struct located_call enter_host(VkDevice handle, const void *frame, const 
 
 /* ---- intercepts */
 
-static VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructuresKHR(
+VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructuresKHR(
     VkCommandBuffer commandBuffer, uint32_t infoCount,
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
     const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
@@ -117,7 +117,7 @@ static VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructuresKHR(
     leave(&call);
 }
 
-static VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructuresIndirectKHR(
+VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructuresIndirectKHR(
     VkCommandBuffer commandBuffer, uint32_t infoCount,
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
     const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
@@ -130,7 +130,7 @@ static VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructuresIndirect
     leave(&call);
 }
 
-static VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructureNV(
+VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructureNV(
     VkCommandBuffer commandBuffer, const VkAccelerationStructureInfoNV *pInfo,
     VkBuffer instanceData, VkDeviceSize instanceOffset, VkBool32 update,
     VkAccelerationStructureNV dst, VkAccelerationStructureNV src, VkBuffer scratch,
@@ -142,7 +142,7 @@ static VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructureNV(
     leave(&call);
 }
 
-static VKAPI_ATTR VkResult VKAPI_CALL located_BuildAccelerationStructuresKHR(
+VKAPI_ATTR VkResult VKAPI_CALL located_BuildAccelerationStructuresKHR(
     VkDevice device, VkDeferredOperationKHR deferredOperation, uint32_t infoCount,
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
     const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
@@ -152,29 +152,4 @@ static VKAPI_ATTR VkResult VKAPI_CALL located_BuildAccelerationStructuresKHR(
                                                            pInfos, ppBuildRangeInfos);
     leave(&call);
     return result;
-}
-
-#define COMMAND(name)                                                                              \
-    {                                                                                              \
-        "vk" #name, (PFN_vkVoidFunction)located_##name                                             \
-    }
-
-PFN_vkVoidFunction call_sites_command(const struct layer_instance *instance, const char *name,
-                                      PFN_vkVoidFunction own)
-{
-    static const struct {
-        const char *name;
-        PFN_vkVoidFunction function;
-    } commands[] = {
-        COMMAND(CmdBuildAccelerationStructuresKHR),
-        COMMAND(CmdBuildAccelerationStructuresIndirectKHR),
-        COMMAND(BuildAccelerationStructuresKHR),
-        COMMAND(CmdBuildAccelerationStructureNV),
-    };
-    if (!own || reporter_settings(instance->reporter)->call_sites == CALL_SITES_OFF)
-        return own;
-    for (unsigned i = 0; i < sizeof(commands) / sizeof(commands[0]); i++)
-        if (strcmp(commands[i].name, name) == 0)
-            return commands[i].function;
-    return own;
 }

@@ -9,11 +9,6 @@
 /* Creates device->call_sites as the settings say. Without memory there are no call sites. */
 void call_sites_enable(struct layer_device *device);
 
-/* Returns the intercept that finds the call site and then calls `own`; or `own`, if the setting is
- * off or the command records no builds. `own` may be NULL. */
-PFN_vkVoidFunction call_sites_command(const struct layer_instance *instance, const char *name,
-                                      PFN_vkVoidFunction own);
-
 /* The call site of the build command that this thread is in; NULL: unknown, or there is none. */
 const struct call_site *call_site_of_thread(void);
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Host commands from begin to end, and intercepts of the deferred operations that execute them. */
+/* Host commands from begin to end, and observers of the deferred operations that execute them. */
 #include "layer/intercepts/host_work.h"
 
 #include "layer/intercepts/call_sites.h"
-#include "layer/intercepts/intercepts.h"
+#include "observers.h"
 
 /* Checks the level, because backend cpu has an order at each level. */
 static bool tracks_work(const struct layer_device *device)
@@ -115,50 +115,37 @@ struct deferred_operation_facts host_work_operation_facts(const struct layer_dev
     return facts;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL
-assay_CreateDeferredOperationKHR(VkDevice device, const VkAllocationCallbacks *pAllocator,
-                                 VkDeferredOperationKHR *pDeferredOperation)
+void note_operation(struct layer_device *device, VkDeferredOperationKHR operation)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.CreateDeferredOperationKHR(device, pAllocator, pDeferredOperation);
-    if (result == VK_SUCCESS)
-        deferred_operations_add(state->deferred, *pDeferredOperation);
-    return result;
+    deferred_operations_add(device->deferred, operation);
 }
 
-VKAPI_ATTR void VKAPI_CALL assay_DestroyDeferredOperationKHR(
-    VkDevice device, VkDeferredOperationKHR operation, const VkAllocationCallbacks *pAllocator)
+void forget_operation(struct layer_device *device, VkDeferredOperationKHR operation)
 {
-    struct layer_device *state = layer_find_device(device);
-    if (operation) {
-        deferred_operations_remove(state->deferred, operation);
-        execution_order_run(state->order);
-        object_names_set(state->names, VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR,
-                         (uint64_t)(uintptr_t)operation, NULL);
-    }
-    state->vk.DestroyDeferredOperationKHR(device, operation, pAllocator);
+    if (!operation)
+        return;
+    deferred_operations_remove(device->deferred, operation);
+    execution_order_run(device->order);
+    object_names_set(device->names, VK_OBJECT_TYPE_DEFERRED_OPERATION_KHR,
+                     (uint64_t)(uintptr_t)operation, NULL);
 }
 
 /* A result that is available belongs to the work that the operation had before the call. */
-VKAPI_ATTR VkResult VKAPI_CALL assay_GetDeferredOperationResultKHR(VkDevice device,
-                                                                   VkDeferredOperationKHR operation)
+uint64_t find_operation_ticket(struct layer_device *device, VkDeferredOperationKHR operation)
 {
-    struct layer_device *state = layer_find_device(device);
-    uint64_t ticket = deferred_operations_ticket(state->deferred, operation);
-    VkResult result = state->vk.GetDeferredOperationResultKHR(device, operation);
+    return deferred_operations_ticket(device->deferred, operation);
+}
+
+void note_operation_result(struct layer_device *device, VkDeferredOperationKHR operation,
+                           uint64_t ticket, VkResult result)
+{
     if (result != VK_NOT_READY &&
-        deferred_operations_complete(state->deferred, operation, ticket, result))
-        execution_order_run(state->order);
-    return result;
+        deferred_operations_complete(device->deferred, operation, ticket, result))
+        execution_order_run(device->order);
 }
 
 /* A join does not return the operation's result. */
-VKAPI_ATTR VkResult VKAPI_CALL assay_DeferredOperationJoinKHR(VkDevice device,
-                                                              VkDeferredOperationKHR operation)
+void note_join(struct layer_device *device, VkDeferredOperationKHR operation)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.DeferredOperationJoinKHR(device, operation);
-    if (result == VK_SUCCESS)
-        poll_operation(state, operation);
-    return result;
+    poll_operation(device, operation);
 }

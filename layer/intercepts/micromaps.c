@@ -1,33 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of micromaps of VK_EXT_opacity_micromap. A command that writes a micromap is recorded
+/* Observes micromaps of VK_EXT_opacity_micromap. A command that writes a micromap is recorded
  * in the command buffer's journal, in its order among the builds that use micromaps, or as work of
  * the host. */
 #include "layer/intercepts/host_work.h"
-#include "layer/intercepts/intercepts.h"
 #include "layer/intercepts/journal_access.h"
+#include "observers.h"
 #include "src/check/replay/replay.h"
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_CreateMicromapEXT(VkDevice device,
-                                                       const VkMicromapCreateInfoEXT *pCreateInfo,
-                                                       const VkAllocationCallbacks *pAllocator,
-                                                       VkMicromapEXT *pMicromap)
+void note_micromap(struct layer_device *device, VkMicromapEXT micromap,
+                   const VkMicromapCreateInfoEXT *info)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.CreateMicromapEXT(device, pCreateInfo, pAllocator, pMicromap);
-    if (result == VK_SUCCESS)
-        resources_add_micromap(state->resources, *pMicromap, pCreateInfo);
-    return result;
+    resources_add_micromap(device->resources, micromap, info);
 }
 
-VKAPI_ATTR void VKAPI_CALL assay_DestroyMicromapEXT(VkDevice device, VkMicromapEXT micromap,
-                                                    const VkAllocationCallbacks *pAllocator)
+void forget_micromap(struct layer_device *device, VkMicromapEXT micromap)
 {
-    struct layer_device *state = layer_find_device(device);
-    structures_note_destroyed(state->structures,
-                              resources_remove_micromap(state->resources, micromap), 1);
-    object_names_set(state->names, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)micromap,
+    structures_note_destroyed(device->structures,
+                              resources_remove_micromap(device->resources, micromap), 1);
+    object_names_set(device->names, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)(uintptr_t)micromap,
                      NULL);
-    state->vk.DestroyMicromapEXT(device, micromap, pAllocator);
 }
 
 static uint64_t id_of(const struct layer_device *device, VkMicromapEXT micromap)
@@ -81,36 +72,23 @@ static void note_write(const struct layer_device *device, VkCommandBuffer handle
     replay_keep(command_buffer);
 }
 
-VKAPI_ATTR void VKAPI_CALL assay_CmdBuildMicromapsEXT(VkCommandBuffer commandBuffer,
-                                                      uint32_t infoCount,
-                                                      const VkMicromapBuildInfoEXT *pInfos)
+void note_micromap_builds(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
+                          const VkMicromapBuildInfoEXT *infos)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    if (!device)
-        return;
-    for (uint32_t i = 0; i < infoCount; i++)
-        note_write(device, commandBuffer, build_entry(device, &pInfos[i]));
-    device->vk.CmdBuildMicromapsEXT(commandBuffer, infoCount, pInfos);
+    for (uint32_t i = 0; i < count; i++)
+        note_write(device, handle, build_entry(device, &infos[i]));
 }
 
-VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMicromapEXT(VkCommandBuffer commandBuffer,
-                                                    const VkCopyMicromapInfoEXT *pInfo)
+void note_micromap_copy(struct layer_device *device, VkCommandBuffer handle,
+                        const VkCopyMicromapInfoEXT *info)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    if (!device)
-        return;
-    note_write(device, commandBuffer, copy_entry(device, pInfo));
-    device->vk.CmdCopyMicromapEXT(commandBuffer, pInfo);
+    note_write(device, handle, copy_entry(device, info));
 }
 
-VKAPI_ATTR void VKAPI_CALL assay_CmdCopyMemoryToMicromapEXT(
-    VkCommandBuffer commandBuffer, const VkCopyMemoryToMicromapInfoEXT *pInfo)
+void note_micromap_read(struct layer_device *device, VkCommandBuffer handle,
+                        const VkCopyMemoryToMicromapInfoEXT *info)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    if (!device)
-        return;
-    note_write(device, commandBuffer, read_entry(device, pInfo));
-    device->vk.CmdCopyMemoryToMicromapEXT(commandBuffer, pInfo);
+    note_write(device, handle, read_entry(device, info));
 }
 
 /* ---- on the host */
@@ -121,43 +99,26 @@ static void add_write(const struct host_work *work, struct journal_entry entry)
         journal_add(work->journal, &entry);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_BuildMicromapsEXT(VkDevice device,
-                                                       VkDeferredOperationKHR deferredOperation,
-                                                       uint32_t infoCount,
-                                                       const VkMicromapBuildInfoEXT *pInfos)
+struct host_work begin_micromap_builds(struct layer_device *device, uint32_t count,
+                                       const VkMicromapBuildInfoEXT *infos)
 {
-    struct layer_device *state = layer_find_device(device);
-    struct host_work work = host_work_begin(state);
-    for (uint32_t i = 0; i < infoCount; i++)
-        add_write(&work, build_entry(state, &pInfos[i]));
-    if (host_work_prepare(&work, false))
-        return VK_ERROR_VALIDATION_FAILED_EXT;
-    VkResult result = state->vk.BuildMicromapsEXT(device, deferredOperation, infoCount, pInfos);
-    return host_work_finish(&work, deferredOperation, result);
+    struct host_work work = host_work_begin(device);
+    for (uint32_t i = 0; i < count; i++)
+        add_write(&work, build_entry(device, &infos[i]));
+    return work;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_CopyMicromapEXT(VkDevice device,
-                                                     VkDeferredOperationKHR deferredOperation,
-                                                     const VkCopyMicromapInfoEXT *pInfo)
+struct host_work begin_micromap_copy(struct layer_device *device, const VkCopyMicromapInfoEXT *info)
 {
-    struct layer_device *state = layer_find_device(device);
-    struct host_work work = host_work_begin(state);
-    add_write(&work, copy_entry(state, pInfo));
-    if (host_work_prepare(&work, false))
-        return VK_ERROR_VALIDATION_FAILED_EXT;
-    VkResult result = state->vk.CopyMicromapEXT(device, deferredOperation, pInfo);
-    return host_work_finish(&work, deferredOperation, result);
+    struct host_work work = host_work_begin(device);
+    add_write(&work, copy_entry(device, info));
+    return work;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL
-assay_CopyMemoryToMicromapEXT(VkDevice device, VkDeferredOperationKHR deferredOperation,
-                              const VkCopyMemoryToMicromapInfoEXT *pInfo)
+struct host_work begin_micromap_read(struct layer_device *device,
+                                     const VkCopyMemoryToMicromapInfoEXT *info)
 {
-    struct layer_device *state = layer_find_device(device);
-    struct host_work work = host_work_begin(state);
-    add_write(&work, read_entry(state, pInfo));
-    if (host_work_prepare(&work, false))
-        return VK_ERROR_VALIDATION_FAILED_EXT;
-    VkResult result = state->vk.CopyMemoryToMicromapEXT(device, deferredOperation, pInfo);
-    return host_work_finish(&work, deferredOperation, result);
+    struct host_work work = host_work_begin(device);
+    add_write(&work, read_entry(device, info));
+    return work;
 }

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of VK_NV_ray_tracing: its structures, and the command that builds them. */
+/* VK_NV_ray_tracing: observes its structures, and intercepts the command that builds them. */
 #include <string.h>
 
 #include "layer/intercepts/build_call.h"
 #include "layer/intercepts/build_notes.h"
-#include "layer/intercepts/intercepts.h"
 #include "layer/snapshots/guard/follow.h"
+#include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/readable.h"
 #include "src/state/resources/nv_shape.h"
@@ -43,31 +43,19 @@ static struct nv_size_facts find_sizes(const struct layer_device *device,
     };
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructureNV(
-    VkDevice device, const VkAccelerationStructureCreateInfoNV *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureNV *pAccelerationStructure)
+void note_nv_accel(struct layer_device *device, VkAccelerationStructureNV accel,
+                   const VkAccelerationStructureCreateInfoNV *info)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.CreateAccelerationStructureNV(device, pCreateInfo, pAllocator,
-                                                              pAccelerationStructure);
-    if (result == VK_SUCCESS) {
-        struct nv_size_facts sizes = find_sizes(state, *pAccelerationStructure);
-        resources_add_nv_accel(state->resources, *pAccelerationStructure,
-                               nv_shape_create(&pCreateInfo->info), &sizes);
-    }
-    return result;
+    struct nv_size_facts sizes = find_sizes(device, accel);
+    resources_add_nv_accel(device->resources, accel, nv_shape_create(&info->info), &sizes);
 }
 
-VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureNV(
-    VkDevice device, VkAccelerationStructureNV accelerationStructure,
-    const VkAllocationCallbacks *pAllocator)
+void forget_nv_accel(struct layer_device *device, VkAccelerationStructureNV accel)
 {
-    struct layer_device *state = layer_find_device(device);
-    structures_note_destroyed(
-        state->structures, resources_remove_nv_accel(state->resources, accelerationStructure), 1);
-    object_names_set(state->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
-                     (uint64_t)(uintptr_t)accelerationStructure, NULL);
-    state->vk.DestroyAccelerationStructureNV(device, accelerationStructure, pAllocator);
+    structures_note_destroyed(device->structures,
+                              resources_remove_nv_accel(device->resources, accel), 1);
+    object_names_set(device->names, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV,
+                     (uint64_t)(uintptr_t)accel, NULL);
 }
 
 /* Whether instance i of the structure is bound to another instance of the memory than i. */
@@ -80,41 +68,32 @@ static bool instances_differ(const VkBindAccelerationStructureMemoryInfoNV *bind
 }
 
 /* A failed call may have bound some structures. */
-VKAPI_ATTR VkResult VKAPI_CALL
-assay_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
-                                        const VkBindAccelerationStructureMemoryInfoNV *pBindInfos)
+void note_nv_bindings(struct layer_device *device, uint32_t count,
+                      const VkBindAccelerationStructureMemoryInfoNV *infos, VkResult result)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result =
-        state->vk.BindAccelerationStructureMemoryNV(device, bindInfoCount, pBindInfos);
-    for (uint32_t i = 0; i < bindInfoCount; i++)
+    for (uint32_t i = 0; i < count; i++)
         if (result == VK_SUCCESS)
-            resources_bind_nv_accel(state->resources, pBindInfos[i].accelerationStructure,
-                                    pBindInfos[i].memory, pBindInfos[i].memoryOffset,
-                                    instances_differ(&pBindInfos[i]));
+            resources_bind_nv_accel(device->resources, infos[i].accelerationStructure,
+                                    infos[i].memory, infos[i].memoryOffset,
+                                    instances_differ(&infos[i]));
         else
-            resources_forget_nv_binding(state->resources, pBindInfos[i].accelerationStructure);
-    return result;
+            resources_forget_nv_binding(device->resources, infos[i].accelerationStructure);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_GetAccelerationStructureHandleNV(
-    VkDevice device, VkAccelerationStructureNV accelerationStructure, size_t dataSize, void *pData)
+void note_nv_reference(struct layer_device *device, VkAccelerationStructureNV accel, size_t size,
+                       void *data)
 {
-    struct layer_device *state = layer_find_device(device);
     uint64_t reference;
-    VkResult result =
-        state->vk.GetAccelerationStructureHandleNV(device, accelerationStructure, dataSize, pData);
-    if (result != VK_SUCCESS || state->level < LEVEL_CONTENT)
-        return result;
-    if (dataSize >= sizeof(reference) &&
-        readable(readable_cache_of_thread(), pData, sizeof(reference))) {
-        memcpy(&reference, pData, sizeof(reference));
-        resources_add_nv_reference(state->resources, accelerationStructure, reference);
+    if (device->level < LEVEL_CONTENT)
+        return;
+    if (size >= sizeof(reference) &&
+        readable(readable_cache_of_thread(), data, sizeof(reference))) {
+        memcpy(&reference, data, sizeof(reference));
+        resources_add_nv_reference(device->resources, accel, reference);
     } else {
-        resources_forget_nv_references(state->resources);
+        resources_forget_nv_references(device->resources);
     }
-    guard_follow(state);
-    return result;
+    guard_follow(device);
 }
 
 /* ---- builds */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of queries of compacted sizes. Commands that write queries are recorded in journals;
+/* Observes queries of compacted sizes. Commands that write queries are recorded in journals;
  * resets and reads by the host are placed in execution order among the batches. */
 #include "layer/execution/input_checks.h"
 #include "src/state/commands/query_pools.h"
@@ -7,69 +7,51 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/intercepts/intercepts.h"
 #include "layer/intercepts/journal_access.h"
-#include "layer/postmortem/loss.h"
+#include "observers.h"
 #include "src/base/readable.h"
 
 /* ---- pools */
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_CreateQueryPool(VkDevice device,
-                                                     const VkQueryPoolCreateInfo *pCreateInfo,
-                                                     const VkAllocationCallbacks *pAllocator,
-                                                     VkQueryPool *pQueryPool)
+void note_query_pool(struct layer_device *device, VkQueryPool pool,
+                     const VkQueryPoolCreateInfo *info)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.CreateQueryPool(device, pCreateInfo, pAllocator, pQueryPool);
-    if (result == VK_SUCCESS && state->order &&
-        pCreateInfo->queryType == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR)
-        query_pools_add(state->query_pools, *pQueryPool, pCreateInfo->queryCount);
-    return result;
+    if (device->order && info->queryType == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR)
+        query_pools_add(device->query_pools, pool, info->queryCount);
 }
 
-VKAPI_ATTR void VKAPI_CALL assay_DestroyQueryPool(VkDevice device, VkQueryPool queryPool,
-                                                  const VkAllocationCallbacks *pAllocator)
+void forget_query_pool(struct layer_device *device, VkQueryPool handle)
 {
-    struct layer_device *state = layer_find_device(device);
     struct query_pool pool;
-    if (query_pools_remove(state->query_pools, queryPool, &pool))
-        structures_note_destroyed(state->structures, pool.first_id, pool.count);
-    state->vk.DestroyQueryPool(device, queryPool, pAllocator);
+    if (query_pools_remove(device->query_pools, handle, &pool))
+        structures_note_destroyed(device->structures, pool.first_id, pool.count);
 }
 
 /* ---- command buffers */
 
-VKAPI_ATTR void VKAPI_CALL assay_CmdWriteAccelerationStructuresPropertiesKHR(
-    VkCommandBuffer commandBuffer, uint32_t accelerationStructureCount,
-    const VkAccelerationStructureKHR *pAccelerationStructures, VkQueryType queryType,
-    VkQueryPool queryPool, uint32_t firstQuery)
+void note_accel_queries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
+                        const VkAccelerationStructureKHR *accels, VkQueryType type,
+                        VkQueryPool pool_handle, uint32_t first)
 {
-    struct layer_device *device = layer_find_recording_device(commandBuffer);
-    if (!device)
-        return;
     struct query_pool pool;
     struct command_buffer *recording = NULL;
-    if (queryType == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR &&
-        query_pools_find(device->query_pools, queryPool, &pool))
-        recording = layer_find_recording(device, commandBuffer);
-    uint32_t count =
-        recording ? query_pool_clamp(&pool, firstQuery, accelerationStructureCount) : 0;
+    if (type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR &&
+        query_pools_find(device->query_pools, pool_handle, &pool))
+        recording = layer_find_recording(device, handle);
+    count = recording ? query_pool_clamp(&pool, first, count) : 0;
     for (uint32_t i = 0; i < count; i++)
-        journal_add(recording->journal,
-                    &(struct journal_entry){
-                        .kind = JOURNAL_QUERY,
-                        .src = (uint64_t)(uintptr_t)pAccelerationStructures[i],
-                        .src_id = layer_accel_id(device, pAccelerationStructures[i]),
-                        .dst_id = pool.first_id + firstQuery + i,
-                    });
-    device->vk.CmdWriteAccelerationStructuresPropertiesKHR(
-        commandBuffer, accelerationStructureCount, pAccelerationStructures, queryType, queryPool,
-        firstQuery);
+        journal_add(recording->journal, &(struct journal_entry){
+                                            .kind = JOURNAL_QUERY,
+                                            .src = (uint64_t)(uintptr_t)accels[i],
+                                            .src_id = layer_accel_id(device, accels[i]),
+                                            .dst_id = pool.first_id + first + i,
+                                        });
 }
 
 /* ---- the host resets */
 
-static void reset(struct layer_device *device, VkQueryPool handle, uint32_t first, uint32_t count)
+void note_query_resets(struct layer_device *device, VkQueryPool handle, uint32_t first,
+                       uint32_t count)
 {
     struct query_pool pool;
     if (!query_pools_find(device->query_pools, handle, &pool))
@@ -84,28 +66,12 @@ static void reset(struct layer_device *device, VkQueryPool handle, uint32_t firs
     layer_run_host_command(device, journal);
 }
 
-VKAPI_ATTR void VKAPI_CALL assay_ResetQueryPool(VkDevice device, VkQueryPool queryPool,
-                                                uint32_t firstQuery, uint32_t queryCount)
-{
-    struct layer_device *state = layer_find_device(device);
-    reset(state, queryPool, firstQuery, queryCount);
-    state->vk.ResetQueryPool(device, queryPool, firstQuery, queryCount);
-}
-
-VKAPI_ATTR void VKAPI_CALL assay_ResetQueryPoolEXT(VkDevice device, VkQueryPool queryPool,
-                                                   uint32_t firstQuery, uint32_t queryCount)
-{
-    struct layer_device *state = layer_find_device(device);
-    reset(state, queryPool, firstQuery, queryCount);
-    state->vk.ResetQueryPoolEXT(device, queryPool, firstQuery, queryCount);
-}
-
 /* ---- the host reads
  *
  * The completions that the host has observed are recorded before the call goes down: a batch that
  * is submitted during the call may change a query after it was read. */
 
-static struct journal *begin_reading(const struct layer_device *device)
+static struct journal *begin_reading(struct layer_device *device)
 {
     struct journal *journal = journal_create(VK_NULL_HANDLE);
     struct host_view *host = malloc(sizeof(*host));
@@ -172,63 +138,57 @@ static void add_answers(struct journal *journal, uint64_t first_id, uint32_t cou
     }
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_GetQueryPoolResults(VkDevice device, VkQueryPool queryPool,
-                                                         uint32_t firstQuery, uint32_t queryCount,
-                                                         size_t dataSize, void *pData,
-                                                         VkDeviceSize stride,
-                                                         VkQueryResultFlags flags)
+struct journal *begin_query_reading(struct layer_device *device, VkQueryPool handle)
 {
-    struct layer_device *state = layer_find_device(device);
     struct query_pool pool;
-    struct journal *journal = NULL;
-    if (query_pools_find(state->query_pools, queryPool, &pool))
-        journal = begin_reading(state);
-    VkResult result = state->vk.GetQueryPoolResults(device, queryPool, firstQuery, queryCount,
-                                                    dataSize, pData, stride, flags);
-    postmortem_see(state, result);
-    input_checks_deliver(state->input_checks);
-    if (!journal)
-        return result;
+    return query_pools_find(device->query_pools, handle, &pool) ? begin_reading(device) : NULL;
+}
+
+/* Looks the pool up again: it may not be destroyed during the call. */
+void note_query_results(struct layer_device *device, struct journal *reading, VkQueryPool handle,
+                        uint32_t first, uint32_t count, size_t size, void *data,
+                        VkDeviceSize stride, VkQueryResultFlags flags, VkResult result)
+{
+    struct query_pool pool;
+    input_checks_deliver(device->input_checks);
+    if (!reading)
+        return;
     bool partial = (flags & VK_QUERY_RESULT_PARTIAL_BIT) && !(flags & VK_QUERY_RESULT_WAIT_BIT);
     const struct results results = {
-        .data = pData,
-        .size = dataSize,
+        .data = data,
+        .size = size,
         .stride = stride,
         .flags = flags,
         .all_available = result == VK_SUCCESS && !partial,
     };
-    if (result >= VK_SUCCESS)
-        add_answers(journal, pool.first_id + firstQuery,
-                    query_pool_clamp(&pool, firstQuery, queryCount), &results);
-    layer_run_host_command(state, journal);
-    return result;
+    if (result >= VK_SUCCESS && query_pools_find(device->query_pools, handle, &pool))
+        add_answers(reading, pool.first_id + first, query_pool_clamp(&pool, first, count),
+                    &results);
+    layer_run_host_command(device, reading);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_WriteAccelerationStructuresPropertiesKHR(
-    VkDevice device, uint32_t accelerationStructureCount,
-    const VkAccelerationStructureKHR *pAccelerationStructures, VkQueryType queryType,
-    size_t dataSize, void *pData, size_t stride)
+struct journal *begin_size_reading(struct layer_device *device, VkQueryType type)
 {
-    struct layer_device *state = layer_find_device(device);
-    struct journal *journal = NULL;
-    if (state->order && queryType == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR)
-        journal = begin_reading(state);
-    VkResult result = state->vk.WriteAccelerationStructuresPropertiesKHR(
-        device, accelerationStructureCount, pAccelerationStructures, queryType, dataSize, pData,
-        stride);
-    const struct results results = {.data = pData,
-                                    .size = dataSize,
+    return device->order && type == VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR
+               ? begin_reading(device)
+               : NULL;
+}
+
+void note_sizes(struct layer_device *device, struct journal *reading, uint32_t count,
+                const VkAccelerationStructureKHR *accels, size_t size, void *data, size_t stride,
+                VkResult result)
+{
+    const struct results results = {.data = data,
+                                    .size = size,
                                     .stride = stride,
                                     .flags = VK_QUERY_RESULT_64_BIT,
                                     .all_available = result == VK_SUCCESS};
-    for (uint32_t i = 0; journal && i < accelerationStructureCount && has_result(&results, i);
-         i++) {
+    for (uint32_t i = 0; reading && i < count && has_result(&results, i); i++) {
         struct journal_entry answer = {.kind = JOURNAL_ANSWER,
-                                       .src = (uint64_t)(uintptr_t)pAccelerationStructures[i],
-                                       .src_id = layer_accel_id(state, pAccelerationStructures[i]),
+                                       .src = (uint64_t)(uintptr_t)accels[i],
+                                       .src_id = layer_accel_id(device, accels[i]),
                                        .number = read_result(&results, i)};
-        journal_add(journal, &answer);
+        journal_add(reading, &answer);
     }
-    layer_run_host_command(state, journal);
-    return result;
+    layer_run_host_command(device, reading);
 }

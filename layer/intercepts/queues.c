@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of submissions. Each is prepared before the call goes down, which judges its batches,
+/* Observes submissions. Each is prepared before the call goes down, which judges its batches,
  * and finished with the call's result. */
-#include "layer/intercepts/intercepts.h"
-#include "layer/layer.h"
-#include "layer/postmortem/loss.h"
 #include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/snapshots.h"
+#include "observers.h"
 #include "src/base/chain.h"
 
 /* The commands that a semaphore operation of these stages orders, for states of structures. The
@@ -123,59 +121,45 @@ static void add_submit(struct submission *submission, const struct layer_device 
             VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, spread);
 }
 
-/* A call that submits. */
-struct submit_call {
-    struct layer_device *device;
-    struct submission *submission;
-};
-
 /* Counts the call, whether or not it will succeed. */
-static struct submit_call begin(struct layer_device *device, VkQueue queue)
+static struct submission *begin(struct layer_device *device, VkQueue queue)
 {
-    struct submit_call call = {.device = device};
     struct shared_labels *labels;
     destroyed_objects_count_submission(device->destroyed);
     guard_begin_submission();
     const uint64_t number = queue_labels_submit(device->queue_labels, queue, &labels);
-    call.submission = submission_begin(device->order, SUBMIT_COMMANDS, queue);
-    submission_set_origin(call.submission, number, labels,
-                          resources_destroy_count(device->resources));
-    return call;
+    struct submission *submission = submission_begin(device->order, SUBMIT_COMMANDS, queue);
+    submission_set_origin(submission, number, labels, resources_destroy_count(device->resources));
+    return submission;
+}
+
+struct submission *begin_submit(struct layer_device *device, VkQueue queue, uint32_t count,
+                                const VkSubmitInfo *infos, VkFence fence)
+{
+    struct submission *submission = begin(device, queue);
+    for (uint32_t i = 0; submission && i < count; i++)
+        add_submit(submission, device, &infos[i]);
+    submission_set_fence(submission, fence);
+    return submission;
 }
 
 /* Returns whether to skip the call. */
-static bool prepare(const struct submit_call *call)
+bool prepare_submit(struct layer_device *device, struct submission *submission)
 {
-    bool skip = submission_prepare(call->submission);
+    bool skip = submission_prepare(submission);
     if (skip) {
-        submission_finish(call->submission, VK_ERROR_VALIDATION_FAILED_EXT);
-        events_forget(call->device->events);
+        submission_finish(submission, VK_ERROR_VALIDATION_FAILED_EXT);
+        events_forget(device->events);
     }
     return skip;
 }
 
 /* If the device is lost, it may have executed a part of the submission. */
-static void finish(const struct submit_call *call, VkResult result)
+void end_submit(struct layer_device *device, struct submission *submission, VkResult result)
 {
-    postmortem_see(call->device, result);
     if (result < VK_SUCCESS)
-        events_forget(call->device->events);
-    submission_finish(call->submission, result);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit(VkQueue queue, uint32_t submitCount,
-                                                 const VkSubmitInfo *pSubmits, VkFence fence)
-{
-    struct layer_device *state = layer_find_device(queue);
-    const struct submit_call call = begin(state, queue);
-    for (uint32_t i = 0; call.submission && i < submitCount; i++)
-        add_submit(call.submission, state, &pSubmits[i]);
-    submission_set_fence(call.submission, fence);
-    if (prepare(&call))
-        return VK_ERROR_VALIDATION_FAILED_EXT;
-    VkResult result = state->vk.QueueSubmit(queue, submitCount, pSubmits, fence);
-    finish(&call, result);
-    return result;
+        events_forget(device->events);
+    submission_finish(submission, result);
 }
 
 /* ---- vkQueueSubmit2 */
@@ -197,32 +181,14 @@ static void add_submit2(struct submission *submission, const struct layer_device
                    spread);
 }
 
-static VkResult submit2(struct layer_device *state, PFN_vkQueueSubmit2 submit, VkQueue queue,
-                        uint32_t count, const VkSubmitInfo2 *infos, VkFence fence)
+struct submission *begin_submit_2(struct layer_device *device, VkQueue queue, uint32_t count,
+                                  const VkSubmitInfo2 *infos, VkFence fence)
 {
-    const struct submit_call call = begin(state, queue);
-    for (uint32_t i = 0; call.submission && i < count; i++)
-        add_submit2(call.submission, state, &infos[i]);
-    submission_set_fence(call.submission, fence);
-    if (prepare(&call))
-        return VK_ERROR_VALIDATION_FAILED_EXT;
-    VkResult result = submit(queue, count, infos, fence);
-    finish(&call, result);
-    return result;
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit2(VkQueue queue, uint32_t submitCount,
-                                                  const VkSubmitInfo2 *pSubmits, VkFence fence)
-{
-    struct layer_device *state = layer_find_device(queue);
-    return submit2(state, state->vk.QueueSubmit2, queue, submitCount, pSubmits, fence);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL assay_QueueSubmit2KHR(VkQueue queue, uint32_t submitCount,
-                                                     const VkSubmitInfo2 *pSubmits, VkFence fence)
-{
-    struct layer_device *state = layer_find_device(queue);
-    return submit2(state, state->vk.QueueSubmit2KHR, queue, submitCount, pSubmits, fence);
+    struct submission *submission = begin(device, queue);
+    for (uint32_t i = 0; submission && i < count; i++)
+        add_submit2(submission, device, &infos[i]);
+    submission_set_fence(submission, fence);
+    return submission;
 }
 
 /* ---- vkQueueBindSparse */
@@ -286,88 +252,57 @@ static void add_bindings(struct submission *submission, struct layer_device *dev
             SCOPE_ALL);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
-                                                     const VkBindSparseInfo *pBindInfo,
-                                                     VkFence fence)
+struct submission *begin_bind_sparse(struct layer_device *device, VkQueue queue, uint32_t count,
+                                     const VkBindSparseInfo *infos, VkFence fence)
 {
-    struct layer_device *state = layer_find_device(queue);
-    struct submission *submission = submission_begin(state->order, SUBMIT_BINDINGS, queue);
-    for (uint32_t i = 0; i < bindInfoCount; i++)
+    struct submission *submission = submission_begin(device->order, SUBMIT_BINDINGS, queue);
+    for (uint32_t i = 0; i < count; i++)
         if (submission)
-            add_bindings(submission, state, &pBindInfo[i]);
+            add_bindings(submission, device, &infos[i]);
         else
-            forget_bindings(state, &pBindInfo[i]);
+            forget_bindings(device, &infos[i]);
     submission_set_fence(submission, fence);
     submission_prepare(submission);
-    VkResult result = state->vk.QueueBindSparse(queue, bindInfoCount, pBindInfo, fence);
-    postmortem_see(state, result);
+    return submission;
+}
+
+void end_bind_sparse(struct submission *submission, VkResult result)
+{
     submission_finish(submission, result);
-    return result;
 }
 
 /* ---- presentation */
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_QueuePresentKHR(VkQueue queue,
-                                                     const VkPresentInfoKHR *pPresentInfo)
+/* If the call fails, its waits may not have happened. To forget the signals only loses their order.
+ */
+void note_present(struct layer_device *device, const VkPresentInfoKHR *info)
 {
-    struct layer_device *state = layer_find_device(queue);
-    /* If the call fails, its waits may not have happened. To forget the signals only loses their
-     * order. */
-    for (uint32_t i = 0; i < pPresentInfo->waitSemaphoreCount; i++)
-        execution_order_forget_signal(state->order, pPresentInfo->pWaitSemaphores[i]);
-    VkResult result = postmortem_see(state, state->vk.QueuePresentKHR(queue, pPresentInfo));
-    snapshots_deliver(state);
-    return result;
+    for (uint32_t i = 0; i < info->waitSemaphoreCount; i++)
+        execution_order_forget_signal(device->order, info->pWaitSemaphores[i]);
+}
+
+void observe_present(struct layer_device *device)
+{
+    snapshots_deliver(device);
 }
 
 /* The presentation engine signals the semaphore and the fence, not a batch. A fence that was reset
  * needs no update. */
-static VkResult observe_acquisition(struct layer_device *state, VkSemaphore semaphore,
-                                    VkResult result)
+void note_acquisition(struct layer_device *device, VkSemaphore semaphore, VkResult result)
 {
     if (semaphore && result >= VK_SUCCESS)
-        execution_order_forget_signal(state->order, semaphore);
-    return postmortem_see(state, result);
+        execution_order_forget_signal(device->order, semaphore);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_AcquireNextImageKHR(VkDevice device, VkSwapchainKHR swapchain,
-                                                         uint64_t timeout, VkSemaphore semaphore,
-                                                         VkFence fence, uint32_t *pImageIndex)
+void note_acquisition_2(struct layer_device *device, const VkAcquireNextImageInfoKHR *info,
+                        VkResult result)
 {
-    struct layer_device *state = layer_find_device(device);
-    return observe_acquisition(
-        state, semaphore,
-        state->vk.AcquireNextImageKHR(device, swapchain, timeout, semaphore, fence, pImageIndex));
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL assay_AcquireNextImage2KHR(
-    VkDevice device, const VkAcquireNextImageInfoKHR *pAcquireInfo, uint32_t *pImageIndex)
-{
-    struct layer_device *state = layer_find_device(device);
-    return observe_acquisition(state, pAcquireInfo->semaphore,
-                               state->vk.AcquireNextImage2KHR(device, pAcquireInfo, pImageIndex));
+    note_acquisition(device, info->semaphore, result);
 }
 
 /* An image that has been presented was waited for. */
-static VkResult observe_presentation(struct layer_device *state, VkResult result)
+void observe_presentation(struct layer_device *device, VkResult result)
 {
     if (result == VK_SUCCESS || result == VK_SUBOPTIMAL_KHR)
-        execution_order_observe_unknown(state->order);
-    return postmortem_see(state, result);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL assay_WaitForPresentKHR(VkDevice device, VkSwapchainKHR swapchain,
-                                                       uint64_t presentId, uint64_t timeout)
-{
-    struct layer_device *state = layer_find_device(device);
-    return observe_presentation(state,
-                                state->vk.WaitForPresentKHR(device, swapchain, presentId, timeout));
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL assay_WaitForPresent2KHR(
-    VkDevice device, VkSwapchainKHR swapchain, const VkPresentWait2InfoKHR *pPresentWait2Info)
-{
-    struct layer_device *state = layer_find_device(device);
-    return observe_presentation(state,
-                                state->vk.WaitForPresent2KHR(device, swapchain, pPresentWait2Info));
+        execution_order_observe_unknown(device->order);
 }

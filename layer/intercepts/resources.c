@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intercepts of memory, buffers, their bindings and addresses, and acceleration structures. */
+/* Observes memory, buffers, their bindings and addresses, and acceleration structures. */
 #include "src/state/resources/resources.h"
 
 #include "layer/accel_addresses.h"
 #include "layer/execution/hazards/checks.h"
-#include "layer/intercepts/intercepts.h"
-#include "layer/layer.h"
-#include "layer/postmortem/loss.h"
 #include "layer/snapshots/guard/follow.h"
+#include "observers.h"
 #include "src/base/chain.h"
 
 /* ---- memory */
@@ -40,98 +38,42 @@ static bool has_instances(const struct layer_device *device,
     return device->memory.memoryHeaps[heap].flags & VK_MEMORY_HEAP_MULTI_INSTANCE_BIT;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_AllocateMemory(VkDevice device,
-                                                    const VkMemoryAllocateInfo *pAllocateInfo,
-                                                    const VkAllocationCallbacks *pAllocator,
-                                                    VkDeviceMemory *pMemory)
+void note_allocation(struct layer_device *device, const VkMemoryAllocateInfo *info,
+                     VkDeviceMemory memory)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.AllocateMemory(device, pAllocateInfo, pAllocator, pMemory);
-    if (result == VK_SUCCESS)
-        resources_add_memory(state->resources, *pMemory, pAllocateInfo->allocationSize,
-                             properties_of(state, pAllocateInfo->memoryTypeIndex),
-                             has_instances(state, pAllocateInfo));
-    return result;
+    resources_add_memory(device->resources, memory, info->allocationSize,
+                         properties_of(device, info->memoryTypeIndex), has_instances(device, info));
 }
 
-VKAPI_ATTR void VKAPI_CALL assay_FreeMemory(VkDevice device, VkDeviceMemory memory,
-                                            const VkAllocationCallbacks *pAllocator)
+void forget_memory(struct layer_device *device, VkDeviceMemory memory)
 {
-    struct layer_device *state = layer_find_device(device);
-    if (state->hazard_checks)
-        hazard_checks_forget(state->hazard_checks, MEMORY_FREED,
-                             resources_find_memory_id(state->resources, memory));
-    resources_remove_memory(state->resources, memory);
-    object_names_set(state->names, VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)memory, NULL);
-    state->vk.FreeMemory(device, memory, pAllocator);
+    if (device->hazard_checks)
+        hazard_checks_forget(device->hazard_checks, MEMORY_FREED,
+                             resources_find_memory_id(device->resources, memory));
+    resources_remove_memory(device->resources, memory);
+    object_names_set(device->names, VK_OBJECT_TYPE_DEVICE_MEMORY, (uint64_t)(uintptr_t)memory,
+                     NULL);
 }
 
-static VkResult observe_map(struct layer_device *state, VkDeviceMemory memory, VkDeviceSize offset,
-                            VkDeviceSize size, void *const *data, VkResult result)
+void note_mapping(struct layer_device *device, VkDeviceMemory memory, VkDeviceSize offset,
+                  VkDeviceSize size, void *data)
 {
-    if (result == VK_SUCCESS)
-        resources_map_memory(state->resources, memory, offset, size, *data);
-    return postmortem_see(state, result);
+    resources_map_memory(device->resources, memory, offset, size, data);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_MapMemory(VkDevice device, VkDeviceMemory memory,
-                                               VkDeviceSize offset, VkDeviceSize size,
-                                               VkMemoryMapFlags flags, void **ppData)
+void note_mapping_2(struct layer_device *device, const VkMemoryMapInfo *info, void *data)
 {
-    struct layer_device *state = layer_find_device(device);
-    return observe_map(state, memory, offset, size, ppData,
-                       state->vk.MapMemory(device, memory, offset, size, flags, ppData));
+    resources_map_memory(device->resources, info->memory, info->offset, info->size, data);
 }
 
-static VkResult map2(PFN_vkMapMemory2 next, struct layer_device *state, const VkMemoryMapInfo *info,
-                     void **data)
+void forget_mapping(struct layer_device *device, VkDeviceMemory memory)
 {
-    return observe_map(state, info->memory, info->offset, info->size, data,
-                       next(state->handle, info, data));
+    resources_unmap_memory(device->resources, memory);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_MapMemory2(VkDevice device,
-                                                const VkMemoryMapInfo *pMemoryMapInfo,
-                                                void **ppData)
+void forget_mapping_2(struct layer_device *device, const VkMemoryUnmapInfo *info)
 {
-    struct layer_device *state = layer_find_device(device);
-    return map2(state->vk.MapMemory2, state, pMemoryMapInfo, ppData);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL assay_MapMemory2KHR(VkDevice device,
-                                                   const VkMemoryMapInfo *pMemoryMapInfo,
-                                                   void **ppData)
-{
-    struct layer_device *state = layer_find_device(device);
-    return map2(state->vk.MapMemory2KHR, state, pMemoryMapInfo, ppData);
-}
-
-VKAPI_ATTR void VKAPI_CALL assay_UnmapMemory(VkDevice device, VkDeviceMemory memory)
-{
-    struct layer_device *state = layer_find_device(device);
-    resources_unmap_memory(state->resources, memory);
-    state->vk.UnmapMemory(device, memory);
-}
-
-static VkResult unmap2(PFN_vkUnmapMemory2 next, struct layer_device *state,
-                       const VkMemoryUnmapInfo *info)
-{
-    resources_unmap_memory(state->resources, info->memory);
-    return next(state->handle, info);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL assay_UnmapMemory2(VkDevice device,
-                                                  const VkMemoryUnmapInfo *pMemoryUnmapInfo)
-{
-    struct layer_device *state = layer_find_device(device);
-    return unmap2(state->vk.UnmapMemory2, state, pMemoryUnmapInfo);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL assay_UnmapMemory2KHR(VkDevice device,
-                                                     const VkMemoryUnmapInfo *pMemoryUnmapInfo)
-{
-    struct layer_device *state = layer_find_device(device);
-    return unmap2(state->vk.UnmapMemory2KHR, state, pMemoryUnmapInfo);
+    resources_unmap_memory(device->resources, info->memory);
 }
 
 /* ---- destroyed objects */
@@ -152,36 +94,21 @@ static void note_destroyed(struct layer_device *device, VkObjectType type, uint6
 
 /* ---- buffers */
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_CreateBuffer(VkDevice device,
-                                                  const VkBufferCreateInfo *pCreateInfo,
-                                                  const VkAllocationCallbacks *pAllocator,
-                                                  VkBuffer *pBuffer)
+void note_buffer(struct layer_device *device, VkBuffer buffer, const VkBufferCreateInfo *info)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.CreateBuffer(device, pCreateInfo, pAllocator, pBuffer);
-    if (result == VK_SUCCESS)
-        resources_add_buffer(state->resources, *pBuffer, pCreateInfo);
-    return result;
+    resources_add_buffer(device->resources, buffer, info);
 }
 
-VKAPI_ATTR void VKAPI_CALL assay_DestroyBuffer(VkDevice device, VkBuffer buffer,
-                                               const VkAllocationCallbacks *pAllocator)
+void forget_buffer(struct layer_device *device, VkBuffer buffer)
 {
-    struct layer_device *state = layer_find_device(device);
-    note_destroyed(state, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer);
-    resources_remove_buffer(state->resources, buffer);
-    state->vk.DestroyBuffer(device, buffer, pAllocator);
+    note_destroyed(device, VK_OBJECT_TYPE_BUFFER, (uint64_t)(uintptr_t)buffer);
+    resources_remove_buffer(device->resources, buffer);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_BindBufferMemory(VkDevice device, VkBuffer buffer,
-                                                      VkDeviceMemory memory,
-                                                      VkDeviceSize memoryOffset)
+void note_binding(struct layer_device *device, VkBuffer buffer, VkDeviceMemory memory,
+                  VkDeviceSize offset)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.BindBufferMemory(device, buffer, memory, memoryOffset);
-    if (result == VK_SUCCESS)
-        resources_bind_buffer(state->resources, buffer, memory, memoryOffset, false);
-    return result;
+    resources_bind_buffer(device->resources, buffer, memory, offset, false);
 }
 
 /* Whether instance i of the buffer is bound to another instance of the memory than i. */
@@ -211,56 +138,17 @@ static void observe_bind(struct layer_device *state, const VkBindBufferMemoryInf
         resources_forget_binding(state->resources, bind->buffer);
 }
 
-static VkResult bind_buffers(VkDevice device, PFN_vkBindBufferMemory2 bind, uint32_t count,
-                             const VkBindBufferMemoryInfo *infos, struct layer_device *state)
+void note_bindings(struct layer_device *device, uint32_t count, const VkBindBufferMemoryInfo *infos,
+                   VkResult result)
 {
-    VkResult result = bind(device, count, infos);
     for (uint32_t i = 0; i < count; i++)
-        observe_bind(state, &infos[i], result);
-    return result;
+        observe_bind(device, &infos[i], result);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_BindBufferMemory2(VkDevice device, uint32_t bindInfoCount,
-                                                       const VkBindBufferMemoryInfo *pBindInfos)
+void note_buffer_address(struct layer_device *device, const VkBufferDeviceAddressInfo *info,
+                         VkDeviceAddress address)
 {
-    struct layer_device *state = layer_find_device(device);
-    return bind_buffers(device, state->vk.BindBufferMemory2, bindInfoCount, pBindInfos, state);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL assay_BindBufferMemory2KHR(VkDevice device, uint32_t bindInfoCount,
-                                                          const VkBindBufferMemoryInfo *pBindInfos)
-{
-    struct layer_device *state = layer_find_device(device);
-    return bind_buffers(device, state->vk.BindBufferMemory2KHR, bindInfoCount, pBindInfos, state);
-}
-
-static VkDeviceAddress observe_address(struct layer_device *state,
-                                       const VkBufferDeviceAddressInfo *info,
-                                       VkDeviceAddress address)
-{
-    resources_set_address(state->resources, info->buffer, address);
-    return address;
-}
-
-VKAPI_ATTR VkDeviceAddress VKAPI_CALL
-assay_GetBufferDeviceAddress(VkDevice device, const VkBufferDeviceAddressInfo *pInfo)
-{
-    struct layer_device *state = layer_find_device(device);
-    return observe_address(state, pInfo, state->vk.GetBufferDeviceAddress(device, pInfo));
-}
-
-VKAPI_ATTR VkDeviceAddress VKAPI_CALL
-assay_GetBufferDeviceAddressKHR(VkDevice device, const VkBufferDeviceAddressInfo *pInfo)
-{
-    struct layer_device *state = layer_find_device(device);
-    return observe_address(state, pInfo, state->vk.GetBufferDeviceAddressKHR(device, pInfo));
-}
-
-VKAPI_ATTR VkDeviceAddress VKAPI_CALL
-assay_GetBufferDeviceAddressEXT(VkDevice device, const VkBufferDeviceAddressInfo *pInfo)
-{
-    struct layer_device *state = layer_find_device(device);
-    return observe_address(state, pInfo, state->vk.GetBufferDeviceAddressEXT(device, pInfo));
+    resources_set_address(device->resources, info->buffer, address);
 }
 
 /* ---- acceleration structures */
@@ -278,53 +166,32 @@ static void note_address(struct layer_device *state, VkAccelerationStructureKHR 
     guard_follow(state);
 }
 
-VKAPI_ATTR VkDeviceAddress VKAPI_CALL assay_GetAccelerationStructureDeviceAddressKHR(
-    VkDevice device, const VkAccelerationStructureDeviceAddressInfoKHR *pInfo)
+void note_accel_address(struct layer_device *device,
+                        const VkAccelerationStructureDeviceAddressInfoKHR *info,
+                        VkDeviceAddress address)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkDeviceAddress address = state->vk.GetAccelerationStructureDeviceAddressKHR(device, pInfo);
-    if (state->input_checks)
-        resources_set_accel_address(state->resources, pInfo->accelerationStructure, address);
-    guard_follow(state);
-    return address;
+    if (device->input_checks)
+        resources_set_accel_address(device->resources, info->accelerationStructure, address);
+    guard_follow(device);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructureKHR(
-    VkDevice device, const VkAccelerationStructureCreateInfoKHR *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
+void note_accel(struct layer_device *device, VkAccelerationStructureKHR accel,
+                const VkAccelerationStructureCreateInfoKHR *info)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.CreateAccelerationStructureKHR(device, pCreateInfo, pAllocator,
-                                                               pAccelerationStructure);
-    if (result != VK_SUCCESS)
-        return result;
-    resources_add_accel(state->resources, *pAccelerationStructure, pCreateInfo);
-    note_address(state, *pAccelerationStructure);
-    return VK_SUCCESS;
+    resources_add_accel(device->resources, accel, info);
+    note_address(device, accel);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL assay_CreateAccelerationStructure2KHR(
-    VkDevice device, const VkAccelerationStructureCreateInfo2KHR *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
+void note_accel_2(struct layer_device *device, VkAccelerationStructureKHR accel,
+                  const VkAccelerationStructureCreateInfo2KHR *info)
 {
-    struct layer_device *state = layer_find_device(device);
-    VkResult result = state->vk.CreateAccelerationStructure2KHR(device, pCreateInfo, pAllocator,
-                                                                pAccelerationStructure);
-    if (result != VK_SUCCESS)
-        return result;
-    resources_add_accel_at(state->resources, *pAccelerationStructure, pCreateInfo);
-    note_address(state, *pAccelerationStructure);
-    return VK_SUCCESS;
+    resources_add_accel_at(device->resources, accel, info);
+    note_address(device, accel);
 }
 
-VKAPI_ATTR void VKAPI_CALL assay_DestroyAccelerationStructureKHR(
-    VkDevice device, VkAccelerationStructureKHR accelerationStructure,
-    const VkAllocationCallbacks *pAllocator)
+void forget_accel(struct layer_device *device, VkAccelerationStructureKHR accel)
 {
-    struct layer_device *state = layer_find_device(device);
-    note_destroyed(state, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR,
-                   (uint64_t)(uintptr_t)accelerationStructure);
-    structures_note_destroyed(state->structures,
-                              resources_remove_accel(state->resources, accelerationStructure), 1);
-    state->vk.DestroyAccelerationStructureKHR(device, accelerationStructure, pAllocator);
+    note_destroyed(device, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)(uintptr_t)accel);
+    structures_note_destroyed(device->structures, resources_remove_accel(device->resources, accel),
+                              1);
 }

@@ -18,12 +18,12 @@
 #include "layer/intercepts/build_notes.h"
 #include "layer/intercepts/call_sites.h"
 #include "layer/intercepts/host_work.h"
-#include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/physical_device.h"
 #include "layer/postmortem/crash.h"
 #include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/snapshots.h"
+#include "observers.h"
 #include "src/state/commands/call_sites.h"
 
 VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info)

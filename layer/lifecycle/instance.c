@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "layer/cpu/overlay.h"
-#include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
+#include "observers.h"
 
 static const VkLayerProperties own_layer = {
     .layerName = ASSAY_LAYER_NAME,

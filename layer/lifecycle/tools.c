@@ -3,8 +3,7 @@
  * VK_EXT_tooling_info. */
 #include <string.h>
 
-#include "layer/intercepts/intercepts.h"
-#include "layer/layer.h"
+#include "observers.h"
 
 /* Keeps sType and pNext, which are the application's. */
 static void fill_properties(VkPhysicalDeviceToolProperties *properties, enum backend backend)
@@ -26,11 +25,10 @@ static void fill_properties(VkPhysicalDeviceToolProperties *properties, enum bac
 
 /* Lists the layer, then the tools below. `next` is NULL if the driver lacks the command. The loader
  * may return success without a count if the driver lacks it, so the count begins as 0. */
-static VkResult list_tools(VkPhysicalDevice physical_device,
-                           PFN_vkGetPhysicalDeviceToolProperties next, uint32_t *count,
-                           VkPhysicalDeviceToolProperties *properties)
+VkResult list_tools(struct layer_instance *instance, PFN_vkGetPhysicalDeviceToolProperties next,
+                    VkPhysicalDevice physical_device, uint32_t *count,
+                    VkPhysicalDeviceToolProperties *properties)
 {
-    struct layer_instance *instance = layer_find_instance(physical_device);
     uint32_t below = 0, room = *count;
     VkResult result = next ? next(physical_device, &below, NULL) : VK_SUCCESS;
     if (result < VK_SUCCESS)
@@ -51,22 +49,4 @@ static VkResult list_tools(VkPhysicalDevice physical_device,
     fill_properties(&properties[0], instance->backend);
     *count = below + 1;
     return result;
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL
-assay_GetPhysicalDeviceToolProperties(VkPhysicalDevice physicalDevice, uint32_t *pToolCount,
-                                      VkPhysicalDeviceToolProperties *pToolProperties)
-{
-    struct layer_instance *instance = layer_find_instance(physicalDevice);
-    return list_tools(physicalDevice, instance->vk.GetPhysicalDeviceToolProperties, pToolCount,
-                      pToolProperties);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL
-assay_GetPhysicalDeviceToolPropertiesEXT(VkPhysicalDevice physicalDevice, uint32_t *pToolCount,
-                                         VkPhysicalDeviceToolProperties *pToolProperties)
-{
-    struct layer_instance *instance = layer_find_instance(physicalDevice);
-    return list_tools(physicalDevice, instance->vk.GetPhysicalDeviceToolPropertiesEXT, pToolCount,
-                      pToolProperties);
 }

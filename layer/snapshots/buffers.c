@@ -2,8 +2,8 @@
 /* Buffers that vkCmdBuildAccelerationStructureNV may read. VK_BUFFER_USAGE_TRANSFER_SRC_BIT is
  * added to their usage, so that their data can be copied. Other builds read by address, and a
  * shader of the layer's own copies their data. */
-#include "layer/snapshots/commands.h"
 #include "layer/snapshots/snapshots.h"
+#include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/chain_copy.h"
 
@@ -91,48 +91,36 @@ static bool can_copy(const VkBufferCreateInfo *info)
     return (usage_of(info) & VK_BUFFER_USAGE_2_TRANSFER_SRC_BIT) && !(info->flags & special);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL snapshots_CreateBuffer(VkDevice device,
-                                                      const VkBufferCreateInfo *pCreateInfo,
-                                                      const VkAllocationCallbacks *pAllocator,
-                                                      VkBuffer *pBuffer)
+VkResult snapshots_create_buffer(struct layer_device *device, PFN_vkCreateBuffer create,
+                                 const VkBufferCreateInfo *info,
+                                 const VkAllocationCallbacks *allocator, VkBuffer *buffer)
 {
-    struct snapshots *snapshots = snapshots_of(device);
-    const VkBufferCreateInfo *info = pCreateInfo;
     VkBufferCreateInfo below;
     struct chain_copy copy = {0};
-    if (needs_usage(snapshots->device, info) && add_usage(info, &below, &copy))
+    if (needs_usage(device, info) && add_usage(info, &below, &copy))
         info = &below;
-    VkResult result = snapshots->below.CreateBuffer(device, info, pAllocator, pBuffer);
+    VkResult result = create(device->handle, info, allocator, buffer);
     if (result == VK_SUCCESS && can_copy(info))
-        note(snapshots, *pBuffer, true);
+        note(device->snapshots, *buffer, true);
     chain_copy_end(&copy);
     return result;
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_DestroyBuffer(VkDevice device, VkBuffer buffer,
-                                                   const VkAllocationCallbacks *pAllocator)
+void snapshots_forget_buffer(struct layer_device *device, VkBuffer buffer)
 {
-    struct snapshots *snapshots = snapshots_of(device);
-    note(snapshots, buffer, false);
-    snapshots->below.DestroyBuffer(device, buffer, pAllocator);
+    note(device->snapshots, buffer, false);
 }
 
-/* A command and its alias differ only in which command of the next layer they call. */
-#define DEFINE_GET_REQUIREMENTS(name)                                                              \
-    VKAPI_ATTR void VKAPI_CALL snapshots_##name(VkDevice device,                                   \
-                                                const VkDeviceBufferMemoryRequirements *pInfo,     \
-                                                VkMemoryRequirements2 *pMemoryRequirements)        \
-    {                                                                                              \
-        struct snapshots *snapshots = snapshots_of(device);                                        \
-        VkDeviceBufferMemoryRequirements info = *pInfo;                                            \
-        VkBufferCreateInfo below;                                                                  \
-        struct chain_copy copy = {0};                                                              \
-        if (needs_usage(snapshots->device, info.pCreateInfo) &&                                    \
-            add_usage(info.pCreateInfo, &below, &copy))                                            \
-            info.pCreateInfo = &below;                                                             \
-        snapshots->below.name(device, &info, pMemoryRequirements);                                 \
-        chain_copy_end(&copy);                                                                     \
-    }
-
-DEFINE_GET_REQUIREMENTS(GetDeviceBufferMemoryRequirements)
-DEFINE_GET_REQUIREMENTS(GetDeviceBufferMemoryRequirementsKHR)
+void snapshots_get_requirements(struct layer_device *device,
+                                PFN_vkGetDeviceBufferMemoryRequirements get,
+                                const VkDeviceBufferMemoryRequirements *info,
+                                VkMemoryRequirements2 *requirements)
+{
+    VkDeviceBufferMemoryRequirements own = *info;
+    VkBufferCreateInfo below;
+    struct chain_copy copy = {0};
+    if (needs_usage(device, info->pCreateInfo) && add_usage(info->pCreateInfo, &below, &copy))
+        own.pCreateInfo = &below;
+    get(device->handle, &own, requirements);
+    chain_copy_end(&copy);
+}

@@ -3,11 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/gather.h"
 #include "layer/snapshots/guard/calls.h"
 #include "layer/snapshots/marks.h"
 #include "layer/snapshots/recorder.h"
+#include "observers.h"
 #include "src/base/readable.h"
 #include "src/snapshots/build_input.h"
 

@@ -3,10 +3,10 @@
  * addresses that are valid within the build only. */
 #include <stdlib.h>
 
-#include "layer/snapshots/commands.h"
 #include "layer/snapshots/guard/calls.h"
 #include "layer/snapshots/marks.h"
 #include "layer/snapshots/recorder.h"
+#include "observers.h"
 #include "src/base/array.h"
 #include "src/base/readable.h"
 #include "src/snapshots/nv_info.h"

@@ -6,13 +6,13 @@
 #include <string.h>
 
 #include "layer/assay.h"
-#include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/dispatches.h"
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/guard/references.h"
 #include "layer/snapshots/tickets.h"
 #include "layer/snapshots/words.h"
+#include "observers.h"
 #include "src/base/chain.h"
 
 /* The loader's function for dispatchable objects that a layer creates for itself. */
@@ -51,16 +51,6 @@ static bool level_needs_snapshots(const struct layer_device *device)
     return device->physical_device_count < 2;
 }
 
-static void cover(struct layer_device *device)
-{
-#define COVER(name)                                                                                \
-    device->snapshots->below.name = device->vk.name;                                               \
-    if (device->vk.name)                                                                           \
-        device->vk.name = snapshots_##name;
-    SNAPSHOTS_COMMANDS(COVER)
-#undef COVER
-}
-
 VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo *create_info,
                           const VkuDeviceDispatchTable *below_backend)
 {
@@ -95,7 +85,8 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
         word_pool_create(device, &snapshots->words) != VK_SUCCESS ||
         own_shaders_create(device, &snapshots->shaders) != VK_SUCCESS)
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    cover(device);
+    snapshots->below = device->vk;
+    commands_cover_with_snapshots(&device->vk);
     return VK_SUCCESS;
 }
 
@@ -121,24 +112,10 @@ void snapshots_destroy(struct snapshots *snapshots)
     free(snapshots);
 }
 
-/* Counters of backend driver. Backend cpu has its own function. */
-static VKAPI_ATTR void VKAPI_CALL get_counters(VkDevice device, size_t size,
-                                               AssayCounters *counters)
+VKAPI_ATTR void VKAPI_CALL snapshots_GetCountersASSAY(VkDevice device, size_t size,
+                                                      AssayCounters *counters)
 {
     const AssayCounters now = {.bytesSnapshot = atomic_load(&snapshots_of(device)->bytes_copied)};
     memset(counters, 0, size);
     memcpy(counters, &now, size < sizeof(now) ? size : sizeof(now));
-}
-
-PFN_vkVoidFunction snapshots_command(const struct snapshots *snapshots, const char *name,
-                                     PFN_vkVoidFunction next)
-{
-    if (!snapshots->are_for_backend && strcmp(name, "vkGetCountersASSAY") == 0)
-        return (PFN_vkVoidFunction)get_counters;
-#define FIND(command)                                                                              \
-    if (strcmp(name, "vk" #command) == 0)                                                          \
-        return next ? (PFN_vkVoidFunction)snapshots_##command : NULL;
-    SNAPSHOTS_COMMANDS(FIND)
-#undef FIND
-    return next;
 }

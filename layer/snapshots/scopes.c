@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands that begin and end scopes in which a dispatch of the layer's own would be counted or
  * discarded, or would disturb state that cannot be restored. */
-#include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/compute_state.h"
+#include "observers.h"
 
 /* ---- queries */
 
@@ -25,29 +25,23 @@ static bool counts_compute_work(const VkQueryPoolCreateInfo *info)
 }
 
 /* Without memory the pool's queries are treated as if they counted compute work. */
-VKAPI_ATTR VkResult VKAPI_CALL snapshots_CreateQueryPool(VkDevice device,
-                                                         const VkQueryPoolCreateInfo *pCreateInfo,
-                                                         const VkAllocationCallbacks *pAllocator,
-                                                         VkQueryPool *pQueryPool)
+void snapshots_note_query_pool(struct layer_device *device, VkQueryPool pool,
+                               const VkQueryPoolCreateInfo *info)
 {
-    struct snapshots *snapshots = snapshots_of(device);
-    VkResult result = snapshots->below.CreateQueryPool(device, pCreateInfo, pAllocator, pQueryPool);
-    if (result == VK_SUCCESS && !counts_compute_work(pCreateInfo)) {
-        pthread_mutex_lock(&snapshots->pools_lock);
-        handle_table_set(&snapshots->uncounting_pools, (uint64_t)(uintptr_t)*pQueryPool, snapshots);
-        pthread_mutex_unlock(&snapshots->pools_lock);
-    }
-    return result;
+    struct snapshots *snapshots = device->snapshots;
+    if (counts_compute_work(info))
+        return;
+    pthread_mutex_lock(&snapshots->pools_lock);
+    handle_table_set(&snapshots->uncounting_pools, (uint64_t)(uintptr_t)pool, snapshots);
+    pthread_mutex_unlock(&snapshots->pools_lock);
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_DestroyQueryPool(VkDevice device, VkQueryPool queryPool,
-                                                      const VkAllocationCallbacks *pAllocator)
+void snapshots_forget_query_pool(struct layer_device *device, VkQueryPool pool)
 {
-    struct snapshots *snapshots = snapshots_of(device);
+    struct snapshots *snapshots = device->snapshots;
     pthread_mutex_lock(&snapshots->pools_lock);
-    handle_table_remove(&snapshots->uncounting_pools, (uint64_t)(uintptr_t)queryPool);
+    handle_table_remove(&snapshots->uncounting_pools, (uint64_t)(uintptr_t)pool);
     pthread_mutex_unlock(&snapshots->pools_lock);
-    snapshots->below.DestroyQueryPool(device, queryPool, pAllocator);
 }
 
 static bool is_counting_pool(struct snapshots *snapshots, VkQueryPool pool)
@@ -59,143 +53,67 @@ static bool is_counting_pool(struct snapshots *snapshots, VkQueryPool pool)
 }
 
 /* `count`: 1 if a query begins, -1 if it ends. */
-static void add_query(struct snapshots *snapshots, VkCommandBuffer handle, VkQueryPool pool,
+static void add_query(const struct layer_device *device, VkCommandBuffer handle, VkQueryPool pool,
                       int count)
 {
     struct compute_state *state =
-        is_counting_pool(snapshots, pool) ? compute_state_of(handle) : NULL;
+        is_counting_pool(device->snapshots, pool) ? compute_state_of(device, handle) : NULL;
     if (state)
         state->queries += (uint32_t)count;
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginQuery(VkCommandBuffer commandBuffer,
-                                                   VkQueryPool queryPool, uint32_t query,
-                                                   VkQueryControlFlags flags)
+void snapshots_begin_query(struct layer_device *device, VkCommandBuffer handle, VkQueryPool pool)
 {
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    add_query(snapshots, commandBuffer, queryPool, 1);
-    snapshots->below.CmdBeginQuery(commandBuffer, queryPool, query, flags);
+    add_query(device, handle, pool, 1);
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdEndQuery(VkCommandBuffer commandBuffer,
-                                                 VkQueryPool queryPool, uint32_t query)
+void snapshots_end_query(struct layer_device *device, VkCommandBuffer handle, VkQueryPool pool)
 {
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    add_query(snapshots, commandBuffer, queryPool, -1);
-    snapshots->below.CmdEndQuery(commandBuffer, queryPool, query);
-}
-
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginQueryIndexedEXT(VkCommandBuffer commandBuffer,
-                                                             VkQueryPool queryPool, uint32_t query,
-                                                             VkQueryControlFlags flags,
-                                                             uint32_t index)
-{
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    add_query(snapshots, commandBuffer, queryPool, 1);
-    snapshots->below.CmdBeginQueryIndexedEXT(commandBuffer, queryPool, query, flags, index);
-}
-
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdEndQueryIndexedEXT(VkCommandBuffer commandBuffer,
-                                                           VkQueryPool queryPool, uint32_t query,
-                                                           uint32_t index)
-{
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    add_query(snapshots, commandBuffer, queryPool, -1);
-    snapshots->below.CmdEndQueryIndexedEXT(commandBuffer, queryPool, query, index);
+    add_query(device, handle, pool, -1);
 }
 
 /* ---- conditions */
 
-static void set_condition(VkCommandBuffer handle, const struct condition *condition)
+static void set_condition(const struct layer_device *device, VkCommandBuffer handle,
+                          const struct condition *condition)
 {
-    struct compute_state *state = compute_state_of(handle);
+    struct compute_state *state = compute_state_of(device, handle);
     if (state)
         state->condition = *condition;
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginConditionalRenderingEXT(
-    VkCommandBuffer commandBuffer,
-    const VkConditionalRenderingBeginInfoEXT *pConditionalRenderingBegin)
+void snapshots_begin_condition(struct layer_device *device, VkCommandBuffer handle,
+                               const VkConditionalRenderingBeginInfoEXT *info)
 {
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    set_condition(commandBuffer, &(struct condition){.kind = CONDITION_IN_BUFFER,
-                                                     .flags = pConditionalRenderingBegin->flags,
-                                                     .buffer = pConditionalRenderingBegin->buffer,
-                                                     .offset = pConditionalRenderingBegin->offset});
-    snapshots->below.CmdBeginConditionalRenderingEXT(commandBuffer, pConditionalRenderingBegin);
+    set_condition(device, handle,
+                  &(struct condition){.kind = CONDITION_IN_BUFFER,
+                                      .flags = info->flags,
+                                      .buffer = info->buffer,
+                                      .offset = info->offset});
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdBeginConditionalRendering2EXT(
-    VkCommandBuffer commandBuffer,
-    const VkConditionalRenderingBeginInfo2EXT *pConditionalRenderingBegin)
+void snapshots_begin_condition_2(struct layer_device *device, VkCommandBuffer handle,
+                                 const VkConditionalRenderingBeginInfo2EXT *info)
 {
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    set_condition(commandBuffer,
+    set_condition(device, handle,
                   &(struct condition){.kind = CONDITION_AT_ADDRESS,
-                                      .flags = pConditionalRenderingBegin->flags,
-                                      .range = pConditionalRenderingBegin->addressRange,
-                                      .address_flags = pConditionalRenderingBegin->addressFlags});
-    snapshots->below.CmdBeginConditionalRendering2EXT(commandBuffer, pConditionalRenderingBegin);
+                                      .flags = info->flags,
+                                      .range = info->addressRange,
+                                      .address_flags = info->addressFlags});
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdEndConditionalRenderingEXT(VkCommandBuffer commandBuffer)
+void snapshots_end_condition(struct layer_device *device, VkCommandBuffer handle)
 {
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    set_condition(commandBuffer, &(struct condition){.kind = CONDITION_NONE});
-    snapshots->below.CmdEndConditionalRenderingEXT(commandBuffer);
+    set_condition(device, handle, &(struct condition){.kind = CONDITION_NONE});
 }
 
 /* ---- heaps */
 
 /* A dispatch of the layer's own pushes constants with a layout, which invalidates push data and
  * heap bindings. */
-static void use_heaps(VkCommandBuffer handle)
+void snapshots_use_heaps(struct layer_device *device, VkCommandBuffer handle)
 {
-    struct compute_state *state = compute_state_of(handle);
+    struct compute_state *state = compute_state_of(device, handle);
     if (state)
         state->is_partial = true;
-}
-
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdPushDataEXT(VkCommandBuffer commandBuffer,
-                                                    const VkPushDataInfoEXT *pPushDataInfo)
-{
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    use_heaps(commandBuffer);
-    snapshots->below.CmdPushDataEXT(commandBuffer, pPushDataInfo);
-}
-
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindResourceHeapEXT(VkCommandBuffer commandBuffer,
-                                                            const VkBindHeapInfoEXT *pBindInfo)
-{
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    use_heaps(commandBuffer);
-    snapshots->below.CmdBindResourceHeapEXT(commandBuffer, pBindInfo);
-}
-
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindSamplerHeapEXT(VkCommandBuffer commandBuffer,
-                                                           const VkBindHeapInfoEXT *pBindInfo)
-{
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    use_heaps(commandBuffer);
-    snapshots->below.CmdBindSamplerHeapEXT(commandBuffer, pBindInfo);
 }

@@ -5,9 +5,9 @@
 #ifndef ASSAY_LAYER_SNAPSHOTS_SNAPSHOTS_H
 #define ASSAY_LAYER_SNAPSHOTS_SNAPSHOTS_H
 
+#include "layer/assay.h"
 #include "layer/layer.h"
 #include "layer/own_objects.h"
-#include "layer/snapshots/commands.h"
 #include "src/base/handle_table.h"
 #include "src/platform/threads.h"
 #include "src/snapshots/recording.h"
@@ -26,12 +26,8 @@ struct snapshots {
     /* A backend executes builds from the snapshots: each build is copied, whatever the budget, and
      * the application's fences signal only when the copies can be read. */
     bool are_for_backend;
-    VkuDeviceDispatchTable next; /* the next layer's, for the layer's own objects and commands */
-#define MEMBER(name) PFN_vk##name name;
-    struct {
-        SNAPSHOTS_COMMANDS(MEMBER)
-    } below; /* the commands that the overlay covers: the backend's or the next layer's */
-#undef MEMBER
+    VkuDeviceDispatchTable next;  /* the next layer's, for the layer's own objects and commands */
+    VkuDeviceDispatchTable below; /* the backend's or the next layer's */
     PFN_vkSetDeviceLoaderData set_loader_data; /* may be NULL */
     struct staging *staging;
     struct guard *guard;     /* NULL unless guard = references */
@@ -72,9 +68,8 @@ VkResult snapshots_create(struct layer_device *device, const VkDeviceCreateInfo 
                           const VkuDeviceDispatchTable *below_backend);
 void snapshots_destroy(struct snapshots *snapshots); /* accepts NULL */
 
-/* What vkGetDeviceProcAddr returns if the layer or backend below returns `next`. */
-PFN_vkVoidFunction snapshots_command(const struct snapshots *snapshots, const char *name,
-                                     PFN_vkVoidFunction next);
+/* Of assay.h, on backend driver. */
+extern __typeof__(*(PFN_vkGetCountersASSAY)0) snapshots_GetCountersASSAY;
 
 /* Marks executions as reached when they run, and releases them behind all other consumers of their
  * batch. Add it before those that use executions. */

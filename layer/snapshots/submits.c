@@ -5,7 +5,6 @@
  * unchanged. If memory runs out there, the snapshots are not validated. */
 #include <stdlib.h>
 
-#include "layer/snapshots/commands.h"
 #include "layer/snapshots/copies/renew.h"
 #include "layer/snapshots/copies/staging.h"
 #include "layer/snapshots/coverage_warnings.h"
@@ -14,6 +13,7 @@
 #include "layer/snapshots/guard/references.h"
 #include "layer/snapshots/recorder.h"
 #include "layer/snapshots/tickets.h"
+#include "observers.h"
 #include "src/base/array.h"
 
 /* ---- what a submission has to do with snapshots */
@@ -205,9 +205,8 @@ static VkResult finish_and_unlock(struct submit *submit, VkFence fence, VkResult
     return result;
 }
 
-static struct submit begin(VkQueue queue)
+static struct submit begin(struct snapshots *snapshots, VkQueue queue)
 {
-    struct snapshots *snapshots = snapshots_of(queue);
     snapshots_deliver(snapshots->device);
     guard_follow(snapshots->device);
     staging_note_submission(snapshots->staging);
@@ -220,30 +219,27 @@ static struct submit begin(VkQueue queue)
     };
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit(VkQueue queue, uint32_t submitCount,
-                                                     const VkSubmitInfo *pSubmits, VkFence fence)
+VkResult snapshots_submit(struct layer_device *device, PFN_vkQueueSubmit next, VkQueue queue,
+                          uint32_t count, const VkSubmitInfo *infos, VkFence fence)
 {
-    struct submit submit = begin(queue);
-    struct snapshots *snapshots = submit.snapshots;
-    for (uint32_t i = 0; i < submitCount; i++) {
+    struct submit submit = begin(device->snapshots, queue);
+    for (uint32_t i = 0; i < count; i++) {
         submit.has_limits = i < guard_limited_batches();
-        for (uint32_t j = 0; j < pSubmits[i].commandBufferCount; j++)
-            add_command_buffer(&submit, pSubmits[i].pCommandBuffers[j]);
+        for (uint32_t j = 0; j < infos[i].commandBufferCount; j++)
+            add_command_buffer(&submit, infos[i].pCommandBuffers[j]);
     }
     report_missed(&submit);
     if (submit.result != VK_SUCCESS)
         return abandon(&submit, submit.result);
-    snapshots_lock_queues(snapshots);
-    VkResult result =
-        snapshots->below.QueueSubmit(queue, submitCount, pSubmits, fence_below(&submit, fence));
+    snapshots_lock_queues(device->snapshots);
+    VkResult result = next(queue, count, infos, fence_below(&submit, fence));
     return finish_and_unlock(&submit, fence, result);
 }
 
-static VkResult submit2(PFN_vkQueueSubmit2 next, VkQueue queue, uint32_t count,
-                        const VkSubmitInfo2 *infos, VkFence fence)
+VkResult snapshots_submit_2(struct layer_device *device, PFN_vkQueueSubmit2 next, VkQueue queue,
+                            uint32_t count, const VkSubmitInfo2 *infos, VkFence fence)
 {
-    struct submit submit = begin(queue);
-    struct snapshots *snapshots = submit.snapshots;
+    struct submit submit = begin(device->snapshots, queue);
     for (uint32_t i = 0; i < count; i++) {
         submit.has_limits = i < guard_limited_batches();
         for (uint32_t j = 0; j < infos[i].commandBufferInfoCount; j++)
@@ -252,22 +248,9 @@ static VkResult submit2(PFN_vkQueueSubmit2 next, VkQueue queue, uint32_t count,
     report_missed(&submit);
     if (submit.result != VK_SUCCESS)
         return abandon(&submit, submit.result);
-    snapshots_lock_queues(snapshots);
+    snapshots_lock_queues(device->snapshots);
     VkResult result = next(queue, count, infos, fence_below(&submit, fence));
     return finish_and_unlock(&submit, fence, result);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit2(VkQueue queue, uint32_t submitCount,
-                                                      const VkSubmitInfo2 *pSubmits, VkFence fence)
-{
-    return submit2(snapshots_of(queue)->below.QueueSubmit2, queue, submitCount, pSubmits, fence);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueSubmit2KHR(VkQueue queue, uint32_t submitCount,
-                                                         const VkSubmitInfo2 *pSubmits,
-                                                         VkFence fence)
-{
-    return submit2(snapshots_of(queue)->below.QueueSubmit2KHR, queue, submitCount, pSubmits, fence);
 }
 
 /* ---- queues, which the layer also uses itself */
@@ -302,57 +285,35 @@ bool snapshots_queue_family(struct snapshots *snapshots, VkQueue queue, uint32_t
     return name != 0;
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_GetDeviceQueue(VkDevice device, uint32_t queueFamilyIndex,
-                                                    uint32_t queueIndex, VkQueue *pQueue)
+void snapshots_note_queue(struct layer_device *device, VkQueue queue, uint32_t family)
 {
-    struct snapshots *snapshots = snapshots_of(device);
-    snapshots->below.GetDeviceQueue(device, queueFamilyIndex, queueIndex, pQueue);
-    note_family(snapshots, *pQueue, queueFamilyIndex);
+    note_family(device->snapshots, queue, family);
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_GetDeviceQueue2(VkDevice device,
-                                                     const VkDeviceQueueInfo2 *pQueueInfo,
-                                                     VkQueue *pQueue)
+void snapshots_note_queue_2(struct layer_device *device, VkQueue queue,
+                            const VkDeviceQueueInfo2 *info)
 {
-    struct snapshots *snapshots = snapshots_of(device);
-    snapshots->below.GetDeviceQueue2(device, pQueueInfo, pQueue);
-    note_family(snapshots, *pQueue, pQueueInfo->queueFamilyIndex);
+    note_family(device->snapshots, queue, info->queueFamilyIndex);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueueBindSparse(VkQueue queue, uint32_t bindInfoCount,
-                                                         const VkBindSparseInfo *pBindInfo,
-                                                         VkFence fence)
+void snapshots_enter_queue(struct layer_device *device)
 {
-    struct snapshots *snapshots = snapshots_of(queue);
-    snapshots_lock_queues(snapshots);
-    VkResult result = snapshots->below.QueueBindSparse(queue, bindInfoCount, pBindInfo, fence);
-    snapshots_unlock_queues(snapshots);
-    return result;
+    snapshots_lock_queues(device->snapshots);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL snapshots_QueuePresentKHR(VkQueue queue,
-                                                         const VkPresentInfoKHR *pPresentInfo)
+void snapshots_leave_queue(struct layer_device *device)
 {
-    struct snapshots *snapshots = snapshots_of(queue);
-    snapshots_lock_queues(snapshots);
-    VkResult result = snapshots->below.QueuePresentKHR(queue, pPresentInfo);
-    snapshots_unlock_queues(snapshots);
-    return result;
+    snapshots_unlock_queues(device->snapshots);
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdExecuteCommands(VkCommandBuffer commandBuffer,
-                                                        uint32_t commandBufferCount,
-                                                        const VkCommandBuffer *pCommandBuffers)
+void snapshots_note_secondaries(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
+                                const VkCommandBuffer *secondaries)
 {
-    const struct layer_device *device = layer_find_recording_device(commandBuffer);
-    if (!device)
-        return;
-    for (uint32_t i = 0; i < commandBufferCount; i++) {
-        const struct recording *recording = recording_of(device, pCommandBuffers[i]);
+    for (uint32_t i = 0; i < count; i++) {
+        const struct recording *recording = recording_of(device, secondaries[i]);
         struct recorder recorder;
-        warn_left_out(device, pCommandBuffers[i]);
-        if (recording && recording->has_commands && recorder_begin(&recorder, commandBuffer))
+        warn_left_out(device, secondaries[i]);
+        if (recording && recording->has_commands && recorder_begin(&recorder, handle))
             recorder.recording->has_commands = true;
     }
-    device->snapshots->below.CmdExecuteCommands(commandBuffer, commandBufferCount, pCommandBuffers);
 }

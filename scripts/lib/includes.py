@@ -38,6 +38,7 @@ FOLDERS = (
     "layer/postmortem",
     "layer/intercepts",
     "layer/hazards",
+    "layer/commands",
     "layer/lifecycle",
 )
 PLATFORM = "src/platform"

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "below.h"
-#include "layer/cpu/commands.h"
+#include "observers.h"
 #include "tests/fixture/objects.h"
 #include "tests/state/unit_test.h"
 

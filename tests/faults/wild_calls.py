@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Generates wild_calls.h from the registry and the layer's lists of commands: for each command its
+"""Generates wild_calls.h from the registry and the layer's rows of commands: for each command its
 arguments, with valid handles and one element in each array, and a driver's command that reads
 nothing. tests/faults/wild_test.c makes the pointers invalid, one at a time."""
 
@@ -154,14 +154,14 @@ def main():
     parser.add_argument("--root", type=pathlib.Path, required=True, help="the repository")
     parser.add_argument("--out", type=pathlib.Path, required=True, help="the file to write")
     options = parser.parse_args()
-    sys.path.insert(0, str(options.root / "vuid-tables"))
+    sys.path += [str(options.root / folder) for folder in ("vuid-tables", "layer/commands")]
+    import rows
     import signatures
     registry = signatures.Registry(options.registry)
-    names = {name for header in signatures.LISTS.values()
-             for name in signatures.listed_commands((options.root / header).read_text())}
-    if unknown := [name for name in names - registry.commands.keys() if not name.endswith("ASSAY")]:
-        sys.exit(f"wild_calls.py: commands that the registry lacks: {unknown}")
-    commands = [registry.commands[name] for name in sorted(names & registry.commands.keys())]
+    files = sorted((options.root / "layer/commands/rows").glob("*.def"))
+    names = {command.name for file in files for row in rows.read_rows(file)
+             for command in rows.commands_of(registry, row) if not command.protect}
+    commands = [registry.commands[name] for name in sorted(names)]
     text = "".join(path.read_text() for folder in ("layer", "src")
                    for path in sorted((options.root / folder).rglob("*.c")))
     mentioned = set(re.findall(r"\bVK_STRUCTURE_TYPE_\w+", text))

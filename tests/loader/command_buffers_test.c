@@ -5,24 +5,19 @@
 #include <dlfcn.h>
 #include <sys/mman.h>
 
-#include "layer/cpu/commands.h"
-#include "layer/intercepts/intercepts.h"
-#include "layer/snapshots/commands.h"
+#include "intercepted.h"
 #include "loader_test.h"
 
 #define WARNING_ID "ASSAY-warning"
 
 enum { EXTENSIONS_MAX = 512, PAGE = 4096, COMMANDS_AT_LEAST = 50 };
 
-/* ---- the commands: the lists of the layer, so that a command that is added there is tested */
+/* ---- the commands: the rows of the layer, so that a command that is added there is tested */
 
 static const char *const intercepted[] = {
 #define NAME(name) "vk" #name,
-#define NAME_SUPPLIED(extension, name) "vk" #name,
-    ASSAY_DEVICE_INTERCEPTS(NAME) SNAPSHOTS_COMMANDS(NAME) CPU_COMMANDS(NAME_SUPPLIED)
-        CPU_REPLACED_COMMANDS(NAME)
+    INTERCEPTED_COMMANDS(NAME)
 #undef NAME
-#undef NAME_SUPPLIED
 };
 
 static bool is_recorded(const char *name)

@@ -3,7 +3,7 @@
  * layer for vkCreateDevice without an instance, which the Khronos layer answers, too. */
 #include <dlfcn.h>
 
-#include "layer/intercepts/intercepts.h"
+#include "intercepted.h"
 #include "loader_test.h"
 #include "strict_layer.h"
 
@@ -80,8 +80,7 @@ TEST(test_below_device_select)
 TEST(test_names_without_an_instance)
 {
 #define NAME(name) "vk" #name,
-    static const char *const names[] = {ASSAY_GLOBAL_INTERCEPTS(NAME) ASSAY_INSTANCE_INTERCEPTS(
-        NAME) ASSAY_DEVICE_INTERCEPTS(NAME)};
+    static const char *const names[] = {ALWAYS_INTERCEPTED_COMMANDS(NAME)};
 #undef NAME
     static const char *const others[] = {"vkEnumeratePhysicalDevices", "vkCmdDraw", "vkNone", ""};
     void *library = dlopen(LAYER_LIBRARY, RTLD_NOW | RTLD_LOCAL);

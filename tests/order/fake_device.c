@@ -153,7 +153,7 @@ void create_semaphore(uint32_t handle, VkSemaphoreType type, const void *chain)
     const STRUCT(VkSemaphoreCreateInfo, info, .pNext = &types);
     VkSemaphore created;
     counter = handle;
-    assert_int_equal(assay_CreateSemaphore(NULL, &info, NULL, &created), VK_SUCCESS);
+    assert_int_equal(entry_CreateSemaphore(NULL, &info, NULL, &created), VK_SUCCESS);
 }
 
 void create_fence(uint32_t handle, const void *chain)
@@ -161,7 +161,7 @@ void create_fence(uint32_t handle, const void *chain)
     const STRUCT(VkFenceCreateInfo, info, .pNext = chain);
     VkFence created;
     counter = handle;
-    assert_int_equal(assay_CreateFence(NULL, &info, NULL, &created), VK_SUCCESS);
+    assert_int_equal(entry_CreateFence(NULL, &info, NULL, &created), VK_SUCCESS);
 }
 
 VkResult submit_plain(const struct batch *batch)
@@ -178,7 +178,7 @@ VkResult submit_plain(const struct batch *batch)
                  .pWaitSemaphores = &wait, .pWaitDstStageMask = &stages, .commandBufferCount = 1,
                  .pCommandBuffers = &command_buffer, .signalSemaphoreCount = batch->signal ? 1 : 0,
                  .pSignalSemaphores = &signal);
-    return assay_QueueSubmit(QUEUE(batch->queue), 1, &info, FENCE(batch->fence));
+    return entry_QueueSubmit(QUEUE(batch->queue), 1, &info, FENCE(batch->fence));
 }
 
 VkResult submit_second(const struct batch *batch, PFN_vkQueueSubmit2 call)

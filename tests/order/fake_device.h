@@ -3,8 +3,7 @@
 #ifndef ORDER_FAKE_DEVICE_H
 #define ORDER_FAKE_DEVICE_H
 
-#include "layer/intercepts/intercepts.h"
-#include "layer/layer.h"
+#include "observers.h"
 #include "program.h"
 #include "tests/fixture/make.h"
 
@@ -37,6 +36,6 @@ struct batch {
 VkResult submit_plain(const struct batch *batch);
 VkResult submit_second(const struct batch *batch, PFN_vkQueueSubmit2 call);
 #define PLAIN(...) submit_plain(&(struct batch){__VA_ARGS__})
-#define SECOND(...) submit_second(&(struct batch){__VA_ARGS__}, assay_QueueSubmit2)
+#define SECOND(...) submit_second(&(struct batch){__VA_ARGS__}, entry_QueueSubmit2)
 
 #endif

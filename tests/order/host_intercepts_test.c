@@ -4,13 +4,15 @@
 #include "fake_device.h"
 
 CALL_AS(present,
-        assay_QueuePresentKHR(QUEUE(1), &MAKE(VkPresentInfoKHR, .waitSemaphoreCount = 1,
+        entry_QueuePresentKHR(QUEUE(1), &MAKE(VkPresentInfoKHR, .waitSemaphoreCount = 1,
                                               .pWaitSemaphores = &(VkSemaphore){SEMAPHORE(S)})))
-CALL_AS(acquire,
-        assay_AcquireNextImageKHR(NULL, VK_NULL_HANDLE, 0, SEMAPHORE(S), VK_NULL_HANDLE, NULL))
-CALL_AS(acquire_2, assay_AcquireNextImage2KHR(
-                       NULL, &MAKE(VkAcquireNextImageInfoKHR, .semaphore = SEMAPHORE(S)), NULL))
-CALL_AS(import_semaphore, assay_ImportSemaphoreFdKHR(NULL, &MAKE(VkImportSemaphoreFdInfoKHR,
+CALL_AS(acquire, entry_AcquireNextImageKHR(NULL, VK_NULL_HANDLE, 0, SEMAPHORE(S), VK_NULL_HANDLE,
+                                           &(uint32_t){0}))
+CALL_AS(acquire_2,
+        entry_AcquireNextImage2KHR(NULL,
+                                   &MAKE(VkAcquireNextImageInfoKHR, .semaphore = SEMAPHORE(S)),
+                                   &(uint32_t){0}))
+CALL_AS(import_semaphore, entry_ImportSemaphoreFdKHR(NULL, &MAKE(VkImportSemaphoreFdInfoKHR,
                                                                  .semaphore = SEMAPHORE(S))))
 
 static VkResult (*const others_signal[])(void) = {present, acquire, acquire_2, import_semaphore};
@@ -39,11 +41,11 @@ DEVICE_TEST(shared_semaphores_and_fences_bring_no_order)
     create_semaphore(S, VK_SEMAPHORE_TYPE_TIMELINE, &semaphore);
     create_fence(F, &fence);
     create_fence(F + 1, NULL);
-    assay_ImportFenceFdKHR(NULL, &import);
+    entry_ImportFenceFdKHR(NULL, &import);
     PLAIN(.queue = 1, .name = 10, .signal = S, .signal_value = 1, .fence = F);
     PLAIN(.queue = 1, .name = 11, .fence = F + 1);
-    assay_GetFenceStatus(NULL, FENCE(F));
-    assay_GetFenceStatus(NULL, FENCE(F + 1));
+    entry_GetFenceStatus(NULL, FENCE(F));
+    entry_GetFenceStatus(NULL, FENCE(F + 1));
     PLAIN(.queue = 2, .name = 20);
     PLAIN(.queue = 3, .name = 30, .wait = S, .wait_value = 1);
     assert_false(follows(p, 20, 10));
@@ -58,10 +60,10 @@ DEVICE_TEST(shared_semaphores_and_fences_bring_no_order)
     {                                                                                              \
         __VA_ARGS__                                                                                \
     }
-CALL_AS(wait_fence, assay_WaitForFences(NULL, FENCES(FENCE(F)), VK_FALSE, 0))
-CALL_AS(wait_fences, assay_WaitForFences(NULL, FENCES(FENCE(F), FENCE(F)), VK_TRUE, 0))
-CALL_AS(wait_any_fence, assay_WaitForFences(NULL, FENCES(FENCE(F), FENCE(F + 1)), VK_FALSE, 0))
-CALL_AS(fence_status, assay_GetFenceStatus(NULL, FENCE(F)))
+CALL_AS(wait_fence, entry_WaitForFences(NULL, FENCES(FENCE(F)), VK_FALSE, 0))
+CALL_AS(wait_fences, entry_WaitForFences(NULL, FENCES(FENCE(F), FENCE(F)), VK_TRUE, 0))
+CALL_AS(wait_any_fence, entry_WaitForFences(NULL, FENCES(FENCE(F), FENCE(F + 1)), VK_FALSE, 0))
+CALL_AS(fence_status, entry_GetFenceStatus(NULL, FENCE(F)))
 
 /* Waits for values of the timeline T. */
 static VkResult wait_values(uint32_t count, const uint64_t *values, VkSemaphoreWaitFlags flags,
@@ -75,10 +77,10 @@ static VkResult wait_values(uint32_t count, const uint64_t *values, VkSemaphoreW
 
 static const uint64_t zero_and_five[] = {0, 5};
 CALL_AS(wait_semaphore,
-        wait_values(1, zero_and_five + 1, VK_SEMAPHORE_WAIT_ANY_BIT, assay_WaitSemaphores))
-CALL_AS(wait_all_semaphores, wait_values(2, zero_and_five, 0, assay_WaitSemaphoresKHR))
+        wait_values(1, zero_and_five + 1, VK_SEMAPHORE_WAIT_ANY_BIT, entry_WaitSemaphores))
+CALL_AS(wait_all_semaphores, wait_values(2, zero_and_five, 0, entry_WaitSemaphoresKHR))
 CALL_AS(wait_any_semaphore,
-        wait_values(2, zero_and_five, VK_SEMAPHORE_WAIT_ANY_BIT, assay_WaitSemaphores))
+        wait_values(2, zero_and_five, VK_SEMAPHORE_WAIT_ANY_BIT, entry_WaitSemaphores))
 
 static VkResult read_counter(PFN_vkGetSemaphoreCounterValue read)
 {
@@ -87,11 +89,11 @@ static VkResult read_counter(PFN_vkGetSemaphoreCounterValue read)
     return read(NULL, SEMAPHORE(T), &value);
 }
 
-CALL_AS(semaphore_counter, read_counter(assay_GetSemaphoreCounterValue))
-CALL_AS(semaphore_counter_khr, read_counter(assay_GetSemaphoreCounterValueKHR))
-CALL_AS(queue_idle, assay_QueueWaitIdle(QUEUE(1)))
-CALL_AS(other_queue_idle, assay_QueueWaitIdle(QUEUE(2)))
-CALL_AS(device_idle, assay_DeviceWaitIdle(NULL))
+CALL_AS(semaphore_counter, read_counter(entry_GetSemaphoreCounterValue))
+CALL_AS(semaphore_counter_khr, read_counter(entry_GetSemaphoreCounterValueKHR))
+CALL_AS(queue_idle, entry_QueueWaitIdle(QUEUE(1)))
+CALL_AS(other_queue_idle, entry_QueueWaitIdle(QUEUE(2)))
+CALL_AS(device_idle, entry_DeviceWaitIdle(NULL))
 
 static const struct {
     VkResult (*look)(void);
@@ -136,12 +138,12 @@ DEVICE_TEST(fences_are_reset)
 {
     VkFence fence = FENCE(F);
     submit_10();
-    assert_int_equal(assay_ResetFences(NULL, 1, &fence), VK_SUCCESS);
+    assert_int_equal(entry_ResetFences(NULL, 1, &fence), VK_SUCCESS);
     fence_status();
     PLAIN(.queue = 2, .name = 20);
     assert_false(follows(p, 20, 10));
     PLAIN(.queue = 1, .name = 11, .fence = F);
-    assay_DestroyFence(NULL, fence, NULL);
+    entry_DestroyFence(NULL, fence, NULL);
     create_fence(F, NULL);
     fence_status();
     PLAIN(.queue = 2, .name = 21);
@@ -151,7 +153,7 @@ DEVICE_TEST(fences_are_reset)
 TEST(the_host_signals)
 {
     const STRUCT(VkSemaphoreSignalInfo, info, .semaphore = SEMAPHORE(S), .value = 1);
-    const PFN_vkSignalSemaphore signals[] = {assay_SignalSemaphore, assay_SignalSemaphoreKHR};
+    const PFN_vkSignalSemaphore signals[] = {entry_SignalSemaphore, entry_SignalSemaphoreKHR};
     for (uint32_t i = 0; i < 2; i++) {
         struct program p;
         fake_device_start(&p);
@@ -162,7 +164,7 @@ TEST(the_host_signals)
         assert_int_equal(p.run_count, 0);
         assert_int_equal(signals[i](NULL, &info), VK_SUCCESS);
         assert_int_equal(p.run_count, 1);
-        assay_DestroySemaphore(NULL, SEMAPHORE(S), NULL);
+        entry_DestroySemaphore(NULL, SEMAPHORE(S), NULL);
         assert_string_equal(reached, "DestroySemaphore");
         program_stop(&p);
     }
@@ -177,7 +179,7 @@ DEVICE_TEST(without_an_order_calls_are_forwarded)
     assert_int_equal(PLAIN(.queue = 1, .name = 10, .wait = S, .wait_value = 1, .fence = F),
                      VK_SUCCESS);
     assert_int_equal(SECOND(.queue = 1, .name = 10), VK_SUCCESS);
-    assert_int_equal(assay_QueueSubmit(QUEUE(1), 0, NULL, FENCE(F)), VK_SUCCESS);
+    assert_int_equal(entry_QueueSubmit(QUEUE(1), 0, NULL, FENCE(F)), VK_SUCCESS);
     calls = 0;
     for (uint32_t i = 0; i < sizeof(looks) / sizeof(looks[0]); i++)
         assert_int_equal(looks[i].look(), VK_SUCCESS);

@@ -22,7 +22,7 @@ DEVICE_TEST(submits_are_observed_and_forwarded)
                                   .signal = T,
                                   .signal_value = 9,
                                   .signal_stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT},
-                  assay_QueueSubmit2KHR);
+                  entry_QueueSubmit2KHR);
     assert_string_equal(reached, "QueueSubmit2KHR");
     assert_true(follows(p, 40, 31));
 }
@@ -131,11 +131,11 @@ DEVICE_TEST(bindings_are_observed)
     create_semaphore(T, VK_SEMAPHORE_TYPE_BINARY, NULL);
     create_fence(F, NULL);
     PLAIN(.queue = 1, .name = 10, .signal = S);
-    assert_int_equal(assay_QueueBindSparse(QUEUE(2), 1, &info, FENCE(F)), VK_SUCCESS);
+    assert_int_equal(entry_QueueBindSparse(QUEUE(2), 1, &info, FENCE(F)), VK_SUCCESS);
     assert_string_equal(reached, "QueueBindSparse");
     PLAIN(.queue = 3, .name = 30, .wait = T);
     assert_true(follows(p, 30, 10));
-    assert_int_equal(assay_GetFenceStatus(NULL, FENCE(F)), VK_SUCCESS);
+    assert_int_equal(entry_GetFenceStatus(NULL, FENCE(F)), VK_SUCCESS);
     PLAIN(.queue = 4, .name = 40);
     assert_true(follows(p, 40, 10));
 }

@@ -8,7 +8,7 @@
 #define CALL(...)                                                                                  \
     do {                                                                                           \
         forwarded = 0;                                                                             \
-        hazards_##__VA_ARGS__;                                                                     \
+        entry_##__VA_ARGS__;                                                                       \
         assert_int_equal(forwarded, 1);                                                            \
     } while (0)
 
@@ -18,14 +18,14 @@ RECORDING_TEST(copies_of_buffers)
     const STRUCT(VkBufferCopy2, region, .srcOffset = 4, .dstOffset = 8, .size = 4);
     const STRUCT(VkCopyBufferInfo2, info, .srcBuffer = buffer(1), .dstBuffer = buffer(2),
                  .regionCount = 1, .pRegions = &region);
-    CALL(CmdCopyBuffer(handle(1), buffer(1), buffer(2), 2, regions));
+    CALL(CmdCopyBuffer_hazards(handle(1), buffer(1), buffer(2), 2, regions));
     expect(
         "vkCmdCopyBuffer\n C< src buffer1 0:20\n C> dst buffer2 1010:1030\n"
         " C< src buffer1 ff0:1000\n C> dst buffer2 1000:1020\n");
-    CALL(CmdCopyBuffer(handle(1), buffer(3), buffer(2), 1, regions));
+    CALL(CmdCopyBuffer_hazards(handle(1), buffer(3), buffer(2), 1, regions));
     expect("vkCmdCopyBuffer\n C> dst buffer2 1010:1030\n");
-    CALL(CmdCopyBuffer2(handle(1), &info));
-    CALL(CmdCopyBuffer2KHR(handle(1), &info));
+    CALL(CmdCopyBuffer2_hazards(handle(1), &info));
+    CALL(CmdCopyBuffer2KHR_hazards(handle(1), &info));
     expect(
         "vkCmdCopyBuffer2\n C< src buffer1 4:8\n C> dst buffer2 1008:100c\n"
         "vkCmdCopyBuffer2KHR\n C< src buffer1 4:8\n C> dst buffer2 1008:100c\n");
@@ -45,14 +45,15 @@ static void copy_region(VkImageAspectFlags aspect, uint32_t row_length, uint32_t
                                       .bufferImageHeight = height,
                                       .imageSubresource = {aspect, 0, 0, layers},
                                       .imageExtent = {4, 2, 1}};
-    CALL(CmdCopyImageToBuffer(handle(1), IMAGE, VK_IMAGE_LAYOUT_GENERAL, buffer(2), 1, &region));
+    CALL(CmdCopyImageToBuffer_hazards(handle(1), IMAGE, VK_IMAGE_LAYOUT_GENERAL, buffer(2), 1,
+                                      &region));
 }
 
 RECORDING_TEST(copies_of_images)
 {
     static const VkImageCreateInfo image = {.format = VK_FORMAT_R8G8B8A8_UNORM};
     VkImage created = IMAGE;
-    CALL(CreateImage(NULL, &image, NULL, &created));
+    CALL(CreateImage_hazards(NULL, &image, NULL, &created));
     copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 2);
     expect("vkCmdCopyImageToBuffer\n C> dst buffer2 1010:1050\n");
     copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 5, 0, 1);
@@ -61,7 +62,7 @@ RECORDING_TEST(copies_of_images)
     expect("vkCmdCopyImageToBuffer\n C> dst buffer2 1010:1020\n C> dst buffer2 1050:1060\n");
     copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, VK_REMAINING_ARRAY_LAYERS);
     copy_region(VK_IMAGE_ASPECT_DEPTH_BIT, 0, 0, 1);
-    CALL(DestroyImage(NULL, IMAGE, NULL));
+    CALL(DestroyImage_hazards(NULL, IMAGE, NULL));
     copy_region(VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1);
     expect("vkCmdCopyImageToBuffer\nvkCmdCopyImageToBuffer\nvkCmdCopyImageToBuffer\n");
 }
@@ -77,11 +78,12 @@ RECORDING_TEST(other_copies_of_images)
     const STRUCT(VkCopyBufferToImageInfo2, to_image, .srcBuffer = buffer(1), .dstImage = IMAGE,
                  .regionCount = 1, .pRegions = &region2);
     hazard_objects_add_image(device.hazard_objects, IMAGE, VK_FORMAT_BC1_RGB_UNORM_BLOCK);
-    CALL(CmdCopyBufferToImage(handle(1), buffer(1), IMAGE, VK_IMAGE_LAYOUT_GENERAL, 1, &region));
-    CALL(CmdCopyImageToBuffer2(handle(1), &to_buffer));
-    CALL(CmdCopyImageToBuffer2KHR(handle(1), &to_buffer));
-    CALL(CmdCopyBufferToImage2(handle(1), &to_image));
-    CALL(CmdCopyBufferToImage2KHR(handle(1), &to_image));
+    CALL(CmdCopyBufferToImage_hazards(handle(1), buffer(1), IMAGE, VK_IMAGE_LAYOUT_GENERAL, 1,
+                                      &region));
+    CALL(CmdCopyImageToBuffer2_hazards(handle(1), &to_buffer));
+    CALL(CmdCopyImageToBuffer2KHR_hazards(handle(1), &to_buffer));
+    CALL(CmdCopyBufferToImage2_hazards(handle(1), &to_image));
+    CALL(CmdCopyBufferToImage2KHR_hazards(handle(1), &to_image));
     expect(
         "vkCmdCopyBufferToImage\n C< src buffer1 0:8\n"
         "vkCmdCopyImageToBuffer2\n C> dst buffer2 1000:1008\n"
@@ -92,11 +94,11 @@ RECORDING_TEST(other_copies_of_images)
 
 RECORDING_TEST(fills_and_updates)
 {
-    CALL(CmdFillBuffer(handle(1), buffer(1), 4, 8, 0));
-    CALL(CmdUpdateBuffer(handle(1), buffer(1), 8, 12, ""));
+    CALL(CmdFillBuffer_hazards(handle(1), buffer(1), 4, 8, 0));
+    CALL(CmdUpdateBuffer_hazards(handle(1), buffer(1), 8, 12, ""));
     have_bound_buffer(device.resources, 4, 0x13, 0, 1, 0x5000);
-    CALL(CmdFillBuffer(handle(1), buffer(4), 4, VK_WHOLE_SIZE, 0));
-    CALL(CmdFillBuffer(handle(1), buffer(3), 4, VK_WHOLE_SIZE, 0));
+    CALL(CmdFillBuffer_hazards(handle(1), buffer(4), 4, VK_WHOLE_SIZE, 0));
+    CALL(CmdFillBuffer_hazards(handle(1), buffer(3), 4, VK_WHOLE_SIZE, 0));
     expect(
         "vkCmdFillBuffer\n F> dst buffer1 4:c\nvkCmdUpdateBuffer\n F> dst buffer1 8:14\n"
         "vkCmdFillBuffer\n F> dst buffer4 5004:5010\nvkCmdFillBuffer\n");
@@ -105,9 +107,11 @@ RECORDING_TEST(fills_and_updates)
 RECORDING_TEST(markers)
 {
     const STRUCT(VkMemoryMarkerInfoAMD, info, .dstRange = {BUFFERS + 0x1000, 8});
-    CALL(CmdWriteBufferMarkerAMD(handle(1), VK_PIPELINE_STAGE_TRANSFER_BIT, buffer(1), 4, 1));
-    CALL(CmdWriteBufferMarker2AMD(handle(1), VK_PIPELINE_STAGE_2_COPY_BIT, buffer(1), 8, 1));
-    CALL(CmdWriteMarkerToMemoryAMD(handle(1), &info));
+    CALL(CmdWriteBufferMarkerAMD_hazards(handle(1), VK_PIPELINE_STAGE_TRANSFER_BIT, buffer(1), 4,
+                                         1));
+    CALL(
+        CmdWriteBufferMarker2AMD_hazards(handle(1), VK_PIPELINE_STAGE_2_COPY_BIT, buffer(1), 8, 1));
+    CALL(CmdWriteMarkerToMemoryAMD_hazards(handle(1), &info));
     expect(
         "vkCmdWriteBufferMarkerAMD\n marker> dst buffer1 4:8\n"
         "vkCmdWriteBufferMarker2AMD\n marker> dst buffer1 8:c\n"
@@ -120,9 +124,9 @@ RECORDING_TEST(commands_with_addresses)
     const STRUCT(VkDeviceMemoryCopyKHR, copy, .srcRange = {BUFFERS, 4},
                  .dstRange = {BUFFERS + 0x1004, 4});
     const STRUCT(VkCopyDeviceMemoryInfoKHR, info, .regionCount = 1, .pRegions = &copy);
-    CALL(CmdCopyMemoryKHR(handle(1), &info));
-    CALL(CmdFillMemoryKHR(handle(1), &range, 0, 0));
-    CALL(CmdUpdateMemoryKHR(handle(1), &range, 0, 4, ""));
+    CALL(CmdCopyMemoryKHR_hazards(handle(1), &info));
+    CALL(CmdFillMemoryKHR_hazards(handle(1), &range, 0, 0));
+    CALL(CmdUpdateMemoryKHR_hazards(handle(1), &range, 0, 4, ""));
     expect(
         "vkCmdCopyMemoryKHR\n C< src buffer1 0:4\n C> dst buffer2 1004:1008\n"
         "vkCmdFillMemoryKHR\n F> dst buffer2 1000:1008\n"
@@ -132,7 +136,8 @@ RECORDING_TEST(commands_with_addresses)
 static void copy_results(VkQueryPool pool, uint32_t count, VkDeviceSize stride,
                          VkQueryResultFlags flags)
 {
-    CALL(CmdCopyQueryPoolResults(handle(1), pool, 0, count, buffer(1), 0x10, stride, flags));
+    CALL(
+        CmdCopyQueryPoolResults_hazards(handle(1), pool, 0, count, buffer(1), 0x10, stride, flags));
 }
 
 RECORDING_TEST(results_of_queries)
@@ -158,15 +163,15 @@ RECORDING_TEST(results_of_queries)
 RECORDING_TEST(copies_of_structures)
 {
     const VkAccelerationStructureKHR accels[] = {accel(1), accel(2)};
-    CALL(CmdCopyAccelerationStructureKHR(
+    CALL(CmdCopyAccelerationStructureKHR_hazards(
         handle(1), &MAKE(VkCopyAccelerationStructureInfoKHR, .src = accel(1), .dst = accel(2))));
-    CALL(CmdCopyAccelerationStructureToMemoryKHR(
+    CALL(CmdCopyAccelerationStructureToMemoryKHR_hazards(
         handle(1), &MAKE(VkCopyAccelerationStructureToMemoryInfoKHR, .src = accel(1),
                          .dst.deviceAddress = BUFFERS + 0x1000)));
-    CALL(CmdCopyMemoryToAccelerationStructureKHR(
+    CALL(CmdCopyMemoryToAccelerationStructureKHR_hazards(
         handle(1), &MAKE(VkCopyMemoryToAccelerationStructureInfoKHR, .dst = accel(2),
                          .src.deviceAddress = BUFFERS + 0x1000)));
-    CALL(CmdWriteAccelerationStructuresPropertiesKHR(
+    CALL(CmdWriteAccelerationStructuresPropertiesKHR_hazards(
         handle(1), 2, accels, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
         VK_NULL_HANDLE, 0));
     expect(
@@ -188,9 +193,9 @@ RECORDING_TEST(copies_of_nv_structures)
                                &(struct nv_size_facts){true, 0x100, 0, 0});
         resources_bind_nv_accel(device.resources, nv[i], memory(1), i * 0x100, false);
     }
-    CALL(CmdCopyAccelerationStructureNV(handle(1), nv[0], nv[1],
-                                        VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
-    CALL(CmdWriteAccelerationStructuresPropertiesNV(
+    CALL(CmdCopyAccelerationStructureNV_hazards(handle(1), nv[0], nv[1],
+                                                VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR));
+    CALL(CmdWriteAccelerationStructuresPropertiesNV_hazards(
         handle(1), 1, nv, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_NV, VK_NULL_HANDLE,
         0));
     expect(
@@ -203,23 +208,25 @@ RECORDING_TEST(host_copies_of_structures)
     static char mapped[0x1000];
     const VkAccelerationStructureKHR structure = accel(1);
     resources_map_memory(device.resources, memory(1), 0x4000, VK_WHOLE_SIZE, mapped);
-    CALL(CopyAccelerationStructureKHR(
+    CALL(CopyAccelerationStructureKHR_hazards(
         NULL, VK_NULL_HANDLE,
         &MAKE(VkCopyAccelerationStructureInfoKHR, .src = accel(1), .dst = accel(2))));
     expect_host("vkCopyAccelerationStructureKHR\n H< src accel1 0:1\n H> dst accel2 200:201\n");
-    CALL(CopyAccelerationStructureToMemoryKHR(NULL, VK_NULL_HANDLE,
-                                              &MAKE(VkCopyAccelerationStructureToMemoryInfoKHR,
-                                                    .src = accel(1), .dst.hostAddress = mapped)));
+    CALL(CopyAccelerationStructureToMemoryKHR_hazards(
+        NULL, VK_NULL_HANDLE,
+        &MAKE(VkCopyAccelerationStructureToMemoryInfoKHR, .src = accel(1),
+              .dst.hostAddress = mapped)));
     expect_host(
         "vkCopyAccelerationStructureToMemoryKHR\n H< src accel1 0:1\n"
         " H> memory memory0 4000:4038\n");
-    CALL(CopyMemoryToAccelerationStructureKHR(NULL, VK_NULL_HANDLE,
-                                              &MAKE(VkCopyMemoryToAccelerationStructureInfoKHR,
-                                                    .dst = accel(1), .src.hostAddress = mapped)));
+    CALL(CopyMemoryToAccelerationStructureKHR_hazards(
+        NULL, VK_NULL_HANDLE,
+        &MAKE(VkCopyMemoryToAccelerationStructureInfoKHR, .dst = accel(1),
+              .src.hostAddress = mapped)));
     expect_host(
         "vkCopyMemoryToAccelerationStructureKHR\n H< memory memory0 4000:4038\n"
         " H> dst accel1 0:1\n");
-    CALL(WriteAccelerationStructuresPropertiesKHR(
+    CALL(WriteAccelerationStructuresPropertiesKHR_hazards(
         NULL, 1, &structure, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, 8, mapped,
         8));
     expect_host("vkWriteAccelerationStructuresPropertiesKHR\n H< src accel1 0:1\n");
@@ -244,14 +251,14 @@ RECORDING_TEST(micromaps)
         &MAKE(VkMicromapCreateInfoEXT, .buffer = buffer(2), .offset = 0x100, .size = 0x80));
     device.vk.GetMicromapBuildSizesEXT = micromap_sizes;
     device.facts.micromap.ext = true;
-    CALL(CmdBuildMicromapsEXT(handle(1), 1, &build));
-    CALL(CmdCopyMicromapEXT(handle(1),
-                            &MAKE(VkCopyMicromapInfoEXT, .src = one, .dst = VK_NULL_HANDLE)));
-    CALL(CmdCopyMemoryToMicromapEXT(
+    CALL(CmdBuildMicromapsEXT_hazards(handle(1), 1, &build));
+    CALL(CmdCopyMicromapEXT_hazards(
+        handle(1), &MAKE(VkCopyMicromapInfoEXT, .src = one, .dst = VK_NULL_HANDLE)));
+    CALL(CmdCopyMemoryToMicromapEXT_hazards(
         handle(1), &MAKE(VkCopyMemoryToMicromapInfoEXT, .dst = one, .src.deviceAddress = BUFFERS)));
-    CALL(CmdCopyMicromapToMemoryEXT(
+    CALL(CmdCopyMicromapToMemoryEXT_hazards(
         handle(1), &MAKE(VkCopyMicromapToMemoryInfoEXT, .src = one, .dst.deviceAddress = BUFFERS)));
-    CALL(CmdWriteMicromapsPropertiesEXT(
+    CALL(CmdWriteMicromapsPropertiesEXT_hazards(
         handle(1), 1, &one, VK_QUERY_TYPE_MICROMAP_COMPACTED_SIZE_EXT, VK_NULL_HANDLE, 0));
     expect(
         "vkCmdBuildMicromapsEXT\n M> dst micromap1 1100:1140\n M> scratch buffer2 1000:1010\n"
@@ -260,9 +267,9 @@ RECORDING_TEST(micromaps)
         " M> dst micromap1 1100:1101\nvkCmdCopyMicromapToMemoryEXT\n"
         " M< src micromap1 1100:1101\n M>transfer memory buffer1 0:20\n"
         "vkCmdWriteMicromapsPropertiesEXT\n M< src micromap1 1100:1101\n");
-    CALL(BuildMicromapsEXT(NULL, VK_NULL_HANDLE, 1, &build));
+    CALL(BuildMicromapsEXT_hazards(NULL, VK_NULL_HANDLE, 1, &build));
     expect_host("vkBuildMicromapsEXT\n H> dst micromap1 1100:1140\n");
-    CALL(CopyMicromapEXT(NULL, VK_NULL_HANDLE, &MAKE(VkCopyMicromapInfoEXT, .dst = one)));
+    CALL(CopyMicromapEXT_hazards(NULL, VK_NULL_HANDLE, &MAKE(VkCopyMicromapInfoEXT, .dst = one)));
     expect_host("vkCopyMicromapEXT\n H> dst micromap1 1100:1101\n");
 }
 
@@ -274,6 +281,6 @@ RECORDING_TEST(sizes_of_micromaps_are_not_queried_without_the_feature)
                  .scratchData.deviceAddress = BUFFERS + 0x1000,
                  .triangleArray.deviceAddress = BUFFERS, .triangleArrayStride = 8);
     device.vk.GetMicromapBuildSizesEXT = micromap_sizes;
-    CALL(CmdBuildMicromapsEXT(handle(1), 1, &build));
+    CALL(CmdBuildMicromapsEXT_hazards(handle(1), 1, &build));
     expect("vkCmdBuildMicromapsEXT\n M<shader other buffer1 0:10\n");
 }

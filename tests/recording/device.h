@@ -5,7 +5,7 @@
 #define ASSAY_TESTS_RECORDING_DEVICE_H
 
 #include "layer/hazards/builds.h"
-#include "layer/hazards/commands.h"
+#include "observers.h"
 #include "tests/fixture/make.h"
 #include "tests/state/command_fixture.h"
 #include "tests/state/fixture.h"

@@ -22,15 +22,15 @@
 static void record(const VkDependencyInfo *info)
 {
     forwarded = 0;
-    hazards_CmdPipelineBarrier2(handle(1), info);
+    entry_CmdPipelineBarrier2_hazards(handle(1), info);
     assert_int_equal(forwarded, 1);
 }
 
 static void record_1(uint32_t memory_count, const VkMemoryBarrier *memory_barriers,
                      uint32_t buffer_count, const VkBufferMemoryBarrier *buffers)
 {
-    hazards_CmdPipelineBarrier(handle(1), BUILD_STAGE_1, BUILD_STAGE_1, 0, memory_count,
-                               memory_barriers, buffer_count, buffers, 0, NULL);
+    entry_CmdPipelineBarrier_hazards(handle(1), BUILD_STAGE_1, BUILD_STAGE_1, 0, memory_count,
+                                     memory_barriers, buffer_count, buffers, 0, NULL);
 }
 
 RECORDING_TEST(barriers)
@@ -63,7 +63,7 @@ RECORDING_TEST(barriers_of_synchronization2)
                  .imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &of_image);
     record(&info);
     expect("barrier 3 " MASKED " all\nbarrier " MASKED "\nbarrier " MASKED " 0:4\n");
-    hazards_CmdPipelineBarrier2KHR(handle(1), &MAKE(VkDependencyInfo, .pNext = NULL));
+    entry_CmdPipelineBarrier2KHR_hazards(handle(1), &MAKE(VkDependencyInfo, .pNext = NULL));
     expect("");
 }
 
@@ -129,10 +129,10 @@ RECORDING_TEST(events)
     const VkEvent both[] = {EVENT, (VkEvent)(uintptr_t)0x808};
     const STRUCT(VkMemoryBarrier, barrier, .srcAccessMask = WRITE_ACCEL_1,
                  .dstAccessMask = READ_ACCEL_1);
-    hazards_CmdSetEvent(handle(1), EVENT, VK_PIPELINE_STAGE_TRANSFER_BIT);
-    hazards_CmdWaitEvents(handle(1), 2, both, BUILD_STAGE_1, BUILD_STAGE_1, 1, &barrier, 0, NULL, 0,
-                          NULL);
-    hazards_CmdResetEvent(handle(1), EVENT, 0);
+    entry_CmdSetEvent_hazards(handle(1), EVENT, VK_PIPELINE_STAGE_TRANSFER_BIT);
+    entry_CmdWaitEvents_hazards(handle(1), 2, both, BUILD_STAGE_1, BUILD_STAGE_1, 1, &barrier, 0,
+                                NULL, 0, NULL);
+    entry_CmdResetEvent_hazards(handle(1), EVENT, 0);
     expect("set 7 ACF\nwait 7*1\nbarrier " MASKED " all\nwait 8*1\nbarrier " MASKED
            " all\nreset 7\n");
 }
@@ -149,12 +149,12 @@ RECORDING_TEST(events_of_synchronization2)
     const VkDependencyInfo none = MAKE(VkDependencyInfo, .pNext = NULL),
                            extended = MAKE(VkDependencyInfo, .pNext = &none);
     const VkEvent event = EVENT;
-    hazards_CmdSetEvent2(handle(1), EVENT, &info);
-    hazards_CmdSetEvent2KHR(handle(1), EVENT, &extended);
-    hazards_CmdWaitEvents2(handle(1), 1, &event, &info);
-    hazards_CmdWaitEvents2KHR(handle(1), 1, &event, &none);
-    hazards_CmdResetEvent2(handle(1), EVENT, 0);
-    hazards_CmdResetEvent2KHR(handle(1), EVENT, 0);
+    entry_CmdSetEvent2_hazards(handle(1), EVENT, &info);
+    entry_CmdSetEvent2KHR_hazards(handle(1), EVENT, &extended);
+    entry_CmdWaitEvents2_hazards(handle(1), 1, &event, &info);
+    entry_CmdWaitEvents2KHR_hazards(handle(1), 1, &event, &none);
+    entry_CmdResetEvent2_hazards(handle(1), EVENT, 0);
+    entry_CmdResetEvent2KHR_hazards(handle(1), EVENT, 0);
     expect("set 7 BACFH\nset 7 *\nwait 7*3\nbarrier " MASKED
            " all\nbarrier H:>:\n"
            "barrier CF:>: 0:4\nwait 7*0\nreset 7\nreset 7\n");
@@ -166,9 +166,9 @@ static void record_pass(void)
 {
     const STRUCT(VkRenderPassBeginInfo, info, .renderPass = PASS);
     forwarded = 0;
-    hazards_CmdBeginRenderPass(handle(1), &info, VK_SUBPASS_CONTENTS_INLINE);
-    hazards_CmdNextSubpass(handle(1), VK_SUBPASS_CONTENTS_INLINE);
-    hazards_CmdEndRenderPass(handle(1));
+    entry_CmdBeginRenderPass_hazards(handle(1), &info, VK_SUBPASS_CONTENTS_INLINE);
+    entry_CmdNextSubpass_hazards(handle(1), VK_SUBPASS_CONTENTS_INLINE);
+    entry_CmdEndRenderPass_hazards(handle(1));
     assert_int_equal(forwarded, 3);
 }
 
@@ -182,18 +182,18 @@ RECORDING_TEST(render_passes)
         {VK_SUBPASS_EXTERNAL, 0, BUILD_STAGE_1, VK_PIPELINE_STAGE_HOST_BIT, WRITE_ACCEL_1, 0}};
     const STRUCT(VkRenderPassCreateInfo, info, .dependencyCount = 3, .pDependencies = dependencies);
     VkRenderPass pass = PASS;
-    hazards_CreateRenderPass(NULL, &info, NULL, &pass);
+    entry_CreateRenderPass_hazards(NULL, &info, NULL, &pass);
     record_pass();
     expect(
         "barrier 1 BA:bg>H: all\nbarrier 1 H:>H: all\nbarrier 1 H:>H: all\n"
         "barrier 1 H:>BA: all\n");
-    hazards_DestroyRenderPass(NULL, PASS, NULL);
+    entry_DestroyRenderPass_hazards(NULL, PASS, NULL);
     record_pass();
     expect("barrier 1 *:*>*:* all\nbarrier 1 *:*>*:* all\nbarrier 1 *:*>*:* all\n");
-    hazards_CreateRenderPass(NULL, &MAKE(VkRenderPassCreateInfo, .pNext = NULL), NULL, &pass);
+    entry_CreateRenderPass_hazards(NULL, &MAKE(VkRenderPassCreateInfo, .pNext = NULL), NULL, &pass);
     record_pass();
     expect("");
-    WITHOUT_MEMORY(hazards_CreateRenderPass(NULL, &info, NULL, &pass));
+    WITHOUT_MEMORY(entry_CreateRenderPass_hazards(NULL, &info, NULL, &pass));
     record_pass();
     expect("barrier 1 *:*>*:* all\nbarrier 1 *:*>*:* all\nbarrier 1 *:*>*:* all\n");
 }
@@ -208,16 +208,18 @@ RECORDING_TEST(render_passes_2)
     const STRUCT(VkRenderPassCreateInfo2, info, .dependencyCount = 2,
                  .pDependencies = dependencies);
     const STRUCT(VkRenderPassBeginInfo, pass_info, .renderPass = PASS);
+    const STRUCT(VkSubpassBeginInfo, begin_info, .pNext = NULL);
+    const STRUCT(VkSubpassEndInfo, end_info, .pNext = NULL);
     VkRenderPass pass = PASS;
     forwarded = 0;
-    hazards_CreateRenderPass2(NULL, &info, NULL, &pass);
-    hazards_CreateRenderPass2KHR(NULL, &info, NULL, &pass);
-    hazards_CmdBeginRenderPass2(handle(1), &pass_info, NULL);
-    hazards_CmdNextSubpass2(handle(1), NULL, NULL);
-    hazards_CmdEndRenderPass2(handle(1), NULL);
-    hazards_CmdBeginRenderPass2KHR(handle(1), &pass_info, NULL);
-    hazards_CmdNextSubpass2KHR(handle(1), NULL, NULL);
-    hazards_CmdEndRenderPass2KHR(handle(1), NULL);
+    entry_CreateRenderPass2_hazards(NULL, &info, NULL, &pass);
+    entry_CreateRenderPass2KHR_hazards(NULL, &info, NULL, &pass);
+    entry_CmdBeginRenderPass2_hazards(handle(1), &pass_info, &begin_info);
+    entry_CmdNextSubpass2_hazards(handle(1), &begin_info, &end_info);
+    entry_CmdEndRenderPass2_hazards(handle(1), &end_info);
+    entry_CmdBeginRenderPass2KHR_hazards(handle(1), &pass_info, &begin_info);
+    entry_CmdNextSubpass2KHR_hazards(handle(1), &begin_info, &end_info);
+    entry_CmdEndRenderPass2KHR_hazards(handle(1), &end_info);
     assert_int_equal(forwarded, 8);
     expect("barrier 1 " MASKED
            " all\nbarrier 1 H:>: all\n"
@@ -230,10 +232,10 @@ RECORDING_TEST(without_memory)
     struct journal *journal = command_buffers_find(device.command_buffers, handle(1))->journal;
     const VkMemoryBarrier2 memories[200] = {MAKE(VkMemoryBarrier2, MASKS)};
     const STRUCT(VkDependencyInfo, info, .memoryBarrierCount = 200, .pMemoryBarriers = memories);
-    WITHOUT_MEMORY(hazards_CmdFillBuffer(handle(1), buffer(1), 0, 4, 0));
+    WITHOUT_MEMORY(entry_CmdFillBuffer_hazards(handle(1), buffer(1), 0, 4, 0));
     assert_true(journal->lacks_hazards);
     begin(device.command_buffers, 1);
-    hazards_CmdFillBuffer(handle(1), buffer(1), 0, 4, 0);
+    entry_CmdFillBuffer_hazards(handle(1), buffer(1), 0, 4, 0);
     assert_false(journal->incomplete || journal->lacks_hazards);
     WITHOUT_MEMORY(record(&info));
     assert_true(journal->lacks_hazards);

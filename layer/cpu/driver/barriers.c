@@ -2,10 +2,10 @@
 /* Commands of backend cpu: barriers, events and timestamps of Vulkan 1.0. Their stages and accesses
  * of ray tracing are translated for the driver. A call without such bits goes down unchanged. So
  * does a call with more barriers than fit on the stack, if memory runs out. */
-#include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/masks.h"
 #include "layer/cpu/overlay.h"
+#include "observers.h"
 
 static VkPipelineStageFlags narrow_stages(VkPipelineStageFlags stages)
 {

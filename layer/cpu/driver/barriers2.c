@@ -2,10 +2,10 @@
 /* Commands of backend cpu: barriers, events and timestamps of VK_KHR_synchronization2. A call
  * without bits of ray tracing goes down unchanged. So does a call with too many barriers for the
  * stack, if memory runs out. */
-#include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/masks.h"
 #include "layer/cpu/overlay.h"
+#include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/chain_copy.h"
 

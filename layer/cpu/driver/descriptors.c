@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: descriptors. Descriptors of acceleration structures cannot work:
  * commands that would create one fail, and writes of them are left out. */
-#include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 #include "layer/cpu/unsupported.h"
+#include "observers.h"
 #include "src/base/chain.h"
 
 static bool type_traces(VkDescriptorType type)

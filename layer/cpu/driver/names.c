@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands that name objects of any kind. Names of the backend's objects are not passed to the next
  * layer, which would take their handles for its own. */
-#include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
+#include "observers.h"
 
 /* `type`: a VkObjectType. VkDebugReportObjectTypeEXT has the same values. */
 static bool is_own(const struct cpu_overlay *overlay, uint32_t type)

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: render passes. Stages and accesses of ray tracing in their dependencies
  * are translated for the driver. Render passes without such bits go down unchanged. */
-#include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/masks.h"
 #include "layer/cpu/overlay.h"
+#include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/chain_copy.h"
 

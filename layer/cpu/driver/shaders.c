@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: shaders. Shaders that trace rays cannot work. */
-#include "layer/cpu/commands.h"
 #include "layer/cpu/overlay.h"
 #include "layer/cpu/unsupported.h"
+#include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/readable.h"
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Commands of backend cpu: submissions. They are copied and translated if semaphores wait or signal
  * at stages of ray tracing. Others go down unchanged. */
-#include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/masks.h"
 #include "layer/cpu/overlay.h"
+#include "observers.h"
 
 /* ---- vkQueueSubmit */
 

@@ -3,9 +3,9 @@
  * not support it. Transfer usage is added to these buffers and to all with device addresses,
  * because the backend copies from and to them. */
 #include "layer/cpu/advertise.h"
-#include "layer/cpu/commands.h"
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/overlay.h"
+#include "observers.h"
 #include "src/base/chain_copy.h"
 
 static const VkBufferUsageFlags2 RAY_TRACING_USAGE =

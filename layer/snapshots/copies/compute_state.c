@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "layer/snapshots/commands.h"
+#include "observers.h"
 #include "src/base/readable.h"
 
 /* The state of a command buffer without builds so far. Returns NULL without memory. */
@@ -22,11 +22,9 @@ static struct compute_state *early_state_of(struct command_buffer *command_buffe
     return state;
 }
 
-struct compute_state *compute_state_of(VkCommandBuffer handle)
+struct compute_state *compute_state_of(const struct layer_device *device, VkCommandBuffer handle)
 {
-    const struct layer_device *device = layer_find_recording_device(handle);
-    struct command_buffer *command_buffer =
-        device ? command_buffers_find(device->command_buffers, handle) : NULL;
+    struct command_buffer *command_buffer = command_buffers_find(device->command_buffers, handle);
     if (!command_buffer)
         return NULL;
     struct journal *journal = command_buffer->journal;
@@ -34,40 +32,28 @@ struct compute_state *compute_state_of(VkCommandBuffer handle)
     return recording ? &recording->compute : early_state_of(command_buffer);
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindPipeline(VkCommandBuffer commandBuffer,
-                                                     VkPipelineBindPoint pipelineBindPoint,
-                                                     VkPipeline pipeline)
+void snapshots_bind_pipeline(struct layer_device *device, VkCommandBuffer handle,
+                             VkPipelineBindPoint point, VkPipeline pipeline)
 {
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    struct compute_state *state = pipelineBindPoint == VK_PIPELINE_BIND_POINT_COMPUTE
-                                      ? compute_state_of(commandBuffer)
-                                      : NULL;
+    struct compute_state *state =
+        point == VK_PIPELINE_BIND_POINT_COMPUTE ? compute_state_of(device, handle) : NULL;
     if (state) {
         state->pipeline = pipeline;
         state->shader = VK_NULL_HANDLE;
     }
-    snapshots->below.CmdBindPipeline(commandBuffer, pipelineBindPoint, pipeline);
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdBindShadersEXT(VkCommandBuffer commandBuffer,
-                                                       uint32_t stageCount,
-                                                       const VkShaderStageFlagBits *pStages,
-                                                       const VkShaderEXT *pShaders)
+void snapshots_bind_shaders(struct layer_device *device, VkCommandBuffer handle, uint32_t count,
+                            const VkShaderStageFlagBits *stages, const VkShaderEXT *shaders)
 {
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    for (uint32_t i = 0; i < stageCount; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         struct compute_state *state =
-            pStages[i] == VK_SHADER_STAGE_COMPUTE_BIT ? compute_state_of(commandBuffer) : NULL;
+            stages[i] == VK_SHADER_STAGE_COMPUTE_BIT ? compute_state_of(device, handle) : NULL;
         if (!state)
             continue;
         state->pipeline = VK_NULL_HANDLE;
-        state->shader = pShaders ? pShaders[i] : VK_NULL_HANDLE;
+        state->shader = shaders ? shaders[i] : VK_NULL_HANDLE;
     }
-    snapshots->below.CmdBindShadersEXT(commandBuffer, stageCount, pStages, pShaders);
 }
 
 /* Moves a layout behind all others. Returns false if there are too many layouts. */
@@ -86,11 +72,10 @@ static bool note_layout(struct compute_state *state, VkPipelineLayout layout)
     return true;
 }
 
-static void note_constants(VkCommandBuffer handle, VkPipelineLayout layout,
-                           VkShaderStageFlags stages, uint32_t offset, uint32_t size,
-                           const void *values)
+void snapshots_push(struct layer_device *device, VkCommandBuffer handle, VkPipelineLayout layout,
+                    VkShaderStageFlags stages, uint32_t offset, uint32_t size, const void *values)
 {
-    struct compute_state *state = compute_state_of(handle);
+    struct compute_state *state = compute_state_of(device, handle);
     if (!state)
         return;
     if (offset % 4 || size % 4 || offset > sizeof(state->constants) ||
@@ -106,34 +91,12 @@ static void note_constants(VkCommandBuffer handle, VkPipelineLayout layout,
     }
 }
 
-VKAPI_ATTR void VKAPI_CALL snapshots_CmdPushConstants(VkCommandBuffer commandBuffer,
-                                                      VkPipelineLayout layout,
-                                                      VkShaderStageFlags stageFlags,
-                                                      uint32_t offset, uint32_t size,
-                                                      const void *pValues)
+void snapshots_push_2(struct layer_device *device, VkCommandBuffer handle,
+                      const VkPushConstantsInfo *info)
 {
-    struct snapshots *snapshots = snapshots_of_recording(commandBuffer);
-    if (!snapshots)
-        return;
-    note_constants(commandBuffer, layout, stageFlags, offset, size, pValues);
-    snapshots->below.CmdPushConstants(commandBuffer, layout, stageFlags, offset, size, pValues);
+    snapshots_push(device, handle, info->layout, info->stageFlags, info->offset, info->size,
+                   info->pValues);
 }
-
-#define DEFINE_PUSH_CONSTANTS_2(name)                                                              \
-    VKAPI_ATTR void VKAPI_CALL snapshots_##name(VkCommandBuffer commandBuffer,                     \
-                                                const VkPushConstantsInfo *pPushConstantsInfo)     \
-    {                                                                                              \
-        struct snapshots *snapshots = snapshots_of_recording(commandBuffer);                       \
-        if (!snapshots)                                                                            \
-            return;                                                                                \
-        note_constants(commandBuffer, pPushConstantsInfo->layout, pPushConstantsInfo->stageFlags,  \
-                       pPushConstantsInfo->offset, pPushConstantsInfo->size,                       \
-                       pPushConstantsInfo->pValues);                                               \
-        snapshots->below.name(commandBuffer, pPushConstantsInfo);                                  \
-    }
-
-DEFINE_PUSH_CONSTANTS_2(CmdPushConstants2)
-DEFINE_PUSH_CONSTANTS_2(CmdPushConstants2KHR)
 
 /* ---- restoring */
 

@@ -7,7 +7,7 @@
 #include "layer/snapshots/recorder.h"
 
 /* The state of a command buffer. Returns NULL if it is not tracked. */
-struct compute_state *compute_state_of(VkCommandBuffer handle);
+struct compute_state *compute_state_of(const struct layer_device *device, VkCommandBuffer handle);
 
 void compute_state_restore(const struct recorder *recorder);
 

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reads the rows of layer/commands/commands.def."""
+
+import re
+
+
+class Value:
+    """A local variable of an entry, which an observer before the call gives to one behind it."""
+
+    def __init__(self, declaration):
+        self.type, self.name = re.fullmatch(r"(.+?)\s*\b(\w+)", declaration).groups()
+
+
+class Call:
+    """The call of an observer, as a row writes it: [[TYPE] NAME =] FUNCTION(ARGUMENT, ...)."""
+
+    def __init__(self, text):
+        target, call = re.fullmatch(r"(?:([^=()]+?) = )?(\w+\(.*\))", text).groups()
+        self.gives = Value(target) if target and " " in target else None
+        self.sets_result = target == "result"
+        if target and not self.gives and not self.sets_result:
+            raise ValueError(f"an observer sets neither a new variable nor the result: {text}")
+        self.function, arguments = re.fullmatch(r"(\w+)\((.*)\)", call).groups()
+        self.arguments = split(arguments)
+
+
+class Row:
+    """One command: its name without vk, and its parts in the order in which they are written."""
+
+    def __init__(self, name):
+        self.name = name
+        self.flags = set()
+        self.observers = []   # pairs of a keyword and a Call
+        self.extension = None  # of backend cpu, which supplies the command
+
+    def keep_only(self, prefixes):
+        """Leaves the observers whose keywords begin so. Returns whether there are any."""
+        self.flags -= {"BY_HAND", "CALL_SITES", "CONTENT_REPLACES", "CPU_REPLACES"}
+        self.observers = [(keyword, call) for keyword, call in self.observers
+                          if keyword.startswith(prefixes)]
+        self.extension = None
+        return bool(self.observers)
+
+    def has(self, flag):
+        return flag in self.flags
+
+    def uses(self, condition):
+        """Whether something of the row depends on a condition."""
+        keywords = [*self.flags, *(keyword for keyword, _ in self.observers)]
+        return any(keyword.startswith(condition) for keyword in keywords) or \
+            (condition == "CPU" and self.extension is not None)
+
+
+def split(text):
+    """The parts between commas outside of parentheses."""
+    parts, depth = [""], 0
+    for character in text:
+        depth += (character == "(") - (character == ")")
+        if character == "," and not depth:
+            parts.append("")
+        else:
+            parts[-1] += character
+    return [part.strip() for part in parts if part.strip()]
+
+
+def inside(text, start):
+    """The text in the parentheses that open at `start`, and the index behind them."""
+    depth = 0
+    for at in range(start, len(text)):
+        depth += (text[at] == "(") - (text[at] == ")")
+        if not depth:
+            return text[start + 1:at], at + 1
+    raise ValueError("a parenthesis is not closed: " + text[start:start + 60])
+
+
+FLAGS = ("ALONE", "BY_HAND", "CALL_SITES", "CONTENT_REPLACES", "CPU_REPLACES", "IF_PRESENT",
+         "MAY_LOSE_DEVICE", "ON_RECORDING_PATH", "REQUIRED")
+OBSERVERS = ("HAZARDS", "BEFORE", "UNLESS", "CONTENT", "THROUGH", "CONTENT_THROUGH", "CONTENT_SUCCESS",
+             "CONTENT_AFTER", "SUCCESS", "AFTER", "HAZARDS_SUCCESS", "HAZARDS_AFTER")
+
+
+def read_rows(path):
+    text = " ".join(re.sub(r"/\*.*?\*/", " ", path.read_text(), flags=re.S).split())
+    rows, at = [], 0
+    while at < len(text):
+        word = re.compile(r"\s*(\w+)").match(text, at)
+        if not word:
+            raise ValueError("expected a keyword: " + text[at:at + 60])
+        at, argument = word.end(), None
+        if text[at:at + 1] == "(":
+            argument, at = inside(text, at)
+        if word[1] == "COMMAND":
+            rows.append(Row(argument))
+        elif word[1] in FLAGS and not argument:
+            rows[-1].flags.add(word[1])
+        elif word[1] in OBSERVERS and argument:
+            rows[-1].observers.append((word[1], Call(argument)))
+        elif word[1] == "CPU_SUPPLIES" and argument:
+            rows[-1].extension = argument
+        else:
+            raise ValueError(f"{path.name}: unknown keyword {word[1]}")
+        at = len(text) if not text[at:].strip() else at
+    names = [row.name for row in rows]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"{name} has two rows")
+    return rows
+
+
+def commands_of(registry, row):
+    """The command of a row, and those that are aliases of the same command."""
+    own = registry.commands.get(row.name)
+    if not own:
+        raise ValueError(f"the registry has no vk{row.name}")
+    return [command for command in registry.commands.values() if command is own or
+            (command.target == own.target and not row.flags & {"ALONE", "BY_HAND"})]
