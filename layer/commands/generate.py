@@ -27,7 +27,7 @@ FOLLOWED = {"Vk" + name for name in """
     BindBufferMemoryDeviceGroupInfo BindAccelerationStructureMemoryInfoNV BindMemoryStatus
     DeviceBufferMemoryRequirements
     DependencyInfo MemoryRangeBarriersInfoKHR TensorDependencyInfoARM RenderPassCreateInfo RenderPassCreateInfo2
-    CopyBufferInfo2 CopyBufferToImageInfo2 CopyImageToBufferInfo2 CopyDeviceMemoryInfoKHR
+    CopyBufferInfo2 CopyBufferToImageInfo2 CopyImageToBufferInfo2 CopyDeviceMemoryInfoKHR CopyDeviceMemoryImageInfoKHR
     MicromapBuildInfoEXT
     DebugUtilsLabelEXT DebugMarkerMarkerInfoEXT DebugUtilsObjectNameInfoEXT
     DebugMarkerObjectNameInfoEXT
@@ -49,7 +49,8 @@ class Checks:
 
     def __init__(self, registry):
         self.structures = registry.structures
-        self.used = {}
+        self.used = {}       # structures, with the platform without which the headers lack them
+        self.platform = None  # of the command in hand
 
     def is_checked(self, name):
         """Whether a structure leads to more than its own bytes."""
@@ -59,10 +60,13 @@ class Checks:
                 not member.pointers and self.is_checked(member.type)
                 for member in structure.members))
 
+    def use(self, name):
+        self.used[name] = self.platform and self.used.get(name, self.platform)
+
     def of_elements(self, member, place, count):
         """The condition for so many elements of a type at a place."""
         if member.pointers == 1 and self.is_checked(member.type):
-            self.used[member.type] = True
+            self.use(member.type)
             return f"{member.type}_is_readable(cache, {place}, {count})"
         return f"array_is_readable(cache, {place}, {count}, sizeof(*{place}))"
 
@@ -86,6 +90,7 @@ class Checks:
         return f"(!{place} || {condition})" if member.may_be_null else condition
 
     def of_parameters(self, command):
+        self.platform = command.protect
         found = [self.of_pointer(parameter, command.parameters, "")
                  for parameter in command.parameters if parameter.pointers]
         return [condition for condition in found if condition]
@@ -97,7 +102,7 @@ class Checks:
             if member.pointers and structure.name in FOLLOWED:
                 found.append(self.of_pointer(member, structure.members, "s->"))
             elif not member.pointers and not member.is_array and self.is_checked(member.type):
-                self.used[member.type] = True
+                self.use(member.type)
                 found.append(f"{member.type}_is_readable(cache, &s->{member.name}, 1)")
         return [condition for condition in found if condition]
 
@@ -163,8 +168,8 @@ def type_of(member):
 class Entry:
     """The functions of one command, one for each set of conditions that changes what observes it."""
 
-    def __init__(self, command, row, checks):
-        self.command, self.row, self.checks = command, row, checks
+    def __init__(self, command, row, checks, structures):
+        self.command, self.row, self.checks, self.structures = command, row, checks, structures
         self.kind = KINDS.get(command.parameters[0].type)
         self.handle = command.parameters[0].name
         self.is_of_instance = self.kind == "instance"
@@ -173,7 +178,8 @@ class Entry:
     # ---- observers
 
     def type_of_argument(self, argument):
-        """The type of an argument of an observer: a parameter, *parameter, &value, or a word."""
+        """The type of an argument of an observer: a parameter, *parameter, parameter->member, &value, or a
+        word."""
         words = {"layer": f"struct layer_{'instance' if self.is_of_instance else 'device'} *",
                  "command": "struct hazard_recording *", "recording": "struct hazard_recording *",
                  "down": f"PFN_vk{self.command.target}", "result": self.command.returns,
@@ -181,8 +187,10 @@ class Entry:
         cast = re.fullmatch(r"\(([^()]+)\)\w+", argument)
         if argument in words or cast:
             return words.get(argument) or cast[1]
-        name = argument.lstrip("*&")
+        name, _, member = argument.lstrip("*&").partition("->")
         parameter = next((p for p in self.command.parameters if p.name == name), None)
+        if parameter and member:
+            parameter = next((m for m in self.structures[parameter.type].members if m.name == member), None)
         found = type_of(parameter) if parameter else self.values.get(name)
         if not found:
             raise ValueError(f"vk{self.row.name} has no parameter {argument}")
@@ -345,8 +353,8 @@ class Entry:
         return f"offsetof({table}, {self.command.name})" if self.kind else "0"
 
 
-def protected(command, text):
-    return f"#ifdef {command.protect}\n{text}#endif\n" if command.protect else text
+def protected(platform, text):
+    return f"#ifdef {platform}\n{text}#endif\n" if platform else text
 
 
 class Generator:
@@ -361,7 +369,7 @@ class Generator:
 
     def entry(self, command, row):
         checks = [] if command.name in CHECK_THEMSELVES else self.checks.of_parameters(command)
-        return Entry(command, row, checks)
+        return Entry(command, row, checks, self.registry.structures)
 
     def functions(self):
         """Functions that have the signature of a command."""
@@ -380,14 +388,14 @@ class Generator:
                 if found.setdefault(function, (prototype, entry.command))[0] != prototype:
                     raise ValueError(f"two rows call {function} with other types: {prototype} "
                                      f"{found[function][0]}")
-        functions = [protected(command, f"extern __typeof__(*(PFN_vk{command.name})0) {function};\n")
+        functions = [protected(command.protect, f"extern __typeof__(*(PFN_vk{command.name})0) {function};\n")
                    for command, function in self.functions()]
         structures = sorted(set(re.findall(
             r"struct \w+", "".join(prototype for prototype, _ in found.values()))))
         return "".join([HEAD, "#ifndef ASSAY_OBSERVERS_H\n#define ASSAY_OBSERVERS_H\n\n",
                         '#include "layer/layer.h"\n#include "src/state/commands/journal.h"\n\n',
                         *(f"{structure};\n" for structure in structures), COVERS,
-                        *(protected(command, text + "\n") for text, command in found.values()),
+                        *(protected(command.protect, text + "\n") for text, command in found.values()),
                         "\n", *functions, "\n#endif\n"])
 
     def intercepted_text(self):
@@ -407,7 +415,7 @@ class Generator:
         """Functions that replace commands of a table by those of the backend or of snapshots."""
         def replace(entry, prefix, condition):
             place = f"vk->{entry.command.name}"
-            return protected(entry.command, f"    if ({condition or place})\n"
+            return protected(entry.command.protect, f"    if ({condition or place})\n"
                              f"        {place} = {prefix}_{entry.command.name};\n")
         of_cpu = [entry for entry in self.entries if entry.row.uses("CPU")]
         supplied = [replace(e, "cpu", f"overlay->{e.row.extension}" if e.row.extension else "")
@@ -425,18 +433,22 @@ class Generator:
         functions, table = [], []
         for entry in self.entries:
             names, texts = entry.variants()
-            functions += [protected(entry.command, text) for text in texts.values()]
+            functions += [protected(entry.command.protect, text) for text in texts.values()]
             pointers = ", ".join(n if n == "NULL" else f"(PFN_vkVoidFunction){n}" for n in names)
             is_supplied = "true" if entry.row.extension else "false"
-            table.append(protected(entry.command, f'    {{"vk{entry.command.name}", {entry.scope()}, '
+            table.append(protected(entry.command.protect, f'    {{"vk{entry.command.name}", {entry.scope()}, '
                                    f'{is_supplied}, {entry.member()}, {{{pointers}}}}},\n'))
         structures, done = [], 0
         chain = chain_source(self.registry, self.checks)
         while done < len(self.checks.used):
-            structures.append(structure_source(self.checks, list(self.checks.used)[done]))
+            name, self.checks.platform = list(self.checks.used.items())[done]
+            structures.append(protected(self.checks.platform,
+                                        structure_source(self.checks, name)))
             done += 1
-        declarations = "".join(f"static inline bool {name}_is_readable(struct readable_cache *cache, "
-                               f"const {name} *all, uint64_t count);\n" for name in self.checks.used)
+        declarations = "".join(
+            protected(platform, f"static inline bool {name}_is_readable(struct readable_cache *cache, "
+                      f"const {name} *all, uint64_t count);\n")
+            for name, platform in self.checks.used.items())
         return "".join([HEAD, "\n", declarations, chain, *structures, *functions,
                         "\nstatic const struct command_entry entries[] = {\n", *table, "};\n",
                         self.covers_text()])

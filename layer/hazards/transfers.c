@@ -4,6 +4,28 @@
 #include "layer/hazards/recording.h"
 #include "observers.h"
 
+/* Memory that a command uses: of a buffer or, without one, behind an address. */
+struct place {
+    enum access_kind kind;
+    enum hazard_role role;
+    VkBuffer buffer;
+    VkDeviceAddress address;
+};
+
+static void add_at(struct hazard_recording *recording, const struct place *place,
+                   VkDeviceSize offset, VkDeviceSize size)
+{
+    struct address_facts facts;
+    const struct hazard_use use = {.kind = place->kind, .role = place->role};
+    if (place->buffer) {
+        hazard_recording_add_buffer(recording, place->kind, place->role, place->buffer, offset,
+                                    size);
+        return;
+    }
+    resources_look_up_address(recording->device->resources, place->address + offset, &facts);
+    hazard_recording_add_address(recording, &use, &facts, 0, size);
+}
+
 /* ---- between buffers */
 
 /* VkBufferCopy2 has the members of VkBufferCopy. */
@@ -29,14 +51,13 @@ void hazards_copy_buffer_2(struct hazard_recording *recording, const VkCopyBuffe
                       info->pRegions);
 }
 
-/* ---- between buffers and images */
+/* ---- between memory and images */
 
-/* One side of a copy: the buffer, and how the copy uses it. */
+/* A copy between an image and memory: how it uses the memory, which is that of a buffer, or behind
+ * an address. */
 struct image_copy {
     VkImage image;
-    VkBuffer buffer;
-    enum access_kind kind;
-    enum hazard_role role;
+    struct place memory;
 };
 
 static uint64_t blocks(uint32_t texels, uint32_t block)
@@ -61,15 +82,12 @@ static void add_rows(struct hazard_recording *recording, const struct image_copy
         return;
     uint64_t last = (slices - 1) * slice_pitch + (rows - 1) * row_pitch;
     if (row == row_pitch && (slices == 1 || rows * row_pitch == slice_pitch)) {
-        hazard_recording_add_buffer(recording, copy->kind, copy->role, copy->buffer,
-                                    region->bufferOffset, last + row);
+        add_at(recording, &copy->memory, region->bufferOffset, last + row);
         return;
     }
-    hazard_recording_add_buffer(recording, copy->kind, copy->role, copy->buffer,
-                                region->bufferOffset, row);
+    add_at(recording, &copy->memory, region->bufferOffset, row);
     if (last)
-        hazard_recording_add_buffer(recording, copy->kind, copy->role, copy->buffer,
-                                    region->bufferOffset + last, row);
+        add_at(recording, &copy->memory, region->bufferOffset + last, row);
 }
 
 /* Other aspects, and planes, have blocks of other sizes. */
@@ -103,12 +121,12 @@ static void add_image_copy_2(struct hazard_recording *recording, const struct im
 
 static struct image_copy to_buffer(VkImage src, VkBuffer dst)
 {
-    return (struct image_copy){src, dst, ACCESS_TRANSFER_WRITE, HAZARD_DST};
+    return (struct image_copy){src, {ACCESS_TRANSFER_WRITE, HAZARD_DST, .buffer = dst}};
 }
 
 static struct image_copy to_image(VkBuffer src, VkImage dst)
 {
-    return (struct image_copy){dst, src, ACCESS_TRANSFER_READ, HAZARD_SRC};
+    return (struct image_copy){dst, {ACCESS_TRANSFER_READ, HAZARD_SRC, .buffer = src}};
 }
 
 void hazards_copy_to_buffer(struct hazard_recording *recording, VkImage src, VkBuffer dst,
@@ -137,6 +155,33 @@ void hazards_copy_to_image_2(struct hazard_recording *recording,
 {
     const struct image_copy copy = to_image(info->srcBuffer, info->dstImage);
     add_image_copy_2(recording, &copy, info->regionCount, info->pRegions);
+}
+
+static void add_addressed_copy(struct hazard_recording *recording, struct image_copy *copy,
+                               const VkCopyDeviceMemoryImageInfoKHR *info)
+{
+    for (uint32_t i = 0; i < info->regionCount; i++) {
+        const VkDeviceMemoryImageCopyKHR *region = &info->pRegions[i];
+        copy->memory.address = region->addressRange.address;
+        add_region(recording, copy,
+                   &(VkBufferImageCopy){0, region->addressRowLength, region->addressImageHeight,
+                                        region->imageSubresource, region->imageOffset,
+                                        region->imageExtent});
+    }
+}
+
+void hazards_copy_image_to_memory(struct hazard_recording *recording,
+                                  const VkCopyDeviceMemoryImageInfoKHR *info)
+{
+    struct image_copy copy = to_buffer(info->image, VK_NULL_HANDLE);
+    add_addressed_copy(recording, &copy, info);
+}
+
+void hazards_copy_memory_to_image(struct hazard_recording *recording,
+                                  const VkCopyDeviceMemoryImageInfoKHR *info)
+{
+    struct image_copy copy = to_image(VK_NULL_HANDLE, info->image);
+    add_addressed_copy(recording, &copy, info);
 }
 
 /* ---- fills and updates */
@@ -179,9 +224,9 @@ void hazards_write_marker(struct hazard_recording *recording, VkBuffer dst, VkDe
 /* What is surely written of each query: with VK_QUERY_RESULT_WAIT_BIT its first word, and behind it
  * another value or the availability; otherwise only the availability, whose place is known if the
  * query has one value, as those of compacted sizes have. */
-void hazards_copy_results(struct hazard_recording *recording, VkQueryPool pool, uint32_t count,
-                          VkBuffer dst, VkDeviceSize offset, VkDeviceSize stride,
-                          VkQueryResultFlags flags)
+static void add_results(struct hazard_recording *recording, VkQueryPool pool, uint32_t count,
+                        const struct place *dst, VkDeviceSize offset, VkDeviceSize stride,
+                        VkQueryResultFlags flags)
 {
     VkDeviceSize word = flags & VK_QUERY_RESULT_64_BIT ? 8 : 4;
     bool has_availability = flags & VK_QUERY_RESULT_WITH_AVAILABILITY_BIT;
@@ -196,11 +241,62 @@ void hazards_copy_results(struct hazard_recording *recording, VkQueryPool pool, 
     if (!count)
         return;
     if (stride == size || count == 1) {
-        hazard_recording_add_buffer(recording, ACCESS_TRANSFER_WRITE, HAZARD_DST, dst, offset,
-                                    (count - 1) * stride + size);
+        add_at(recording, dst, offset, (count - 1) * stride + size);
         return;
     }
-    hazard_recording_add_buffer(recording, ACCESS_TRANSFER_WRITE, HAZARD_DST, dst, offset, size);
-    hazard_recording_add_buffer(recording, ACCESS_TRANSFER_WRITE, HAZARD_DST, dst,
-                                offset + (count - 1) * stride, size);
+    add_at(recording, dst, offset, size);
+    add_at(recording, dst, offset + (count - 1) * stride, size);
+}
+
+void hazards_copy_results(struct hazard_recording *recording, VkQueryPool pool, uint32_t count,
+                          VkBuffer dst, VkDeviceSize offset, VkDeviceSize stride,
+                          VkQueryResultFlags flags)
+{
+    const struct place place = {ACCESS_TRANSFER_WRITE, HAZARD_DST, .buffer = dst};
+    add_results(recording, pool, count, &place, offset, stride, flags);
+}
+
+void hazards_copy_results_to_memory(struct hazard_recording *recording, VkQueryPool pool,
+                                    uint32_t count, const VkStridedDeviceAddressRangeKHR *dst,
+                                    VkQueryResultFlags flags)
+{
+    const struct place place = {ACCESS_TRANSFER_WRITE, HAZARD_DST, .address = dst->address};
+    add_results(recording, pool, count, &place, 0, dst->stride, flags);
+}
+
+/* ---- by address (VK_KHR_device_address_commands) */
+
+static void add_addressed(struct hazard_recording *recording, enum access_kind kind,
+                          enum hazard_role role, VkDeviceAddress address, VkDeviceSize size)
+{
+    add_at(recording, &(struct place){kind, role, .address = address}, 0, size);
+}
+
+void hazards_copy_memory(struct hazard_recording *recording, const VkCopyDeviceMemoryInfoKHR *info)
+{
+    for (uint32_t i = 0; i < info->regionCount; i++) {
+        const VkDeviceMemoryCopyKHR *region = &info->pRegions[i];
+        add_addressed(recording, ACCESS_TRANSFER_READ, HAZARD_SRC, region->srcRange.address,
+                      region->srcRange.size);
+        add_addressed(recording, ACCESS_TRANSFER_WRITE, HAZARD_DST, region->dstRange.address,
+                      region->dstRange.size);
+    }
+}
+
+void hazards_update_memory(struct hazard_recording *recording, const VkDeviceAddressRangeKHR *dst,
+                           VkDeviceSize size)
+{
+    add_addressed(recording, ACCESS_FILL_WRITE, HAZARD_DST, dst->address, size);
+}
+
+void hazards_fill_memory(struct hazard_recording *recording, const VkDeviceAddressRangeKHR *dst)
+{
+    add_addressed(recording, ACCESS_FILL_WRITE, HAZARD_DST, dst->address, dst->size / 4 * 4);
+}
+
+void hazards_write_memory_marker(struct hazard_recording *recording,
+                                 const VkMemoryMarkerInfoAMD *info)
+{
+    add_addressed(recording, ACCESS_MARKER_WRITE, HAZARD_DST, info->dstRange.address,
+                  sizeof(info->marker));
 }

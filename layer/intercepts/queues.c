@@ -294,12 +294,6 @@ void note_acquisition(struct layer_device *device, VkSemaphore semaphore, VkResu
         execution_order_forget_signal(device->order, semaphore);
 }
 
-void note_acquisition_2(struct layer_device *device, const VkAcquireNextImageInfoKHR *info,
-                        VkResult result)
-{
-    note_acquisition(device, info->semaphore, result);
-}
-
 /* An image that has been presented was waited for. */
 void observe_presentation(struct layer_device *device, VkResult result)
 {

@@ -61,19 +61,9 @@ void note_mapping(struct layer_device *device, VkDeviceMemory memory, VkDeviceSi
     resources_map_memory(device->resources, memory, offset, size, data);
 }
 
-void note_mapping_2(struct layer_device *device, const VkMemoryMapInfo *info, void *data)
-{
-    resources_map_memory(device->resources, info->memory, info->offset, info->size, data);
-}
-
 void forget_mapping(struct layer_device *device, VkDeviceMemory memory)
 {
     resources_unmap_memory(device->resources, memory);
-}
-
-void forget_mapping_2(struct layer_device *device, const VkMemoryUnmapInfo *info)
-{
-    resources_unmap_memory(device->resources, info->memory);
 }
 
 /* ---- destroyed objects */

@@ -35,9 +35,10 @@ void forget_semaphore(struct layer_device *device, VkSemaphore semaphore)
                              execution_order_remove_semaphore(device->order, semaphore));
 }
 
-void note_semaphore_import_fd(struct layer_device *device, const VkImportSemaphoreFdInfoKHR *info)
+/* From now on others may signal the semaphore, too: those with whom it is shared, or the driver. */
+void share_semaphore(struct layer_device *device, VkSemaphore semaphore)
 {
-    execution_order_set_semaphore_foreign(device->order, info->semaphore);
+    execution_order_set_semaphore_foreign(device->order, semaphore);
 }
 
 struct submission *begin_host_signal(struct layer_device *device, const VkSemaphoreSignalInfo *info)
@@ -92,9 +93,10 @@ void forget_fence(struct layer_device *device, VkFence fence)
         execution_order_remove_fence(device->order, fence);
 }
 
-void note_fence_import_fd(struct layer_device *device, const VkImportFenceFdInfoKHR *info)
+/* As share_semaphore(). */
+void share_fence(struct layer_device *device, VkFence fence)
 {
-    execution_order_set_fence_foreign(device->order, info->fence);
+    execution_order_set_fence_foreign(device->order, fence);
 }
 
 void note_fence_resets(struct layer_device *device, uint32_t count, const VkFence *fences)

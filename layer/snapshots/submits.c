@@ -290,12 +290,6 @@ void snapshots_note_queue(struct layer_device *device, VkQueue queue, uint32_t f
     note_family(device->snapshots, queue, family);
 }
 
-void snapshots_note_queue_2(struct layer_device *device, VkQueue queue,
-                            const VkDeviceQueueInfo2 *info)
-{
-    note_family(device->snapshots, queue, info->queueFamilyIndex);
-}
-
 void snapshots_enter_queue(struct layer_device *device)
 {
     snapshots_lock_queues(device->snapshots);

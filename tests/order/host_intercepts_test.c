@@ -15,7 +15,11 @@ CALL_AS(acquire_2,
 CALL_AS(import_semaphore, entry_ImportSemaphoreFdKHR(NULL, &MAKE(VkImportSemaphoreFdInfoKHR,
                                                                  .semaphore = SEMAPHORE(S))))
 
-static VkResult (*const others_signal[])(void) = {present, acquire, acquire_2, import_semaphore};
+CALL_AS(sleep, entry_LatencySleepNV(NULL, VK_NULL_HANDLE,
+                                    &MAKE(VkLatencySleepInfoNV, .signalSemaphore = SEMAPHORE(S))))
+
+static VkResult (*const others_signal[])(void) = {present, acquire, acquire_2, import_semaphore,
+                                                  sleep};
 
 TEST(what_others_signal_brings_no_order)
 {

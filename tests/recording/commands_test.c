@@ -133,6 +133,23 @@ RECORDING_TEST(commands_with_addresses)
         "vkCmdUpdateMemoryKHR\n F> dst buffer2 1000:1004\n");
 }
 
+RECORDING_TEST(copies_of_images_by_address)
+{
+    static const VkImageCreateInfo image = {.format = VK_FORMAT_R8G8B8A8_UNORM};
+    const STRUCT(VkDeviceMemoryImageCopyKHR, region, .addressRange = {BUFFERS + 0x1010, 0x100},
+                 .addressRowLength = 5, .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
+                 .imageExtent = {4, 2, 1});
+    const STRUCT(VkCopyDeviceMemoryImageInfoKHR, info, .image = IMAGE, .regionCount = 1,
+                 .pRegions = &region);
+    VkImage created = IMAGE;
+    CALL(CreateImage_hazards(NULL, &image, NULL, &created));
+    CALL(CmdCopyImageToMemoryKHR_hazards(handle(1), &info));
+    CALL(CmdCopyMemoryToImageKHR_hazards(handle(1), &info));
+    expect(
+        "vkCmdCopyImageToMemoryKHR\n C> dst buffer2 1010:1020\n C> dst buffer2 1024:1034\n"
+        "vkCmdCopyMemoryToImageKHR\n C< src buffer2 1010:1020\n C< src buffer2 1024:1034\n");
+}
+
 static void copy_results(VkQueryPool pool, uint32_t count, VkDeviceSize stride,
                          VkQueryResultFlags flags)
 {
@@ -156,6 +173,17 @@ RECORDING_TEST(results_of_queries)
     copy_results(known, 1, 0, 0);
     copy_results(known, 0, 0, wait);
     expect("vkCmdCopyQueryPoolResults\nvkCmdCopyQueryPoolResults\nvkCmdCopyQueryPoolResults\n");
+}
+
+RECORDING_TEST(results_of_queries_by_address)
+{
+    const VkQueryPool pool = (VkQueryPool)(uintptr_t)0x602;
+    const VkStridedDeviceAddressRangeKHR range = {BUFFERS + 0x1010, 0x100, 0x20};
+    CALL(CmdCopyQueryPoolResultsToMemoryKHR_hazards(handle(1), pool, 0, 2, &range, 0,
+                                                    VK_QUERY_RESULT_WAIT_BIT));
+    expect(
+        "vkCmdCopyQueryPoolResultsToMemoryKHR\n C> dst buffer2 1010:1014\n"
+        " C> dst buffer2 1030:1034\n");
 }
 
 /* ---- structures and micromaps */
