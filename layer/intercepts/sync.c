@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Intercepts of semaphores and fences: creation, signals by the host, and completions that the host
  * observes. */
-#include "layer/execution/hazards/checks.h"
 #include "layer/intercepts/intercepts.h"
 #include "layer/layer.h"
 #include "layer/postmortem/hang.h"
@@ -41,8 +40,7 @@ VKAPI_ATTR void VKAPI_CALL assay_DestroySemaphore(VkDevice device, VkSemaphore s
 {
     struct layer_device *state = layer_find_device(device);
     if (semaphore)
-        hazard_checks_forget(state->hazard_checks, SEMAPHORE_DESTROYED,
-                             execution_order_remove_semaphore(state->order, semaphore));
+        execution_order_remove_semaphore(state->order, semaphore);
     state->vk.DestroySemaphore(device, semaphore, pAllocator);
 }
 

@@ -76,17 +76,14 @@ void execution_order_add_host_wait(struct execution_order *order, VkSemaphore ha
 
 /* ---- semaphores */
 
-/* Returns the id of the semaphore, or 0 if there is none. */
-static uint64_t remove_semaphore(struct execution_order *order, VkSemaphore handle)
+static void remove_semaphore(struct execution_order *order, VkSemaphore handle)
 {
     struct semaphore_clock *semaphore =
         handle_table_remove(&order->semaphores, key_of_semaphore(handle));
     if (!semaphore)
-        return 0;
-    const uint64_t id = semaphore->id;
+        return;
     semaphore_clock_release(semaphore);
     free(semaphore);
-    return id;
 }
 
 void execution_order_add_semaphore(struct execution_order *order, VkSemaphore handle,
@@ -108,14 +105,13 @@ void execution_order_add_semaphore(struct execution_order *order, VkSemaphore ha
     leave(order);
 }
 
-uint64_t execution_order_remove_semaphore(struct execution_order *order, VkSemaphore handle)
+void execution_order_remove_semaphore(struct execution_order *order, VkSemaphore handle)
 {
     if (!enter(order))
-        return 0;
-    const uint64_t id = remove_semaphore(order, handle);
+        return;
+    remove_semaphore(order, handle);
     execution_order_release_held(order);
     leave(order);
-    return id;
 }
 
 void execution_order_set_semaphore_foreign(struct execution_order *order, VkSemaphore handle)
