@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Observes semaphores and fences: creation, signals by the host, and completions that the host
  * observes. */
-#include "layer/execution/hazards/checks.h"
 #include "layer/postmortem/hang.h"
 #include "layer/snapshots/snapshots.h"
 #include "observers.h"
@@ -31,8 +30,7 @@ void note_semaphore(struct layer_device *device, VkSemaphore semaphore,
 void forget_semaphore(struct layer_device *device, VkSemaphore semaphore)
 {
     if (semaphore)
-        hazard_checks_forget(device->hazard_checks, SEMAPHORE_DESTROYED,
-                             execution_order_remove_semaphore(device->order, semaphore));
+        execution_order_remove_semaphore(device->order, semaphore);
 }
 
 /* From now on others may signal the semaphore, too: those with whom it is shared, or the driver. */

@@ -36,7 +36,8 @@ void hazards_destroy(struct hazards *hazards)
     if (!hazards)
         return;
     drop_accesses(hazards);
-    hazards_free_signals(hazards);
+    for (uint32_t i = 0; i < HAZARD_SIGNALS; i++)
+        free(hazards->signals[i]);
     handle_table_each(&hazards->events, hazards_free_event, NULL);
     handle_table_release(&hazards->events);
     for (uint32_t i = 0; i < HAZARD_QUEUES; i++) {

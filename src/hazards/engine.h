@@ -10,7 +10,7 @@
 
 /* What happens before a signal: accesses of a queue at stage x up to executed[x]. */
 struct signal {
-    uint64_t value;
+    uint64_t number;
     uint32_t count;
     struct signal_past {
         uint32_t queue;
@@ -57,9 +57,10 @@ struct hazards {
     bool has_signalled;
     struct hazard_queue queues[HAZARD_QUEUES];
     /* Records by id + 1, as a table has no key 0. */
-    struct handle_table memories, semaphores, events;
-    struct hazard_memory *recent;      /* the memory of the last access, or NULL */
-    uint64_t piece_count, swept_count; /* of all memory; after the last sweep */
+    struct handle_table memories, events;
+    struct signal *signals[HAZARD_SIGNALS]; /* by number % HAZARD_SIGNALS; NULL: none */
+    struct hazard_memory *recent;           /* the memory of the last access, or NULL */
+    uint64_t piece_count, swept_count;      /* of all memory; after the last sweep */
 };
 
 /* Returns the frontier from a queue to the current one. Returns NULL, and notes the failure, if
@@ -86,6 +87,5 @@ struct signal *hazards_complete_batch(struct hazards *hazards);
  * memory. */
 void hazards_receive(struct hazards *hazards, const struct signal *signal, stage_set dst);
 void hazards_free_event(void *record, void *context);
-void hazards_free_signals(struct hazards *hazards);
 
 #endif

@@ -18,7 +18,7 @@
  * buffer barrier concerns some bytes and not others: it is kept with these bytes (ranges.h).
  *
  * If memory runs out, everything before counts as ordered. No lock; one thread at a time. Ids of
- * memory, semaphores and events are less than UINT64_MAX. */
+ * memory and events are less than UINT64_MAX. */
 #ifndef ASSAY_HAZARDS_HAZARDS_H
 #define ASSAY_HAZARDS_HAZARDS_H
 
@@ -101,26 +101,21 @@ struct hazard_batch {
 void hazards_begin_batch(struct hazards *hazards, const struct hazard_batch *batch);
 void hazards_end_batch(struct hazards *hazards);
 
-/* Semaphores, by id and value; a binary semaphore's value is the number of its signal. A wait
- * follows the signal with this or the next larger value, and the semaphore's signals with smaller
- * values. The wait of a signal that is unknown (value 0, or never signalled here) orders nothing.
+/* Signals of semaphores, by a number that the caller gives them and never reuses. 0: no wait will
+ * name the signal. `previous`: the number of the semaphore's last signal before; 0: none. A wait
+ * follows the signal, the previous one, and so on. A wait for a signal that is unknown (0, or never
+ * signalled here) counts as a wait for everything before.
  *
  * The access scopes of semaphores include all memory access of the device: what happens before a
  * signal is visible to everything that the wait happens before, whatever its kind. Only the stages
  * count. A signal also has in its first scope the signals of the queue's earlier batches (Signal
- * Operation Order). A fence is such a signal: describe it as a signal, of any id, with all stages.
+ * Operation Order). A fence is such a signal: describe it as signal 0 with all stages.
  *
- * The last 32 signals of a semaphore are kept. A wait for an older one counts as a wait for
- * everything before. */
-void hazards_wait(struct hazards *hazards, uint64_t semaphore, uint64_t value,
-                  const struct dependency *dst);
-void hazards_signal(struct hazards *hazards, uint64_t semaphore, uint64_t value,
+ * The signals of the HAZARD_SIGNALS largest numbers are kept; the others count as unknown. */
+enum { HAZARD_SIGNALS = 1024 };
+void hazards_wait(struct hazards *hazards, uint64_t number, const struct dependency *dst);
+void hazards_signal(struct hazards *hazards, uint64_t number, uint64_t previous,
                     const struct dependency *src);
-/* Whether a wait for the value would follow a signal. If it would not, the signal is one that the
- * caller has not seen, such as one of the host, and anything may come before the wait. */
-bool hazards_has_signal(const struct hazards *hazards, uint64_t semaphore, uint64_t value);
-/* No later wait needs signals up to `value`. UINT64_MAX: the semaphore was destroyed. */
-void hazards_forget_signals(struct hazards *hazards, uint64_t semaphore, uint64_t value);
 
 /* The next command begins: the accesses that follow are its own. Returns the number that its first
  * access will have. */

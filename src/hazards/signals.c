@@ -6,45 +6,6 @@
 
 #include "src/hazards/engine.h"
 
-enum { SIGNALS_MAX = 32 };
-
-struct semaphore {
-    uint64_t dropped; /* signals up to this value may have been dropped */
-    struct signal *last_dropped;
-    uint32_t count;
-    /* By ascending value. Each one includes those before it: the first scope of a wait has all
-     * earlier signals of the semaphore. */
-    struct signal *signals[SIGNALS_MAX + 1];
-};
-
-/* Drops the signals up to a value. */
-static void semaphore_drop(struct semaphore *semaphore, uint64_t value)
-{
-    uint32_t dropped = 0;
-    while (dropped < semaphore->count && semaphore->signals[dropped]->value <= value) {
-        free(semaphore->last_dropped);
-        semaphore->last_dropped = semaphore->signals[dropped++];
-    }
-    semaphore->count -= dropped;
-    memmove(semaphore->signals, semaphore->signals + dropped,
-            semaphore->count * sizeof(semaphore->signals[0]));
-    semaphore->dropped = value > semaphore->dropped ? value : semaphore->dropped;
-}
-
-static void semaphore_free(void *record, void *context)
-{
-    (void)context;
-    semaphore_drop(record, UINT64_MAX);
-    free(((struct semaphore *)record)->last_dropped);
-    free(record);
-}
-
-void hazards_free_signals(struct hazards *hazards)
-{
-    handle_table_each(&hazards->semaphores, semaphore_free, NULL);
-    handle_table_release(&hazards->semaphores);
-}
-
 /* ---- signals */
 
 /* Raises executed[x] to what happens before a signal with the stages `src` on the current queue. */
@@ -88,7 +49,7 @@ static struct signal *signal_create(uint64_t rows[HAZARD_QUEUES][SYNC_ACCESS_STA
     struct signal *signal = malloc(sizeof(*signal) + count * sizeof(signal->pasts[0]));
     if (!signal)
         return NULL;
-    signal->value = signal->count = 0;
+    signal->number = signal->count = 0;
     for (uint32_t i = 0; i < HAZARD_QUEUES; i++)
         if (!row_is_empty(rows[i])) {
             struct signal_past *past = &signal->pasts[signal->count++];
@@ -144,69 +105,45 @@ struct signal *hazards_complete_batch(struct hazards *hazards)
     return completion;
 }
 
-/* Adds a signal, which it owns; or replaces the one with the same value. */
-static void semaphore_add(struct semaphore *semaphore, struct signal *signal)
+/* The semaphore's signal before happens before this one, too. If it is no longer kept, everything
+ * before does. */
+static void reach_previous(struct hazards *hazards, uint64_t previous,
+                           uint64_t rows[HAZARD_QUEUES][SYNC_ACCESS_STAGES])
 {
-    uint32_t at = semaphore->count;
-    while (at && semaphore->signals[at - 1]->value >= signal->value)
-        at--;
-    if (at < semaphore->count && semaphore->signals[at]->value == signal->value) {
-        free(semaphore->signals[at]);
-        semaphore->signals[at] = signal;
+    const struct signal *signal = hazards->signals[previous % HAZARD_SIGNALS];
+    if (!previous || !signal || signal->number < previous)
+        return; /* there was none */
+    if (signal->number == previous) {
+        signal_join(rows, signal);
+    } else {
+        hazards_settle_queue(hazards);
+        reach_signal(hazards, ALL_SYNC_STAGES, rows);
+    }
+}
+
+static void keep_signal(struct hazards *hazards, uint64_t number,
+                        uint64_t rows[HAZARD_QUEUES][SYNC_ACCESS_STAGES])
+{
+    struct signal **kept = &hazards->signals[number % HAZARD_SIGNALS];
+    if (!number || (*kept && (*kept)->number > number))
         return;
-    }
-    memmove(&semaphore->signals[at + 1], &semaphore->signals[at],
-            (semaphore->count - at) * sizeof(semaphore->signals[0]));
-    semaphore->signals[at] = signal;
-    if (++semaphore->count > SIGNALS_MAX)
-        semaphore_drop(semaphore, semaphore->signals[0]->value);
+    free(*kept);
+    *kept = signal_create(rows);
+    if (*kept)
+        (*kept)->number = number;
+    else
+        hazards->has_failed = true;
 }
 
-/* Returns the record of a semaphore, which it creates if there is none; or NULL if memory runs out.
- */
-static struct semaphore *semaphore_get(struct hazards *hazards, uint64_t id)
-{
-    struct semaphore *semaphore = handle_table_find(&hazards->semaphores, id + 1);
-    if (semaphore)
-        return semaphore;
-    semaphore = calloc(1, sizeof(*semaphore));
-    if (semaphore && !handle_table_set(&hazards->semaphores, id + 1, semaphore)) {
-        free(semaphore);
-        return NULL;
-    }
-    return semaphore;
-}
-
-void hazards_signal(struct hazards *hazards, uint64_t semaphore, uint64_t value,
+void hazards_signal(struct hazards *hazards, uint64_t number, uint64_t previous,
                     const struct dependency *src)
 {
     uint64_t rows[HAZARD_QUEUES][SYNC_ACCESS_STAGES];
     reach_signal(hazards, src->src, rows);
-    struct semaphore *record = semaphore_get(hazards, semaphore);
-    if (record && record->last_dropped)
-        signal_join(rows, record->last_dropped);
-    for (uint32_t i = 0; record && i < record->count && record->signals[i]->value < value; i++)
-        signal_join(rows, record->signals[i]);
+    reach_previous(hazards, previous, rows);
     note_signal(hazards, rows);
-    struct signal *signal = record ? signal_create(rows) : NULL;
-    if (signal) {
-        signal->value = value;
-        semaphore_add(record, signal);
-    } else {
-        hazards->has_failed = true;
-    }
+    keep_signal(hazards, number, rows);
     hazards_settle_failure(hazards);
-}
-
-void hazards_forget_signals(struct hazards *hazards, uint64_t semaphore, uint64_t value)
-{
-    struct semaphore *record = handle_table_find(&hazards->semaphores, semaphore + 1);
-    if (!record)
-        return;
-    if (value == UINT64_MAX)
-        semaphore_free(handle_table_remove(&hazards->semaphores, semaphore + 1), NULL);
-    else
-        semaphore_drop(record, value);
 }
 
 /* ---- waits */
@@ -221,29 +158,12 @@ void hazards_receive(struct hazards *hazards, const struct signal *signal, stage
     }
 }
 
-/* The last signal has the largest value. */
-bool hazards_has_signal(const struct hazards *hazards, uint64_t semaphore, uint64_t value)
+void hazards_wait(struct hazards *hazards, uint64_t number, const struct dependency *dst)
 {
-    const struct semaphore *record = handle_table_find(&hazards->semaphores, semaphore + 1);
-    return record && value &&
-           (value <= record->dropped ||
-            (record->count && record->signals[record->count - 1]->value >= value));
-}
-
-void hazards_wait(struct hazards *hazards, uint64_t semaphore, uint64_t value,
-                  const struct dependency *dst)
-{
-    const struct semaphore *record = handle_table_find(&hazards->semaphores, semaphore + 1);
-    if (!record || !value)
-        return;
-    if (value <= record->dropped) {
+    const struct signal *signal = hazards->signals[number % HAZARD_SIGNALS];
+    if (signal && signal->number == number)
+        hazards_receive(hazards, signal, dst->dst);
+    else
         hazards_settle_queue(hazards);
-    } else {
-        for (uint32_t i = 0; i < record->count; i++)
-            if (record->signals[i]->value >= value) {
-                hazards_receive(hazards, record->signals[i], dst->dst);
-                break;
-            }
-    }
     hazards_settle_failure(hazards);
 }

@@ -26,16 +26,17 @@ static struct hazards *set_up(void)
     return hazards_create(note, NULL);
 }
 
-/* Begins a batch of queue 1 or 2, with so many batches of the first completed. */
+/* Begins a batch of queue 1, 2 or 3, with so many batches of the first completed. */
 static void begin_batch_on(struct hazards *hazards, uint32_t queue, uint64_t number,
                            uint64_t completed)
 {
-    const uint64_t counts[] = {0, completed, 0}, before[] = {0, number - 1, number - 1};
+    const uint64_t counts[] = {0, completed, 0, 0};
+    const uint64_t before[] = {0, number - 1, number - 1, number - 1};
     hazards_begin_batch(hazards, &(struct hazard_batch){.queue = queue,
                                                         .number = number,
                                                         .completed = counts,
                                                         .before = before,
-                                                        .count = 3,
+                                                        .count = 4,
                                                         .is_certain = true});
 }
 
@@ -160,27 +161,94 @@ TEST(completed_batches_are_pruned)
     hazards_destroy(hazards);
 }
 
-/* The 32 last signals are kept; a wait for an older one orders everything. */
-TEST(old_signals_never_lead_to_a_finding)
+/* A batch of queue 1 writes bytes [0, 8), and makes HAZARD_SIGNALS signals, from 2 on. Then a batch
+ * of queue 2 waits, and reads. Returns how many reads were reported. */
+static uint32_t read_after(uint64_t waited, stage_set src)
 {
-    const struct dependency none = dependency_of_signal(0),
-                            all = dependency_of_wait(VK_PIPELINE_STAGE_2_COPY_BIT);
+    const struct dependency signal = {.src = src},
+                            wait = dependency_of_wait(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
     struct hazards *hazards = set_up();
     begin_batch(hazards, 1, 0);
     access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, 0, 8);
-    for (uint64_t value = 1; value <= 40; value++)
-        hazards_signal(hazards, 1, value, &none);
+    hazards_signal(hazards, 1, 0, &signal);
+    for (uint64_t number = 2; number < 2 + HAZARD_SIGNALS; number++)
+        hazards_signal(hazards, number, 0, &signal);
+    hazards_signal(hazards, 1, 0, &signal); /* too late */
     hazards_end_batch(hazards);
-    begin_batch(hazards, 2, 0);
-    hazards_wait(hazards, 1, 20, &all);
+    begin_batch_on(hazards, 2, 1, 0);
+    hazards_wait(hazards, waited, &wait);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 0, 4);
+    hazards_end_batch(hazards);
+    hazards_destroy(hazards);
+    return found_count;
+}
+
+/* A wait for a signal that is unknown, or no longer kept, orders everything. */
+TEST(unknown_signals_never_lead_to_a_finding)
+{
+    assert_int_equal(read_after(2, 0), 1);
+    assert_int_equal(read_after(2, 1 << SYNC_BUILD), 0);
+    assert_int_equal(read_after(1 + HAZARD_SIGNALS, 0), 1);
+    assert_int_equal(read_after(0, 0), 0);
+    assert_int_equal(read_after(1, 0), 0);
+    assert_int_equal(read_after(2 + HAZARD_SIGNALS, 0), 0);
+}
+
+/* Queue 1 writes and makes signal 1; if `is_kept`, signal 1 is kept. Queue 2 makes a signal behind
+ * it, without a scope of its own. Queue 3 waits for that and reads. */
+static uint32_t read_behind(uint64_t previous, stage_set src, bool is_kept)
+{
+    const struct dependency signal = {.src = src}, none = {.src = 0},
+                            wait = dependency_of_wait(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
+    struct hazards *hazards = set_up();
+    begin_batch(hazards, 1, 0);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, 0, 8);
+    hazards_signal(hazards, 1, 0, &signal);
+    hazards_end_batch(hazards);
+    begin_batch_on(hazards, 2, 1, 0);
+    hazards_signal(hazards, is_kept ? 2 : 1 + HAZARD_SIGNALS, 0, &none);
+    hazards_end_batch(hazards);
+    begin_batch_on(hazards, 2, 2, 0);
+    hazards_signal(hazards, 3 + HAZARD_SIGNALS, previous, &none);
+    hazards_end_batch(hazards);
+    begin_batch_on(hazards, 3, 1, 0);
+    hazards_wait(hazards, 3 + HAZARD_SIGNALS, &wait);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 0, 4);
+    hazards_end_batch(hazards);
+    hazards_destroy(hazards);
+    return found_count;
+}
+
+/* A signal follows the one before of its semaphore; or everything, if that is no longer kept. */
+TEST(signals_follow_the_one_before)
+{
+    assert_int_equal(read_behind(0, 1 << SYNC_BUILD, true), 1);
+    assert_int_equal(read_behind(1, 1 << SYNC_BUILD, true), 0);
+    assert_int_equal(read_behind(1, 0, true), 1);
+    assert_int_equal(read_behind(4, 1 << SYNC_BUILD, true), 1); /* never made */
+    assert_int_equal(read_behind(0, 0, false), 1);
+    assert_int_equal(read_behind(1, 0, false), 0);
+}
+
+/* Queues 1 and 2 signal a fence, and queue 2 a semaphore for queue 3. */
+TEST(fences_of_several_queues_are_not_ordered)
+{
+    const struct dependency all = dependency_of_signal(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
+    struct hazards *hazards = set_up();
+    begin_batch(hazards, 1, 0);
+    access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, 0, 8);
+    hazards_signal(hazards, 0, 0, &all);
+    hazards_end_batch(hazards);
+    begin_batch_on(hazards, 2, 1, 0);
+    hazards_signal(hazards, 0, 0, &all);
+    hazards_end_batch(hazards);
+    begin_batch_on(hazards, 2, 2, 0);
+    hazards_signal(hazards, 1, 0, &all);
+    hazards_end_batch(hazards);
+    begin_batch_on(hazards, 3, 1, 0);
+    hazards_wait(hazards, 1, &(struct dependency){.dst = all.src});
     access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 0, 4);
     assert_int_equal(found_count, 1);
-    hazards_wait(hazards, 1, 8, &all);
-    access_bytes(hazards, ACCESS_BUILD_ACCEL_READ, 4, 8);
-    assert_int_equal(found_count, 1);
-    hazards_forget_signals(hazards, 1, 40);
-    assert_true(hazards_has_signal(hazards, 1, 40) && !hazards_has_signal(hazards, 1, 41));
-    hazards_forget_signals(hazards, 1, UINT64_MAX);
     hazards_end_batch(hazards);
     hazards_destroy(hazards);
 }
@@ -219,7 +287,8 @@ static void play(void)
         return;
     for (uint64_t batch = 1; batch < 4; batch++) {
         begin_batch_on(hazards, batch == 2 ? 2 : 1, batch, batch == 3);
-        hazards_wait(hazards, 1, batch - 1, &signal);
+        if (batch > 1)
+            hazards_wait(hazards, batch - 1, &signal);
         for (uint64_t at = 0; at < 300; at += 3)
             access_bytes(hazards, ACCESS_BUILD_ACCEL_WRITE, at, at + 2);
         barrier(hazards, &bytes, 1 << SYNC_COPY);
@@ -227,7 +296,7 @@ static void play(void)
         for (uint32_t kind = 0; kind < KINDS; kind++)
             access_bytes(hazards, kinds[kind], 31, 50 + kind);
         hazards_wait_event(hazards, 5, NULL, 0);
-        hazards_signal(hazards, 1, batch, &signal);
+        hazards_signal(hazards, batch, batch - 1, &signal);
         hazards_end_batch(hazards);
     }
     hazards_destroy(hazards);

@@ -39,7 +39,7 @@ struct generator {
     uint32_t batch_queues[GENERATED_BATCHES];
     uint32_t batch_count, signal_count;
     struct generated_signal signals[GENERATED_SIGNALS];
-    uint64_t values[PROGRAM_SEMAPHORES], forgotten[PROGRAM_SEMAPHORES];
+    uint64_t values[PROGRAM_SEMAPHORES];
     stage_set event_stages[PROGRAM_QUEUES][PROGRAM_EVENTS]; /* 0: not set */
 };
 
@@ -249,12 +249,9 @@ static void add_wait(struct generator *generator, struct step *batch)
         return;
     const struct generated_signal *signal =
         &generator->signals[below(generator, generator->signal_count)];
-    uint64_t value = signal->value - (signal->has_gap && one_in(generator, 2));
-    if (value <= generator->forgotten[signal->semaphore])
-        return;
     struct step *step = add_step(generator, STEP_WAIT);
     step->object = signal->semaphore;
-    step->value = value;
+    step->value = signal->value - (signal->has_gap && one_in(generator, 2));
     step->dependency.dst = random_dst(generator);
     step->dependency.dst_kinds = kinds_at(step->dependency.dst);
     if (one_in(generator, 16))
@@ -299,12 +296,6 @@ static void forget(struct generator *generator)
         memcpy(step->completed, generator->known, sizeof(step->completed));
         join(generator->pruned, generator->known);
     } else if (choice == 1) {
-        struct step *step = add_step(generator, STEP_FORGET_SIGNALS);
-        step->object = below(generator, PROGRAM_SEMAPHORES);
-        step->value = below(generator, (uint32_t)generator->values[step->object] + 1);
-        if (generator->forgotten[step->object] < step->value)
-            generator->forgotten[step->object] = step->value;
-    } else if (choice == 2) {
         struct step *step = add_step(generator, STEP_FORGET_MEMORY);
         step->object = 1 + below(generator, generator->memories);
     }

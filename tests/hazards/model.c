@@ -146,18 +146,30 @@ static uint32_t completed_end(const struct model *model, uint32_t queue, uint64_
     return step;
 }
 
+/* All that a queue has executed before `end` happens before this step. */
+static void order_all(struct model *model, uint32_t queue, uint32_t end, const struct step *step)
+{
+    const uint32_t here = (uint32_t)(step - model->program->steps);
+    add_link(
+        model,
+        &(struct link){
+            {{ALL_SYNC_STAGES, ALL_SYNC_STAGES}}, true, queue, end, model->batch->queue, here});
+}
+
+static void order_everything(struct model *model, const struct step *step)
+{
+    for (uint32_t queue = 0; queue < PROGRAM_QUEUES; queue++)
+        order_all(model, queue, (uint32_t)(step - model->program->steps), step);
+}
+
 static void begin_batch(struct model *model, const struct step *step)
 {
-    uint32_t here = (uint32_t)(step - model->program->steps);
     model->batch = step;
-    for (uint32_t queue = 0; queue < PROGRAM_QUEUES; queue++) {
-        struct link link = {
-            {{ALL_SYNC_STAGES, ALL_SYNC_STAGES}}, true, queue, here, step->queue, here};
-        if (step->is_certain)
-            link.from_step = completed_end(model, queue, step->completed[queue]);
-        if (!step->is_certain || step->completed[queue])
-            add_link(model, &link);
-    }
+    if (!step->is_certain)
+        order_everything(model, step);
+    for (uint32_t queue = 0; queue < PROGRAM_QUEUES && step->is_certain; queue++)
+        if (step->completed[queue])
+            order_all(model, queue, completed_end(model, queue, step->completed[queue]), step);
 }
 
 /* ---- semaphores */
@@ -197,10 +209,13 @@ static const struct signal *find_semaphore(const struct model *model, uint64_t s
     return value ? found : NULL;
 }
 
+/* A wait for an unknown signal may follow anything. */
 static void wait_semaphore(struct model *model, const struct step *step)
 {
     const struct signal *waited = find_semaphore(model, step->object, step->value);
     bool is_before[MODEL_SIGNALS] = {false};
+    if (!waited)
+        order_everything(model, step);
     for (uint32_t i = model->signal_count; waited && i--;) {
         const struct signal *signal = &model->signals[i];
         is_before[i] = signal == waited;

@@ -62,6 +62,8 @@ struct player {
     uint64_t last_number;
     const struct step *batch;
     uint32_t step, command;
+    const struct step *signals[PROGRAM_STEPS]; /* so far */
+    uint32_t signal_count;
 };
 
 /* The step of the access, or one beyond the program if it is described wrongly. The number of the
@@ -123,13 +125,43 @@ static void begin_batch(struct player *player, const struct step *step)
     player->batch = step;
 }
 
+/* Signals are numbered by their steps. */
+static uint64_t number_of(const struct player *player, const struct step *signal)
+{
+    return signal ? (uint64_t)(signal - player->program->steps) + 1 : 0;
+}
+
+static void play_wait(const struct player *player, const struct step *step)
+{
+    const struct step *end = NULL;
+    for (uint32_t i = 0; i < player->signal_count && step->value; i++) {
+        const struct step *signal = player->signals[i];
+        if (signal->object == step->object && signal->value >= step->value &&
+            (!end || signal->value < end->value))
+            end = signal;
+    }
+    hazards_wait(player->hazards, number_of(player, end), &step->dependency);
+}
+
+static void play_signal(struct player *player, const struct step *step)
+{
+    const struct step *previous = NULL;
+    for (uint32_t i = 0; i < player->signal_count; i++) {
+        const struct step *signal = player->signals[i];
+        if (signal->object == step->object && signal->value < step->value &&
+            (!previous || signal->value > previous->value))
+            previous = signal;
+    }
+    player->signals[player->signal_count++] = step;
+    hazards_signal(player->hazards, number_of(player, step), number_of(player, previous),
+                   &step->dependency);
+}
+
 static void play_between_batches(struct player *player, const struct step *step)
 {
     end_batch(player);
     if (step->type == STEP_PRUNE)
         hazards_prune(player->hazards, step->completed, PROGRAM_QUEUES);
-    else if (step->type == STEP_FORGET_SIGNALS)
-        hazards_forget_signals(player->hazards, step->object, step->value);
     else
         hazards_forget_memory(player->hazards, step->object);
 }
@@ -142,10 +174,10 @@ static void play_step(struct player *player, const struct step *step)
         begin_batch(player, step);
         return;
     case STEP_WAIT:
-        hazards_wait(hazards, step->object, step->value, &step->dependency);
+        play_wait(player, step);
         return;
     case STEP_SIGNAL:
-        hazards_signal(hazards, step->object, step->value, &step->dependency);
+        play_signal(player, step);
         return;
     case STEP_ACCESS:
         play_access(player, step);
@@ -246,9 +278,9 @@ static void print_counts(const char *name, const uint64_t *counts)
 
 static void print_step(const struct step *step)
 {
-    static const char *const names[] = {
-        "batch",   "  wait",       "  signal", "  access",       "  barriers",   "  set",
-        "  reset", "  wait event", "prune",    "forget signals", "forget memory"};
+    static const char *const names[] = {"batch",      "  wait",       "  signal", "  access",
+                                        "  barriers", "  set",        "  reset",  "  wait event",
+                                        "prune",      "forget memory"};
     printf("%s", names[step->type]);
     if (step->type == STEP_BATCH) {
         printf(" queue %u number %" PRIu64, step->queue, step->number);

@@ -19,7 +19,7 @@ enum {
     PROGRAM_FINDINGS = 2048,
 };
 
-/* Prunes and forgets end the batch; all others but STEP_BATCH belong to it. */
+/* A prune and STEP_FORGET_MEMORY end the batch; all others but STEP_BATCH belong to it. */
 enum step_type {
     STEP_BATCH,
     STEP_WAIT,
@@ -30,7 +30,6 @@ enum step_type {
     STEP_RESET_EVENT,
     STEP_WAIT_EVENT,
     STEP_PRUNE,
-    STEP_FORGET_SIGNALS,
     STEP_FORGET_MEMORY,
 };
 

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The fake commands, and the calls. */
-#include "layer/execution/hazards/checks.h"
 #include "layer/postmortem/hang.h"
 #include "layer/postmortem/loss.h"
 #include "layer/snapshots/guard/execution.h"
@@ -18,7 +17,6 @@ const char *reached;
 
 /* Devices here are of backend driver. */
 void guard_begin_submission(void) {}
-void hazard_checks_forget(struct hazard_checks *checks, enum hazard_end ended, uint64_t id) {}
 
 void postmortem_report_loss(struct layer_device *of_device)
 {

@@ -77,7 +77,8 @@ PROGRAM_TEST(host_work_has_its_place)
 /* ---- what the host waits for and signals, as batches */
 
 struct sync_run {
-    uint64_t value; /* of its semaphore operation; 0: it has none */
+    uint64_t value;  /* of its semaphore operation; 0: it has none */
+    uint64_t signal; /* likewise */
     bool is_signal, is_known, is_exposed;
     enum work_phase work;
     struct timestamp timestamp;
@@ -99,6 +100,7 @@ static void note_run(void *user, struct order_batch *batch)
                              .timestamp = batch->timestamp};
     if (batch->operation_count) {
         run->value = batch->operations[0].value;
+        run->signal = batch->operations[0].signal;
         run->is_signal = batch->operations[0].is_signal;
         assert_int_not_equal(batch->operations[0].id, 0);
     }
@@ -133,16 +135,17 @@ TEST(waits_and_signals_of_the_host_are_batches)
     execution_order_observe_unknown(order);
     signal_on(order, SUBMIT_COMMANDS, SEMAPHORE(S), 6, VK_NULL_HANDLE);
     static const struct sync_run expected[] = {
-        {4, true, true, false, WORK_SYNC, {0}, {0}},
-        {5, true, true, false, WORK_OF_QUEUE, {0}, {0}},
-        {5, false, true, false, WORK_SYNC, {0}, {0}},
-        {0, false, false, false, WORK_SYNC, {0}, {0}},
-        {6, true, true, false, WORK_OF_QUEUE, {0}, {0}},
+        {4, 1, true, true, false, WORK_SYNC, {0}, {0}},
+        {5, 2, true, true, false, WORK_OF_QUEUE, {0}, {0}},
+        {5, 2, false, true, false, WORK_SYNC, {0}, {0}},
+        {0, 0, false, false, false, WORK_SYNC, {0}, {0}},
+        {6, 3, true, true, false, WORK_OF_QUEUE, {0}, {0}},
     };
     assert_int_equal(runs.count, sizeof(expected) / sizeof(expected[0]));
     for (uint32_t i = 0; i < runs.count; i++) {
         const struct sync_run *run = &runs.items[i];
         assert_int_equal(run->value, expected[i].value);
+        assert_int_equal(run->signal, expected[i].signal);
         assert_int_equal(run->is_signal, expected[i].is_signal);
         assert_int_equal(run->is_known, expected[i].is_known);
         assert_int_equal(run->work, expected[i].work);

@@ -58,6 +58,8 @@ static void run(void *user, struct order_batch *batch)
     if (batch->command_count)
         heard->name = (uint32_t)(uintptr_t)batch->commands[0].captured;
     execution_clock_copy(&heard->clock, &batch->clock);
+    for (uint32_t i = 0; i < batch->operation_count && i < 2 * CALL_OPERATIONS; i++)
+        heard->operations[heard->operation_count++] = batch->operations[i];
     let_others(program);
 }
 
@@ -161,6 +163,18 @@ const struct heard *find_run(const struct program *program, uint32_t name)
     for (uint32_t i = 0; i < program->run_count; i++)
         if (program->runs[i].name == name)
             return &program->runs[i];
+    return NULL;
+}
+
+const struct semaphore_operation *find_operation(const struct program *program, uint32_t name,
+                                                 bool is_signal)
+{
+    const struct heard *run = find_run(program, name);
+    assert_non_null(run);
+    for (uint32_t i = run->operation_count; i--;)
+        if (run->operations[i].is_signal == is_signal)
+            return &run->operations[i];
+    fail_msg("%u has no such operation", name);
     return NULL;
 }
 

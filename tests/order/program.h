@@ -23,6 +23,8 @@ struct heard {
     struct timestamp timestamp;
     struct execution_clock clock;
     bool checked, predecessors_known;
+    struct semaphore_operation operations[2 * CALL_OPERATIONS];
+    uint32_t operation_count;
 };
 
 struct program {
@@ -103,6 +105,9 @@ void wait_idle(struct program *program, uint32_t queue); /* 0: the device */
  *                                  none of them
  * 20 known; 20 unknown;            whether its predecessors are known
  * 20 checked; 20 unchecked;
+ * 20 met;                          its last wait orders nothing, as the host knows
+ * 20 ends 10; 20 ends nothing;     it ends with the last signal of a batch, or of none known
+ * 11 behind 10; 10 behind nothing; which signal its last signal includes
  * ran 10 20; ran;                  what has run, in this order
  * checks 1; drops 1; losses 1; begun 1; failures 1; captured 1;   how often a hook was called */
 void play(struct program *program, const char *script);
@@ -114,6 +119,10 @@ void play(struct program *program, const char *script);
 
 /* The run of that name, or NULL. */
 const struct heard *find_run(const struct program *program, uint32_t name);
+
+/* Its last wait or signal; it must have run and have one. */
+const struct semaphore_operation *find_operation(const struct program *program, uint32_t name,
+                                                 bool is_signal);
 
 /* Whether it certainly follows; both must have run. */
 bool follows(const struct program *program, uint32_t later, uint32_t earlier);

@@ -144,6 +144,83 @@ static void step(struct test *test)
     steps[i].step(test);
 }
 
+/* The batch that signals a value; NULL: the host does. */
+static const struct model_batch *find_signaller(const struct model *model, uint32_t semaphore,
+                                                uint64_t value)
+{
+    for (uint32_t i = 0; i < model->batch_count; i++)
+        for (int j = 0; j < CALL_OPERATIONS; j++)
+            if (model->batches[i].signal[j].semaphore == semaphore &&
+                model->batches[i].signal[j].value == value)
+                return &model->batches[i];
+    return NULL;
+}
+
+/* The number of a signal; 0 if its batch is not heard of. */
+static uint64_t number_of(const struct test *test, const struct model_batch *signaller,
+                          uint32_t semaphore)
+{
+    const struct heard *run = signaller && signaller->kind == SUBMIT_COMMANDS
+                                  ? find_run(&test->program, signaller->name)
+                                  : NULL;
+    for (uint32_t i = 0; run && i < run->operation_count; i++) {
+        const struct semaphore_operation *operation = &run->operations[i];
+        if (operation->is_signal && test->usage[(uintptr_t)operation->handle].index == semaphore)
+            return operation->signal;
+    }
+    return 0;
+}
+
+/* Compares what a batch found: `found`, for the signal at `at` of the semaphore. If it is 0, the
+ * host had observed the signal. */
+static void compare_signal(const struct test *test, const struct model_batch *batch,
+                           uint32_t semaphore, uint32_t at, uint64_t found)
+{
+    const struct model *model = &test->model;
+    const uint64_t value = model->semaphores[semaphore].signals[at].value;
+    const struct model_batch *signaller = find_signaller(model, semaphore, value);
+    const uint64_t expected = number_of(test, signaller, semaphore);
+    if (found && expected)
+        assert_int_equal(found, expected);
+    if (!found && signaller)
+        assert_true(
+            model_is_before(model, model->semaphores[semaphore].signals[at].node, batch->host) ||
+            model_is_before(model, signaller->ends, batch->host));
+}
+
+static void compare_signals(const struct test *test, const struct model_batch *batch,
+                            const struct heard *run)
+{
+    uint32_t count = 0;
+    for (int i = 0; i < CALL_OPERATIONS && batch->wait[i].semaphore; i++) {
+        const struct model_semaphore *semaphore = &test->model.semaphores[batch->wait[i].semaphore];
+        const struct semaphore_operation *wait = &run->operations[count++];
+        const uint64_t value = batch->wait[i].value;
+        uint32_t at = 0;
+        while (at < semaphore->signal_count && semaphore->signals[at].value < value)
+            at++;
+        assert_true(!wait->is_met || !wait->signal);
+        if (value <= semaphore->initial)
+            assert_int_equal(wait->is_met, semaphore->timeline);
+        else
+            assert_int_equal(wait->is_met, !wait->signal);
+        if (value > semaphore->initial)
+            compare_signal(test, batch, batch->wait[i].semaphore, at, wait->signal);
+    }
+    for (int i = 0; i < CALL_OPERATIONS && batch->signal[i].semaphore; i++) {
+        const struct model_semaphore *semaphore =
+            &test->model.semaphores[batch->signal[i].semaphore];
+        const struct semaphore_operation *signal = &run->operations[count++];
+        uint32_t before = 0;
+        while (semaphore->signals[before].value < batch->signal[i].value)
+            before++;
+        if (before)
+            compare_signal(test, batch, batch->signal[i].semaphore, before - 1, signal->previous);
+        else
+            assert_int_equal(signal->previous, 0);
+    }
+}
+
 static void compare(const struct test *test)
 {
     const struct model *model = &test->model;
@@ -154,6 +231,8 @@ static void compare(const struct test *test)
             continue;
         const struct heard *run = find_run(&test->program, later->name);
         assert_int_equal(run != NULL, later->resolved);
+        if (run)
+            compare_signals(test, later, run);
         for (uint32_t j = 0; run && j < model->batch_count; j++) {
             const struct model_batch *earlier = &model->batches[j];
             if (earlier->kind != SUBMIT_COMMANDS || !earlier->resolved)

@@ -119,6 +119,19 @@ static void expect_order(const struct program *program, uint32_t name, bool afte
             fail_msg("%u %s %s", name, after ? "doesn't follow" : "follows", *words);
 }
 
+/* `said` of a wait or a signal: which signal it names, the last one of a batch. */
+static void expect_signal(const struct program *program, uint32_t name, bool is_wait,
+                          const char *word)
+{
+    const struct semaphore_operation *operation = find_operation(program, name, !is_wait);
+    const uint64_t expected =
+        is(word, "nothing") ? 0 : find_operation(program, number_of(word), true)->signal;
+    const uint64_t found = is_wait ? operation->signal : operation->previous;
+    assert_false(operation->is_met);
+    if (found != expected || (!expected && !is(word, "nothing")))
+        fail_msg("%u names signal %u, not %u", name, (uint32_t)found, (uint32_t)expected);
+}
+
 /* What is said of a batch that was submitted; false if it is submitted only now. */
 static bool expect(const struct program *program, const char *const *words)
 {
@@ -133,6 +146,10 @@ static bool expect(const struct program *program, const char *const *words)
         assert_true(run && run->predecessors_known == is(said, "known"));
     else if (is(said, "checked") || is(said, "unchecked"))
         assert_true(run && run->checked == is(said, "checked"));
+    else if (is(said, "met"))
+        assert_true(find_operation(program, name, false)->is_met);
+    else if (is(said, "ends") || is(said, "behind"))
+        expect_signal(program, name, is(said, "ends"), words[2]);
     else
         return false;
     return true;

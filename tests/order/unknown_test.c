@@ -53,16 +53,17 @@ TEST(a_missing_order_is_accepted)
 /* If a semaphore has many signals, the older half counts as over. */
 TEST(test_old_signals_are_dropped)
 {
-    const struct execution_clock *clock, none = {0};
+    const struct execution_clock none = {0};
+    const struct semaphore_signal *signal;
     struct semaphore_clock semaphore = {.timeline = true};
     for (uint64_t value = 1; value <= SEMAPHORE_SIGNALS + 1; value++) {
-        assert_true(semaphore_clock_announce(&semaphore, value, &none));
-        semaphore_clock_set(&semaphore, value, &none, &none);
+        assert_true(semaphore_clock_announce(&semaphore, value, value, &none));
+        semaphore_clock_set(&semaphore, value, &none, &none, timestamp_never());
         semaphore_clock_publish(&semaphore, value, &none);
     }
     for (uint64_t value = 1; value <= SEMAPHORE_SIGNALS + 1; value++) {
-        assert_int_equal(semaphore_clock_wait(&semaphore, value, NULL, &clock), SEMAPHORE_REACHED);
-        assert_int_equal(clock != NULL, value > SEMAPHORE_SIGNALS / 2);
+        assert_int_equal(semaphore_clock_wait(&semaphore, value, NULL, &signal), SEMAPHORE_REACHED);
+        assert_int_equal(signal != NULL, value > SEMAPHORE_SIGNALS / 2);
     }
     semaphore_clock_release(&semaphore);
 }

@@ -39,7 +39,7 @@ struct hazard_command {
 };
 
 /* The end of an object of which the hazard check has a record. */
-enum hazard_end { MEMORY_FREED, SEMAPHORE_DESTROYED, EVENT_DESTROYED };
+enum hazard_end { MEMORY_FREED, EVENT_DESTROYED };
 
 /* The slot of a batch, from its execution point on. Until it is judged, the lock of the list guards
  * the members up to `lacks_references`; then they and the others belong to the thread that judges.

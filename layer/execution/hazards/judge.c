@@ -3,12 +3,10 @@
 #include "layer/execution/hazards/judge.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "src/state/commands/journal.h"
 #include "src/state/order/order.h"
-
-/* The id of a semaphore that stands for all fences; none of the application's has it. */
-static const uint64_t FENCES = UINT64_MAX - 1;
 
 enum {
     BARRIERS_AT_ONCE = 64, /* more need memory */
@@ -114,14 +112,14 @@ static void forget_first(struct hazard_judge *judge)
     hazard_batch_free(record);
 }
 
-/* After memory ran out, nothing that is known can be trusted. The accesses are numbered from the
- * start again. */
+/* After memory ran out, nothing that is known can be trusted: it counts as complete. */
 static void start_over(struct hazard_judge *judge)
 {
+    uint64_t all[HAZARD_QUEUES];
+    memset(all, 0xff, sizeof(all));
     while (judge->judged_count)
         forget_first(judge);
-    hazards_destroy(judge->hazards);
-    judge->hazards = hazards_create(found, judge);
+    hazards_prune(judge->hazards, all, HAZARD_QUEUES);
 }
 
 /* What executes at an unknown time is compared with nothing: neither with what executed before nor
@@ -255,42 +253,28 @@ static void judge_journal(struct hazard_judge *judge, const struct journal *jour
     judge->lost |= journal->lacks_hazards;
 }
 
-/* A wait for a signal that no batch has made may follow anything. */
-static bool has_unknown_wait(const struct hazard_judge *judge)
+static void judge_waits(struct hazard_judge *judge, const struct order_batch *batch)
 {
-    const struct order_batch *batch = judge->current->batch;
     for (uint32_t i = 0; i < batch->operation_count; i++) {
         const struct semaphore_operation *operation = &batch->operations[i];
-        if (!operation->is_signal && !operation->is_met &&
-            (!operation->id ||
-             !hazards_has_signal(judge->hazards, operation->id, operation->value)))
-            return true;
-    }
-    return false;
-}
-
-static void judge_operations(struct hazard_judge *judge, bool signals)
-{
-    const struct order_batch *batch = judge->current->batch;
-    for (uint32_t i = 0; i < batch->operation_count; i++) {
-        const struct semaphore_operation *operation = &batch->operations[i];
-        if (operation->is_signal != signals || operation->is_met || !operation->id)
-            continue;
-        const struct dependency scope = signals ? dependency_of_signal(operation->stages)
-                                                : dependency_of_wait(operation->stages);
-        if (signals)
-            hazards_signal(judge->hazards, operation->id, operation->value, &scope);
-        else
-            hazards_wait(judge->hazards, operation->id, operation->value, &scope);
+        const struct dependency scope = dependency_of_wait(operation->stages);
+        if (!operation->is_signal && !operation->is_met)
+            hazards_wait(judge->hazards, operation->signal, &scope);
     }
 }
 
 /* Later signals of the queue include what a fence waits for. */
-static void judge_fence(struct hazard_judge *judge)
+static void judge_signals(struct hazard_judge *judge, const struct order_batch *batch)
 {
     const struct dependency all = dependency_of_signal(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
-    if (judge->current->batch->signals_fence)
-        hazards_signal(judge->hazards, FENCES, ++judge->fences, &all);
+    for (uint32_t i = 0; i < batch->operation_count; i++) {
+        const struct semaphore_operation *operation = &batch->operations[i];
+        const struct dependency scope = dependency_of_signal(operation->stages);
+        if (operation->is_signal)
+            hazards_signal(judge->hazards, operation->signal, operation->previous, &scope);
+    }
+    if (batch->signals_fence)
+        hazards_signal(judge->hazards, 0, 0, &all);
 }
 
 /* Drops what had completed, as the host knew, when the last batch was submitted. The host may know
@@ -310,27 +294,17 @@ static void keep(struct hazard_judge *judge, struct hazard_batch_record *record,
     judge->last = record->batch;
     judge->judged_count++;
     judge->batch_count++;
-    if (judge->hazards)
-        prune(judge, completed);
+    prune(judge, completed);
     if (judge->judged_count > BATCHES_KEPT)
         judge->lost = true;
 }
 
 void hazard_judge_end_object(struct hazard_judge *judge, enum hazard_end ended, uint64_t id)
 {
-    if (!judge->hazards)
-        return;
-    switch (ended) {
-    case MEMORY_FREED:
+    if (ended == MEMORY_FREED)
         hazards_forget_memory(judge->hazards, id);
-        break;
-    case SEMAPHORE_DESTROYED:
-        hazards_forget_signals(judge->hazards, id, UINT64_MAX);
-        break;
-    case EVENT_DESTROYED:
+    else
         hazards_reset_event(judge->hazards, id);
-        break;
-    }
 }
 
 static void judge_commands(struct hazard_judge *judge, const struct order_batch *batch,
@@ -339,21 +313,19 @@ static void judge_commands(struct hazard_judge *judge, const struct order_batch 
     struct execution_clock before;
     execution_clock_copy(&before, &batch->clock);
     execution_clock_extend(&before, completed->queues);
-    hazards_begin_batch(judge->hazards,
-                        &(struct hazard_batch){
-                            .queue = batch->timestamp.queue,
-                            .number = batch->timestamp.count,
-                            .completed = completed->counts,
-                            .before = before.counts,
-                            .count = before.queues,
-                            .is_certain = batch->predecessors_known && !has_unknown_wait(judge),
-                        });
-    judge_operations(judge, false);
+    hazards_begin_batch(judge->hazards, &(struct hazard_batch){
+                                            .queue = batch->timestamp.queue,
+                                            .number = batch->timestamp.count,
+                                            .completed = completed->counts,
+                                            .before = before.counts,
+                                            .count = before.queues,
+                                            .is_certain = batch->predecessors_known,
+                                        });
+    judge_waits(judge, batch);
     for (uint32_t i = 0; i < batch->command_count; i++)
         if (batch->commands[i].captured)
             judge_journal(judge, batch->commands[i].captured);
-    judge_operations(judge, true);
-    judge_fence(judge);
+    judge_signals(judge, batch);
     hazards_end_batch(judge->hazards);
 }
 
@@ -367,10 +339,8 @@ void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *
     if (judge->lost)
         start_over(judge);
     judge->lost = record->lacks_references;
-    if (judge->hazards) {
-        hazard_batch_sort(record);
-        judge_commands(judge, batch, &completed);
-    }
+    hazard_batch_sort(record);
+    judge_commands(judge, batch, &completed);
     /* From now on the application may know that the batch is complete. */
     judge->lost |= batch->is_exposed;
     keep(judge, record, &completed);

@@ -17,15 +17,14 @@ struct kind_of_hazard {
 
 struct hazard_judge {
     struct layer_device *device;
-    struct hazards *hazards; /* NULL: memory ran out */
-    bool lost;               /* memory ran out: what is known proves nothing */
+    struct hazards *hazards;
+    bool lost; /* memory ran out: what is known proves nothing */
     /* Batches that later ones are compared with are kept: in execution order, and so in ascending
      * order of their accesses' numbers, up to `last`; NULL: none. */
     struct batch_list *batches;
     struct order_batch *last;
     uint32_t judged_count; /* that are kept */
     uint64_t batch_count;  /* that were judged */
-    uint64_t fences;       /* signalled so far */
     struct hazard_batch_record *current;
     struct kind_of_hazard kinds[HAZARD_KINDS_REPORTED];
     uint32_t kind_count;

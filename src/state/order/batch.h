@@ -14,8 +14,8 @@
  * retired once its last user has let go: its memory then serves other batches.
  *
  * Whoever has a reference may read the first group on any thread from BATCH_PREPARED on, and the
- * second group from BATCH_ORDERED on. Before that, the second group belongs to the order, which
- * shows it to the consumer's functions.
+ * second group, with what the order has found for semaphore operations, from BATCH_ORDERED on.
+ * Before that, the second group belongs to the order, which shows it to the consumer's functions.
  *
  * The batches of a submission share one reference count, and so retire together. */
 #ifndef ASSAY_STATE_ORDER_BATCH_H
@@ -61,12 +61,18 @@ enum semaphore_scope {
 struct semaphore_operation {
     VkSemaphore handle;
     uint64_t id;        /* of the semaphore, never reused; 0: not tracked */
-    uint64_t value;     /* binary semaphore: number of the signal; 0: no signal is outstanding */
+    uint64_t value;     /* binary semaphore: see `signal`; 0: no signal is outstanding */
     uint64_t last_wait; /* binary semaphore: its last_wait before this wait */
     enum semaphore_scope scope;
     bool is_signal;
-    bool is_met; /* a wait for a value that the timeline had from the start: it orders nothing */
     VkPipelineStageFlags2 stages; /* see submission_set_stages() */
+
+    /* Of the second group. Signals have numbers, unique within the device; 0: unknown. */
+    bool is_met;     /* a wait for what the host had observed at the submission, or for a value that
+                        the timeline had from the start: it orders nothing */
+    uint64_t signal; /* the signal; or the one with which the wait ends */
+    uint64_t previous; /* of a signal: the semaphore's signal with the next smaller value; 0: none
+                          that the host had not observed at the submission */
 };
 
 enum order_batch_state {

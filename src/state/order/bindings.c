@@ -28,7 +28,7 @@ static void add_bindings(struct execution_clock *clock, const struct order_batch
 static void signal_after_bindings(struct order_batch *batch, struct queue_clocks *clocks)
 {
     const struct submission *submission = batch->submission;
-    const struct semaphore_operation *operations = order_batch_operations(batch);
+    struct semaphore_operation *operations = order_batch_operations(batch);
     bool has_fence = submission->fence && order_batch_is_last(batch), signals = has_fence;
     struct execution_clock carried;
     execution_clock_copy(&carried, &clocks->signalled);

@@ -60,31 +60,30 @@ void execution_order_add_host_wait(struct execution_order *order, VkSemaphore ha
     if (submission->out_of_memory) {
         execution_order_set_unknown_locked(order, ORDER_UNKNOWN_OUT_OF_MEMORY);
     } else {
-        execution_clock_copy(&submission->batches[0].clock, &order->host);
+        struct order_batch *batch = &submission->batches[0];
+        execution_clock_copy(&batch->clock, &order->host);
         if (semaphore)
             submission->operations[0].id = semaphore->id;
-        submission->batches[0].predecessors_known = semaphore != NULL;
+        order_batch_follow_waits(batch, &batch->clock, &batch->clock);
+        batch->predecessors_known = semaphore != NULL;
         submission_describe(submission);
         submission_set_states(submission, BATCH_SUBMITTED);
         batch_list_append_submission(&order->batches, submission);
-        order_batch_end_on_host(&submission->batches[0]);
+        order_batch_end_on_host(batch);
     }
     submission_unreference(submission);
 }
 
 /* ---- semaphores */
 
-/* Returns the id of the semaphore, or 0 if there is none. */
-static uint64_t remove_semaphore(struct execution_order *order, VkSemaphore handle)
+static void remove_semaphore(struct execution_order *order, VkSemaphore handle)
 {
     struct semaphore_clock *semaphore =
         handle_table_remove(&order->semaphores, key_of_semaphore(handle));
     if (!semaphore)
-        return 0;
-    const uint64_t id = semaphore->id;
+        return;
     semaphore_clock_release(semaphore);
     free(semaphore);
-    return id;
 }
 
 void execution_order_add_semaphore(struct execution_order *order, VkSemaphore handle,
@@ -97,7 +96,7 @@ void execution_order_add_semaphore(struct execution_order *order, VkSemaphore ha
     if (semaphore && handle_table_set(&order->semaphores, key_of_semaphore(handle), semaphore)) {
         semaphore->id = ++order->last_semaphore;
         semaphore->timeline = type == VK_SEMAPHORE_TYPE_TIMELINE;
-        semaphore->initial = semaphore->reached = initial_value;
+        semaphore->initial = semaphore->reached = semaphore->met = initial_value;
         semaphore->foreign = foreign;
     } else {
         free(semaphore);
@@ -106,14 +105,13 @@ void execution_order_add_semaphore(struct execution_order *order, VkSemaphore ha
     leave(order);
 }
 
-uint64_t execution_order_remove_semaphore(struct execution_order *order, VkSemaphore handle)
+void execution_order_remove_semaphore(struct execution_order *order, VkSemaphore handle)
 {
     if (!enter(order))
-        return 0;
-    const uint64_t id = remove_semaphore(order, handle);
+        return;
+    remove_semaphore(order, handle);
     execution_order_release_held(order);
     leave(order);
-    return id;
 }
 
 void execution_order_set_semaphore_foreign(struct execution_order *order, VkSemaphore handle)
@@ -132,11 +130,8 @@ void execution_order_forget_signal(struct execution_order *order, VkSemaphore ha
     if (!enter(order))
         return;
     struct semaphore_clock *semaphore = execution_order_semaphore(order, handle);
-    if (semaphore && !semaphore->timeline) {
-        semaphore_clock_forget(semaphore, semaphore->last_signal);
-        semaphore->last_wait = semaphore->last_signal;
-        execution_order_release_held(order);
-    }
+    if (semaphore && !semaphore->timeline)
+        semaphore->last_wait = semaphore_clock_last(semaphore);
     leave(order);
 }
 
@@ -235,7 +230,6 @@ void execution_order_observe_semaphore(struct execution_order *order, VkSemaphor
         if (!semaphore_clock_catch_up(semaphore, &order->host) && !order->in_flight)
             execution_order_set_unknown_locked(order, ORDER_UNKNOWN_UNTRACKED_SIGNAL);
         note_wait(order, handle, semaphore, seen_before);
-        execution_order_prune(order, semaphore);
         execution_order_release_held(order);
     }
     leave(order);

@@ -190,8 +190,7 @@ bool submission_set_execution(struct submission *submission, uint32_t index,
  * `foreign`: operations that the layer does not intercept may also signal the object. */
 void execution_order_add_semaphore(struct execution_order *order, VkSemaphore handle,
                                    VkSemaphoreType type, uint64_t initial_value, bool foreign);
-/* Returns the id of struct semaphore_operation, or 0 if the semaphore is not tracked. */
-uint64_t execution_order_remove_semaphore(struct execution_order *order, VkSemaphore handle);
+void execution_order_remove_semaphore(struct execution_order *order, VkSemaphore handle);
 void execution_order_set_semaphore_foreign(struct execution_order *order, VkSemaphore handle);
 /* A presentation has waited for the binary semaphore, or an acquisition will signal it. */
 void execution_order_forget_signal(struct execution_order *order, VkSemaphore handle);

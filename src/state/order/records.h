@@ -85,7 +85,7 @@ struct execution_order {
     uint32_t queue_count;
     struct execution_clock host; /* covers all work whose completion the host has observed */
     uint64_t host_count;         /* host work that has ended */
-    uint64_t last_serial, last_semaphore;
+    uint64_t last_serial, last_semaphore, last_signal;
     uint32_t in_flight;  /* calls under way that may release held batches */
     uint32_t waiting;    /* calls under way with batches that will be held */
     uint32_t held_count; /* held batches */
@@ -109,11 +109,11 @@ struct order_fence *execution_order_fence(const struct execution_order *order, V
 /* Gives the submission's semaphore operations their values and announces its signals. */
 void submission_announce(struct submission *submission);
 bool order_batch_is_last(const struct order_batch *batch);
-/* Joins the clocks of the batch's waits to `all`, and to `builds` if their scope includes builds.
- * Returns whether one of the waits is open. */
+/* Finds the signals of the batch's waits, and joins their clocks to `all`, and to `builds` if the
+ * waits' scope includes builds. Returns whether one of the waits is open. */
 bool order_batch_follow_waits(const struct order_batch *batch, struct execution_clock *builds,
                               struct execution_clock *all);
-void order_batch_set_signal(struct order_batch *batch, const struct semaphore_operation *operation,
+void order_batch_set_signal(struct order_batch *batch, struct semaphore_operation *operation,
                             const struct execution_clock *carried);
 /* Resolves batches, from the first, up to the first one that is held. */
 void submission_resolve_ready(struct submission *submission);
@@ -121,8 +121,6 @@ void submission_resolve_ready(struct submission *submission);
 void submission_publish(struct submission *submission);
 /* The call has failed: undoes submission_announce. */
 void submission_retract(struct submission *submission);
-/* Drops signals that no later wait needs. */
-void execution_order_prune(const struct execution_order *order, struct semaphore_clock *semaphore);
 /* Resolves held batches until all that remain must be held. */
 void execution_order_release_held(struct execution_order *order);
 

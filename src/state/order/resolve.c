@@ -19,17 +19,26 @@ static struct semaphore_clock *find_semaphore(const struct execution_order *orde
 
 /* ---- before and after the call */
 
-static void number_operation(struct semaphore_clock *semaphore,
-                             struct semaphore_operation *operation)
+/* Drops signals that no later wait needs. A batch that is held, or will be, must not follow
+ * completions that the host has observed since its call began. So signals are only dropped if there
+ * is no such batch. What a foreign semaphore has reached proves nothing. */
+static void prune(const struct execution_order *order, struct semaphore_clock *semaphore)
 {
+    if (!order->held_count && !order->waiting && !semaphore->foreign)
+        semaphore_clock_prune(semaphore, &order->host);
+}
+
+/* Gives an operation of a binary semaphore its value. */
+static void set_value(struct semaphore_clock *semaphore, struct semaphore_operation *operation)
+{
+    const uint64_t last = semaphore_clock_last(semaphore);
     if (operation->is_signal) {
-        operation->value = ++semaphore->last_signal;
+        operation->value = operation->signal;
         return;
     }
-    bool outstanding = !semaphore->foreign && semaphore->last_signal > semaphore->last_wait;
-    operation->value = outstanding ? semaphore->last_signal : 0;
+    operation->value = !semaphore->foreign && last > semaphore->last_wait ? last : 0;
     operation->last_wait = semaphore->last_wait;
-    semaphore->last_wait = semaphore->last_signal;
+    semaphore->last_wait = last;
 }
 
 void submission_announce(struct submission *submission)
@@ -41,24 +50,16 @@ void submission_announce(struct submission *submission)
         operation->id = semaphore ? semaphore->id : 0;
         if (!semaphore)
             continue;
+        prune(order, semaphore);
+        operation->signal = operation->is_signal ? ++order->last_signal : 0;
         if (!semaphore->timeline)
-            number_operation(semaphore, operation);
-        operation->is_met = semaphore->timeline && !semaphore->foreign && !operation->is_signal &&
-                            operation->value <= semaphore->initial;
-        submission->is_exposed |= operation->is_signal && semaphore->foreign;
-        if (operation->is_signal &&
-            !semaphore_clock_announce(semaphore, operation->value, submission))
+            set_value(semaphore, operation);
+        if (!operation->is_signal)
+            continue;
+        submission->is_exposed |= semaphore->foreign;
+        if (!semaphore_clock_announce(semaphore, operation->value, operation->signal, submission))
             submission->out_of_memory = true;
     }
-}
-
-static void retract_number(struct semaphore_clock *semaphore,
-                           const struct semaphore_operation *operation)
-{
-    if (!operation->is_signal)
-        semaphore->last_wait = operation->last_wait;
-    else if (semaphore->last_signal == operation->value)
-        semaphore->last_signal--;
 }
 
 void submission_retract(struct submission *submission)
@@ -70,35 +71,23 @@ void submission_retract(struct submission *submission)
             continue;
         if (operation->is_signal)
             semaphore_clock_retract(semaphore, operation->value, submission);
-        if (!semaphore->timeline)
-            retract_number(semaphore, operation);
+        else if (!semaphore->timeline)
+            semaphore->last_wait = operation->last_wait;
     }
-}
-
-/* A batch that is held, or will be, must not follow completions that the host has observed since
- * its call began. So signals are only dropped if there is no such batch. */
-void execution_order_prune(const struct execution_order *order, struct semaphore_clock *semaphore)
-{
-    if (!order->held_count && !order->waiting)
-        semaphore_clock_prune(semaphore, &order->host);
 }
 
 static void publish_operation(struct submission *submission,
                               const struct semaphore_operation *operation)
 {
     struct execution_order *order = submission->order;
-    struct semaphore_clock *semaphore = find_semaphore(order, operation);
+    struct semaphore_clock *semaphore =
+        operation->is_signal ? find_semaphore(order, operation) : NULL;
     if (!semaphore)
         return;
-    if (operation->is_signal) {
-        semaphore_clock_publish(semaphore, operation->value, submission);
-        semaphore_clock_catch_up(semaphore, &order->host);
-        if (operation->value <= semaphore->seen)
-            execution_order_add_host_wait(order, operation->handle, operation->value);
-        execution_order_prune(order, semaphore);
-    } else if (!semaphore->timeline) {
-        semaphore_clock_forget(semaphore, operation->value);
-    }
+    semaphore_clock_publish(semaphore, operation->value, submission);
+    semaphore_clock_catch_up(semaphore, &order->host);
+    if (operation->value <= semaphore->seen)
+        execution_order_add_host_wait(order, operation->handle, operation->value);
 }
 
 static void publish_batch(const struct order_batch *batch)
@@ -161,25 +150,30 @@ void submission_publish(struct submission *submission)
 
 /* ---- waits */
 
-static enum semaphore_wait_status wait_status(const struct order_batch *batch,
-                                              const struct semaphore_operation *operation,
-                                              const struct execution_clock **clock)
+/* Finds the signal with which a wait ends. */
+static enum semaphore_wait_status resolve_wait(const struct order_batch *batch,
+                                               struct semaphore_operation *wait,
+                                               const struct semaphore_signal **signal)
 {
     struct submission *submission = batch->submission;
-    struct semaphore_clock *semaphore = find_semaphore(submission->order, operation);
-    *clock = NULL;
-    if (semaphore)
-        return semaphore_clock_wait(semaphore, operation->value, submission, clock);
-    return operation->id ? SEMAPHORE_OPEN : SEMAPHORE_REACHED; /* destroyed : never tracked */
+    struct semaphore_clock *semaphore = find_semaphore(submission->order, wait);
+    *signal = NULL;
+    if (!semaphore)
+        return wait->id ? SEMAPHORE_OPEN : SEMAPHORE_REACHED; /* destroyed : never tracked */
+    enum semaphore_wait_status status =
+        semaphore_clock_wait(semaphore, wait->value, submission, signal);
+    wait->is_met = status == SEMAPHORE_MET;
+    wait->signal = *signal ? (*signal)->number : 0;
+    return status;
 }
 
 static bool is_held_back(const struct order_batch *batch)
 {
-    const struct semaphore_operation *operations = order_batch_operations(batch);
-    const struct execution_clock *clock;
+    struct semaphore_operation *operations = order_batch_operations(batch);
+    const struct semaphore_signal *signal;
     for (uint32_t i = 0; i < batch->operation_count; i++)
         if (!operations[i].is_signal &&
-            wait_status(batch, &operations[i], &clock) == SEMAPHORE_NOT_YET)
+            resolve_wait(batch, &operations[i], &signal) == SEMAPHORE_NOT_YET)
             return true;
     return false;
 }
@@ -187,19 +181,19 @@ static bool is_held_back(const struct order_batch *batch)
 bool order_batch_follow_waits(const struct order_batch *batch, struct execution_clock *builds,
                               struct execution_clock *all)
 {
-    const struct semaphore_operation *operations = order_batch_operations(batch);
+    struct semaphore_operation *operations = order_batch_operations(batch);
     bool open = false;
     for (uint32_t i = 0; i < batch->operation_count; i++) {
-        const struct execution_clock *clock;
+        const struct semaphore_signal *signal;
         if (operations[i].is_signal)
             continue;
-        if (wait_status(batch, &operations[i], &clock) == SEMAPHORE_OPEN)
-            open = true;
-        if (!clock)
+        enum semaphore_wait_status status = resolve_wait(batch, &operations[i], &signal);
+        open |= status == SEMAPHORE_OPEN;
+        if (!signal || status != SEMAPHORE_REACHED)
             continue;
-        execution_clock_join(all, clock);
+        execution_clock_join(all, &signal->clock);
         if (operations[i].scope != SCOPE_NOTHING)
-            execution_clock_join(builds, clock);
+            execution_clock_join(builds, &signal->clock);
     }
     return open;
 }
@@ -234,19 +228,26 @@ static bool follows_open(const struct order_batch *batch, const struct queue_clo
 
 /* ---- resolving */
 
-void order_batch_set_signal(struct order_batch *batch, const struct semaphore_operation *operation,
+/* Bindings without a timestamp execute at an unknown time. A signal of the host has none yet, but
+ * the host observes it. */
+void order_batch_set_signal(struct order_batch *batch, struct semaphore_operation *operation,
                             const struct execution_clock *carried)
 {
-    struct semaphore_clock *semaphore = find_semaphore(batch->submission->order, operation);
+    const struct submission *submission = batch->submission;
+    struct semaphore_clock *semaphore = find_semaphore(submission->order, operation);
+    struct timestamp when = batch->timestamp;
+    if (submission->queue_record && !when.count)
+        when = timestamp_never();
     if (semaphore)
-        semaphore_clock_set(semaphore, operation->value, batch->submission, carried);
+        operation->previous =
+            semaphore_clock_set(semaphore, operation->value, submission, carried, when);
 }
 
 /* The signals of one batch are not ordered among themselves: `signalled` precedes all of them. */
 static void signal_after_commands(struct order_batch *batch, struct queue_clocks *clocks)
 {
     const struct submission *submission = batch->submission;
-    const struct semaphore_operation *operations = order_batch_operations(batch);
+    struct semaphore_operation *operations = order_batch_operations(batch);
     struct execution_clock builds;
     bool signals_builds = false, signals_all = submission->fence && order_batch_is_last(batch);
     execution_clock_copy(&builds, &clocks->builds);

@@ -9,29 +9,30 @@
 /* Returns the index of the first signal of at least `value`. */
 static uint32_t first_at(const struct semaphore_clock *semaphore, uint64_t value)
 {
-    uint32_t i = 0;
-    while (i < semaphore->count && semaphore->signals[i].value < value)
-        i++;
+    uint32_t i = semaphore->count; /* nearly always the last one */
+    while (i && semaphore->signals[i - 1].value >= value)
+        i--;
     return i;
 }
 
 enum semaphore_wait_status semaphore_clock_wait(const struct semaphore_clock *semaphore,
                                                 uint64_t value, const void *owner,
-                                                const struct execution_clock **clock)
+                                                const struct semaphore_signal **signal)
 {
-    *clock = NULL;
-    if (value <= semaphore->reached)
-        return SEMAPHORE_REACHED;
+    const bool is_over = value <= semaphore->reached;
+    *signal = NULL;
     if (semaphore->foreign)
-        return value <= semaphore->seen ? SEMAPHORE_REACHED : SEMAPHORE_OPEN;
+        return is_over || value <= semaphore->seen ? SEMAPHORE_REACHED : SEMAPHORE_OPEN;
+    if (value <= semaphore->met && (value || semaphore->timeline))
+        return SEMAPHORE_MET;
+    if (is_over)
+        return SEMAPHORE_REACHED;
     uint32_t i = first_at(semaphore, value);
     if (i == semaphore->count)
         return SEMAPHORE_NOT_YET;
-    const struct semaphore_signal *signal = &semaphore->signals[i];
-    if (signal->owner && !(signal->owner == owner && signal->has_clock))
-        return SEMAPHORE_NOT_YET;
-    *clock = &signal->clock;
-    return SEMAPHORE_REACHED;
+    *signal = &semaphore->signals[i];
+    bool is_usable = !(*signal)->owner || ((*signal)->owner == owner && (*signal)->has_clock);
+    return is_usable ? SEMAPHORE_REACHED : SEMAPHORE_NOT_YET;
 }
 
 static void drop_first(struct semaphore_clock *semaphore, uint32_t count)
@@ -65,7 +66,8 @@ static bool reserve(struct semaphore_clock *semaphore)
     return signals != NULL;
 }
 
-bool semaphore_clock_announce(struct semaphore_clock *semaphore, uint64_t value, const void *owner)
+bool semaphore_clock_announce(struct semaphore_clock *semaphore, uint64_t value, uint64_t number,
+                              const void *owner)
 {
     if (semaphore->foreign || value <= semaphore->reached)
         return true;
@@ -77,6 +79,7 @@ bool semaphore_clock_announce(struct semaphore_clock *semaphore, uint64_t value,
     struct semaphore_signal *signal = &semaphore->signals[at];
     memmove(signal + 1, signal, (semaphore->count - at) * sizeof(*signal));
     signal->value = value;
+    signal->number = number;
     signal->owner = owner;
     signal->has_clock = false;
     semaphore->count++;
@@ -93,14 +96,19 @@ static struct semaphore_signal *find_own(struct semaphore_clock *semaphore, uint
     return NULL;
 }
 
-void semaphore_clock_set(struct semaphore_clock *semaphore, uint64_t value, const void *owner,
-                         const struct execution_clock *clock)
+uint64_t semaphore_clock_set(struct semaphore_clock *semaphore, uint64_t value, const void *owner,
+                             const struct execution_clock *clock, struct timestamp timestamp)
 {
     struct semaphore_signal *signal = find_own(semaphore, value, owner);
     if (!signal)
-        return;
+        return 0;
     execution_clock_copy(&signal->clock, clock);
     signal->has_clock = true;
+    signal->timestamp = timestamp;
+    for (uint32_t i = (uint32_t)(signal - semaphore->signals); i--;)
+        if (semaphore->signals[i].has_clock)
+            return semaphore->signals[i].number;
+    return 0;
 }
 
 void semaphore_clock_publish(struct semaphore_clock *semaphore, uint64_t value, const void *owner)
@@ -118,16 +126,6 @@ void semaphore_clock_retract(struct semaphore_clock *semaphore, uint64_t value, 
     semaphore->count--;
     size_t at = (size_t)(signal - semaphore->signals);
     memmove(signal, signal + 1, (semaphore->count - at) * sizeof(*signal));
-}
-
-void semaphore_clock_forget(struct semaphore_clock *semaphore, uint64_t value)
-{
-    uint32_t i = 0;
-    while (i < semaphore->count && semaphore->signals[i].value <= value)
-        i++;
-    drop_first(semaphore, i);
-    if (semaphore->reached < value)
-        semaphore->reached = value;
 }
 
 void semaphore_clock_observe(struct semaphore_clock *semaphore, uint64_t value, bool exact)
@@ -155,13 +153,22 @@ bool semaphore_clock_catch_up(struct semaphore_clock *semaphore, struct executio
     return all_published;
 }
 
+static bool is_observed(const struct semaphore_clock *semaphore,
+                        const struct semaphore_signal *signal, const struct execution_clock *host)
+{
+    return !signal->owner &&
+           (signal->value <= semaphore->seen || execution_clock_has(host, signal->timestamp)) &&
+           execution_clock_covers(host, &signal->clock);
+}
+
 void semaphore_clock_prune(struct semaphore_clock *semaphore, const struct execution_clock *host)
 {
     uint32_t i = 0;
-    while (i < semaphore->count && !semaphore->signals[i].owner &&
-           execution_clock_covers(host, &semaphore->signals[i].clock))
+    while (i < semaphore->count && is_observed(semaphore, &semaphore->signals[i], host))
         i++;
     drop_first(semaphore, i);
+    if (i)
+        semaphore->met = semaphore->reached;
 }
 
 void semaphore_clock_release(struct semaphore_clock *semaphore)

@@ -65,7 +65,7 @@ struct calls {
     PFN_vkTraceRaysASSAY trace;
     VkQueue queues[QUEUES];
     const char *level; /* NULL: as the first byte says */
-    bool is_cpu;
+    bool is_cpu, recycles_handles;
     VkResult status;   /* of the last call that returned one */
     VkBool32 answer;   /* of the messenger */
     bool has_no_limit; /* of equal messages */

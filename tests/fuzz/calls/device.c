@@ -191,7 +191,8 @@ bool calls_open(struct calls *calls)
     const VkDebugUtilsMessengerCreateInfoEXT messenger = messenger_info(calls);
     negotiate();
     calls->is_cpu = byte & 4;
-    calls_configure_driver(calls->is_cpu, byte & 8, byte & 16, byte & 128 ? 2 : 0);
+    calls->recycles_handles = byte & 8;
+    calls_configure_driver(calls->is_cpu, calls->recycles_handles, byte & 16, byte & 128 ? 2 : 0);
     if (create_instance(calls, calls->level ? calls->level : levels[byte & 3], byte & 64,
                         &messenger) != VK_SUCCESS)
         return false;

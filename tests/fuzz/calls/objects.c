@@ -217,10 +217,15 @@ void call_answer(struct calls *calls)
 
 /* ---- destroyed */
 
+/* A handle may be of an object that was destroyed before. If the driver gives handles out again, it
+ * may be another object's by now, also one of the layer's own: a driver that is asked to destroy
+ * that does so, with the layer or without, so no stream asks. */
 #define DESTROY(name, type, kind, command)                                                         \
     void call_##name(struct calls *calls)                                                          \
     {                                                                                              \
         struct slot *slot = pick(calls, kind);                                                     \
+        if (calls->recycles_handles && !slot->is_alive)                                            \
+            return;                                                                                \
         calls->vk.command(calls->device, HANDLE_OF(type, slot), NULL);                             \
         slot->is_alive = false;                                                                    \
         slot->bytes = NULL;                                                                        \
