@@ -103,13 +103,13 @@ static void found(void *user, const struct hazard *hazard)
 
 static void forget_first(struct hazard_judge *judge)
 {
-    struct order_batch *batch = next_judged(judge, NULL);
+    struct order_batch *batch =
+        batch_list_take(judge->batches, IN_EXECUTION_ORDER, USES_HAZARDS, NULL, NULL);
     judge->judged_count--;
     if (batch == judge->last)
         judge->last = NULL;
-    struct hazard_batch_record *record = batch->slots[USES_HAZARDS];
-    order_batch_let_go(batch, USES_HAZARDS);
-    hazard_batch_free(record);
+    hazard_batch_free(batch->slots[USES_HAZARDS]);
+    order_batch_release(batch);
 }
 
 /* After memory ran out, nothing that is known can be trusted: it counts as complete. */
