@@ -149,8 +149,11 @@ static void indexes(void *user, uint32_t build, uint32_t geometry, uint32_t smal
 {
     const struct read_call *call = user;
     const struct ran_execution *ran = call->reading->ran;
-    const struct hazard_indices indices = {
-        {call->journal, call->first + build, geometry}, smallest, largest};
+    const struct hazard_input indices = {
+        .place = {call->journal, call->first + build, .has_indices = true, .geometry = geometry},
+        .smallest = smallest,
+        .largest = largest,
+    };
     hazard_checks_index(ran->device->hazard_checks, ran->batch, &indices);
 }
 

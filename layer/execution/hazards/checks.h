@@ -40,7 +40,7 @@ void hazard_checks_refer(struct hazard_checks *checks, struct order_batch *batch
                          const struct accel_facts *referenced);
 /* The indices of a geometry of triangles. */
 void hazard_checks_index(struct hazard_checks *checks, struct order_batch *batch,
-                         const struct hazard_indices *indices);
+                         const struct hazard_input *indices);
 void hazard_checks_settle(struct hazard_checks *checks, struct order_batch *batch);
 
 #endif

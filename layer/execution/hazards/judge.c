@@ -153,7 +153,7 @@ static void judge_vertices(struct hazard_judge *judge, const struct hazard_comma
 static void judge_references(struct hazard_judge *judge, const struct hazard_command *command)
 {
     uint32_t count;
-    const struct hazard_reference *references =
+    const struct hazard_input *references =
         hazard_batch_references(judge->current, command, &count);
     for (uint32_t i = 0; i < count && is_compared(judge); i++)
         hazards_access(judge->hazards,
@@ -338,7 +338,7 @@ void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *
     judge->current = record;
     if (judge->lost)
         start_over(judge);
-    judge->lost = record->lacks_references;
+    judge->lost = record->lacks_inputs;
     hazard_batch_sort(record);
     judge_commands(judge, batch, &completed);
     /* From now on the application may know that the batch is complete. */
