@@ -76,6 +76,10 @@ _Static_assert(JOURNAL_KINDS <= 32, "a set of kinds is a word");
 /* A set of kinds, which a walk visits. */
 #define JOURNAL_BIT(kind) (UINT32_C(1) << (kind))
 #define JOURNAL_BUILDS (JOURNAL_BIT(JOURNAL_BUILD) | JOURNAL_BIT(JOURNAL_UPDATE))
+/* What writes a structure. */
+#define JOURNAL_WRITES                                                                             \
+    (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |                   \
+     JOURNAL_BIT(JOURNAL_FILL))
 #define JOURNAL_HAZARDS                                                                            \
     (JOURNAL_BIT(HAZARD_COMMAND) | JOURNAL_BIT(HAZARD_ACCESS) | JOURNAL_BIT(HAZARD_INDEXED) |      \
      JOURNAL_BIT(HAZARD_BARRIER) | JOURNAL_BIT(HAZARD_SET_EVENT) |                                 \
