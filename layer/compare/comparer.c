@@ -196,13 +196,14 @@ void comparer_report(const struct comparer *comparer, const struct retained_buil
                      VkQueue queue, const struct summary *summary)
 {
     const struct layer_device *device = comparer->device;
+    const uint32_t at = journal_origin_at(build->journal, build->place.position);
     const struct call_origin origin = {
         .device = device->handle,
         .command_buffer = build->journal->command_buffer,
         .build_index = build->place.position - build->place.info,
         .names = device->names,
-        .labels = journal_labels_at(build->journal, build->place.position),
-        .call_site = journal_call_site_at(build->journal, build->place.position),
+        .labels = journal_labels(build->journal, at),
+        .call_site = journal_site(build->journal, at),
         .queue = queue,
     };
     for (enum difference d = 0; d < DIFFERENCE_COUNT; d++) {

@@ -87,6 +87,7 @@ static void report_findings(struct reading *reading)
     while (reading->findings) {
         struct pending_finding *pending = reading->findings;
         uint32_t position = pending->first + pending->location.build;
+        uint32_t at = journal_origin_at(pending->journal, position);
         const struct call_origin origin = {
             .device = device->handle,
             .names = device->names,
@@ -95,8 +96,8 @@ static void report_findings(struct reading *reading)
             .queue_labels = shared_labels_stack(reading->ran->batch->labels),
             .command_buffer = pending->journal->command_buffer,
             .build_index = pending->first,
-            .labels = journal_labels_at(pending->journal, position),
-            .call_site = journal_call_site_at(pending->journal, position),
+            .labels = journal_labels(pending->journal, at),
+            .call_site = journal_site(pending->journal, at),
             .replaced =
                 guard_results_explain(&reading->guarded, pending->journal, position, pending->rule),
             .when = reading->when,

@@ -14,13 +14,13 @@ void hazards_start_build(struct hazard_recording *recording, struct build_call *
                                            .command = call->hazards};
     if (recording->command)
         return;
-    hazard_recording_command(recording, build_command_name(call->view.command));
+    hazard_recording_command(recording, build_command_name(call->view.command),
+                             call_site_of_call(call->device));
     call->hazards = recording->command;
     if (!recording->command)
         return;
     recording->command->info = call->view.info_count;
     recording->command->geometry = call->view.command_buffer.build_index;
-    recording->command->site = call->device->call_sites ? call_site_of_thread() : NULL;
 }
 
 static bool is_host(const struct build_view *build)

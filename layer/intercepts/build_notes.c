@@ -185,8 +185,7 @@ static inline bool is_copied(const struct build_call *call)
     return call->device->snapshots && call->command_buffer;
 }
 
-static inline void note_build(const struct build_call *call, const struct build_view *build,
-                              uint32_t labels)
+static inline void note_build(const struct build_call *call, const struct build_view *build)
 {
     struct journal_entry *entry = journal_begin_build(call->journal, is_copied(call));
     if (!entry)
@@ -195,7 +194,7 @@ static inline void note_build(const struct build_call *call, const struct build_
     entry->command = (unsigned char)call->view.command;
     entry->judged = false;
     entry->info = build->index;
-    entry->labels = labels;
+    entry->origin = build_call_origin(call);
     entry->dst = (uint64_t)(uintptr_t)build->dst.handle;
     entry->dst_id = build->dst.id;
     entry->dst_backing = backing_of(&build->dst);
@@ -216,7 +215,9 @@ __attribute__((cold)) static void note_unknown_build(const struct build_call *ca
         *entry = (struct journal_entry){.kind = JOURNAL_INPUTS,
                                         .size = entry->size,
                                         .command = (unsigned char)call->view.command,
-                                        .info = build->index};
+                                        .info = build->index,
+                                        .origin = build_call_origin(call),
+                                        .built.position = position_of(call, build)};
 }
 
 /* Records all inputs of a typical build at once. */
@@ -247,8 +248,7 @@ ON_RECORDING_PATH static void record_build(void *user, const struct build_view *
     }
     if (build->micromaps && command_buffer)
         note_micromaps(call, build);
-    note_build(call, build,
-               command_buffer ? journal_note_labels(call->journal, &command_buffer->labels) : 0);
+    note_build(call, build);
 }
 
 /* If the ranges cannot be kept, rules about them stay silent. */

@@ -113,7 +113,7 @@ static const struct hazard_input *find_indices(const struct hazard_batch_record 
 static struct hazard_bytes bytes_of_vertex(const struct hazard_entry *item, uint32_t index)
 {
     const uint64_t begin = item->bytes.begin + (uint64_t)index * item->count;
-    const uint64_t end = begin + item->labels;
+    const uint64_t end = begin + item->origin;
     const bool is_inside = begin >= item->bytes.begin && end <= item->bytes.end;
     return is_inside ? (struct hazard_bytes){item->bytes.memory, begin, end}
                      : (struct hazard_bytes){0};
@@ -168,8 +168,8 @@ static struct call_origin origin_of(const struct hazard_batch_record *batch,
     return (struct call_origin){
         .command_buffer = journal->command_buffer,
         .build_index = command->item->geometry,
-        .labels = journal_label_stack(journal, command->item->labels),
-        .call_site = command->item->info ? command->item->site : NULL,
+        .labels = journal_labels(journal, command->item->origin),
+        .call_site = journal_site(journal, command->item->origin),
         .queue = batch->batch->queue,
         .submission = batch->batch->number,
         .queue_labels = shared_labels_stack(batch->batch->labels),

@@ -48,7 +48,7 @@ struct hazard_entry {
         struct {                      /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_COMMAND */
             uint32_t info;            /* index in pInfos; of a command: number of builds */
             uint32_t geometry;        /* of a command: position of the first build */
-            uint32_t labels;          /* of a command: see journal_note_labels(); of
+            uint32_t origin;          /* of a command: see journal_note_origin(); of
                                        * HAZARD_INDEXED: the size of a vertex */
             VkObjectType object_type; /* of an access */
         };
@@ -59,10 +59,7 @@ struct hazard_entry {
         uint64_t object;     /* HAZARD_ACCESS: handle of the structure or buffer, 0: unknown;
                               * of events: the VkEvent */
     };
-    union {
-        struct hazard_bytes bytes;    /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_BARRIER */
-        const struct call_site *site; /* HAZARD_COMMAND that builds; NULL: unknown */
-    };
+    struct hazard_bytes bytes; /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_BARRIER */
 };
 _Static_assert(sizeof(struct hazard_entry) <= 56, "a command has many accesses");
 

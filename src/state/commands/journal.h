@@ -39,7 +39,6 @@ enum journal_kind {
     JOURNAL_USE_MICROMAP, /* the build of a later entry reads the micromap src */
     JOURNAL_RANGES,       /* the ranges of a call that uses sparse buffers; after its builds */
     JOURNAL_BIND,         /* dst: a sparse buffer, src: memory */
-    JOURNAL_CALL,         /* with call sites: before the builds of a call */
     /* Queries of compacted sizes, with the ids of query_pools.h. */
     JOURNAL_QUERY,         /* dst_id: the query, src: the structure */
     JOURNAL_RESET_QUERIES, /* by the host; dst_id: the first query, info: the number of queries */
@@ -49,7 +48,8 @@ enum journal_kind {
     JOURNAL_RESET_EVENT,
     JOURNAL_WAIT_EVENT,
     /* A build whose inputs were copied, and which writes no structure that is known: its dst is
-     * invalid, or builds have no entries below level EXECUTION. */
+     * invalid, or builds have no entries below level EXECUTION. Of `built` only the position is
+     * set. */
     JOURNAL_INPUTS,
     /* With backend cpu: struct recorded_command (src/snapshots/recording.h). */
     CPU_CLONE, /* unless there is a JOURNAL_COPY or JOURNAL_COMPACT */
@@ -109,9 +109,9 @@ struct journal_micromap {
     uint64_t updated, updated_id; /* src of the update; 0: the build is no update */
 };
 
-/* Who has called: the builds from a position in the command buffer on were recorded from a site. */
-struct journal_call {
-    uint32_t position;
+/* Where builds were recorded, for messages. */
+struct journal_origin {
+    struct label_stack labels;    /* a copy */
     const struct call_site *site; /* lives as long as the device; NULL: unknown */
 };
 
@@ -129,7 +129,7 @@ struct journal_entry {
     unsigned char dst_backing, src_backing; /* of enum journal_backing */
     bool geometry_by_pointer;               /* the geometry is in ppGeometries */
     uint32_t info;   /* builds and updates: index in pInfos; JOURNAL_FILL: enum journal_fill */
-    uint32_t labels; /* see journal_note_labels */
+    uint32_t origin; /* see journal_note_origin() */
     /* Structures by handle (VkAccelerationStructureNV for COMMAND_NV) and by id; the id changes if
      * the handle is reused. */
     uint64_t dst, src;
@@ -142,7 +142,6 @@ struct journal_entry {
             VkDeviceSize offset, size, memory_offset;
         } binding;
         struct journal_micromap micromap;
-        struct journal_call call;
         VkDeviceSize number;
     };
 };
@@ -217,14 +216,14 @@ struct journal_mark {
 
 struct journal {
     atomic_uint references;
-    uint32_t label_changes;         /* of the labels that were copied last */
+    uint32_t label_changes;         /* of the labels of the last origin */
     VkCommandBuffer command_buffer; /* null: a host command */
     struct host_view *host;         /* owned; NULL unless a host command that reads */
     uint64_t destroy_count;         /* resources_destroy_count when recording began */
     struct chunk_list entries, inputs;
-    struct journal_mark call;   /* the end before the entries of the last call */
-    struct label_stack *labels; /* a copy of each label stack under which a build was recorded */
-    uint32_t label_count, label_capacity;
+    struct journal_mark call;       /* the end before the entries of the last call */
+    struct journal_origin *origins; /* each differs from the one before */
+    uint32_t origin_count, origin_capacity;
     uint64_t recent_inputs[JOURNAL_RECENT_INPUTS]; /* buffer ids, by their low bits */
     /* What entries refer to if inputs of builds are copied: struct recording of
      * src/snapshots/recording.h; owned, may be NULL. */
@@ -331,29 +330,29 @@ void journal_add(struct journal *journal, const struct journal_entry *entry);
 void journal_add_binding(struct journal *journal, const struct sparse_binding *binding);
 struct sparse_binding journal_binding(const struct journal_entry *entry);
 
-/* Copies the open labels, unless the last copy equals them. Returns the value of
- * journal_entry.labels; 0: no labels, or memory ran out. */
-uint32_t journal_keep_labels(struct journal *journal, const struct label_stack *labels);
-static inline uint32_t journal_note_labels(struct journal *journal,
-                                           const struct label_stack *labels)
+/* Notes where a build or command is recorded: under which open labels (NULL: a host command), and
+ * from which site. Returns the value of journal_entry.origin; 0: nothing is known, or memory ran
+ * out. */
+uint32_t journal_keep_origin(struct journal *journal, const struct label_stack *labels,
+                             const struct call_site *site);
+static inline uint32_t journal_note_origin(struct journal *journal,
+                                           const struct label_stack *labels,
+                                           const struct call_site *site)
 {
-    return labels->count ? journal_keep_labels(journal, labels) : 0;
+    return (labels && labels->count) || site ? journal_keep_origin(journal, labels, site) : 0;
 }
-/* Returns the label stack for a value of journal_entry.labels; NULL: no labels. */
-static inline const struct label_stack *journal_label_stack(const struct journal *journal,
-                                                            uint32_t labels)
+/* Returns the origin of the build at a position in the command buffer; 0: unknown. */
+uint32_t journal_origin_at(const struct journal *journal, uint32_t position);
+/* What an origin says; NULL: nothing. Labels live as long as the entries. */
+static inline const struct label_stack *journal_labels(const struct journal *journal,
+                                                       uint32_t origin)
 {
-    return labels ? &journal->labels[labels - 1] : NULL;
+    return origin ? &journal->origins[origin - 1].labels : NULL;
 }
-/* Returns the labels of the build at a position; NULL: none. They live as long as the entries. */
-const struct label_stack *journal_labels_at(const struct journal *journal, uint32_t position);
-
-/* Adds the site of a call that is about to add its builds, the first of them at `position`; NULL:
- * unknown. If memory runs out, the sites of earlier calls are forgotten, because the builds to come
- * must not be taken for theirs; the journal stays complete. */
-void journal_note_call(struct journal *journal, uint32_t position, const struct call_site *site);
-/* Returns the site of the call that recorded the build at a position; NULL: unknown. */
-const struct call_site *journal_call_site_at(const struct journal *journal, uint32_t position);
+static inline const struct call_site *journal_site(const struct journal *journal, uint32_t origin)
+{
+    return origin ? journal->origins[origin - 1].site : NULL;
+}
 
 /* Returns room for JOURNAL_INPUTS_AT_ONCE inputs. The caller fills some of them and then calls
  * journal_end_inputs. Returns NULL if memory runs out; the journal stays complete, because an input
