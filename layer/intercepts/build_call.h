@@ -19,7 +19,7 @@ struct build_call {
 
 void build_call_start(struct build_call *call, struct layer_device *device,
                       enum build_command command);
-/* The same for a call that is recorded in a command buffer; the handle may be invalid. */
+/* Starts a call that is recorded in a command buffer; the handle may be invalid. */
 void build_call_start_recorded(struct build_call *call, struct layer_device *device,
                                enum build_command command, VkCommandBuffer handle);
 

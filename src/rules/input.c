@@ -64,7 +64,7 @@ static const char *nv_data_field(enum input_role role)
     }
 }
 
-const char *input_data_field(enum build_command command, enum input_role role)
+static const char *input_data_field(enum build_command command, enum input_role role)
 {
     if (command == COMMAND_NV)
         return nv_data_field(role);

@@ -310,7 +310,8 @@ static bool copy_chunks(struct execution *execution)
     return true;
 }
 
-void execution_drop_snapshots(struct execution *execution)
+/* From now on the execution and the executions of its secondaries have no snapshots. */
+static void execution_drop_snapshots(struct execution *execution)
 {
     if (!execution)
         return;

@@ -79,7 +79,7 @@ static inline struct hazard_entry *hazard_add_unset(struct journal *journal, enu
         entry->kind = (unsigned char)kind;
     return entry;
 }
-/* Likewise, but all other members are zeroed. */
+/* Returns a new entry, whose other members are 0; NULL as above. */
 struct hazard_entry *hazard_add(struct journal *journal, enum journal_kind kind);
 
 /* As journal_next(), for walks over HAZARD entries. */

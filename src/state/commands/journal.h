@@ -290,7 +290,8 @@ static inline struct journal_entry *journal_begin_entry(struct journal *journal)
     return entry;
 }
 
-/* The same for a build. `is_copied`: its inputs may be copied. */
+/* Returns a new entry of a build, like journal_begin_entry(). `is_copied`: the build's inputs may
+ * be copied. */
 static inline struct journal_entry *journal_begin_build(struct journal *journal, bool is_copied)
 {
     struct recorded_build **copies;

@@ -45,10 +45,9 @@ void queue_labels_destroy(struct queue_labels *labels)
     free(labels);
 }
 
-struct shared_labels *shared_labels_share(struct shared_labels *labels)
+static struct shared_labels *shared_labels_share(struct shared_labels *labels)
 {
-    if (labels)
-        atomic_fetch_add_explicit(&labels->references, 1, memory_order_relaxed);
+    atomic_fetch_add_explicit(&labels->references, 1, memory_order_relaxed);
     return labels;
 }
 
