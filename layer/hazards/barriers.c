@@ -9,7 +9,7 @@
 /* A group of barriers that is being recorded: those of one command, or of one wait. */
 struct group {
     struct hazard_recording *recording;
-    struct journal_mark before;
+    struct chunk_place before;
     struct hazard_entry *first; /* has the count */
 };
 
@@ -21,7 +21,7 @@ struct dependency barriers_full_dependency(void)
 
 static struct group begin_group(struct hazard_recording *recording)
 {
-    return (struct group){.recording = recording, .before = journal_mark(recording->journal)};
+    return (struct group){.recording = recording, .before = journal_end(recording->journal)};
 }
 
 static struct group begin_wait(struct hazard_recording *recording, VkEvent event)
@@ -41,7 +41,7 @@ static void add(struct group *group, const struct hazard_barrier *barrier)
         return;
     struct hazard_entry *entry = hazard_add(journal, HAZARD_BARRIER);
     if (!entry) {
-        journal_take_back(journal, &group->before);
+        journal_take_back(journal, group->before);
         return;
     }
     entry->dependency = barrier->dependency;

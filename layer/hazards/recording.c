@@ -44,7 +44,7 @@ void hazard_recording_add(struct hazard_recording *recording, const struct hazar
 {
     if (!bytes->memory || bytes->begin >= bytes->end)
         return;
-    struct hazard_entry *access = hazard_add_unset(recording->journal, HAZARD_ACCESS);
+    struct hazard_entry *access = hazard_add(recording->journal, HAZARD_ACCESS);
     if (access)
         *access = (struct hazard_entry){.kind = access->kind,
                                         .size = access->size,

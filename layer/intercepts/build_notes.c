@@ -41,15 +41,18 @@ static inline void note(struct noting *noting, enum input_role role,
     if (facts->status != ADDRESS_IN_BUFFER ||
         !journal_notes_buffer(noting->journal, facts->buffer_id))
         return;
-    struct journal_input *input = noting->next++;
-    input->buffer_id = facts->buffer_id;
-    input->address = facts->address;
-    input->position = noting->position;
-    input->info = noting->info;
-    input->geometry = noting->geometry;
-    input->role = (unsigned char)role;
-    input->command = noting->command;
-    input->geometry_by_pointer = noting->geometry_by_pointer;
+    *noting->next++ = (struct journal_input){
+        .kind = JOURNAL_USE_BUFFER,
+        .size = sizeof(struct journal_input) / JOURNAL_UNIT,
+        .role = (unsigned char)role,
+        .command = noting->command,
+        .geometry_by_pointer = noting->geometry_by_pointer,
+        .position = noting->position,
+        .info = noting->info,
+        .geometry = noting->geometry,
+        .buffer_id = facts->buffer_id,
+        .address = facts->address,
+    };
 }
 
 static inline void note_geometry(struct noting *noting, const struct geometry_view *geometry)

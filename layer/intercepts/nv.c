@@ -187,6 +187,8 @@ void nv_record_input(void *user, uint32_t geometry, enum input_role role,
     if (!input || !journal_notes_buffer(call->journal, facts->id))
         return;
     *input = (struct journal_input){
+        .kind = JOURNAL_USE_BUFFER,
+        .size = sizeof(*input) / JOURNAL_UNIT,
         .buffer_id = facts->id,
         .buffer = facts->handle,
         .position = call->view.command_buffer.build_index,

@@ -215,8 +215,8 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
 
 static void check_inputs(struct replay *replay, const struct journal *journal)
 {
-    struct chunk_place place = {NULL, NULL};
-    for (const struct journal_input *input; (input = journal_next_input(journal, &place));)
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_USE_BUFFER));
+    for (const struct journal_input *input; (input = (const void *)journal_next(&cursor));)
         if (input->command == COMMAND_NV)
             check_nv_input(replay, journal, input);
         else

@@ -79,7 +79,7 @@ static void find_known_states(struct command_buffer *command_buffer)
 {
     const struct journal *journal = command_buffer->journal;
     struct journal_cursor cursor = journal_start(journal, STATE_KINDS);
-    cursor.end = journal->call.entries;
+    cursor.end = journal->call;
     apply_entries(&command_buffer->known, cursor);
     command_buffer->has_known_states = true;
 }

@@ -69,20 +69,19 @@ static inline bool hazard_entry_is_access(const struct hazard_entry *entry)
     return entry->kind == HAZARD_ACCESS || entry->kind == HAZARD_INDEXED;
 }
 
-/* Returns a new entry, of which only `kind` and `size` are set: the caller sets all else of it.
- * Returns NULL if memory runs out; the journal lacks hazards then. */
-static inline struct hazard_entry *hazard_add_unset(struct journal *journal, enum journal_kind kind)
+/* Returns a new entry, whose other members are 0. Returns NULL if memory runs out; the journal
+ * lacks hazards then. */
+static inline struct hazard_entry *hazard_add(struct journal *journal, enum journal_kind kind)
 {
     struct hazard_entry *entry = journal_append(journal, sizeof(*entry));
     journal->lacks_hazards |= !entry;
     if (entry)
-        entry->kind = (unsigned char)kind;
+        *entry = (struct hazard_entry){.kind = (unsigned char)kind,
+                                       .size = sizeof(*entry) / JOURNAL_UNIT};
     return entry;
 }
-/* Returns a new entry, whose other members are 0; NULL as above. */
-struct hazard_entry *hazard_add(struct journal *journal, enum journal_kind kind);
 
-/* As journal_next(), for walks over HAZARD entries. */
+/* Does what journal_next() does, for walks over HAZARD entries. */
 static inline const struct hazard_entry *hazard_next(struct journal_cursor *cursor)
 {
     return (const void *)journal_next(cursor);

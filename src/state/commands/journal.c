@@ -123,10 +123,8 @@ uint32_t journal_origin_at(const struct journal *journal, uint32_t position)
 struct journal_cursor journal_start_at(const struct journal *journal, struct chunk_place place,
                                        uint32_t kinds)
 {
-    return (struct journal_cursor){.list = &journal->entries,
-                                   .place = place,
-                                   .end = chunk_list_end(&journal->entries),
-                                   .kinds = kinds};
+    return (struct journal_cursor){
+        .list = &journal->entries, .place = place, .end = journal_end(journal), .kinds = kinds};
 }
 
 struct journal_cursor journal_start(const struct journal *journal, uint32_t kinds)
@@ -136,7 +134,7 @@ struct journal_cursor journal_start(const struct journal *journal, uint32_t kind
 
 struct journal_cursor journal_start_call(const struct journal *journal, uint32_t kinds)
 {
-    return journal_start_at(journal, journal->call.entries, kinds);
+    return journal_start_at(journal, journal->call, kinds);
 }
 
 struct journal_cursor journal_start_secondaries(const struct journal *journal)
@@ -157,16 +155,6 @@ struct journal_entry *journal_next(struct journal_cursor *cursor)
     return entry;
 }
 
-const struct journal_input *journal_next_input(const struct journal *journal,
-                                               struct chunk_place *place)
-{
-    const struct chunk_place end = chunk_list_end(&journal->inputs);
-    const struct journal_input *input = chunk_list_at(&journal->inputs, place, &end);
-    if (input)
-        place->next += sizeof(*input);
-    return input;
-}
-
 static void release_entries(struct journal_cursor cursor)
 {
     for (struct journal_entry *entry; (entry = journal_next(&cursor));)
@@ -178,13 +166,12 @@ static void forget_recent_inputs(struct journal *journal)
     memset(journal->recent_inputs, 0, sizeof(journal->recent_inputs));
 }
 
-void journal_take_back(struct journal *journal, const struct journal_mark *mark)
+void journal_take_back(struct journal *journal, struct chunk_place place)
 {
     if (journal->has_references)
-        release_entries(journal_start_at(journal, mark->entries, JOURNAL_ENTRIES));
-    chunk_list_cut(&journal->entries, mark->entries);
-    chunk_list_cut(&journal->inputs, mark->inputs);
-    journal->call = *mark;
+        release_entries(journal_start_at(journal, place, JOURNAL_ENTRIES));
+    chunk_list_cut(&journal->entries, place);
+    journal->call = place;
     forget_recent_inputs(journal);
 }
 
@@ -204,11 +191,9 @@ ON_RECORDING_PATH void journal_clear(struct journal *journal)
 {
     if (journal->has_references || journal->origin_count || journal->work)
         release_held(journal);
-    chunk_list_clear(&journal->entries);
-    if (!chunk_list_is_empty(&journal->inputs)) {
-        chunk_list_clear(&journal->inputs);
+    if (!chunk_list_is_empty(&journal->entries))
         forget_recent_inputs(journal);
-    }
+    chunk_list_clear(&journal->entries);
     journal->has_references = journal->has_sources_to_check = false;
     journal->secondary_count = 0;
     journal->has_events = journal->incomplete = false;
@@ -225,6 +210,5 @@ void journal_release(struct journal *journal)
     free(journal->origins);
     free(journal->host);
     chunk_list_free(&journal->entries);
-    chunk_list_free(&journal->inputs);
     free(journal);
 }

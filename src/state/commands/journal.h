@@ -51,6 +51,7 @@ enum journal_kind {
      * invalid, or builds have no entries below level EXECUTION. Of `built` only the position is
      * set. */
     JOURNAL_INPUTS,
+    JOURNAL_USE_BUFFER, /* struct journal_input: a later build reads the buffer */
     /* With backend cpu: struct recorded_command (src/snapshots/recording.h). */
     CPU_CLONE, /* unless there is a JOURNAL_COPY or JOURNAL_COMPACT */
     CPU_COMPACT,
@@ -85,7 +86,7 @@ _Static_assert(JOURNAL_KINDS <= 32, "a set of kinds is a word");
      JOURNAL_BIT(HAZARD_BARRIER) | JOURNAL_BIT(HAZARD_SET_EVENT) |                                 \
      JOURNAL_BIT(HAZARD_RESET_EVENT) | JOURNAL_BIT(HAZARD_WAIT_EVENT))
 /* All that is a struct journal_entry. */
-#define JOURNAL_ENTRIES (JOURNAL_BIT(CPU_CLONE) - 1)
+#define JOURNAL_ENTRIES (JOURNAL_BIT(JOURNAL_USE_BUFFER) - 1)
 /* What may have copies of a build's inputs. */
 #define JOURNAL_COPIED_BUILDS (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_INPUTS))
 
@@ -153,12 +154,6 @@ enum {
     JOURNAL_ENTRY_MAX = sizeof(struct journal_entry) + sizeof(struct recorded_build *)
 };
 _Static_assert(JOURNAL_ENTRY_MAX <= 128, "a recorded build takes little memory");
-#define JOURNAL_CHUNK                                                                              \
-    (struct chunk_sizes)                                                                           \
-    {                                                                                              \
-        64 * sizeof(struct journal_entry), JOURNAL_ENTRY_MAX                                       \
-    }
-
 /* The use that a build makes of an address. */
 enum input_role {
     INPUT_VERTEX,
@@ -184,34 +179,33 @@ enum input_role {
 };
 
 struct journal_input {
+    unsigned char kind, size;  /* as in struct journal_entry */
+    unsigned char role;        /* enum input_role */
+    unsigned char command : 7; /* enum build_command */
+    bool geometry_by_pointer : 1;
+    uint32_t position; /* of the build in the command buffer */
+    uint32_t info;
+    uint32_t geometry;
     uint64_t buffer_id; /* see struct address_facts */
     union {
         VkDeviceAddress address;
         VkBuffer buffer; /* for COMMAND_NV */
     };
-    uint32_t position; /* of the build in the command buffer */
-    uint32_t info;
-    uint32_t geometry;
-    unsigned char role;    /* enum input_role */
-    unsigned char command; /* enum build_command */
-    bool geometry_by_pointer;
 };
+_Static_assert(sizeof(struct journal_input) == 32, "a build has several inputs");
 
 enum { JOURNAL_RECENT_INPUTS = 32, JOURNAL_INPUTS_AT_ONCE = 5 };
-#define JOURNAL_INPUT_CHUNK                                                                        \
+#define JOURNAL_CHUNK                                                                              \
     (struct chunk_sizes)                                                                           \
     {                                                                                              \
-        64 * sizeof(struct journal_input), JOURNAL_INPUTS_AT_ONCE * sizeof(struct journal_input)   \
+        64 * sizeof(struct journal_entry), JOURNAL_INPUTS_AT_ONCE * sizeof(struct journal_input)   \
     }
+_Static_assert(JOURNAL_ENTRY_MAX <= JOURNAL_INPUTS_AT_ONCE * sizeof(struct journal_input),
+               "there is room for an entry");
 
 /* Which batches had certainly executed, and which had been submitted, when a host command began. */
 struct host_view {
     struct execution_clock executed, submitted;
-};
-
-/* A position in a journal. What was added later can be removed. */
-struct journal_mark {
-    struct chunk_place entries, inputs;
 };
 
 struct journal {
@@ -220,8 +214,8 @@ struct journal {
     VkCommandBuffer command_buffer; /* null: a host command */
     struct host_view *host;         /* owned; NULL unless a host command that reads */
     uint64_t destroy_count;         /* resources_destroy_count when recording began */
-    struct chunk_list entries, inputs;
-    struct journal_mark call;       /* the end before the entries of the last call */
+    struct chunk_list entries;
+    struct chunk_place call;        /* the end before the entries of the last call */
     struct journal_origin *origins; /* each differs from the one before */
     uint32_t origin_count, origin_capacity;
     uint64_t recent_inputs[JOURNAL_RECENT_INPUTS]; /* buffer ids, by their low bits */
@@ -360,8 +354,8 @@ static inline const struct call_site *journal_site(const struct journal *journal
  * only serves to report destroyed buffers. */
 static inline struct journal_input *journal_begin_inputs(struct journal *journal)
 {
-    bool has_room = chunk_list_make_room(&journal->inputs, JOURNAL_INPUT_CHUNK);
-    return has_room ? (void *)journal->inputs.next : NULL;
+    bool has_room = chunk_list_make_room(&journal->entries, JOURNAL_CHUNK);
+    return has_room ? (void *)journal->entries.next : NULL;
 }
 
 /* Whether to add an input for a buffer: false if one was added recently. */
@@ -376,21 +370,20 @@ static inline bool journal_notes_buffer(struct journal *journal, uint64_t buffer
 /* `end` points behind the last filled input. */
 static inline void journal_end_inputs(struct journal *journal, struct journal_input *end)
 {
-    journal->inputs.next = (char *)end;
+    journal->entries.next = (char *)end;
 }
 
-static inline struct journal_mark journal_mark(const struct journal *journal)
+static inline struct chunk_place journal_end(const struct journal *journal)
 {
-    return (struct journal_mark){chunk_list_end(&journal->entries),
-                                 chunk_list_end(&journal->inputs)};
+    return chunk_list_end(&journal->entries);
 }
-/* Removes all entries and inputs that were added after the mark. */
-void journal_take_back(struct journal *journal, const struct journal_mark *mark);
+/* Removes all entries that were added after a position. */
+void journal_take_back(struct journal *journal, struct chunk_place place);
 
 /* Begins a call of the application: the entries that follow are its own until the next one. */
 static inline void journal_begin_call(struct journal *journal)
 {
-    journal->call = journal_mark(journal);
+    journal->call = journal_end(journal);
 }
 
 /* A walk over the entries of some kinds, up to where the journal ended when the walk was started.
@@ -409,10 +402,6 @@ struct journal_cursor journal_start_call(const struct journal *journal, uint32_t
 struct journal_cursor journal_start_secondaries(const struct journal *journal);
 /* Returns NULL at the end. An entry of another type than struct journal_entry begins like one. */
 struct journal_entry *journal_next(struct journal_cursor *cursor);
-
-/* Returns the input behind a place, which is zero-initialized at first; NULL at the end. */
-const struct journal_input *journal_next_input(const struct journal *journal,
-                                               struct chunk_place *place);
 
 /* Empties the journal. Keeps its memory for the next recording. */
 void journal_clear(struct journal *journal);
