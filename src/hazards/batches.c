@@ -167,15 +167,11 @@ void hazards_begin_batch(struct hazards *hazards, const struct hazard_batch *bat
         complete(hazards, i, batch->completed[i]);
     if (!batch->is_certain)
         hazards_settle_queue(hazards);
-    struct batch_record *batches = array_make_room(queue->batches, queue->batch_count,
-                                                   &queue->batch_capacity, sizeof(*batches));
-    if (batches) {
-        queue->batches = batches;
-        batches[queue->batch_count++] =
+    if (ARRAY_HAS_ROOM(queue->batches, queue->batch_count, queue->batch_capacity))
+        queue->batches[queue->batch_count++] =
             (struct batch_record){batch->number, hazards->number + 1, NULL};
-    } else {
+    else
         hazards->has_failed = true;
-    }
     hazards_settle_failure(hazards);
 }
 

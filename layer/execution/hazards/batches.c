@@ -39,14 +39,10 @@ void hazard_batch_free(struct hazard_batch_record *batch)
 
 void hazard_batch_add(struct hazard_batch_record *batch, const struct hazard_input *input)
 {
-    struct hazard_input *inputs =
-        array_make_room(batch->inputs, batch->input_count, &batch->input_capacity, sizeof(*inputs));
-    if (!inputs) {
+    if (ARRAY_HAS_ROOM(batch->inputs, batch->input_count, batch->input_capacity))
+        batch->inputs[batch->input_count++] = *input;
+    else
         batch->lacks_inputs = true;
-        return;
-    }
-    batch->inputs = inputs;
-    inputs[batch->input_count++] = *input;
 }
 
 /* The references of a command's builds follow each other. Inputs begin with their place. */
@@ -138,12 +134,9 @@ void hazard_batch_vertices(const struct hazard_batch_record *batch,
 
 bool hazard_batch_note(struct hazard_batch_record *batch, const struct hazard_command *command)
 {
-    struct hazard_command *commands = array_make_room(batch->commands, batch->command_count,
-                                                      &batch->command_capacity, sizeof(*commands));
-    if (!commands)
+    if (!ARRAY_HAS_ROOM(batch->commands, batch->command_count, batch->command_capacity))
         return false;
-    batch->commands = commands;
-    commands[batch->command_count++] = *command;
+    batch->commands[batch->command_count++] = *command;
     return true;
 }
 

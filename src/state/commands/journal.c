@@ -97,14 +97,11 @@ uint32_t journal_keep_origin(struct journal *journal, const struct label_stack *
     const uint32_t changes = labels ? labels->changes : 0, count = journal->origin_count;
     if (count && journal->label_changes == changes && journal->origins[count - 1].site == site)
         return count;
-    struct journal_origin *grown =
-        array_make_room(journal->origins, count, &journal->origin_capacity, sizeof(*grown));
-    if (!grown)
+    if (!ARRAY_HAS_ROOM(journal->origins, count, journal->origin_capacity))
         return 0;
-    journal->origins = grown;
-    grown[count] = (struct journal_origin){.site = site};
+    journal->origins[count] = (struct journal_origin){.site = site};
     if (labels)
-        grown[count].labels = label_stack_copy(labels);
+        journal->origins[count].labels = label_stack_copy(labels);
     journal->label_changes = changes;
     return ++journal->origin_count;
 }
