@@ -155,7 +155,7 @@ static void indexes(void *user, uint32_t build, uint32_t geometry, uint32_t smal
         .smallest = smallest,
         .largest = largest,
     };
-    hazard_checks_index(ran->device->hazard_checks, ran->batch, &indices);
+    hazard_checks_add(ran->device->hazard_checks, ran->batch, &indices);
 }
 
 static const struct check_hooks hooks = {.found = found,

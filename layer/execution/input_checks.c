@@ -62,16 +62,6 @@ static struct batch_cursor start(const struct input_checks *input_checks)
         .list = input_checks->batches, .sequence = IN_EXECUTION_ORDER, .use = USES_INPUTS};
 }
 
-static void lock(struct input_checks *input_checks)
-{
-    pthread_mutex_lock(&input_checks->batches->lock);
-}
-
-static void unlock(struct input_checks *input_checks)
-{
-    pthread_mutex_unlock(&input_checks->batches->lock);
-}
-
 /* Marks inputs as known that will never be read, so that updates which are compared with them do
  * not wait. */
 static void release_notes(struct input_notes *notes)
@@ -102,9 +92,9 @@ static struct batch_inputs *make_slot(struct order_batch *batch)
 /* No other thread finds the execution any more. */
 static void take(struct input_checks *input_checks, const struct batch_cursor *at)
 {
-    lock(input_checks);
+    pthread_mutex_lock(&input_checks->batches->lock);
     at->batch->commands[at->command].is_used[USES_INPUTS] = false;
-    unlock(input_checks);
+    pthread_mutex_unlock(&input_checks->batches->lock);
 }
 
 /* Ends the check of an execution that was taken. */
@@ -259,19 +249,19 @@ static void deliver(struct input_checks *input_checks)
  * says, or if nothing waits. */
 static bool begin_delivery(struct input_checks *input_checks, bool *is_busy)
 {
-    lock(input_checks);
+    pthread_mutex_lock(&input_checks->batches->lock);
     *is_busy = input_checks->drain.is_busy;
     struct batch_cursor first = start(input_checks);
     bool begins = (*is_busy || batch_cursor_next(&first)) && drain_begin(&input_checks->drain);
-    unlock(input_checks);
+    pthread_mutex_unlock(&input_checks->batches->lock);
     return begins;
 }
 
 static bool repeat_delivery(struct input_checks *input_checks)
 {
-    lock(input_checks);
+    pthread_mutex_lock(&input_checks->batches->lock);
     bool again = drain_repeat(&input_checks->drain);
-    unlock(input_checks);
+    pthread_mutex_unlock(&input_checks->batches->lock);
     return again;
 }
 
@@ -348,7 +338,7 @@ struct ticket *input_checks_next_ticket(struct input_checks *input_checks, VkQue
                                         uint64_t after)
 {
     struct ticket *next = NULL;
-    lock(input_checks);
+    pthread_mutex_lock(&input_checks->batches->lock);
     for (struct batch_cursor at = start(input_checks); batch_cursor_next(&at);) {
         struct ticket *ticket = check_of(&at)->execution->ticket;
         if (ticket->number > after && (!queue || at.batch->queue == queue) &&
@@ -357,7 +347,7 @@ struct ticket *input_checks_next_ticket(struct input_checks *input_checks, VkQue
     }
     if (next)
         ticket_share(next);
-    unlock(input_checks);
+    pthread_mutex_unlock(&input_checks->batches->lock);
     return next;
 }
 
@@ -368,10 +358,10 @@ enum { WAIT_NANOSECONDS = 1000 * 1000 * 1000, PAUSE_NANOSECONDS = 1000 * 1000 };
 static struct ticket *share_first(struct input_checks *input_checks)
 {
     struct batch_cursor first = start(input_checks);
-    lock(input_checks);
+    pthread_mutex_lock(&input_checks->batches->lock);
     bool found = batch_cursor_next(&first);
     struct ticket *ticket = found ? ticket_share(check_of(&first)->execution->ticket) : NULL;
-    unlock(input_checks);
+    pthread_mutex_unlock(&input_checks->batches->lock);
     return ticket;
 }
 
@@ -380,14 +370,14 @@ static struct ticket *share_first(struct input_checks *input_checks)
 static bool note_wait(struct input_checks *input_checks, const struct ticket *ticket)
 {
     bool is_first = false, has_first = false;
-    lock(input_checks);
+    pthread_mutex_lock(&input_checks->batches->lock);
     for (struct batch_cursor at = start(input_checks); batch_cursor_next(&at); has_first = true) {
         if (check_of(&at)->execution->ticket != ticket)
             continue;
         is_first |= !has_first;
         atomic_store(&check_of(&at)->was_waited_for, true);
     }
-    unlock(input_checks);
+    pthread_mutex_unlock(&input_checks->batches->lock);
     return is_first;
 }
 

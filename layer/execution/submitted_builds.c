@@ -204,33 +204,37 @@ bool submitted_builds_each(struct submitted_builds *submitted, bool waits,
 
 /* ---- progress */
 
-struct progress {
-    uint64_t sum;
-    bool is_pending;
-};
+static void visit_marks(struct submitted_builds *submitted,
+                        bool (*visit)(void *user, const struct submitted_build *build), void *user)
+{
+    if (submitted && submitted->device->snapshots && atomic_load(&submitted->count))
+        submitted_builds_each(submitted, true, visit, user);
+}
 
 static bool add_progress(void *user, const struct submitted_build *build)
 {
-    struct progress *progress = user;
-    progress->sum = progress->sum * 31 + build->state + 1;
-    progress->is_pending |= build->state == MARK_IS_CLEAR || build->state == MARK_HAS_COPIES;
+    uint64_t *sum = user;
+    *sum = *sum * 31 + build->state + 1;
     return true;
-}
-
-static struct progress find_progress(struct submitted_builds *submitted)
-{
-    struct progress progress = {0};
-    if (submitted && submitted->device->snapshots && atomic_load(&submitted->count))
-        submitted_builds_each(submitted, true, add_progress, &progress);
-    return progress;
 }
 
 uint64_t submitted_builds_progress(struct submitted_builds *submitted)
 {
-    return find_progress(submitted).sum;
+    uint64_t sum = 0;
+    visit_marks(submitted, add_progress, &sum);
+    return sum;
+}
+
+static bool find_pending(void *user, const struct submitted_build *build)
+{
+    bool *is_pending = user;
+    *is_pending = build->state == MARK_IS_CLEAR || build->state == MARK_HAS_COPIES;
+    return !*is_pending;
 }
 
 bool submitted_builds_are_pending(struct submitted_builds *submitted)
 {
-    return find_progress(submitted).is_pending;
+    bool is_pending = false;
+    visit_marks(submitted, find_pending, &is_pending);
+    return is_pending;
 }

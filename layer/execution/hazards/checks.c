@@ -155,9 +155,11 @@ void hazard_checks_expect(struct hazard_checks *checks, struct order_batch *batc
     pthread_mutex_unlock(&checks->batches->lock);
 }
 
-static void add_input(struct hazard_checks *checks, const struct order_batch *batch,
-                      const struct hazard_input *input)
+void hazard_checks_add(struct hazard_checks *checks, struct order_batch *batch,
+                       const struct hazard_input *input)
 {
+    if (!checks)
+        return;
     struct hazard_batch_record *record = lock(checks, batch);
     if (record && record->awaited)
         hazard_batch_add(record, input);
@@ -178,14 +180,7 @@ void hazard_checks_refer(struct hazard_checks *checks, struct order_batch *batch
                   referenced->begin, referenced->begin + (referenced->size != 0)},
     };
     if (reference.bytes.memory)
-        add_input(checks, batch, &reference);
-}
-
-void hazard_checks_index(struct hazard_checks *checks, struct order_batch *batch,
-                         const struct hazard_input *indices)
-{
-    if (checks)
-        add_input(checks, batch, indices);
+        hazard_checks_add(checks, batch, &reference);
 }
 
 void hazard_checks_settle(struct hazard_checks *checks, struct order_batch *batch)
