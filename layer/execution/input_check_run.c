@@ -255,7 +255,7 @@ static struct found_notes take_notes(struct read_buffer *buffer, const struct jo
     if (has_inputs)
         found.inputs = &notes->items[reading->next_note++];
     if (has_point)
-        found.point = &notes->points[reading->next_point++].point;
+        found.point = &notes->points[reading->next_point++];
     if (found.used_count)
         found.used = &notes->used[reading->next_used];
     reading->next_used += found.used_count;

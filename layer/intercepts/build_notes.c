@@ -209,6 +209,36 @@ static inline void note_build(const struct build_call *call, const struct build_
         add_shapes(call->journal, build, entry);
 }
 
+static const VkAccelerationStructureGeometryKHR *geometry_of(const struct build_view *build,
+                                                             uint32_t i)
+{
+    return build->geometries ? &build->geometries[i] : build->geometry_pointers[i];
+}
+
+/* Returns false if the number is unknown: the counts are in device memory, or in the data of dense
+ * geometries, or they are unreadable. */
+static bool count_primitives(const struct build_view *build, VkDeviceSize *count)
+{
+    *count = 0;
+    if (!is_readable(build) || (build->geometry_count && !build->ranges))
+        return false;
+    for (uint32_t i = 0; i < build->geometry_count; i++) {
+        if (geometry_is_dense(geometry_of(build, i)))
+            return false;
+        *count += build->ranges[i].primitiveCount;
+    }
+    return true;
+}
+
+/* For setting record_builds. */
+__attribute__((cold)) static void note_primitives(const struct build_call *call,
+                                                  const struct build_view *build)
+{
+    struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES};
+    if (count_primitives(build, &entry.number))
+        journal_add(call->journal, &entry);
+}
+
 /* Records the place of copies of a build that writes no known structure. */
 __attribute__((cold)) static void note_unknown_build(const struct build_call *call,
                                                      const struct build_view *build)
@@ -251,11 +281,13 @@ ON_RECORDING_PATH static void record_build(void *user, const struct build_view *
     }
     if (build->micromaps && command_buffer)
         note_micromaps(call, build);
+    if (call->device->records_builds)
+        note_primitives(call, build);
     note_build(call, build);
 }
 
 /* If the ranges cannot be kept, rules about them stay silent. */
-static void record_ranges(void *user, struct noted_ranges *ranges)
+void build_notes_record_ranges(void *user, struct noted_ranges *ranges)
 {
     const struct build_call *call = user;
     if (!ranges)
@@ -268,56 +300,15 @@ static void record_ranges(void *user, struct noted_ranges *ranges)
                                });
 }
 
-/* ---- with numbers of primitives, for setting record_builds */
-
-static const VkAccelerationStructureGeometryKHR *geometry_of(const struct build_view *build,
-                                                             uint32_t i)
-{
-    return build->geometries ? &build->geometries[i] : build->geometry_pointers[i];
-}
-
-/* Returns false if the number is unknown: the counts are in device memory, or in the data of dense
- * geometries, or they are unreadable. */
-static bool count_primitives(const struct build_view *build, VkDeviceSize *count)
-{
-    *count = 0;
-    if (!is_readable(build) || (build->geometry_count && !build->ranges))
-        return false;
-    for (uint32_t i = 0; i < build->geometry_count; i++) {
-        if (geometry_is_dense(geometry_of(build, i)))
-            return false;
-        *count += build->ranges[i].primitiveCount;
-    }
-    return true;
-}
-
-static void record_counted_build(void *user, const struct build_view *build,
-                                 const struct geometry_view *geometry)
-{
-    const struct build_call *call = user;
-    struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES};
-    if (build->dst.id && count_primitives(build, &entry.number))
-        journal_add(call->journal, &entry);
-    record_build(user, build, geometry);
-}
-
-const struct build_recorder *build_notes_recorder(const struct layer_device *device)
+const struct build_recorder *build_notes_recorder(void)
 {
     static const struct build_recorder recorder = {
         .record_build = record_build,
         .record_geometry = record_geometry,
         .record_indirect = record_indirect,
-        .record_ranges = record_ranges,
+        .record_ranges = build_notes_record_ranges,
         .record_nv_build = nv_record_build,
         .record_nv_input = nv_record_input,
     };
-    static const struct build_recorder counting_recorder = {
-        .record_build = record_counted_build,
-        .record_geometry = record_geometry,
-        .record_indirect = record_indirect,
-        .record_ranges = record_ranges,
-        .record_nv_build = nv_record_build,
-        .record_nv_input = nv_record_input,
-    };
-    return device->records_builds ? &counting_recorder : &recorder;
+    return &recorder;
 }

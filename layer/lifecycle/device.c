@@ -34,7 +34,7 @@ static void apply_settings(struct layer_device *device)
     device->records_builds = settings->record_builds;
     if (device->level >= LEVEL_EXECUTION)
         device->build_recorder =
-            device->finds_hazards ? hazards_build_recorder() : build_notes_recorder(device);
+            device->finds_hazards ? hazards_build_recorder() : build_notes_recorder();
     for (int command = 0; command < COMMAND_COUNT; command++)
         check_select((enum build_command)command, settings->level, settings->muted,
                      device->active_rules[command]);

@@ -46,13 +46,11 @@ static void note_execution_point(struct replay *replay, const struct journal *jo
         return;
     if (!reserved(notes, ARRAY_HAS_ROOM(notes->points, notes->point_count, notes->point_capacity)))
         return;
-    struct execution_point_note *note = &notes->points[notes->point_count++];
-    note->journal = journal;
-    note->position = entry->built.position;
-    note->point.serial = serial;
-    note->point.now = replay->now;
-    note->point.is_unordered = replay->unordered;
-    execution_clock_copy(&note->point.follows, replay->follows);
+    struct execution_point *point = &notes->points[notes->point_count++];
+    point->serial = serial;
+    point->now = replay->now;
+    point->is_unordered = replay->unordered;
+    execution_clock_copy(&point->follows, replay->follows);
 }
 
 /* Each entry of a journal that has inputs to note gets a note, even if nothing is known of it:
@@ -101,11 +99,8 @@ void replay_note_micromap(struct replay *replay, const struct journal *journal,
         return;
     if (!reserved(notes, ARRAY_HAS_ROOM(notes->used, notes->used_count, notes->used_capacity)))
         return;
-    notes->used[notes->used_count++] =
-        (struct used_micromap_note){.journal = journal,
-                                    .position = entry->micromap.position,
-                                    .geometry = entry->micromap.geometry,
-                                    .built = built_share(replay_read(replay, entry))};
+    notes->used[notes->used_count++] = (struct used_micromap_note){
+        .geometry = entry->micromap.geometry, .built = built_share(replay_read(replay, entry))};
 }
 
 /* The primitive count has been validated before if both builds gave it as a parameter. */
