@@ -273,10 +273,9 @@ void barriers_add_wait_2(struct hazard_recording *recording, VkEvent event,
 
 /* ---- events and render passes */
 
-static struct hazard_entry *add_event(struct hazard_recording *recording, enum journal_kind kind,
-                                      VkEvent event)
+static struct hazard_entry *add_set(struct hazard_recording *recording, VkEvent event)
 {
-    struct hazard_entry *entry = hazard_add(recording->journal, kind);
+    struct hazard_entry *entry = hazard_add(recording->journal, HAZARD_SET_EVENT);
     if (entry)
         entry->object = (uint64_t)(uintptr_t)event;
     return entry;
@@ -285,7 +284,7 @@ static struct hazard_entry *add_event(struct hazard_recording *recording, enum j
 void barriers_add_set(struct hazard_recording *recording, VkEvent event,
                       VkPipelineStageFlags2 stages)
 {
-    struct hazard_entry *entry = add_event(recording, HAZARD_SET_EVENT, event);
+    struct hazard_entry *entry = add_set(recording, event);
     if (entry)
         entry->dependency = dependency_of(stages, 0, 0, 0);
 }
@@ -293,7 +292,7 @@ void barriers_add_set(struct hazard_recording *recording, VkEvent event,
 void barriers_add_set_2(struct hazard_recording *recording, VkEvent event,
                         const VkDependencyInfo *info)
 {
-    struct hazard_entry *entry = add_event(recording, HAZARD_SET_EVENT, event);
+    struct hazard_entry *entry = add_set(recording, event);
     if (!entry)
         return;
     if (info->pNext)
@@ -304,11 +303,6 @@ void barriers_add_set_2(struct hazard_recording *recording, VkEvent event,
         entry->dependency.src |= DEPENDENCY_OF(&info->pBufferMemoryBarriers[i]).src;
     for (uint32_t i = 0; i < info->imageMemoryBarrierCount; i++)
         entry->dependency.src |= DEPENDENCY_OF(&info->pImageMemoryBarriers[i]).src;
-}
-
-void barriers_add_reset(struct hazard_recording *recording, VkEvent event)
-{
-    add_event(recording, HAZARD_RESET_EVENT, event);
 }
 
 void barriers_add_global(struct hazard_recording *recording, const struct dependency *dependency)

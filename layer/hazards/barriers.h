@@ -27,7 +27,6 @@ void barriers_add_set(struct hazard_recording *recording, VkEvent event,
                       VkPipelineStageFlags2 stages);
 void barriers_add_set_2(struct hazard_recording *recording, VkEvent event,
                         const VkDependencyInfo *info);
-void barriers_add_reset(struct hazard_recording *recording, VkEvent event);
 
 /* A dependency of a render pass, for all bytes. */
 void barriers_add_global(struct hazard_recording *recording, const struct dependency *dependency);

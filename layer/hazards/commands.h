@@ -14,9 +14,6 @@
     INTERCEPT(CmdSetEvent)                                                                         \
     INTERCEPT(CmdSetEvent2)                                                                        \
     INTERCEPT(CmdSetEvent2KHR)                                                                     \
-    INTERCEPT(CmdResetEvent)                                                                       \
-    INTERCEPT(CmdResetEvent2)                                                                      \
-    INTERCEPT(CmdResetEvent2KHR)                                                                   \
     INTERCEPT(CmdWaitEvents)                                                                       \
     INTERCEPT(CmdWaitEvents2)                                                                      \
     INTERCEPT(CmdWaitEvents2KHR)                                                                   \

@@ -49,7 +49,7 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdPipelineBarrier(
 DEFINE_PIPELINE_BARRIER_2(CmdPipelineBarrier2)
 DEFINE_PIPELINE_BARRIER_2(CmdPipelineBarrier2KHR)
 
-/* ---- events */
+/* ---- events. The plain intercepts record that an event is reset. */
 
 VKAPI_ATTR void VKAPI_CALL hazards_CmdSetEvent(VkCommandBuffer commandBuffer, VkEvent event,
                                                VkPipelineStageFlags stageMask)
@@ -58,15 +58,6 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdSetEvent(VkCommandBuffer commandBuffer, Vk
     if (hazard_recording_start(&recording, commandBuffer))
         barriers_add_set(&recording, event, stageMask);
     assay_CmdSetEvent(commandBuffer, event, stageMask);
-}
-
-VKAPI_ATTR void VKAPI_CALL hazards_CmdResetEvent(VkCommandBuffer commandBuffer, VkEvent event,
-                                                 VkPipelineStageFlags stageMask)
-{
-    struct hazard_recording recording;
-    if (hazard_recording_start(&recording, commandBuffer))
-        barriers_add_reset(&recording, event);
-    assay_CmdResetEvent(commandBuffer, event, stageMask);
 }
 
 VKAPI_ATTR void VKAPI_CALL hazards_CmdWaitEvents(
@@ -101,16 +92,6 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdWaitEvents(
         assay_##name(commandBuffer, event, pDependencyInfo);                                       \
     }
 
-#define DEFINE_RESET_EVENT_2(name)                                                                 \
-    VKAPI_ATTR void VKAPI_CALL hazards_##name(VkCommandBuffer commandBuffer, VkEvent event,        \
-                                              VkPipelineStageFlags2 stageMask)                     \
-    {                                                                                              \
-        struct hazard_recording recording;                                                         \
-        if (hazard_recording_start(&recording, commandBuffer))                                     \
-            barriers_add_reset(&recording, event);                                                 \
-        assay_##name(commandBuffer, event, stageMask);                                             \
-    }
-
 #define DEFINE_WAIT_EVENTS_2(name)                                                                 \
     VKAPI_ATTR void VKAPI_CALL hazards_##name(VkCommandBuffer commandBuffer, uint32_t eventCount,  \
                                               const VkEvent *pEvents,                              \
@@ -125,7 +106,5 @@ VKAPI_ATTR void VKAPI_CALL hazards_CmdWaitEvents(
 
 DEFINE_SET_EVENT_2(CmdSetEvent2)
 DEFINE_SET_EVENT_2(CmdSetEvent2KHR)
-DEFINE_RESET_EVENT_2(CmdResetEvent2)
-DEFINE_RESET_EVENT_2(CmdResetEvent2KHR)
 DEFINE_WAIT_EVENTS_2(CmdWaitEvents2)
 DEFINE_WAIT_EVENTS_2(CmdWaitEvents2KHR)

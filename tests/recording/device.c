@@ -94,9 +94,6 @@ static VkResult nothing(void)
 STUB(CmdSetEvent)
 STUB(CmdSetEvent2)
 STUB(CmdSetEvent2KHR)
-STUB(CmdResetEvent)
-STUB(CmdResetEvent2)
-STUB(CmdResetEvent2KHR)
 STUB(CmdWaitEvents)
 STUB(CmdWaitEvents2)
 STUB(CmdWaitEvents2KHR)
@@ -277,9 +274,6 @@ static void print_item(const struct hazard_entry *item)
         print("set %u ", number_of(item->object));
         print_stages(item->dependency.src);
         print("\n");
-        break;
-    case HAZARD_RESET_EVENT:
-        print("reset %u\n", number_of(item->object));
         break;
     case HAZARD_WAIT_EVENT:
         print("wait %u*%u\n", number_of(item->object), item->count);

@@ -198,8 +198,9 @@ static void judge_synchronization(struct hazard_judge *judge, struct journal_cur
     case HAZARD_SET_EVENT:
         hazards_set_event(judge->hazards, item->object, item->dependency.src);
         break;
-    case HAZARD_RESET_EVENT:
-        hazards_reset_event(judge->hazards, item->object);
+    case JOURNAL_RESET_EVENT:
+        hazards_reset_event(judge->hazards,
+                            ((const struct journal_entry *)(const void *)item)->dst);
         break;
     case HAZARD_WAIT_EVENT:
         judge_barriers(judge, cursor, item->count ? hazard_next(cursor) : NULL, item);

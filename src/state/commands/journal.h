@@ -66,9 +66,8 @@ enum journal_kind {
     /* Reads of two vertices, those of the smallest and the largest index of a geometry, which level
      * content reads. bytes: from the vertex of index 0 to the end of the buffer. */
     HAZARD_INDEXED,
-    HAZARD_BARRIER,   /* the first of `count` entries of this kind that belong to one command */
-    HAZARD_SET_EVENT, /* object: the event; barrier.dependency.src */
-    HAZARD_RESET_EVENT,
+    HAZARD_BARRIER,    /* the first of `count` entries of this kind that belong to one command */
+    HAZARD_SET_EVENT,  /* object: the event; barrier.dependency.src */
     HAZARD_WAIT_EVENT, /* object: the event; `count` HAZARD_BARRIER entries follow */
     JOURNAL_KINDS,
 };
@@ -81,10 +80,11 @@ _Static_assert(JOURNAL_KINDS <= 32, "a set of kinds is a word");
 #define JOURNAL_WRITES                                                                             \
     (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |                   \
      JOURNAL_BIT(JOURNAL_FILL))
+/* What the hazard check walks, besides secondary command buffers. */
 #define JOURNAL_HAZARDS                                                                            \
     (JOURNAL_BIT(HAZARD_COMMAND) | JOURNAL_BIT(HAZARD_ACCESS) | JOURNAL_BIT(HAZARD_INDEXED) |      \
      JOURNAL_BIT(HAZARD_BARRIER) | JOURNAL_BIT(HAZARD_SET_EVENT) |                                 \
-     JOURNAL_BIT(HAZARD_RESET_EVENT) | JOURNAL_BIT(HAZARD_WAIT_EVENT))
+     JOURNAL_BIT(JOURNAL_RESET_EVENT) | JOURNAL_BIT(HAZARD_WAIT_EVENT))
 /* All that is a struct journal_entry. */
 #define JOURNAL_ENTRIES (JOURNAL_BIT(JOURNAL_USE_BUFFER) - 1)
 /* What may have copies of a build's inputs. */
