@@ -3,21 +3,11 @@
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/snapshots.h"
 
-/* Takes the execution from the command buffer. Returns NULL if there is none. */
-static struct execution *take(struct submitted_commands *commands)
-{
-    return atomic_exchange(&commands->execution, NULL);
-}
-
-/* ---- batches */
-
 static void run(void *user, struct order_batch *batch)
 {
     (void)user;
     for (uint32_t i = 0; i < batch->command_count; i++) {
         struct execution *execution = atomic_load(&batch->commands[i].execution);
-        if (!execution)
-            continue;
         execution_mark_reached(execution);
         execution_drop_invalidated(execution);
     }
@@ -27,7 +17,7 @@ static void ran(void *user, struct order_batch *batch)
 {
     (void)user;
     for (uint32_t i = 0; i < batch->command_count; i++)
-        execution_release(take(&batch->commands[i]));
+        execution_release(atomic_exchange(&batch->commands[i].execution, NULL));
     order_batch_let_go(batch, USES_EXECUTIONS);
 }
 
@@ -41,7 +31,7 @@ static void take_all(struct snapshots *snapshots,
     for (struct order_batch *batch;
          (batch = batch_list_take(batches, IN_SUBMISSION_ORDER, USES_EXECUTIONS, NULL, NULL));) {
         for (uint32_t i = 0; i < batch->command_count; i++) {
-            struct execution *execution = take(&batch->commands[i]);
+            struct execution *execution = atomic_exchange(&batch->commands[i].execution, NULL);
             if (execution)
                 use(snapshots, execution);
         }
