@@ -61,7 +61,7 @@ static const void *dispatch_key(const void *dispatchable)
     return dispatchable ? *(void *const *)dispatchable : NULL;
 }
 
-/* The same for a handle that may be invalid. */
+/* Returns NULL if the handle is invalid. */
 static const void *dispatch_key_safely(const void *dispatchable)
 {
     const void *key;

@@ -175,9 +175,10 @@ void layer_free_device(struct layer_device *device);
 VkResult layer_track_submissions(struct layer_device *device);
 void layer_register_consumers(struct layer_device *device);
 
-/* The loader's link information in a creation chain. Returns NULL if the chain lacks it. */
-VkLayerInstanceCreateInfo *layer_instance_link(const VkInstanceCreateInfo *create_info);
-VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info);
+/* The loader's link information in a creation chain: a structure of type
+ * VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO, or of VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO.
+ * Returns NULL if the chain lacks it. */
+void *layer_link(const void *chain, VkStructureType type);
 
 /* Fills the facts that never change: extensions, features and limits, from `create_info` and the
  * physical device (device_facts.c). */

@@ -196,13 +196,14 @@ void comparer_report(const struct comparer *comparer, const struct retained_buil
                      VkQueue queue, const struct summary *summary)
 {
     const struct layer_device *device = comparer->device;
+    const uint32_t at = journal_origin_at(build->journal, build->place.position);
     const struct call_origin origin = {
         .device = device->handle,
         .command_buffer = build->journal->command_buffer,
         .build_index = build->place.position - build->place.info,
         .names = device->names,
-        .labels = journal_labels_at(build->journal, build->place.position),
-        .call_site = journal_call_site_at(build->journal, build->place.position),
+        .labels = journal_labels(build->journal, at),
+        .call_site = journal_site(build->journal, at),
         .queue = queue,
     };
     for (enum difference d = 0; d < DIFFERENCE_COUNT; d++) {
@@ -226,8 +227,18 @@ void comparer_report(const struct comparer *comparer, const struct retained_buil
     }
 }
 
+uint32_t comparer_ray_count(const struct comparer *comparer)
+{
+    return reporter_settings(comparer->device->instance->reporter)->compare_rays;
+}
+
 VkResult comparer_trace(struct comparer *comparer, struct tracer_job *job)
 {
+    job->answers = calloc(job->ray_count + 1ull, sizeof(*job->answers));
+    if (!job->answers)
+        return VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (!job->ray_count)
+        return VK_SUCCESS;
     if (!snapshots_queue_family(comparer->device->snapshots, job->queue, &job->queue_family))
         return VK_ERROR_UNKNOWN;
     VkResult result =
@@ -235,8 +246,8 @@ VkResult comparer_trace(struct comparer *comparer, struct tracer_job *job)
     return result == VK_SUCCESS ? tracer_run(comparer->tracer, job) : result;
 }
 
-static VkResult trace(struct comparer *comparer, const struct retained_build *build, VkQueue queue,
-                      const struct rays *rays, struct compare_answer *answers)
+static VkResult compare(struct comparer *comparer, const struct retained_build *build,
+                        VkQueue queue, const struct reference *reference, const struct rays *rays)
 {
     const struct compare_input *input = &build->input->copy->input;
     const struct compare_input inputs[2] = {build->source ? build->source->copy->input : *input,
@@ -247,29 +258,14 @@ static VkResult trace(struct comparer *comparer, const struct retained_build *bu
         .inputs = inputs,
         .ray_count = rays->count,
         .rays = rays->rays,
-        .answers = answers,
     };
-    return comparer_trace(comparer, &job);
-}
-
-static VkResult compare(struct comparer *comparer, const struct retained_build *build,
-                        VkQueue queue, const struct reference *reference)
-{
-    const struct settings *settings = reporter_settings(comparer->device->instance->reporter);
-    struct rays rays;
-    VkResult result = rays_create(reference, settings->compare_rays, &rays);
-    struct compare_answer *answers = calloc(rays.count + 1ull, sizeof(*answers));
-    if (result == VK_SUCCESS && !answers)
-        result = VK_ERROR_OUT_OF_HOST_MEMORY;
-    if (result == VK_SUCCESS && rays.count)
-        result = trace(comparer, build, queue, &rays, answers);
+    VkResult result = comparer_trace(comparer, &job);
     if (result == VK_SUCCESS) {
         struct summary summary;
-        summary_make(reference, &rays, answers, &summary);
+        summary_make(reference, rays, job.answers, &summary);
         comparer_report(comparer, build, queue, &summary);
     }
-    free(answers);
-    rays_free(&rays);
+    free(job.answers);
     return result;
 }
 
@@ -277,9 +273,13 @@ static VkResult compare_bottom(struct comparer *comparer, const struct retained_
                                VkQueue queue)
 {
     struct reference reference;
+    struct rays rays = {0};
     VkResult result = reference_open(build->input->copy, &reference);
     if (result == VK_SUCCESS)
-        result = compare(comparer, build, queue, &reference);
+        result = rays_create(&reference, comparer_ray_count(comparer), &rays);
+    if (result == VK_SUCCESS)
+        result = compare(comparer, build, queue, &reference, &rays);
+    rays_free(&rays);
     reference_close(&reference);
     return result;
 }

@@ -62,11 +62,12 @@ void retained_free_top(struct retained_top *top); /* `top` may be NULL */
 VkResult comparer_compare_top(struct comparer *comparer, const struct retained_build *build,
                               VkQueue queue);
 
-/* For BLAS and TLAS builds: report the differences of a build, and run a job on the tracer, which
- * comparer_trace() creates on first use. */
+/* For BLAS and TLAS builds. comparer_trace() allocates the answers, which the caller frees in any
+ * case, and runs the job on the tracer, which it creates on first use. */
 struct summary;
 void comparer_report(const struct comparer *comparer, const struct retained_build *build,
                      VkQueue queue, const struct summary *summary);
+uint32_t comparer_ray_count(const struct comparer *comparer);
 VkResult comparer_trace(struct comparer *comparer, struct tracer_job *job);
 
 #endif

@@ -118,9 +118,11 @@ void retained_add_top(struct comparer *comparer, const struct retained_build *bu
 
 /* ---- comparing */
 
-static VkResult trace(struct comparer *comparer, const struct top_input *input, VkQueue queue,
-                      const struct top_rays *rays, struct compare_answer *answers)
+static VkResult compare(struct comparer *comparer, const struct retained_build *build,
+                        VkQueue queue, const struct top_reference *reference,
+                        const struct top_rays *rays)
 {
+    const struct top_input *input = reference->input;
     struct compare_input inputs[TOP_BOTTOMS_MAX];
     VkAccelerationStructureInstanceKHR *instances = calloc(input->count + 1ull, sizeof(*instances));
     if (!instances)
@@ -146,32 +148,15 @@ static VkResult trace(struct comparer *comparer, const struct top_input *input, 
         .top = &top,
         .ray_count = rays->count,
         .rays = rays->rays,
-        .answers = answers,
     };
     VkResult result = comparer_trace(comparer, &job);
-    free(instances);
-    return result;
-}
-
-static VkResult compare(struct comparer *comparer, const struct retained_build *build,
-                        VkQueue queue, const struct top_reference *reference)
-{
-    const struct settings *settings = reporter_settings(comparer->device->instance->reporter);
-    struct top_rays rays;
-    VkResult result = top_rays_create(reference, settings->compare_rays, &rays);
-    struct compare_answer *answers = calloc(rays.count + 1ull, sizeof(*answers));
-    if (result == VK_SUCCESS && !answers)
-        result = VK_ERROR_OUT_OF_HOST_MEMORY;
-    if (result == VK_SUCCESS && rays.count) {
-        result = trace(comparer, reference->input, queue, &rays, answers);
-        if (result == VK_SUCCESS) {
-            struct summary summary;
-            summary_make_top(reference, &rays, answers, &summary);
-            comparer_report(comparer, build, queue, &summary);
-        }
+    if (result == VK_SUCCESS) {
+        struct summary summary;
+        summary_make_top(reference, rays, job.answers, &summary);
+        comparer_report(comparer, build, queue, &summary);
     }
-    free(answers);
-    top_rays_free(&rays);
+    free(job.answers);
+    free(instances);
     return result;
 }
 
@@ -179,9 +164,13 @@ VkResult comparer_compare_top(struct comparer *comparer, const struct retained_b
                               VkQueue queue)
 {
     struct top_reference reference;
+    struct top_rays rays = {0};
     VkResult result = top_reference_open(&build->top->input, &reference);
     if (result == VK_SUCCESS)
-        result = compare(comparer, build, queue, &reference);
+        result = top_rays_create(&reference, comparer_ray_count(comparer), &rays);
+    if (result == VK_SUCCESS)
+        result = compare(comparer, build, queue, &reference, &rays);
+    top_rays_free(&rays);
     top_reference_close(&reference);
     return result;
 }

@@ -188,7 +188,7 @@ static VkPhysicalDeviceAccelerationStructurePropertiesKHR limits(void)
     };
 }
 
-/* The same for VK_NV_ray_tracing. Recursion is 0, because there are no pipelines. The sizes of a
+/* The limits of VK_NV_ray_tracing. Recursion is 0, because there are no pipelines. The sizes of a
  * shader binding table are those that the specification allows, because applications compute with
  * them. */
 static VkPhysicalDeviceRayTracingPropertiesNV limits_nv(void)

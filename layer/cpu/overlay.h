@@ -46,13 +46,14 @@ static inline struct cpu_overlay *cpu_overlay_of(const void *dispatchable)
     return layer_find_device(dispatchable)->cpu;
 }
 
-/* The next layer's commands for the same. */
+/* The next layer's commands for a device or queue. */
 static inline const VkuDeviceDispatchTable *cpu_next(const void *dispatchable)
 {
     return &cpu_overlay_of(dispatchable)->next;
 }
 
-/* The same two for a command buffer. Return NULL if the handle is invalid. */
+/* The overlay, and the next layer's commands, for a command buffer. Return NULL if the handle is
+ * invalid. */
 static inline struct cpu_overlay *cpu_overlay_of_recording(VkCommandBuffer handle)
 {
     struct layer_device *device = layer_find_recording_device(handle);

@@ -177,10 +177,8 @@ static void add_journal(const struct layer_device *device, const struct order_ba
                    .names = device->names,
                    .command_buffer = journal->command_buffer},
     };
-    struct journal_cursor cursor =
-        journal_start(journal, JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_PRIMITIVES) |
-                                   JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |
-                                   JOURNAL_BIT(JOURNAL_FILL) | JOURNAL_BIT(JOURNAL_EXECUTE));
+    struct journal_cursor cursor = journal_start(
+        journal, JOURNAL_WRITES | JOURNAL_BIT(JOURNAL_PRIMITIVES) | JOURNAL_BIT(JOURNAL_EXECUTE));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
         add_entry(&writer, batch, entry);
 }

@@ -87,6 +87,7 @@ static void report_findings(struct reading *reading)
     while (reading->findings) {
         struct pending_finding *pending = reading->findings;
         uint32_t position = pending->first + pending->location.build;
+        uint32_t at = journal_origin_at(pending->journal, position);
         const struct call_origin origin = {
             .device = device->handle,
             .names = device->names,
@@ -95,8 +96,8 @@ static void report_findings(struct reading *reading)
             .queue_labels = shared_labels_stack(reading->ran->batch->labels),
             .command_buffer = pending->journal->command_buffer,
             .build_index = pending->first,
-            .labels = journal_labels_at(pending->journal, position),
-            .call_site = journal_call_site_at(pending->journal, position),
+            .labels = journal_labels(pending->journal, at),
+            .call_site = journal_site(pending->journal, at),
             .replaced =
                 guard_results_explain(&reading->guarded, pending->journal, position, pending->rule),
             .when = reading->when,
@@ -149,9 +150,12 @@ static void indexes(void *user, uint32_t build, uint32_t geometry, uint32_t smal
 {
     const struct read_call *call = user;
     const struct ran_execution *ran = call->reading->ran;
-    const struct hazard_indices indices = {
-        {call->journal, call->first + build, geometry}, smallest, largest};
-    hazard_checks_index(ran->device->hazard_checks, ran->batch, &indices);
+    const struct hazard_input indices = {
+        .place = {call->journal, call->first + build, .has_indices = true, .geometry = geometry},
+        .smallest = smallest,
+        .largest = largest,
+    };
+    hazard_checks_add(ran->device->hazard_checks, ran->batch, &indices);
 }
 
 static const struct check_hooks hooks = {.found = found,
@@ -251,7 +255,7 @@ static struct found_notes take_notes(struct read_buffer *buffer, const struct jo
     if (has_inputs)
         found.inputs = &notes->items[reading->next_note++];
     if (has_point)
-        found.point = &notes->points[reading->next_point++].point;
+        found.point = &notes->points[reading->next_point++];
     if (found.used_count)
         found.used = &notes->used[reading->next_used];
     reading->next_used += found.used_count;

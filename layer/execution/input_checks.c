@@ -14,15 +14,15 @@
 /* One command buffer of a batch. */
 struct input_check {
     struct input_notes notes;
-    struct execution *execution; /* that waits to be validated; NULL: none */
+    struct execution *execution; /* it waits to be validated while the command buffer is used */
     atomic_bool was_waited_for;  /* by the layer itself, until the end */
 };
 
 /* The slot of a batch, from its replay on. Before the batch is kept, it belongs to the thread that
- * runs batches, then to the thread that delivers. This changes executions with the lock of the
- * list, and other threads read them with the lock. */
+ * runs batches, then to the thread that delivers. Other threads read it with the lock of the list,
+ * for command buffers that are used. */
 struct batch_inputs {
-    uint32_t waiting; /* checks that have not ended; used by the thread that delivers */
+    uint32_t waiting; /* checks that have not ended */
     struct input_check commands[];
 };
 
@@ -50,53 +50,16 @@ static struct batch_inputs *inputs_of(const struct order_batch *batch)
     return batch->slots[USES_INPUTS];
 }
 
-/* An execution that waits. */
-struct waiting {
-    struct order_batch *batch; /* NULL: none yet */
-    uint32_t command;
-};
-
-static struct input_check *check_of(const struct waiting *at)
+static struct input_check *check_of(const struct batch_cursor *at)
 {
     return &inputs_of(at->batch)->commands[at->command];
 }
 
-static struct order_batch *next_batch(const struct input_checks *input_checks,
-                                      const struct order_batch *after)
+/* A walk over the executions that wait. */
+static struct batch_cursor start(const struct input_checks *input_checks)
 {
-    return batch_list_next(input_checks->batches, IN_EXECUTION_ORDER, after, USES_INPUTS);
-}
-
-/* Goes on to the next execution that waits. Returns false if there is none. Call with the lock. */
-static bool next_waiting(const struct input_checks *input_checks, struct waiting *at)
-{
-    uint32_t i = at->batch ? at->command + 1 : 0;
-    struct order_batch *batch = at->batch ? at->batch : next_batch(input_checks, NULL);
-    for (; batch; batch = next_batch(input_checks, batch), i = 0)
-        for (; i < batch->command_count; i++)
-            if (inputs_of(batch)->commands[i].execution) {
-                *at = (struct waiting){batch, i};
-                return true;
-            }
-    return false;
-}
-
-static void lock(struct input_checks *input_checks)
-{
-    pthread_mutex_lock(&input_checks->batches->lock);
-}
-
-static void unlock(struct input_checks *input_checks)
-{
-    pthread_mutex_unlock(&input_checks->batches->lock);
-}
-
-static bool go_on(struct input_checks *input_checks, struct waiting *at)
-{
-    lock(input_checks);
-    bool found = next_waiting(input_checks, at);
-    unlock(input_checks);
-    return found;
+    return (struct batch_cursor){
+        .list = input_checks->batches, .sequence = IN_EXECUTION_ORDER, .use = USES_INPUTS};
 }
 
 /* Marks inputs as known that will never be read, so that updates which are compared with them do
@@ -126,42 +89,25 @@ static struct batch_inputs *make_slot(struct order_batch *batch)
     return inputs_of(batch);
 }
 
-/* Takes an execution that waits: no other thread finds it any more. */
-static struct execution *take(struct input_checks *input_checks, const struct waiting *at)
+/* No other thread finds the execution any more. */
+static void take(struct input_checks *input_checks, const struct batch_cursor *at)
 {
-    struct execution *execution = check_of(at)->execution;
-    lock(input_checks);
-    check_of(at)->execution = NULL;
-    unlock(input_checks);
-    return execution;
+    pthread_mutex_lock(&input_checks->batches->lock);
+    at->batch->commands[at->command].is_used[USES_INPUTS] = false;
+    pthread_mutex_unlock(&input_checks->batches->lock);
 }
 
 /* Ends the check of an execution that was taken. */
-static void end_check(struct input_checks *input_checks, const struct waiting *at,
-                      struct execution *execution)
+static void end_check(struct input_checks *input_checks, const struct batch_cursor *at)
 {
+    struct batch_inputs *inputs = inputs_of(at->batch);
     hazard_checks_settle(input_checks->device->hazard_checks, at->batch);
     release_notes(&check_of(at)->notes);
-    inputs_of(at->batch)->waiting--;
-    execution_release(execution);
-}
-
-/* Lets go of the batches whose checks have ended. */
-static void let_go(struct input_checks *input_checks)
-{
-    struct order_batch *batch;
-    do {
-        lock(input_checks);
-        batch = next_batch(input_checks, NULL);
-        while (batch && inputs_of(batch)->waiting)
-            batch = next_batch(input_checks, batch);
-        if (batch)
-            order_batch_end_use(batch, USES_INPUTS);
-        unlock(input_checks);
-        if (batch)
-            free_slot(batch);
-        order_batch_release(batch);
-    } while (batch);
+    execution_release(check_of(at)->execution);
+    if (--inputs->waiting)
+        return;
+    order_batch_let_go(at->batch, USES_INPUTS);
+    free_slot(at->batch);
 }
 
 /* ---- batches */
@@ -180,14 +126,16 @@ static void drop(void *user, struct order_batch *batch)
     free_slot(batch);
 }
 
-static void expect(const struct input_checks *input_checks, struct order_batch *batch,
-                   struct input_check *check, struct execution *execution)
+static void expect(const struct input_checks *input_checks, struct order_batch *batch, uint32_t i,
+                   struct execution *execution)
 {
+    struct input_check *check = &inputs_of(batch)->commands[i];
     check->execution = execution;
+    batch->commands[i].is_used[USES_INPUTS] = true;
     inputs_of(batch)->waiting++;
-    for (uint32_t i = 0; i < check->notes.count; i++)
-        if (check->notes.items[i].inputs)
-            check->notes.items[i].inputs->filler = check;
+    for (uint32_t n = 0; n < check->notes.count; n++)
+        if (check->notes.items[n].inputs)
+            check->notes.items[n].inputs->filler = check;
     hazard_checks_expect(input_checks->device->hazard_checks, batch);
 }
 
@@ -205,7 +153,7 @@ static void run(void *user, struct order_batch *batch)
             continue;
         missed.no_memory += !make_slot(batch);
         if (inputs_of(batch))
-            expect(input_checks, batch, &inputs_of(batch)->commands[i], execution_share(execution));
+            expect(input_checks, batch, i, execution_share(execution));
     }
     warn_missed(input_checks->device, &missed);
     if (inputs_of(batch) && inputs_of(batch)->waiting)
@@ -264,7 +212,7 @@ static bool has_sources(const struct input_check *check)
 }
 
 static struct ran_execution describe(const struct input_checks *input_checks,
-                                     const struct waiting *at, bool is_complete)
+                                     const struct batch_cursor *at, bool is_complete)
 {
     return (struct ran_execution){
         .device = input_checks->device,
@@ -284,7 +232,7 @@ static void deliver(struct input_checks *input_checks)
     struct missed_executions missed = {0};
     VkResult end;
     execution_order_host_clock(input_checks->device->order, &delivery.seen);
-    for (struct waiting at = {0}; go_on(input_checks, &at);) {
+    for (struct batch_cursor at = start(input_checks); batch_cursor_step(&at);) {
         if (!has_ended(&delivery, at.batch, check_of(&at), &end) || !has_sources(check_of(&at)))
             continue;
         const struct ran_execution ran = describe(input_checks, &at, end == VK_SUCCESS);
@@ -292,9 +240,8 @@ static void deliver(struct input_checks *input_checks)
         if (ran.is_complete)
             submitted_builds_end(input_checks->device->submitted_builds, at.batch);
         input_checks_read(&ran, NULL, &missed);
-        end_check(input_checks, &at, ran.execution);
+        end_check(input_checks, &at);
     }
-    let_go(input_checks);
     warn_missed(input_checks->device, &missed);
 }
 
@@ -302,18 +249,19 @@ static void deliver(struct input_checks *input_checks)
  * says, or if nothing waits. */
 static bool begin_delivery(struct input_checks *input_checks, bool *is_busy)
 {
-    lock(input_checks);
+    pthread_mutex_lock(&input_checks->batches->lock);
     *is_busy = input_checks->drain.is_busy;
-    bool begins = (*is_busy || next_batch(input_checks, NULL)) && drain_begin(&input_checks->drain);
-    unlock(input_checks);
+    struct batch_cursor first = start(input_checks);
+    bool begins = (*is_busy || batch_cursor_next(&first)) && drain_begin(&input_checks->drain);
+    pthread_mutex_unlock(&input_checks->batches->lock);
     return begins;
 }
 
 static bool repeat_delivery(struct input_checks *input_checks)
 {
-    lock(input_checks);
+    pthread_mutex_lock(&input_checks->batches->lock);
     bool again = drain_repeat(&input_checks->drain);
-    unlock(input_checks);
+    pthread_mutex_unlock(&input_checks->batches->lock);
     return again;
 }
 
@@ -333,7 +281,7 @@ static bool read_waiting(struct input_checks *input_checks, const char *when)
     bool is_busy;
     if (!begin_delivery(input_checks, &is_busy))
         return !is_busy;
-    for (struct waiting at = {0}; go_on(input_checks, &at);) {
+    for (struct batch_cursor at = start(input_checks); batch_cursor_step(&at);) {
         const struct ran_execution ran = describe(input_checks, &at, false);
         if (has_sources(check_of(&at)))
             input_checks_read(&ran, when, &missed);
@@ -343,20 +291,33 @@ static bool read_waiting(struct input_checks *input_checks, const char *when)
     return true;
 }
 
+/* An execution whose batch has not run, for example because the call that submits it has not
+ * returned. */
+static void read_unrun(struct input_checks *input_checks, const struct batch_cursor *at,
+                       const char *when, struct missed_executions *missed)
+{
+    const struct journal *journal = at->batch->commands[at->command].captured;
+    const struct ran_execution ran = {
+        .device = input_checks->device,
+        .batch = at->batch,
+        .journal = journal,
+        .execution = journal->work ? recording_share_latest(journal->work) : NULL,
+    };
+    if (ran.execution)
+        input_checks_read(&ran, when, missed);
+    execution_release(ran.execution);
+}
+
 bool input_checks_read_marked(struct input_checks *input_checks, const char *when)
 {
     struct missed_executions missed = {0};
-    struct ran_execution ran;
     if (!input_checks)
         return true;
-    struct layer_device *device = input_checks->device;
     bool is_free = read_waiting(input_checks, when);
-    for (uint32_t n = 0; submitted_builds_find_unrun(device->submitted_builds, n, &ran); n++) {
-        ran.device = device;
-        if (ran.execution)
-            input_checks_read(&ran, when, &missed);
-        submitted_builds_release_unrun(&ran);
-    }
+    for (struct batch_cursor at = submitted_builds_start(input_checks->device->submitted_builds);
+         at.list && batch_cursor_step(&at);)
+        if (!order_batch_has_run(at.batch))
+            read_unrun(input_checks, &at, when, &missed);
     return is_free;
 }
 
@@ -364,10 +325,10 @@ void input_checks_destroy(struct input_checks *input_checks)
 {
     if (!input_checks)
         return;
-    for (struct waiting at = {0}; input_checks->batches && go_on(input_checks, &at);)
-        end_check(input_checks, &at, take(input_checks, &at));
-    if (input_checks->batches)
-        let_go(input_checks);
+    for (struct batch_cursor at = start(input_checks); at.list && batch_cursor_step(&at);) {
+        take(input_checks, &at);
+        end_check(input_checks, &at);
+    }
     free(input_checks);
 }
 
@@ -377,8 +338,8 @@ struct ticket *input_checks_next_ticket(struct input_checks *input_checks, VkQue
                                         uint64_t after)
 {
     struct ticket *next = NULL;
-    lock(input_checks);
-    for (struct waiting at = {0}; next_waiting(input_checks, &at);) {
+    pthread_mutex_lock(&input_checks->batches->lock);
+    for (struct batch_cursor at = start(input_checks); batch_cursor_next(&at);) {
         struct ticket *ticket = check_of(&at)->execution->ticket;
         if (ticket->number > after && (!queue || at.batch->queue == queue) &&
             (!next || ticket->number < next->number))
@@ -386,7 +347,7 @@ struct ticket *input_checks_next_ticket(struct input_checks *input_checks, VkQue
     }
     if (next)
         ticket_share(next);
-    unlock(input_checks);
+    pthread_mutex_unlock(&input_checks->batches->lock);
     return next;
 }
 
@@ -396,11 +357,11 @@ enum { WAIT_NANOSECONDS = 1000 * 1000 * 1000, PAUSE_NANOSECONDS = 1000 * 1000 };
 
 static struct ticket *share_first(struct input_checks *input_checks)
 {
-    struct waiting first = {0};
-    lock(input_checks);
-    bool found = next_waiting(input_checks, &first);
+    struct batch_cursor first = start(input_checks);
+    pthread_mutex_lock(&input_checks->batches->lock);
+    bool found = batch_cursor_next(&first);
     struct ticket *ticket = found ? ticket_share(check_of(&first)->execution->ticket) : NULL;
-    unlock(input_checks);
+    pthread_mutex_unlock(&input_checks->batches->lock);
     return ticket;
 }
 
@@ -409,14 +370,14 @@ static struct ticket *share_first(struct input_checks *input_checks)
 static bool note_wait(struct input_checks *input_checks, const struct ticket *ticket)
 {
     bool is_first = false, has_first = false;
-    lock(input_checks);
-    for (struct waiting at = {0}; next_waiting(input_checks, &at); has_first = true) {
+    pthread_mutex_lock(&input_checks->batches->lock);
+    for (struct batch_cursor at = start(input_checks); batch_cursor_next(&at); has_first = true) {
         if (check_of(&at)->execution->ticket != ticket)
             continue;
         is_first |= !has_first;
         atomic_store(&check_of(&at)->was_waited_for, true);
     }
-    unlock(input_checks);
+    pthread_mutex_unlock(&input_checks->batches->lock);
     return is_first;
 }
 

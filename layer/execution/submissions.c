@@ -75,8 +75,9 @@ static bool found(void *user, const struct journal *journal, uint32_t first_buil
     struct judging *judging = user;
     judging->origin.command_buffer = journal->command_buffer;
     judging->origin.build_index = first_build;
-    judging->origin.labels = journal_labels_at(journal, first_build + location->build);
-    judging->origin.call_site = journal_call_site_at(journal, first_build + location->build);
+    uint32_t at = journal_origin_at(journal, first_build + location->build);
+    judging->origin.labels = journal_labels(journal, at);
+    judging->origin.call_site = journal_site(journal, at);
     struct reporter *reporter = judging->submissions->device->instance->reporter;
     if (reporter_send(reporter, rule, location, &judging->origin, finding))
         judging->batch->skips_call = true;

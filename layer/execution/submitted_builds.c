@@ -4,12 +4,10 @@
 
 #include <stdlib.h>
 
-#include "layer/execution/input_check_run.h"
-
 struct submitted_builds {
     const struct layer_device *device;
     struct batch_list *batches;
-    atomic_uint count; /* pending command buffers; changes with the lock of the list */
+    atomic_uint count; /* command buffers with builds of the batches that are kept */
 };
 
 VkResult submitted_builds_create(const struct layer_device *device,
@@ -23,62 +21,16 @@ VkResult submitted_builds_create(const struct layer_device *device,
     return VK_SUCCESS;
 }
 
-/* ---- the list. Call these functions with its lock. */
-
-/* A pending command buffer. */
-struct pending {
-    struct order_batch *batch; /* NULL: none yet */
-    uint32_t command;
-};
-
-static struct order_batch *next_batch(const struct submitted_builds *submitted,
-                                      const struct order_batch *after)
+struct batch_cursor submitted_builds_start(const struct submitted_builds *submitted)
 {
-    return batch_list_next(submitted->batches, IN_SUBMISSION_ORDER, after, USES_PENDING_BUILDS);
+    return (struct batch_cursor){.list = submitted ? submitted->batches : NULL,
+                                 .sequence = IN_SUBMISSION_ORDER,
+                                 .use = USES_PENDING_BUILDS};
 }
 
-/* Goes on to the next pending command buffer. Returns false if there is none. */
-static bool next_pending(const struct submitted_builds *submitted, struct pending *at)
-{
-    uint32_t i = at->batch ? at->command + 1 : 0;
-    struct order_batch *batch = at->batch ? at->batch : next_batch(submitted, NULL);
-    for (; batch; batch = next_batch(submitted, batch), i = 0)
-        for (; i < batch->command_count; i++)
-            if (batch->commands[i].is_pending) {
-                *at = (struct pending){batch, i};
-                return true;
-            }
-    return false;
-}
-
-static const struct journal *journal_of(const struct pending *at)
+static const struct journal *journal_of(const struct batch_cursor *at)
 {
     return at->batch->commands[at->command].captured;
-}
-
-/* Forgets command buffers of a batch that is kept. Returns whether none is left: then the caller
- * releases the batch. */
-static bool forget(struct submitted_builds *submitted, struct order_batch *batch, uint32_t first,
-                   uint32_t end)
-{
-    bool is_left = false;
-    for (uint32_t i = 0; i < batch->command_count; i++) {
-        bool *is_pending = &batch->commands[i].is_pending;
-        if (i >= first && i < end) {
-            atomic_fetch_sub(&submitted->count, *is_pending);
-            *is_pending = false;
-        }
-        is_left |= *is_pending;
-    }
-    if (!is_left)
-        order_batch_end_use(batch, USES_PENDING_BUILDS);
-    return !is_left;
-}
-
-static bool forget_batch(struct submitted_builds *submitted, struct order_batch *batch)
-{
-    return order_batch_is_kept(batch, USES_PENDING_BUILDS) &&
-           forget(submitted, batch, 0, batch->command_count);
 }
 
 /* ---- submissions */
@@ -93,16 +45,34 @@ static bool has_builds(const struct journal *journal)
     return false;
 }
 
-static void forget_oldest(struct submitted_builds *submitted)
+/* Forgets a batch whose use has ended. */
+static void forget(struct submitted_builds *submitted, struct order_batch *batch)
 {
-    struct pending oldest = {0};
-    bool is_last = false;
-    pthread_mutex_lock(&submitted->batches->lock);
-    if (next_pending(submitted, &oldest))
-        is_last = forget(submitted, oldest.batch, oldest.command, oldest.command + 1);
-    pthread_mutex_unlock(&submitted->batches->lock);
-    if (is_last)
-        order_batch_release(oldest.batch);
+    for (uint32_t i = 0; i < batch->command_count; i++)
+        atomic_fetch_sub(&submitted->count, batch->commands[i].is_used[USES_PENDING_BUILDS]);
+    order_batch_release(batch);
+}
+
+/* Forgets all batches for which `ends` returns true. */
+static void forget_those(struct submitted_builds *submitted,
+                         bool (*ends)(const void *user, const struct order_batch *batch),
+                         const void *user)
+{
+    for (struct order_batch *batch;
+         (batch = batch_list_take(submitted->batches, IN_SUBMISSION_ORDER, USES_PENDING_BUILDS,
+                                  ends, user));)
+        forget(submitted, batch);
+}
+
+struct newest {
+    const struct submitted_builds *submitted;
+    const struct order_batch *batch;
+};
+
+static bool is_beyond_limit(const void *user, const struct order_batch *batch)
+{
+    const struct newest *newest = user;
+    return atomic_load(&newest->submitted->count) > SUBMITTED_MAX && batch != newest->batch;
 }
 
 static void submit(void *user, struct order_batch *batch)
@@ -111,28 +81,24 @@ static void submit(void *user, struct order_batch *batch)
     uint32_t count = 0;
     for (uint32_t i = 0; i < batch->command_count; i++) {
         struct submitted_commands *commands = &batch->commands[i];
-        commands->is_pending = commands->captured && has_builds(commands->captured);
-        count += commands->is_pending;
+        bool is_used = commands->captured && has_builds(commands->captured);
+        commands->is_used[USES_PENDING_BUILDS] = is_used;
+        count += is_used;
     }
     if (!count)
         return;
     atomic_fetch_add(&submitted->count, count);
     order_batch_keep(batch, USES_PENDING_BUILDS, NULL);
-    while (atomic_load(&submitted->count) > SUBMITTED_MAX)
-        forget_oldest(submitted);
+    if (atomic_load(&submitted->count) > SUBMITTED_MAX)
+        forget_those(submitted, is_beyond_limit, &(struct newest){submitted, batch});
 }
 
 /* ---- completion */
 
 void submitted_builds_end(struct submitted_builds *submitted, struct order_batch *batch)
 {
-    if (!submitted)
-        return;
-    pthread_mutex_lock(&submitted->batches->lock);
-    bool was_kept = forget_batch(submitted, batch);
-    pthread_mutex_unlock(&submitted->batches->lock);
-    if (was_kept)
-        order_batch_release(batch);
+    if (submitted && order_batch_end_use(batch, USES_PENDING_BUILDS))
+        forget(submitted, batch);
 }
 
 static void fail(void *user, struct order_batch *batch)
@@ -140,46 +106,26 @@ static void fail(void *user, struct order_batch *batch)
     submitted_builds_end(user, batch);
 }
 
-enum { FORGOTTEN_AT_ONCE = 32 };
-
-/* Forgets batches whose end the host has observed. Returns the number. */
-static uint32_t forget_complete(struct submitted_builds *submitted,
-                                const struct execution_clock *seen,
-                                struct order_batch *forgotten[FORGOTTEN_AT_ONCE])
+/* Whether the host has observed the end of the batch. */
+static bool is_complete(const void *user, const struct order_batch *batch)
 {
-    uint32_t count = 0;
-    pthread_mutex_lock(&submitted->batches->lock);
-    for (struct order_batch *batch = NULL;
-         count < FORGOTTEN_AT_ONCE && (batch = next_batch(submitted, batch));)
-        if (order_batch_has_run(batch) && execution_clock_has(seen, batch->timestamp) &&
-            forget_batch(submitted, batch))
-            forgotten[count++] = batch;
-    pthread_mutex_unlock(&submitted->batches->lock);
-    return count;
+    return order_batch_has_run(batch) && execution_clock_has(user, batch->timestamp);
 }
 
 static void deliver(void *user)
 {
     struct submitted_builds *submitted = user;
-    struct order_batch *forgotten[FORGOTTEN_AT_ONCE];
     struct execution_clock seen;
-    uint32_t count;
     if (!atomic_load(&submitted->count))
         return;
     execution_order_host_clock(submitted->device->order, &seen);
-    do {
-        count = forget_complete(submitted, &seen, forgotten);
-        for (uint32_t i = 0; i < count; i++)
-            order_batch_release(forgotten[i]);
-    } while (count == FORGOTTEN_AT_ONCE);
+    forget_those(submitted, is_complete, &seen);
 }
 
 void submitted_builds_destroy(struct submitted_builds *submitted)
 {
-    if (!submitted)
-        return;
-    for (struct order_batch *batch; (batch = next_batch(submitted, NULL));)
-        submitted_builds_end(submitted, batch);
+    if (submitted)
+        forget_those(submitted, NULL, NULL);
     free(submitted);
 }
 
@@ -222,11 +168,11 @@ static bool visit_journal(struct visitor *visitor, const struct journal *journal
 }
 
 /* A later execution of the same command buffer has cleared the marks, so this one is complete. */
-static bool is_repeated(const struct submitted_builds *submitted, struct pending at)
+static bool is_repeated(struct batch_cursor at)
 {
     const struct journal *journal = journal_of(&at);
     const struct recording *recording = journal->work;
-    while (recording && next_pending(submitted, &at))
+    while (recording && batch_cursor_next(&at))
         if (journal_of(&at) == journal)
             return atomic_load(&recording->marks.ticket) != 0;
     return false;
@@ -238,91 +184,57 @@ bool submitted_builds_each(struct submitted_builds *submitted, bool waits,
 {
     struct visitor visitor = {
         .visit = visit, .user = user, .has_marks = submitted->device->snapshots};
-    struct pending at = {0};
+    struct batch_cursor at = submitted_builds_start(submitted);
     if (waits)
         pthread_mutex_lock(&submitted->batches->lock);
     else if (pthread_mutex_trylock(&submitted->batches->lock) != 0)
         return false;
     bool goes_on = true;
-    while (goes_on && next_pending(submitted, &at)) {
+    while (goes_on && batch_cursor_next(&at)) {
         const struct journal *journal = journal_of(&at);
         visitor.build.primary = journal->command_buffer;
         visitor.build.queue = at.batch->queue;
         visitor.build.submission = at.batch->number;
         visitor.build.queue_labels = shared_labels_stack(at.batch->labels);
-        goes_on =
-            (visitor.has_marks && is_repeated(submitted, at)) || visit_journal(&visitor, journal);
+        goes_on = (visitor.has_marks && is_repeated(at)) || visit_journal(&visitor, journal);
     }
     pthread_mutex_unlock(&submitted->batches->lock);
     return true;
 }
 
-/* ---- not run yet */
-
-bool submitted_builds_find_unrun(struct submitted_builds *submitted, uint32_t n,
-                                 struct ran_execution *ran)
-{
-    struct pending at = {0};
-    bool found = false;
-    *ran = (struct ran_execution){0};
-    pthread_mutex_lock(&submitted->batches->lock);
-    while (!found && next_pending(submitted, &at))
-        found = !order_batch_has_run(at.batch) && !n--;
-    if (found) {
-        ran->batch = order_batch_share(at.batch);
-        ran->journal = journal_of(&at);
-    }
-    pthread_mutex_unlock(&submitted->batches->lock);
-    if (found && ran->journal->work)
-        ran->execution = recording_share_latest(ran->journal->work);
-    return found;
-}
-
-void submitted_builds_release_unrun(struct ran_execution *ran)
-{
-    execution_release(ran->execution);
-    order_batch_release(ran->batch);
-}
-
 /* ---- progress */
 
-struct progress {
-    uint64_t sum;
-    bool is_pending;
-};
-
-static void add_progress(struct progress *progress, const struct journal *journal)
+static void visit_marks(struct submitted_builds *submitted,
+                        bool (*visit)(void *user, const struct submitted_build *build), void *user)
 {
-    const struct recording *recording = journal->work;
-    for (uint32_t i = 0; recording && i < recording->marks.count; i++) {
-        enum mark_state state = recording_mark_state(recording, i + 1, 0);
-        progress->sum = progress->sum * 31 + state + 1;
-        progress->is_pending |= state == MARK_IS_CLEAR || state == MARK_HAS_COPIES;
-    }
-    struct journal_cursor cursor = journal_start_secondaries(journal);
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
-        add_progress(progress, entry->secondary);
+    if (submitted && submitted->device->snapshots && atomic_load(&submitted->count))
+        submitted_builds_each(submitted, true, visit, user);
 }
 
-static struct progress find_progress(struct submitted_builds *submitted)
+static bool add_progress(void *user, const struct submitted_build *build)
 {
-    struct progress progress = {0};
-    struct pending at = {0};
-    if (!submitted || !submitted->device->snapshots || !atomic_load(&submitted->count))
-        return progress;
-    pthread_mutex_lock(&submitted->batches->lock);
-    while (next_pending(submitted, &at))
-        add_progress(&progress, journal_of(&at));
-    pthread_mutex_unlock(&submitted->batches->lock);
-    return progress;
+    uint64_t *sum = user;
+    *sum = *sum * 31 + build->state + 1;
+    return true;
 }
 
 uint64_t submitted_builds_progress(struct submitted_builds *submitted)
 {
-    return find_progress(submitted).sum;
+    uint64_t sum = 0;
+    visit_marks(submitted, add_progress, &sum);
+    return sum;
+}
+
+static bool find_pending(void *user, const struct submitted_build *build)
+{
+    bool *is_pending = user;
+    *is_pending = build->state == MARK_IS_CLEAR || build->state == MARK_HAS_COPIES;
+    return !*is_pending;
 }
 
 bool submitted_builds_are_pending(struct submitted_builds *submitted)
 {
-    return find_progress(submitted).is_pending;
+    bool is_pending = false;
+    visit_marks(submitted, find_pending, &is_pending);
+    return is_pending;
 }

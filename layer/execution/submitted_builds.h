@@ -17,7 +17,8 @@ VkResult submitted_builds_create(const struct layer_device *device,
 void submitted_builds_destroy(struct submitted_builds *submitted); /* accepts NULL */
 
 /* Keeps the batches with builds from their submission on, until the host has observed that they are
- * complete: of the last SUBMITTED_MAX command buffers with builds. */
+ * complete. If they have more than SUBMITTED_MAX command buffers with builds, the oldest batches
+ * are forgotten. */
 enum { SUBMITTED_MAX = 1024 };
 struct batch_consumer submitted_builds_consumer(struct submitted_builds *submitted);
 
@@ -46,13 +47,8 @@ bool submitted_builds_each(struct submitted_builds *submitted, bool waits,
                            bool (*visit)(void *user, const struct submitted_build *build),
                            void *user);
 
-/* The n-th command buffer whose batch has not reached its execution point, for example because the
- * call that submits it has not returned: what is needed to validate its inputs. The caller releases
- * the references with submitted_builds_release_unrun(). Returns false if there are fewer. */
-struct ran_execution;
-bool submitted_builds_find_unrun(struct submitted_builds *submitted, uint32_t n,
-                                 struct ran_execution *ran);
-void submitted_builds_release_unrun(struct ran_execution *ran);
+/* Starts a walk over the command buffers with builds; its `list` is NULL if there is no walk. */
+struct batch_cursor submitted_builds_start(const struct submitted_builds *submitted);
 
 /* A number that changes when the device gets further: when a mark is written. */
 uint64_t submitted_builds_progress(struct submitted_builds *submitted);

@@ -20,7 +20,7 @@ struct barrier_parameters {
 /* A group of barriers that is being recorded: those of one command, or of one wait. */
 struct group {
     struct hazard_recording *recording;
-    struct journal_mark before;
+    struct chunk_place before;
     struct hazard_entry *first; /* has the count */
 };
 
@@ -32,7 +32,7 @@ struct dependency barriers_full_dependency(void)
 
 static struct group begin_group(struct hazard_recording *recording)
 {
-    return (struct group){.recording = recording, .before = journal_mark(recording->journal)};
+    return (struct group){.recording = recording, .before = journal_end(recording->journal)};
 }
 
 static struct group begin_wait(struct hazard_recording *recording, VkEvent event)
@@ -52,7 +52,7 @@ static void add(struct group *group, const struct hazard_barrier *barrier)
         return;
     struct hazard_entry *entry = hazard_add(journal, HAZARD_BARRIER);
     if (!entry) {
-        journal_take_back(journal, &group->before);
+        journal_take_back(journal, group->before);
         return;
     }
     entry->dependency = barrier->dependency;
@@ -293,10 +293,9 @@ void barriers_wait_events_2(struct hazard_recording *recording, uint32_t count,
 
 /* ---- events and render passes */
 
-static struct hazard_entry *add_event(struct hazard_recording *recording, enum journal_kind kind,
-                                      VkEvent event)
+static struct hazard_entry *add_set(struct hazard_recording *recording, VkEvent event)
 {
-    struct hazard_entry *entry = hazard_add(recording->journal, kind);
+    struct hazard_entry *entry = hazard_add(recording->journal, HAZARD_SET_EVENT);
     if (entry)
         entry->object = (uint64_t)(uintptr_t)event;
     return entry;
@@ -305,7 +304,7 @@ static struct hazard_entry *add_event(struct hazard_recording *recording, enum j
 void barriers_set_event(struct hazard_recording *recording, VkEvent event,
                         VkPipelineStageFlags stages)
 {
-    struct hazard_entry *entry = add_event(recording, HAZARD_SET_EVENT, event);
+    struct hazard_entry *entry = add_set(recording, event);
     if (entry)
         entry->dependency = dependency_of(stages, 0, 0, 0);
 }
@@ -313,7 +312,7 @@ void barriers_set_event(struct hazard_recording *recording, VkEvent event,
 void barriers_set_event_2(struct hazard_recording *recording, VkEvent event,
                           const VkDependencyInfo *info)
 {
-    struct hazard_entry *entry = add_event(recording, HAZARD_SET_EVENT, event);
+    struct hazard_entry *entry = add_set(recording, event);
     if (!entry)
         return;
     if (info->pNext)
@@ -324,11 +323,6 @@ void barriers_set_event_2(struct hazard_recording *recording, VkEvent event,
         entry->dependency.src |= DEPENDENCY_OF(&info->pBufferMemoryBarriers[i]).src;
     for (uint32_t i = 0; i < info->imageMemoryBarrierCount; i++)
         entry->dependency.src |= DEPENDENCY_OF(&info->pImageMemoryBarriers[i]).src;
-}
-
-void barriers_reset_event(struct hazard_recording *recording, VkEvent event)
-{
-    add_event(recording, HAZARD_RESET_EVENT, event);
 }
 
 void barriers_add_global(struct hazard_recording *recording, const struct dependency *dependency)

@@ -14,13 +14,13 @@ void hazards_start_build(struct hazard_recording *recording, struct build_call *
                                            .command = call->hazards};
     if (recording->command)
         return;
-    hazard_recording_command(recording, build_command_name(call->view.command));
+    hazard_recording_command(recording, build_command_name(call->view.command),
+                             call_site_of_call(call->device));
     call->hazards = recording->command;
     if (!recording->command)
         return;
     recording->command->info = call->view.info_count;
     recording->command->geometry = call->view.command_buffer.build_index;
-    recording->command->site = call->device->call_sites ? call_site_of_thread() : NULL;
 }
 
 static bool is_host(const struct build_view *build)
@@ -117,7 +117,7 @@ static void record_build(void *user, const struct build_view *build,
 {
     struct build_call *call = user;
     struct hazard_recording recording;
-    build_notes_recorder(call->device)->record_build(user, build, geometry);
+    build_notes_recorder()->record_build(user, build, geometry);
     hazards_start_build(&recording, call);
     add_structures(&recording, build);
     add_scratch(&recording, build);
@@ -130,7 +130,7 @@ static void record_geometry(void *user, const struct geometry_view *geometry)
 {
     struct build_call *call = user;
     struct hazard_recording recording;
-    build_notes_recorder(call->device)->record_geometry(user, geometry);
+    build_notes_recorder()->record_geometry(user, geometry);
     hazards_start_build(&recording, call);
     add_geometry(&recording, geometry);
 }
@@ -141,7 +141,7 @@ static void record_indirect(void *user, const struct indirect_view *indirect)
     struct hazard_recording recording;
     const struct hazard_use use = {
         .kind = ACCESS_BUILD_INDIRECT_READ, .role = HAZARD_RANGES, .info = indirect->build->index};
-    build_notes_recorder(call->device)->record_indirect(user, indirect);
+    build_notes_recorder()->record_indirect(user, indirect);
     if (!indirect->stride)
         return;
     hazards_start_build(&recording, call);
@@ -157,22 +157,9 @@ static void record_nv_build(void *user, const struct nv_call_view *view)
 {
     struct build_call *call = user;
     struct hazard_recording recording;
-    build_notes_recorder(call->device)->record_nv_build(user, view);
+    build_notes_recorder()->record_nv_build(user, view);
     hazards_start_build(&recording, call);
     hazards_add_nv_build(&recording, view);
-}
-
-static void record_nv_input(void *user, uint32_t geometry, enum input_role role,
-                            const struct buffer_facts *facts)
-{
-    struct build_call *call = user;
-    build_notes_recorder(call->device)->record_nv_input(user, geometry, role, facts);
-}
-
-static void record_ranges(void *user, struct noted_ranges *ranges)
-{
-    struct build_call *call = user;
-    build_notes_recorder(call->device)->record_ranges(user, ranges);
 }
 
 const struct build_recorder *hazards_build_recorder(void)
@@ -181,9 +168,9 @@ const struct build_recorder *hazards_build_recorder(void)
         .record_build = record_build,
         .record_geometry = record_geometry,
         .record_indirect = record_indirect,
-        .record_ranges = record_ranges,
+        .record_ranges = build_notes_record_ranges,
         .record_nv_build = record_nv_build,
-        .record_nv_input = record_nv_input,
+        .record_nv_input = nv_record_input,
     };
     return &recorder;
 }

@@ -14,7 +14,7 @@ bool hazards_start_host(struct hazard_recording *recording, struct layer_device 
     if (!recording->journal)
         return false;
     host_work_set_journal(recording->journal);
-    hazard_recording_command(recording, name);
+    hazard_recording_command(recording, name, NULL);
     return true;
 }
 

@@ -79,7 +79,7 @@ void hazards_add_indexed(struct hazard_recording *recording, const struct hazard
     item->object_type = VK_OBJECT_TYPE_BUFFER;
     item->object = (uint64_t)(uintptr_t)facts->buffer;
     item->count = (uint32_t)elements->stride;
-    item->labels = (uint32_t)elements->size;
+    item->origin = (uint32_t)elements->size;
     item->bytes = (struct hazard_bytes){memory, facts->begin + elements->offset,
                                         facts->begin + facts->bytes_left};
     recording->journal->awaits_inputs = true;

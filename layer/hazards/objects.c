@@ -27,20 +27,12 @@ struct hazard_objects *hazard_objects_create(void)
     return calloc(1, sizeof(struct hazard_objects));
 }
 
-static void free_record(void *record, void *context)
-{
-    (void)context;
-    free(record);
-}
-
 void hazard_objects_destroy(struct hazard_objects *objects)
 {
     if (!objects)
         return;
-    handle_table_each(&objects->images, free_record, NULL);
-    handle_table_each(&objects->render_passes, free_record, NULL);
-    handle_table_release(&objects->images);
-    handle_table_release(&objects->render_passes);
+    handle_table_drop(&objects->images, free);
+    handle_table_drop(&objects->render_passes, free);
     free(objects);
 }
 

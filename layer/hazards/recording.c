@@ -17,16 +17,17 @@ bool hazard_recording_start(struct hazard_recording *recording, VkCommandBuffer 
     return true;
 }
 
-void hazard_recording_command(struct hazard_recording *recording, const char *name)
+void hazard_recording_command(struct hazard_recording *recording, const char *name,
+                              const struct call_site *site)
 {
+    const struct command_buffer *command_buffer = recording->command_buffer;
     struct hazard_entry *command = hazard_add(recording->journal, HAZARD_COMMAND);
     recording->command = command;
     if (!command)
         return;
     command->command = name;
-    if (recording->command_buffer)
-        command->labels =
-            journal_note_labels(recording->journal, &recording->command_buffer->labels);
+    command->origin = journal_note_origin(recording->journal,
+                                          command_buffer ? &command_buffer->labels : NULL, site);
 }
 
 bool hazard_recording_begin(struct hazard_recording *recording, VkCommandBuffer handle,
@@ -34,7 +35,7 @@ bool hazard_recording_begin(struct hazard_recording *recording, VkCommandBuffer 
 {
     if (!hazard_recording_start(recording, handle))
         return false;
-    hazard_recording_command(recording, name);
+    hazard_recording_command(recording, name, NULL);
     return true;
 }
 
@@ -43,7 +44,7 @@ void hazard_recording_add(struct hazard_recording *recording, const struct hazar
 {
     if (!bytes->memory || bytes->begin >= bytes->end)
         return;
-    struct hazard_entry *access = hazard_add_unset(recording->journal, HAZARD_ACCESS);
+    struct hazard_entry *access = hazard_add(recording->journal, HAZARD_ACCESS);
     if (access)
         *access = (struct hazard_entry){.kind = access->kind,
                                         .size = access->size,

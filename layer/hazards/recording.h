@@ -20,8 +20,9 @@ struct hazard_recording {
 /* Returns false if nothing is to be recorded: the setting is off, or the handle is invalid. */
 bool hazard_recording_start(struct hazard_recording *recording, VkCommandBuffer handle);
 
-/* Begins a command, whose accesses follow. `name` is static text. */
-void hazard_recording_command(struct hazard_recording *recording, const char *name);
+/* Begins a command, whose accesses follow. `name` is static text. `site`: NULL unless it builds. */
+void hazard_recording_command(struct hazard_recording *recording, const char *name,
+                              const struct call_site *site);
 
 /* Starts, and begins a command of the command buffer. Returns as hazard_recording_start(). */
 bool hazard_recording_begin(struct hazard_recording *recording, VkCommandBuffer handle,

@@ -123,7 +123,7 @@ __attribute__((cold)) void build_call_settle_entries(struct build_call *call)
         replay_recorded(&replay, call->command_buffer);
     }
     if (call->skip)
-        journal_take_back(call->journal, &call->journal->call);
+        journal_take_back(call->journal, call->journal->call);
     else
         replay_keep(call->command_buffer);
 }

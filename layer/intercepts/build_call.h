@@ -3,6 +3,7 @@
 #ifndef ASSAY_LAYER_INTERCEPTS_BUILD_CALL_H
 #define ASSAY_LAYER_INTERCEPTS_BUILD_CALL_H
 
+#include "layer/intercepts/call_sites.h"
 #include "layer/layer.h"
 #include "src/check/call/check.h"
 
@@ -18,7 +19,7 @@ struct build_call {
 
 void build_call_start(struct build_call *call, struct layer_device *device,
                       enum build_command command);
-/* The same for a call that is recorded in a command buffer; the handle may be invalid. */
+/* Starts a call that is recorded in a command buffer; the handle may be invalid. */
 void build_call_start_recorded(struct build_call *call, struct layer_device *device,
                                enum build_command command, VkCommandBuffer handle);
 
@@ -45,6 +46,14 @@ static inline void build_call_settle_journal(struct build_call *call)
     if (command_buffer && call->journal &&
         (call->journal->has_sources_to_check || call->skip || command_buffer->has_known_states))
         build_call_settle_entries(call);
+}
+
+/* Returns the value of journal_entry.origin for the builds of the call. */
+static inline uint32_t build_call_origin(const struct build_call *call)
+{
+    const struct command_buffer *command_buffer = call->command_buffer;
+    return journal_note_origin(call->journal, command_buffer ? &command_buffer->labels : NULL,
+                               call_site_of_call(call->device));
 }
 
 void build_call_count_builds(struct build_call *call, uint32_t count);

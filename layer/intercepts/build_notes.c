@@ -41,15 +41,18 @@ static inline void note(struct noting *noting, enum input_role role,
     if (facts->status != ADDRESS_IN_BUFFER ||
         !journal_notes_buffer(noting->journal, facts->buffer_id))
         return;
-    struct journal_input *input = noting->next++;
-    input->buffer_id = facts->buffer_id;
-    input->address = facts->address;
-    input->position = noting->position;
-    input->info = noting->info;
-    input->geometry = noting->geometry;
-    input->role = (unsigned char)role;
-    input->command = noting->command;
-    input->geometry_by_pointer = noting->geometry_by_pointer;
+    *noting->next++ = (struct journal_input){
+        .kind = JOURNAL_USE_BUFFER,
+        .size = sizeof(struct journal_input) / JOURNAL_UNIT,
+        .role = (unsigned char)role,
+        .command = noting->command,
+        .geometry_by_pointer = noting->geometry_by_pointer,
+        .position = noting->position,
+        .info = noting->info,
+        .geometry = noting->geometry,
+        .buffer_id = facts->buffer_id,
+        .address = facts->address,
+    };
 }
 
 static inline void note_geometry(struct noting *noting, const struct geometry_view *geometry)
@@ -58,7 +61,7 @@ static inline void note_geometry(struct noting *noting, const struct geometry_vi
     case VK_GEOMETRY_TYPE_TRIANGLES_KHR:
         note(noting, INPUT_VERTEX, &geometry->vertex);
         note(noting, INPUT_INDEX, &geometry->index_data);
-        note(noting, INPUT_TRANSFORM, &geometry->transform);
+        note(noting, INPUT_MATRIX, &geometry->transform);
         break;
     case VK_GEOMETRY_TYPE_AABBS_KHR:
         note(noting, INPUT_AABBS, &geometry->data);
@@ -185,8 +188,7 @@ static inline bool is_copied(const struct build_call *call)
     return call->device->snapshots && call->command_buffer;
 }
 
-static inline void note_build(const struct build_call *call, const struct build_view *build,
-                              uint32_t labels)
+static inline void note_build(const struct build_call *call, const struct build_view *build)
 {
     struct journal_entry *entry = journal_begin_build(call->journal, is_copied(call));
     if (!entry)
@@ -195,7 +197,7 @@ static inline void note_build(const struct build_call *call, const struct build_
     entry->command = (unsigned char)call->view.command;
     entry->judged = false;
     entry->info = build->index;
-    entry->labels = labels;
+    entry->origin = build_call_origin(call);
     entry->dst = (uint64_t)(uintptr_t)build->dst.handle;
     entry->dst_id = build->dst.id;
     entry->dst_backing = backing_of(&build->dst);
@@ -207,6 +209,36 @@ static inline void note_build(const struct build_call *call, const struct build_
         add_shapes(call->journal, build, entry);
 }
 
+static const VkAccelerationStructureGeometryKHR *geometry_of(const struct build_view *build,
+                                                             uint32_t i)
+{
+    return build->geometries ? &build->geometries[i] : build->geometry_pointers[i];
+}
+
+/* Returns false if the number is unknown: the counts are in device memory, or in the data of dense
+ * geometries, or they are unreadable. */
+static bool count_primitives(const struct build_view *build, VkDeviceSize *count)
+{
+    *count = 0;
+    if (!is_readable(build) || (build->geometry_count && !build->ranges))
+        return false;
+    for (uint32_t i = 0; i < build->geometry_count; i++) {
+        if (geometry_is_dense(geometry_of(build, i)))
+            return false;
+        *count += build->ranges[i].primitiveCount;
+    }
+    return true;
+}
+
+/* For setting record_builds. */
+__attribute__((cold)) static void note_primitives(const struct build_call *call,
+                                                  const struct build_view *build)
+{
+    struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES};
+    if (count_primitives(build, &entry.number))
+        journal_add(call->journal, &entry);
+}
+
 /* Records the place of copies of a build that writes no known structure. */
 __attribute__((cold)) static void note_unknown_build(const struct build_call *call,
                                                      const struct build_view *build)
@@ -216,7 +248,9 @@ __attribute__((cold)) static void note_unknown_build(const struct build_call *ca
         *entry = (struct journal_entry){.kind = JOURNAL_INPUTS,
                                         .size = entry->size,
                                         .command = (unsigned char)call->view.command,
-                                        .info = build->index};
+                                        .info = build->index,
+                                        .origin = build_call_origin(call),
+                                        .built.position = position_of(call, build)};
 }
 
 /* Records all inputs of a typical build at once. */
@@ -247,12 +281,13 @@ ON_RECORDING_PATH static void record_build(void *user, const struct build_view *
     }
     if (build->micromaps && command_buffer)
         note_micromaps(call, build);
-    note_build(call, build,
-               command_buffer ? journal_note_labels(call->journal, &command_buffer->labels) : 0);
+    if (call->device->records_builds)
+        note_primitives(call, build);
+    note_build(call, build);
 }
 
 /* If the ranges cannot be kept, rules about them stay silent. */
-static void record_ranges(void *user, struct noted_ranges *ranges)
+void build_notes_record_ranges(void *user, struct noted_ranges *ranges)
 {
     const struct build_call *call = user;
     if (!ranges)
@@ -265,56 +300,15 @@ static void record_ranges(void *user, struct noted_ranges *ranges)
                                });
 }
 
-/* ---- with numbers of primitives, for setting record_builds */
-
-static const VkAccelerationStructureGeometryKHR *geometry_of(const struct build_view *build,
-                                                             uint32_t i)
-{
-    return build->geometries ? &build->geometries[i] : build->geometry_pointers[i];
-}
-
-/* Returns false if the number is unknown: the counts are in device memory, or in the data of dense
- * geometries, or they are unreadable. */
-static bool count_primitives(const struct build_view *build, VkDeviceSize *count)
-{
-    *count = 0;
-    if (!is_readable(build) || (build->geometry_count && !build->ranges))
-        return false;
-    for (uint32_t i = 0; i < build->geometry_count; i++) {
-        if (geometry_is_dense(geometry_of(build, i)))
-            return false;
-        *count += build->ranges[i].primitiveCount;
-    }
-    return true;
-}
-
-static void record_counted_build(void *user, const struct build_view *build,
-                                 const struct geometry_view *geometry)
-{
-    const struct build_call *call = user;
-    struct journal_entry entry = {.kind = JOURNAL_PRIMITIVES};
-    if (build->dst.id && count_primitives(build, &entry.number))
-        journal_add(call->journal, &entry);
-    record_build(user, build, geometry);
-}
-
-const struct build_recorder *build_notes_recorder(const struct layer_device *device)
+const struct build_recorder *build_notes_recorder(void)
 {
     static const struct build_recorder recorder = {
         .record_build = record_build,
         .record_geometry = record_geometry,
         .record_indirect = record_indirect,
-        .record_ranges = record_ranges,
+        .record_ranges = build_notes_record_ranges,
         .record_nv_build = nv_record_build,
         .record_nv_input = nv_record_input,
     };
-    static const struct build_recorder counting_recorder = {
-        .record_build = record_counted_build,
-        .record_geometry = record_geometry,
-        .record_indirect = record_indirect,
-        .record_ranges = record_ranges,
-        .record_nv_build = nv_record_build,
-        .record_nv_input = nv_record_input,
-    };
-    return device->records_builds ? &counting_recorder : &recorder;
+    return &recorder;
 }

@@ -5,10 +5,10 @@
 
 #include "layer/intercepts/build_call.h"
 
-/* Returns the recorder of a device's builds. */
-const struct build_recorder *build_notes_recorder(const struct layer_device *device);
+const struct build_recorder *build_notes_recorder(void);
 
-/* The recorder's functions for COMMAND_NV (nv.c). */
+/* Functions of the recorder. Those for COMMAND_NV are in nv.c. */
+void build_notes_record_ranges(void *user, struct noted_ranges *ranges);
 void nv_record_build(void *user, const struct nv_call_view *view);
 void nv_record_input(void *user, uint32_t geometry, enum input_role role,
                      const struct buffer_facts *facts);

@@ -2,7 +2,7 @@
 /* Finds the call sites of build commands.
  *
  * A finding at the call takes the call site from the thread. A finding at submission or completion
- * takes it from the journal, in which the call is noted before its builds. */
+ * takes it from the journal, whose entries have taken it from the thread. */
 #include "layer/intercepts/call_sites.h"
 
 #include <string.h>
@@ -38,14 +38,6 @@ void call_sites_enable(struct layer_device *device)
 
 /* ---- one call */
 
-struct located_call {
-    const struct call_site *outer; /* of a call in whose message callback this one is made */
-    struct journal *journal;       /* in which the call is noted, or NULL */
-    const struct command_buffer *command_buffer;
-    struct journal_mark mark; /* the journal's end before the note */
-    uint32_t position;
-};
-
 /* The frame and the return address of an intercept; see call_stack_walk_frames(). */
 #define CALLER __builtin_frame_address(0), __builtin_return_address(0)
 
@@ -62,47 +54,20 @@ static const struct call_site *find_site(const struct layer_device *device, cons
     return call_sites_find(device->call_sites, &stack);
 }
 
-static struct located_call enter(const struct call_site *site)
+/* Returns the site of the call in whose message callback this one is made. */
+static const struct call_site *enter(const struct layer_device *device, const void *dispatchable,
+                                     const void *frame, const void *first)
 {
-    const struct call_site **of_thread = site_of_thread();
-    struct located_call call = {.outer = *of_thread};
-    *of_thread = site;
-    return call;
+    const struct call_site **of_thread = site_of_thread(), *outer = *of_thread;
+    /* An invalid handle is reported on another device. */
+    *of_thread =
+        find_site(device ? device : layer_find_reporting_device(dispatchable), frame, first);
+    return outer;
 }
 
-/* A call that was skipped, or has no builds, leaves no note: the next call begins at its position.
- */
-static void leave(const struct located_call *call)
+static void leave(const struct call_site *outer)
 {
-    *site_of_thread() = call->outer;
-    if (call->journal && call->command_buffer->facts.build_index == call->position)
-        journal_take_back(call->journal, &call->mark);
-}
-
-/* An invalid handle is reported on another device. */
-static struct located_call enter_recorded(VkCommandBuffer handle, const void *frame,
-                                          const void *first)
-{
-    struct layer_device *device = layer_find_build_device(handle);
-    struct command_buffer *command_buffer =
-        device ? command_buffers_find(device->command_buffers, handle) : NULL;
-    const struct call_site *site =
-        find_site(device ? device : layer_find_reporting_device(handle), frame, first);
-    struct located_call call = enter(site);
-    if (!command_buffer || !command_buffer->journal || device->level < LEVEL_EXECUTION)
-        return call;
-    call.command_buffer = command_buffer;
-    call.journal = command_buffer->journal;
-    call.position = command_buffer->facts.build_index;
-    call.mark = journal_mark(call.journal);
-    journal_note_call(call.journal, call.position, site);
-    return call;
-}
-
-static struct located_call enter_host(VkDevice handle, const void *frame, const void *first)
-{
-    const struct layer_device *device = layer_find_device_safely(handle);
-    return enter(find_site(device ? device : layer_find_reporting_device(handle), frame, first));
+    *site_of_thread() = outer;
 }
 
 /* ---- intercepts */
@@ -112,9 +77,10 @@ VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructuresKHR(
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
     const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
 {
-    struct located_call call = enter_recorded(commandBuffer, CALLER);
+    const struct call_site *outer =
+        enter(layer_find_build_device(commandBuffer), commandBuffer, CALLER);
     assay_CmdBuildAccelerationStructuresKHR(commandBuffer, infoCount, pInfos, ppBuildRangeInfos);
-    leave(&call);
+    leave(outer);
 }
 
 VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructuresIndirectKHR(
@@ -123,11 +89,12 @@ VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructuresIndirectKHR(
     const VkDeviceAddress *pIndirectDeviceAddresses, const uint32_t *pIndirectStrides,
     const uint32_t *const *ppMaxPrimitiveCounts)
 {
-    struct located_call call = enter_recorded(commandBuffer, CALLER);
+    const struct call_site *outer =
+        enter(layer_find_build_device(commandBuffer), commandBuffer, CALLER);
     assay_CmdBuildAccelerationStructuresIndirectKHR(commandBuffer, infoCount, pInfos,
                                                     pIndirectDeviceAddresses, pIndirectStrides,
                                                     ppMaxPrimitiveCounts);
-    leave(&call);
+    leave(outer);
 }
 
 VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructureNV(
@@ -136,10 +103,11 @@ VKAPI_ATTR void VKAPI_CALL located_CmdBuildAccelerationStructureNV(
     VkAccelerationStructureNV dst, VkAccelerationStructureNV src, VkBuffer scratch,
     VkDeviceSize scratchOffset)
 {
-    struct located_call call = enter_recorded(commandBuffer, CALLER);
+    const struct call_site *outer =
+        enter(layer_find_build_device(commandBuffer), commandBuffer, CALLER);
     assay_CmdBuildAccelerationStructureNV(commandBuffer, pInfo, instanceData, instanceOffset,
                                           update, dst, src, scratch, scratchOffset);
-    leave(&call);
+    leave(outer);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL located_BuildAccelerationStructuresKHR(
@@ -147,9 +115,9 @@ VKAPI_ATTR VkResult VKAPI_CALL located_BuildAccelerationStructuresKHR(
     const VkAccelerationStructureBuildGeometryInfoKHR *pInfos,
     const VkAccelerationStructureBuildRangeInfoKHR *const *ppBuildRangeInfos)
 {
-    struct located_call call = enter_host(device, CALLER);
+    const struct call_site *outer = enter(layer_find_device_safely(device), device, CALLER);
     VkResult result = assay_BuildAccelerationStructuresKHR(device, deferredOperation, infoCount,
                                                            pInfos, ppBuildRangeInfos);
-    leave(&call);
+    leave(outer);
     return result;
 }

@@ -11,5 +11,10 @@ void call_sites_enable(struct layer_device *device);
 
 /* The call site of the build command that this thread is in; NULL: unknown, or there is none. */
 const struct call_site *call_site_of_thread(void);
+/* The call site for entries of a journal; NULL if the setting is off. */
+static inline const struct call_site *call_site_of_call(const struct layer_device *device)
+{
+    return device->call_sites ? call_site_of_thread() : NULL;
+}
 
 #endif

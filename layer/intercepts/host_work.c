@@ -2,7 +2,6 @@
 /* Host commands from begin to end, and observers of the deferred operations that execute them. */
 #include "layer/intercepts/host_work.h"
 
-#include "layer/intercepts/call_sites.h"
 #include "observers.h"
 
 /* Checks the level, because backend cpu has an order at each level. */
@@ -37,8 +36,6 @@ struct host_work host_work_begin(struct layer_device *device)
         host_work_set_journal(NULL);
     if (work.journal)
         work.journal->destroy_count = resources_destroy_count(device->resources);
-    if (work.journal && device->call_sites)
-        journal_note_call(work.journal, 0, call_site_of_thread());
     return work;
 }
 

@@ -147,7 +147,7 @@ void nv_record_build(void *user, const struct nv_call_view *view)
         .kind = view->update ? JOURNAL_UPDATE : JOURNAL_BUILD,
         .size = entry->size,
         .command = COMMAND_NV,
-        .labels = journal_note_labels(journal, &call->command_buffer->labels),
+        .origin = build_call_origin(call),
         .dst = (uint64_t)(uintptr_t)view->dst,
         .dst_id = view->dst_facts.id,
         .dst_backing = view->dst_facts.binding == NV_BOUND ? BACKED_BY_MEMORY : 0,
@@ -166,6 +166,8 @@ void nv_record_input(void *user, uint32_t geometry, enum input_role role,
     if (!input || !journal_notes_buffer(call->journal, facts->id))
         return;
     *input = (struct journal_input){
+        .kind = JOURNAL_USE_BUFFER,
+        .size = sizeof(*input) / JOURNAL_UNIT,
         .buffer_id = facts->id,
         .buffer = facts->handle,
         .position = call->view.command_buffer.build_index,

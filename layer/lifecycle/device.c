@@ -26,17 +26,6 @@
 #include "observers.h"
 #include "src/state/commands/call_sites.h"
 
-VkLayerDeviceCreateInfo *layer_device_link(const VkDeviceCreateInfo *create_info)
-{
-    for (const VkBaseInStructure *s = create_info->pNext; s; s = s->pNext) {
-        VkLayerDeviceCreateInfo *info = (VkLayerDeviceCreateInfo *)(uintptr_t)s;
-        if (s->sType == VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO &&
-            info->function == VK_LAYER_LINK_INFO)
-            return info;
-    }
-    return NULL;
-}
-
 static void apply_settings(struct layer_device *device)
 {
     const struct settings *settings = reporter_settings(device->instance->reporter);
@@ -45,7 +34,7 @@ static void apply_settings(struct layer_device *device)
     device->records_builds = settings->record_builds;
     if (device->level >= LEVEL_EXECUTION)
         device->build_recorder =
-            device->finds_hazards ? hazards_build_recorder() : build_notes_recorder(device);
+            device->finds_hazards ? hazards_build_recorder() : build_notes_recorder();
     for (int command = 0; command < COMMAND_COUNT; command++)
         check_select((enum build_command)command, settings->level, settings->muted,
                      device->active_rules[command]);
@@ -134,7 +123,8 @@ static VkResult create_device(struct layer_device *device, PFN_vkCreateDevice cr
                               const VkAllocationCallbacks *allocator,
                               struct compare_enabling *enabling, VkDevice *handle)
 {
-    VkLayerDeviceCreateInfo *link = layer_device_link(create_info);
+    VkLayerDeviceCreateInfo *link =
+        layer_link(create_info->pNext, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
     VkLayerDeviceLink *below = link->u.pLayerInfo;
     if (device->instance->backend == BACKEND_CPU)
         return cpu_create_device(device, create, create_info, allocator, handle);
@@ -253,7 +243,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateDevice(VkPhysicalDevice physicalDevic
                                                   VkDevice *pDevice)
 {
     struct layer_instance *instance = layer_find_instance(physicalDevice);
-    VkLayerDeviceCreateInfo *link = layer_device_link(pCreateInfo);
+    VkLayerDeviceCreateInfo *link =
+        layer_link(pCreateInfo->pNext, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
     if (!instance || !link || !link->u.pLayerInfo)
         return VK_ERROR_INITIALIZATION_FAILED;
     PFN_vkGetInstanceProcAddr next_instance_proc_addr =

@@ -83,14 +83,12 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_EnumerateDeviceExtensionProperties(
                  : VK_ERROR_INITIALIZATION_FAILED;
 }
 
-VkLayerInstanceCreateInfo *layer_instance_link(const VkInstanceCreateInfo *create_info)
+/* Both structures begin with the same members. */
+void *layer_link(const void *chain, VkStructureType type)
 {
-    for (const VkBaseInStructure *s = create_info->pNext; s; s = s->pNext) {
-        VkLayerInstanceCreateInfo *info = (VkLayerInstanceCreateInfo *)(uintptr_t)s;
-        if (s->sType == VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO &&
-            info->function == VK_LAYER_LINK_INFO)
-            return info;
-    }
+    for (const VkLayerDeviceCreateInfo *link = chain; link; link = link->pNext)
+        if (link->sType == type && link->function == VK_LAYER_LINK_INFO)
+            return (void *)(uintptr_t)link;
     return NULL;
 }
 
@@ -112,7 +110,8 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_CreateInstance(const VkInstanceCreateInfo *
                                                     const VkAllocationCallbacks *pAllocator,
                                                     VkInstance *pInstance)
 {
-    VkLayerInstanceCreateInfo *link = layer_instance_link(pCreateInfo);
+    VkLayerInstanceCreateInfo *link =
+        layer_link(pCreateInfo->pNext, VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO);
     if (!link || !link->u.pLayerInfo)
         return VK_ERROR_INITIALIZATION_FAILED;
     PFN_vkGetInstanceProcAddr next_proc_addr = link->u.pLayerInfo->pfnNextGetInstanceProcAddr;

@@ -75,7 +75,7 @@ static const char *words_of(const struct submitted_build *build)
 static void append_build(const struct list *list, const struct submitted_build *build)
 {
     const struct journal_entry *entry = build->entry;
-    const struct call_site *site = journal_call_site_at(build->journal, entry->built.position);
+    const struct call_site *site = journal_site(build->journal, entry->origin);
     text_append_plain(list->text, "\n");
     text_append_decimal(list->text, list->listed);
     text_append_plain(list->text, ". ");
@@ -87,7 +87,7 @@ static void append_build(const struct list *list, const struct submitted_build *
                   (uint64_t)(uintptr_t)build->journal->command_buffer);
     text_append_plain(list->text, ", build ");
     text_append_decimal(list->text, entry->built.position);
-    append_labels(list, ", labels ", journal_labels_at(build->journal, entry->built.position));
+    append_labels(list, ", labels ", journal_labels(build->journal, entry->origin));
     if (build->primary != build->journal->command_buffer) {
         text_append_plain(list->text, ", executed by ");
         append_object(list, VK_OBJECT_TYPE_COMMAND_BUFFER, (uint64_t)(uintptr_t)build->primary);

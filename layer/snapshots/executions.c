@@ -3,43 +3,22 @@
 #include "layer/snapshots/coverage_warnings.h"
 #include "layer/snapshots/snapshots.h"
 
-/* Takes the execution from the command buffer. Returns NULL if there is none. */
-static struct execution *take(struct submitted_commands *commands)
-{
-    return atomic_exchange(&commands->execution, NULL);
-}
-
-/* ---- batches */
-
 static void run(void *user, struct order_batch *batch)
 {
     (void)user;
     for (uint32_t i = 0; i < batch->command_count; i++) {
         struct execution *execution = atomic_load(&batch->commands[i].execution);
-        if (!execution)
-            continue;
         execution_mark_reached(execution);
         execution_drop_invalidated(execution);
     }
 }
 
-/* Returns false if another thread has ended the use. Else the caller releases the batch. */
-static bool end_use(struct batch_list *batches, struct order_batch *batch)
-{
-    pthread_mutex_lock(&batches->lock);
-    bool was_kept = order_batch_is_kept(batch, USES_EXECUTIONS);
-    order_batch_end_use(batch, USES_EXECUTIONS);
-    pthread_mutex_unlock(&batches->lock);
-    return was_kept;
-}
-
 static void ran(void *user, struct order_batch *batch)
 {
-    const struct snapshots *snapshots = user;
+    (void)user;
     for (uint32_t i = 0; i < batch->command_count; i++)
-        execution_release(take(&batch->commands[i]));
-    if (end_use(execution_order_batches(snapshots->device->order), batch))
-        order_batch_release(batch);
+        execution_release(atomic_exchange(&batch->commands[i].execution, NULL));
+    order_batch_let_go(batch, USES_EXECUTIONS);
 }
 
 /* ---- executions that never run in order */
@@ -49,20 +28,13 @@ static void take_all(struct snapshots *snapshots,
                      void (*use)(struct snapshots *snapshots, struct execution *execution))
 {
     struct batch_list *batches = execution_order_batches(snapshots->device->order);
-    for (;;) {
-        pthread_mutex_lock(&batches->lock);
-        struct order_batch *batch =
-            batch_list_next(batches, IN_SUBMISSION_ORDER, NULL, USES_EXECUTIONS);
-        if (batch)
-            order_batch_end_use(batch, USES_EXECUTIONS);
-        pthread_mutex_unlock(&batches->lock);
-        for (uint32_t i = 0; batch && i < batch->command_count; i++) {
-            struct execution *execution = take(&batch->commands[i]);
+    for (struct order_batch *batch;
+         (batch = batch_list_take(batches, IN_SUBMISSION_ORDER, USES_EXECUTIONS, NULL, NULL));) {
+        for (uint32_t i = 0; i < batch->command_count; i++) {
+            struct execution *execution = atomic_exchange(&batch->commands[i].execution, NULL);
             if (execution)
                 use(snapshots, execution);
         }
-        if (!batch)
-            break;
         order_batch_release(batch);
     }
 }

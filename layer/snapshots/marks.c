@@ -10,11 +10,8 @@
 static bool add_mark(struct recording *recording, const struct build_mark *mark)
 {
     struct build_marks *marks = &recording->marks;
-    struct build_mark *items =
-        array_make_room(marks->items, marks->count, &marks->capacity, sizeof(*items));
-    if (!items)
+    if (!ARRAY_HAS_ROOM(marks->items, marks->count, marks->capacity))
         return false;
-    marks->items = items;
     marks->items[marks->count++] = *mark;
     return true;
 }

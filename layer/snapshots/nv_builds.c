@@ -31,14 +31,10 @@ struct inputs {
 
 static bool reserve(struct inputs *inputs)
 {
-    struct input_buffer *grown =
-        array_make_room(inputs->buffers, inputs->count, &inputs->capacity, sizeof(*grown));
-    if (!grown) {
+    bool has_room = ARRAY_HAS_ROOM(inputs->buffers, inputs->count, inputs->capacity);
+    if (!has_room)
         recorder_fail(inputs->recorder);
-        return false;
-    }
-    inputs->buffers = grown;
-    return true;
+    return has_room;
 }
 
 /* Gives a buffer addresses. Returns NULL if it has no memory or was destroyed, or without memory.

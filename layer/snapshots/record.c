@@ -147,7 +147,8 @@ static struct journal_entry *make_entry(struct recorder *recorder,
         *entry = (struct journal_entry){.kind = JOURNAL_INPUTS,
                                         .size = entry->size,
                                         .command = (unsigned char)build->place.command,
-                                        .info = build->place.info};
+                                        .info = build->place.info,
+                                        .built.position = build->place.position};
     return entry;
 }
 

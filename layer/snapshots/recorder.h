@@ -40,7 +40,7 @@ struct recorder {
  * unknown, or memory ran out. vkEndCommandBuffer reports lack of memory, here and below. */
 bool recorder_begin(struct recorder *recorder, VkCommandBuffer handle);
 
-/* The same for a build command; sets cannot_inject. */
+/* Begins to record a build command, and sets cannot_inject. */
 bool recorder_begin_builds(struct recorder *recorder, VkCommandBuffer handle);
 
 /* Adds an entry for backend cpu. */

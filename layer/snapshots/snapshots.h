@@ -113,7 +113,7 @@ static inline struct snapshots *snapshots_of(const void *dispatchable)
     return layer_find_device(dispatchable)->snapshots;
 }
 
-/* The same for a command buffer. Returns NULL if the handle is invalid. */
+/* The snapshots of a command buffer's device. Returns NULL if the handle is invalid. */
 static inline struct snapshots *snapshots_of_recording(VkCommandBuffer handle)
 {
     struct layer_device *device = layer_find_recording_device(handle);

@@ -42,11 +42,7 @@ static const uint64_t DETACH_NANOSECONDS = 2000 * 1000 * UINT64_C(1000);
 
 static bool reserve(struct submit *submit)
 {
-    struct submitted_execution *grown = array_make_room(
-        submit->executions, submit->count, &submit->capacity, sizeof(*submit->executions));
-    if (grown)
-        submit->executions = grown;
-    return grown != NULL;
+    return ARRAY_HAS_ROOM(submit->executions, submit->count, submit->capacity);
 }
 
 /* Other threads may submit the recording, or one of its secondaries, at the same time. The lock

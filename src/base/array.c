@@ -3,18 +3,23 @@
 #include "src/base/array.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 enum { FIRST_CAPACITY = 4 };
 
-void *array_make_room(void *items, uint32_t count, uint32_t *capacity, size_t size)
+bool array_has_room(void *items, uint32_t count, uint32_t *capacity, size_t size)
 {
+    void *moved;
     if (count < *capacity)
-        return items;
+        return true;
     if (*capacity > UINT32_MAX / 2)
-        return NULL;
+        return false;
     uint32_t larger = *capacity ? *capacity * 2 : FIRST_CAPACITY;
-    void *moved = realloc(items, larger * size);
-    if (moved)
-        *capacity = larger;
-    return moved;
+    memcpy(&moved, items, sizeof(moved));
+    moved = realloc(moved, larger * size);
+    if (!moved)
+        return false;
+    memcpy(items, &moved, sizeof(moved));
+    *capacity = larger;
+    return true;
 }

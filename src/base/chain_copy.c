@@ -12,8 +12,8 @@
 #include "src/platform/probe.h"
 #include "vuid-tables/registry.h"
 
-/* Of a structure that is newer than the registry as much is copied as can be read, which is more
- * than any has. */
+/* The bytes that are copied of a structure which is newer than the registry, if they are readable:
+ * more than any structure has. */
 enum { UNKNOWN_SIZE = 1024 };
 
 static size_t size_of(VkStructureType type)

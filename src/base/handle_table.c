@@ -98,6 +98,14 @@ void handle_table_release(struct handle_table *table)
     *table = (struct handle_table){0};
 }
 
+void handle_table_drop(struct handle_table *table, void (*release)(void *record))
+{
+    for (size_t i = 0; table->slots && i <= table->mask; i++)
+        if (table->slots[i].handle)
+            release(table->slots[i].record);
+    handle_table_release(table);
+}
+
 void handle_table_each(const struct handle_table *table, void (*visit)(void *record, void *context),
                        void *context)
 {

@@ -57,6 +57,8 @@ void *handle_table_remove(struct handle_table *table, uint64_t handle);
 
 /* Frees the table but not the records. */
 void handle_table_release(struct handle_table *table);
+/* Calls `release` for every record, and then frees the table. */
+void handle_table_drop(struct handle_table *table, void (*release)(void *record));
 
 /* Calls `visit` for every record. `visit` must not change the table. */
 void handle_table_each(const struct handle_table *table, void (*visit)(void *record, void *context),

@@ -34,7 +34,8 @@ unsigned reader_lock_stripe(void);
 /* Acquires the lock for reading. Returns the stripe, which the caller passes to
  * reader_lock_leave(). */
 unsigned reader_lock_enter(struct reader_lock *lock);
-/* The same without waiting: returns false if the lock is taken. A signal handler may call it. */
+/* Acquires the lock for reading without waiting: returns false if the lock is taken. A signal
+ * handler may call it. */
 bool reader_lock_try_enter(struct reader_lock *lock, unsigned *stripe);
 void reader_lock_leave(struct reader_lock *lock, unsigned stripe);
 

@@ -27,7 +27,7 @@ __attribute__((format(printf, 2, 3))) void text_append(struct text_buffer *buffe
 /* The functions below call nothing that allocates or locks, so a signal handler may use them. */
 void text_append_plain(struct text_buffer *buffer, const char *text);
 void text_append_decimal(struct text_buffer *buffer, uint64_t number);
-/* The same with zeros in front, if the number has fewer digits. */
+/* Appends a number with zeros in front, if it has fewer digits. */
 void text_append_padded(struct text_buffer *buffer, uint64_t number, unsigned digits);
 /* A number such as 0x1f. */
 void text_append_hex(struct text_buffer *buffer, uint64_t number);
@@ -43,7 +43,7 @@ void text_append_count(struct text_buffer *buffer, uint64_t count, const char *n
  * as escape sequences: \" \n \x1b \u2028. */
 void text_append_quoted(struct text_buffer *buffer, const char *quoted, size_t size);
 
-/* The same without quotation marks around the text. */
+/* Appends such a text without quotation marks around it. */
 void text_append_escaped(struct text_buffer *buffer, const char *text, size_t size);
 
 /* Returns the greatest length up to `length` at which UTF-8 text can be cut without splitting a

@@ -22,11 +22,6 @@ static inline float4 float4_load(const float *from)
     return v;
 }
 
-static inline void float4_store(float *to, float4 v)
-{
-    memcpy(to, &v, sizeof(v));
-}
-
 static inline float4 float4_all(float x)
 {
     return (float4){x, x, x, x};

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "src/bvh/input/formats.h"
+#include "src/bvh/input/indices.h"
 #include "src/bvh/input/source.h"
 #include "src/platform/aligned.h"
 
@@ -52,7 +53,7 @@ static void find_triangles(const VkAccelerationStructureGeometryTrianglesDataKHR
         before += range->primitiveOffset;
     } else {
         extents[1] = (struct extent){range->primitiveOffset,
-                                     corners * source_index_bytes(triangles->indexType)};
+                                     corners * index_type_size(triangles->indexType)};
     }
     extents[0] =
         (struct extent){before, elements(vertices, stride, vertex_size(triangles->vertexFormat))};

@@ -134,10 +134,9 @@ VkResult cpu_deferred_operations_create(struct cpu_deferred_operations **operati
     return VK_SUCCESS;
 }
 
-static void free_operation(void *record, void *context)
+static void free_operation(void *record)
 {
     struct operation *operation = record;
-    (void)context;
     job_drop(operation->job);
     free(operation);
 }
@@ -146,8 +145,7 @@ void cpu_deferred_operations_destroy(struct cpu_deferred_operations *operations)
 {
     if (!operations)
         return;
-    handle_table_each(&operations->table, free_operation, NULL);
-    handle_table_release(&operations->table);
+    handle_table_drop(&operations->table, free_operation);
     pthread_mutex_destroy(&operations->lock);
     free(operations);
 }
@@ -171,7 +169,7 @@ void cpu_deferred_remove(struct cpu_deferred_operations *operations, uint64_t ha
     struct operation *operation = handle_table_remove(&operations->table, handle);
     pthread_mutex_unlock(&operations->lock);
     if (operation)
-        free_operation(operation, NULL);
+        free_operation(operation);
 }
 
 static bool is_complete(struct job *job)

@@ -354,10 +354,7 @@ void cpu_playback_deliver(struct cpu_playback *playback, const struct cpu_delive
 
 bool cpu_playback_has_results(struct cpu_playback *playback)
 {
-    pthread_mutex_lock(&playback->lock);
-    bool has = playback->results != NULL;
-    pthread_mutex_unlock(&playback->lock);
-    return has;
+    return first_result(playback) != NULL;
 }
 
 void cpu_playback_forget_buffer(struct cpu_playback *playback, VkBuffer buffer)

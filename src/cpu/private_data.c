@@ -16,9 +16,8 @@ void cpu_private_data_init(struct cpu_private_data *data)
     pthread_mutex_init(&data->lock, NULL);
 }
 
-static void free_list(void *record, void *context)
+static void free_list(void *record)
 {
-    (void)context;
     for (struct value *value = record, *next; value; value = next) {
         next = value->next;
         free(value);
@@ -27,8 +26,7 @@ static void free_list(void *record, void *context)
 
 void cpu_private_data_release(struct cpu_private_data *data)
 {
-    handle_table_each(&data->objects, free_list, NULL);
-    handle_table_release(&data->objects);
+    handle_table_drop(&data->objects, free_list);
     pthread_mutex_destroy(&data->lock);
 }
 
@@ -83,7 +81,7 @@ void cpu_private_data_forget_object(struct cpu_private_data *data, uint64_t obje
     pthread_mutex_lock(&data->lock);
     struct value *list = handle_table_remove(&data->objects, object);
     pthread_mutex_unlock(&data->lock);
-    free_list(list, NULL);
+    free_list(list);
 }
 
 static void forget(void *record, void *slot)

@@ -41,25 +41,19 @@ static void release_query(const struct query *query)
     cpu_tree_release(query->tree);
 }
 
-static void free_pool(struct query_pool *pool)
+static void free_pool(void *record)
 {
+    struct query_pool *pool = record;
     for (uint32_t i = 0; pool && i < pool->count; i++)
         release_query(&pool->queries[i]);
     free(pool);
-}
-
-static void visit_pool(void *record, void *context)
-{
-    (void)context;
-    free_pool(record);
 }
 
 void cpu_query_pools_destroy(struct cpu_query_pools *pools)
 {
     if (!pools)
         return;
-    handle_table_each(&pools->table, visit_pool, NULL);
-    handle_table_release(&pools->table);
+    handle_table_drop(&pools->table, free_pool);
     pthread_mutex_destroy(&pools->lock);
     free(pools);
 }

@@ -54,32 +54,19 @@ VkResult cpu_structures_create(struct cpu_structures **structures)
     return VK_SUCCESS;
 }
 
-static void free_structure(struct cpu_structure *structure)
+static void free_structure(void *record)
 {
+    struct cpu_structure *structure = record;
     cpu_tree_release(structure->tree);
     free(structure);
-}
-
-static void visit_structure(void *record, void *context)
-{
-    (void)context;
-    free_structure(record);
-}
-
-static void visit_range(void *record, void *context)
-{
-    (void)context;
-    free(record);
 }
 
 void cpu_structures_destroy(struct cpu_structures *structures)
 {
     if (!structures)
         return;
-    handle_table_each(&structures->table, visit_structure, NULL);
-    handle_table_each(&structures->ranges, visit_range, NULL);
-    handle_table_release(&structures->table);
-    handle_table_release(&structures->ranges);
+    handle_table_drop(&structures->table, free_structure);
+    handle_table_drop(&structures->ranges, free);
     pthread_mutex_destroy(&structures->watch_lock);
     free(structures);
 }

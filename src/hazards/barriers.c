@@ -172,9 +172,8 @@ static void events_free(struct hazard_event *event)
     }
 }
 
-void hazards_free_event(void *record, void *context)
+void hazards_free_event(void *record)
 {
-    (void)context;
     events_free(record);
 }
 

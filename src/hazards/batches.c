@@ -17,17 +17,15 @@ struct hazards *hazards_create(void (*found)(void *user, const struct hazard *ha
     return hazards;
 }
 
-static void memory_free(void *record, void *context)
+static void memory_free(void *record)
 {
-    (void)context;
     ranges_release(&((struct hazard_memory *)record)->ranges);
     free(record);
 }
 
 static void drop_accesses(struct hazards *hazards)
 {
-    handle_table_each(&hazards->memories, memory_free, NULL);
-    handle_table_release(&hazards->memories);
+    handle_table_drop(&hazards->memories, memory_free);
     hazards->recent = NULL;
 }
 
@@ -38,8 +36,7 @@ void hazards_destroy(struct hazards *hazards)
     drop_accesses(hazards);
     for (uint32_t i = 0; i < HAZARD_SIGNALS; i++)
         free(hazards->signals[i]);
-    handle_table_each(&hazards->events, hazards_free_event, NULL);
-    handle_table_release(&hazards->events);
+    handle_table_drop(&hazards->events, hazards_free_event);
     for (uint32_t i = 0; i < HAZARD_QUEUES; i++) {
         struct hazard_queue *queue = &hazards->queues[i];
         for (uint32_t j = 0; j < HAZARD_QUEUES; j++)
@@ -170,15 +167,11 @@ void hazards_begin_batch(struct hazards *hazards, const struct hazard_batch *bat
         complete(hazards, i, batch->completed[i]);
     if (!batch->is_certain)
         hazards_settle_queue(hazards);
-    struct batch_record *batches = array_make_room(queue->batches, queue->batch_count,
-                                                   &queue->batch_capacity, sizeof(*batches));
-    if (batches) {
-        queue->batches = batches;
-        batches[queue->batch_count++] =
+    if (ARRAY_HAS_ROOM(queue->batches, queue->batch_count, queue->batch_capacity))
+        queue->batches[queue->batch_count++] =
             (struct batch_record){batch->number, hazards->number + 1, NULL};
-    } else {
+    else
         hazards->has_failed = true;
-    }
     hazards_settle_failure(hazards);
 }
 
@@ -247,7 +240,7 @@ void hazards_forget_memory(struct hazards *hazards, uint64_t memory)
     struct hazard_memory *record = handle_table_remove(&hazards->memories, memory + 1);
     hazards->recent = NULL;
     if (record)
-        memory_free(record, NULL);
+        memory_free(record);
 }
 
 uint64_t hazards_piece_count(const struct hazards *hazards)

@@ -86,6 +86,6 @@ struct signal *hazards_complete_batch(struct hazards *hazards);
 /* What happened before the signal happens before the stages `dst` of the current queue, with all
  * memory. */
 void hazards_receive(struct hazards *hazards, const struct signal *signal, stage_set dst);
-void hazards_free_event(void *record, void *context);
+void hazards_free_event(void *record);
 
 #endif

@@ -50,12 +50,9 @@ bool piece_add_read(struct piece *piece, access_mark read, uint64_t first)
     if (!notes_create(piece))
         return false;
     struct piece_notes *notes = piece->notes;
-    access_mark *reads =
-        array_make_room(notes->reads, notes->read_count, &notes->read_capacity, sizeof(*reads));
-    if (!reads)
+    if (!ARRAY_HAS_ROOM(notes->reads, notes->read_count, notes->read_capacity))
         return false;
-    notes->reads = reads;
-    reads[notes->read_count++] = read;
+    notes->reads[notes->read_count++] = read;
     return true;
 }
 
@@ -75,12 +72,9 @@ bool piece_add_barrier(struct piece *piece, const struct piece_barrier *barrier)
         notes->barrier_count = 0;
         return true;
     }
-    struct piece_barrier *barriers = array_make_room(notes->barriers, notes->barrier_count,
-                                                     &notes->barrier_capacity, sizeof(*barriers));
-    if (!barriers)
+    if (!ARRAY_HAS_ROOM(notes->barriers, notes->barrier_count, notes->barrier_capacity))
         return false;
-    notes->barriers = barriers;
-    barriers[notes->barrier_count++] = *barrier;
+    notes->barriers[notes->barrier_count++] = *barrier;
     return true;
 }
 

@@ -107,33 +107,9 @@ bool reporter_wants(const struct reporter *reporter, enum vuid vuid)
     return duplicates_wanted(&reporter->duplicates, vuid);
 }
 
-bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
-                   const struct call_origin *origin, const struct finding *finding)
-{
-    enum vuid vuid = rule_infos[rule].vuid[location->command];
-    const struct message_subject subject = message_subject_of(origin, finding);
-    struct message_style style = style_of(reporter);
-    struct message message;
-    bool delivered;
-    if (narrow_filters_have(reporter->settings.narrow_filters, vuid)) {
-        message_of_finding(&message, vuid, location, origin, finding, &style);
-        if (message_is_muted(&message, reporter->settings.narrow_filters, vuid))
-            return false;
-    }
-    const uint32_t shown = reported_vuid(vuid, &style, location, finding);
-    if (!duplicates_add(&reporter->duplicates, vuid, shown, origin->device, &subject, &style))
-        return is_failed(reporter, vuid);
-    message_of_finding(&message, vuid, location, origin, finding, &style);
-    return deliver(reporter, &message, &delivered) || is_failed(reporter, vuid);
-}
-
-bool reporter_wants_difference(const struct reporter *reporter, enum difference difference)
-{
-    return duplicates_wanted(&reporter->duplicates, reported_other(difference));
-}
-
-/* What a message says that has no VUID: a difference, or `hazard`. */
-struct other_report {
+/* A finding of a rule, if `vuid` is set; else a hazard, or a difference. */
+struct report {
+    const enum vuid *vuid;
     enum difference difference;
     const struct location *location;
     const struct call_origin *origin;
@@ -141,32 +117,60 @@ struct other_report {
     const struct hazard_report *hazard;
 };
 
-static void message_of_other(struct message *message, const struct other_report *report,
-                             const struct message_style *style)
+static void message_of_report(struct message *message, const struct report *report,
+                              const struct message_style *style)
 {
-    if (report->hazard)
+    if (report->vuid)
+        message_of_finding(message, *report->vuid, report->location, report->origin,
+                           report->finding, style);
+    else if (report->hazard)
         message_of_hazard(message, report->hazard, style);
     else
         message_of_difference(message, report->difference, report->location, report->origin,
                               report->finding, style);
 }
 
-static void send_other(struct reporter *reporter, uint32_t id, VkDevice device,
-                       const struct message_subject *subject, const struct other_report *report)
+/* Returns false if the message is muted. Else `skip` says whether a callback skips the call. */
+static bool send_report(struct reporter *reporter, uint32_t id, VkDevice device,
+                        const struct message_subject *subject, const struct report *report,
+                        bool *skip)
 {
     const struct narrow_filter *filters = reporter->settings.narrow_filters;
     struct message_style style = style_of(reporter);
     struct message message;
     bool delivered;
+    *skip = false;
     if (narrow_filters_have(filters, id)) {
-        message_of_other(&message, report, &style);
+        message_of_report(&message, report, &style);
         if (message_is_muted(&message, filters, id))
-            return;
+            return false;
     }
-    if (!duplicates_add(&reporter->duplicates, id, id, device, subject, &style))
-        return;
-    message_of_other(&message, report, &style);
-    deliver(reporter, &message, &delivered);
+    const uint32_t shown =
+        report->vuid ? reported_vuid(*report->vuid, &style, report->location, report->finding) : id;
+    if (!duplicates_add(&reporter->duplicates, id, shown, device, subject, &style))
+        return true;
+    message_of_report(&message, report, &style);
+    *skip = deliver(reporter, &message, &delivered);
+    return true;
+}
+
+bool reporter_send(struct reporter *reporter, enum rule rule, const struct location *location,
+                   const struct call_origin *origin, const struct finding *finding)
+{
+    const enum vuid vuid = rule_infos[rule].vuid[location->command];
+    const struct message_subject subject = message_subject_of(origin, finding);
+    bool skip;
+    return send_report(
+               reporter, vuid, origin->device, &subject,
+               &(struct report){
+                   .vuid = &vuid, .location = location, .origin = origin, .finding = finding},
+               &skip) &&
+           (skip || is_failed(reporter, vuid));
+}
+
+bool reporter_wants_difference(const struct reporter *reporter, enum difference difference)
+{
+    return duplicates_wanted(&reporter->duplicates, reported_other(difference));
 }
 
 void reporter_send_difference(struct reporter *reporter, enum difference difference,
@@ -174,10 +178,12 @@ void reporter_send_difference(struct reporter *reporter, enum difference differe
                               const struct finding *finding)
 {
     const struct message_subject subject = message_subject_of(origin, finding);
-    send_other(
+    bool skip;
+    send_report(
         reporter, reported_other(difference), origin->device, &subject,
-        &(struct other_report){
-            .difference = difference, .location = location, .origin = origin, .finding = finding});
+        &(struct report){
+            .difference = difference, .location = location, .origin = origin, .finding = finding},
+        &skip);
 }
 
 bool reporter_wants_hazard(const struct reporter *reporter, enum hazard_id hazard)
@@ -189,8 +195,9 @@ void reporter_send_hazard(struct reporter *reporter, const struct hazard_report 
 {
     const struct message_subject subject = hazard_subject(report);
     const enum hazard_id hazard = hazard_id_of(&report->hazard);
-    send_other(reporter, reported_other(other_id_of_hazard(hazard)), report->later.origin.device,
-               &subject, &(struct other_report){.hazard = report});
+    bool skip;
+    send_report(reporter, reported_other(other_id_of_hazard(hazard)), report->later.origin.device,
+                &subject, &(struct report){.hazard = report}, &skip);
 }
 
 static void send_line(struct reporter *reporter, _Atomic uint32_t *messages,

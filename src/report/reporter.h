@@ -21,8 +21,8 @@ struct reporter;
  * `create_info`; these are called while the instance is created and destroyed. */
 VkResult reporter_create(const VkInstanceCreateInfo *create_info, struct reporter **out);
 void reporter_destroy(struct reporter *reporter);
-/* The same without messengers and log, with the settings of another reporter, of which it reads
- * nothing else. Returns NULL if memory runs out. */
+/* Creates a reporter without messengers and log, which has the settings of another reporter. Reads
+ * nothing else of that reporter. Returns NULL if memory runs out. */
 struct reporter *reporter_create_silent(const struct reporter *of);
 
 /* Call with true when the instance has been created, and with false before it is destroyed. In
@@ -70,10 +70,10 @@ bool reporter_has_warnings(const struct reporter *reporter);
 
 /* For a signal handler: where messages are logged, and whether as JSON. Returns -1: nowhere. */
 int reporter_log_descriptor(const struct reporter *reporter, bool *is_json);
-/* From now on no callback of the application is called. */
+/* Stops calls of the application's callbacks for good. */
 void reporter_silence_callbacks(struct reporter *reporter);
 
-/* The same with severity error, for a call that the layer cannot execute. */
+/* Reports with severity error that the layer cannot execute a call. */
 void reporter_report_unsupported(struct reporter *reporter, const char *line);
 
 /* Counts something that was not validated, for the summary. `what` is static text in the plural,

@@ -12,7 +12,7 @@ static struct value buffer(const struct address_view *address)
 bool input_address_is_in_a_buffer(const struct address_view *address, struct finding *finding)
 {
     return address->facts->status != ADDRESS_NOWHERE || !address->geometry ||
-           address->role == INPUT_TRANSFORM ||
+           address->role == INPUT_MATRIX ||
            violated(finding, input_field(address->role),
                     "{} is in no buffer whose address was retrieved",
                     address_of_missing(VK_OBJECT_TYPE_BUFFER, address->facts->address));
@@ -41,7 +41,7 @@ static bool has_build_input_usage(const struct address_view *address, struct fin
 /* The valid usage names these members only, not those of extension structures. */
 static bool is_input_of_geometry(enum input_role role)
 {
-    return role == INPUT_VERTEX || role == INPUT_INDEX || role == INPUT_TRANSFORM ||
+    return role == INPUT_VERTEX || role == INPUT_INDEX || role == INPUT_MATRIX ||
            role == INPUT_AABBS || role == INPUT_INSTANCES;
 }
 

@@ -13,7 +13,7 @@ const char *input_field(enum input_role role)
         return "geometry.triangles.vertexData.deviceAddress";
     case INPUT_INDEX:
         return "geometry.triangles.indexData.deviceAddress";
-    case INPUT_TRANSFORM:
+    case INPUT_MATRIX:
         return "geometry.triangles.transformData.deviceAddress";
     case INPUT_AABBS:
         return "geometry.aabbs.data.deviceAddress";
@@ -55,7 +55,7 @@ const char *input_field(enum input_role role)
 static const char *nv_data_field(enum input_role role)
 {
     switch ((int)role) {
-    case INPUT_TRANSFORM:
+    case INPUT_MATRIX:
         return "geometry.triangles.transformData";
     case INPUT_AABBS:
         return "geometry.aabbs.aabbData";
@@ -64,14 +64,14 @@ static const char *nv_data_field(enum input_role role)
     }
 }
 
-const char *input_data_field(enum build_command command, enum input_role role)
+static const char *input_data_field(enum build_command command, enum input_role role)
 {
     if (command == COMMAND_NV)
         return nv_data_field(role);
     if (command != COMMAND_HOST)
         return input_field(role);
     switch ((int)role) {
-    case INPUT_TRANSFORM:
+    case INPUT_MATRIX:
         return "geometry.triangles.transformData.hostAddress";
     case INPUT_AABBS:
         return "geometry.aabbs.data.hostAddress";

@@ -24,11 +24,8 @@ struct geometry_view;
 /* Returns the path of the member that holds the device address of `role`, relative to the geometry,
  * or to the build info for scratch. */
 const char *input_field(enum input_role role);
-/* Returns the path of the member that holds the data which a build reads. Host builds use the host
- * address. */
-const char *input_data_field(enum build_command command, enum input_role role);
-
-/* Returns input_data_field() for the command that builds the geometry. */
+/* Returns the path of the member that holds the data which a build of the geometry reads. Host
+ * builds use the host address. */
 const char *content_field(const struct geometry_view *geometry, enum input_role role);
 
 #endif

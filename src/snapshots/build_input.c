@@ -8,7 +8,9 @@
 #include "src/snapshots/input_find.h"
 #include "src/snapshots/micromap_input.h"
 
-enum builder_quality build_input_quality(VkBuildAccelerationStructureFlagsKHR flags)
+/* The kind of BVH that the flags request. VK_BUILD_ACCELERATION_STRUCTURE_LOW_MEMORY_BIT_KHR is
+ * kept among the BVH's flags and changes nothing else, because BVHs have one form. */
+static enum builder_quality build_input_quality(VkBuildAccelerationStructureFlagsKHR flags)
 {
     if (flags & VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR)
         return BUILDER_HIGH;
@@ -42,8 +44,10 @@ static void describe_chained(const struct chained_input *from, struct builder_ge
     }
 }
 
-void build_input_describe(const VkAccelerationStructureGeometryKHR *geometry,
-                          const struct chained_input *chained, struct builder_geometry *described)
+/* Fills in type, flags, formats and strides, without data. `chained` may be NULL. */
+static void build_input_describe(const VkAccelerationStructureGeometryKHR *geometry,
+                                 const struct chained_input *chained,
+                                 struct builder_geometry *described)
 {
     *described =
         (struct builder_geometry){.type = geometry->geometryType, .flags = geometry->flags};

@@ -144,11 +144,8 @@ void recorded_build_read_ranges(const struct recorded_build *build,
 
 bool recorded_build_add(struct recorded_build *build, const struct snapshot *snapshot)
 {
-    struct snapshot *grown = array_make_room(build->snapshots, build->snapshot_count,
-                                             &build->snapshot_capacity, sizeof(*grown));
-    if (!grown)
+    if (!ARRAY_HAS_ROOM(build->snapshots, build->snapshot_count, build->snapshot_capacity))
         return false;
-    build->snapshots = grown;
     build->snapshots[build->snapshot_count++] = *snapshot;
     return true;
 }

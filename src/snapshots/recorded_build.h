@@ -82,8 +82,9 @@ struct build_guard {
     uint32_t order_chunk, ranges_chunk;
     uint64_t order_offset, ranges_offset, ranges_size; /* ranges_size 0: no pointers */
     uint64_t source, source_size, indirect;
-    /* Of the submission that was checked last (layer/snapshots/guard/execution.h); GUARD_ALL_LIVE
-     * if there was none. It only grows. Another thread may submit the build at the same time. */
+    /* The limit that the last checked submission has set (layer/snapshots/guard/execution.h);
+     * GUARD_ALL_LIVE if there was none. The limit only grows. Another thread may submit the build
+     * at the same time. */
     _Atomic uint32_t limit;
 };
 

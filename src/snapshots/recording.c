@@ -75,12 +75,7 @@ void recording_leave_out(struct recording *recording, uint32_t position, enum le
 /* Called with the lock held. */
 static bool reserve_chunk(struct recording *recording)
 {
-    struct snapshot_chunk **chunks =
-        array_make_room(recording->chunks, recording->chunk_count, &recording->chunk_capacity,
-                        sizeof(struct snapshot_chunk *));
-    if (chunks)
-        recording->chunks = chunks;
-    return chunks != NULL;
+    return ARRAY_HAS_ROOM(recording->chunks, recording->chunk_count, recording->chunk_capacity);
 }
 
 bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chunk)
@@ -97,11 +92,9 @@ bool recording_add_chunk(struct recording *recording, struct snapshot_chunk *chu
 
 bool recording_add_copy_block(struct recording *recording, const struct copy_block *block)
 {
-    struct copy_block *blocks = array_make_room(recording->copy_blocks, recording->copy_block_count,
-                                                &recording->copy_block_capacity, sizeof(*blocks));
-    if (!blocks)
+    if (!ARRAY_HAS_ROOM(recording->copy_blocks, recording->copy_block_count,
+                        recording->copy_block_capacity))
         return false;
-    recording->copy_blocks = blocks;
     recording->copy_blocks[recording->copy_block_count++] = *block;
     return true;
 }
@@ -310,7 +303,8 @@ static bool copy_chunks(struct execution *execution)
     return true;
 }
 
-void execution_drop_snapshots(struct execution *execution)
+/* From now on the execution and the executions of its secondaries have no snapshots. */
+static void execution_drop_snapshots(struct execution *execution)
 {
     if (!execution)
         return;

@@ -246,8 +246,6 @@ static inline struct journal_cursor execution_start(const struct execution *exec
 
 /* The functions below accept NULL. */
 
-/* From now on the execution and those of its secondaries have no snapshots. */
-void execution_drop_snapshots(struct execution *execution);
 /* Drops the snapshots of the execution, and of those of its secondaries, whose recording is
  * invalidated. */
 void execution_drop_invalidated(struct execution *execution);

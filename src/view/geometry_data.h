@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "src/bvh/input/indices.h"
 #include "src/view/view.h"
 
 static inline const VkAccelerationStructureGeometryTrianglesDataKHR *
@@ -48,21 +49,6 @@ static inline enum input_role data_role(const struct geometry_view *geometry)
 {
     return geometry->geometry->geometryType == VK_GEOMETRY_TYPE_AABBS_KHR ? INPUT_AABBS
                                                                           : INPUT_INSTANCES;
-}
-
-/* Returns the size of an index in bytes, or 0 for VK_INDEX_TYPE_NONE_KHR and invalid values. */
-static inline uint32_t index_type_size(VkIndexType type)
-{
-    switch ((int)type) {
-    case VK_INDEX_TYPE_UINT8:
-        return 1;
-    case VK_INDEX_TYPE_UINT16:
-        return 2;
-    case VK_INDEX_TYPE_UINT32:
-        return 4;
-    default:
-        return 0;
-    }
 }
 
 #endif

@@ -73,7 +73,7 @@ static void compare_first(void)
     retained_free_build(build);
 }
 
-/* Of the input of a structure, besides the one that finds it. */
+/* Counts the references to the input of a structure, without the one that finds it. */
 static uint64_t references_of(uint64_t id)
 {
     struct retained_input *input = structures_find_input(device.structures, id);

@@ -227,7 +227,7 @@ static void print_access(const struct hazard_entry *item)
           type_name(item->object_type), number_of(item->object),
           (unsigned long long)item->bytes.begin, (unsigned long long)item->bytes.end);
     if (item->kind == HAZARD_INDEXED)
-        print(" of indices*%u+%u", item->count, item->labels);
+        print(" of indices*%u+%u", item->count, item->origin);
     if (item->info || item->geometry)
         print(" %u.%u", item->info, item->geometry);
     print("\n");
@@ -240,7 +240,7 @@ static void print_item(const struct hazard_entry *item)
         print("%s", item->command);
         if (item->info)
             print("*%u+%u", item->info, item->geometry);
-        print("%s%s\n", item->reads_references ? "!" : "", item->labels ? " labels" : "");
+        print("%s%s\n", item->reads_references ? "!" : "", item->origin ? " labels" : "");
         break;
     case HAZARD_ACCESS:
     case HAZARD_INDEXED:
@@ -253,9 +253,6 @@ static void print_item(const struct hazard_entry *item)
         print("set %u ", number_of(item->object));
         print_stages(item->dependency.src);
         print("\n");
-        break;
-    case HAZARD_RESET_EVENT:
-        print("reset %u\n", number_of(item->object));
         break;
     case HAZARD_WAIT_EVENT:
         print("wait %u*%u\n", number_of(item->object), item->count);

@@ -374,34 +374,69 @@ static struct journal *open_journal(void)
 
 static const struct call_site site_a, site_b;
 
-JOURNAL_TEST(a_build_has_the_site_of_the_last_call_before_it)
+/* Adds a build with an entry of its own. */
+static void add_build(struct journal *journal, uint32_t position, const struct label_stack *labels,
+                      const struct call_site *site)
 {
-    assert_null(journal_call_site_at(journal, 0));
-    journal_note_call(journal, 2, &site_a);
-    journal_note_call(journal, 5, NULL);
-    journal_note_call(journal, 6, &site_b);
-    assert_null(journal_call_site_at(journal, 1));
-    assert_ptr_equal(journal_call_site_at(journal, 2), &site_a);
-    assert_ptr_equal(journal_call_site_at(journal, 4), &site_a);
-    assert_null(journal_call_site_at(journal, 5));
-    assert_ptr_equal(journal_call_site_at(journal, 600), &site_b);
-    journal_clear(journal);
-    assert_null(journal_call_site_at(journal, 600));
+    struct journal_entry *entry = journal_begin_build(journal, false);
+    const unsigned char size = entry->size;
+    *entry = (struct journal_entry){.kind = JOURNAL_BUILD,
+                                    .size = size,
+                                    .origin = journal_note_origin(journal, labels, site),
+                                    .built.position = position};
 }
 
-JOURNAL_TEST(a_call_without_memory_takes_no_other_call_s_site)
+static const struct call_site *site_at(const struct journal *journal, uint32_t position)
 {
-    journal_note_call(journal, 0, &site_a);
-    for (uint32_t i = 1; i < 60; i++)
-        journal_note_call(journal, i, &site_b);
+    return journal_site(journal, journal_origin_at(journal, position));
+}
+
+static const char *label_at(const struct journal *journal, uint32_t position)
+{
+    const struct label_stack *labels =
+        journal_labels(journal, journal_origin_at(journal, position));
+    return labels && labels->count ? labels->labels[0].pLabelName : NULL;
+}
+
+JOURNAL_TEST(a_build_has_the_site_and_the_labels_of_its_call)
+{
+    struct label_stack labels = {0};
+    assert_null(site_at(journal, 0));
+    add_build(journal, 2, &labels, &site_a);
+    add_build(journal, 3, &labels, &site_a);
+    assert_int_equal(journal->origin_count, 1);
+    label_stack_push(&labels, &(VkDebugUtilsLabelEXT){.pLabelName = "frame"});
+    add_build(journal, 4, &labels, &site_a);
+    label_stack_pop(&labels);
+    add_build(journal, 5, &labels, NULL);
+    add_build(journal, 6, &labels, &site_b);
+    assert_null(site_at(journal, 1));
+    assert_ptr_equal(site_at(journal, 2), &site_a);
+    assert_ptr_equal(site_at(journal, 3), &site_a);
+    assert_null(label_at(journal, 3));
+    assert_ptr_equal(site_at(journal, 4), &site_a);
+    assert_string_equal(label_at(journal, 4), "frame");
+    assert_null(site_at(journal, 5));
+    assert_ptr_equal(site_at(journal, 6), &site_b);
+    assert_null(label_at(journal, 6));
+    assert_null(site_at(journal, 7));
+    label_stack_clear(&labels);
+    journal_clear(journal);
+    assert_null(site_at(journal, 6));
+}
+
+JOURNAL_TEST(a_build_without_memory_takes_no_other_build_s_site)
+{
+    add_build(journal, 0, NULL, &site_a);
     memory_fail_after(0);
-    for (uint32_t i = 100; journal_call_site_at(journal, 0) && i < 200; i++)
-        journal_note_call(journal, i, &site_b);
+    uint32_t failed = 1;
+    for (; journal_note_origin(journal, NULL, failed % 2 ? &site_b : &site_a); failed++)
+        assert_true(failed < 200);
     assert_true(memory_fail_no_more());
-    assert_null(journal_call_site_at(journal, 0));
-    assert_null(journal_call_site_at(journal, 1000));
+    add_build(journal, 1, NULL, NULL);
+    assert_null(site_at(journal, 1));
+    assert_ptr_equal(site_at(journal, 0), &site_a);
     assert_false(journal->incomplete);
-    journal_note_call(journal, 300, &site_a);
-    assert_null(journal_call_site_at(journal, 299));
-    assert_ptr_equal(journal_call_site_at(journal, 300), &site_a);
+    add_build(journal, 2, NULL, &site_b);
+    assert_ptr_equal(site_at(journal, 2), &site_b);
 }

@@ -25,7 +25,7 @@ static struct timestamp batch(uint64_t count)
     return (struct timestamp){QUEUE, count};
 }
 
-/* Of a build in a batch that follows all of its queue. */
+/* The point of a build whose batch follows all earlier batches of its queue. */
 static struct execution_point turn_in(const struct structures *structures, struct timestamp now)
 {
     struct execution_point point = {.now = now};

@@ -52,7 +52,7 @@ static inline VkAccessFlags2 accesses_below(VkPipelineStageFlags2 stages, VkAcce
     return below;
 }
 
-/* The same for a barrier or subpass dependency: any structure with srcStageMask, srcAccessMask,
+/* Whether a barrier or subpass dependency traces: any structure with srcStageMask, srcAccessMask,
  * dstStageMask and dstAccessMask, of 32 or 64 bits. */
 #define MASKS_TRACE(masks)                                                                         \
     (stages_trace((masks)->srcStageMask) || stages_trace((masks)->dstStageMask) ||                 \

@@ -8,7 +8,7 @@
 
 /* ---- creation */
 
-static bool has_references(const struct order_batch *batch)
+static bool awaits_inputs(const struct order_batch *batch)
 {
     bool has_any = false;
     for (uint32_t i = 0; i < batch->command_count; i++) {
@@ -24,50 +24,35 @@ struct hazard_batch_record *hazard_batch_create(struct order_batch *batch)
     if (!record)
         return NULL;
     record->batch = batch;
-    record->has_references = has_references(batch);
+    record->awaits_inputs = awaits_inputs(batch);
     return record;
 }
 
 void hazard_batch_free(struct hazard_batch_record *batch)
 {
-    free(batch->references);
-    free(batch->indices);
+    free(batch->inputs);
     free(batch->commands);
     free(batch);
 }
 
 /* ---- references and indices */
 
-void hazard_batch_refer(struct hazard_batch_record *batch, const struct hazard_reference *reference)
+void hazard_batch_add(struct hazard_batch_record *batch, const struct hazard_input *input)
 {
-    struct hazard_reference *references = array_make_room(
-        batch->references, batch->reference_count, &batch->reference_capacity, sizeof(*references));
-    if (!references) {
-        batch->lacks_references = true;
-        return;
-    }
-    batch->references = references;
-    references[batch->reference_count++] = *reference;
+    if (ARRAY_HAS_ROOM(batch->inputs, batch->input_count, batch->input_capacity))
+        batch->inputs[batch->input_count++] = *input;
+    else
+        batch->lacks_inputs = true;
 }
 
-void hazard_batch_index(struct hazard_batch_record *batch, const struct hazard_indices *indices)
-{
-    struct hazard_indices *all =
-        array_make_room(batch->indices, batch->index_count, &batch->index_capacity, sizeof(*all));
-    if (!all) {
-        batch->lacks_references = true;
-        return;
-    }
-    batch->indices = all;
-    all[batch->index_count++] = *indices;
-}
-
-/* References and indices begin with their place. */
+/* The references of a command's builds follow each other. Inputs begin with their place. */
 static int compare_places(const void *left, const void *right)
 {
     const struct hazard_place *a = left, *b = right;
     if (a->journal != b->journal)
         return (uintptr_t)a->journal < (uintptr_t)b->journal ? -1 : 1;
+    if (a->has_indices != b->has_indices)
+        return b->has_indices ? -1 : 1;
     if (a->position != b->position)
         return a->position < b->position ? -1 : 1;
     return (a->geometry > b->geometry) - (a->geometry < b->geometry);
@@ -75,21 +60,18 @@ static int compare_places(const void *left, const void *right)
 
 void hazard_batch_sort(struct hazard_batch_record *batch)
 {
-    if (batch->reference_count)
-        qsort(batch->references, batch->reference_count, sizeof(batch->references[0]),
-              compare_places);
-    if (batch->index_count)
-        qsort(batch->indices, batch->index_count, sizeof(batch->indices[0]), compare_places);
+    if (batch->input_count)
+        qsort(batch->inputs, batch->input_count, sizeof(batch->inputs[0]), compare_places);
 }
 
-/* Returns the index of the first item at or behind the place. */
-static uint32_t find_place(const void *items, uint32_t count, size_t size,
+/* Returns the index of the first input at or behind the place. */
+static uint32_t find_place(const struct hazard_batch_record *batch,
                            const struct hazard_place *place)
 {
-    uint32_t low = 0, high = count;
+    uint32_t low = 0, high = batch->input_count;
     while (low < high) {
         uint32_t middle = low + (high - low) / 2;
-        if (compare_places(place, (const char *)items + middle * size) > 0)
+        if (compare_places(place, &batch->inputs[middle]) > 0)
             low = middle + 1;
         else
             high = middle;
@@ -97,34 +79,29 @@ static uint32_t find_place(const void *items, uint32_t count, size_t size,
     return low;
 }
 
-static uint32_t find_references(const struct hazard_batch_record *batch,
-                                const struct journal *journal, uint32_t position)
-{
-    return find_place(batch->references, batch->reference_count, sizeof(batch->references[0]),
-                      &(struct hazard_place){journal, position, 0});
-}
-
-const struct hazard_reference *hazard_batch_references(const struct hazard_batch_record *batch,
-                                                       const struct hazard_command *command,
-                                                       uint32_t *count)
+const struct hazard_input *hazard_batch_references(const struct hazard_batch_record *batch,
+                                                   const struct hazard_command *command,
+                                                   uint32_t *count)
 {
     const struct hazard_entry *item = command->item;
     *count = 0;
-    if (!item->reads_references || !batch->reference_count)
+    if (!item->reads_references || !batch->input_count)
         return NULL;
-    uint32_t first = find_references(batch, command->journal, item->geometry);
-    *count = find_references(batch, command->journal, item->geometry + item->info) - first;
-    return &batch->references[first];
+    struct hazard_place place = {.journal = command->journal, .position = item->geometry};
+    uint32_t first = find_place(batch, &place);
+    place.position += item->info;
+    *count = find_place(batch, &place) - first;
+    return &batch->inputs[first];
 }
 
 /* Returns NULL if the indices are unknown, or if the build has executed twice. */
-static const struct hazard_indices *find_indices(const struct hazard_batch_record *batch,
-                                                 const struct hazard_place *place)
+static const struct hazard_input *find_indices(const struct hazard_batch_record *batch,
+                                               const struct hazard_place *place)
 {
-    const struct hazard_indices *all = batch->indices;
-    const uint32_t at = find_place(all, batch->index_count, sizeof(*all), place);
-    if (at == batch->index_count || compare_places(place, &all[at]) ||
-        (at + 1 < batch->index_count && !compare_places(place, &all[at + 1])))
+    const struct hazard_input *all = batch->inputs;
+    const uint32_t at = find_place(batch, place);
+    if (at == batch->input_count || compare_places(place, &all[at]) ||
+        (at + 1 < batch->input_count && !compare_places(place, &all[at + 1])))
         return NULL;
     return &all[at];
 }
@@ -132,7 +109,7 @@ static const struct hazard_indices *find_indices(const struct hazard_batch_recor
 static struct hazard_bytes bytes_of_vertex(const struct hazard_entry *item, uint32_t index)
 {
     const uint64_t begin = item->bytes.begin + (uint64_t)index * item->count;
-    const uint64_t end = begin + item->labels;
+    const uint64_t end = begin + item->origin;
     const bool is_inside = begin >= item->bytes.begin && end <= item->bytes.end;
     return is_inside ? (struct hazard_bytes){item->bytes.memory, begin, end}
                      : (struct hazard_bytes){0};
@@ -142,9 +119,9 @@ void hazard_batch_vertices(const struct hazard_batch_record *batch,
                            const struct hazard_command *command, const struct hazard_entry *item,
                            struct hazard_bytes vertices[HAZARD_INDEXED_READS])
 {
-    const struct hazard_place place = {command->journal, command->item->geometry + item->info,
-                                       item->geometry};
-    const struct hazard_indices *indices = find_indices(batch, &place);
+    const struct hazard_input *indices = find_indices(
+        batch, &(struct hazard_place){command->journal, command->item->geometry + item->info,
+                                      .has_indices = true, .geometry = item->geometry});
     vertices[0] = vertices[1] = (struct hazard_bytes){0};
     if (!indices)
         return;
@@ -157,12 +134,9 @@ void hazard_batch_vertices(const struct hazard_batch_record *batch,
 
 bool hazard_batch_note(struct hazard_batch_record *batch, const struct hazard_command *command)
 {
-    struct hazard_command *commands = array_make_room(batch->commands, batch->command_count,
-                                                      &batch->command_capacity, sizeof(*commands));
-    if (!commands)
+    if (!ARRAY_HAS_ROOM(batch->commands, batch->command_count, batch->command_capacity))
         return false;
-    batch->commands = commands;
-    commands[batch->command_count++] = *command;
+    batch->commands[batch->command_count++] = *command;
     return true;
 }
 
@@ -187,8 +161,8 @@ static struct call_origin origin_of(const struct hazard_batch_record *batch,
     return (struct call_origin){
         .command_buffer = journal->command_buffer,
         .build_index = command->item->geometry,
-        .labels = journal_label_stack(journal, command->item->labels),
-        .call_site = command->item->info ? command->item->site : NULL,
+        .labels = journal_labels(journal, command->item->origin),
+        .call_site = journal_site(journal, command->item->origin),
         .queue = batch->batch->queue,
         .submission = batch->batch->number,
         .queue_labels = shared_labels_stack(batch->batch->labels),
@@ -210,7 +184,7 @@ static void begin_side(const struct hazard_batch_record *batch,
 
 static void describe_reference(const struct hazard_batch_record *batch,
                                const struct hazard_command *command,
-                               const struct hazard_reference *reference,
+                               const struct hazard_input *reference,
                                struct hazard_access_text *side)
 {
     begin_side(batch, command, reference->place.position - command->item->geometry, side);
@@ -245,7 +219,7 @@ bool hazard_batch_find(const struct hazard_batch_record *batch, uint64_t number,
         return true;
     }
     uint32_t count;
-    const struct hazard_reference *references = hazard_batch_references(batch, command, &count);
+    const struct hazard_input *references = hazard_batch_references(batch, command, &count);
     if (left >= count)
         return false;
     describe_reference(batch, command, &references[left], side);

@@ -13,20 +13,22 @@
 struct hazard_place {
     const struct journal *journal;
     uint32_t position; /* of the build in its command buffer */
-    uint32_t geometry; /* of a reference: 0 */
+    bool has_indices : 1;
+    uint32_t geometry : 31; /* of a reference: 0 */
 };
 
-/* A structure that an instance refers to. */
-struct hazard_reference {
+/* What a build reads besides what the journal says. */
+struct hazard_input {
     struct hazard_place place;
-    uint64_t structure;
-    struct hazard_bytes bytes;
-};
-
-/* The indices of a geometry of triangles. */
-struct hazard_indices {
-    struct hazard_place place;
-    uint32_t smallest, largest;
+    union {
+        struct { /* a structure that an instance refers to */
+            uint64_t structure;
+            struct hazard_bytes bytes;
+        };
+        struct { /* the indices of a geometry of triangles: place.has_indices */
+            uint32_t smallest, largest;
+        };
+    };
 };
 enum { HAZARD_INDEXED_READS = 2 }; /* of each HAZARD_INDEXED entry */
 
@@ -42,19 +44,17 @@ struct hazard_command {
 enum hazard_end { MEMORY_FREED, EVENT_DESTROYED };
 
 /* The slot of a batch, from its execution point on. Until it is judged, the lock of the list guards
- * the members up to `lacks_references`; then they and the others belong to the thread that judges.
+ * the members up to `lacks_inputs`; then they and the others belong to the thread that judges.
  */
 struct hazard_batch_record {
     struct order_batch *batch;
-    bool is_taken;       /* it is being judged, or was */
-    bool has_references; /* a command buffer has accesses that instances or indices decide */
-    bool has_run;        /* no more instances will be expected */
-    uint32_t awaited;    /* command buffers whose instances are not yet known */
-    struct hazard_reference *references;
-    uint32_t reference_count, reference_capacity;
-    struct hazard_indices *indices;
-    uint32_t index_count, index_capacity;
-    bool lacks_references; /* memory ran out */
+    bool is_taken;      /* it is being judged, or was */
+    bool awaits_inputs; /* a command buffer has accesses that instances or indices decide */
+    bool has_run;       /* no more instances will be expected */
+    uint32_t awaited;   /* command buffers whose instances are not yet known */
+    struct hazard_input *inputs;
+    uint32_t input_count, input_capacity;
+    bool lacks_inputs; /* memory ran out */
 
     /* In ascending order, once the batch is judged. */
     struct hazard_command *commands;
@@ -64,17 +64,14 @@ struct hazard_batch_record {
 /* Returns NULL if memory runs out. */
 struct hazard_batch_record *hazard_batch_create(struct order_batch *batch);
 void hazard_batch_free(struct hazard_batch_record *batch);
-/* Adds a reference. Sets lacks_references if memory runs out. */
-void hazard_batch_refer(struct hazard_batch_record *batch,
-                        const struct hazard_reference *reference);
-/* Adds the indices of a geometry. Sets lacks_references if memory runs out. */
-void hazard_batch_index(struct hazard_batch_record *batch, const struct hazard_indices *indices);
+/* Adds a reference or indices. Sets lacks_inputs if memory runs out. */
+void hazard_batch_add(struct hazard_batch_record *batch, const struct hazard_input *input);
 /* Call once all references and indices are known, before the functions below. */
 void hazard_batch_sort(struct hazard_batch_record *batch);
 /* Returns the references of a command. */
-const struct hazard_reference *hazard_batch_references(const struct hazard_batch_record *batch,
-                                                       const struct hazard_command *command,
-                                                       uint32_t *count);
+const struct hazard_input *hazard_batch_references(const struct hazard_batch_record *batch,
+                                                   const struct hazard_command *command,
+                                                   uint32_t *count);
 /* Returns the bytes of the vertices that a HAZARD_INDEXED entry reads; no bytes if unknown. */
 void hazard_batch_vertices(const struct hazard_batch_record *batch,
                            const struct hazard_command *command, const struct hazard_entry *item,

@@ -18,10 +18,9 @@ struct hazard_checks {
     struct layer_device *device;
     struct batch_list *batches; /* its lock guards the members below, but for `judge` */
     struct drain drain;
-    uint64_t kept; /* batches so far */
+    atomic_uint_fast64_t kept, missed; /* batches so far; without memory a batch is missing */
     struct ended_object *ended, **ended_last;
     bool stopped;              /* no more batches come */
-    bool missed;               /* a batch is missing, because memory ran out */
     struct hazard_judge judge; /* of the thread that drains */
 };
 
@@ -58,18 +57,17 @@ static bool judge_next(struct hazard_checks *checks)
     if (!batch || !is_ready(checks, batch))
         return false;
     batch->is_taken = true;
-    checks->judge.lost |= checks->missed;
-    checks->missed = false;
+    checks->judge.lost |= atomic_exchange(&checks->missed, 0) != 0;
     pthread_mutex_unlock(&checks->batches->lock);
     hazard_judge_batch(&checks->judge, batch);
     pthread_mutex_lock(&checks->batches->lock);
     return true;
 }
 
-/* If another thread judges, it will see what has changed. */
-static void judge_ready(struct hazard_checks *checks)
+/* Judges what is ready, and releases the lock. If another thread judges, it will see what has
+ * changed. */
+static void judge_and_unlock(struct hazard_checks *checks)
 {
-    pthread_mutex_lock(&checks->batches->lock);
     if (drain_begin(&checks->drain))
         do {
             while (judge_next(checks))
@@ -89,8 +87,7 @@ void hazard_checks_forget(struct hazard_checks *checks, enum hazard_end ended, u
     object->after = checks->kept;
     *checks->ended_last = object;
     checks->ended_last = &object->next;
-    pthread_mutex_unlock(&checks->batches->lock);
-    judge_ready(checks);
+    judge_and_unlock(checks);
 }
 
 void hazard_checks_stop(struct hazard_checks *checks)
@@ -99,8 +96,7 @@ void hazard_checks_stop(struct hazard_checks *checks)
         return;
     pthread_mutex_lock(&checks->batches->lock);
     checks->stopped = true;
-    pthread_mutex_unlock(&checks->batches->lock);
-    judge_ready(checks);
+    judge_and_unlock(checks);
 }
 
 /* ---- the consumer */
@@ -119,15 +115,14 @@ static void run(void *user, struct order_batch *batch)
     struct hazard_batch_record *record = hazard_batch_create(batch);
     if (record)
         order_batch_keep(batch, USES_HAZARDS, record);
-    pthread_mutex_lock(&checks->batches->lock);
-    checks->kept += record != NULL;
-    checks->missed |= !record;
-    pthread_mutex_unlock(&checks->batches->lock);
+    atomic_fetch_add(record ? &checks->kept : &checks->missed, 1);
 }
 
-/* Call with the lock. Returns NULL if the batch is not kept, or was judged. */
-static struct hazard_batch_record *find(const struct order_batch *batch)
+/* Takes the lock. Returns NULL if the batch is not kept, or was judged. */
+static struct hazard_batch_record *lock(struct hazard_checks *checks,
+                                        const struct order_batch *batch)
 {
+    pthread_mutex_lock(&checks->batches->lock);
     struct hazard_batch_record *record =
         order_batch_is_kept(batch, USES_HAZARDS) ? batch->slots[USES_HAZARDS] : NULL;
     return record && !record->is_taken ? record : NULL;
@@ -137,13 +132,10 @@ static struct hazard_batch_record *find(const struct order_batch *batch)
 static void ran(void *user, struct order_batch *batch)
 {
     struct hazard_checks *checks = user;
-    pthread_mutex_lock(&checks->batches->lock);
-    struct hazard_batch_record *record = find(batch);
+    struct hazard_batch_record *record = lock(checks, batch);
     if (record)
         record->has_run = true;
-    pthread_mutex_unlock(&checks->batches->lock);
-    if (concerns(batch))
-        judge_ready(checks);
+    judge_and_unlock(checks);
 }
 
 struct batch_consumer hazard_checks_consumer(struct hazard_checks *checks)
@@ -151,16 +143,26 @@ struct batch_consumer hazard_checks_consumer(struct hazard_checks *checks)
     return (struct batch_consumer){.user = checks, .run = run, .ran = ran};
 }
 
-/* ---- references */
+/* ---- references and indices */
 
 void hazard_checks_expect(struct hazard_checks *checks, struct order_batch *batch)
 {
     if (!checks)
         return;
-    pthread_mutex_lock(&checks->batches->lock);
-    struct hazard_batch_record *record = find(batch);
-    if (record && record->has_references)
+    struct hazard_batch_record *record = lock(checks, batch);
+    if (record && record->awaits_inputs)
         record->awaited++;
+    pthread_mutex_unlock(&checks->batches->lock);
+}
+
+void hazard_checks_add(struct hazard_checks *checks, struct order_batch *batch,
+                       const struct hazard_input *input)
+{
+    if (!checks)
+        return;
+    struct hazard_batch_record *record = lock(checks, batch);
+    if (record && record->awaited)
+        hazard_batch_add(record, input);
     pthread_mutex_unlock(&checks->batches->lock);
 }
 
@@ -171,43 +173,24 @@ void hazard_checks_refer(struct hazard_checks *checks, struct order_batch *batch
     if (!checks || !referenced->memory)
         return;
     /* How much of the structure its last build needed is unknown: the first byte is certain. */
-    const struct hazard_reference reference = {
+    const struct hazard_input reference = {
         .place = {.journal = journal, .position = position},
         .structure = (uint64_t)(uintptr_t)referenced->handle,
         .bytes = {resources_find_memory_id(checks->device->resources, referenced->memory),
                   referenced->begin, referenced->begin + (referenced->size != 0)},
     };
-    if (!reference.bytes.memory)
-        return;
-    pthread_mutex_lock(&checks->batches->lock);
-    struct hazard_batch_record *record = find(batch);
-    if (record && record->has_references && record->awaited)
-        hazard_batch_refer(record, &reference);
-    pthread_mutex_unlock(&checks->batches->lock);
-}
-
-void hazard_checks_index(struct hazard_checks *checks, struct order_batch *batch,
-                         const struct hazard_indices *indices)
-{
-    if (!checks)
-        return;
-    pthread_mutex_lock(&checks->batches->lock);
-    struct hazard_batch_record *record = find(batch);
-    if (record && record->has_references && record->awaited)
-        hazard_batch_index(record, indices);
-    pthread_mutex_unlock(&checks->batches->lock);
+    if (reference.bytes.memory)
+        hazard_checks_add(checks, batch, &reference);
 }
 
 void hazard_checks_settle(struct hazard_checks *checks, struct order_batch *batch)
 {
     if (!checks)
         return;
-    pthread_mutex_lock(&checks->batches->lock);
-    struct hazard_batch_record *record = find(batch);
-    bool was_last = record && record->awaited && !--record->awaited;
-    pthread_mutex_unlock(&checks->batches->lock);
-    if (was_last)
-        judge_ready(checks);
+    struct hazard_batch_record *record = lock(checks, batch);
+    if (record && record->awaited)
+        record->awaited--;
+    judge_and_unlock(checks);
 }
 
 /* ---- creation */

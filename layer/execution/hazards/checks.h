@@ -38,9 +38,9 @@ void hazard_checks_expect(struct hazard_checks *checks, struct order_batch *batc
 void hazard_checks_refer(struct hazard_checks *checks, struct order_batch *batch,
                          const struct journal *journal, uint32_t position,
                          const struct accel_facts *referenced);
-/* The indices of a geometry of triangles. */
-void hazard_checks_index(struct hazard_checks *checks, struct order_batch *batch,
-                         const struct hazard_indices *indices);
+/* What a build of the command buffer reads: a structure, or the indices of a geometry. */
+void hazard_checks_add(struct hazard_checks *checks, struct order_batch *batch,
+                       const struct hazard_input *input);
 void hazard_checks_settle(struct hazard_checks *checks, struct order_batch *batch);
 
 #endif

@@ -103,13 +103,13 @@ static void found(void *user, const struct hazard *hazard)
 
 static void forget_first(struct hazard_judge *judge)
 {
-    struct order_batch *batch = next_judged(judge, NULL);
+    struct order_batch *batch =
+        batch_list_take(judge->batches, IN_EXECUTION_ORDER, USES_HAZARDS, NULL, NULL);
     judge->judged_count--;
     if (batch == judge->last)
         judge->last = NULL;
-    struct hazard_batch_record *record = batch->slots[USES_HAZARDS];
-    order_batch_let_go(batch, USES_HAZARDS);
-    hazard_batch_free(record);
+    hazard_batch_free(batch->slots[USES_HAZARDS]);
+    order_batch_release(batch);
 }
 
 /* After memory ran out, nothing that is known can be trusted: it counts as complete. */
@@ -153,7 +153,7 @@ static void judge_vertices(struct hazard_judge *judge, const struct hazard_comma
 static void judge_references(struct hazard_judge *judge, const struct hazard_command *command)
 {
     uint32_t count;
-    const struct hazard_reference *references =
+    const struct hazard_input *references =
         hazard_batch_references(judge->current, command, &count);
     for (uint32_t i = 0; i < count && is_compared(judge); i++)
         hazards_access(judge->hazards,
@@ -198,8 +198,9 @@ static void judge_synchronization(struct hazard_judge *judge, struct journal_cur
     case HAZARD_SET_EVENT:
         hazards_set_event(judge->hazards, item->object, item->dependency.src);
         break;
-    case HAZARD_RESET_EVENT:
-        hazards_reset_event(judge->hazards, item->object);
+    case JOURNAL_RESET_EVENT:
+        hazards_reset_event(judge->hazards,
+                            ((const struct journal_entry *)(const void *)item)->dst);
         break;
     case HAZARD_WAIT_EVENT:
         judge_barriers(judge, cursor, item->count ? hazard_next(cursor) : NULL, item);
@@ -338,7 +339,7 @@ void hazard_judge_batch(struct hazard_judge *judge, struct hazard_batch_record *
     judge->current = record;
     if (judge->lost)
         start_over(judge);
-    judge->lost = record->lacks_references;
+    judge->lost = record->lacks_inputs;
     hazard_batch_sort(record);
     judge_commands(judge, batch, &completed);
     /* From now on the application may know that the batch is complete. */

@@ -13,16 +13,13 @@ void guard_call_add(struct guard_call *call, struct recorder *recorder,
 {
     if (!call || !recorder->device->snapshots->guard)
         return;
-    struct guarded_build *grown =
-        array_make_room(call->builds, call->count, &call->capacity, sizeof(*grown));
-    if (!grown) {
+    if (!ARRAY_HAS_ROOM(call->builds, call->count, call->capacity)) {
         guard_warn_unguarded(recorder->device->snapshots->guard, GUARD_LACKS_MEMORY);
         return;
     }
-    call->builds = grown;
-    grown[call->count].info = build->place.info;
-    call->count +=
-        guard_copy(recorder, build, call->instances, call->offset, &grown[call->count].copy);
+    struct guarded_build *added = &call->builds[call->count];
+    added->info = build->place.info;
+    call->count += guard_copy(recorder, build, call->instances, call->offset, &added->copy);
 }
 
 void guard_call_end(struct guard_call *call, const struct recorder *recorder)

@@ -50,20 +50,12 @@ struct guard_walk {
     bool has_guards;
 };
 
-/* A structure that was built as a top-level one is none that instances may refer to. */
-static bool writes_a_structure(const struct journal_entry *entry)
+/* Whether instances may refer to what the entry writes: not to a top-level structure. */
+static bool writes_referable(const struct journal_entry *entry)
 {
-    switch ((enum journal_kind)entry->kind) {
-    case JOURNAL_BUILD:
-    case JOURNAL_UPDATE:
-        return entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
-    case JOURNAL_COPY:
-    case JOURNAL_COMPACT:
-    case JOURNAL_FILL:
-        return true;
-    default:
-        return false;
-    }
+    return JOURNAL_BUILDS & JOURNAL_BIT(entry->kind)
+               ? entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+               : entry->kind != JOURNAL_EXECUTE;
 }
 
 static void set_limit(struct guard_walk *walk, struct build_guard *guard)
@@ -77,14 +69,13 @@ static void walk_journal(struct guard_walk *walk, const struct journal *journal)
 {
     const struct recording *recording = journal->work;
     bool sets_limits = walk->sets_limits && recording && recording->has_guards;
-    struct journal_cursor cursor = journal_start(
-        journal, JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |
-                     JOURNAL_BIT(JOURNAL_FILL) | JOURNAL_BIT(JOURNAL_EXECUTE));
+    struct journal_cursor cursor =
+        journal_start(journal, JOURNAL_WRITES | JOURNAL_BIT(JOURNAL_EXECUTE));
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         struct recorded_build *build = sets_limits ? journal_copies(entry) : NULL;
         if (build && build->guard.has_order)
             set_limit(walk, &build->guard);
-        if (writes_a_structure(entry))
+        if (writes_referable(entry))
             guard_note_built(walk->guard, entry->dst, entry->dst_id,
                              walk->may_precede ? 0 : guard_next_count(walk->guard));
         if (entry->kind == JOURNAL_EXECUTE)

@@ -20,14 +20,11 @@ void guard_results_add(struct guard_results *results, const struct journal *jour
     memcpy(&order, bases[build->guard.order_chunk] + build->guard.order_offset, sizeof(order));
     if (!order.is_done || !(order.replaced || order.unreadable))
         return;
-    struct guard_result *items =
-        array_make_room(results->items, results->count, &results->capacity, sizeof(*items));
-    if (!items)
+    if (!ARRAY_HAS_ROOM(results->items, results->count, results->capacity))
         return;
-    results->items = items;
-    items[results->count++] = (struct guard_result){journal,          build->place.position,
-                                                    order.replaced,   order.first_replaced,
-                                                    order.unreadable, false};
+    results->items[results->count++] = (struct guard_result){
+        journal, build->place.position, order.replaced, order.first_replaced, order.unreadable,
+        false};
 }
 
 static bool is_about_references(enum rule rule)

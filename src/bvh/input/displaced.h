@@ -43,7 +43,7 @@ enum source_state displaced_read(const struct source *source, uint32_t number,
                                  struct displaced_record *record);
 enum source_state displaced_read_motion(const struct source *source, uint32_t number,
                                         struct motion_displaced_record *record);
-/* The same for a part whose base triangle is known. */
+/* Read the record of a part whose base triangle is known. */
 enum source_state displaced_read_part(const struct source *source, uint32_t base,
                                       struct displaced_part part, struct displaced_record *record);
 enum source_state displaced_read_motion_part(const struct source *source, uint32_t base,

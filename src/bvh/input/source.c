@@ -15,23 +15,9 @@ uint64_t source_elements_in(uint64_t room, uint64_t size, uint64_t stride)
     return stride == 0 ? UINT64_MAX : (room - size) / stride + 1;
 }
 
-uint32_t source_index_bytes(VkIndexType type)
-{
-    switch (type) {
-    case VK_INDEX_TYPE_UINT8_KHR:
-        return 1;
-    case VK_INDEX_TYPE_UINT16:
-        return 2;
-    case VK_INDEX_TYPE_UINT32:
-        return 4;
-    default:
-        return 0;
-    }
-}
-
 bool source_index_is_known(VkIndexType type)
 {
-    return type == VK_INDEX_TYPE_NONE_KHR || source_index_bytes(type) > 0;
+    return type == VK_INDEX_TYPE_NONE_KHR || index_type_size(type) > 0;
 }
 
 static bool open_transform(struct source *source, const struct builder_triangles *triangles,
@@ -51,7 +37,7 @@ static bool open_transform(struct source *source, const struct builder_triangles
 bool source_open_indices(struct micromap_indices *indices, VkIndexType type, uint32_t base,
                          const void *data, uint64_t size, uint64_t stride, uint64_t count)
 {
-    uint32_t index_size = source_index_bytes(type);
+    uint32_t index_size = index_type_size(type);
     *indices =
         (struct micromap_indices){index_size > 0 ? data : NULL, stride, index_size, base, true};
     return index_size == 0 || count == 0 || source_elements_in(size, index_size, stride) >= count;
@@ -71,7 +57,7 @@ static bool open_triangles(struct source *source, const struct builder_triangles
 {
     source->format = vertex_format_find(triangles->vertex_format);
     source->stride = triangles->vertex_stride;
-    source->index_size = source_index_bytes(triangles->index_type);
+    source->index_size = index_type_size(triangles->index_type);
     uint64_t vertex_offset = 0;
     if (source->index_size > 0) {
         uint64_t needed = (uint64_t)range->primitiveCount * 3 * source->index_size;

@@ -95,7 +95,6 @@ bool source_open_array(struct source *source, const void *data, uint64_t size, u
 
 /* Returns the number of elements of `size` bytes at `stride` that fit in `room` bytes. */
 uint64_t source_elements_in(uint64_t room, uint64_t size, uint64_t stride);
-uint32_t source_index_bytes(VkIndexType type); /* 0 for VK_INDEX_TYPE_NONE_KHR and invalid types */
 bool source_index_is_known(VkIndexType type);
 uint32_t source_read_number(const uint8_t *from, uint32_t size);
 

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "src/bvh/input/indices.h"
 #include "src/bvh/input/source.h"
 
 bool sphere_formats_are_known(const struct builder_spheres *spheres)
@@ -31,7 +32,7 @@ uint64_t sphere_vertex_count(const struct builder_spheres *spheres, bool is_swep
                              const VkAccelerationStructureBuildRangeInfoKHR *range)
 {
     uint64_t count = sphere_element_count(spheres, is_swept, range->primitiveCount);
-    uint32_t size = source_index_bytes(spheres->index_type), last = 0;
+    uint32_t size = index_type_size(spheres->index_type), last = 0;
     if (size == 0 || count == 0)
         return count;
     if (readable(spheres->indices_size, range->primitiveOffset, size, spheres->index_stride, 0) <
@@ -54,7 +55,7 @@ bool source_open_spheres(struct source *source, const struct builder_spheres *sp
     struct sphere_source *own = &source->spheres;
     source->format = vertex_format_find(spheres->vertex_format);
     source->stride = spheres->vertex_stride;
-    source->index_size = source_index_bytes(spheres->index_type);
+    source->index_size = index_type_size(spheres->index_type);
     own->is_half = spheres->radius_format == VK_FORMAT_R16_SFLOAT;
     own->radius_stride = spheres->radius_stride;
     own->index_stride = spheres->index_stride;

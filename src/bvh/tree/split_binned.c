@@ -288,19 +288,10 @@ static void partition_shared(struct build_state *state, const struct tree_task *
     workers_each(&state->workers, PIECES, 1, exchange_piece, &shared);
 }
 
-/* Returns false if the range becomes a leaf. */
 static bool split_range(struct build_state *state, const struct tree_task *task,
                         struct tree_halves *halves)
 {
     uint32_t count = task->end - task->begin, limit = structure_leaf_limit(state->kind);
-    if (count == 1)
-        return false;
-    if (count == 2 && limit == 2)
-        return tree_split_pair(state, task, halves);
-    if (task->depth >= SPLIT_DEPTH_LIMIT) {
-        tree_split_numbers(state, task, halves);
-        return count > limit;
-    }
     struct bins bins;
     struct binning binning = make_binning(task);
     bool is_shared = count >= SHARED_SPLIT && !workers_are_alone(&state->workers);

@@ -72,14 +72,6 @@ static bool split_range(struct build_state *state, const struct tree_task *task,
                         struct tree_halves *halves)
 {
     uint32_t count = task->end - task->begin, limit = structure_leaf_limit(state->kind);
-    if (count == 1)
-        return false;
-    if (count == 2 && limit == 2)
-        return tree_split_pair(state, task, halves);
-    if (task->depth >= SPLIT_DEPTH_LIMIT) {
-        tree_split_numbers(state, task, halves);
-        return count > limit;
-    }
     struct box bounds = state->tree[task->slot].bounds;
     float4 unit = box_unit(bounds);
     struct sweep_split best = {.cost = INFINITY};

@@ -32,8 +32,8 @@ void tree_split_numbers(struct build_state *state, const struct tree_task *task,
 
 /* Splits two refs, which a leaf could hold, without bins or sorting. Half of all ranges have this
  * size. */
-bool tree_split_pair(struct build_state *state, const struct tree_task *task,
-                     struct tree_halves *halves)
+static bool split_pair(struct build_state *state, const struct tree_task *task,
+                       struct tree_halves *halves)
 {
     struct primitive_ref *refs = &state->refs[task->begin], first = refs[0], second = refs[1];
     struct box bounds = state->tree[task->slot].bounds;
@@ -55,6 +55,21 @@ bool tree_split_pair(struct build_state *state, const struct tree_task *task,
     }
     halves->middle = task->begin + 1;
     return true;
+}
+
+/* Returns false if the range becomes a leaf. */
+static bool split_range(struct build_state *state, const struct tree_task *task,
+                        struct tree_halves *halves)
+{
+    uint32_t count = task->end - task->begin, limit = structure_leaf_limit(state->kind);
+    if (count == 1)
+        return false;
+    if (count == 2 && limit == 2)
+        return split_pair(state, task, halves);
+    if (task->depth < SPLIT_DEPTH_LIMIT)
+        return state->split_range(state, task, halves);
+    tree_split_numbers(state, task, halves);
+    return count > limit;
 }
 
 static void split_node(struct build_state *state, const struct tree_task *task,
@@ -132,7 +147,7 @@ static void split_part(struct build_state *state, struct tree_task task)
     uint32_t count = 0;
     for (;;) {
         struct tree_halves halves;
-        if (state->split_range(state, &task, &halves)) {
+        if (split_range(state, &task, &halves)) {
             struct tree_task children[2];
             split_node(state, &task, &halves, children);
             if (!tree_share_task(state, &children[1]))
@@ -157,7 +172,7 @@ static void split_top(struct build_state *state, struct tree_task task, uint32_t
         if (task.end - task.begin >= shared) {
             struct tree_halves halves;
             struct tree_task children[2];
-            state->split_range(state, &task, &halves);
+            split_range(state, &task, &halves);
             split_node(state, &task, &halves, children);
             waiting[count++] = children[1];
             task = children[0];
@@ -171,10 +186,10 @@ static void split_top(struct build_state *state, struct tree_task task, uint32_t
     }
 }
 
-void tree_split_all(struct build_state *state, tree_splitter *split_range, uint32_t shared)
+void tree_split_all(struct build_state *state, tree_splitter *splitter, uint32_t shared)
 {
     struct tree_task root = {.centers = state->centers, .end = state->ref_count};
-    state->split_range = split_range;
+    state->split_range = splitter;
     state->tree[0].bounds = state->bounds;
     split_top(state, root, shared);
     tree_run_tasks(state, split_part);

@@ -105,7 +105,7 @@ struct build_state {
     struct sort_pair *pairs, *pairs_spare;
     struct primitive_ref *refs_spare;
     float *areas;
-    tree_splitter *split_range; /* the splitter of the quality */
+    tree_splitter *split_range; /* of the quality; not for pairs, nor below SPLIT_DEPTH_LIMIT */
     /* Tasks for any thread; the latest is taken first. */
     struct tree_task *tasks;
     uint32_t task_count, tasks_running;
@@ -120,7 +120,7 @@ uint32_t tree_geometry_of(const struct build_state *state, uint32_t primitive);
  * of refs, unless only preceding splits determine that order. Ranges of at least `shared`
  * primitives are split one at a time by a splitter that uses all threads; smaller ranges by one
  * thread each. */
-void tree_split_all(struct build_state *state, tree_splitter *split_range, uint32_t shared);
+void tree_split_all(struct build_state *state, tree_splitter *splitter, uint32_t shared);
 
 /* Leaves a task to a free thread if the task is large enough; returns false otherwise. Tasks have
  * no primitives in common, so the scratch has room for every possible task. */
@@ -144,14 +144,10 @@ void sort_pairs(struct sort_pair *pairs, struct sort_pair *spare, uint32_t count
 void sort_pairs_shared(struct workers *workers, struct sort_pair *pairs, struct sort_pair *spare,
                        uint32_t count, uint32_t *tallies);
 
-/* split_tasks.c: shared by the splitters that use costs. Returns false if the range becomes a
- * leaf. */
 /* The cost of a split in units of testing a primitive. It is half the cost of a node of four, since
  * such a node replaces up to three splits. */
 #define NODE_COST 0.5f
-bool tree_split_pair(struct build_state *state, const struct tree_task *task,
-                     struct tree_halves *halves);
-/* Splits by the highest bit in which the primitives' numbers differ. */
+/* split_tasks.c: splits by the highest bit in which the primitives' numbers differ. */
 void tree_split_numbers(struct build_state *state, const struct tree_task *task,
                         struct tree_halves *halves);
 /* records.c: writes the records of the structure. */

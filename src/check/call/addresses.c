@@ -17,7 +17,7 @@ void check_geometry_addresses(struct walk *walk, const struct geometry_view *geo
     const struct chained_inputs *chained = geometry->chained;
     check_input(walk, geometry, INPUT_VERTEX, &geometry->vertex);
     check_input(walk, geometry, INPUT_INDEX, &geometry->index_data);
-    check_input(walk, geometry, INPUT_TRANSFORM, &geometry->transform);
+    check_input(walk, geometry, INPUT_MATRIX, &geometry->transform);
     check_input(walk, geometry, data_role(geometry), &geometry->data);
     for (uint32_t i = 0; chained && i < chained->count; i++)
         check_input(walk, geometry, chained->items[i].role, &chained->items[i].facts);

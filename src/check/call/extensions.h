@@ -11,7 +11,7 @@
 void check_extended_build(struct walk *walk, struct build_view *build, bool with_state);
 void check_extended_geometry(struct walk *walk, struct geometry_view *geometry, bool with_state);
 
-/* Likewise for one enabled extension. */
+/* Evaluate the rules about what one enabled extension adds. */
 void check_motion_build(struct walk *walk, const struct build_view *build, bool with_state);
 void check_motion(struct walk *walk, struct geometry_view *geometry, bool with_state);
 void check_spheres(struct walk *walk, struct geometry_view *geometry, bool with_state);

@@ -16,14 +16,10 @@ const struct micromap_uses *found_micromaps(const struct walk *walk)
 static void add_use(struct walk *walk, const struct micromap_use *use)
 {
     struct micromap_uses *uses = &walk->micromaps;
-    struct micromap_use *items =
-        array_make_room(uses->items, uses->count, &uses->capacity, sizeof(*items));
-    if (!items) {
+    if (ARRAY_HAS_ROOM(uses->items, uses->count, uses->capacity))
+        uses->items[uses->count++] = *use;
+    else
         uses->incomplete = true;
-        return;
-    }
-    uses->items = items;
-    uses->items[uses->count++] = *use;
 }
 
 static void note_opacity(struct walk *walk, const struct opacity_view *view)

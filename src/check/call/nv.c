@@ -118,7 +118,7 @@ static void record_geometry(struct check_context *context, const struct nv_geome
     uint32_t index = geometry->index;
     record_input(context, index, INPUT_VERTEX, &geometry->vertex);
     record_input(context, index, INPUT_INDEX, &geometry->index_data);
-    record_input(context, index, INPUT_TRANSFORM, &geometry->transform);
+    record_input(context, index, INPUT_MATRIX, &geometry->transform);
     record_input(context, index, INPUT_AABBS, &geometry->boxes);
 }
 

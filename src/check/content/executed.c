@@ -170,12 +170,8 @@ static void read_indirect(struct executed_call *call, const struct executed_buil
 
 static void retain_build(struct executed_call *call, const struct executed_build *executed)
 {
-    struct retained_build *builds =
-        array_make_room(call->builds, call->count, &call->capacity, sizeof(*builds));
-    if (!builds)
-        return;
-    call->builds = builds;
-    call->builds[call->count++] = (struct retained_build){executed->build, executed->dst_id};
+    if (ARRAY_HAS_ROOM(call->builds, call->count, call->capacity))
+        call->builds[call->count++] = (struct retained_build){executed->build, executed->dst_id};
 }
 
 static void report_references(const struct executed_call *call,

@@ -36,12 +36,8 @@ void content_free_instances(struct instance_uses *instances)
 static void add_use(struct instance_uses *uses, uint64_t reference,
                     const struct accel_facts *referenced)
 {
-    struct instance_use *items =
-        array_make_room(uses->items, uses->count, &uses->capacity, sizeof(*items));
-    if (!items)
-        return;
-    uses->items = items;
-    if (handle_table_set(&uses->indices, reference, (void *)(uintptr_t)(uses->count + 1)))
+    if (ARRAY_HAS_ROOM(uses->items, uses->count, uses->capacity) &&
+        handle_table_set(&uses->indices, reference, (void *)(uintptr_t)(uses->count + 1)))
         uses->items[uses->count++] = (struct instance_use){.referenced = *referenced};
 }
 

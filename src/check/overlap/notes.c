@@ -8,13 +8,10 @@
 
 void sweep_note(struct sweep *sweep, const struct noted_range *noted)
 {
-    struct noted_range *all =
-        array_make_room(sweep->noted, sweep->noted_count, &sweep->noted_capacity, sizeof(*all));
-    if (!all) {
+    if (!ARRAY_HAS_ROOM(sweep->noted, sweep->noted_count, sweep->noted_capacity)) {
         sweep->out_of_memory = true;
         return;
     }
-    sweep->noted = all;
     sweep->has_memory = true;
     sweep->noted[sweep->noted_count++] = *noted;
 }

@@ -20,7 +20,6 @@ static inline struct used_range *begin_range(struct sweep *sweep, const struct b
         *range = (struct used_range){
             .role = role,
             .build = build->index,
-            .is_update = build_is_update(build->info),
             .is_in_place = build_is_in_place(build->info),
             .handle = handle,
         };

@@ -140,8 +140,8 @@ static enum rule rule_of_input(const struct journal_input *input, enum address_s
         return RULE_update_scratch_is_in_one_buffer;
     if (input->role == INPUT_INDIRECT)
         return RULE_indirect_ranges_are_in_one_buffer;
-    return input->role == INPUT_TRANSFORM ? RULE_transform_address_is_valid
-                                          : RULE_input_address_is_in_a_buffer;
+    return input->role == INPUT_MATRIX ? RULE_transform_address_is_valid
+                                       : RULE_input_address_is_in_a_buffer;
 }
 
 static enum subject subject_of_input(enum input_role role)
@@ -184,8 +184,8 @@ static const struct {
                       SUBJECT_GEOMETRY},
     [INPUT_INDEX] = {"geometry.triangles.indexData", RULE_nv_index_data_is_null_or_a_valid_buffer,
                      SUBJECT_GEOMETRY},
-    [INPUT_TRANSFORM] = {"geometry.triangles.transformData",
-                         RULE_nv_transform_data_is_a_valid_buffer, SUBJECT_GEOMETRY},
+    [INPUT_MATRIX] = {"geometry.triangles.transformData", RULE_nv_transform_data_is_a_valid_buffer,
+                      SUBJECT_GEOMETRY},
     [INPUT_AABBS] = {"geometry.aabbs.aabbData", RULE_nv_aabb_data_is_a_valid_buffer,
                      SUBJECT_GEOMETRY},
     [INPUT_INSTANCES] = {"instanceData", RULE_nv_instance_data_is_a_valid_buffer,
@@ -215,8 +215,8 @@ static void check_nv_input(struct replay *replay, const struct journal *journal,
 
 static void check_inputs(struct replay *replay, const struct journal *journal)
 {
-    struct chunk_place place = {NULL, NULL};
-    for (const struct journal_input *input; (input = journal_next_input(journal, &place));)
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_USE_BUFFER));
+    for (const struct journal_input *input; (input = (const void *)journal_next(&cursor));)
         if (input->command == COMMAND_NV)
             check_nv_input(replay, journal, input);
         else

@@ -24,7 +24,7 @@ struct judge {
 void judge_begin(struct judge *judge, struct replay *replay, const struct journal *journal,
                  uint32_t position, const struct location *location);
 
-/* Likewise for an entry of kind JOURNAL_BUILD, JOURNAL_UPDATE or JOURNAL_USE_MICROMAP. */
+/* Begins to judge an entry of kind JOURNAL_BUILD, JOURNAL_UPDATE or JOURNAL_USE_MICROMAP. */
 void judge_begin_entry(struct judge *judge, struct replay *replay, const struct journal *journal,
                        const struct journal_entry *entry);
 

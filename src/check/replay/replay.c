@@ -12,16 +12,12 @@
 
 /* What writes structures, or decides what is known of them. */
 #define STATE_KINDS                                                                                \
-    (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |                   \
-     JOURNAL_BIT(JOURNAL_FILL) | JOURNAL_BIT(JOURNAL_EXECUTE) | JOURNAL_BIT(JOURNAL_WAIT_EVENT))
+    (JOURNAL_WRITES | JOURNAL_BIT(JOURNAL_EXECUTE) | JOURNAL_BIT(JOURNAL_WAIT_EVENT))
 /* What a submission or host command replays. */
 #define REPLAYED_KINDS                                                                             \
     (STATE_KINDS | JOURNAL_BIT(JOURNAL_USE_MICROMAP) | JOURNAL_BIT(JOURNAL_RANGES) |               \
      JOURNAL_BIT(JOURNAL_BIND) | JOURNAL_BIT(JOURNAL_QUERY) | JOURNAL_BIT(JOURNAL_RESET_QUERIES) | \
      JOURNAL_BIT(JOURNAL_ANSWER))
-/* Queries don't count as structures: the host reads and resets them at once. */
-#define WRITING_KINDS                                                                              \
-    (STATE_KINDS & ~(JOURNAL_BIT(JOURNAL_EXECUTE) | JOURNAL_BIT(JOURNAL_WAIT_EVENT)))
 
 /* Applies a copy or update to the states that the command buffer knows by itself. If it doesn't
  * know the source, the result is unknown until submission. */
@@ -83,7 +79,7 @@ static void find_known_states(struct command_buffer *command_buffer)
 {
     const struct journal *journal = command_buffer->journal;
     struct journal_cursor cursor = journal_start(journal, STATE_KINDS);
-    cursor.end = journal->call.entries;
+    cursor.end = journal->call;
     apply_entries(&command_buffer->known, cursor);
     command_buffer->has_known_states = true;
 }
@@ -252,14 +248,9 @@ void replay_judge_work(struct replay *replay, const struct journal *journal)
     }
 }
 
-static bool writes_a_structure(const struct journal_entry *entry)
-{
-    return WRITING_KINDS & JOURNAL_BIT(entry->kind);
-}
-
 void replay_begin_work(struct replay *replay, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal, WRITING_KINDS);
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_WRITES);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         if (!structures_add_writer(replay->structures, entry->dst_id))
             replay->out_of_memory = true;
@@ -268,7 +259,7 @@ void replay_begin_work(struct replay *replay, const struct journal *journal)
 
 static void remove_writers(struct replay *replay, const struct journal *journal)
 {
-    struct journal_cursor cursor = journal_start(journal, WRITING_KINDS);
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_WRITES);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
         struct structure *state = structures_find(replay->structures, entry->dst_id);
         if (state && state->host_writers)
@@ -283,6 +274,6 @@ void replay_end_work(struct replay *replay, const struct journal *journal, bool 
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
         if (!failed)
             write_entry(replay, journal, entry);
-        else if (writes_a_structure(entry))
+        else if (JOURNAL_WRITES & JOURNAL_BIT(entry->kind))
             replay_write(replay, entry->dst_id, &built_unknown);
 }

@@ -22,6 +22,12 @@ void input_notes_release(struct input_notes *notes)
     *notes = (struct input_notes){0};
 }
 
+static bool reserved(struct input_notes *notes, bool has_room)
+{
+    notes->lacks_memory |= !has_room;
+    return has_room;
+}
+
 /* Returns whether the inputs of the build will be read and retained for later updates. */
 static bool has_inputs_to_note(const struct replay *replay, const struct journal *journal,
                                const struct journal_entry *entry)
@@ -38,19 +44,13 @@ static void note_execution_point(struct replay *replay, const struct journal *jo
         entry->built.type != VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR ||
         !structures_find_serial(replay->structures, &serial))
         return;
-    struct execution_point_note *points =
-        array_make_room(notes->points, notes->point_count, &notes->point_capacity, sizeof(*points));
-    notes->lacks_memory |= !points;
-    if (!points)
+    if (!reserved(notes, ARRAY_HAS_ROOM(notes->points, notes->point_count, notes->point_capacity)))
         return;
-    notes->points = points;
-    struct execution_point_note *note = &notes->points[notes->point_count++];
-    note->journal = journal;
-    note->position = entry->built.position;
-    note->point.serial = serial;
-    note->point.now = replay->now;
-    note->point.is_unordered = replay->unordered;
-    execution_clock_copy(&note->point.follows, replay->follows);
+    struct execution_point *point = &notes->points[notes->point_count++];
+    point->serial = serial;
+    point->now = replay->now;
+    point->is_unordered = replay->unordered;
+    execution_clock_copy(&point->follows, replay->follows);
 }
 
 /* Each entry of a journal that has inputs to note gets a note, even if nothing is known of it:
@@ -59,12 +59,8 @@ static struct input_note *add_note(struct replay *replay, const struct journal *
                                    const struct journal_entry *entry)
 {
     struct input_notes *notes = replay->notes;
-    struct input_note *items =
-        array_make_room(notes->items, notes->count, &notes->capacity, sizeof(*items));
-    notes->lacks_memory |= !items;
-    if (!items)
+    if (!reserved(notes, ARRAY_HAS_ROOM(notes->items, notes->count, notes->capacity)))
         return NULL;
-    notes->items = items;
     struct input_note *note = &notes->items[notes->count++];
     *note = (struct input_note){.journal = journal, .entry = entry, .source.state = BUILT_UNKNOWN};
     return note;
@@ -101,17 +97,10 @@ void replay_note_micromap(struct replay *replay, const struct journal *journal,
     struct input_notes *notes = replay->notes;
     if (!notes || !recording_with_commands(journal) || entry->micromap.is_ext)
         return;
-    struct used_micromap_note *used =
-        array_make_room(notes->used, notes->used_count, &notes->used_capacity, sizeof(*used));
-    notes->lacks_memory |= !used;
-    if (!used)
+    if (!reserved(notes, ARRAY_HAS_ROOM(notes->used, notes->used_count, notes->used_capacity)))
         return;
-    notes->used = used;
-    notes->used[notes->used_count++] =
-        (struct used_micromap_note){.journal = journal,
-                                    .position = entry->micromap.position,
-                                    .geometry = entry->micromap.geometry,
-                                    .built = built_share(replay_read(replay, entry))};
+    notes->used[notes->used_count++] = (struct used_micromap_note){
+        .geometry = entry->micromap.geometry, .built = built_share(replay_read(replay, entry))};
 }
 
 /* The primitive count has been validated before if both builds gave it as a parameter. */

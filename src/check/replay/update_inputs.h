@@ -16,16 +16,8 @@ struct input_note {
 
 /* The last build of a micromap of VK_KHR_opacity_micromap when a build used it. */
 struct used_micromap_note {
-    const struct journal *journal;
-    uint32_t position, geometry; /* of the build */
+    uint32_t geometry;
     struct built built;
-};
-
-/* The execution point of a build of instances, needed to look up the structures they refer to. */
-struct execution_point_note {
-    const struct journal *journal;
-    uint32_t position; /* of the build */
-    struct execution_point point;
 };
 
 /* In execution order. Zero-initialized is empty. */
@@ -34,7 +26,8 @@ struct input_notes {
     uint32_t count, capacity;
     struct used_micromap_note *used;
     uint32_t used_count, used_capacity;
-    struct execution_point_note *points;
+    /* Of builds of instances, needed to look up the structures that the instances refer to. */
+    struct execution_point *points;
     uint32_t point_count, point_capacity;
     bool lacks_memory; /* some notes are missing: the others cannot be paired with builds */
 };

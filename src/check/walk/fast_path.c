@@ -62,7 +62,7 @@ ROWS_PASS geometry_addresses_pass(const struct geometry_view *geometry)
             return false;
     return input_passes(geometry, INPUT_VERTEX, &geometry->vertex) &&
            input_passes(geometry, INPUT_INDEX, &geometry->index_data) &&
-           input_passes(geometry, INPUT_TRANSFORM, &geometry->transform) &&
+           input_passes(geometry, INPUT_MATRIX, &geometry->transform) &&
            input_passes(geometry, data_role(geometry), &geometry->data);
 }
 

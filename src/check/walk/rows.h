@@ -14,7 +14,7 @@
     if (walk->active[RULE_##name] && !name(view, &finding))                                        \
         walk_report(walk, RULE_##name, location, &finding);
 
-/* Likewise, if the row has `level`. */
+/* Evaluates one predicate if its rule is active and its row has `level`. */
 #define EVALUATE_AT_LEVEL(name, row_level, view, location)                                         \
     if (LEVEL_##row_level == level && walk->active[RULE_##name] && !name(view, &finding))          \
         walk_report(walk, RULE_##name, location, &finding);

@@ -18,10 +18,9 @@ void blas_references_init(struct blas_references *references, struct cpu_structu
     pthread_mutex_init(&references->lock, NULL);
 }
 
-static void release(void *record, void *context)
+static void release(void *record)
 {
     struct entry *entry = record;
-    (void)context;
     cpu_tree_release(entry->tree);
     free(entry);
 }
@@ -69,8 +68,7 @@ void blas_references_release(struct blas_references *references)
 {
     if (references->is_watching)
         cpu_structures_unwatch(references->structures, &references->watcher);
-    handle_table_each(&references->references, release, NULL);
-    handle_table_release(&references->references);
+    handle_table_drop(&references->references, release);
     pthread_mutex_destroy(&references->lock);
 }
 

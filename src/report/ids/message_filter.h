@@ -13,7 +13,7 @@
  * a VUID. A retired id names the ids that replaced it. Returns false if `entry` names no id. */
 bool message_filter_add(bool muted[MESSAGE_ID_COUNT], const char *entry);
 
-/* The same for other ids (other_id.h), by id or message number. */
+/* Does the same for other ids (other_id.h), which `entry` names by id or message number. */
 bool message_filter_add_other(bool muted[OTHER_ID_COUNT], const char *entry);
 
 /* An entry ID@GLOB: mutes the messages of the id with an object whose debug name matches the

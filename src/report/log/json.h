@@ -36,7 +36,7 @@ bool json_end(struct json *json);
 
 /* Writes an empty text if `text` is NULL. */
 void json_text(struct json *json, const char *key, const char *text);
-/* The same for at most `size` bytes. */
+/* Writes at most `size` bytes of a text. */
 void json_text_of_size(struct json *json, const char *key, const char *text, size_t size);
 void json_number(struct json *json, const char *key, uint64_t number);
 /* A text such as 0x1f. */

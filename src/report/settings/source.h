@@ -32,10 +32,10 @@ void settings_reader_close(struct settings_source *source);
  * it. */
 VkResult settings_source_list(const struct settings_source *source, const char *key, char **list);
 
-/* The same, but only from VK_EXT_layer_settings. */
+/* Sets `list` to the values of a key that VK_EXT_layer_settings gives; ignores other sources. */
 VkResult settings_source_given(const struct settings_source *source, const char *key, char **list);
 
-/* The same for a key whose value is one text, with the commas and colons that it was given with. */
+/* Sets `text` to the value of a key whose value is one text, with its commas and colons. */
 VkResult settings_source_text(const struct settings_source *source, const char *key, char **text);
 
 /* Whether the value of a key came with a comma, or as several values. The key must be set. */

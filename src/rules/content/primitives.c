@@ -95,6 +95,6 @@ bool transform_matrix_is_invertible(const struct transform_view *transform, stru
             finding, content_field(transform->geometry, INPUT_INSTANCES),
             "leads to instance {}, whose transform is not invertible: its first three columns {}",
             number(transform->instance), why);
-    return violated(finding, content_field(transform->geometry, INPUT_TRANSFORM),
+    return violated(finding, content_field(transform->geometry, INPUT_MATRIX),
                     "leads to a matrix that is not invertible: its first three columns {}", why);
 }

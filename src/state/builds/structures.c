@@ -292,13 +292,8 @@ void structures_note_destroyed(struct structures *structures, uint64_t first_id,
         return;
     struct structures_shared *shared = structures->shared;
     pthread_mutex_lock(&shared->lock);
-    struct destroyed_ids *destroyed =
-        array_make_room(shared->destroyed, shared->destroyed_count, &shared->destroyed_capacity,
-                        sizeof(*destroyed));
-    if (destroyed) {
-        shared->destroyed = destroyed;
-        destroyed[shared->destroyed_count++] = (struct destroyed_ids){first_id, count};
-    }
+    if (ARRAY_HAS_ROOM(shared->destroyed, shared->destroyed_count, shared->destroyed_capacity))
+        shared->destroyed[shared->destroyed_count++] = (struct destroyed_ids){first_id, count};
     pthread_mutex_unlock(&shared->lock);
 }
 
@@ -329,12 +324,9 @@ void structures_forget_destroyed(struct structures *structures)
 bool structures_note_undo(struct structures *structures, uint64_t id, struct structure *structure)
 {
     struct structures_shared *shared = structures->shared;
-    struct structure_before *before =
-        array_make_room(shared->undo, shared->undo_count, &shared->undo_capacity, sizeof(*before));
-    if (!before)
+    if (!ARRAY_HAS_ROOM(shared->undo, shared->undo_count, shared->undo_capacity))
         return false;
-    shared->undo = before;
-    before += shared->undo_count++;
+    struct structure_before *before = &shared->undo[shared->undo_count++];
     *before = (struct structure_before){.id = id, .built.state = BUILT_NEVER};
     if (!structure)
         return true;

@@ -83,7 +83,7 @@ void structures_copy_input(struct structures *structures, uint64_t dst_id, uint6
 void structures_remove(struct structures *structures, uint64_t id);
 /* Removes the records of the structures that structures_note_destroyed() noted. */
 void structures_forget_destroyed(struct structures *structures);
-/* Removes all records. Those of a device are unknown from then on. */
+/* Removes all records. In a device's table all structures are unknown from then on. */
 void structures_release(struct structures *structures);
 
 /* Notes the record of a structure before a command that may fail sets or removes it; `structure` is

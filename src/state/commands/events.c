@@ -28,18 +28,11 @@ VkResult events_create(struct events **events)
     return VK_SUCCESS;
 }
 
-static void free_event(void *record, void *context)
-{
-    (void)context;
-    free(record);
-}
-
 void events_destroy(struct events *events)
 {
     if (!events)
         return;
-    handle_table_each(&events->by_handle, free_event, NULL);
-    handle_table_release(&events->by_handle);
+    handle_table_drop(&events->by_handle, free);
     pthread_mutex_destroy(&events->lock);
     free(events);
 }

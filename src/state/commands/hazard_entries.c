@@ -1,23 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Entries about accesses and barriers, and the memory that they lie in. */
+/* The memory that accesses lie in. */
 #include "src/state/commands/hazard_entries.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-struct hazard_entry *hazard_add(struct journal *journal, enum journal_kind kind)
-{
-    struct hazard_entry *entry = hazard_add_unset(journal, kind);
-    if (!entry)
-        return NULL;
-    const unsigned char size = entry->size;
-    memset(entry, 0, sizeof(*entry));
-    entry->kind = (unsigned char)kind;
-    entry->size = size;
-    return entry;
-}
-
-/* ---- memory */
 
 enum { RECENT_BITS = 4, RECENT_MEMORIES = 1 << RECENT_BITS };
 

@@ -48,7 +48,7 @@ struct hazard_entry {
         struct {                      /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_COMMAND */
             uint32_t info;            /* index in pInfos; of a command: number of builds */
             uint32_t geometry;        /* of a command: position of the first build */
-            uint32_t labels;          /* of a command: see journal_note_labels(); of
+            uint32_t origin;          /* of a command: see journal_note_origin(); of
                                        * HAZARD_INDEXED: the size of a vertex */
             VkObjectType object_type; /* of an access */
         };
@@ -59,10 +59,7 @@ struct hazard_entry {
         uint64_t object;     /* HAZARD_ACCESS: handle of the structure or buffer, 0: unknown;
                               * of events: the VkEvent */
     };
-    union {
-        struct hazard_bytes bytes;    /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_BARRIER */
-        const struct call_site *site; /* HAZARD_COMMAND that builds; NULL: unknown */
-    };
+    struct hazard_bytes bytes; /* HAZARD_ACCESS, HAZARD_INDEXED, HAZARD_BARRIER */
 };
 _Static_assert(sizeof(struct hazard_entry) <= 56, "a command has many accesses");
 
@@ -72,20 +69,19 @@ static inline bool hazard_entry_is_access(const struct hazard_entry *entry)
     return entry->kind == HAZARD_ACCESS || entry->kind == HAZARD_INDEXED;
 }
 
-/* Returns a new entry, of which only `kind` and `size` are set: the caller sets all else of it.
- * Returns NULL if memory runs out; the journal lacks hazards then. */
-static inline struct hazard_entry *hazard_add_unset(struct journal *journal, enum journal_kind kind)
+/* Returns a new entry, whose other members are 0. Returns NULL if memory runs out; the journal
+ * lacks hazards then. */
+static inline struct hazard_entry *hazard_add(struct journal *journal, enum journal_kind kind)
 {
     struct hazard_entry *entry = journal_append(journal, sizeof(*entry));
     journal->lacks_hazards |= !entry;
     if (entry)
-        entry->kind = (unsigned char)kind;
+        *entry = (struct hazard_entry){.kind = (unsigned char)kind,
+                                       .size = sizeof(*entry) / JOURNAL_UNIT};
     return entry;
 }
-/* Likewise, but all other members are zeroed. */
-struct hazard_entry *hazard_add(struct journal *journal, enum journal_kind kind);
 
-/* As journal_next(), for walks over HAZARD entries. */
+/* Does what journal_next() does, for walks over HAZARD entries. */
 static inline const struct hazard_entry *hazard_next(struct journal_cursor *cursor)
 {
     return (const void *)journal_next(cursor);

@@ -91,67 +91,37 @@ struct sparse_binding journal_binding(const struct journal_entry *entry)
     };
 }
 
-uint32_t journal_keep_labels(struct journal *journal, const struct label_stack *labels)
+uint32_t journal_keep_origin(struct journal *journal, const struct label_stack *labels,
+                             const struct call_site *site)
 {
-    if (journal->label_count && journal->label_changes == labels->changes)
-        return journal->label_count;
-    struct label_stack *grown = array_make_room(journal->labels, journal->label_count,
-                                                &journal->label_capacity, sizeof(*grown));
-    if (!grown)
+    const uint32_t changes = labels ? labels->changes : 0, count = journal->origin_count;
+    if (count && journal->label_changes == changes && journal->origins[count - 1].site == site)
+        return count;
+    if (!ARRAY_HAS_ROOM(journal->origins, count, journal->origin_capacity))
         return 0;
-    journal->labels = grown;
-    journal->labels[journal->label_count++] = label_stack_copy(labels);
-    journal->label_changes = labels->changes;
-    return journal->label_count;
+    journal->origins[count] = (struct journal_origin){.site = site};
+    if (labels)
+        journal->origins[count].labels = label_stack_copy(labels);
+    journal->label_changes = changes;
+    return ++journal->origin_count;
 }
 
-const struct label_stack *journal_labels_at(const struct journal *journal, uint32_t position)
+uint32_t journal_origin_at(const struct journal *journal, uint32_t position)
 {
-    struct journal_cursor cursor = journal_start(journal, JOURNAL_BUILDS);
+    if (!journal->origin_count)
+        return 0;
+    struct journal_cursor cursor = journal_start(journal, JOURNAL_COPIED_BUILDS);
     for (const struct journal_entry *entry; (entry = journal_next(&cursor));)
         if (entry->built.position == position)
-            return journal_label_stack(journal, entry->labels);
-    return NULL;
-}
-
-static void forget_calls(struct journal *journal)
-{
-    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_CALL));
-    for (struct journal_entry *entry; (entry = journal_next(&cursor));)
-        entry->call.site = NULL;
-}
-
-void journal_note_call(struct journal *journal, uint32_t position, const struct call_site *site)
-{
-    struct journal_entry *entry = journal_append(journal, sizeof(*entry));
-    if (!entry) {
-        forget_calls(journal);
-        return;
-    }
-    entry->kind = JOURNAL_CALL;
-    entry->call = (struct journal_call){position, site};
-}
-
-/* Positions grow in recorded order. */
-const struct call_site *journal_call_site_at(const struct journal *journal, uint32_t position)
-{
-    const struct call_site *site = NULL;
-    struct journal_cursor cursor = journal_start(journal, JOURNAL_BIT(JOURNAL_CALL));
-    for (const struct journal_entry *entry; (entry = journal_next(&cursor));) {
-        if (entry->call.position > position)
-            break;
-        site = entry->call.site;
-    }
-    return site;
+            return entry->origin;
+    return 0;
 }
 
 struct journal_cursor journal_start_at(const struct journal *journal, struct chunk_place place,
                                        uint32_t kinds)
 {
-    return (struct journal_cursor){.list = &journal->entries,
-                                   .place = place,
-                                   .end = chunk_list_end(&journal->entries),
-                                   .kinds = kinds};
+    return (struct journal_cursor){
+        .list = &journal->entries, .place = place, .end = journal_end(journal), .kinds = kinds};
 }
 
 struct journal_cursor journal_start(const struct journal *journal, uint32_t kinds)
@@ -161,7 +131,7 @@ struct journal_cursor journal_start(const struct journal *journal, uint32_t kind
 
 struct journal_cursor journal_start_call(const struct journal *journal, uint32_t kinds)
 {
-    return journal_start_at(journal, journal->call.entries, kinds);
+    return journal_start_at(journal, journal->call, kinds);
 }
 
 struct journal_cursor journal_start_secondaries(const struct journal *journal)
@@ -182,16 +152,6 @@ struct journal_entry *journal_next(struct journal_cursor *cursor)
     return entry;
 }
 
-const struct journal_input *journal_next_input(const struct journal *journal,
-                                               struct chunk_place *place)
-{
-    const struct chunk_place end = chunk_list_end(&journal->inputs);
-    const struct journal_input *input = chunk_list_at(&journal->inputs, place, &end);
-    if (input)
-        place->next += sizeof(*input);
-    return input;
-}
-
 static void release_entries(struct journal_cursor cursor)
 {
     for (struct journal_entry *entry; (entry = journal_next(&cursor));)
@@ -203,13 +163,12 @@ static void forget_recent_inputs(struct journal *journal)
     memset(journal->recent_inputs, 0, sizeof(journal->recent_inputs));
 }
 
-void journal_take_back(struct journal *journal, const struct journal_mark *mark)
+void journal_take_back(struct journal *journal, struct chunk_place place)
 {
     if (journal->has_references)
-        release_entries(journal_start_at(journal, mark->entries, JOURNAL_ENTRIES));
-    chunk_list_cut(&journal->entries, mark->entries);
-    chunk_list_cut(&journal->inputs, mark->inputs);
-    journal->call = *mark;
+        release_entries(journal_start_at(journal, place, JOURNAL_ENTRIES));
+    chunk_list_cut(&journal->entries, place);
+    journal->call = place;
     forget_recent_inputs(journal);
 }
 
@@ -217,8 +176,8 @@ __attribute__((cold, noinline)) static void release_held(struct journal *journal
 {
     if (journal->has_references)
         release_entries(journal_start(journal, JOURNAL_ENTRIES));
-    while (journal->label_count)
-        label_stack_clear(&journal->labels[--journal->label_count]);
+    while (journal->origin_count)
+        label_stack_clear(&journal->origins[--journal->origin_count].labels);
     if (journal->work)
         journal->release_work(journal->work);
     journal->work = NULL;
@@ -227,13 +186,11 @@ __attribute__((cold, noinline)) static void release_held(struct journal *journal
 /* Every recording begins with this call, and most recordings have nothing to release. */
 ON_RECORDING_PATH void journal_clear(struct journal *journal)
 {
-    if (journal->has_references || journal->label_count || journal->work)
+    if (journal->has_references || journal->origin_count || journal->work)
         release_held(journal);
-    chunk_list_clear(&journal->entries);
-    if (!chunk_list_is_empty(&journal->inputs)) {
-        chunk_list_clear(&journal->inputs);
+    if (!chunk_list_is_empty(&journal->entries))
         forget_recent_inputs(journal);
-    }
+    chunk_list_clear(&journal->entries);
     journal->has_references = journal->has_sources_to_check = false;
     journal->secondary_count = 0;
     journal->has_events = journal->incomplete = false;
@@ -247,9 +204,8 @@ void journal_release(struct journal *journal)
         return;
     journal_clear(journal);
     free(journal->recent_memory);
-    free(journal->labels);
+    free(journal->origins);
     free(journal->host);
     chunk_list_free(&journal->entries);
-    chunk_list_free(&journal->inputs);
     free(journal);
 }

@@ -39,7 +39,6 @@ enum journal_kind {
     JOURNAL_USE_MICROMAP, /* the build of a later entry reads the micromap src */
     JOURNAL_RANGES,       /* the ranges of a call that uses sparse buffers; after its builds */
     JOURNAL_BIND,         /* dst: a sparse buffer, src: memory */
-    JOURNAL_CALL,         /* with call sites: before the builds of a call */
     /* Queries of compacted sizes, with the ids of query_pools.h. */
     JOURNAL_QUERY,         /* dst_id: the query, src: the structure */
     JOURNAL_RESET_QUERIES, /* by the host; dst_id: the first query, info: the number of queries */
@@ -49,8 +48,10 @@ enum journal_kind {
     JOURNAL_RESET_EVENT,
     JOURNAL_WAIT_EVENT,
     /* A build whose inputs were copied, and which writes no structure that is known: its dst is
-     * invalid, or builds have no entries below level EXECUTION. */
+     * invalid, or builds have no entries below level EXECUTION. Of `built` only the position is
+     * set. */
     JOURNAL_INPUTS,
+    JOURNAL_USE_BUFFER, /* struct journal_input: a later build reads the buffer */
     /* With backend cpu: struct recorded_command (src/snapshots/recording.h). */
     CPU_CLONE, /* unless there is a JOURNAL_COPY or JOURNAL_COMPACT */
     CPU_COMPACT,
@@ -65,9 +66,8 @@ enum journal_kind {
     /* Reads of two vertices, those of the smallest and the largest index of a geometry, which level
      * content reads. bytes: from the vertex of index 0 to the end of the buffer. */
     HAZARD_INDEXED,
-    HAZARD_BARRIER,   /* the first of `count` entries of this kind that belong to one command */
-    HAZARD_SET_EVENT, /* object: the event; barrier.dependency.src */
-    HAZARD_RESET_EVENT,
+    HAZARD_BARRIER,    /* the first of `count` entries of this kind that belong to one command */
+    HAZARD_SET_EVENT,  /* object: the event; barrier.dependency.src */
     HAZARD_WAIT_EVENT, /* object: the event; `count` HAZARD_BARRIER entries follow */
     JOURNAL_KINDS,
 };
@@ -76,12 +76,17 @@ _Static_assert(JOURNAL_KINDS <= 32, "a set of kinds is a word");
 /* A set of kinds, which a walk visits. */
 #define JOURNAL_BIT(kind) (UINT32_C(1) << (kind))
 #define JOURNAL_BUILDS (JOURNAL_BIT(JOURNAL_BUILD) | JOURNAL_BIT(JOURNAL_UPDATE))
+/* What writes a structure. */
+#define JOURNAL_WRITES                                                                             \
+    (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_COPY) | JOURNAL_BIT(JOURNAL_COMPACT) |                   \
+     JOURNAL_BIT(JOURNAL_FILL))
+/* What the hazard check walks, besides secondary command buffers. */
 #define JOURNAL_HAZARDS                                                                            \
     (JOURNAL_BIT(HAZARD_COMMAND) | JOURNAL_BIT(HAZARD_ACCESS) | JOURNAL_BIT(HAZARD_INDEXED) |      \
      JOURNAL_BIT(HAZARD_BARRIER) | JOURNAL_BIT(HAZARD_SET_EVENT) |                                 \
-     JOURNAL_BIT(HAZARD_RESET_EVENT) | JOURNAL_BIT(HAZARD_WAIT_EVENT))
+     JOURNAL_BIT(JOURNAL_RESET_EVENT) | JOURNAL_BIT(HAZARD_WAIT_EVENT))
 /* All that is a struct journal_entry. */
-#define JOURNAL_ENTRIES (JOURNAL_BIT(CPU_CLONE) - 1)
+#define JOURNAL_ENTRIES (JOURNAL_BIT(JOURNAL_USE_BUFFER) - 1)
 /* What may have copies of a build's inputs. */
 #define JOURNAL_COPIED_BUILDS (JOURNAL_BUILDS | JOURNAL_BIT(JOURNAL_INPUTS))
 
@@ -105,9 +110,9 @@ struct journal_micromap {
     uint64_t updated, updated_id; /* src of the update; 0: the build is no update */
 };
 
-/* Who has called: the builds from a position in the command buffer on were recorded from a site. */
-struct journal_call {
-    uint32_t position;
+/* Where builds were recorded, for messages. */
+struct journal_origin {
+    struct label_stack labels;    /* a copy */
     const struct call_site *site; /* lives as long as the device; NULL: unknown */
 };
 
@@ -125,7 +130,7 @@ struct journal_entry {
     unsigned char dst_backing, src_backing; /* of enum journal_backing */
     bool geometry_by_pointer;               /* the geometry is in ppGeometries */
     uint32_t info;   /* builds and updates: index in pInfos; JOURNAL_FILL: enum journal_fill */
-    uint32_t labels; /* see journal_note_labels */
+    uint32_t origin; /* see journal_note_origin() */
     /* Structures by handle (VkAccelerationStructureNV for COMMAND_NV) and by id; the id changes if
      * the handle is reused. */
     uint64_t dst, src;
@@ -138,7 +143,6 @@ struct journal_entry {
             VkDeviceSize offset, size, memory_offset;
         } binding;
         struct journal_micromap micromap;
-        struct journal_call call;
         VkDeviceSize number;
     };
 };
@@ -150,17 +154,11 @@ enum {
     JOURNAL_ENTRY_MAX = sizeof(struct journal_entry) + sizeof(struct recorded_build *)
 };
 _Static_assert(JOURNAL_ENTRY_MAX <= 128, "a recorded build takes little memory");
-#define JOURNAL_CHUNK                                                                              \
-    (struct chunk_sizes)                                                                           \
-    {                                                                                              \
-        64 * sizeof(struct journal_entry), JOURNAL_ENTRY_MAX                                       \
-    }
-
 /* The use that a build makes of an address. */
 enum input_role {
     INPUT_VERTEX,
     INPUT_INDEX,
-    INPUT_TRANSFORM,
+    INPUT_MATRIX,
     INPUT_AABBS,
     INPUT_INSTANCES,
     INPUT_MOTION_VERTEX,
@@ -181,46 +179,45 @@ enum input_role {
 };
 
 struct journal_input {
+    unsigned char kind, size;  /* as in struct journal_entry */
+    unsigned char role;        /* enum input_role */
+    unsigned char command : 7; /* enum build_command */
+    bool geometry_by_pointer : 1;
+    uint32_t position; /* of the build in the command buffer */
+    uint32_t info;
+    uint32_t geometry;
     uint64_t buffer_id; /* see struct address_facts */
     union {
         VkDeviceAddress address;
         VkBuffer buffer; /* for COMMAND_NV */
     };
-    uint32_t position; /* of the build in the command buffer */
-    uint32_t info;
-    uint32_t geometry;
-    unsigned char role;    /* enum input_role */
-    unsigned char command; /* enum build_command */
-    bool geometry_by_pointer;
 };
+_Static_assert(sizeof(struct journal_input) == 32, "a build has several inputs");
 
 enum { JOURNAL_RECENT_INPUTS = 32, JOURNAL_INPUTS_AT_ONCE = 5 };
-#define JOURNAL_INPUT_CHUNK                                                                        \
+#define JOURNAL_CHUNK                                                                              \
     (struct chunk_sizes)                                                                           \
     {                                                                                              \
-        64 * sizeof(struct journal_input), JOURNAL_INPUTS_AT_ONCE * sizeof(struct journal_input)   \
+        64 * sizeof(struct journal_entry), JOURNAL_INPUTS_AT_ONCE * sizeof(struct journal_input)   \
     }
+_Static_assert(JOURNAL_ENTRY_MAX <= JOURNAL_INPUTS_AT_ONCE * sizeof(struct journal_input),
+               "there is room for an entry");
 
 /* Which batches had certainly executed, and which had been submitted, when a host command began. */
 struct host_view {
     struct execution_clock executed, submitted;
 };
 
-/* A position in a journal. What was added later can be removed. */
-struct journal_mark {
-    struct chunk_place entries, inputs;
-};
-
 struct journal {
     atomic_uint references;
-    uint32_t label_changes;         /* of the labels that were copied last */
+    uint32_t label_changes;         /* of the labels of the last origin */
     VkCommandBuffer command_buffer; /* null: a host command */
     struct host_view *host;         /* owned; NULL unless a host command that reads */
     uint64_t destroy_count;         /* resources_destroy_count when recording began */
-    struct chunk_list entries, inputs;
-    struct journal_mark call;   /* the end before the entries of the last call */
-    struct label_stack *labels; /* a copy of each label stack under which a build was recorded */
-    uint32_t label_count, label_capacity;
+    struct chunk_list entries;
+    struct chunk_place call;        /* the end before the entries of the last call */
+    struct journal_origin *origins; /* each differs from the one before */
+    uint32_t origin_count, origin_capacity;
     uint64_t recent_inputs[JOURNAL_RECENT_INPUTS]; /* buffer ids, by their low bits */
     /* What entries refer to if inputs of builds are copied: struct recording of
      * src/snapshots/recording.h; owned, may be NULL. */
@@ -287,7 +284,8 @@ static inline struct journal_entry *journal_begin_entry(struct journal *journal)
     return entry;
 }
 
-/* The same for a build. `is_copied`: its inputs may be copied. */
+/* Returns a new entry of a build, like journal_begin_entry(). `is_copied`: the build's inputs may
+ * be copied. */
 static inline struct journal_entry *journal_begin_build(struct journal *journal, bool is_copied)
 {
     struct recorded_build **copies;
@@ -327,37 +325,37 @@ void journal_add(struct journal *journal, const struct journal_entry *entry);
 void journal_add_binding(struct journal *journal, const struct sparse_binding *binding);
 struct sparse_binding journal_binding(const struct journal_entry *entry);
 
-/* Copies the open labels, unless the last copy equals them. Returns the value of
- * journal_entry.labels; 0: no labels, or memory ran out. */
-uint32_t journal_keep_labels(struct journal *journal, const struct label_stack *labels);
-static inline uint32_t journal_note_labels(struct journal *journal,
-                                           const struct label_stack *labels)
+/* Notes where a build or command is recorded: under which open labels (NULL: a host command), and
+ * from which site. Returns the value of journal_entry.origin; 0: nothing is known, or memory ran
+ * out. */
+uint32_t journal_keep_origin(struct journal *journal, const struct label_stack *labels,
+                             const struct call_site *site);
+static inline uint32_t journal_note_origin(struct journal *journal,
+                                           const struct label_stack *labels,
+                                           const struct call_site *site)
 {
-    return labels->count ? journal_keep_labels(journal, labels) : 0;
+    return (labels && labels->count) || site ? journal_keep_origin(journal, labels, site) : 0;
 }
-/* Returns the label stack for a value of journal_entry.labels; NULL: no labels. */
-static inline const struct label_stack *journal_label_stack(const struct journal *journal,
-                                                            uint32_t labels)
+/* Returns the origin of the build at a position in the command buffer; 0: unknown. */
+uint32_t journal_origin_at(const struct journal *journal, uint32_t position);
+/* What an origin says; NULL: nothing. Labels live as long as the entries. */
+static inline const struct label_stack *journal_labels(const struct journal *journal,
+                                                       uint32_t origin)
 {
-    return labels ? &journal->labels[labels - 1] : NULL;
+    return origin ? &journal->origins[origin - 1].labels : NULL;
 }
-/* Returns the labels of the build at a position; NULL: none. They live as long as the entries. */
-const struct label_stack *journal_labels_at(const struct journal *journal, uint32_t position);
-
-/* Adds the site of a call that is about to add its builds, the first of them at `position`; NULL:
- * unknown. If memory runs out, the sites of earlier calls are forgotten, because the builds to come
- * must not be taken for theirs; the journal stays complete. */
-void journal_note_call(struct journal *journal, uint32_t position, const struct call_site *site);
-/* Returns the site of the call that recorded the build at a position; NULL: unknown. */
-const struct call_site *journal_call_site_at(const struct journal *journal, uint32_t position);
+static inline const struct call_site *journal_site(const struct journal *journal, uint32_t origin)
+{
+    return origin ? journal->origins[origin - 1].site : NULL;
+}
 
 /* Returns room for JOURNAL_INPUTS_AT_ONCE inputs. The caller fills some of them and then calls
  * journal_end_inputs. Returns NULL if memory runs out; the journal stays complete, because an input
  * only serves to report destroyed buffers. */
 static inline struct journal_input *journal_begin_inputs(struct journal *journal)
 {
-    bool has_room = chunk_list_make_room(&journal->inputs, JOURNAL_INPUT_CHUNK);
-    return has_room ? (void *)journal->inputs.next : NULL;
+    bool has_room = chunk_list_make_room(&journal->entries, JOURNAL_CHUNK);
+    return has_room ? (void *)journal->entries.next : NULL;
 }
 
 /* Whether to add an input for a buffer: false if one was added recently. */
@@ -372,21 +370,20 @@ static inline bool journal_notes_buffer(struct journal *journal, uint64_t buffer
 /* `end` points behind the last filled input. */
 static inline void journal_end_inputs(struct journal *journal, struct journal_input *end)
 {
-    journal->inputs.next = (char *)end;
+    journal->entries.next = (char *)end;
 }
 
-static inline struct journal_mark journal_mark(const struct journal *journal)
+static inline struct chunk_place journal_end(const struct journal *journal)
 {
-    return (struct journal_mark){chunk_list_end(&journal->entries),
-                                 chunk_list_end(&journal->inputs)};
+    return chunk_list_end(&journal->entries);
 }
-/* Removes all entries and inputs that were added after the mark. */
-void journal_take_back(struct journal *journal, const struct journal_mark *mark);
+/* Removes all entries that were added after a position. */
+void journal_take_back(struct journal *journal, struct chunk_place place);
 
 /* Begins a call of the application: the entries that follow are its own until the next one. */
 static inline void journal_begin_call(struct journal *journal)
 {
-    journal->call = journal_mark(journal);
+    journal->call = journal_end(journal);
 }
 
 /* A walk over the entries of some kinds, up to where the journal ended when the walk was started.
@@ -405,10 +402,6 @@ struct journal_cursor journal_start_call(const struct journal *journal, uint32_t
 struct journal_cursor journal_start_secondaries(const struct journal *journal);
 /* Returns NULL at the end. An entry of another type than struct journal_entry begins like one. */
 struct journal_entry *journal_next(struct journal_cursor *cursor);
-
-/* Returns the input behind a place, which is zero-initialized at first; NULL at the end. */
-const struct journal_input *journal_next_input(const struct journal *journal,
-                                               struct chunk_place *place);
 
 /* Empties the journal. Keeps its memory for the next recording. */
 void journal_clear(struct journal *journal);

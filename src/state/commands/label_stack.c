@@ -27,11 +27,7 @@ static void drop_inserted(struct label_stack *stack)
 
 static bool has_room(struct label_stack *stack)
 {
-    VkDebugUtilsLabelEXT *labels =
-        array_make_room(stack->labels, stack->count, &stack->capacity, sizeof(*labels));
-    if (labels)
-        stack->labels = labels;
-    return labels != NULL;
+    return ARRAY_HAS_ROOM(stack->labels, stack->count, stack->capacity);
 }
 
 static void append(struct label_stack *stack, const VkDebugUtilsLabelEXT *label)

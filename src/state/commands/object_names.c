@@ -60,9 +60,8 @@ VkResult object_names_create(struct object_names **out)
     return VK_SUCCESS;
 }
 
-static void free_chain(void *record, void *context)
+static void free_chain(void *record)
 {
-    (void)context;
     for (struct object_name *name = record, *next; name; name = next) {
         next = name->next;
         free(name);
@@ -73,8 +72,7 @@ void object_names_destroy(struct object_names *names)
 {
     if (!names)
         return;
-    handle_table_each(&names->table, free_chain, NULL);
-    handle_table_release(&names->table);
+    handle_table_drop(&names->table, free_chain);
     pthread_mutex_destroy(&names->lock);
     free(names);
 }

@@ -28,7 +28,7 @@ void object_names_set(struct object_names *names, VkObjectType type, uint64_t ha
 size_t object_names_get(const struct object_names *names, VkObjectType type, uint64_t handle,
                         char *buffer, size_t size);
 
-/* The same without waiting, for a signal handler: "" if another thread uses the names. */
+/* Copies the name without waiting, for a signal handler: "" if another thread uses the names. */
 size_t object_names_try_get(const struct object_names *names, VkObjectType type, uint64_t handle,
                             char *buffer, size_t size);
 

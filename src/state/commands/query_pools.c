@@ -27,18 +27,11 @@ VkResult query_pools_create(struct query_pools **pools)
     return VK_SUCCESS;
 }
 
-static void free_pool(void *record, void *context)
-{
-    (void)context;
-    free(record);
-}
-
 void query_pools_destroy(struct query_pools *pools)
 {
     if (!pools)
         return;
-    handle_table_each(&pools->by_handle, free_pool, NULL);
-    handle_table_release(&pools->by_handle);
+    handle_table_drop(&pools->by_handle, free);
     free(pools);
 }
 

@@ -28,10 +28,9 @@ VkResult queue_labels_create(struct queue_labels **labels)
     return VK_SUCCESS;
 }
 
-static void free_record(void *record, void *context)
+static void free_record(void *record)
 {
     struct queue_record *queue = record;
-    (void)context;
     label_stack_clear(&queue->stack);
     shared_labels_release(queue->shared);
     free(queue);
@@ -41,16 +40,14 @@ void queue_labels_destroy(struct queue_labels *labels)
 {
     if (!labels)
         return;
-    handle_table_each(&labels->queues, free_record, NULL);
-    handle_table_release(&labels->queues);
+    handle_table_drop(&labels->queues, free_record);
     pthread_mutex_destroy(&labels->lock);
     free(labels);
 }
 
-struct shared_labels *shared_labels_share(struct shared_labels *labels)
+static struct shared_labels *shared_labels_share(struct shared_labels *labels)
 {
-    if (labels)
-        atomic_fetch_add_explicit(&labels->references, 1, memory_order_relaxed);
+    atomic_fetch_add_explicit(&labels->references, 1, memory_order_relaxed);
     return labels;
 }
 

@@ -32,7 +32,6 @@ uint64_t queue_labels_submit(struct queue_labels *labels, VkQueue queue,
                              struct shared_labels **open);
 
 /* Both accept NULL. */
-struct shared_labels *shared_labels_share(struct shared_labels *labels);
 void shared_labels_release(struct shared_labels *labels);
 static inline const struct label_stack *shared_labels_stack(const struct shared_labels *labels)
 {

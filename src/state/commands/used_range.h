@@ -11,7 +11,6 @@ enum range_role { ROLE_DST, ROLE_SRC, ROLE_SCRATCH };
 struct used_range {
     enum range_role role;
     uint32_t build;
-    bool is_update;                    /* mode of that build */
     bool is_in_place;                  /* that build updates its dst in place */
     bool is_micromap;                  /* ROLE_SRC: a micromap that triangles use */
     bool is_instance;                  /* ROLE_SRC: a structure that an instance refers to */

@@ -33,13 +33,23 @@
 struct execution;
 struct submission;
 
+/* Why a consumer keeps a batch, and its slot. */
+enum batch_use {
+    USES_PENDING_BUILDS, /* layer/execution/submitted_builds.c */
+    USES_EXECUTIONS,     /* layer/snapshots/executions.c */
+    USES_INPUTS,         /* layer/execution/input_checks.c */
+    USES_HAZARDS,        /* layer/execution/hazards/ */
+    BATCH_USES,
+};
+
 struct submitted_commands {
     VkCommandBuffer handle; /* VK_NULL_HANDLE: other work */
     void *captured;
     /* The execution of its recording, from its submission until the batch has run, for
      * USES_EXECUTIONS. Whoever takes it out owns it. NULL: none. */
     struct execution *_Atomic execution;
-    bool is_pending; /* for USES_PENDING_BUILDS; guarded by the lock of the list */
+    bool is_used[BATCH_USES]; /* whether a use of the batch concerns it; guarded by the lock of the
+                                 list once the batch is kept */
 };
 
 /* The phase of host work that a batch stands for. */
@@ -82,15 +92,6 @@ enum order_batch_state {
     BATCH_SUBMITTED,
     BATCH_ORDERED,
     BATCH_FAILED,
-};
-
-/* Why a consumer keeps a batch, and its slot. */
-enum batch_use {
-    USES_PENDING_BUILDS, /* layer/execution/submitted_builds.c */
-    USES_EXECUTIONS,     /* layer/snapshots/executions.c */
-    USES_INPUTS,         /* layer/execution/input_checks.c */
-    USES_HAZARDS,        /* layer/execution/hazards/ */
-    BATCH_USES,
 };
 
 /* The lists of all batches that are not retired. */
@@ -148,28 +149,45 @@ struct batch_list {
     struct order_batch *first[BATCH_SEQUENCES], *last[BATCH_SEQUENCES];
 };
 
-/* Returns the next batch behind `after`, or the first one if that is NULL, that is kept for the
- * use. Call with the lock of the list. */
-struct order_batch *batch_list_next(const struct batch_list *list, enum batch_sequence sequence,
-                                    const struct order_batch *after, enum batch_use use);
-
 static inline bool order_batch_is_kept(const struct order_batch *batch, enum batch_use use)
 {
     return batch->uses & 1u << use;
 }
 
-/* Each use has one reference. order_batch_keep() is called by a consumer's function; the others on
- * any thread. Those that release a reference call `retire` of each consumer, and `release`, if it
- * was the last one: call them without a lock. `slot` may be NULL. */
+/* Returns the next batch behind `after`, or the first one if that is NULL, that is kept for the
+ * use. Call with the lock of the list. */
+struct order_batch *batch_list_next(const struct batch_list *list, enum batch_sequence sequence,
+                                    const struct order_batch *after, enum batch_use use);
+
+/* A walk over the command buffers that a use concerns, of the batches that are kept for it. */
+struct batch_cursor {
+    struct batch_list *list;
+    enum batch_sequence sequence;
+    enum batch_use use;
+    struct order_batch *batch; /* NULL: none yet */
+    uint32_t command;
+};
+/* Goes on to the next command buffer. Returns false at the end. Call with the lock of the list. */
+bool batch_cursor_next(struct batch_cursor *at);
+/* Does the same, but takes the lock, and has a reference to `batch` until the end. */
+bool batch_cursor_step(struct batch_cursor *at);
+
+/* Each use has one reference. order_batch_keep() is called by a consumer's function, the others on
+ * any thread. The function that releases the last reference calls `retire` of each consumer, and
+ * the hook `release`: call it without a lock. `slot` may be NULL. */
 void order_batch_keep(struct order_batch *batch, enum batch_use use, void *slot);
+/* Ends the use, and releases its reference. Does nothing if the batch is not kept for the use. */
 void order_batch_let_go(struct order_batch *batch, enum batch_use use);
-/* These two do what order_batch_let_go() does. Call the first with the lock of the list. */
-static inline void order_batch_end_use(struct order_batch *batch, enum batch_use use)
-{
-    batch->uses &= ~(1u << use);
-}
-void order_batch_release(struct order_batch *batch);
-struct order_batch *order_batch_share(struct order_batch *batch);
+/* Ends the use. Returns false if the batch was not kept for the use; else the caller releases its
+ * reference. */
+bool order_batch_end_use(struct order_batch *batch, enum batch_use use);
+/* Ends the use of the first batch for which `ends`, called with the lock, returns true; NULL: of
+ * the first batch. The caller releases the reference. Returns NULL if there is none. */
+struct order_batch *batch_list_take(struct batch_list *list, enum batch_sequence sequence,
+                                    enum batch_use use,
+                                    bool (*ends)(const void *user, const struct order_batch *batch),
+                                    const void *user);
+void order_batch_release(struct order_batch *batch); /* accepts NULL */
 
 /* Whether its execution point is reached. */
 static inline bool order_batch_has_run(const struct order_batch *batch)

@@ -103,12 +103,6 @@ void submission_unreference(struct submission *submission)
     pthread_mutex_lock(&order->lock);
 }
 
-struct order_batch *order_batch_share(struct order_batch *batch)
-{
-    submission_reference(batch->submission);
-    return batch;
-}
-
 void order_batch_release(struct order_batch *batch)
 {
     if (batch && drop_reference(batch->submission))
@@ -131,13 +125,65 @@ void order_batch_keep(struct order_batch *batch, enum batch_use use, void *slot)
     pthread_mutex_unlock(&list->lock);
 }
 
-void order_batch_let_go(struct order_batch *batch, enum batch_use use)
+bool order_batch_end_use(struct order_batch *batch, enum batch_use use)
 {
     struct batch_list *list = &batch->submission->order->batches;
     pthread_mutex_lock(&list->lock);
-    order_batch_end_use(batch, use);
+    bool was_kept = order_batch_is_kept(batch, use);
+    batch->uses &= ~(1u << use);
     pthread_mutex_unlock(&list->lock);
-    order_batch_release(batch);
+    return was_kept;
+}
+
+void order_batch_let_go(struct order_batch *batch, enum batch_use use)
+{
+    if (order_batch_end_use(batch, use))
+        order_batch_release(batch);
+}
+
+struct order_batch *batch_list_take(struct batch_list *list, enum batch_sequence sequence,
+                                    enum batch_use use,
+                                    bool (*ends)(const void *user, const struct order_batch *batch),
+                                    const void *user)
+{
+    pthread_mutex_lock(&list->lock);
+    struct order_batch *batch = batch_list_next(list, sequence, NULL, use);
+    while (batch && ends && !ends(user, batch))
+        batch = batch_list_next(list, sequence, batch, use);
+    if (batch)
+        batch->uses &= ~(1u << use);
+    pthread_mutex_unlock(&list->lock);
+    return batch;
+}
+
+/* ---- walks */
+
+bool batch_cursor_next(struct batch_cursor *at)
+{
+    uint32_t i = at->batch ? at->command + 1 : 0;
+    struct order_batch *batch =
+        at->batch ? at->batch : batch_list_next(at->list, at->sequence, NULL, at->use);
+    for (; batch; batch = batch_list_next(at->list, at->sequence, batch, at->use), i = 0)
+        for (; i < batch->command_count; i++)
+            if (batch->commands[i].is_used[at->use]) {
+                at->batch = batch;
+                at->command = i;
+                return true;
+            }
+    return false;
+}
+
+bool batch_cursor_step(struct batch_cursor *at)
+{
+    struct order_batch *before = at->batch;
+    pthread_mutex_lock(&at->list->lock);
+    bool is_found = batch_cursor_next(at);
+    if (is_found && at->batch != before)
+        submission_reference(at->batch->submission);
+    pthread_mutex_unlock(&at->list->lock);
+    if (!is_found || at->batch != before)
+        order_batch_release(before);
+    return is_found;
 }
 
 bool submission_set_execution(struct submission *submission, uint32_t index,

@@ -23,11 +23,6 @@ struct timestamp {
     uint64_t count;
 };
 
-static inline bool timestamps_are_equal(struct timestamp a, struct timestamp b)
-{
-    return a.queue == b.queue && a.count == b.count;
-}
-
 /* A timestamp that no clock covers, for writes whose order is unknown. */
 static inline struct timestamp timestamp_never(void)
 {

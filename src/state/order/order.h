@@ -171,8 +171,8 @@ bool submission_prepare(struct submission *submission);
  * that nothing was submitted, or that host work has failed; VK_ERROR_DEVICE_LOST makes the order
  * unknown. */
 void submission_finish(struct submission *submission, VkResult result);
-/* The same in two parts, for callers that hold a lock: the first calls only `retire` and `release`,
- * the second runs the batches that are ready. */
+/* submission_finish() in two parts, for callers that hold a lock: the first part calls only
+ * `retire` and `release`, the second part runs the batches that are ready. */
 void submission_finish_silently(struct submission *submission, VkResult result);
 void execution_order_run(struct execution_order *order);
 
@@ -226,7 +226,7 @@ void execution_order_set_unknown(struct execution_order *order, enum order_unkno
 
 /* Sets `clock` to all work that has certainly executed before a host command that begins now. */
 void execution_order_host_clock(struct execution_order *order, struct execution_clock *clock);
-/* The same. Returns false if part of that work has not run yet. */
+/* Sets `clock` likewise. Returns false if the order has not yet run a part of that work. */
 bool execution_order_host_is_current(struct execution_order *order, struct execution_clock *clock);
 
 #endif

@@ -51,16 +51,9 @@ void execution_order_run_unordered(const struct execution_order *order, struct e
 
 /* ---- the end */
 
-static void free_semaphore(void *record, void *context)
+static void free_semaphore(void *record)
 {
-    (void)context;
     semaphore_clock_release(record);
-    free(record);
-}
-
-static void free_fence(void *record, void *context)
-{
-    (void)context;
     free(record);
 }
 
@@ -85,10 +78,8 @@ void execution_order_destroy(struct execution_order *order)
         order->spare = submission->next;
         submission_free(submission);
     }
-    handle_table_each(&order->semaphores, free_semaphore, NULL);
-    handle_table_release(&order->semaphores);
-    handle_table_each(&order->fences, free_fence, NULL);
-    handle_table_release(&order->fences);
+    handle_table_drop(&order->semaphores, free_semaphore);
+    handle_table_drop(&order->fences, free);
     pthread_mutex_destroy(&order->batches.lock);
     pthread_mutex_destroy(&order->lock);
     free(order);

@@ -97,7 +97,7 @@ struct execution_order {
     struct submission *spare;
 };
 
-/* Hold the lock for all functions below. Those of run.c may release and reacquire it. */
+/* Hold the lock for all functions below. Functions of run.c may release and reacquire it. */
 
 /* Both return NULL if the handle is unknown. */
 struct semaphore_clock *execution_order_semaphore(const struct execution_order *order,

@@ -59,11 +59,7 @@ static bool reserve(struct semaphore_clock *semaphore)
 {
     if (semaphore->count >= SEMAPHORE_SIGNALS)
         drop_old(semaphore);
-    struct semaphore_signal *signals = array_make_room(semaphore->signals, semaphore->count,
-                                                       &semaphore->capacity, sizeof(*signals));
-    if (signals)
-        semaphore->signals = signals;
-    return signals != NULL;
+    return ARRAY_HAS_ROOM(semaphore->signals, semaphore->count, semaphore->capacity);
 }
 
 bool semaphore_clock_announce(struct semaphore_clock *semaphore, uint64_t value, uint64_t number,

@@ -63,17 +63,11 @@ void submission_free(struct submission *submission)
     free(submission);
 }
 
-/* Makes room for one more element. */
-static bool reserve(struct submission *submission, void **elements, uint32_t count,
-                    uint32_t *capacity, size_t size)
+/* Notes that memory ran out unless there is room for one more element. */
+static bool reserved(struct submission *submission, bool has_room)
 {
-    void *moved = array_make_room(*elements, count, capacity, size);
-    if (!moved) {
-        submission->out_of_memory = true;
-        return false;
-    }
-    *elements = moved;
-    return true;
+    submission->out_of_memory |= !has_room;
+    return has_room;
 }
 
 /* A second batch of host work is its end. */
@@ -85,8 +79,9 @@ static const enum work_phase first_phase[] = {
 
 void submission_add_batch(struct submission *submission)
 {
-    if (!submission || !reserve(submission, (void **)&submission->batches, submission->batch_count,
-                                &submission->batch_capacity, sizeof(submission->batches[0])))
+    if (!submission ||
+        !reserved(submission, ARRAY_HAS_ROOM(submission->batches, submission->batch_count,
+                                             submission->batch_capacity)))
         return;
     struct order_batch *batch = &submission->batches[submission->batch_count++];
     batch->submission = submission;
@@ -118,8 +113,8 @@ static void add_operation(struct submission *submission,
 {
     struct order_batch *batch = last_batch(submission);
     if (!batch || !operation->handle ||
-        !reserve(submission, (void **)&submission->operations, submission->operation_count,
-                 &submission->operation_capacity, sizeof(*operation)))
+        !reserved(submission, ARRAY_HAS_ROOM(submission->operations, submission->operation_count,
+                                             submission->operation_capacity)))
         return;
     submission->operations[submission->operation_count] = *operation;
     submission->operations[submission->operation_count++].stages =
@@ -152,8 +147,9 @@ void submission_set_stages(struct submission *submission, VkPipelineStageFlags2 
 static void add_commands(struct submission *submission, VkCommandBuffer handle, void *captured)
 {
     struct order_batch *batch = last_batch(submission);
-    if (!batch || !reserve(submission, (void **)&submission->commands, submission->command_count,
-                           &submission->command_capacity, sizeof(submission->commands[0]))) {
+    if (!batch ||
+        !reserved(submission, ARRAY_HAS_ROOM(submission->commands, submission->command_count,
+                                             submission->command_capacity))) {
         const struct execution_hooks *hooks = &submission->order->hooks;
         if (captured && hooks->release)
             hooks->release(hooks->user, captured);

@@ -14,27 +14,18 @@ VkResult resources_create(struct resources **resources)
     return VK_SUCCESS;
 }
 
-static void free_accel(void *record, void *context)
+static void free_accel(void *record)
 {
-    (void)context;
     accel_record_free(record);
 }
 
-static void free_buffer(void *record, void *context)
+static void free_buffer(void *record)
 {
-    (void)context;
     buffer_record_release(record);
 }
 
-static void free_micromap(void *record, void *context)
+static void free_memory(void *record)
 {
-    (void)context;
-    free(record);
-}
-
-static void free_memory(void *record, void *context)
-{
-    (void)context;
     memory_record_release(record);
 }
 
@@ -44,14 +35,10 @@ void resources_destroy(struct resources *resources)
         return;
     resources_release_nv(resources);
     resources_release_references(resources);
-    handle_table_each(&resources->accels, free_accel, NULL);
-    handle_table_each(&resources->micromaps, free_micromap, NULL);
-    handle_table_each(&resources->buffers, free_buffer, NULL);
-    handle_table_each(&resources->memories, free_memory, NULL);
-    handle_table_release(&resources->accels);
-    handle_table_release(&resources->micromaps);
-    handle_table_release(&resources->buffers);
-    handle_table_release(&resources->memories);
+    handle_table_drop(&resources->accels, free_accel);
+    handle_table_drop(&resources->micromaps, free);
+    handle_table_drop(&resources->buffers, free_buffer);
+    handle_table_drop(&resources->memories, free_memory);
     address_map_release(&resources->addresses);
     free(resources->watched.changes);
     free(resources);

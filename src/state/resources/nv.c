@@ -18,27 +18,18 @@ static void unbind(struct nv_accel_record *accel)
     accel->memory = NULL;
 }
 
-static void free_record(void *record, void *context)
+static void free_record(void *record)
 {
     struct nv_accel_record *accel = record;
-    (void)context;
     unbind(accel);
     nv_shape_release(accel->created);
     free(accel);
 }
 
-static void free_reference(void *record, void *context)
-{
-    (void)context;
-    free(record);
-}
-
 void resources_release_nv(struct resources *resources)
 {
-    handle_table_each(&resources->nv_accels, free_record, NULL);
-    handle_table_each(&resources->nv_references, free_reference, NULL);
-    handle_table_release(&resources->nv_accels);
-    handle_table_release(&resources->nv_references);
+    handle_table_drop(&resources->nv_accels, free_record);
+    handle_table_drop(&resources->nv_references, free);
     free(resources->past_nv_references.items);
 }
 
@@ -68,7 +59,7 @@ static uint64_t remove_record(struct resources *resources, uint64_t handle)
         retire(resources, accel->value, accel->reference->destroyed_at);
     }
     resources_note_reference(resources, accel->value, true);
-    free_record(accel, NULL);
+    free_record(accel);
     return id;
 }
 

@@ -16,13 +16,11 @@ void resources_note_reference(struct resources *resources, uint64_t reference, b
     struct watched_references *watched = &resources->watched;
     if (!watched->is_on || !reference)
         return;
-    struct reference_change *changes =
-        array_make_room(watched->changes, watched->count, &watched->capacity, sizeof(*changes));
-    watched->lacks_memory |= !changes;
-    if (!changes)
-        return;
-    watched->changes = changes;
-    changes[watched->count++] = (struct reference_change){.reference = reference, .is_nv = is_nv};
+    if (ARRAY_HAS_ROOM(watched->changes, watched->count, watched->capacity))
+        watched->changes[watched->count++] =
+            (struct reference_change){.reference = reference, .is_nv = is_nv};
+    else
+        watched->lacks_memory = true;
 }
 
 static bool is_live(const struct accel_facts *facts)

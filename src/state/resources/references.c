@@ -188,15 +188,8 @@ void resources_find_referenced(struct resources *resources, VkDeviceAddress addr
     resources_end_reading(resources, token);
 }
 
-static void free_address(void *record, void *context)
-{
-    (void)context;
-    free(record);
-}
-
 void resources_release_references(struct resources *resources)
 {
-    handle_table_each(&resources->accel_addresses, free_address, NULL);
-    handle_table_release(&resources->accel_addresses);
+    handle_table_drop(&resources->accel_addresses, free);
     free(resources->past_addresses.items);
 }
