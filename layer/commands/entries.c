@@ -4,7 +4,6 @@
 
 #include <string.h>
 
-#include "layer/cpu/overlay.h"
 #include "layer/hazards/host.h"
 #include "layer/postmortem/loss.h"
 #include "layer/snapshots/snapshots.h"

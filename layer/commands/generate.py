@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Generates, from the registry and the rows of commands (layer/commands/rows/), the functions that the
-application calls instead of the next layer's (entries.h), and the declarations of the observers that
-they call (observers.h). docs/commands.md describes both."""
+application calls instead of the next layer's (entries.h), the functions of backend cpu that replace
+the driver's (backend.h), and the declarations of what both call (observers.h). docs/commands.md
+describes them."""
 
 import argparse
 import pathlib
@@ -141,11 +142,8 @@ def chain_source(registry, checks):
 # ---- entries
 
 # Observers call down through the tables, and so reach what replaces the next layer's commands.
-COVERS = """struct cpu_overlay;
-
-/* Replace the commands in a dispatch table that backend cpu or snapshots replace. */
-void commands_cover_instance(VkuInstanceDispatchTable *vk);
-void commands_cover_with_backend(VkuDeviceDispatchTable *vk, const struct cpu_overlay *overlay);
+COVERS = """
+/* Replaces the commands in a dispatch table that snapshots replace. */
 void commands_cover_with_snapshots(VkuDeviceDispatchTable *vk);
 
 /* The observers, with the files of their features. */
@@ -155,6 +153,22 @@ void commands_cover_with_snapshots(VkuDeviceDispatchTable *vk);
 KINDS = {"VkInstance": "instance", "VkPhysicalDevice": "instance", "VkDevice": "device",
          "VkQueue": "device", "VkCommandBuffer": "recording"}
 CONDITIONS = ("HAZARDS", "CONTENT", "CALL_SITES", "CPU")  # in the order of enum command_condition
+# What the calls of backend cpu can name besides `layer`, `name` and `down`, by type and place.
+BACKEND = {"overlay": ("struct cpu_overlay *", "layer->cpu"),
+           "playback": ("struct cpu_playback *", "layer->cpu->playback"),
+           "backend": ("struct cpu_device *", "layer->cpu->device"),
+           "structures": ("struct cpu_structures *", "layer->cpu->device->structures"),
+           "deferred": ("struct cpu_deferred_operations *", "layer->cpu->device->deferred"),
+           "query_pools": ("struct cpu_query_pools *", "layer->cpu->device->query_pools"),
+           "private_data": ("struct cpu_private_data *", "&layer->cpu->device->private_data")}
+BACKEND_HEAD = """
+#include "layer/cpu/driver/masks.h"
+#include "layer/cpu/overlay.h"
+#include "observers.h"
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+"""
 # Values of --only: the observers whatever the settings, or those of setting hazards.
 ONLY = {"state": ("BEFORE", "UNLESS", "THROUGH", "SUCCESS", "AFTER"), "hazards": ("HAZARDS",)}
 
@@ -178,19 +192,21 @@ class Entry:
     # ---- observers
 
     def type_of_argument(self, argument):
-        """The type of an argument of an observer: a parameter, *parameter, parameter->member, &value, or a
-        word."""
+        """The type of an argument of an observer: a parameter, *parameter, parameter->member, &value, a
+        word, or (type)argument."""
         words = {"layer": f"struct layer_{'instance' if self.is_of_instance else 'device'} *",
                  "command": "struct hazard_recording *", "recording": "struct hazard_recording *",
                  "down": f"PFN_vk{self.command.target}", "result": self.command.returns,
-                 "true": "bool", "false": "bool"}
-        cast = re.fullmatch(r"\(([^()]+)\)\w+", argument)
+                 "true": "bool", "false": "bool", "name": "const char *",
+                 **{word: declared for word, (declared, _) in BACKEND.items()}}
+        cast = re.fullmatch(r"\(([^()]+)\)[\w.>-]+", argument)
         if argument in words or cast:
             return words.get(argument) or cast[1]
-        name, _, member = argument.lstrip("*&").partition("->")
+        name, *members = re.split(r"->|\.", argument.lstrip("*&"))
         parameter = next((p for p in self.command.parameters if p.name == name), None)
-        if parameter and member:
-            parameter = next((m for m in self.structures[parameter.type].members if m.name == member), None)
+        for member in members:
+            parameter = parameter and next(
+                (m for m in self.structures[parameter.type].members if m.name == member), None)
         found = type_of(parameter) if parameter else self.values.get(name)
         if not found:
             raise ValueError(f"vk{self.row.name} has no parameter {argument}")
@@ -199,9 +215,13 @@ class Entry:
         return f"{found} *" if argument[0] == "&" else found
 
     def prototypes(self):
+        last = self.row.calls("CPU")[-1:]
         for keyword, call in self.row.observers:
-            returns = call.gives.type if call.gives else "bool" if keyword == "UNLESS" else \
-                self.command.returns if call.sets_result or keyword.endswith("THROUGH") else "void"
+            if call.function == "down":
+                continue
+            returns = call.gives.type if call.gives else \
+                "bool" if keyword in ("UNLESS", "CPU_IF") else self.command.returns \
+                if call.sets_result or keyword.endswith("THROUGH") or call in last else "void"
             types = ", ".join(self.type_of_argument(argument) for argument in call.arguments)
             yield call.function, f"{returns} {call.function}({types});"
 
@@ -286,18 +306,21 @@ class Entry:
                 yield f"if (layer->vk.{name})"
             yield f"{'    ' if self.row.has('IF_PRESENT') else ''}{down};"
 
+    def find_layer(self, is_missing):
+        record = "instance" if self.is_of_instance else "device"
+        found = "recording_device" if self.kind == "recording" else record
+        yield f"struct layer_{record} *layer = layer_find_{found}({self.handle});"
+        if self.kind == "recording":
+            yield f"if ({is_missing})"
+            yield f"    {self.give_up()}"
+
     def body(self, active):
         returns_void = self.command.returns == "void"
         if self.row.has("BY_HAND"):
             yield from self.check_arguments()
             yield f"{'' if returns_void else 'return '}assay_{self.command.name}({self.command.arguments});"
             return
-        record = "instance" if self.is_of_instance else "device"
-        found = "recording_device" if self.kind == "recording" else record
-        yield f"struct layer_{record} *layer = layer_find_{found}({self.handle});"
-        if self.kind == "recording":
-            yield "if (!layer)"
-            yield f"    {self.give_up()}"
+        yield from self.find_layer("!layer")
         if self.checks:
             yield from self.check_arguments()
         for keywords in (("HAZARDS",), ("BEFORE", "UNLESS"), ("CONTENT",)):
@@ -342,6 +365,42 @@ class Entry:
         return (f"\n{hot}VKAPI_ATTR {self.command.returns} VKAPI_CALL {name}("
                 f"{self.command.declaration})\n{{\n{body}\n}}\n")
 
+    # ---- backend cpu
+
+    def backend_body(self):
+        """A call goes down unchanged unless it passes the test of CPU_IF. Without any CPU() it does
+        nothing, and succeeds."""
+        unchanged = f"down({self.command.arguments})"
+        calls, tests = ([
+            unchanged if call.function == "down" and not call.arguments else
+            f"{call.function}({', '.join(call.arguments)})" for call in self.row.calls(keyword)]
+            for keyword in ("CPU", "CPU_IF"))
+        returns = "" if self.command.returns == "void" else "return "
+        found = {"name": ("const char *", f'"vk{self.command.name}"'),
+                 "down": (f"PFN_vk{self.command.target} ", "layer->"
+                          f"{'' if self.is_of_instance else 'cpu->'}next.{self.command.name}"),
+                 **BACKEND}
+        words = set(re.findall(r"\w+", " ".join(calls + tests + [unchanged] * len(tests))))
+        if words & {"layer", *found}:
+            yield from self.find_layer("!layer || !layer->cpu")
+        for word, (declared, place) in found.items():
+            if word in words:
+                yield f"{declared}{word} = {place};"
+        for test in tests:
+            yield f"if (!{test}) {{"
+            yield f"    {returns}{unchanged};"
+            yield from [] if returns else ["    return;"]
+            yield "}"
+        for call in calls[:-1]:
+            yield f"{call};"
+        if returns or calls:
+            yield f"{returns}{calls[-1] if calls else 'VK_SUCCESS'};"
+
+    def backend_text(self):
+        body = "".join(f"    {line}\n" for line in self.backend_body())
+        return (f"\nstatic inline VKAPI_ATTR {self.command.returns} VKAPI_CALL "
+                f"cpu_{self.command.name}({self.command.declaration})\n{{\n{body}}}\n")
+
     def scope(self):
         if self.command.name == "GetInstanceProcAddr" or not self.kind:
             return "OF_LOADER"
@@ -375,7 +434,7 @@ class Generator:
         """Functions that have the signature of a command."""
         for entry in self.entries:
             prefixes = {"assay": entry.row.has("BY_HAND"), "located": entry.row.has("CALL_SITES"),
-                        "snapshots": entry.row.has("CONTENT_REPLACES"), "cpu": entry.row.uses("CPU")}
+                        "snapshots": entry.row.has("CONTENT_REPLACES")}
             for prefix in (prefix for prefix, is_used in prefixes.items() if is_used):
                 yield entry.command, f"{prefix}_{entry.command.name}"
             for name in entry.variants()[1]:
@@ -408,26 +467,26 @@ class Generator:
         return HEAD + names("INTERCEPTED_COMMANDS", self.entries) + \
             names("ALWAYS_INTERCEPTED_COMMANDS", always)
 
-    def cover(self, name, parameter, lines):
-        return (f"\nvoid {name}({parameter})\n{{\n" + "".join(lines) + "}\n")
-
-    def covers_text(self):
-        """Functions that replace commands of a table by those of the backend or of snapshots."""
-        def replace(entry, prefix, condition):
+    def cover(self, name, parameters, entries, prefix):
+        """A function that replaces commands of a table by those of the backend or of snapshots."""
+        def replace(entry):
             place = f"vk->{entry.command.name}"
-            return protected(entry.command.protect, f"    if ({condition or place})\n"
+            is_present = f"overlay->{entry.row.extension}" if entry.row.extension and \
+                prefix == "cpu" else place
+            return protected(entry.command.protect, f"    if ({is_present})\n"
                              f"        {place} = {prefix}_{entry.command.name};\n")
+        return f"\n{name}({parameters})\n{{\n" + "".join(map(replace, entries)) + "}\n"
+
+    def backend_text(self):
         of_cpu = [entry for entry in self.entries if entry.row.uses("CPU")]
-        supplied = [replace(e, "cpu", f"overlay->{e.row.extension}" if e.row.extension else "")
-                    for e in of_cpu if not e.is_of_instance]
         return "".join([
-            self.cover("commands_cover_instance", "VkuInstanceDispatchTable *vk",
-                       [replace(e, "cpu", "") for e in of_cpu if e.is_of_instance]),
-            self.cover("commands_cover_with_backend",
-                       "VkuDeviceDispatchTable *vk, const struct cpu_overlay *overlay", supplied),
-            self.cover("commands_cover_with_snapshots", "VkuDeviceDispatchTable *vk",
-                       [replace(e, "snapshots", "") for e in self.entries
-                        if e.row.has("CONTENT_REPLACES")])])
+            HEAD, BACKEND_HEAD, *(protected(e.command.protect, e.backend_text()) for e in of_cpu),
+            self.cover("static inline void cover_instance", "VkuInstanceDispatchTable *vk",
+                       [e for e in of_cpu if e.is_of_instance], "cpu"),
+            self.cover("static inline void cover_device",
+                       "VkuDeviceDispatchTable *vk, const struct cpu_overlay *overlay",
+                       [e for e in of_cpu if not e.is_of_instance], "cpu"),
+            "\n#pragma GCC diagnostic pop\n"])
 
     def entries_text(self):
         functions, table = [], []
@@ -451,7 +510,9 @@ class Generator:
             for name, platform in self.checks.used.items())
         return "".join([HEAD, "\n", declarations, chain, *structures, *functions,
                         "\nstatic const struct command_entry entries[] = {\n", *table, "};\n",
-                        self.covers_text()])
+                        self.cover("void commands_cover_with_snapshots", "VkuDeviceDispatchTable *vk",
+                                   [e for e in self.entries if e.row.has("CONTENT_REPLACES")],
+                                   "snapshots")])
 
 
 def main():
@@ -467,6 +528,7 @@ def main():
         generator = Generator(signatures.Registry(arguments.registry), arguments.rows,
                               arguments.only)
         texts = {"observers.h": generator.observers_text(), "entries.h": generator.entries_text(),
+                 "backend.h": generator.backend_text(),
                  "intercepted.h": generator.intercepted_text()}
     except ValueError as error:
         sys.exit(f"generate.py: {error}")

@@ -35,11 +35,14 @@ class Row:
 
     def keep_only(self, prefixes):
         """Leaves the observers whose keywords begin so. Returns whether there are any."""
-        self.flags -= {"BY_HAND", "CALL_SITES", "CONTENT_REPLACES", "CPU_REPLACES"}
+        self.flags -= {"BY_HAND", "CALL_SITES", "CONTENT_REPLACES"}
         self.observers = [(keyword, call) for keyword, call in self.observers
                           if keyword.startswith(prefixes)]
         self.extension = None
         return bool(self.observers)
+
+    def calls(self, keyword):
+        return [call for of, call in self.observers if of == keyword]
 
     def has(self, flag):
         return flag in self.flags
@@ -73,10 +76,10 @@ def inside(text, start):
     raise ValueError("a parenthesis is not closed: " + text[start:start + 60])
 
 
-FLAGS = ("ALONE", "BY_HAND", "CALL_SITES", "CONTENT_REPLACES", "CPU_REPLACES", "IF_PRESENT",
+FLAGS = ("ALONE", "BY_HAND", "CALL_SITES", "CONTENT_REPLACES", "IF_PRESENT",
          "MAY_LOSE_DEVICE", "ON_RECORDING_PATH", "REQUIRED")
 OBSERVERS = ("HAZARDS", "BEFORE", "UNLESS", "CONTENT", "THROUGH", "CONTENT_THROUGH", "CONTENT_SUCCESS",
-             "CONTENT_AFTER", "SUCCESS", "AFTER", "HAZARDS_SUCCESS", "HAZARDS_AFTER")
+             "CONTENT_AFTER", "SUCCESS", "AFTER", "HAZARDS_SUCCESS", "HAZARDS_AFTER", "CPU_IF", "CPU")
 
 
 def read_rows(path):

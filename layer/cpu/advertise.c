@@ -13,7 +13,7 @@
 #include "src/bvh/micromap.h"
 #include "vuid-tables/registry.h"
 
-bool cpu_advertises(const struct layer_instance *instance, VkPhysicalDevice physical_device)
+bool cpu_advertises(struct layer_instance *instance, VkPhysicalDevice physical_device)
 {
     VkPhysicalDeviceProperties properties;
     PFN_vkGetPhysicalDeviceFeatures2 get_features =
@@ -83,24 +83,22 @@ static uint32_t exchange_ray_tracing(VkExtensionProperties *list, uint32_t count
     return kept + ADVERTISED;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL
-cpu_EnumerateDeviceExtensionProperties(VkPhysicalDevice physicalDevice, const char *pLayerName,
-                                       uint32_t *pPropertyCount, VkExtensionProperties *pProperties)
+VkResult cpu_list_extensions(struct layer_instance *instance,
+                             PFN_vkEnumerateDeviceExtensionProperties down,
+                             VkPhysicalDevice physical_device, const char *layer_name,
+                             uint32_t *property_count, VkExtensionProperties *properties)
 {
-    struct layer_instance *instance = layer_find_instance(physicalDevice);
-    PFN_vkEnumerateDeviceExtensionProperties next =
-        instance->next.EnumerateDeviceExtensionProperties;
-    if (pLayerName || !cpu_advertises(instance, physicalDevice))
-        return next(physicalDevice, pLayerName, pPropertyCount, pProperties);
+    if (layer_name || !cpu_advertises(instance, physical_device))
+        return down(physical_device, layer_name, property_count, properties);
 
-    uint32_t count, room = pProperties ? *pPropertyCount : 0;
+    uint32_t count, room = properties ? *property_count : 0;
     VkExtensionProperties *list;
-    VkResult result = list_driver_extensions(next, physicalDevice, &count, &list);
+    VkResult result = list_driver_extensions(down, physical_device, &count, &list);
     if (result == VK_SUCCESS) {
         count = exchange_ray_tracing(list, count);
-        *pPropertyCount = !pProperties || count < room ? count : room;
-        if (pProperties) {
-            memcpy(pProperties, list, *pPropertyCount * sizeof(*list));
+        *property_count = !properties || count < room ? count : room;
+        if (properties) {
+            memcpy(properties, list, *property_count * sizeof(*list));
             result = room < count ? VK_INCOMPLETE : VK_SUCCESS;
         }
     }
@@ -271,7 +269,7 @@ static void replace_structure(VkBaseOutStructure *out, size_t size)
     }
 }
 
-static void replace_chain(void *chain)
+void cpu_replace_ray_tracing(void *chain)
 {
     for (VkBaseOutStructure *out = chain; out; out = out->pNext) {
         const struct registry_structure *structure = registry_find_structure(out->sType);
@@ -279,32 +277,6 @@ static void replace_chain(void *chain)
             replace_structure(out, structure->size);
     }
 }
-
-/* A command and its alias differ only in which command of the next layer they call. */
-#define DEFINE_GET_FEATURES(name)                                                                  \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkPhysicalDevice physicalDevice,                         \
-                                          VkPhysicalDeviceFeatures2 *pFeatures)                    \
-    {                                                                                              \
-        struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
-        instance->next.name(physicalDevice, pFeatures);                                            \
-        if (cpu_advertises(instance, physicalDevice))                                              \
-            replace_chain(pFeatures->pNext);                                                       \
-    }
-
-#define DEFINE_GET_PROPERTIES(name)                                                                \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkPhysicalDevice physicalDevice,                         \
-                                          VkPhysicalDeviceProperties2 *pProperties)                \
-    {                                                                                              \
-        struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
-        instance->next.name(physicalDevice, pProperties);                                          \
-        if (cpu_advertises(instance, physicalDevice))                                              \
-            replace_chain(pProperties->pNext);                                                     \
-    }
-
-DEFINE_GET_FEATURES(GetPhysicalDeviceFeatures2)
-DEFINE_GET_FEATURES(GetPhysicalDeviceFeatures2KHR)
-DEFINE_GET_PROPERTIES(GetPhysicalDeviceProperties2)
-DEFINE_GET_PROPERTIES(GetPhysicalDeviceProperties2KHR)
 
 /* ---- formats */
 
@@ -320,40 +292,18 @@ static VkFormatFeatureFlags2 exchange_inputs(VkFormatFeatureFlags2 features, VkF
     return features;
 }
 
-static void replace_format(VkFormatProperties *properties, VkFormat format)
+void cpu_replace_format(VkFormatProperties *properties, VkFormat format)
 {
     properties->bufferFeatures =
         (VkFormatFeatureFlags)exchange_inputs(properties->bufferFeatures, format);
 }
 
-VKAPI_ATTR void VKAPI_CALL cpu_GetPhysicalDeviceFormatProperties(
-    VkPhysicalDevice physicalDevice, VkFormat format, VkFormatProperties *pFormatProperties)
+void cpu_replace_format_2(VkFormatProperties2 *properties, VkFormat format)
 {
-    struct layer_instance *instance = layer_find_instance(physicalDevice);
-    instance->next.GetPhysicalDeviceFormatProperties(physicalDevice, format, pFormatProperties);
-    if (cpu_advertises(instance, physicalDevice))
-        replace_format(pFormatProperties, format);
-}
-
-static void replace_format_chain(VkFormatProperties2 *properties, VkFormat format)
-{
-    replace_format(&properties->formatProperties, format);
+    cpu_replace_format(&properties->formatProperties, format);
     for (VkBaseOutStructure *out = properties->pNext; out; out = out->pNext) {
         VkFormatProperties3 *properties3 = (VkFormatProperties3 *)out;
         if (out->sType == VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_3)
             properties3->bufferFeatures = exchange_inputs(properties3->bufferFeatures, format);
     }
 }
-
-#define DEFINE_GET_FORMAT_PROPERTIES(name)                                                         \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkPhysicalDevice physicalDevice, VkFormat format,        \
-                                          VkFormatProperties2 *pFormatProperties)                  \
-    {                                                                                              \
-        struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
-        instance->next.name(physicalDevice, format, pFormatProperties);                            \
-        if (cpu_advertises(instance, physicalDevice))                                              \
-            replace_format_chain(pFormatProperties, format);                                       \
-    }
-
-DEFINE_GET_FORMAT_PROPERTIES(GetPhysicalDeviceFormatProperties2)
-DEFINE_GET_FORMAT_PROPERTIES(GetPhysicalDeviceFormatProperties2KHR)

@@ -9,7 +9,7 @@
  * VK_KHR_acceleration_structure requires of a physical device: Vulkan 1.1 and buffer device
  * addresses. The application may use Vulkan 1.0 if it enables
  * VK_KHR_get_physical_device_properties2, as VK_NV_ray_tracing demands. */
-bool cpu_advertises(const struct layer_instance *instance, VkPhysicalDevice physical_device);
+bool cpu_advertises(struct layer_instance *instance, VkPhysicalDevice physical_device);
 
 /* Whether the backend advertises an extension, if it advertises any. */
 bool cpu_advertises_extension(const char *name);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: creation and destruction of structures of VK_NV_ray_tracing, and their
- * memory and handles. They share a table with those of VK_KHR_acceleration_structure. */
+/* Backend cpu: creation of structures of VK_NV_ray_tracing, and their memory and handles. They
+ * share a table with those of VK_KHR_acceleration_structure. */
 #include <string.h>
 
 #include "layer/cpu/overlay.h"
@@ -10,11 +10,6 @@
 #include "src/snapshots/nv_info.h"
 
 enum { MEMORY_ALIGNMENT = 256 };
-
-static struct cpu_structures *structures_of(VkDevice device)
-{
-    return cpu_overlay_of(device)->device->structures;
-}
 
 /* Determines the structure's size from its creation parameters. */
 static VkResult describe(const VkAccelerationStructureCreateInfoNV *create_info,
@@ -39,29 +34,17 @@ static VkResult describe(const VkAccelerationStructureCreateInfoNV *create_info,
     return result;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateAccelerationStructureNV(
-    VkDevice device, const VkAccelerationStructureCreateInfoNV *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureNV *pAccelerationStructure)
+VkResult cpu_create_nv_structure(struct cpu_structures *structures,
+                                 const VkAccelerationStructureCreateInfoNV *create_info,
+                                 VkAccelerationStructureNV *structure)
 {
     struct cpu_structure_info info;
     uint64_t handle = 0;
-    (void)pAllocator;
-    VkResult result = describe(pCreateInfo, &info);
+    VkResult result = describe(create_info, &info);
     if (result == VK_SUCCESS)
-        result = cpu_structures_add(structures_of(device), &info, &handle);
-    *pAccelerationStructure =
-        result == VK_SUCCESS ? (VkAccelerationStructureNV)handle : VK_NULL_HANDLE;
+        result = cpu_structures_add(structures, &info, &handle);
+    *structure = result == VK_SUCCESS ? (VkAccelerationStructureNV)handle : VK_NULL_HANDLE;
     return result;
-}
-
-VKAPI_ATTR void VKAPI_CALL
-cpu_DestroyAccelerationStructureNV(VkDevice device, VkAccelerationStructureNV accelerationStructure,
-                                   const VkAllocationCallbacks *pAllocator)
-{
-    (void)pAllocator;
-    cpu_private_data_forget_object(&cpu_overlay_of(device)->device->private_data,
-                                   (uint64_t)accelerationStructure);
-    cpu_structures_remove(structures_of(device), (uint64_t)accelerationStructure);
 }
 
 /* ---- memory, which is never accessed */
@@ -94,18 +77,19 @@ static VkDeviceSize required_size(const struct cpu_structure_info *info,
     }
 }
 
-VKAPI_ATTR void VKAPI_CALL cpu_GetAccelerationStructureMemoryRequirementsNV(
-    VkDevice device, const VkAccelerationStructureMemoryRequirementsInfoNV *pInfo,
-    VkMemoryRequirements2KHR *pMemoryRequirements)
+void cpu_get_nv_requirements(struct layer_device *device,
+                             const VkAccelerationStructureMemoryRequirementsInfoNV *requested,
+                             VkMemoryRequirements2 *requirements)
 {
     struct cpu_structure_info info = {0};
-    cpu_structures_find(structures_of(device), (uint64_t)pInfo->accelerationStructure, &info);
-    pMemoryRequirements->memoryRequirements = (VkMemoryRequirements){
-        .size = required_size(&info, pInfo->type),
+    cpu_structures_find(device->cpu->device->structures, (uint64_t)requested->accelerationStructure,
+                        &info);
+    requirements->memoryRequirements = (VkMemoryRequirements){
+        .size = required_size(&info, requested->type),
         .alignment = MEMORY_ALIGNMENT,
-        .memoryTypeBits = memory_types(layer_find_device(device)),
+        .memoryTypeBits = memory_types(device),
     };
-    for (VkBaseOutStructure *out = pMemoryRequirements->pNext; out; out = out->pNext) {
+    for (VkBaseOutStructure *out = requirements->pNext; out; out = out->pNext) {
         VkMemoryDedicatedRequirements *dedicated = (VkMemoryDedicatedRequirements *)out;
         if (out->sType == VK_STRUCTURE_TYPE_MEMORY_DEDICATED_REQUIREMENTS)
             dedicated->prefersDedicatedAllocation = dedicated->requiresDedicatedAllocation =
@@ -113,26 +97,16 @@ VKAPI_ATTR void VKAPI_CALL cpu_GetAccelerationStructureMemoryRequirementsNV(
     }
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL
-cpu_BindAccelerationStructureMemoryNV(VkDevice device, uint32_t bindInfoCount,
-                                      const VkBindAccelerationStructureMemoryInfoNV *pBindInfos)
-{
-    (void)device;
-    (void)bindInfoCount;
-    (void)pBindInfos;
-    return VK_SUCCESS;
-}
-
 /* ---- handles, by which instances refer to structures */
 
-VKAPI_ATTR VkResult VKAPI_CALL cpu_GetAccelerationStructureHandleNV(
-    VkDevice device, VkAccelerationStructureNV accelerationStructure, size_t dataSize, void *pData)
+VkResult cpu_get_nv_handle(struct cpu_structures *structures, VkAccelerationStructureNV structure,
+                           size_t size, void *data)
 {
     struct cpu_structure_info info;
-    const uint64_t handle = (uint64_t)accelerationStructure;
-    if (dataSize < sizeof(handle) || !memory_is_writable(pData, sizeof(handle)) ||
-        !cpu_structures_find(structures_of(device), handle, &info))
+    const uint64_t handle = (uint64_t)structure;
+    if (size < sizeof(handle) || !memory_is_writable(data, sizeof(handle)) ||
+        !cpu_structures_find(structures, handle, &info))
         return VK_ERROR_VALIDATION_FAILED;
-    memcpy(pData, &handle, sizeof(handle));
+    memcpy(data, &handle, sizeof(handle));
     return VK_SUCCESS;
 }

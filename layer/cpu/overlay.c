@@ -5,15 +5,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "backend.h"
 #include "layer/cpu/advertise.h"
-#include "observers.h"
 
 /* ---- instances */
 
 void cpu_overlay_instance(struct layer_instance *instance)
 {
     instance->next = instance->vk;
-    commands_cover_instance(&instance->vk);
+    cover_instance(&instance->vk);
 }
 
 /* ---- devices */
@@ -63,7 +63,7 @@ VkResult cpu_overlay_create(struct layer_device *device, const VkDeviceCreateInf
         overlay->opacity_micromap_ext ||
         is_enabled(create_info, VK_KHR_OPACITY_MICROMAP_EXTENSION_NAME);
     overlay->next = device->vk;
-    commands_cover_with_backend(&device->vk, overlay);
+    cover_device(&device->vk, overlay);
     return VK_SUCCESS;
 }
 

@@ -40,30 +40,5 @@ void cpu_overlay_destroy(struct cpu_overlay *overlay); /* accepts NULL */
 /* Commands of assay.h, which no dispatch table has. */
 extern __typeof__(*(PFN_vkTraceRaysASSAY)0) cpu_TraceRaysASSAY;
 extern __typeof__(*(PFN_vkGetCountersASSAY)0) cpu_GetCountersASSAY;
-/* The overlay of the device to which a VkDevice or VkQueue belongs. */
-static inline struct cpu_overlay *cpu_overlay_of(const void *dispatchable)
-{
-    return layer_find_device(dispatchable)->cpu;
-}
-
-/* The next layer's commands for a device or queue. */
-static inline const VkuDeviceDispatchTable *cpu_next(const void *dispatchable)
-{
-    return &cpu_overlay_of(dispatchable)->next;
-}
-
-/* The overlay, and the next layer's commands, for a command buffer. Return NULL if the handle is
- * invalid. */
-static inline struct cpu_overlay *cpu_overlay_of_recording(VkCommandBuffer handle)
-{
-    struct layer_device *device = layer_find_recording_device(handle);
-    return device ? device->cpu : NULL;
-}
-
-static inline const VkuDeviceDispatchTable *cpu_next_of_recording(VkCommandBuffer handle)
-{
-    struct cpu_overlay *overlay = cpu_overlay_of_recording(handle);
-    return overlay ? &overlay->next : NULL;
-}
 
 #endif

@@ -217,11 +217,3 @@ struct batch_consumer cpu_overlay_consumer(struct layer_device *device)
     return (struct batch_consumer){
         .user = device, .run = run, .run_unordered = run_unordered, .deliver = deliver};
 }
-
-VKAPI_ATTR void VKAPI_CALL cpu_DestroyBuffer(VkDevice device, VkBuffer buffer,
-                                             const VkAllocationCallbacks *pAllocator)
-{
-    const struct cpu_overlay *overlay = cpu_overlay_of(device);
-    cpu_playback_forget_buffer(overlay->playback, buffer);
-    overlay->next.DestroyBuffer(device, buffer, pAllocator);
-}

@@ -1,19 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: creation and destruction of acceleration structures, and their
- * addresses. */
+/* Backend cpu: creation of acceleration structures and deferred operations, and addresses of
+ * structures. */
 #include "src/cpu/structures.h"
-#include "observers.h"
+
+#include <string.h>
 
 #include "layer/cpu/overlay.h"
-
-static VkResult create(VkDevice device, const struct cpu_structure_info *info,
-                       VkAccelerationStructureKHR *structure)
-{
-    uint64_t handle;
-    VkResult result = cpu_structures_add(cpu_overlay_of(device)->device->structures, info, &handle);
-    *structure = result == VK_SUCCESS ? (VkAccelerationStructureKHR)handle : VK_NULL_HANDLE;
-    return result;
-}
+#include "observers.h"
 
 static struct buffer_facts find_buffer(struct resources *resources, VkBuffer handle)
 {
@@ -22,48 +15,49 @@ static struct buffer_facts find_buffer(struct resources *resources, VkBuffer han
     return facts;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateAccelerationStructureKHR(
-    VkDevice device, const VkAccelerationStructureCreateInfoKHR *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
+VkResult cpu_create_structure(struct layer_device *device,
+                              const VkAccelerationStructureCreateInfoKHR *create_info,
+                              VkAccelerationStructureKHR *structure)
 {
-    const struct buffer_facts buffer =
-        find_buffer(layer_find_device(device)->resources, pCreateInfo->buffer);
-    (void)pAllocator;
+    const struct buffer_facts buffer = find_buffer(device->resources, create_info->buffer);
     const struct cpu_structure_info info = {
-        .type = pCreateInfo->type,
-        .size = pCreateInfo->size,
+        .type = create_info->type,
+        .size = create_info->size,
         .buffer_id = buffer.id,
         .buffer_size = buffer.size,
-        .offset = pCreateInfo->offset,
+        .offset = create_info->offset,
     };
-    return create(device, &info, pAccelerationStructure);
+    uint64_t handle;
+    VkResult result = cpu_structures_add(device->cpu->device->structures, &info, &handle);
+    *structure = result == VK_SUCCESS ? (VkAccelerationStructureKHR)handle : VK_NULL_HANDLE;
+    return result;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateAccelerationStructure2KHR(
-    VkDevice device, const VkAccelerationStructureCreateInfo2KHR *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkAccelerationStructureKHR *pAccelerationStructure)
+/* A structure or micromap whose buffer the backend need not know. `structure`: receives its handle.
+ */
+VkResult cpu_create_structure_of_size(struct cpu_structures *structures,
+                                      VkAccelerationStructureTypeKHR type, VkDeviceSize size,
+                                      void *structure)
 {
-    (void)pAllocator;
-    const struct cpu_structure_info info = {.type = pCreateInfo->type,
-                                            .size = pCreateInfo->addressRange.size};
-    return create(device, &info, pAccelerationStructure);
+    const struct cpu_structure_info info = {.type = type, .size = size};
+    uint64_t handle = 0;
+    VkResult result = cpu_structures_add(structures, &info, &handle);
+    handle = result == VK_SUCCESS ? handle : 0;
+    memcpy(structure, &handle, sizeof(handle));
+    return result;
 }
 
-VKAPI_ATTR void VKAPI_CALL cpu_DestroyAccelerationStructureKHR(
-    VkDevice device, VkAccelerationStructureKHR accelerationStructure,
-    const VkAllocationCallbacks *pAllocator)
-{
-    struct cpu_device *backend = cpu_overlay_of(device)->device;
-    (void)pAllocator;
-    cpu_private_data_forget_object(&backend->private_data, (uint64_t)accelerationStructure);
-    cpu_structures_remove(backend->structures, (uint64_t)accelerationStructure);
-}
-
-VKAPI_ATTR VkDeviceAddress VKAPI_CALL cpu_GetAccelerationStructureDeviceAddressKHR(
-    VkDevice device, const VkAccelerationStructureDeviceAddressInfoKHR *pInfo)
+VkDeviceAddress cpu_get_address(struct cpu_structures *structures, uint64_t handle)
 {
     struct cpu_structure_info info;
-    uint64_t handle = (uint64_t)pInfo->accelerationStructure;
-    bool is_known = cpu_structures_find(cpu_overlay_of(device)->device->structures, handle, &info);
-    return is_known ? handle : 0;
+    return cpu_structures_find(structures, handle, &info) ? handle : 0;
+}
+
+VkResult cpu_create_operation(struct cpu_deferred_operations *deferred,
+                              VkDeferredOperationKHR *operation)
+{
+    uint64_t handle;
+    VkResult result = cpu_deferred_add(deferred, &handle);
+    *operation = result == VK_SUCCESS ? (VkDeferredOperationKHR)handle : VK_NULL_HANDLE;
+    return result;
 }

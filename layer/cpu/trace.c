@@ -111,18 +111,19 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_TraceRaysASSAY(VkDevice device, const AssayTr
         !readable(&cache, info->rays, info->rayCount * info->raySize) ||
         !memory_is_writable(info->hits, info->rayCount * sizeof(AssayHit)))
         return VK_ERROR_VALIDATION_FAILED;
+    const struct layer_device *state = layer_find_device(device);
     struct cpu_scene scene;
-    VkResult result = cpu_scene_open(cpu_overlay_of(device)->device, info->accelerationStructure,
+    VkResult result = cpu_scene_open(state->cpu->device, info->accelerationStructure,
                                      (enum trace_accuracy)info->accuracy, &scene);
     if (result != VK_SUCCESS) {
-        cpu_overlay_warn_overwritten(layer_find_device(device));
+        cpu_overlay_warn_overwritten(state);
         return result;
     }
     for (uint32_t i = 0; i < info->rayCount && !scene.micromaps.out_of_memory; i++)
         info->hits[i] = trace_ray(&scene, info, i);
     result = scene.micromaps.out_of_memory ? VK_ERROR_OUT_OF_HOST_MEMORY : VK_SUCCESS;
     cpu_scene_close(&scene);
-    cpu_overlay_warn_overwritten(layer_find_device(device));
+    cpu_overlay_warn_overwritten(state);
     return result;
 }
 

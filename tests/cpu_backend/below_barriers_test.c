@@ -2,8 +2,8 @@
 /* What the driver sees of stages and accesses of ray tracing: barriers, events and timestamps. */
 #include <string.h>
 
+#include "backend.h"
 #include "below.h"
-#include "observers.h"
 #include "tests/fixture/objects.h"
 #include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"

@@ -3,8 +3,8 @@
  * trace rays are refused. */
 #include <string.h>
 
+#include "backend.h"
 #include "below.h"
-#include "observers.h"
 #include "tests/fixture/objects.h"
 #include "tests/state/unit_test.h"
 

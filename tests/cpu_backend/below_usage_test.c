@@ -2,8 +2,8 @@
 /* What the driver sees of buffers' usage. */
 #include <string.h>
 
+#include "backend.h"
 #include "below.h"
-#include "observers.h"
 #include "tests/fixture/objects.h"
 #include "tests/fixture/scarce_memory.h"
 #include "tests/state/unit_test.h"

@@ -1,16 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: barriers, events and timestamps of Vulkan 1.0. Their stages and accesses
- * of ray tracing are translated for the driver. A call without such bits goes down unchanged. So
- * does a call with more barriers than fit on the stack, if memory runs out. */
+/* Backend cpu: barriers and waits for events of Vulkan 1.0. Their stages and accesses of ray
+ * tracing are translated for the driver. A call without such bits goes down unchanged. So does a
+ * call with more barriers than fit on the stack, if memory runs out. */
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/masks.h"
-#include "layer/cpu/overlay.h"
 #include "observers.h"
-
-static VkPipelineStageFlags narrow_stages(VkPipelineStageFlags stages)
-{
-    return (VkPipelineStageFlags)stages_below(stages);
-}
 
 /* The common parameters of vkCmdPipelineBarrier and vkCmdWaitEvents. */
 struct dependency {
@@ -72,102 +66,52 @@ static void dependency_begin(struct block *block, struct dependency *dependency)
     dependency->memory = memory;
     dependency->buffers = buffers;
     dependency->images = images;
-    dependency->src = narrow_stages(dependency->src);
-    dependency->dst = narrow_stages(dependency->dst);
+    dependency->src = (VkPipelineStageFlags)stages_below(dependency->src);
+    dependency->dst = (VkPipelineStageFlags)stages_below(dependency->dst);
 }
 
-VKAPI_ATTR void VKAPI_CALL cpu_CmdPipelineBarrier(
-    VkCommandBuffer commandBuffer, VkPipelineStageFlags srcStageMask,
-    VkPipelineStageFlags dstStageMask, VkDependencyFlags dependencyFlags,
-    uint32_t memoryBarrierCount, const VkMemoryBarrier *pMemoryBarriers,
-    uint32_t bufferMemoryBarrierCount, const VkBufferMemoryBarrier *pBufferMemoryBarriers,
-    uint32_t imageMemoryBarrierCount, const VkImageMemoryBarrier *pImageMemoryBarriers)
+void cpu_add_barriers(PFN_vkCmdPipelineBarrier down, VkCommandBuffer commands,
+                      VkPipelineStageFlags src, VkPipelineStageFlags dst, VkDependencyFlags flags,
+                      uint32_t memory_count, const VkMemoryBarrier *memory, uint32_t buffer_count,
+                      const VkBufferMemoryBarrier *buffers, uint32_t image_count,
+                      const VkImageMemoryBarrier *images)
 {
-    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
-    if (!next)
-        return;
     struct dependency below = {
-        .src = srcStageMask,
-        .dst = dstStageMask,
-        .memory_count = memoryBarrierCount,
-        .buffer_count = bufferMemoryBarrierCount,
-        .image_count = imageMemoryBarrierCount,
-        .memory = pMemoryBarriers,
-        .buffers = pBufferMemoryBarriers,
-        .images = pImageMemoryBarriers,
+        .src = src,
+        .dst = dst,
+        .memory_count = memory_count,
+        .buffer_count = buffer_count,
+        .image_count = image_count,
+        .memory = memory,
+        .buffers = buffers,
+        .images = images,
     };
     struct block block;
     dependency_begin(&block, &below);
-    next->CmdPipelineBarrier(commandBuffer, below.src, below.dst, dependencyFlags,
-                             below.memory_count, below.memory, below.buffer_count, below.buffers,
-                             below.image_count, below.images);
+    down(commands, below.src, below.dst, flags, below.memory_count, below.memory,
+         below.buffer_count, below.buffers, below.image_count, below.images);
     block_end(&block);
 }
 
-VKAPI_ATTR void VKAPI_CALL cpu_CmdWaitEvents(
-    VkCommandBuffer commandBuffer, uint32_t eventCount, const VkEvent *pEvents,
-    VkPipelineStageFlags srcStageMask, VkPipelineStageFlags dstStageMask,
-    uint32_t memoryBarrierCount, const VkMemoryBarrier *pMemoryBarriers,
-    uint32_t bufferMemoryBarrierCount, const VkBufferMemoryBarrier *pBufferMemoryBarriers,
-    uint32_t imageMemoryBarrierCount, const VkImageMemoryBarrier *pImageMemoryBarriers)
+void cpu_wait_events(PFN_vkCmdWaitEvents down, VkCommandBuffer commands, uint32_t event_count,
+                     const VkEvent *events, VkPipelineStageFlags src, VkPipelineStageFlags dst,
+                     uint32_t memory_count, const VkMemoryBarrier *memory, uint32_t buffer_count,
+                     const VkBufferMemoryBarrier *buffers, uint32_t image_count,
+                     const VkImageMemoryBarrier *images)
 {
-    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
-    if (!next)
-        return;
     struct dependency below = {
-        .src = srcStageMask,
-        .dst = dstStageMask,
-        .memory_count = memoryBarrierCount,
-        .buffer_count = bufferMemoryBarrierCount,
-        .image_count = imageMemoryBarrierCount,
-        .memory = pMemoryBarriers,
-        .buffers = pBufferMemoryBarriers,
-        .images = pImageMemoryBarriers,
+        .src = src,
+        .dst = dst,
+        .memory_count = memory_count,
+        .buffer_count = buffer_count,
+        .image_count = image_count,
+        .memory = memory,
+        .buffers = buffers,
+        .images = images,
     };
     struct block block;
     dependency_begin(&block, &below);
-    next->CmdWaitEvents(commandBuffer, eventCount, pEvents, below.src, below.dst,
-                        below.memory_count, below.memory, below.buffer_count, below.buffers,
-                        below.image_count, below.images);
+    down(commands, event_count, events, below.src, below.dst, below.memory_count, below.memory,
+         below.buffer_count, below.buffers, below.image_count, below.images);
     block_end(&block);
-}
-
-VKAPI_ATTR void VKAPI_CALL cpu_CmdSetEvent(VkCommandBuffer commandBuffer, VkEvent event,
-                                           VkPipelineStageFlags stageMask)
-{
-    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
-    if (!next)
-        return;
-    next->CmdSetEvent(commandBuffer, event, narrow_stages(stageMask));
-}
-
-VKAPI_ATTR void VKAPI_CALL cpu_CmdResetEvent(VkCommandBuffer commandBuffer, VkEvent event,
-                                             VkPipelineStageFlags stageMask)
-{
-    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
-    if (!next)
-        return;
-    next->CmdResetEvent(commandBuffer, event, narrow_stages(stageMask));
-}
-
-VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteTimestamp(VkCommandBuffer commandBuffer,
-                                                 VkPipelineStageFlagBits pipelineStage,
-                                                 VkQueryPool queryPool, uint32_t query)
-{
-    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
-    if (!next)
-        return;
-    next->CmdWriteTimestamp(commandBuffer, narrow_stages(pipelineStage), queryPool, query);
-}
-
-VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteBufferMarkerAMD(VkCommandBuffer commandBuffer,
-                                                       VkPipelineStageFlagBits pipelineStage,
-                                                       VkBuffer dstBuffer, VkDeviceSize dstOffset,
-                                                       uint32_t marker)
-{
-    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
-    if (!next)
-        return;
-    next->CmdWriteBufferMarkerAMD(commandBuffer, narrow_stages(pipelineStage), dstBuffer, dstOffset,
-                                  marker);
 }

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: barriers, events and timestamps of VK_KHR_synchronization2. A call
+/* Backend cpu: barriers and events of VK_KHR_synchronization2. A call
  * without bits of ray tracing goes down unchanged. So does a call with too many barriers for the
  * stack, if memory runs out. */
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/masks.h"
-#include "layer/cpu/overlay.h"
 #include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/chain_copy.h"
@@ -124,87 +123,29 @@ static void dependencies_end(struct dependencies *dependencies)
     block_end(&dependencies->block);
 }
 
-/* A command and its alias differ only in which command of the next layer they call. */
-#define DEFINE_PIPELINE_BARRIER(name)                                                              \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkCommandBuffer commandBuffer,                           \
-                                          const VkDependencyInfo *pDependencyInfo)                 \
-    {                                                                                              \
-        const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);                 \
-        if (!next)                                                                                 \
-            return;                                                                                \
-        struct dependencies below;                                                                 \
-        dependencies_begin(&below, 1, pDependencyInfo);                                            \
-        next->name(commandBuffer, below.infos);                                                    \
-        dependencies_end(&below);                                                                  \
-    }
-
-#define DEFINE_SET_EVENT(name)                                                                     \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkCommandBuffer commandBuffer, VkEvent event,            \
-                                          const VkDependencyInfo *pDependencyInfo)                 \
-    {                                                                                              \
-        const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);                 \
-        if (!next)                                                                                 \
-            return;                                                                                \
-        struct dependencies below;                                                                 \
-        dependencies_begin(&below, 1, pDependencyInfo);                                            \
-        next->name(commandBuffer, event, below.infos);                                             \
-        dependencies_end(&below);                                                                  \
-    }
-
-#define DEFINE_WAIT_EVENTS(name)                                                                   \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkCommandBuffer commandBuffer, uint32_t eventCount,      \
-                                          const VkEvent *pEvents,                                  \
-                                          const VkDependencyInfo *pDependencyInfos)                \
-    {                                                                                              \
-        const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);                 \
-        if (!next)                                                                                 \
-            return;                                                                                \
-        struct dependencies below;                                                                 \
-        dependencies_begin(&below, eventCount, pDependencyInfos);                                  \
-        next->name(commandBuffer, eventCount, pEvents, below.infos);                               \
-        dependencies_end(&below);                                                                  \
-    }
-
-#define DEFINE_RESET_EVENT(name)                                                                   \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkCommandBuffer commandBuffer, VkEvent event,            \
-                                          VkPipelineStageFlags2 stageMask)                         \
-    {                                                                                              \
-        const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);                 \
-        if (!next)                                                                                 \
-            return;                                                                                \
-        next->name(commandBuffer, event, stages_below(stageMask));                                 \
-    }
-
-#define DEFINE_WRITE_TIMESTAMP(name)                                                               \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkCommandBuffer commandBuffer,                           \
-                                          VkPipelineStageFlags2 stage, VkQueryPool queryPool,      \
-                                          uint32_t query)                                          \
-    {                                                                                              \
-        const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);                 \
-        if (!next)                                                                                 \
-            return;                                                                                \
-        next->name(commandBuffer, stages_below(stage), queryPool, query);                          \
-    }
-
-DEFINE_PIPELINE_BARRIER(CmdPipelineBarrier2)
-DEFINE_PIPELINE_BARRIER(CmdPipelineBarrier2KHR)
-DEFINE_SET_EVENT(CmdSetEvent2)
-DEFINE_SET_EVENT(CmdSetEvent2KHR)
-DEFINE_WAIT_EVENTS(CmdWaitEvents2)
-DEFINE_WAIT_EVENTS(CmdWaitEvents2KHR)
-DEFINE_RESET_EVENT(CmdResetEvent2)
-DEFINE_RESET_EVENT(CmdResetEvent2KHR)
-DEFINE_WRITE_TIMESTAMP(CmdWriteTimestamp2)
-DEFINE_WRITE_TIMESTAMP(CmdWriteTimestamp2KHR)
-
-VKAPI_ATTR void VKAPI_CALL cpu_CmdWriteBufferMarker2AMD(VkCommandBuffer commandBuffer,
-                                                        VkPipelineStageFlags2 stage,
-                                                        VkBuffer dstBuffer, VkDeviceSize dstOffset,
-                                                        uint32_t marker)
+void cpu_add_barriers_2(PFN_vkCmdPipelineBarrier2 down, VkCommandBuffer commands,
+                        const VkDependencyInfo *info)
 {
-    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
-    if (!next)
-        return;
-    next->CmdWriteBufferMarker2AMD(commandBuffer, stages_below(stage), dstBuffer, dstOffset,
-                                   marker);
+    struct dependencies below;
+    dependencies_begin(&below, 1, info);
+    down(commands, below.infos);
+    dependencies_end(&below);
+}
+
+void cpu_set_event_2(PFN_vkCmdSetEvent2 down, VkCommandBuffer commands, VkEvent event,
+                     const VkDependencyInfo *info)
+{
+    struct dependencies below;
+    dependencies_begin(&below, 1, info);
+    down(commands, event, below.infos);
+    dependencies_end(&below);
+}
+
+void cpu_wait_events_2(PFN_vkCmdWaitEvents2 down, VkCommandBuffer commands, uint32_t count,
+                       const VkEvent *events, const VkDependencyInfo *infos)
+{
+    struct dependencies below;
+    dependencies_begin(&below, count, infos);
+    down(commands, count, events, below.infos);
+    dependencies_end(&below);
 }

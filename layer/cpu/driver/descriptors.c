@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: descriptors. Descriptors of acceleration structures cannot work:
+/* Backend cpu: descriptors. Descriptors of acceleration structures cannot work:
  * commands that would create one fail, and writes of them are left out. */
-#include "layer/cpu/overlay.h"
 #include "layer/cpu/unsupported.h"
 #include "observers.h"
 #include "src/base/chain.h"
 
-static bool type_traces(VkDescriptorType type)
+bool cpu_is_of_structure(VkDescriptorType type)
 {
     return type == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR ||
            type == VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_NV ||
@@ -22,89 +21,60 @@ static bool mutable_types_trace(const void *chain)
     for (uint32_t i = 0; info && i < info->mutableDescriptorTypeListCount; i++) {
         const VkMutableDescriptorTypeListEXT *list = &info->pMutableDescriptorTypeLists[i];
         for (uint32_t j = 0; j < list->descriptorTypeCount && !found; j++)
-            found = type_traces(list->pDescriptorTypes[j]);
+            found = cpu_is_of_structure(list->pDescriptorTypes[j]);
     }
     return found;
 }
 
-static void report_unsupported(const struct layer_device *device, const char *command)
+void cpu_report_descriptor(struct layer_device *device, const char *command)
 {
     cpu_report_unsupported(device->instance, command, "a descriptor of an acceleration structure");
 }
 
+VkResult cpu_refuse_descriptor(struct layer_device *device, const char *command)
+{
+    cpu_report_descriptor(device, command);
+    return VK_ERROR_VALIDATION_FAILED_EXT;
+}
+
 /* ---- layouts, pools, templates */
 
-static bool layout_traces(const VkDescriptorSetLayoutCreateInfo *info)
+bool cpu_layout_has_structures(const VkDescriptorSetLayoutCreateInfo *info)
 {
     bool found = mutable_types_trace(info->pNext);
     for (uint32_t i = 0; i < info->bindingCount && !found; i++)
-        found = type_traces(info->pBindings[i].descriptorType);
+        found = cpu_is_of_structure(info->pBindings[i].descriptorType);
     return found;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateDescriptorSetLayout(
-    VkDevice device, const VkDescriptorSetLayoutCreateInfo *pCreateInfo,
-    const VkAllocationCallbacks *pAllocator, VkDescriptorSetLayout *pSetLayout)
+void cpu_deny_layout(VkDescriptorSetLayoutSupport *support)
 {
-    if (!layout_traces(pCreateInfo))
-        return cpu_next(device)->CreateDescriptorSetLayout(device, pCreateInfo, pAllocator,
-                                                           pSetLayout);
-    report_unsupported(layer_find_device(device), "vkCreateDescriptorSetLayout");
-    return VK_ERROR_VALIDATION_FAILED_EXT;
+    support->supported = VK_FALSE;
 }
 
-/* A command and its alias differ only in which command of the next layer they call. */
-#define DEFINE_GET_LAYOUT_SUPPORT(name)                                                            \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkDevice device,                                         \
-                                          const VkDescriptorSetLayoutCreateInfo *pCreateInfo,      \
-                                          VkDescriptorSetLayoutSupport *pSupport)                  \
-    {                                                                                              \
-        if (layout_traces(pCreateInfo))                                                            \
-            pSupport->supported = VK_FALSE;                                                        \
-        else                                                                                       \
-            cpu_next(device)->name(device, pCreateInfo, pSupport);                                 \
-    }
-
-DEFINE_GET_LAYOUT_SUPPORT(GetDescriptorSetLayoutSupport)
-DEFINE_GET_LAYOUT_SUPPORT(GetDescriptorSetLayoutSupportKHR)
-
-VKAPI_ATTR VkResult VKAPI_CALL
-cpu_CreateDescriptorPool(VkDevice device, const VkDescriptorPoolCreateInfo *pCreateInfo,
-                         const VkAllocationCallbacks *pAllocator, VkDescriptorPool *pDescriptorPool)
+bool cpu_pool_has_structures(const VkDescriptorPoolCreateInfo *info)
 {
-    bool traces = mutable_types_trace(pCreateInfo->pNext);
-    for (uint32_t i = 0; i < pCreateInfo->poolSizeCount && !traces; i++)
-        traces = type_traces(pCreateInfo->pPoolSizes[i].type);
-    if (!traces)
-        return cpu_next(device)->CreateDescriptorPool(device, pCreateInfo, pAllocator,
-                                                      pDescriptorPool);
-    report_unsupported(layer_find_device(device), "vkCreateDescriptorPool");
-    return VK_ERROR_VALIDATION_FAILED_EXT;
+    bool found = mutable_types_trace(info->pNext);
+    for (uint32_t i = 0; i < info->poolSizeCount && !found; i++)
+        found = cpu_is_of_structure(info->pPoolSizes[i].type);
+    return found;
 }
 
-static bool template_traces(const VkDescriptorUpdateTemplateCreateInfo *info)
+bool cpu_template_has_structures(const VkDescriptorUpdateTemplateCreateInfo *info)
 {
     bool found = false;
     for (uint32_t i = 0; i < info->descriptorUpdateEntryCount && !found; i++)
-        found = type_traces(info->pDescriptorUpdateEntries[i].descriptorType);
+        found = cpu_is_of_structure(info->pDescriptorUpdateEntries[i].descriptorType);
     return found;
 }
 
-#define DEFINE_CREATE_TEMPLATE(name)                                                               \
-    VKAPI_ATTR VkResult VKAPI_CALL cpu_##name(                                                     \
-        VkDevice device, const VkDescriptorUpdateTemplateCreateInfo *pCreateInfo,                  \
-        const VkAllocationCallbacks *pAllocator,                                                   \
-        VkDescriptorUpdateTemplate *pDescriptorUpdateTemplate)                                     \
-    {                                                                                              \
-        if (!template_traces(pCreateInfo))                                                         \
-            return cpu_next(device)->name(device, pCreateInfo, pAllocator,                         \
-                                          pDescriptorUpdateTemplate);                              \
-        report_unsupported(layer_find_device(device), "vk" #name);                                 \
-        return VK_ERROR_VALIDATION_FAILED_EXT;                                                     \
-    }
-
-DEFINE_CREATE_TEMPLATE(CreateDescriptorUpdateTemplate)
-DEFINE_CREATE_TEMPLATE(CreateDescriptorUpdateTemplateKHR)
+bool cpu_resources_have_structures(uint32_t count, const VkResourceDescriptorInfoEXT *resources)
+{
+    bool found = false;
+    for (uint32_t i = 0; i < count && !found; i++)
+        found = cpu_is_of_structure(resources[i].type);
+    return found;
+}
 
 /* ---- writes */
 
@@ -113,118 +83,50 @@ DEFINE_CREATE_TEMPLATE(CreateDescriptorUpdateTemplateKHR)
 static bool next_run(const VkWriteDescriptorSet *writes, uint32_t count, uint32_t *begin,
                      uint32_t *length)
 {
-    while (*begin < count && type_traces(writes[*begin].descriptorType))
+    while (*begin < count && cpu_is_of_structure(writes[*begin].descriptorType))
         (*begin)++;
     *length = 0;
-    while (*begin + *length < count && !type_traces(writes[*begin + *length].descriptorType))
+    while (*begin + *length < count &&
+           !cpu_is_of_structure(writes[*begin + *length].descriptorType))
         (*length)++;
     return *length;
 }
 
-/* Whether all writes can be executed. If not, reports that some are left out. */
-static bool writes_work(const struct layer_device *device, const char *command, uint32_t count,
-                        const VkWriteDescriptorSet *writes)
+bool cpu_writes_have_structures(uint32_t count, const VkWriteDescriptorSet *writes)
 {
     uint32_t begin = 0, length;
     next_run(writes, count, &begin, &length);
-    if (begin == 0 && length == count)
-        return true;
-    report_unsupported(device, command);
-    return false;
+    return begin > 0 || length < count;
 }
 
-VKAPI_ATTR void VKAPI_CALL cpu_UpdateDescriptorSets(VkDevice device, uint32_t descriptorWriteCount,
-                                                    const VkWriteDescriptorSet *pDescriptorWrites,
-                                                    uint32_t descriptorCopyCount,
-                                                    const VkCopyDescriptorSet *pDescriptorCopies)
+void cpu_update_other_descriptors(PFN_vkUpdateDescriptorSets down, VkDevice device, uint32_t count,
+                                  const VkWriteDescriptorSet *writes, uint32_t copy_count,
+                                  const VkCopyDescriptorSet *copies)
 {
-    PFN_vkUpdateDescriptorSets next = cpu_next(device)->UpdateDescriptorSets;
     uint32_t begin = 0, length;
-    if (writes_work(layer_find_device(device), "vkUpdateDescriptorSets", descriptorWriteCount,
-                    pDescriptorWrites)) {
-        next(device, descriptorWriteCount, pDescriptorWrites, descriptorCopyCount,
-             pDescriptorCopies);
-        return;
-    }
-    for (; next_run(pDescriptorWrites, descriptorWriteCount, &begin, &length); begin += length)
-        next(device, length, &pDescriptorWrites[begin], 0, NULL);
-    next(device, 0, NULL, descriptorCopyCount, pDescriptorCopies);
+    for (; next_run(writes, count, &begin, &length); begin += length)
+        down(device, length, &writes[begin], 0, NULL);
+    down(device, 0, NULL, copy_count, copies);
 }
 
-#define DEFINE_PUSH(name)                                                                          \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(                                                         \
-        VkCommandBuffer commandBuffer, VkPipelineBindPoint pipelineBindPoint,                      \
-        VkPipelineLayout layout, uint32_t set, uint32_t descriptorWriteCount,                      \
-        const VkWriteDescriptorSet *pDescriptorWrites)                                             \
-    {                                                                                              \
-        const struct layer_device *device = layer_find_recording_device(commandBuffer);            \
-        uint32_t begin = 0, length;                                                                \
-        if (!device)                                                                               \
-            return;                                                                                \
-        writes_work(device, "vk" #name, descriptorWriteCount, pDescriptorWrites);                  \
-        for (; next_run(pDescriptorWrites, descriptorWriteCount, &begin, &length);                 \
-             begin += length)                                                                      \
-            device->cpu->next.name(commandBuffer, pipelineBindPoint, layout, set, length,          \
-                                   &pDescriptorWrites[begin]);                                     \
-    }
-
-DEFINE_PUSH(CmdPushDescriptorSet)
-DEFINE_PUSH(CmdPushDescriptorSetKHR)
-
-#define DEFINE_PUSH_2(name)                                                                        \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkCommandBuffer commandBuffer,                           \
-                                          const VkPushDescriptorSetInfo *pPushDescriptorSetInfo)   \
-    {                                                                                              \
-        const struct layer_device *device = layer_find_recording_device(commandBuffer);            \
-        if (!device)                                                                               \
-            return;                                                                                \
-        const VkPushDescriptorSetInfo *info = pPushDescriptorSetInfo;                              \
-        VkPushDescriptorSetInfo below = *info;                                                     \
-        uint32_t begin = 0;                                                                        \
-        writes_work(device, "vk" #name, info->descriptorWriteCount, info->pDescriptorWrites);      \
-        for (; next_run(info->pDescriptorWrites, info->descriptorWriteCount, &begin,               \
-                        &below.descriptorWriteCount);                                              \
-             begin += below.descriptorWriteCount) {                                                \
-            below.pDescriptorWrites = &info->pDescriptorWrites[begin];                             \
-            device->cpu->next.name(commandBuffer, &below);                                         \
-        }                                                                                          \
-    }
-
-DEFINE_PUSH_2(CmdPushDescriptorSet2)
-DEFINE_PUSH_2(CmdPushDescriptorSet2KHR)
-
-/* ---- descriptors in memory */
-
-VKAPI_ATTR void VKAPI_CALL cpu_GetDescriptorEXT(VkDevice device,
-                                                const VkDescriptorGetInfoEXT *pDescriptorInfo,
-                                                size_t dataSize, void *pDescriptor)
+void cpu_push_other_descriptors(PFN_vkCmdPushDescriptorSet down, VkCommandBuffer commands,
+                                VkPipelineBindPoint bind_point, VkPipelineLayout layout,
+                                uint32_t set, uint32_t count, const VkWriteDescriptorSet *writes)
 {
-    if (type_traces(pDescriptorInfo->type))
-        report_unsupported(layer_find_device(device), "vkGetDescriptorEXT");
-    else
-        cpu_next(device)->GetDescriptorEXT(device, pDescriptorInfo, dataSize, pDescriptor);
+    uint32_t begin = 0, length;
+    for (; next_run(writes, count, &begin, &length); begin += length)
+        down(commands, bind_point, layout, set, length, &writes[begin]);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL cpu_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT(
-    VkDevice device, const VkAccelerationStructureCaptureDescriptorDataInfoEXT *pInfo, void *pData)
+void cpu_push_other_descriptors_2(PFN_vkCmdPushDescriptorSet2 down, VkCommandBuffer commands,
+                                  const VkPushDescriptorSetInfo *info)
 {
-    (void)pInfo;
-    (void)pData;
-    report_unsupported(layer_find_device(device),
-                       "vkGetAccelerationStructureOpaqueCaptureDescriptorDataEXT");
-    return VK_ERROR_VALIDATION_FAILED_EXT;
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL cpu_WriteResourceDescriptorsEXT(
-    VkDevice device, uint32_t resourceCount, const VkResourceDescriptorInfoEXT *pResources,
-    const VkHostAddressRangeEXT *pDescriptors)
-{
-    bool traces = false;
-    for (uint32_t i = 0; i < resourceCount && !traces; i++)
-        traces = type_traces(pResources[i].type);
-    if (!traces)
-        return cpu_next(device)->WriteResourceDescriptorsEXT(device, resourceCount, pResources,
-                                                             pDescriptors);
-    report_unsupported(layer_find_device(device), "vkWriteResourceDescriptorsEXT");
-    return VK_ERROR_VALIDATION_FAILED_EXT;
+    VkPushDescriptorSetInfo below = *info;
+    uint32_t begin = 0;
+    for (; next_run(info->pDescriptorWrites, info->descriptorWriteCount, &begin,
+                    &below.descriptorWriteCount);
+         begin += below.descriptorWriteCount) {
+        below.pDescriptorWrites = &info->pDescriptorWrites[begin];
+        down(commands, &below);
+    }
 }

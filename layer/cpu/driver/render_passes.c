@@ -1,25 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: render passes. Stages and accesses of ray tracing in their dependencies
+/* Backend cpu: render passes. Stages and accesses of ray tracing in their dependencies
  * are translated for the driver. Render passes without such bits go down unchanged. */
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/masks.h"
-#include "layer/cpu/overlay.h"
 #include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/chain_copy.h"
 
-VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateRenderPass(VkDevice device,
-                                                    const VkRenderPassCreateInfo *pCreateInfo,
-                                                    const VkAllocationCallbacks *pAllocator,
-                                                    VkRenderPass *pRenderPass)
+VkResult cpu_create_render_pass(PFN_vkCreateRenderPass down, VkDevice device,
+                                const VkRenderPassCreateInfo *create_info,
+                                const VkAllocationCallbacks *allocator, VkRenderPass *render_pass)
 {
-    const VkuDeviceDispatchTable *next = cpu_next(device);
     bool traces = false;
-    for (uint32_t i = 0; i < pCreateInfo->dependencyCount && !traces; i++)
-        traces = MASKS_TRACE(&pCreateInfo->pDependencies[i]);
+    for (uint32_t i = 0; i < create_info->dependencyCount && !traces; i++)
+        traces = MASKS_TRACE(&create_info->pDependencies[i]);
     if (!traces)
-        return next->CreateRenderPass(device, pCreateInfo, pAllocator, pRenderPass);
-    VkRenderPassCreateInfo below = *pCreateInfo;
+        return down(device, create_info, allocator, render_pass);
+    VkRenderPassCreateInfo below = *create_info;
     struct block block;
     if (!block_begin(&block, block_size(below.dependencyCount, sizeof(VkSubpassDependency))))
         return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -28,7 +25,7 @@ VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateRenderPass(VkDevice device,
     for (uint32_t i = 0; i < below.dependencyCount; i++)
         MASKS_TRANSLATE(&dependencies[i]);
     below.pDependencies = dependencies;
-    VkResult result = next->CreateRenderPass(device, &below, pAllocator, pRenderPass);
+    VkResult result = down(device, &below, allocator, render_pass);
     block_end(&block);
     return result;
 }
@@ -55,10 +52,9 @@ static VkResult translate_dependency2(VkSubpassDependency2 *dependency, struct c
     return VK_SUCCESS;
 }
 
-static VkResult create_render_pass2(VkDevice device, PFN_vkCreateRenderPass2 create,
-                                    const VkRenderPassCreateInfo2 *create_info,
-                                    const VkAllocationCallbacks *allocator,
-                                    VkRenderPass *render_pass)
+VkResult cpu_create_render_pass_2(PFN_vkCreateRenderPass2 down, VkDevice device,
+                                  const VkRenderPassCreateInfo2 *create_info,
+                                  const VkAllocationCallbacks *allocator, VkRenderPass *render_pass)
 {
     VkRenderPassCreateInfo2 below = *create_info;
     const uint32_t count = below.dependencyCount;
@@ -66,7 +62,7 @@ static VkResult create_render_pass2(VkDevice device, PFN_vkCreateRenderPass2 cre
     for (uint32_t i = 0; i < count && !traces; i++)
         traces = dependency2_traces(&below.pDependencies[i]);
     if (!traces)
-        return create(device, create_info, allocator, render_pass);
+        return down(device, create_info, allocator, render_pass);
     struct block block;
     if (!block_begin(&block, block_size(count, sizeof(VkSubpassDependency2)) +
                                  block_size(count, sizeof(struct chain_copy))))
@@ -82,27 +78,9 @@ static VkResult create_render_pass2(VkDevice device, PFN_vkCreateRenderPass2 cre
     }
     below.pDependencies = dependencies;
     if (result == VK_SUCCESS)
-        result = create(device, &below, allocator, render_pass);
+        result = down(device, &below, allocator, render_pass);
     while (done-- > 0)
         chain_copy_end(&chains[done]);
     block_end(&block);
     return result;
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateRenderPass2(VkDevice device,
-                                                     const VkRenderPassCreateInfo2 *pCreateInfo,
-                                                     const VkAllocationCallbacks *pAllocator,
-                                                     VkRenderPass *pRenderPass)
-{
-    return create_render_pass2(device, cpu_next(device)->CreateRenderPass2, pCreateInfo, pAllocator,
-                               pRenderPass);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateRenderPass2KHR(VkDevice device,
-                                                        const VkRenderPassCreateInfo2 *pCreateInfo,
-                                                        const VkAllocationCallbacks *pAllocator,
-                                                        VkRenderPass *pRenderPass)
-{
-    return create_render_pass2(device, cpu_next(device)->CreateRenderPass2KHR, pCreateInfo,
-                               pAllocator, pRenderPass);
 }

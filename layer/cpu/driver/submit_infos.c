@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: submissions. They are copied and translated if semaphores wait or signal
+/* Backend cpu: submissions. They are copied and translated if semaphores wait or signal
  * at stages of ray tracing. Others go down unchanged. */
 #include "layer/cpu/driver/block.h"
 #include "layer/cpu/driver/masks.h"
-#include "layer/cpu/overlay.h"
 #include "observers.h"
 
 /* ---- vkQueueSubmit */
@@ -25,25 +24,24 @@ static void translate_waits(struct block *block, VkSubmitInfo *submit)
     submit->pWaitDstStageMask = stages;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL cpu_QueueSubmit(VkQueue queue, uint32_t submitCount,
-                                               const VkSubmitInfo *pSubmits, VkFence fence)
+VkResult cpu_submit(PFN_vkQueueSubmit down, VkQueue queue, uint32_t count,
+                    const VkSubmitInfo *submits, VkFence fence)
 {
-    PFN_vkQueueSubmit submit = cpu_next(queue)->QueueSubmit;
-    size_t size = block_size(submitCount, sizeof(VkSubmitInfo));
+    size_t size = block_size(count, sizeof(VkSubmitInfo));
     bool traces = false;
-    for (uint32_t i = 0; i < submitCount; i++) {
-        traces |= waits_trace(&pSubmits[i]);
-        size += block_size(pSubmits[i].waitSemaphoreCount, sizeof(VkPipelineStageFlags));
+    for (uint32_t i = 0; i < count; i++) {
+        traces |= waits_trace(&submits[i]);
+        size += block_size(submits[i].waitSemaphoreCount, sizeof(VkPipelineStageFlags));
     }
     if (!traces)
-        return submit(queue, submitCount, pSubmits, fence);
+        return down(queue, count, submits, fence);
     struct block block;
     if (!block_begin(&block, size))
         return VK_ERROR_OUT_OF_HOST_MEMORY;
-    VkSubmitInfo *below = block_copy(&block, pSubmits, submitCount, sizeof(*below));
-    for (uint32_t i = 0; i < submitCount; i++)
+    VkSubmitInfo *below = block_copy(&block, submits, count, sizeof(*below));
+    for (uint32_t i = 0; i < count; i++)
         translate_waits(&block, &below[i]);
-    VkResult result = submit(queue, submitCount, below, fence);
+    VkResult result = down(queue, count, below, fence);
     block_end(&block);
     return result;
 }
@@ -67,8 +65,8 @@ static const VkSemaphoreSubmitInfo *translate_semaphores(struct block *block, ui
     return below;
 }
 
-static VkResult submit2(PFN_vkQueueSubmit2 submit, VkQueue queue, uint32_t count,
-                        const VkSubmitInfo2 *submits, VkFence fence)
+VkResult cpu_submit_2(PFN_vkQueueSubmit2 down, VkQueue queue, uint32_t count,
+                      const VkSubmitInfo2 *submits, VkFence fence)
 {
     size_t size = block_size(count, sizeof(VkSubmitInfo2));
     bool traces = false;
@@ -80,7 +78,7 @@ static VkResult submit2(PFN_vkQueueSubmit2 submit, VkQueue queue, uint32_t count
                 block_size(info->signalSemaphoreInfoCount, sizeof(VkSemaphoreSubmitInfo));
     }
     if (!traces)
-        return submit(queue, count, submits, fence);
+        return down(queue, count, submits, fence);
     struct block block;
     if (!block_begin(&block, size))
         return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -91,19 +89,7 @@ static VkResult submit2(PFN_vkQueueSubmit2 submit, VkQueue queue, uint32_t count
         below[i].pSignalSemaphoreInfos = translate_semaphores(
             &block, below[i].signalSemaphoreInfoCount, below[i].pSignalSemaphoreInfos);
     }
-    VkResult result = submit(queue, count, below, fence);
+    VkResult result = down(queue, count, below, fence);
     block_end(&block);
     return result;
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL cpu_QueueSubmit2(VkQueue queue, uint32_t submitCount,
-                                                const VkSubmitInfo2 *pSubmits, VkFence fence)
-{
-    return submit2(cpu_next(queue)->QueueSubmit2, queue, submitCount, pSubmits, fence);
-}
-
-VKAPI_ATTR VkResult VKAPI_CALL cpu_QueueSubmit2KHR(VkQueue queue, uint32_t submitCount,
-                                                   const VkSubmitInfo2 *pSubmits, VkFence fence)
-{
-    return submit2(cpu_next(queue)->QueueSubmit2KHR, queue, submitCount, pSubmits, fence);
 }

@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Commands of backend cpu: buffer usage. Usage of ray tracing is removed, because the driver does
+/* Backend cpu: buffer usage. Usage of ray tracing is removed, because the driver does
  * not support it. Transfer usage is added to these buffers and to all with device addresses,
  * because the backend copies from and to them. */
-#include "layer/cpu/advertise.h"
 #include "layer/cpu/driver/block.h"
-#include "layer/cpu/overlay.h"
 #include "observers.h"
 #include "src/base/chain_copy.h"
 
@@ -40,78 +38,62 @@ static VkResult usage_begin(struct chain_copy *copy, const void **chain, VkBuffe
     return VK_SUCCESS;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL cpu_CreateBuffer(VkDevice device,
-                                                const VkBufferCreateInfo *pCreateInfo,
-                                                const VkAllocationCallbacks *pAllocator,
-                                                VkBuffer *pBuffer)
+VkResult cpu_create_buffer(PFN_vkCreateBuffer down, VkDevice device,
+                           const VkBufferCreateInfo *create_info,
+                           const VkAllocationCallbacks *allocator, VkBuffer *buffer)
 {
-    VkBufferCreateInfo below = *pCreateInfo;
+    VkBufferCreateInfo below = *create_info;
     struct chain_copy copy;
     VkResult result = usage_begin(&copy, &below.pNext, &below.usage);
     if (result == VK_SUCCESS)
-        result = cpu_next(device)->CreateBuffer(device, &below, pAllocator, pBuffer);
+        result = down(device, &below, allocator, buffer);
     chain_copy_end(&copy);
     return result;
 }
 
-/* A command and its alias differ only in which command of the next layer they call. */
-#define DEFINE_GET_REQUIREMENTS(name)                                                              \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(VkDevice device,                                         \
-                                          const VkDeviceBufferMemoryRequirements *pInfo,           \
-                                          VkMemoryRequirements2 *pMemoryRequirements)              \
-    {                                                                                              \
-        VkDeviceBufferMemoryRequirements info = *pInfo;                                            \
-        VkBufferCreateInfo below = *pInfo->pCreateInfo;                                            \
-        struct chain_copy copy;                                                                    \
-        info.pCreateInfo = &below;                                                                 \
-        usage_begin(&copy, &below.pNext, &below.usage);                                            \
-        cpu_next(device)->name(device, &info, pMemoryRequirements);                                \
-        chain_copy_end(&copy);                                                                     \
-    }
+void cpu_get_requirements(PFN_vkGetDeviceBufferMemoryRequirements down, VkDevice device,
+                          const VkDeviceBufferMemoryRequirements *requested,
+                          VkMemoryRequirements2 *requirements)
+{
+    VkDeviceBufferMemoryRequirements info = *requested;
+    VkBufferCreateInfo below = *requested->pCreateInfo;
+    struct chain_copy copy;
+    info.pCreateInfo = &below;
+    usage_begin(&copy, &below.pNext, &below.usage);
+    down(device, &info, requirements);
+    chain_copy_end(&copy);
+}
 
-DEFINE_GET_REQUIREMENTS(GetDeviceBufferMemoryRequirements)
-DEFINE_GET_REQUIREMENTS(GetDeviceBufferMemoryRequirementsKHR)
-
-#define DEFINE_GET_EXTERNAL(name)                                                                  \
-    VKAPI_ATTR void VKAPI_CALL cpu_##name(                                                         \
-        VkPhysicalDevice physicalDevice,                                                           \
-        const VkPhysicalDeviceExternalBufferInfo *pExternalBufferInfo,                             \
-        VkExternalBufferProperties *pExternalBufferProperties)                                     \
-    {                                                                                              \
-        struct layer_instance *instance = layer_find_instance(physicalDevice);                     \
-        VkPhysicalDeviceExternalBufferInfo below = *pExternalBufferInfo;                           \
-        struct chain_copy copy = {0};                                                              \
-        if (cpu_advertises(instance, physicalDevice))                                              \
-            usage_begin(&copy, &below.pNext, &below.usage);                                        \
-        instance->next.name(physicalDevice, &below, pExternalBufferProperties);                    \
-        chain_copy_end(&copy);                                                                     \
-    }
-
-DEFINE_GET_EXTERNAL(GetPhysicalDeviceExternalBufferProperties)
-DEFINE_GET_EXTERNAL(GetPhysicalDeviceExternalBufferPropertiesKHR)
+void cpu_get_external_buffer(PFN_vkGetPhysicalDeviceExternalBufferProperties down,
+                             VkPhysicalDevice physical_device,
+                             const VkPhysicalDeviceExternalBufferInfo *info,
+                             VkExternalBufferProperties *properties)
+{
+    VkPhysicalDeviceExternalBufferInfo below = *info;
+    struct chain_copy copy;
+    usage_begin(&copy, &below.pNext, &below.usage);
+    down(physical_device, &below, properties);
+    chain_copy_end(&copy);
+}
 
 /* Without memory the call goes down unchanged. */
-VKAPI_ATTR void VKAPI_CALL
-cpu_CmdBindDescriptorBuffersEXT(VkCommandBuffer commandBuffer, uint32_t bufferCount,
-                                const VkDescriptorBufferBindingInfoEXT *pBindingInfos)
+void cpu_bind_descriptor_buffers(PFN_vkCmdBindDescriptorBuffersEXT down, VkCommandBuffer commands,
+                                 uint32_t count, const VkDescriptorBufferBindingInfoEXT *infos)
 {
-    const VkuDeviceDispatchTable *next = cpu_next_of_recording(commandBuffer);
     VkDescriptorBufferBindingInfoEXT *below;
     struct chain_copy *copies;
     struct block block;
-    if (!next)
-        return;
-    if (!block_begin(&block, block_size(bufferCount, sizeof(*below)) +
-                                 block_size(bufferCount, sizeof(*copies)))) {
-        next->CmdBindDescriptorBuffersEXT(commandBuffer, bufferCount, pBindingInfos);
+    if (!block_begin(&block,
+                     block_size(count, sizeof(*below)) + block_size(count, sizeof(*copies)))) {
+        down(commands, count, infos);
         return;
     }
-    below = block_copy(&block, pBindingInfos, bufferCount, sizeof(*below));
-    copies = block_take(&block, bufferCount, sizeof(*copies));
-    for (uint32_t i = 0; i < bufferCount; i++)
+    below = block_copy(&block, infos, count, sizeof(*below));
+    copies = block_take(&block, count, sizeof(*copies));
+    for (uint32_t i = 0; i < count; i++)
         usage_begin(&copies[i], &below[i].pNext, &below[i].usage);
-    next->CmdBindDescriptorBuffersEXT(commandBuffer, bufferCount, below);
-    for (uint32_t i = 0; i < bufferCount; i++)
+    down(commands, count, below);
+    for (uint32_t i = 0; i < count; i++)
         chain_copy_end(&copies[i]);
     block_end(&block);
 }
