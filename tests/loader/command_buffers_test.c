@@ -10,7 +10,7 @@
 
 #define WARNING_ID "ASSAY-warning"
 
-enum { EXTENSIONS_MAX = 512, PAGE = 4096, COMMANDS_AT_LEAST = 50 };
+enum { EXTENSIONS_MAX = 512, PAGE = 4096, COMMANDS_AT_LEAST = 35 };
 
 /* ---- the commands: the rows of the layer, so that a command that is added there is tested */
 
