@@ -33,7 +33,7 @@ class Uninstall(unittest.TestCase):
         (self.folder / "inner/CMakeLists.txt").write_text("install(FILES two DESTINATION share)\n",
                                                           encoding="utf-8")
         self.build, self.prefix = self.folder / "build", self.folder / "a prefix"
-        self.run_ok("cmake", "-S", self.folder, "-B", self.build)
+        self.run_ok("cmake", "-G", "Ninja", "-S", self.folder, "-B", self.build)
 
     def status(self, *words, **variables):
         return subprocess.run(words, cwd=self.folder, env={**os.environ, **variables}, check=False,
