@@ -77,6 +77,7 @@ struct layer_device {
     struct device_facts facts;
     enum level level;
     bool active_rules[COMMAND_COUNT][RULE_COUNT];
+    bool checks[COMMAND_COUNT];                  /* a rule about the command is active */
     bool finds_hazards;                          /* setting hazards */
     bool records_builds;                         /* setting record_builds */
     const struct build_recorder *build_recorder; /* for journals; NULL below level EXECUTION */

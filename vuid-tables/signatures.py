@@ -22,6 +22,8 @@ class Member:
         self.is_array = "[" in self.declaration
         self.values = element.get("values")
         self.is_ignored = element.get("deprecated") == "ignored"
+        self.is_const = self.declaration.startswith("const ")
+        self.no_auto_validity = element.get("noautovalidity") == "true"
         self.may_be_null = (element.get("optional") or "").split(",")[0] == "true"
         # The number of elements of each level of pointers.
         self.lengths = (element.get("altlen") or element.get("len") or "").split(",")
@@ -45,6 +47,8 @@ class Command:
         self.protect = None   # the macro of the platform without which the headers lack the command
         self.errors = (element.get("errorcodes") or "").split(",")
         self.returns = element.findtext("proto/type")
+        self.queues = (element.get("queues") or "").split(",") if element.get("queues") else []
+        self.render_pass = element.get("renderpass")
         self.parameters = [Member(parameter) for parameter in element.iterfind("param")
                            if is_of_vulkan(parameter)]
         self.declaration = ", ".join(parameter.declaration for parameter in self.parameters)
@@ -77,6 +81,7 @@ class Registry:
                          for name, target in aliases.items()}
         self.find_platforms(tree)
         self.structures, self.handles, others = {}, {}, {}
+        self.enums, self.bitmasks = set(), {}
         for element in tree.iterfind("types/type"):
             name = element.get("name") or element.findtext("name")
             if element.get("alias"):
@@ -85,11 +90,23 @@ class Registry:
                 self.structures[name] = Structure(element)
             elif element.get("category") == "handle":
                 self.handles[name] = element.get("objtypeenum")
+            elif element.get("category") == "enum":
+                self.enums.add(name)
+            elif element.get("category") == "bitmask":
+                self.bitmasks[name] = element.get("requires") or element.get("bitvalues")
         for name, target in others.items():
             for table in (self.structures, self.handles):
                 if target in table:
                     table[name] = table[target]
 
+    def kind_of(self, name):
+        """What a type is: handle, enum, bitmask or None. Structures are in `structures`."""
+        return "handle" if name in self.handles else "enum" if name in self.enums else \
+            "bitmask" if name in self.bitmasks else None
+
+    def bits_of(self, name):
+        """The type that has the bits of flags; None if the flags have none."""
+        return self.bitmasks[name]
 
     def find_platforms(self, tree):
         macros = {platform.get("name"): platform.get("protect")

@@ -152,7 +152,7 @@ void commands_cover_with_snapshots(VkuDeviceDispatchTable *vk);
 # How the layer's record is found from the first parameter.
 KINDS = {"VkInstance": "instance", "VkPhysicalDevice": "instance", "VkDevice": "device",
          "VkQueue": "device", "VkCommandBuffer": "recording"}
-CONDITIONS = ("HAZARDS", "CONTENT", "CALL_SITES", "CPU")  # in the order of enum command_condition
+CONDITIONS = ("HAZARDS", "CONTENT", "CALL_SITES", "CPU", "CHECK")  # in the order of enum command_condition
 # What the calls of backend cpu can name besides `layer`, `name` and `down`, by type and place.
 BACKEND = {"overlay": ("struct cpu_overlay *", "layer->cpu"),
            "playback": ("struct cpu_playback *", "layer->cpu->playback"),
@@ -314,13 +314,26 @@ class Entry:
             yield f"if ({is_missing})"
             yield f"    {self.give_up()}"
 
+    def check_call(self):
+        """Validates the call, which may name an invalid command buffer or device."""
+        column = f"COMMAND_{self.command.target}"
+        found = "build_device" if self.kind == "recording" else "device_safely"
+        yield f"struct layer_device *layer = layer_find_{found}({self.handle});"
+        yield "if (!layer) {"
+        yield f"    check_invalid_handle({column}, {self.handle});"
+        yield f"    {self.give_up()}"
+        yield "}"
+        yield f"const struct arguments_of_{self.command.target} given = {{{self.command.arguments}}};"
+        yield f"if (check_command(layer, {column}, &given))"
+        yield f"    {self.give_up()}"
+
     def body(self, active):
         returns_void = self.command.returns == "void"
         if self.row.has("BY_HAND"):
             yield from self.check_arguments()
             yield f"{'' if returns_void else 'return '}assay_{self.command.name}({self.command.arguments});"
             return
-        yield from self.find_layer("!layer")
+        yield from self.check_call() if "CHECK" in active else self.find_layer("!layer")
         if self.checks:
             yield from self.check_arguments()
         for keywords in (("HAZARDS",), ("BEFORE", "UNLESS"), ("CONTENT",)):
@@ -352,8 +365,8 @@ class Entry:
                 own = "located" if "CALL_SITES" in active else "assay"
                 names.append(f"{own}_{self.command.name}")
                 continue
-            with_observers = [c for c in active if c != "CPU" and not self.row.has("BY_HAND") and any(
-                keyword.startswith(c) for keyword, _ in self.row.observers)]
+            with_observers = [c for c in active if c != "CPU" and not self.row.has("BY_HAND") and (
+                c == "CHECK" or any(keyword.startswith(c) for keyword, _ in self.row.observers))]
             name = "_".join(["entry", self.command.name, *(c.lower() for c in with_observers)])
             names.append(name)
             texts[name] = self.text(name, with_observers)
@@ -495,8 +508,9 @@ class Generator:
             functions += [protected(entry.command.protect, text) for text in texts.values()]
             pointers = ", ".join(n if n == "NULL" else f"(PFN_vkVoidFunction){n}" for n in names)
             is_supplied = "true" if entry.row.extension else "false"
+            column = f"COMMAND_{entry.command.target}" if entry.row.has("CHECKED") else "COMMAND_COUNT"
             table.append(protected(entry.command.protect, f'    {{"vk{entry.command.name}", {entry.scope()}, '
-                                   f'{is_supplied}, {entry.member()}, {{{pointers}}}}},\n'))
+                                   f'{is_supplied}, {column}, {entry.member()}, {{{pointers}}}}},\n'))
         structures, done = [], 0
         chain = chain_source(self.registry, self.checks)
         while done < len(self.checks.used):

@@ -78,13 +78,13 @@ void build_call_report_command_buffer(enum build_command command, VkCommandBuffe
     check_one_rule(&call, RULE_command_buffer_is_valid);
 }
 
-void build_call_report_device(VkDevice handle)
+void build_call_report_device(enum build_command command, VkDevice handle)
 {
     struct layer_device *device = layer_find_reporting_device(handle);
     struct build_call call;
     if (!device)
         return;
-    build_call_start(&call, device, COMMAND_HOST);
+    build_call_start(&call, device, command);
     call.view.device_argument = handle;
     check_one_rule(&call, RULE_device_is_valid);
 }

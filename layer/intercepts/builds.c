@@ -161,7 +161,7 @@ VKAPI_ATTR VkResult VKAPI_CALL assay_BuildAccelerationStructuresKHR(
 {
     struct layer_device *state = layer_find_device_safely(device);
     if (!state) {
-        build_call_report_device(device);
+        build_call_report_device(COMMAND_HOST, device);
         return VK_ERROR_VALIDATION_FAILED_EXT;
     }
     struct build_call call;

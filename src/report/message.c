@@ -106,7 +106,7 @@ static void append_place(struct text_buffer *text, struct message *message)
         return;
     text_append(text, " Command buffer ");
     append_object(text, &message->objects[0]);
-    if (at->subject != SUBJECT_CALL)
+    if (location_is_of_build(at))
         text_append(text, ", build %" PRIu64, (uint64_t)origin->build_index + at->build);
     message_append_labels(text, "labels", origin->labels);
     if (origin->queue)

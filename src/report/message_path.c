@@ -3,6 +3,7 @@
 #include "src/report/message_path.h"
 
 #include <inttypes.h>
+#include <string.h>
 
 #include "src/state/commands/call_sites.h"
 #include "src/state/commands/object_names.h"
@@ -33,6 +34,26 @@ static const char *ranges_name(enum build_command command, const char *field)
     return field[0] ? "pIndirectDeviceAddresses" : "ppMaxPrimitiveCounts";
 }
 
+/* Appends a field in which [] stands for an index. */
+static void append_indexed(struct text_buffer *text, const char *field, uint32_t index)
+{
+    const char *gap = strstr(field, "[]");
+    if (gap)
+        text_append(text, "%.*s[%" PRIu32 "]%s", (int)(gap - field), field, index, gap + 2);
+    else
+        text_append(text, "%s", field);
+}
+
+static void append_argument(struct text_buffer *text, const struct location *at, const char *field)
+{
+    text_append(text, "%s", at->argument ? at->argument : "");
+    if (at->is_element)
+        text_append(text, "[%" PRIu32 "]", at->build);
+    if (at->argument && field[0])
+        text_append(text, at->is_element ? "." : "->");
+    append_indexed(text, field, at->geometry);
+}
+
 void message_append_path(struct text_buffer *text, const struct location *at, const char *field)
 {
     const char *separator = at->command == COMMAND_NV ? "->" : ".";
@@ -55,6 +76,9 @@ void message_append_path(struct text_buffer *text, const struct location *at, co
         text_append(text, "%s[%" PRIu32 "][%" PRIu32 "]", ranges_name(at->command, field),
                     at->build, at->geometry);
         message_append_field(text, ".", field);
+        return;
+    case SUBJECT_ARGUMENT:
+        append_argument(text, at, field);
         return;
     case SUBJECT_ELEMENT:
         text_append(text, "%s[%" PRIu32 "]", field, at->build);

@@ -64,7 +64,7 @@ static void play_one(struct run *run, const struct program_list *list, const str
 {
     snprintf(current_name, sizeof(current_name), "%s.%s%s%s/%s%s", list->name, play->program->name,
              play->difference != NULL ? "." : "",
-             play->difference != NULL ? play->difference->name : "", command_words[play->command],
+             play->difference != NULL ? play->difference->name : "", command_word(play->command),
              play->is_twin ? "@twin" : "");
     if (!tally_starts(&run->tally, current_name))
         return;

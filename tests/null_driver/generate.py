@@ -16,7 +16,8 @@ INSTANCE_EXTENSIONS = """
     KHR_external_memory_capabilities KHR_external_semaphore_capabilities
     KHR_get_physical_device_properties2"""
 DEVICE_EXTENSIONS = """
-    AMDX_dense_geometry_format AMD_buffer_marker EXT_buffer_device_address EXT_descriptor_indexing
+    AMDX_dense_geometry_format AMD_buffer_marker EXT_buffer_device_address EXT_descriptor_buffer
+    EXT_descriptor_indexing
     EXT_device_fault
     EXT_external_memory_host EXT_host_query_reset EXT_index_type_uint8 EXT_opacity_micromap
     EXT_private_data EXT_scalar_block_layout KHR_16bit_storage KHR_8bit_storage
@@ -289,7 +290,8 @@ class Command:
         lengths = {parameter.get("len") for parameter in self.parameters}
         counts = [name for name in self.names if name in lengths and name.startswith("p")]
         statements = [f"*{name} = 0;" for name in counts]
-        if self.name.startswith("Get") and self.returns == "void" and not counts:
+        if self.name.startswith("Get") and self.returns == "void" and not counts and \
+                self.types[-1] != "void":
             statements = [f"fill_with_zeros({self.names[-1]}, sizeof(*{self.names[-1]}), "
                           f"{int(self.types[-1] in self.registry.chained)});"]
         return statements + ([] if self.returns == "void" else ["return 0;"])

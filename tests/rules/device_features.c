@@ -31,6 +31,7 @@ static const struct {
     {ENABLE_DENSE, VK_AMDX_DENSE_GEOMETRY_FORMAT_EXTENSION_NAME},
     {ENABLE_FUTURE, FUTURE_EXTENSION},
     {ENABLE_RAY_TRACING_NV, VK_NV_RAY_TRACING_EXTENSION_NAME},
+    {ENABLE_DESCRIPTOR_BUFFER, VK_EXT_DESCRIPTOR_BUFFER_EXTENSION_NAME},
     {ENABLE_SYNCHRONIZATION_2, VK_KHR_SYNCHRONIZATION_2_EXTENSION_NAME},
 };
 
@@ -125,6 +126,10 @@ static const struct feature {
             ENABLE_DENSE, DISABLE_DENSE),
     FEATURE(VkPhysicalDeviceMaintenance5Features, maintenance5, BY_ALL,
             ENABLE_MAINTENANCE5 | ENABLE_DENSE, 0),
+    FEATURE(VkPhysicalDeviceDescriptorBufferFeaturesEXT, descriptorBuffer, BY_ALL,
+            ENABLE_DESCRIPTOR_BUFFER, 0),
+    FEATURE(VkPhysicalDeviceDescriptorBufferFeaturesEXT, descriptorBufferCaptureReplay, BY_ALL,
+            ENABLE_DESCRIPTOR_BUFFER, 0),
     FEATURE(VkPhysicalDeviceProtectedMemoryFeatures, protectedMemory, BY_ALL, ENABLE_PROTECTED, 0),
     FEATURE(VkPhysicalDeviceAccelerationStructureFeaturesKHR, accelerationStructure, BY_ALL, 0,
             DISABLE_ACCELERATION_STRUCTURE),

@@ -27,6 +27,7 @@ enum setup_enable {
     ENABLE_RAY_TRACING_NV = 1 << 14,
     ENABLE_SYNCHRONIZATION_2 = 1 << 15, /* by its extension, too */
     ENABLE_DENSE = 1 << 16,             /* with VK_KHR_maintenance5 */
+    ENABLE_DESCRIPTOR_BUFFER = 1 << 17, /* with capture and replay */
 };
 
 /* Features that are left off though their extension is enabled. */

@@ -59,8 +59,7 @@ static const char *enter_fixture(const struct play *play, struct fixture *fixtur
     struct setup wanted = *setup;
     if (play->level != NULL)
         wanted.level = play->level;
-    if (play->command == COMMAND_NV)
-        wanted.enable |= ENABLE_RAY_TRACING_NV;
+    wanted.enable |= command_enables(play->command);
     if (fixture->device != VK_NULL_HANDLE && is_same_setup(&fixture->setup, &wanted))
         return NULL;
     fixture_close(fixture);
@@ -77,9 +76,12 @@ static const char *cannot_play(const struct play *play, const struct fixture *fi
     if (play->test_case->spares_drivers && !play->platform->is_null && !play->platform->is_cpu &&
         !is_guarded)
         return "needs the null driver or backend cpu";
+    if (play->platform->is_cpu &&
+        play->command == COMMAND_GetAccelerationStructureOpaqueCaptureDescriptorDataEXT)
+        return "backend cpu has no descriptors of structures";
     if (play->command == COMMAND_INDIRECT && !fixture->has_indirect)
         return "no accelerationStructureIndirectBuild";
-    if (play->command == COMMAND_HOST && !fixture->has_host)
+    if (command_is_on_host(play->command) && !fixture->has_host)
         return "no accelerationStructureHostCommands";
     return NULL;
 }
@@ -140,10 +142,14 @@ static const char *spell_path(const struct play *play, char *buffer, size_t size
         replace_word(array, left, "].", "]->");
         replace_word(array, left, "pGeometries", "ppGeometries");
     }
-    if (play->command != COMMAND_HOST)
+    if (!command_is_on_host(play->command))
         replace_word(buffer, size, "hostAddress", "deviceAddress");
     if (play->command == COMMAND_INDIRECT)
         replace_word(buffer, size, "ppBuildRangeInfos", "pIndirectDeviceAddresses");
+    if (play->command == COMMAND_CmdCopyAccelerationStructureNV)
+        replace_word(buffer, size, "pInfo->", "");
+    if (command_is_of_micromaps(play->command))
+        replace_word(buffer, size, "pAccelerationStructures", "pMicromaps");
     return buffer;
 }
 

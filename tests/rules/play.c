@@ -4,7 +4,7 @@
 
 static bool is_submitted(const struct play *play)
 {
-    return play->test_case->submits && play->command != COMMAND_HOST;
+    return play->test_case->submits && command_is_recorded(play->command);
 }
 
 /* Whether a callback has the call itself skipped. */
@@ -29,7 +29,7 @@ static bool check_forwarding(const struct play *play, const struct call *call, u
 static bool check_result(const struct play *play, const struct call *call, VkResult result,
                          struct report *report)
 {
-    const bool is_host = play->command == COMMAND_HOST;
+    const bool is_host = command_returns_result(play->command);
     const bool skipped = is_host && is_skipped(play, call);
     const bool may_fail = is_host && call->may_fail_on_cpu && play->platform->is_cpu;
     if ((skipped ? result == VK_ERROR_VALIDATION_FAILED_EXT : result >= VK_SUCCESS) ||
@@ -82,7 +82,8 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
         const bool reaches_driver = play->platform->is_null && !play->platform->is_cpu;
         const uint64_t before = reaches_driver ? driver->calls(name) : 0;
         /* A call on a device that nobody knows can go nowhere, told or not. */
-        const bool can_fail = play->command == COMMAND_HOST && scene->device != fixture->device;
+        const bool can_fail =
+            !command_is_recorded(play->command) && scene->device != fixture->device;
         const VkResult result = scene_call(scene);
         good = (can_fail && !call->breaks) || check_result(play, call, result, report);
         if (call->then != NULL)

@@ -191,7 +191,7 @@ static void write_origin(struct json *json, const struct message *message)
         json_number(json, "submission", origin->submission);
     if (origin->when)
         json_text(json, "when", origin->when);
-    if (origin->command_buffer && message->location.subject != SUBJECT_CALL)
+    if (origin->command_buffer && location_is_of_build(&message->location))
         json_number(json, "build", (uint64_t)origin->build_index + message->location.build);
 }
 

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The views of the commands about acceleration structures and micromaps that are no builds of
+ * structures: what they create, copy, query and destroy. The forms of a command (in a command
+ * buffer or on the host, of the extensions KHR, EXT and NV) share a view, so that one rule
+ * validates all of them. Facts about objects are unknown below level STATE. */
+#ifndef ASSAY_VIEW_LIFE_VIEW_H
+#define ASSAY_VIEW_LIFE_VIEW_H
+
+#include "src/view/finding.h"
+#include "src/view/view.h"
+
+/* A structure or micromap that a command names by its handle. */
+struct life_object {
+    /* VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_NV or
+     * VK_OBJECT_TYPE_MICROMAP_EXT */
+    VkObjectType object_type;
+    uint64_t handle;
+    uint64_t id; /* see struct accel_facts; 0 unless alive */
+    enum tristate alive;
+    bool of_another_device; /* alive == NO, but another VkDevice has this handle */
+    bool details_known;     /* type, create_flags, size and buffer are meaningful */
+    uint32_t type;          /* VkAccelerationStructureTypeKHR or VkMicromapTypeEXT */
+    VkFlags create_flags;
+    VkDeviceSize size; /* bytes, of the create info; NV: that the next layer requires */
+    VkBuffer buffer;
+    enum tristate backed;                       /* all its bytes lie in live memory */
+    bool is_sparse;                             /* its buffer is sparse */
+    enum tristate host_visible, multi_instance; /* see struct accel_facts */
+    bool by_address;                            /* created by vkCreateAccelerationStructure2KHR */
+    struct memory_span span;                    /* its bytes; memory null: unknown */
+};
+
+static inline struct value life_object_value(const struct life_object *object_)
+{
+    return object(object_->object_type, object_->handle);
+}
+
+/* A copy of a structure or micromap. */
+struct copy_view {
+    const struct call_view *call;
+    /* Of a micromap: that of structures with the same name, and MAX_ENUM for any other value. */
+    VkCopyAccelerationStructureModeKHR mode;
+    struct value given_mode; /* as the command spells it */
+    struct life_object src, dst;
+};
+
+/* A command that writes a property of several structures to a query pool or to host memory. */
+struct query_view {
+    const struct call_view *call;
+    uint32_t count; /* of structures */
+    VkQueryType type;
+    /* In command buffers. */
+    VkQueryPool pool;
+    uint32_t first_query;
+    /* On the host. */
+    size_t data_size, stride; /* bytes */
+    void *data;
+};
+
+/* One structure of such a command. */
+struct queried_view {
+    const struct query_view *query;
+    uint32_t index;
+    struct life_object object;
+};
+
+#endif

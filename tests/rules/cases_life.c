@@ -1,0 +1,6 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Commands that build no structures. */
+#include "case.h"
+
+#include "copies.inc"
+#include "queries.inc"
