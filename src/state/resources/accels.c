@@ -107,8 +107,9 @@ static void note_containing_buffer(const struct address_facts *place, void *cont
     search->matches++;
 }
 
-/* Several buffers may contain the range. Their bytes are the same, but the buffer whose destruction
- * ends the structure is ambiguous, so the buffer then counts as unknown. */
+/* Several buffers may contain the range, and one of them may be unknown for lack of memory. Their
+ * bytes are the same, but the buffer whose destruction ends the structure is ambiguous, so the
+ * buffer then counts as unknown. */
 void resources_add_accel_at(struct resources *resources, VkAccelerationStructureKHR handle,
                             const VkAccelerationStructureCreateInfo2KHR *create_info)
 {
@@ -120,8 +121,8 @@ void resources_add_accel_at(struct resources *resources, VkAccelerationStructure
     struct buffer_search search = {.begin = create_info->addressRange.address,
                                    .size = create_info->addressRange.size};
     address_map_find(&resources->addresses, search.begin, note_containing_buffer, &search);
-    struct buffer_record *buffer =
-        search.matches == 1 ? resources_buffer(resources, search.found) : NULL;
+    const bool is_certain = search.matches == 1 && !resources->incomplete;
+    struct buffer_record *buffer = is_certain ? resources_buffer(resources, search.found) : NULL;
     if (accel && buffer)
         accel->offset = search.begin - buffer->where.address;
     add_accel(resources, accel, handle, buffer);
