@@ -92,7 +92,6 @@ static void handles_check(void *state)
     EXPECT(table->count * 3 <= (table->mask + 1) * 2);
     EXPECT(table->mask + 1 == FIRST_SLOTS || handles->was_scarce ||
            table->count >= (table->mask + 1) / 16);
-    EXPECT(table->mask + 1 <= FIRST_SLOTS || table->count * 3 > FIRST_SLOTS * 2 / 8);
 }
 
 static uint32_t released;
@@ -229,7 +228,7 @@ static void item_mark(void *state, const uint32_t *operands)
 static void item_cut_to(struct items *items, struct item_place place)
 {
     items->count = place.before;
-    if (items->walk.before > items->count)
+    if (items->walk.before >= items->count)
         items->walk = place;
 }
 
