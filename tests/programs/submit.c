@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Command buffers, submissions and host waits of cases:
+/* Submissions and host waits:
  *
- *     next                    ends the command buffer; the next command begins another one
- *     secondary ... end       the commands between go to a secondary, which is executed at `end`
- *     execute                 the same secondary once more
- *     batch SEMAPHORES        what was recorded is a batch of the next submission
- *     submit [QUEUE] SEMAPHORES [fence]      submits it by vkQueueSubmit2; `submit1`: by the other
+ *     batch COMMANDS SEMAPHORES                    a batch of the next submission
+ *     submit [QUEUE] COMMANDS SEMAPHORES [fence]   submits it by vkQueueSubmit2; `submit1`: by
+ *                                                  vkQueueSubmit; `submit2KHR`: by its older name
  *     again [QUEUE]           submits the last batch's command buffers once more
  *     bind [QUEUE] SEMAPHORES                vkQueueBindSparse without bindings
  *     host wait fence | idle | QUEUE | TIMELINE=VALUE
@@ -15,73 +13,13 @@
  *     timeline NAME VALUE     begins with the value
  *     exported fence | TIMELINE                           others may signal it
  *
+ * COMMANDS: names of command buffers, in front of those that were recorded without a name.
  * SEMAPHORES: wait NAME[=VALUE][@STAGES] and signal NAME[=VALUE][@STAGES]; all stages if none are
  * named. The queue is q0 if none is named. What is left at the end is submitted to q0. */
 #include "play.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-/* ---- recording */
-
-static unsigned queue_of(const struct play *play, const char *word)
-{
-    PLAY_REQUIRE(play, word && word[0] == 'q' && word[1] >= '0' && word[1] < '0' + PLAY_QUEUES);
-    return (unsigned)(word[1] - '0');
-}
-
-static bool plays_line(const struct play *play, const struct case_line *line)
-{
-    return line->mark != (play->is_repaired ? '-' : '+');
-}
-
-/* The queue that the next submission names. */
-static unsigned next_queue(const struct play *play)
-{
-    for (unsigned i = play->at; i < play->program->line_count; i++) {
-        const struct case_line *line = &play->program->lines[i];
-        if (!plays_line(play, line) || strncmp(line->words[0], "submit", 6) != 0)
-            continue;
-        for (char *const *word = line->words + 1; *word; word++)
-            if ((*word)[0] == 'q')
-                return queue_of(play, *word);
-        return 0;
-    }
-    return 0;
-}
-
-static VkCommandBuffer begin(const struct play *play, VkCommandBufferLevel level)
-{
-    return commands_begin(&play->vk, play->device, play->pools[next_queue(play) / 2], level,
-                          VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT, NULL);
-}
-
-VkCommandBuffer play_commands(struct play *play)
-{
-    if (play->secondary)
-        return play->secondary;
-    if (!play->primary)
-        play->primary = begin(play, VK_COMMAND_BUFFER_LEVEL_PRIMARY);
-    return play->primary;
-}
-
-static void end_primary(struct play *play)
-{
-    if (!play->primary)
-        return;
-    PLAY_REQUIRE(play, !play->secondary && play->ended_count < PLAY_ITEMS);
-    GET(play->vk.EndCommandBuffer(play->primary));
-    play->ended[play->ended_count++] = play->primary;
-    play->primary = VK_NULL_HANDLE;
-}
-
-static void end_secondary(struct play *play)
-{
-    GET(play->vk.EndCommandBuffer(play->secondary));
-    play->executed = play->secondary;
-    play->secondary = VK_NULL_HANDLE;
-    play->vk.CmdExecuteCommands(play_commands(play), 1, &play->executed);
-}
 
 /* ---- submissions */
 
@@ -102,10 +40,13 @@ static void add_semaphore(struct play *play, const char *word, VkSemaphoreSubmit
 /* Makes a batch of the command buffers that have ended. */
 static void add_batch(struct play *play, char **words)
 {
-    end_primary(play);
+    play_end_unnamed(play);
     PLAY_REQUIRE(play, play->batch_count < BATCHES_MAX);
     struct batch *batch = &play->batches[play->batch_count++];
     *batch = (struct batch){.command_count = 0};
+    for (char **word = words; *word; word++)
+        if ((*word)[0] == 'c')
+            batch_add_commands(batch, play_object(play, *word)->commands);
     for (uint32_t i = 0; i < play->ended_count; i++)
         batch_add_commands(batch, play->ended[i]);
     play->ended_count = 0;
@@ -115,18 +56,19 @@ static void add_batch(struct play *play, char **words)
         else if (play_is(*words, "signal"))
             add_semaphore(play, *++words, &batch->signals[batch->signal_count++]);
         else
-            PLAY_REQUIRE(play, **words == 'q' || play_is(*words, "fence"));
+            PLAY_REQUIRE(play, **words == 'q' || **words == 'c' || play_is(*words, "fence"));
     }
 }
 
-static void submit_batches(struct play *play, VkQueue queue, bool by_2, VkFence fence)
+static void submit_batches(struct play *play, VkQueue queue, const char *command, VkFence fence)
 {
     PLAY_REQUIRE(play, queue != NULL);
-    if (by_2)
-        GET(batches_submit_2(play->vk.QueueSubmit2, queue, play->batch_count, play->batches,
-                             fence));
+    if (play_is(command, "submit1"))
+        play_note(play, batches_submit(&play->vk, queue, play->batch_count, play->batches, fence));
     else
-        GET(batches_submit(&play->vk, queue, play->batch_count, play->batches, fence));
+        play_note(play, batches_submit_2(play_is(command, "submit") ? play->vk.QueueSubmit2
+                                                                    : play->vk.QueueSubmit2KHR,
+                                         queue, play->batch_count, play->batches, fence));
     play->batches[0] = play->batches[play->batch_count - 1]; /* for `again` */
     play->batch_count = 0;
 }
@@ -137,12 +79,12 @@ static void submit(struct play *play, char **words)
     unsigned queue = 0;
     for (char **word = words + 1; *word; word++) {
         if ((*word)[0] == 'q')
-            queue = queue_of(play, *word);
+            queue = play_queue_of(play, *word);
         if (play_is(*word, "fence"))
             fence = play->fence;
     }
     add_batch(play, words + 1);
-    submit_batches(play, play->queues[queue], play_is(words[0], "submit"), fence);
+    submit_batches(play, play->queues[queue], words[0], fence);
 }
 
 static void bind(struct play *play, char **words)
@@ -150,7 +92,8 @@ static void bind(struct play *play, char **words)
     add_batch(play, words + 1);
     const struct batch *batch = &play->batches[--play->batch_count];
     PLAY_REQUIRE(play, !batch->command_count);
-    GET(batch_bind(&play->vk, play->queues[queue_of(play, words[1])], batch, NULL, VK_NULL_HANDLE));
+    play_note(play, batch_bind(&play->vk, play->queues[play_queue_of(play, words[1])], batch, NULL,
+                               VK_NULL_HANDLE));
 }
 
 static void submit_again(struct play *play, char **words)
@@ -159,7 +102,7 @@ static void submit_again(struct play *play, char **words)
     PLAY_REQUIRE(play, !play->batch_count && !play->primary);
     batch->wait_count = batch->signal_count = 0;
     play->batch_count = 1;
-    submit_batches(play, play->queues[words[1] ? queue_of(play, words[1]) : 0], true,
+    submit_batches(play, play->queues[words[1] ? play_queue_of(play, words[1]) : 0], "submit",
                    VK_NULL_HANDLE);
 }
 
@@ -174,7 +117,7 @@ static void wait_on_host(struct play *play, const char *what)
         GET(play->vk.WaitForFences(play->device, 1, &play->fence, VK_TRUE, UINT64_MAX));
         GET(play->vk.ResetFences(play->device, 1, &play->fence));
     } else if (what && what[0] == 'q') {
-        GET(play->vk.QueueWaitIdle(play->queues[queue_of(play, what)]));
+        GET(play->vk.QueueWaitIdle(play->queues[play_queue_of(play, what)]));
     } else {
         add_semaphore(play, what, &semaphore);
         const STRUCT(VkSemaphoreWaitInfo, info, .semaphoreCount = 1,
@@ -218,7 +161,7 @@ static void signal_from_host(struct play *play, const char *what)
     add_semaphore(play, what, &semaphore);
     const STRUCT(VkSemaphoreSignalInfo, info, .semaphore = semaphore.semaphore,
                  .value = semaphore.value);
-    GET(play->vk.SignalSemaphore(play->device, &info));
+    play_note(play, play->vk.SignalSemaphore(play->device, &info));
 }
 
 static bool play_host(struct play *play, char **words)
@@ -268,17 +211,9 @@ bool play_submit(struct play *play, char **words)
 {
     if (play_is(words[0], "host"))
         return play_host(play, words);
-    if (play_is(words[0], "next"))
-        end_primary(play);
-    else if (play_is(words[0], "secondary"))
-        play->secondary = begin(play, VK_COMMAND_BUFFER_LEVEL_SECONDARY);
-    else if (play_is(words[0], "end"))
-        end_secondary(play);
-    else if (play_is(words[0], "execute"))
-        play->vk.CmdExecuteCommands(play_commands(play), 1, &play->executed);
-    else if (play_is(words[0], "batch"))
+    if (play_is(words[0], "batch"))
         add_batch(play, words + 1);
-    else if (play_is(words[0], "submit") || play_is(words[0], "submit1"))
+    else if (strncmp(words[0], "submit", 6) == 0)
         submit(play, words);
     else if (play_is(words[0], "bind"))
         bind(play, words);

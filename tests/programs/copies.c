@@ -10,8 +10,8 @@
  *     host query NAME
  *
  * SIZE is 64 unless said otherwise. */
-#include "play.h"
 #include "tests/fixture/copies.h"
+#include "play.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -32,7 +32,7 @@ static void copy_structure(struct play *play, char **words, bool is_host)
                   play_is(words[0], "compact") ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
                                                : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
     if (is_host)
-        GET(play->vk.CopyAccelerationStructureKHR(play->device, NULL, &info));
+        play_note(play, play->vk.CopyAccelerationStructureKHR(play->device, NULL, &info));
     else
         play->vk.CmdCopyAccelerationStructureKHR(play_commands(play), &info);
 }
@@ -43,7 +43,7 @@ static void serialize(struct play *play, char **words, bool is_host)
         serialize_info(play_object(play, words[1])->structure,
                        play_address_for(play, words[3], is_host).deviceAddress);
     if (is_host)
-        GET(play->vk.CopyAccelerationStructureToMemoryKHR(play->device, NULL, &info));
+        play_note(play, play->vk.CopyAccelerationStructureToMemoryKHR(play->device, NULL, &info));
     else
         play->vk.CmdCopyAccelerationStructureToMemoryKHR(play_commands(play), &info);
 }
@@ -54,7 +54,7 @@ static void deserialize(struct play *play, char **words, bool is_host)
         deserialize_info(play_address_for(play, words[1], is_host).deviceAddress,
                          play_object(play, words[3])->structure);
     if (is_host)
-        GET(play->vk.CopyMemoryToAccelerationStructureKHR(play->device, NULL, &info));
+        play_note(play, play->vk.CopyMemoryToAccelerationStructureKHR(play->device, NULL, &info));
     else
         play->vk.CmdCopyMemoryToAccelerationStructureKHR(play_commands(play), &info);
 }

@@ -211,8 +211,8 @@ static void execute(const struct build_line *line)
         counts[i] = &line->builds[i].range.primitiveCount;
     }
     if (line->is_host)
-        GET(play->vk.BuildAccelerationStructuresKHR(play->device, NULL, line->count, infos,
-                                                    ranges));
+        play_note(line->play, play->vk.BuildAccelerationStructuresKHR(play->device, NULL,
+                                                                      line->count, infos, ranges));
     else if (line->is_indirect)
         play->vk.CmdBuildAccelerationStructuresIndirectKHR(play_commands(line->play), line->count,
                                                            infos, indirect, strides, counts);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Objects of cases. */
+/* Objects of programs. */
 #include "play.h"
 
 #include <stdio.h>
@@ -30,7 +30,8 @@ static void name_object(struct play *play, VkObjectType type, uint64_t handle, c
 static VkBufferCreateInfo buffer_info(const struct play *play, VkDeviceSize size)
 {
     return MAKE(VkBufferCreateInfo, .size = size,
-                .usage = BUFFER_USAGE | (play->has_micromaps ? MICROMAP_USAGE : 0));
+                .usage = BUFFER_USAGE |
+                         (play_has(play, "VK_EXT_opacity_micromap") ? MICROMAP_USAGE : 0));
 }
 
 static void create_buffer(struct play *play, struct play_object *object)
@@ -85,6 +86,7 @@ static struct play_object *add(struct play *play, const char *name)
 {
     PLAY_REQUIRE(play, play->object_count < PLAY_OBJECTS);
     struct play_object *object = &play->objects[play->object_count++];
+    *object = (struct play_object){.queue = 0};
     snprintf(object->name, sizeof(object->name), "%s", name);
     return object;
 }
@@ -108,6 +110,11 @@ static void create(struct play *play, struct play_object *object)
         object->queries = query_pool_create(
             &play->vk, play->device, VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, 1);
         play->vk.ResetQueryPool(play->device, object->queries, 0, 1);
+        break;
+    case 'c':
+        break; /* `begin` says more of it */
+    case 'd':
+        GET(play->vk.CreateDeferredOperationKHR(play->device, NULL, &object->operation));
         break;
     case 's':
         GET(play->vk.CreateSemaphore(play->device, &MAKE(VkSemaphoreCreateInfo), NULL,
@@ -227,7 +234,7 @@ void play_init(struct play *play, char **words)
 
 /* ---- destruction */
 
-static void destroy(struct play *play, const struct play_object *object)
+static void destroy(struct play *play, struct play_object *object)
 {
     const VkuDeviceDispatchTable *vk = &play->vk;
     switch (object->name[0]) {
@@ -247,19 +254,79 @@ static void destroy(struct play *play, const struct play_object *object)
     case 'P':
         vk->DestroyQueryPool(play->device, object->queries, NULL);
         break;
+    case 'c':
+        vk->DestroyCommandPool(play->device, object->pool, NULL);
+        break;
+    case 'd':
+        vk->DestroyDeferredOperationKHR(play->device, object->operation, NULL);
+        break;
     case 's':
     case 't':
         vk->DestroySemaphore(play->device, object->semaphore, NULL);
         break;
     default:
-        break;
+        return;
     }
+    object->structure = VK_NULL_HANDLE; /* and what shares its place */
+}
+
+static void destroy_buffer(const struct play *play, struct play_object *object)
+{
+    play->vk.DestroyBuffer(play->device, object->buffer.handle, NULL);
+    object->buffer.handle = VK_NULL_HANDLE;
+}
+
+static void free_memory(const struct play *play, struct play_object *object)
+{
+    play->vk.FreeMemory(play->device, object->buffer.memory, NULL);
+    object->buffer.memory = VK_NULL_HANDLE;
+}
+
+bool play_destroy(struct play *play, char **words)
+{
+    const bool is_buffer = play_is(words[1], "buffer");
+    if (play_is(words[0], "free")) {
+        free_memory(play, play_object(play, words[1]));
+    } else if (play_is(words[0], "destroy")) {
+        struct play_object *object = play_object(play, words[is_buffer ? 2 : 1]);
+        if (is_buffer || !strchr("BTMEFPcdst", object->name[0]))
+            destroy_buffer(play, object);
+        else
+            destroy(play, object);
+    } else {
+        return false;
+    }
+    return true;
+}
+
+void play_create_objects(struct play *play)
+{
+    for (uint32_t i = 0; i < ARRAY_COUNT(play->pools); i++) {
+        const STRUCT(VkCommandPoolCreateInfo, pool, .queueFamilyIndex = i);
+        play->pools[i] = VK_NULL_HANDLE;
+        if (play->queues[2 * i])
+            GET(play->vk.CreateCommandPool(play->device, &pool, NULL, &play->pools[i]));
+    }
+    play->fence = fence_create(&play->vk, play->device);
+    play->object_count = 0;
+    play->scratch_used = play->instances_used = 0;
+    play->ended_count = play->batch_count = 0;
+    play->primary = play->secondary = play->executed = VK_NULL_HANDLE;
+    play->recording = NULL;
+    play->render_pass = VK_NULL_HANDLE;
+    play->framebuffer = VK_NULL_HANDLE;
 }
 
 void play_destroy_objects(struct play *play)
 {
+    const VkuDeviceDispatchTable *vk = &play->vk;
+    for (size_t i = 0; i < ARRAY_COUNT(play->pools); i++)
+        vk->DestroyCommandPool(play->device, play->pools[i], NULL);
+    vk->DestroyFramebuffer(play->device, play->framebuffer, NULL);
+    vk->DestroyRenderPass(play->device, play->render_pass, NULL);
+    vk->DestroyFence(play->device, play->fence, NULL);
     for (unsigned i = play->object_count; i-- > 0;)
         destroy(play, &play->objects[i]);
     for (unsigned i = play->object_count; i-- > 0;)
-        buffer_destroy(&play->vk, play->device, &play->objects[i].buffer);
+        buffer_destroy(vk, play->device, &play->objects[i].buffer);
 }

@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Plays the lines of programs. */
+#include "play.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+_Noreturn void play_fail(const struct play *play, const char *what)
+{
+    const struct program_line *line = &play->program->lines[play->at];
+    fprintf(stderr, "%s, line %u: %s\n    %s\n", play->program->name, line->number, what,
+            line->text);
+    exit(2);
+}
+
+void play_note(struct play *play, VkResult result)
+{
+    if (play->result == VK_SUCCESS && (result < 0 || result == VK_NOT_READY))
+        play->result = result;
+}
+
+/* ---- what was played, and where it failed */
+
+static void print_program(struct play *play, unsigned failed)
+{
+    const struct program *program = play->program;
+    play_say(play, "%s\n", program->name);
+    for (unsigned i = 0; i < program->line_count; i++) {
+        const struct program_line *line = &program->lines[i];
+        play_say(play, "%s%4u  %s\n", i == failed ? " >" : "  ", line->number, line->text);
+        for (unsigned j = 0; j < program->expected_count; j++)
+            if (program->expected[j].line == (int)i && !program->is_repaired)
+                play_say(play, "            expect %s: %s\n", program->expected[j].id,
+                         program->expected[j].text);
+    }
+}
+
+/* ---- lines */
+
+static void play_command(struct play *play, char **words)
+{
+    if (play_is(words[0], "alias"))
+        play_alias(play, words);
+    else if (play_is(words[0], "place"))
+        play_put(play, words);
+    else if (play_is(words[0], "init"))
+        play_init(play, words);
+    else if (!play_fault(play, words) && !play_command_buffer(play, words) &&
+             !play_destroy(play, words) && !play_submit(play, words) && !play_sync(play, words) &&
+             !play_copy(play, words) && !play_build(play, words))
+        play_fail(play, "unknown command");
+}
+
+/* A call that the messenger asks to skip returns VK_ERROR_VALIDATION_FAILED_EXT, if anything. */
+static void judge_result(struct play *play, const struct program_line *line, bool is_mistake)
+{
+    const VkResult expected = line->result ? play_result_named(play, line->result) : VK_SUCCESS;
+    if (play->result == expected ||
+        (is_mistake && !line->result && play->result == VK_ERROR_VALIDATION_FAILED_EXT))
+        return;
+    play_say(play, "the call returned %d instead of %d\n", play->result, expected);
+    play->outcome = OUTCOME_FAILED;
+}
+
+static void play_commands_of(struct play *play, const struct program_line *line)
+{
+    char *words[PROGRAM_WORDS + 1];
+    memcpy(words, line->words, sizeof(words));
+    for (char **word = words; *word;) {
+        char **end = word;
+        while (*end && !play_is(*end, ";"))
+            end++;
+        const bool is_last = !*end;
+        *end = NULL;
+        if (*word)
+            play_command(play, word);
+        word = is_last ? end : end + 1;
+    }
+}
+
+/* Judges what the layer reported since the last time. */
+static bool judge_line(struct play *play, unsigned line)
+{
+    if (!play_judges_whole(play)) {
+        play_judge(play, (int)line);
+        messages_clear(&play->fixture.messages);
+    }
+    if (play->outcome == OUTCOME_FAILED)
+        print_program(play, line);
+    return play->outcome == OUTCOME_PASSED;
+}
+
+bool play_line(struct play *play, unsigned line)
+{
+    const struct program_line *played = &play->program->lines[line];
+    const bool is_mistake = play_expects_mistake(play, (int)line);
+    if (play_is_setup(played))
+        return true;
+    play->at = line;
+    play->result = VK_SUCCESS;
+    play->fixture.messages.answer = is_mistake;
+    play_commands_of(play, played);
+    play->fixture.messages.answer = VK_FALSE;
+    judge_result(play, played, is_mistake);
+    return judge_line(play, line);
+}
+
+/* ---- programs */
+
+bool play_begin(struct play *play, const struct program *program)
+{
+    play->program = program;
+    play->report[0] = '\0';
+    play->outcome = OUTCOME_PASSED;
+    play->at = 0;
+    const char *missing = play_open_device(play);
+    if (missing) {
+        play->outcome = OUTCOME_SKIPPED;
+        play_say(play, "%s", missing);
+        return false;
+    }
+    messages_clear(&play->fixture.messages);
+    play_create_objects(play);
+    return true;
+}
+
+void play_end(struct play *play)
+{
+    const bool is_lost = program_find(play->program, "lose", "device");
+    play_destroy_objects(play);
+    if (is_lost)
+        play_close_device(play);
+    if (play->platform->is_null)
+        play->platform->null_driver.reset();
+}
+
+void play_program(struct play *play, const struct program *program)
+{
+    if (!play_begin(play, program))
+        return;
+    for (unsigned i = 0; i < program->line_count && play->outcome == OUTCOME_PASSED; i++)
+        play_line(play, i);
+    if (play->outcome == OUTCOME_PASSED) {
+        play->at = program->line_count - 1;
+        play_finish(play);
+        if (play_judges_whole(play))
+            play_judge(play, -1);
+        judge_line(play, program->line_count);
+    } else {
+        play->vk.DeviceWaitIdle(play->device);
+    }
+    play_end(play);
+}
