@@ -16,13 +16,15 @@
  *     note; host          sends a warning; and one that the host command's rules lack
  *     warn; refuse        a warning, or an error, of the layer's own
  *     hear; unhear        adds the messenger, or removes it
+ *     announce; summarize; unchecked 3 WORDS   the lines of an instance, and what the last one says
  *     answer              the messenger asks to skip calls from now on
  *     wanted; unwanted    whether the finding is wanted
  *     heard 3             so many messages have come in all
  *     traps 1             so many SIGTRAPs have come
  *     has WORDS; lacks WORDS; says WORDS; id WORDS   of the last message
  *     severity error      likewise; or warning
- *     log WORDS; silent   stderr has the words, or nothing, since the last such step
+ *     log WORDS...WORDS; log-lacks WORDS; silent   stderr has the words, in this order; or not; or
+ *                         is empty since the last such step
  *     file NAME WORDS     the file has the words; lacks-file NAME: there is none
  *     end                 the reporter is destroyed, and the next one is created */
 static const struct scene {
@@ -54,6 +56,40 @@ static const struct scene {
     {"a_command_without_the_statement_is_not_told", "", "answer; host; heard 0"},
     {"a_callback_can_skip_the_call", "", "send; answer; fail; heard 2"},
     {"removal", "", "unhear; send; log " SENT_ID "; heard 0; hear; send; heard 1; silent"},
+
+    {"retired_ids_in_the_summary", "VUID_NAMES=listed REPORT_FLAGS=error,info",
+     "wrong; wrong; send; summarize; log Assay found 3 violations in this instance: " SENT_ID
+     " 1 time, VUID-vkCmdBuildAccelerationStructuresKHR-pInfos-03671 2 times."},
+
+    /* ---- one line when an instance is created, and one at its end */
+    {"no_information_without_the_flag", "", "announce; send; summarize; silent; heard 1"},
+    {"creation", "REPORT_FLAGS=info",
+     "announce; heard 0; log Assay 1.2.3 validates acceleration-structure builds: level = "
+     "execution, "
+     "backend = driver. Settings that differ from the defaults: report_flags = \"info\" "
+     "(environment variable VK_ASSAY_VALIDATION_REPORT_FLAGS)."},
+    {"heading_of_information", "REPORT_FLAGS=info",
+     "announce; log Validation Information: [ ASSAY-info ] | MessageID = 0x"},
+    {"end", "REPORT_FLAGS=error,warn,info DUPLICATE_MESSAGE_LIMIT=2 LEVEL=content",
+     "send 5000; wanted; heard 2; has Further ones are only counted.; note; summarize;"
+     "log Assay found 5001 violations in this instance: " SENT_ID
+     " 5000 times (4998 held back by duplicate_message_limit), ASSAY-instance-destroyed 1 time."},
+    {"end_without_errors_and_warnings", "REPORT_FLAGS=info LEVEL=content",
+     "send; note; summarize; log Assay reported no violations, because report_flags leaves out "
+     "errors and warnings."},
+    {"end_without_findings", "REPORT_FLAGS=warn,info LEVEL=content",
+     "summarize; log Assay found no violations in this instance"},
+    {"what_was_not_checked",
+     "REPORT_FLAGS=error,warn,info LEVEL=parameters MESSAGE_ID_FILTER=" SENT_ID,
+     "unchecked 3 builds without memory for copies; unchecked 1 executions on a lost device;"
+     "unchecked 4 builds without memory for copies; summarize; log Assay found no violations in "
+     "this instance. Not checked: ... VUIDs of higher levels (level = parameters)...1 VUID that "
+     "message_id_filter names...builds without memory for copies (7)...executions on a lost device "
+     "(1)."},
+    {"what_level_execution_does_not_check", "REPORT_FLAGS=error,warn,info LEVEL=execution",
+     "summarize; log  VUIDs of higher levels (level = execution)"},
+    {"what_level_content_does_not_check", "REPORT_FLAGS=error,warn,info LEVEL=content",
+     "summarize; log-lacks of higher levels"},
 
     /* ---- duplicate_message_limit: of an object, and ten times that of a VUID */
     {"each_object_has_its_limit", "DUPLICATE_MESSAGE_LIMIT=3",
@@ -163,6 +199,12 @@ static bool act(const char *verb, const char *words)
         reporter_add_hearing(reporter, 0, &scene.hearing);
     else if (is(verb, "unhear"))
         reporter_remove_messenger(reporter, MESSENGER(0));
+    else if (is(verb, "announce"))
+        reporter_announce(reporter, "1.2.3");
+    else if (is(verb, "summarize"))
+        reporter_summarize(reporter);
+    else if (is(verb, "unchecked"))
+        reporter_add_unchecked(reporter, strchr(words, ' ') + 1, (uint64_t)atoi(words));
     else if (is(verb, "answer"))
         scene.hearing.answer = VK_TRUE;
     else
@@ -177,11 +219,27 @@ static void expect_file(const char *words)
     assert_has(file_read(name), words + strlen(name) + 1);
 }
 
+/* The log has the words between "...", one after the other. */
 static void expect_log(const char *words)
 {
+    const char *at = capture_end();
+    while (*words) {
+        const char *next = strstr(words, "...");
+        char part[512];
+        snprintf(part, sizeof(part), "%.*s", next ? (int)(next - words) : (int)strlen(words),
+                 words);
+        assert_has(at, part);
+        at = strstr(at, part) + strlen(part);
+        words += strlen(part) + (next ? 3 : 0);
+    }
+    capture_begin(STDERR_FILENO);
+}
+
+static void expect_no_log(const char *words)
+{
     const char *log = capture_end();
-    if (words)
-        assert_has(log, words);
+    if (*words)
+        assert_lacks(log, words);
     else
         assert_string_equal(log, "");
     capture_begin(STDERR_FILENO);
@@ -208,8 +266,10 @@ static bool expect(const char *verb, const char *words)
         assert_int_equal(hearing->severity, is(words, "error")
                                                 ? VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT
                                                 : VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT);
-    else if (is(verb, "log") || is(verb, "silent"))
-        expect_log(is(verb, "log") ? words : NULL);
+    else if (is(verb, "log"))
+        expect_log(words);
+    else if (is(verb, "log-lacks") || is(verb, "silent"))
+        expect_no_log(words);
     else if (is(verb, "file"))
         expect_file(words);
     else if (is(verb, "lacks-file"))
