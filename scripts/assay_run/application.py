@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the application, and waits for those of its processes that outlive it."""
 
+import os
 import pathlib
 import signal
 import subprocess
@@ -53,19 +54,56 @@ def running_processes(records):
             if path.stem.isdigit() and is_running(path.stem)]
 
 
-def run_application(command, environment, records, say):
+POLL_SECONDS = 0.05
+GRACE_SECONDS = 5
+
+
+def wait_for(process, observer):
+    """Returns the status of the process, or None if the observer wants the run to end."""
+    while observer:
+        try:
+            return process.wait(POLL_SECONDS)
+        except subprocess.TimeoutExpired:
+            if observer.observe():
+                return None
+    return process.wait()
+
+
+def end_processes(process, records):
+    """Ends the application and its processes that have loaded the layer."""
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        for pid in [process.pid, *map(int, running_processes(records))]:
+            try:
+                os.kill(pid, number)
+            except ProcessLookupError:
+                pass
+        end = time.monotonic() + GRACE_SECONDS
+        while time.monotonic() < end and (process.poll() is None or running_processes(records)):
+            time.sleep(POLL_SECONDS)
+
+
+def run_application(command, environment, records, say, observer=None):
     """Returns the status of the application; a negative one is the signal that ended it. A launcher
-    may end before what it launches: without waiting, the findings of that would be lost."""
+    may end before what it launches: without waiting, the findings of that would be lost. If the
+    observer ends the run, the status is 0."""
     with SignalRelay() as relay:
         with subprocess.Popen(command, env=environment) as process:
             relay.watch(process)
-            status = process.wait()
+            status = wait_for(process, observer)
+            if status is None:
+                end_processes(process, records)
+                return 0
         pids = running_processes(records)
         if pids and not relay.got:
             say(f"waiting for {'process' if len(pids) == 1 else 'processes'} {', '.join(pids)}")
         while not relay.got and running_processes(records):
-            time.sleep(0.05)
+            time.sleep(POLL_SECONDS)
+            if observer and observer.observe():
+                end_processes(process, records)
+                return 0
         pids = running_processes(records)
         if pids:
             say(f"not waiting for {', '.join(pids)}: what they do from now on is not judged")
+        if observer:
+            observer.observe()
         return status

@@ -19,7 +19,8 @@ _assay_run() {
     --record) mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
     --set | --error-exitcode) ;;
     *)
-        mapfile -t COMPREPLY < <(compgen -W "--level --backend --set --lavapipe --with-khronos --junit
+        mapfile -t COMPREPLY < <(compgen -W "--level --backend --everything --set --lavapipe --with-khronos
+            --stop-at-first --live --no-live --junit
             --sarif --json --html --github --record --quiet --error-exitcode --baseline
             --strict-baseline --write-baseline --merge --help --" -- "$word")
         ;;

@@ -12,6 +12,10 @@ KHRONOS_MANIFEST = "VkLayer_khronos_validation.json"
 LIBRARY = "libVkLayer_assay.so"
 PREFIX = "VK_ASSAY_VALIDATION_"
 
+# --everything: what the preset of the same name in the manifest sets, and what needs assay-run's log.
+EVERYTHING = {"level": "content", "hazards": "true", "guard": "references", "call_sites": "full",
+              "record_builds": "true"}
+
 
 class EnvironmentFailure(Exception):
     """Something that the caller asked for cannot be found; the text says what."""
@@ -120,7 +124,7 @@ def with_log(actions):
 
 
 def layer_settings(arguments, records, environment):
-    settings = dict(arguments.settings)
+    settings = {**(EVERYTHING if arguments.everything else {}), **dict(arguments.settings)}
     for key in ("level", "backend"):
         if getattr(arguments, key):
             settings[key] = getattr(arguments, key)

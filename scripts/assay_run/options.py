@@ -4,6 +4,8 @@
 import argparse
 import os
 
+from .settings import SettingFailure, check_settings
+
 DESCRIPTION = """\
 Runs an application with the Assay validation layer enabled, in it and in its child processes. Then
 prints the findings and a summary, and sets the exit status."""
@@ -24,7 +26,7 @@ finding, or one of its labels. # begins a comment.
 
 examples:
   assay-run -- ./app --frames 10
-  assay-run --lavapipe --level content --junit assay.xml -- ./app
+  assay-run --lavapipe --everything --junit assay.xml -- ./app
   assay-run --write-baseline known.txt -- ./app; assay-run --baseline known.txt -- ./app
   assay-run --merge host1/record host2/record --html assay.html"""
 
@@ -59,12 +61,19 @@ def make_parser():
     layer = parser.add_argument_group("layer")
     layer.add_argument("--level", choices=("parameters", "state", "execution", "content"))
     layer.add_argument("--backend", choices=("driver", "cpu"))
+    layer.add_argument("--everything", action="store_true",
+                       help="all checks: level content, hazards, guarded builds, full call sites and "
+                            "a record of all builds; --level and --set win over it")
     layer.add_argument("--set", dest="settings", metavar="KEY=VALUE", type=setting, action="append",
                        default=[], help="any other setting of the layer; may be repeated")
     layer.add_argument("--lavapipe", action="store_true", help="run on Mesa's CPU driver")
     layer.add_argument("--with-khronos", action="store_true",
                        help="also enable the Khronos validation layer; its messages do not count")
+    layer.add_argument("--stop-at-first", action="store_true",
+                       help="end the application at the first finding that the baseline does not have")
     reports = parser.add_argument_group("reports")
+    reports.add_argument("--live", action=argparse.BooleanOptionalAction, default=None,
+                         help="print findings while the application runs (default: on a terminal)")
     for name, text in (("junit", "for Jenkins, GitLab and others"),
                        ("sarif", "for code scanning"),
                        ("json", "everything, with the verdict"),
@@ -99,6 +108,10 @@ def parse_arguments(words):
     arguments.command = command
     if bool(command) == bool(arguments.merge):
         parser.error("name an application after --, or records after --merge")
+    try:
+        check_settings(arguments.settings)
+    except SettingFailure as failure:
+        parser.error(str(failure))
     if arguments.strict_baseline and not arguments.baseline:
         parser.error("--strict-baseline needs --baseline")
     if arguments.write_baseline and arguments.strict_baseline:

@@ -51,10 +51,12 @@ function findingElement(finding) {
   for (const id of finding.also) list.append(element("li", `also violates ${id}`));
   for (const object of finding.objects) list.append(element("li", object));
   if (finding.labels) list.append(element("li", `labels: ${finding.labels.replaceAll("::", " › ")}`));
-  if (finding.submission !== null) {
-    const how = finding.isRecorded ? "recorded in a command buffer of " : "";
-    list.append(element("li", `${how}submission ${finding.submission} to queue ${finding.queue}`));
+  const [report] = finding.reports;
+  if (report.submission !== null) {
+    const how = report.isRecorded ? "recorded in a command buffer of " : "";
+    list.append(element("li", `${how}submission ${report.submission} to queue ${report.queue}`));
   }
+  for (const line of finding.repetition) list.append(element("li", line));
   for (const frame of finding.place) list.append(element("li", frame));
   if (list.childElementCount) article.append(list);
   return article;
@@ -158,8 +160,8 @@ function submissionsByQueue(builds) {
   for (const line of builds)
     if (line.Type === "Submission") submission(line);
     else if (line.Type !== "CompactedSize") submission(line).builds.push(line);
-  for (const finding of data.new)
-    if (finding.queue && finding.submission !== null) submission(finding).findings++;
+  for (const report of data.new.flatMap(finding => finding.reports))
+    if (report.queue && report.submission !== null) submission(report).findings++;
   return queues;
 }
 

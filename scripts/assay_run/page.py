@@ -7,6 +7,7 @@ import pathlib
 import re
 
 from .call_sites import frames_of_application, place_of
+from .groups import repetition_lines
 from .verdict import describe_exit, mistake_lines
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -21,9 +22,16 @@ MOST_ROWS = 100_000  # about 8 MB
 RECORDED = ("Submission", "Build", "Copy", "CompactedSize")
 
 
-def finding_data(finding, process, place):
-    """`place` is the submission of a finding that the record does not tie to one."""
+def place_data(finding, process, recorded):
+    """`recorded` has the submissions of findings that the record does not tie to one."""
+    place = recorded.get(id(finding))
     queue, submission = place or (finding.get("queue"), finding.get("submission"))
+    return {"queue": queue, "submission": submission, "isRecorded": bool(place), "process": process}
+
+
+def finding_data(group, processes, recorded):
+    """A mistake that was reported several times is one finding with several places."""
+    finding = group.first
     return {"id": finding["VUID"], "severity": finding["Severity"],
             "message": finding["MainMessage"], "spec": finding.get("SpecText", ""),
             "url": finding.get("SpecUrl", ""), "labels": finding.get("DebugRegion", ""),
@@ -32,8 +40,8 @@ def finding_data(finding, process, place):
                         (f" “{item['name']}”" if item.get("name") else "")
                         for item in finding.get("Objects", [])],
             "place": list(map(place_of, frames_of_application(finding))),
-            "queue": queue, "submission": submission, "isRecorded": bool(place),
-            "process": process}
+            "repetition": repetition_lines(group),
+            "reports": [place_data(one, processes[id(one)], recorded) for one in group.findings]}
 
 
 def build_data(lines):
@@ -82,10 +90,10 @@ def page_data(verdict, command):
     record = verdict.record
     header = record.headers[0] if record.headers else {}
     processes = {id(line): process for process, line in record.lines}
-    places = submissions_of_findings(record.lines)
+    recorded = submissions_of_findings(record.lines)
 
-    def show(findings):
-        return [finding_data(one, processes[id(one)], places.get(id(one))) for one in findings]
+    def show(groups):
+        return [finding_data(group, processes, recorded) for group in groups]
 
     return {"command": " ".join(command) if command else "merged records",
             "mistakes": mistake_lines(verdict) +
@@ -93,7 +101,7 @@ def page_data(verdict, command):
             "processes": [str(pid) for _, pid in record.processes],
             "version": header.get("LayerVersion", ""), "settings": header.get("Settings", {}),
             "drivers": sorted({describe_driver(device) for device in record.devices}),
-            "new": show(verdict.new), "known": show(verdict.known),
+            "new": show(verdict.new_groups), "known": show(verdict.known_groups),
             "warnings": list(dict.fromkeys(line["MainMessage"] for line in record.warnings())),
             "heldBack": dict(record.held_back()),
             "unchecked": list(dict.fromkeys(reason for summary in record.summaries

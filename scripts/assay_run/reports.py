@@ -11,6 +11,7 @@ import urllib.parse
 import xml.etree.ElementTree as ElementTree
 
 from .call_sites import first_place, frames_of_application, place_of
+from .groups import group_data, repetition_lines, subject
 from .verdict import call_site_lines, describe_exit, mistake_lines
 
 # XML 1.0 allows no other control characters, escaped or not.
@@ -21,40 +22,43 @@ def xml_text(text):
     return NOT_XML.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
-def full_text(finding):
-    """Returns the message with the specification's sentence and the place in the source."""
+def full_text(group):
+    """Returns the message with the specification's sentence, the place in the source, and how often the
+    mistake was reported."""
+    finding = group.first
     text = finding["MainMessage"]
     if finding.get("SpecText"):
         text += f"\nThe Vulkan spec states: {finding['SpecText']}"
     if finding.get("SpecUrl"):
         text += f" ({finding['SpecUrl']})"
-    return "\n".join([text, *call_site_lines(finding)])
+    return "\n".join([text, *call_site_lines(finding), *repetition_lines(group)])
 
 
-def by_id(findings):
-    groups = {}
-    for finding in findings:
-        groups.setdefault(finding["VUID"], []).append(finding)
-    return groups
+def by_id(groups):
+    ids = {}
+    for group in groups:
+        ids.setdefault(group.first["VUID"], []).append(group)
+    return ids
 
 
 def junit_cases(verdict):
     """Returns the test cases as (name, kind, attributes, text); kind is None if it passed.
 
     One is for the run as a whole, so that a report is never empty; then one for each id."""
-    new, known = by_id(verdict.new), by_id(verdict.known)
+    new, known = by_id(verdict.new_groups), by_id(verdict.known_groups)
     mistakes = mistake_lines(verdict)
     if verdict.status:
         mistakes.append(describe_exit(verdict.status))
     yield ("the run", "error" if mistakes else None,
            {"type": "run", "message": "; ".join(mistakes)}, "\n".join(mistakes))
-    for name, findings in sorted(new.items()):
-        yield (name, "failure",
-               {"type": findings[0]["Severity"], "message": findings[0]["MainMessage"]},
-               "\n\n".join(map(full_text, findings)))
-    for name, findings in sorted(known.items()):
+    for name, groups in sorted(new.items()):
+        first = groups[0].first
+        yield (name, "failure", {"type": first["Severity"], "message": first["MainMessage"]},
+               "\n\n".join(map(full_text, groups)))
+    for name, groups in sorted(known.items()):
         if name not in new:
-            yield name, "skipped", {"message": f"in the baseline, {len(findings)} times"}, ""
+            count = sum(group.count for group in groups)
+            yield name, "skipped", {"message": f"in the baseline, {count} times"}, ""
     if verdict.is_strict:
         for entry in verdict.unused_entries:
             yield (f"baseline line {entry.line}", "failure",
@@ -113,20 +117,20 @@ def sarif_stack(finding):
 
 
 def fingerprint(finding):
-    """Stays the same from run to run: handles and addresses are left out."""
+    """Stays the same from run to run, also if the application was built again: handles, addresses and
+    offsets are left out."""
     place = first_place(finding)
-    parts = [finding["VUID"], finding.get("Location", ""), finding.get("DebugRegion", "")]
-    parts += [item.get("name") or "" for item in finding.get("Objects", [])]
-    if place:
-        parts += [os.path.basename(place["file"]), place["function"]]
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+    parts = subject(finding), place and (os.path.basename(place["file"]), place["function"])
+    return hashlib.sha256(repr(parts).encode("utf-8", "backslashreplace")).hexdigest()
 
 
-def sarif_result(finding, is_known, application):
+def sarif_result(group, is_known, application):
+    finding = group.first
     result = {"ruleId": finding["VUID"],
               "level": {"Error": "error", "Warning": "warning"}.get(finding["Severity"], "note"),
               "message": {"text": finding["MainMessage"]},
-              "partialFingerprints": {"assay/v1": fingerprint(finding)},
+              "partialFingerprints": {"assay/v2": fingerprint(finding)},
+              "occurrenceCount": group.count,
               "locations": [sarif_location(finding, application)]}
     if finding.get("call_site"):
         result["stacks"] = [sarif_stack(finding)]
@@ -135,7 +139,8 @@ def sarif_result(finding, is_known, application):
     return result
 
 
-def sarif_rule(finding):
+def sarif_rule(group):
+    finding = group.first
     rule = {"id": finding["VUID"]}
     if finding.get("SpecText"):
         rule["fullDescription"] = {"text": finding["SpecText"]}
@@ -145,9 +150,9 @@ def sarif_rule(finding):
 
 
 def write_sarif(path, verdict, command):
-    findings = verdict.new + verdict.known
     header = verdict.record.headers[0] if verdict.record.headers else {}
-    driver = {"name": "Assay", "rules": [sarif_rule(group[0]) for group in by_id(findings).values()]}
+    driver = {"name": "Assay", "rules": [sarif_rule(groups[0]) for groups
+                                         in by_id(verdict.new_groups + verdict.known_groups).values()]}
     if header.get("LayerVersion"):
         driver["version"] = header["LayerVersion"]
     invocation = {"executionSuccessful": verdict.is_loaded and verdict.is_whole and
@@ -161,8 +166,8 @@ def write_sarif(path, verdict, command):
     application = (command or ["merged records"])[0]
     run = {"tool": {"driver": driver},
            "invocations": [invocation],
-           "results": [sarif_result(finding, False, application) for finding in verdict.new] +
-                      [sarif_result(finding, True, application) for finding in verdict.known]}
+           "results": [sarif_result(group, False, application) for group in verdict.new_groups] +
+                      [sarif_result(group, True, application) for group in verdict.known_groups]}
     write_json_file(path, {"version": "2.1.0",
                            "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
                            "runs": [run]})
@@ -173,6 +178,7 @@ def write_json(path, verdict, status):
     write_json_file(path, {"loaded": verdict.is_loaded, "whole": verdict.is_whole,
                            "status": status, "application_status": verdict.status,
                            "new": verdict.new, "known": verdict.known,
+                           "mistakes": list(map(group_data, verdict.new_groups)),
                            "unused_baseline": [entry.text for entry in verdict.unused_entries],
                            "headers": verdict.record.headers, "devices": verdict.record.devices,
                            "warnings": verdict.record.warnings(),
@@ -198,12 +204,12 @@ def github_lines(verdict):
     lines = []
     for note in mistake_lines(verdict):
         lines.append(f"::error title=Assay::{escape_github(note)}")
-    for finding in verdict.new:
-        place = first_place(finding)
+    for group in verdict.new_groups:
+        place = first_place(group.first)
         where = ""
         if place:
             path = escape_github(os.path.relpath(place["file"]), is_property=True)
             where = f"file={path},line={place['line']},"
-        title = escape_github(finding["VUID"], is_property=True)
-        lines.append(f"::error {where}title={title}::{escape_github(full_text(finding))}")
+        title = escape_github(group.first["VUID"], is_property=True)
+        lines.append(f"::error {where}title={title}::{escape_github(full_text(group))}")
     return lines

@@ -5,6 +5,7 @@ import signal
 from collections import Counter
 
 from .call_sites import frames_of_application, place_of
+from .groups import group_findings, identity, repetition_lines
 
 NOT_LOADED = 98  # exit status if a run has not loaded the layer in any process
 DAMAGED = 97     # exit status if a record is damaged, so that it may miss findings
@@ -16,8 +17,10 @@ class Verdict:
 
     def __init__(self, record, new, known, unused_entries, is_strict=False):
         self.record, self.new, self.known = record, new, known
+        self.new_groups, self.known_groups = group_findings(new), group_findings(known)
         self.unused_entries, self.is_strict = unused_entries, is_strict
         self.status = 0  # of the application: a negative one is the signal that ended it
+        self.is_stopped = False  # the first finding has ended the run
 
     @property
     def is_loaded(self):
@@ -48,22 +51,29 @@ def call_site_lines(finding):
             for i, frame in enumerate(frames_of_application(finding)[:FRAMES_SHOWN])]
 
 
-def finding_lines(finding):
-    """Returns the lines that describe a finding."""
+def group_lines(group):
+    """Returns the lines that describe a mistake."""
+    finding = group.first
     return [f"{finding['Severity']}: {finding['VUID']}",
             *(f"  {line}" for line in finding["MainMessage"].splitlines()),
-            *(f"  {line}" for line in call_site_lines(finding))]
+            *(f"  {line}" for line in call_site_lines(finding)),
+            *(f"  {line}" for line in repetition_lines(group))]
 
 
 def total_line(verdict):
     record = verdict.record
-    text = plural(len(verdict.new), "finding")
+    text = plural(len(verdict.new_groups), "finding")
+    notes = []
+    if len(verdict.new) > len(verdict.new_groups):
+        notes.append(f"reported {len(verdict.new):,} times")
     held_back = sum(record.held_back().values())
     if held_back:
-        text += f" and {plural(held_back, 'duplicate')} that were not reported"
+        notes.append(f"{plural(held_back, 'duplicate')} not reported")
+    if notes:
+        text += f" ({', '.join(notes)})"
     text += f" in {plural(len(record.processes), 'process', 'processes')}"
     if verdict.known:
-        text += f"; {plural(len(verdict.known), 'known finding')}"
+        text += f"; {plural(len(verdict.known_groups), 'known finding')}"
     if record.warnings():
         text += f"; {plural(len(record.warnings()), 'warning')}"
     return text
@@ -84,12 +94,16 @@ def mistake_lines(verdict):
     return lines
 
 
-def summary_lines(verdict):
-    """Returns the lines of the summary."""
+def summary_lines(verdict, printed=()):
+    """Returns the lines of the summary. `printed` has the identities of the findings that were printed
+    while the application ran."""
     record = verdict.record
     lines = []
-    for finding in verdict.new:
-        lines += finding_lines(finding)
+    for group in verdict.new_groups:
+        if identity(group.first) not in printed:
+            lines += group_lines(group)
+        elif group.count > 1:
+            lines += [f"{group.first['VUID']}:", *(f"  {line}" for line in repetition_lines(group))]
     for name, count in Counter(finding["VUID"] for finding in verdict.new).most_common():
         lines.append(f"{count:6,}  {name}")
     if record.headers:
@@ -104,6 +118,8 @@ def summary_lines(verdict):
         lines.append(f"{entry.path}:{entry.line}: matches no finding any more: {entry.text}")
     if verdict.status:
         lines.append(describe_exit(verdict.status))
+    if verdict.is_stopped:
+        lines.append("the first finding has ended the run (--stop-at-first)")
     return lines
 
 

@@ -23,6 +23,9 @@ class Arguments(Runs):
                       ["--error-exitcode", "0"], ["--error-exitcode", "²"],
                       ["--strict-baseline"], ["--baseline", "none.txt"], ["--baseline", "known.txt"],
                       ["--baseline", "binary"], ["--junit", "no/folder/a.xml"], ["--html", "."],
+                      ["--set", "hazard=true"], ["--set", "hazards=maybe"],
+                      ["--set", "level=everything"], ["--set", "compare_rays=1000001"],
+                      ["--set", "hang_seconds=-1"], ["--set", "report_flags=error,wurn"],
                       ["--set", "log_filename=x"], ["--set", "log_format=text"],
                       ["--merge", "known.txt"]):
             with self.subTest(words):
@@ -31,6 +34,28 @@ class Arguments(Runs):
     def test_equals_sign(self):
         script = "load(); sys.exit(os.environ['VK_ASSAY_VALIDATION_LEVEL'] != 'content')"
         self.expect(self.run_script(script, "--level=content"), 0)
+
+    def test_values_that_the_layer_takes(self):
+        for given in ("hazards=ON", "LEVEL=content", "compare_rays=1000000", "report_flags=error, perf",
+                      "debug_action=log,VK_DBG_LAYER_ACTION_BREAK", "message_id_filter=what,ever",
+                      "duplicate_message_limit=0", "record_builds=true"):
+            with self.subTest(given):
+                self.expect(self.run_script("load()", "--set", given), 0)
+
+    def test_refused_settings_are_named(self):
+        self.expect(self.run_words("--set", "hazard=true", "--", "true"), 2,
+                    "--set hazard: the layer has no such setting; it has ", "hazards")
+        self.expect(self.run_words("--set", "guard=on", "--", "true"), 2,
+                    "--set guard=on: not off, references")
+
+    def test_everything(self):
+        names = ("LEVEL", "HAZARDS", "GUARD", "CALL_SITES", "RECORD_BUILDS")
+        script = ("load(); print(*(os.environ.get('VK_ASSAY_VALIDATION_' + name) for name in " +
+                  f"{names}))")
+        result = self.expect(self.run_script(script, "--everything"), 0)
+        self.assertEqual(result.out, "content true references full true\n")
+        result = self.run_script(script, "--set", "guard=off", "--everything", "--level", "execution")
+        self.assertEqual(result.out, "execution true off full true\n")
 
     def test_nothing_to_run(self):
         self.assertEqual(self.run_words().status, 2)

@@ -83,7 +83,17 @@ class Layer(Runs):
         self.assertEqual(self.run_steps("mistake", "--set", "message_id_filter=x").status, 99)
 
     def test_mistyped_setting(self):
-        self.expect(self.run_steps("clean", "--set", "levle=state"), 0, "LEVLE")
+        self.environment["VK_ASSAY_VALIDATION_LEVLE"] = "state"
+        self.expect(self.run_steps("clean"), 0, "LEVLE")
+
+    def test_everything(self):
+        self.expect(self.run_steps("clean", "--everything", "--html", "a.html"), 0, "0 findings")
+        result = self.run_steps("clean mistake", "--everything", "--json", "a.json")
+        self.assertNotIn("warning", result.err)
+        settings = self.load("a.json")["headers"][0]["Settings"]
+        for key, value in (("level", "content"), ("hazards", "true"), ("guard", "references"),
+                           ("call_sites", "full"), ("record_builds", "true")):
+            self.assertEqual(settings[key], value)
 
     def test_messenger_and_log_action(self):
         for action in ("default", "callback", "log", "ignore", "fail"):
@@ -109,7 +119,7 @@ class Layer(Runs):
     def test_sixteen_processes(self):
         processes = f"for i in $(seq 16); do {APPLICATION} name=process-$i many=3 & done; wait"
         self.expect(self.run_words("--json", "all.json", "--", "sh", "-c", processes), 99,
-                    "48 findings in 16 processes")
+                    "1 finding (reported 48 times) in 16 processes")
         found = self.load("all.json")["new"]
         names = [item["name"] for one in found for item in one["Objects"] if "name" in item]
         self.assertEqual(sorted(set(names)), sorted(f"process-{i}" for i in range(1, 17)))
@@ -120,7 +130,7 @@ class Layer(Runs):
              "mistake" if i % 2 else "clean"], cwd=self.folder, env=self.environment,
             stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) for i in range(16)]
         self.assertEqual([run.wait() for run in runs], [0, 99] * 8)
-        self.expect(self.run_words("--merge", "records"), 99, "8 findings in 16 processes")
+        self.expect(self.run_words("--merge", "records"), 99, "1 finding (reported 8 times) in 16 processes")
 
     def test_baseline(self):
         self.assertEqual(self.run_steps("name=mesh-1 mistake", "--write-baseline",
@@ -141,7 +151,7 @@ class Layer(Runs):
 
     def test_held_back(self):
         self.expect(self.run_steps("many=50"), 99,
-                    "10 findings and 40 duplicates that were not reported")
+                    "1 finding (reported 10 times, 40 duplicates not reported)")
 
     @needs_jsonschema
     def test_records(self):

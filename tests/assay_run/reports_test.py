@@ -120,6 +120,74 @@ class Reports(Runs):
         self.assertEqual((report["loaded"], report["status"], len(report["new"])), (True, 99, 1))
 
 
+def frame_finding(frame, **members):
+    """A mistake in the code of a frame: handles, addresses, submissions and ages are the frame's."""
+    return finding(**{
+        "MainMessage": f"pInfos[0].scratchData 0x7f00{frame:04x}10 of VkCommandBuffer "
+                       f"0x5500{frame:04x}[\"frame {frame % 3}\"], submission {frame}, age {frame}, is "
+                       "no multiple of 256.",
+        "Location": "pInfos[0].scratchData", "submission": frame, "queue": "0xabc123",
+        "DebugRegion": f"frame {frame}",
+        "Objects": [{"type": "VkCommandBuffer", "handle": f"0x5500{frame:04x}",
+                     "name": f"frame {frame % 3}"},
+                    {"type": "VkBuffer", "handle": f"0x6600{frame:04x}", "name": "scratch"}],
+        **members})
+
+
+class Repetition(Runs):
+    """A mistake that is reported in each frame is one finding."""
+
+    REPORTS = ("--junit", "a.xml", "--sarif", "a.sarif", "--json", "a.json", "--github")
+
+    def merge(self, *findings):
+        self.write_record(header(), *findings)
+        return self.run_words("--merge", "7.jsonl", *self.REPORTS)
+
+    def test_one_mistake_in_20_frames(self):
+        result = self.merge(*map(frame_finding, range(20)))
+        self.expect(result, 99, "1 finding (reported 20 times)",
+                    "20 times, from submission 0 to submission 19, in 3 command buffers: frame 0, "
+                    "frame 1, frame 2")
+        self.assertEqual(result.out.count("::error"), 1)
+        self.assertIn("20 times", result.out)
+        results = self.load("a.sarif")["runs"][0]["results"]
+        self.assertEqual([one["occurrenceCount"] for one in results], [20])
+        self.assertEqual(self.read("a.xml").count("is no multiple"), 2)  # attribute and text
+        report = self.load("a.json")
+        self.assertEqual(len(report["new"]), 20)
+        self.assertEqual(report["mistakes"], [{
+            "VUID": VUID, "count": 20, "first_submission": 0, "last_submission": 19,
+            "command_buffers": ["frame 0", "frame 1", "frame 2"]}])
+
+    def test_many_command_buffers(self):
+        unnamed = [frame_finding(frame, Objects=[{"type": "VkCommandBuffer",
+                                                  "handle": f"0x5500{frame:04x}"}], DebugRegion="")
+                   for frame in range(5)]
+        self.expect(self.merge(*unnamed), 99,
+                    "in 5 command buffers: 0x55000000, 0x55000001, 0x55000002 and 2 more")
+
+    def test_what_makes_two_mistakes(self):
+        other = [{"type": "VkBuffer", "handle": "0x66000000", "name": "other scratch"}]
+        frame = {"module": "/app", "offset": "0x10"}
+        for members in ({"VUID": "VUID-other"}, {"Location": "pInfos[1].scratchData"},
+                        {"Objects": other}, {"call_site": [frame]}, {"MainMessage": "It is 12."},
+                        {"Severity": "Warning"}):
+            with self.subTest(members):
+                result = self.merge(frame_finding(0), {**frame_finding(1), **members})
+                self.assertNotIn("2 times", result.err)
+                self.assertNotIn("reported 2 times", result.err)
+
+    def test_labels_count_without_names(self):
+        self.expect(self.merge(*(frame_finding(0, Objects=[], DebugRegion=label)
+                                 for label in ("terrain", "figure", "terrain"))),
+                    99, "2 findings (reported 3 times)")
+
+    def test_values_count(self):
+        messages = [f"It is {value} bytes, more than 0x5." for value in (12, 16, 12)]
+        self.expect(self.merge(*(frame_finding(0, MainMessage=text) for text in messages)),
+                    99, "2 findings (reported 3 times)")
+
+
 @unittest.skipUnless(shutil.which("cc") and shutil.which("addr2line"), "needs cc and addr2line")
 class CallSites(Runs):
     """A program prints the address of a call; the record has it as the layer would."""

@@ -34,6 +34,7 @@ SUPPRESSION = members("kind", kind={"enum": ["inSource", "external"]}, justifica
 RESULT = members("ruleId message locations", ruleId=NAME, level=LEVEL, message=MESSAGE,  # 3.27
                  locations=array(LOCATION, minItems=1),  # code scanning wants one in each result
                  stacks=array(STACK, uniqueItems=True), suppressions=array(SUPPRESSION),
+                 occurrenceCount={"type": "integer", "minimum": 1},
                  partialFingerprints={"type": "object", "additionalProperties": TEXT})
 RUN = members("tool results", tool=members("driver", driver=DRIVER), invocations=array(INVOCATION),
               results=array(RESULT))  # 3.14

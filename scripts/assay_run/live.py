@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the layer reports while the application runs: --live prints it, --stop-at-first acts on it."""
+
+from .baseline import split_known
+from .call_sites import resolve_call_sites
+from .groups import group_findings, identity
+from .records import parse_line
+from .verdict import group_lines
+
+
+class RecordTail:
+    """Reads the lines that are added to the records of a folder."""
+
+    def __init__(self, folder):
+        self.folder, self.offsets = folder, {}
+
+    def new_errors(self):
+        findings = []
+        for path in sorted(self.folder.glob("*.jsonl")):
+            with open(path, "rb") as file:
+                file.seek(self.offsets.get(path, 0))
+                text = file.read()
+            whole = text.rpartition(b"\n")[0]
+            if not whole:
+                continue  # the last line may still be written
+            self.offsets[path] = self.offsets.get(path, 0) + len(whole) + 1
+            lines = map(parse_line, whole.decode("utf-8", "replace").split("\n"))
+            findings += [line for line in lines
+                         if line and line["Type"] == "Finding" and line["Severity"] == "Error"]
+        return findings
+
+
+class Observer:
+    """Sees each finding that the baseline does not know soon after it was reported."""
+
+    def __init__(self, records, entries, say=None, stops=False):
+        """`say` prints a line; None: nothing is printed. `stops`: the first finding ends the run."""
+        self.tail, self.entries, self.say, self.stops = RecordTail(records), entries, say, stops
+        self.printed = set()  # identities
+        self.is_stopped = False
+
+    def observe(self):
+        """Returns whether the application is to be ended."""
+        findings, _ = split_known(self.tail.new_errors(), self.entries)
+        for group in group_findings(findings) if self.say else []:
+            self.show(group)
+        self.is_stopped = self.is_stopped or (self.stops and bool(findings))
+        return self.is_stopped
+
+    def show(self, group):
+        name = identity(group.first)
+        if name in self.printed:
+            return
+        self.printed.add(name)
+        resolve_call_sites([group.first])
+        group.findings = group.findings[:1]  # how often is in the summary
+        for line in group_lines(group):
+            self.say(line)
