@@ -35,13 +35,22 @@ static inline struct value life_object_value(const struct life_object *object_)
     return object(object_->object_type, object_->handle);
 }
 
+enum copy_direction { COPY_BETWEEN_OBJECTS, COPY_TO_MEMORY, COPY_FROM_MEMORY };
+
 /* A copy of a structure or micromap. */
 struct copy_view {
     const struct call_view *call;
+    enum copy_direction direction;
     /* Of a micromap: that of structures with the same name, and MAX_ENUM for any other value. */
     VkCopyAccelerationStructureModeKHR mode;
     struct value given_mode; /* as the command spells it */
+    /* COPY_TO_MEMORY has no dst, and COPY_FROM_MEMORY no src: these have the handle 0. */
     struct life_object src, dst;
+    /* The memory of these two directions. */
+    bool is_on_host;
+    uint64_t address;
+    bool memory_unreadable;      /* on the host: the header of serialized data is not there */
+    struct address_facts memory; /* in command buffers, from level STATE on */
 };
 
 /* A command that writes a property of several structures to a query pool or to host memory. */

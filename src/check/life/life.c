@@ -46,9 +46,17 @@ static void check_operands(struct walk *walk, const struct call_view *call)
     switch ((int)call->command) {
     case COMMAND_CmdCopyAccelerationStructureKHR:
     case COMMAND_CmdCopyAccelerationStructureNV:
+    case COMMAND_CmdCopyAccelerationStructureToMemoryKHR:
+    case COMMAND_CmdCopyMemoryToAccelerationStructureKHR:
+    case COMMAND_CmdCopyMemoryToMicromapEXT:
     case COMMAND_CmdCopyMicromapEXT:
+    case COMMAND_CmdCopyMicromapToMemoryEXT:
     case COMMAND_CopyAccelerationStructureKHR:
+    case COMMAND_CopyAccelerationStructureToMemoryKHR:
+    case COMMAND_CopyMemoryToAccelerationStructureKHR:
+    case COMMAND_CopyMemoryToMicromapEXT:
     case COMMAND_CopyMicromapEXT:
+    case COMMAND_CopyMicromapToMemoryEXT:
         check_copy(walk, call);
         break;
     case COMMAND_CmdWriteAccelerationStructuresPropertiesKHR:
