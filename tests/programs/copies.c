@@ -7,7 +7,9 @@
  *     fill PLACE [SIZE]          update PLACE [SIZE]
  *     marker PLACE STAGE         marker2 PLACE STAGE          VK_AMD_buffer_marker
  *     host clone | compact | serialize | deserialize SRC > DST
- *     host query NAME
+ *     host query NAME            host reset POOL            reset POOL
+ *     host read POOL [64] [wait] [availability] [partial]
+ *     host ... deferred NAME     host join NAME             host result NAME
  *
  * SIZE is 64 unless said otherwise. */
 #include "tests/fixture/copies.h"
@@ -25,14 +27,23 @@ static VkDeviceSize size_of(const char *word)
 
 /* ---- structures */
 
+/* SRC > DST deferred NAME */
+static VkDeferredOperationKHR operation_of(struct play *play, char **words)
+{
+    return play_is(words[4], "deferred") ? play_object(play, words[5])->operation : VK_NULL_HANDLE;
+}
+
 static void copy_structure(struct play *play, char **words, bool is_host)
 {
     const VkCopyAccelerationStructureInfoKHR info =
         copy_info(play_object(play, words[1])->structure, play_object(play, words[3])->structure,
                   play_is(words[0], "compact") ? VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
                                                : VK_COPY_ACCELERATION_STRUCTURE_MODE_CLONE_KHR);
-    if (is_host)
-        play_note(play, play->vk.CopyAccelerationStructureKHR(play->device, NULL, &info));
+    if (play->is_nv)
+        play_copy_nv(play, words);
+    else if (is_host)
+        play_note(play, play->vk.CopyAccelerationStructureKHR(play->device,
+                                                              operation_of(play, words), &info));
     else
         play->vk.CmdCopyAccelerationStructureKHR(play_commands(play), &info);
 }
@@ -43,7 +54,8 @@ static void serialize(struct play *play, char **words, bool is_host)
         serialize_info(play_object(play, words[1])->structure,
                        play_address_for(play, words[3], is_host).deviceAddress);
     if (is_host)
-        play_note(play, play->vk.CopyAccelerationStructureToMemoryKHR(play->device, NULL, &info));
+        play_note(play, play->vk.CopyAccelerationStructureToMemoryKHR(
+                            play->device, operation_of(play, words), &info));
     else
         play->vk.CmdCopyAccelerationStructureToMemoryKHR(play_commands(play), &info);
 }
@@ -54,7 +66,8 @@ static void deserialize(struct play *play, char **words, bool is_host)
         deserialize_info(play_address_for(play, words[1], is_host).deviceAddress,
                          play_object(play, words[3])->structure);
     if (is_host)
-        play_note(play, play->vk.CopyMemoryToAccelerationStructureKHR(play->device, NULL, &info));
+        play_note(play, play->vk.CopyMemoryToAccelerationStructureKHR(
+                            play->device, operation_of(play, words), &info));
     else
         play->vk.CmdCopyMemoryToAccelerationStructureKHR(play_commands(play), &info);
 }
@@ -114,11 +127,49 @@ static void query(struct play *play, char **words)
 
 static void query_on_host(struct play *play, char **words)
 {
-    uint64_t size;
     GET(play->vk.WriteAccelerationStructuresPropertiesKHR(
         play->device, 1, &play_object(play, words[1])->structure,
-        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, sizeof(size), &size,
-        sizeof(size)));
+        VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR, sizeof(play->compacted),
+        &play->compacted, sizeof(play->compacted)));
+}
+
+/* Reads query 0 with a stride that leaves room for two results; its availability may come second.
+ */
+static void read_queries(struct play *play, char **words)
+{
+    uint64_t results[4] = {0};
+    uint32_t first_half;
+    VkQueryResultFlags flags = 0;
+    for (char **word = words + 2; *word; word++)
+        flags |= play_is(*word, "64")             ? VK_QUERY_RESULT_64_BIT
+                 : play_is(*word, "wait")         ? VK_QUERY_RESULT_WAIT_BIT
+                 : play_is(*word, "availability") ? VK_QUERY_RESULT_WITH_AVAILABILITY_BIT
+                                                  : VK_QUERY_RESULT_PARTIAL_BIT;
+    const VkResult result =
+        play->vk.GetQueryPoolResults(play->device, play_object(play, words[1])->queries, 0, 1,
+                                     sizeof(results), results, sizeof(results), flags);
+    play_note(play, result);
+    memcpy(&first_half, results, sizeof(first_half));
+    if (result == VK_SUCCESS)
+        play->compacted = flags & VK_QUERY_RESULT_64_BIT ? results[0] : first_half;
+}
+
+static bool play_operation(struct play *play, char **words)
+{
+    if (play_is(words[0], "join"))
+        play->vk.DeferredOperationJoinKHR(play->device, play_object(play, words[1])->operation);
+    else if (play_is(words[0], "result"))
+        play->vk.GetDeferredOperationResultKHR(play->device,
+                                               play_object(play, words[1])->operation);
+    else if (play_is(words[0], "query"))
+        query_on_host(play, words);
+    else if (play_is(words[0], "read"))
+        read_queries(play, words);
+    else if (play_is(words[0], "reset") && words[1] && words[1][0] == 'P')
+        play->vk.ResetQueryPool(play->device, play_object(play, words[1])->queries, 0, 1);
+    else
+        return false;
+    return true;
 }
 
 static void copy_results(struct play *play, char **words)
@@ -191,16 +242,14 @@ static void write_marker(struct play *play, char **words)
 
 bool play_copy(struct play *play, char **words)
 {
-    if (play_is(words[0], "host") && play_is(words[1], "query")) {
-        query_on_host(play, words + 1);
-        return true;
-    }
     if (play_is(words[0], "host"))
-        return play_structures(play, words + 1, true);
+        return play_operation(play, words + 1) || play_structures(play, words + 1, true);
     if (play_structures(play, words, false))
         return true;
     if (play_is(words[0], "query"))
         query(play, words);
+    else if (play_is(words[0], "reset") && words[1] && words[1][0] == 'P')
+        play->vk.CmdResetQueryPool(play_commands(play), play_object(play, words[1])->queries, 0, 1);
     else if (play_is(words[0], "results"))
         copy_results(play, words);
     else if (play_is(words[0], "copy") || play_is(words[0], "copy1"))

@@ -6,7 +6,12 @@
  *     without FEATURE            maintenance1, synchronization2
  *     only null                  for programs that need the null driver
  *     only driver                for programs that backend cpu plays otherwise
- *     driver recycle handles | recycle addresses | joins COUNT       of the null driver
+ *     driver recycles            the null driver gives out handles and addresses again
+ *     driver joins COUNT         its deferred operations complete at this join; 0: they aren't
+ *                                deferred
+ *
+ *     alone                      a batch never executes: no other program has the device, and what
+ *                                the last wait brings is not judged
  *
  * Programs that ask for the same share them. */
 #include "play.h"
@@ -18,7 +23,8 @@
 /* Whether it is a line of this file. */
 bool play_is_setup(const struct program_line *line)
 {
-    static const char *const words[] = {"setting", "with", "without", "only", "driver"};
+    static const char *const words[] = {"setting", "with",  "without", "only",
+                                        "driver",  "about", "alone"};
     bool found = false;
     for (size_t i = 0; i < ARRAY_COUNT(words); i++)
         found |= play_is(line->words[0], words[i]);
@@ -38,10 +44,8 @@ static void configure_driver(const struct play *play)
             continue;
         if (play_is(words[1], "joins"))
             config.deferred_joins = (uint32_t)atoi(words[2]);
-        else if (play_is(words[2], "handles"))
-            config.recycle_handles = true;
-        else if (play_is(words[2], "addresses"))
-            config.recycle_addresses = true;
+        else if (play_is(words[1], "recycles"))
+            config.recycle_handles = config.recycle_addresses = true;
         else
             program_fail(play->program->name, play->program->lines[i].number, "driver what?");
     }
@@ -94,6 +98,17 @@ static void open_instance(struct play *play)
         instance_fixture_create(&play->fixture, play->platform,
                                 &(struct instance_settings){.chain = &chain});
     play->memory_type = instance_fixture_memory_type(&play->fixture);
+}
+
+bool play_sees_executions(const struct play *play)
+{
+    const char *level = play->level;
+    for (unsigned i = 0; i < play->program->line_count; i++) {
+        char *const *words = play->program->lines[i].words;
+        if (play_is(words[0], "setting") && play_is(words[1], "level"))
+            level = words[2];
+    }
+    return !level || level_named(level) >= LEVEL_EXECUTION;
 }
 
 /* ---- the device */
@@ -271,12 +286,29 @@ static bool has_host_work(const struct program *program)
     return false;
 }
 
+/* Whether it has commands without a counterpart. */
+static bool lacks_nv(const struct program *program)
+{
+    static const char *const words[] = {"deserialize", "query",  "generic", "compacted", "fitting",
+                                        "sparse",      "buffer", "renew",   "host"};
+    for (unsigned i = 0; i < program->line_count; i++)
+        for (char *const *word = program->lines[i].words; *word; word++)
+            for (size_t j = 0; j < ARRAY_COUNT(words); j++)
+                if (play_is(*word, words[j]) &&
+                    !(play_is(*word, "host") &&
+                      (play_is(word[1], "wait") || play_is(word[1], "poll") ||
+                       play_is(word[1], "signal") || play_is(word[1], "set") ||
+                       play_is(word[1], "reset"))))
+                    return true;
+    return false;
+}
+
 static const char *missing_platform(const struct play *play)
 {
     const struct program *program = play->program;
-    const bool needs_null =
-        program_find(program, "only", "null") || program_find(program, "driver", NULL) ||
-        program_find(program, "fail", NULL) || program_find(program, "lose", NULL);
+    const bool needs_null = program_find(program, "only", "null") ||
+                            program_find(program, "driver", NULL) || has_word(program, "fail") ||
+                            has_word(program, "lose");
     if (needs_null && !play->platform->is_null)
         return "the null driver";
     if (play->platform->is_cpu && program_find(program, "only", "driver"))
@@ -295,6 +327,7 @@ static const char *missing(const struct play *play)
         {"q1", "a second queue", play->queues[1]},
         {"q2", "a second queue family", play->queues[2]},
         {"indirect", "indirect builds", play->has_indirect},
+        {"ranges", "indirect builds", play->has_indirect},
         {"micromap", "micromaps", play_has(play, "VK_EXT_opacity_micromap")},
         {"marker", "VK_AMD_buffer_marker", play_has(play, "VK_AMD_buffer_marker")},
         {"accel_copy", "VK_KHR_ray_tracing_maintenance1",
@@ -307,6 +340,8 @@ static const char *missing(const struct play *play)
     for (size_t i = 0; i < ARRAY_COUNT(needs); i++)
         if (!needs[i].is_there && has_word(program, needs[i].word))
             return needs[i].what;
+    if (program_find(program, "structures", "nv") && lacks_nv(program))
+        return "a command that VK_NV_ray_tracing lacks";
     return has_host_work(program) && !play->has_host ? "builds on the host" : NULL;
 }
 
@@ -319,6 +354,13 @@ static void make_key(const struct program *program, const char *first, const cha
         if (play_is(program->lines[i].words[0], first) ||
             play_is(program->lines[i].words[0], second))
             length += (size_t)snprintf(key + length, 512 - length, "%s;", program->lines[i].text);
+}
+
+bool play_suits(const struct play *play, const struct program *program)
+{
+    char key[512];
+    make_key(program, "setting", "driver", key);
+    return strcmp(key, play->instance_key) == 0;
 }
 
 const char *play_open_device(struct play *play)

@@ -37,6 +37,7 @@ bool play_fault(struct play *play, char **words)
     } else if (play_is(words[1], "device") &&
                (play_is(words[0], "lose") || play_is(words[0], "find"))) {
         driver->set_device_lost(play_is(words[0], "lose"));
+        play->was_lost = true;
     } else {
         return false;
     }

@@ -63,7 +63,7 @@ static bool is_active(const struct play *play, const struct expectation *expecte
 {
     if (play->program->is_repaired && !expected->is_plain)
         return false;
-    return expected->is_plain || !play->level || level_named(play->level) >= LEVEL_EXECUTION;
+    return expected->is_plain || play_sees_executions(play);
 }
 
 static bool concerns(const struct expectation *expected, int line)
@@ -102,6 +102,19 @@ static bool find_message(const struct messages *messages, const struct expectati
     return false;
 }
 
+/* What is said of a lost device, though only the first times, is no finding. */
+static unsigned count_of_loss(const struct messages *messages, const bool *is_used)
+{
+    unsigned count = 0;
+    for (uint32_t i = 0; i < messages_kept(messages); i++) {
+        const struct message *message = &messages->items[i];
+        count += !is_used[i] &&
+                 (strcmp(message->id, "ASSAY-device-lost") == 0 ||
+                  (strcmp(message->id, "ASSAY-warning") == 0 && strstr(message->text, " is lost")));
+    }
+    return count;
+}
+
 void play_judge(struct play *play, int line)
 {
     const struct messages *messages = &play->fixture.messages;
@@ -117,6 +130,8 @@ void play_judge(struct play *play, int line)
         good = false;
         play_say(play, "nothing of %s (%s)\n", expected->id, expected->text);
     }
+    if (play->was_lost)
+        count += count_of_loss(messages, is_used);
     if (good && messages->count == count)
         return;
     play->outcome = OUTCOME_FAILED;

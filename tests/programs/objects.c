@@ -27,37 +27,49 @@ static void name_object(struct play *play, VkObjectType type, uint64_t handle, c
     play->vk.SetDebugUtilsObjectNameEXT(play->device, &info);
 }
 
-static VkBufferCreateInfo buffer_info(const struct play *play, VkDeviceSize size)
+VkBufferCreateInfo play_buffer_info(const struct play *play, VkDeviceSize size)
 {
     return MAKE(VkBufferCreateInfo, .size = size,
                 .usage = BUFFER_USAGE |
-                         (play_has(play, "VK_EXT_opacity_micromap") ? MICROMAP_USAGE : 0));
+                         (play_has(play, "VK_EXT_opacity_micromap") ? MICROMAP_USAGE : 0) |
+                         (play->is_nv ? VK_BUFFER_USAGE_RAY_TRACING_BIT_NV : 0));
 }
 
-static void create_buffer(struct play *play, struct play_object *object)
+void play_create_buffer(struct play *play, struct play_object *object)
 {
-    const VkBufferCreateInfo info = buffer_info(play, PLAY_BUFFER_SIZE);
+    VkBufferCreateInfo info = play_buffer_info(play, PLAY_BUFFER_SIZE);
+    const STRUCT(VkBufferUsageFlags2CreateInfo, flags,
+                 .usage = info.usage | VK_BUFFER_USAGE_2_COMPRESSED_DATA_DGF1_BIT_AMDX);
+    if (play_has(play, "VK_AMDX_dense_geometry_format"))
+        info.pNext = &flags;
     object->buffer = buffer_create(&play->vk, play->device, play->memory_type, &info);
     name_object(play, VK_OBJECT_TYPE_BUFFER, (uint64_t)object->buffer.handle, object->name);
 }
 
-static void create_structure(struct play *play, struct play_object *object, VkBuffer buffer,
-                             VkDeviceSize offset, VkDeviceSize size)
+void play_create_structure(struct play *play, struct play_object *object, VkBuffer buffer,
+                           VkDeviceSize offset, VkDeviceSize size,
+                           VkAccelerationStructureTypeKHR type)
 {
-    if (object->name[0] == 'M') {
-        const STRUCT(VkMicromapCreateInfoEXT, micromap, .buffer = buffer, .offset = offset,
-                     .size = size, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
-        GET(play->vk.CreateMicromapEXT(play->device, &micromap, NULL, &object->micromap));
-        name_object(play, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)object->micromap, object->name);
-        return;
-    }
     const STRUCT(VkAccelerationStructureCreateInfoKHR, info, .buffer = buffer, .offset = offset,
-                 .size = size,
-                 .type = object->name[0] == 'T' ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
-                                                : VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR);
+                 .size = size, .type = type);
     GET(play->vk.CreateAccelerationStructureKHR(play->device, &info, NULL, &object->structure));
     name_object(play, VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, (uint64_t)object->structure,
                 object->name);
+}
+
+static void create_micromap(struct play *play, struct play_object *object)
+{
+    const STRUCT(VkMicromapCreateInfoEXT, info, .buffer = object->buffer.handle,
+                 .size = PLAY_STRUCTURE_SIZE, .type = VK_MICROMAP_TYPE_OPACITY_MICROMAP_EXT);
+    GET(play->vk.CreateMicromapEXT(play->device, &info, NULL, &object->micromap));
+    name_object(play, VK_OBJECT_TYPE_MICROMAP_EXT, (uint64_t)object->micromap, object->name);
+}
+
+static VkAccelerationStructureTypeKHR type_of(const struct play *play,
+                                              const struct play_object *object)
+{
+    return object->name[0] == 'T' ? VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+                                  : play->bottom_type;
 }
 
 static void create_image(struct play *play, struct play_object *object)
@@ -96,9 +108,17 @@ static void create(struct play *play, struct play_object *object)
     switch (object->name[0]) {
     case 'B':
     case 'T':
+        if (play->is_nv) {
+            play_create_nv(play, object);
+            break;
+        }
+        play_create_buffer(play, object);
+        play_create_structure(play, object, object->buffer.handle, 0, PLAY_STRUCTURE_SIZE,
+                              type_of(play, object));
+        break;
     case 'M':
-        create_buffer(play, object);
-        create_structure(play, object, object->buffer.handle, 0, PLAY_STRUCTURE_SIZE);
+        play_create_buffer(play, object);
+        create_micromap(play, object);
         break;
     case 'E':
         GET(play->vk.CreateEvent(play->device, &MAKE(VkEventCreateInfo), NULL, &object->event));
@@ -125,7 +145,7 @@ static void create(struct play *play, struct play_object *object)
         break;
     default:
         PLAY_REQUIRE(play, object->name[0] >= 'A' && object->name[0] <= 'Z');
-        create_buffer(play, object);
+        play_create_buffer(play, object);
     }
 }
 
@@ -174,7 +194,7 @@ void play_alias(struct play *play, char **words)
 {
     VkDeviceSize offset;
     const struct play_object *other = play_place(play, words[2], &offset);
-    const VkBufferCreateInfo info = buffer_info(play, PLAY_BUFFER_SIZE - offset);
+    const VkBufferCreateInfo info = play_buffer_info(play, PLAY_BUFFER_SIZE - offset);
     PLAY_REQUIRE(play, !find(play, words[1]));
     struct device_buffer buffer = {.size = info.size, .bytes = other->buffer.bytes + offset};
     GET(play->vk.CreateBuffer(play->device, &info, NULL, &buffer.handle));
@@ -190,8 +210,9 @@ void play_put(struct play *play, char **words)
     VkDeviceSize offset;
     const struct play_object *buffer = play_place(play, words[2], &offset);
     PLAY_REQUIRE(play, !find(play, words[1]));
-    create_structure(play, add(play, words[1]), buffer->buffer.handle, offset,
-                     PLAY_BUFFER_SIZE / 4);
+    struct play_object *object = add(play, words[1]);
+    play_create_structure(play, object, buffer->buffer.handle, offset, PLAY_BUFFER_SIZE / 4,
+                          type_of(play, object));
 }
 
 /* ---- what the host writes */
@@ -211,6 +232,13 @@ void play_write_instances(struct play *play, void *to, char **names, bool is_hos
     }
 }
 
+void play_write(struct play *play, const char *place, const void *bytes, size_t size)
+{
+    VkDeviceSize offset;
+    unsigned char *to = play_place(play, place, &offset)->buffer.bytes;
+    memcpy(to + offset, bytes, size);
+}
+
 void play_init(struct play *play, char **words)
 {
     static const VkTransformMatrixKHR identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
@@ -223,24 +251,27 @@ void play_init(struct play *play, char **words)
     if (play_is(words[2], "instances"))
         play_write_instances(play, bytes + offset, words + 3, false);
     else if (play_is(words[2], "transform"))
-        memcpy(bytes + offset, &identity, sizeof(identity));
+        play_write(play, words[1], &identity, sizeof(identity));
     else if (play_is(words[2], "triangles"))
-        memcpy(bytes + offset, triangles, sizeof(triangles));
+        play_write(play, words[1], triangles, sizeof(triangles));
     else if (play_is(words[2], "ranges"))
-        memcpy(bytes + offset, &range, sizeof(range));
+        play_write(play, words[1], &range, sizeof(range));
     else
         play_fail(play, "init of what?");
 }
 
 /* ---- destruction */
 
-static void destroy(struct play *play, struct play_object *object)
+void play_destroy_object(struct play *play, struct play_object *object)
 {
     const VkuDeviceDispatchTable *vk = &play->vk;
     switch (object->name[0]) {
     case 'B':
     case 'T':
-        vk->DestroyAccelerationStructureKHR(play->device, object->structure, NULL);
+        if (play->is_nv)
+            vk->DestroyAccelerationStructureNV(play->device, object->nv, NULL);
+        else
+            vk->DestroyAccelerationStructureKHR(play->device, object->structure, NULL);
         break;
     case 'M':
         vk->DestroyMicromapEXT(play->device, object->micromap, NULL);
@@ -270,35 +301,6 @@ static void destroy(struct play *play, struct play_object *object)
     object->structure = VK_NULL_HANDLE; /* and what shares its place */
 }
 
-static void destroy_buffer(const struct play *play, struct play_object *object)
-{
-    play->vk.DestroyBuffer(play->device, object->buffer.handle, NULL);
-    object->buffer.handle = VK_NULL_HANDLE;
-}
-
-static void free_memory(const struct play *play, struct play_object *object)
-{
-    play->vk.FreeMemory(play->device, object->buffer.memory, NULL);
-    object->buffer.memory = VK_NULL_HANDLE;
-}
-
-bool play_destroy(struct play *play, char **words)
-{
-    const bool is_buffer = play_is(words[1], "buffer");
-    if (play_is(words[0], "free")) {
-        free_memory(play, play_object(play, words[1]));
-    } else if (play_is(words[0], "destroy")) {
-        struct play_object *object = play_object(play, words[is_buffer ? 2 : 1]);
-        if (is_buffer || !strchr("BTMEFPcdst", object->name[0]))
-            destroy_buffer(play, object);
-        else
-            destroy(play, object);
-    } else {
-        return false;
-    }
-    return true;
-}
-
 void play_create_objects(struct play *play)
 {
     for (uint32_t i = 0; i < ARRAY_COUNT(play->pools); i++) {
@@ -313,6 +315,10 @@ void play_create_objects(struct play *play)
     play->ended_count = play->batch_count = 0;
     play->primary = play->secondary = play->executed = VK_NULL_HANDLE;
     play->recording = NULL;
+    play->bottom_type = VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR;
+    play->is_nv = false;
+    play->nv_type = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
+    play->pages = VK_NULL_HANDLE;
     play->render_pass = VK_NULL_HANDLE;
     play->framebuffer = VK_NULL_HANDLE;
 }
@@ -326,7 +332,8 @@ void play_destroy_objects(struct play *play)
     vk->DestroyRenderPass(play->device, play->render_pass, NULL);
     vk->DestroyFence(play->device, play->fence, NULL);
     for (unsigned i = play->object_count; i-- > 0;)
-        destroy(play, &play->objects[i]);
+        play_destroy_object(play, &play->objects[i]);
     for (unsigned i = play->object_count; i-- > 0;)
         buffer_destroy(vk, play->device, &play->objects[i].buffer);
+    vk->FreeMemory(play->device, play->pages, NULL);
 }

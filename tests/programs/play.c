@@ -47,7 +47,7 @@ static void play_command(struct play *play, char **words)
     else if (play_is(words[0], "init"))
         play_init(play, words);
     else if (!play_fault(play, words) && !play_command_buffer(play, words) &&
-             !play_destroy(play, words) && !play_submit(play, words) && !play_sync(play, words) &&
+             !play_life(play, words) && !play_submit(play, words) && !play_sync(play, words) &&
              !play_copy(play, words) && !play_build(play, words))
         play_fail(play, "unknown command");
 }
@@ -113,6 +113,7 @@ bool play_begin(struct play *play, const struct program *program)
     play->program = program;
     play->report[0] = '\0';
     play->outcome = OUTCOME_PASSED;
+    play->was_lost = false;
     play->at = 0;
     const char *missing = play_open_device(play);
     if (missing) {
@@ -127,9 +128,8 @@ bool play_begin(struct play *play, const struct program *program)
 
 void play_end(struct play *play)
 {
-    const bool is_lost = program_find(play->program, "lose", "device");
     play_destroy_objects(play);
-    if (is_lost)
+    if (play->was_lost || program_find(play->program, "alone", NULL))
         play_close_device(play);
     if (play->platform->is_null)
         play->platform->null_driver.reset();
@@ -141,7 +141,8 @@ void play_program(struct play *play, const struct program *program)
         return;
     for (unsigned i = 0; i < program->line_count && play->outcome == OUTCOME_PASSED; i++)
         play_line(play, i);
-    if (play->outcome == OUTCOME_PASSED) {
+    const bool is_held = program_find(program, "alone", NULL);
+    if (play->outcome == OUTCOME_PASSED && !is_held) {
         play->at = program->line_count - 1;
         play_finish(play);
         if (play_judges_whole(play))

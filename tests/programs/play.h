@@ -21,6 +21,8 @@ enum {
     PLAY_QUEUES = 3,          /* two of family 0, one of family 1 */
     PLAY_ITEMS = BATCH_ITEMS, /* of anything that a line or a submission lists */
     PLAY_BUFFER_SIZE = 128 * 1024,
+    PLAY_PAGES = 4, /* of sparse buffers; each takes a structure */
+    PLAY_PAGE_SIZE = 64 * 1024,
     PLAY_STRUCTURE_SIZE = 32 * 1024, /* serialized, it fits into a buffer */
     PLAY_REPORT_SIZE = 32 * 1024,
 };
@@ -38,6 +40,7 @@ struct play_object {
         VkImage image;
         VkDeferredOperationKHR operation;
         VkCommandBuffer commands;
+        VkAccelerationStructureNV nv;
     };
     VkCommandPool pool; /* of a command buffer alone */
     unsigned queue;     /* that a command buffer is for */
@@ -53,6 +56,7 @@ struct play {
     const struct program *program;
     unsigned at;     /* index of the line that is executed */
     VkResult result; /* the first of the line's calls that isn't VK_SUCCESS */
+    bool was_lost;   /* the device, by the program */
     enum outcome outcome;
     char report[PLAY_REPORT_SIZE]; /* why the program was skipped or failed */
 
@@ -67,6 +71,11 @@ struct play {
     unsigned object_count;
     struct device_buffer scratch, instances; /* parts are used once */
     VkDeviceSize scratch_used, instances_used;
+    VkAccelerationStructureTypeKHR bottom_type; /* of B structures */
+    bool is_nv;                                 /* structures are those of VK_NV_ray_tracing */
+    VkGeometryTypeKHR nv_type;                  /* that they are built of */
+    VkDeviceMemory pages;                       /* of sparse buffers, or null */
+    VkDeviceSize compacted;                     /* the compacted size that the host read last */
 
     const struct play_object *recording; /* a command buffer with a name, or NULL */
     VkCommandBuffer primary, secondary;  /* others that record, or null */
@@ -107,6 +116,10 @@ void play_note(struct play *play, VkResult result);
 const char *play_open_device(struct play *play);
 void play_close_device(struct play *play);
 
+/* Whether the instance that is open is the one that the program needs. */
+bool play_suits(const struct play *play, const struct program *program);
+/* Whether the level is at least execution: below, nothing is said of what is executed. */
+bool play_sees_executions(const struct play *play);
 bool play_is_setup(const struct program_line *line);
 bool play_has(const struct play *play, const char *extension);
 
@@ -138,8 +151,17 @@ VkDeviceOrHostAddressKHR play_address_for(struct play *play, const char *word, b
 /* Those that all programs have; and all. */
 void play_create_objects(struct play *play);
 void play_destroy_objects(struct play *play);
-/* destroy NAME       free NAME: the memory       destroy buffer NAME: of a structure */
-bool play_destroy(struct play *play, char **words);
+/* Destroys an object, which can be created again; and the parts of the creation. */
+void play_destroy_object(struct play *play, struct play_object *object);
+void play_create_buffer(struct play *play, struct play_object *object);
+void play_create_structure(struct play *play, struct play_object *object, VkBuffer buffer,
+                           VkDeviceSize offset, VkDeviceSize size,
+                           VkAccelerationStructureTypeKHR type);
+VkBufferCreateInfo play_buffer_info(const struct play *play, VkDeviceSize size);
+/* Writes to a place by the host. */
+void play_write(struct play *play, const char *place, const void *bytes, size_t size);
+/* lives.c */
+bool play_life(struct play *play, char **words);
 /* alias NAME PLACE: a buffer in the memory of another one.
  * place NAME PLACE: a structure in a buffer. */
 void play_alias(struct play *play, char **words);
@@ -155,6 +177,13 @@ void play_write_instances(struct play *play, void *to, char **names, bool is_hos
 /* The command buffer that commands are recorded to. */
 VkCommandBuffer play_commands(struct play *play);
 
+/* The size of the structure that the words of a build need. */
+VkDeviceSize play_build_size(struct play *play, char **words);
+VkBuildAccelerationStructureFlagsKHR play_flags(const struct play *play, const char *word);
+/* nv.c */
+void play_create_nv(struct play *play, struct play_object *object);
+void play_build_nv(struct play *play, char **words);
+void play_copy_nv(struct play *play, char **words);
 /* builds.c */
 bool play_build(struct play *play, char **words);
 /* copies.c */

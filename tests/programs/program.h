@@ -9,7 +9,7 @@
 #include <stddef.h>
 
 enum {
-    PROGRAM_WORDS = 128,
+    PROGRAM_WORDS = 256,
     PROGRAM_LINES = 96,
     PROGRAM_EXPECTATIONS = 12,
     PROGRAM_STORAGE = 48 * 1024,
@@ -56,6 +56,9 @@ struct source {
 struct sources {
     struct source *items;
     unsigned count;
+    /* Of common.cases, for the other files of the folder. */
+    struct definition *definitions;
+    struct table *tables;
 };
 
 /* Adds the cases of a file, which stay allocated. A mistake in the file ends the process. */

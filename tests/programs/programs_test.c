@@ -18,7 +18,9 @@ enum { FILES_MAX = 64 }; /* of a folder */
 
 static struct sources sources;
 static struct platform platform;
-static struct play assay = {.platform = &platform}, khronos = {&platform, .is_khronos = true};
+enum { PLAYS = 4 }; /* instances that are open at once */
+static struct play plays[PLAYS], khronos = {&platform, .is_khronos = true};
+static struct play *assay = plays; /* of the program */
 static struct program program;
 static struct tally tally;
 
@@ -50,7 +52,7 @@ static const char *root(void)
 }
 
 /* Reads a file of a folder, unless its name does not begin with the chosen one. */
-static void read_file(const char *folder, const char *name, const char *chosen)
+static void read_file(const char *folder, const char *name, const char *chosen, bool reads_common)
 {
     char path[1024], group[256];
     const char *end = strstr(name, ".cases");
@@ -58,7 +60,9 @@ static void read_file(const char *folder, const char *name, const char *chosen)
         return;
     snprintf(path, sizeof(path), "%s/%s/%s", root(), folder, name);
     snprintf(group, sizeof(group), "%s/%.*s", folder, (int)(end - name), name);
-    if (!chosen || strncmp(group, chosen, strlen(chosen)) == 0)
+    const bool is_common = strcmp(name, "common.cases") == 0;
+    if (is_common == reads_common &&
+        (!chosen || strncmp(group, chosen, is_common ? strlen(folder) : strlen(chosen)) == 0))
         sources_read(&sources, path, group);
 }
 
@@ -69,8 +73,12 @@ static void read_all(const char *chosen)
     for (unsigned i = 0; i < folder_count; i++) {
         snprintf(path, sizeof(path), "%s/%s", root(), folders[i]);
         const unsigned file_count = list_folder(path, files);
+        sources.definitions = NULL;
+        sources.tables = NULL;
+        for (unsigned j = 0; j < file_count; j++)
+            read_file(folders[i], files[j], chosen, true);
         for (unsigned j = 0; j < file_count; j++) {
-            read_file(folders[i], files[j], chosen);
+            read_file(folders[i], files[j], chosen, false);
             free(files[j]);
         }
         free(folders[i]);
@@ -85,29 +93,40 @@ static void read_all(const char *chosen)
 
 static bool fired[MESSAGE_ID_COUNT], stayed_silent[MESSAGE_ID_COUNT];
 
-/* What the program says of the rules that it names. */
-static void write_results(void)
+/* about RULE of COMMAND: the rule that the program breaks, or does not break. Returns false if the
+ * command has no such rule: then the program is left out. */
+static bool read_subject(enum vuid *vuid, enum build_command *command)
 {
-    const bool is_unseen = assay.level && level_named(assay.level) < LEVEL_EXECUTION;
-    for (unsigned i = 0; i < program.expected_count; i++) {
-        const struct rule_info *rule = play_rule(program.expected[i].id);
-        const enum build_command command = play_command_of(program.expected[i].text);
-        if (!rule || program.expected[i].is_plain || command == COMMAND_COUNT)
-            continue;
-        const char *word = assay.outcome != OUTCOME_PASSED ? "failed"
-                           : program.is_repaired           ? "silent"
-                           : is_unseen                     ? "unseen"
-                                                           : "fired";
-        const enum vuid vuid = rule->vuid[command];
-        fired[vuid] |= strcmp(word, "fired") == 0;
-        stayed_silent[vuid] |= strcmp(word, "silent") == 0;
-        if (tally.results && vuid != VUID_NONE)
-            tally_write(&tally, &platform, program.name, command, vuid_texts[vuid].id, word);
-    }
+    const struct program_line *line = program_find(&program, "about", NULL);
+    *vuid = VUID_NONE;
+    if (!line)
+        return true;
+    const struct rule_info *rule = play_rule(line->words[1]);
+    for (*command = COMMAND_DEVICE; rule && *command < COMMAND_COUNT; ++*command)
+        if (play_is(line->words[3], build_command_name(*command))) {
+            *vuid = rule->vuid[*command];
+            return *vuid != VUID_NONE;
+        }
+    program_fail(program.name, line->number, "about RULE of COMMAND");
 }
 
-/* covers SUBJECT: every rule of the subject that needs no data has fired, and stayed silent; on
- * drivers other than the null driver, that of the device's command. */
+static void write_results(enum vuid vuid, enum build_command command)
+{
+    const bool is_unseen = !play_sees_executions(assay);
+    const char *word = assay->outcome != OUTCOME_PASSED ? "failed"
+                       : program.is_repaired            ? "silent"
+                       : is_unseen                      ? "unseen"
+                                                        : "fired";
+    if (vuid == VUID_NONE || assay->outcome == OUTCOME_SKIPPED)
+        return;
+    fired[vuid] |= strcmp(word, "fired") == 0;
+    stayed_silent[vuid] |= strcmp(word, "silent") == 0;
+    if (tally.results)
+        tally_write(&tally, &platform, program.name, command, vuid_texts[vuid].id, word);
+}
+
+/* Every rule of the subject that needs no data has fired, and stayed silent; on drivers other than
+ * the null driver, that of the device's command. */
 static void check_subject(const char *subject)
 {
     const bool is_complete = platform.is_null && !platform.is_cpu;
@@ -142,15 +161,27 @@ static void check_coverage(const char *chosen)
 
 /* ---- playing */
 
+/* The play whose instance the program needs; else the next one in turn. */
+static struct play *choose_play(void)
+{
+    static unsigned next;
+    for (unsigned i = 0; i < PLAYS; i++)
+        if (play_suits(&plays[i], &program))
+            return assay = &plays[i];
+    next = (next + 1) % PLAYS;
+    return assay = &plays[next];
+}
+
 static void play_one(const struct source *source, unsigned variant, bool is_repaired)
 {
+    enum vuid vuid;
+    enum build_command command = COMMAND_DEVICE;
     program_make(&program, source, variant, is_repaired);
-    if (!tally_starts(&tally, program.name))
+    if (!read_subject(&vuid, &command) || !tally_starts(&tally, program.name))
         return;
-    play_program(&assay, &program);
-    if (assay.outcome != OUTCOME_SKIPPED)
-        write_results();
-    tally_count(&tally, assay.outcome, program.name, assay.report);
+    play_program(choose_play(), &program);
+    write_results(vuid, command);
+    tally_count(&tally, assay->outcome, program.name, assay->report);
 }
 
 static int play_all(int argc, char **argv, const char *chosen)
@@ -161,14 +192,16 @@ static int play_all(int argc, char **argv, const char *chosen)
                                   " [--results FILE] [--level NAME]\n");
     if (status)
         return status;
-    assay.level = tally.level;
+    for (unsigned i = 0; i < PLAYS; i++)
+        plays[i] = (struct play){.platform = &platform, .level = tally.level};
     for (unsigned i = 0; i < sources.count; i++)
         for (unsigned j = 0; j < source_variants(&sources.items[i]); j++) {
             if (sources.items[i].has_twin)
                 play_one(&sources.items[i], j, false);
             play_one(&sources.items[i], j, true);
         }
-    play_close(&assay);
+    for (unsigned i = 0; i < PLAYS; i++)
+        play_close(&plays[i]);
     check_coverage(chosen);
     return tally_close(&tally);
 }
@@ -199,8 +232,8 @@ static void print_messages(const struct messages *messages)
 static void compare(const struct source *source, bool is_repaired)
 {
     program_make(&program, source, 0, is_repaired);
-    play_program(&assay, &program);
-    if (assay.outcome == OUTCOME_SKIPPED)
+    play_program(choose_play(), &program);
+    if (assay->outcome == OUTCOME_SKIPPED)
         return;
     play_program(&khronos, &program);
     const char *colon = strchr(program.name, ':');
@@ -210,7 +243,7 @@ static void compare(const struct source *source, bool is_repaired)
     if (!program.expected_count || is_repaired)
         printf("-");
     printf("\t");
-    print_messages(&assay.fixture.messages);
+    print_messages(&assay->fixture.messages);
     printf("\t");
     print_messages(&khronos.fixture.messages);
     printf("\n");
@@ -224,6 +257,7 @@ static int compare_all(const char *name)
         fprintf(stderr, "%s\n", missing);
         return 77;
     }
+    plays[0].platform = &platform;
     printf("group\tprogram\texpected\tAssay\tKhronos\n");
     for (unsigned i = 0; i < sources.count; i++) {
         if (sources.items[i].has_twin)
@@ -231,7 +265,8 @@ static int compare_all(const char *name)
         compare(&sources.items[i], true);
     }
     play_close(&khronos);
-    play_close(&assay);
+    for (unsigned i = 0; i < PLAYS; i++)
+        play_close(&plays[i]);
     return 0;
 }
 

@@ -219,7 +219,10 @@ static void check_twins(const struct reader *reader, unsigned first)
 
 void sources_read(struct sources *sources, const char *path, const char *group)
 {
-    struct reader reader = {.sources = sources, .group = strdup(group)};
+    struct reader reader = {.sources = sources,
+                            .group = strdup(group),
+                            .definitions = sources->definitions,
+                            .tables = sources->tables};
     unsigned first = sources->count;
     for (char *line = read_text(&reader, path), *next; line; line = next) {
         next = strchr(line, '\n');
@@ -230,4 +233,8 @@ void sources_read(struct sources *sources, const char *path, const char *group)
     }
     check_twins(&reader, first);
     free(reader.common);
+    if (strcmp(strrchr(group, '/'), "/common") == 0) {
+        sources->definitions = reader.definitions;
+        sources->tables = reader.tables;
+    }
 }

@@ -5,7 +5,8 @@
  *     submit [QUEUE] COMMANDS SEMAPHORES [fence]   submits it by vkQueueSubmit2; `submit1`: by
  *                                                  vkQueueSubmit; `submit2KHR`: by its older name
  *     again [QUEUE]           submits the last batch's command buffers once more
- *     bind [QUEUE] SEMAPHORES                vkQueueBindSparse without bindings
+ *     bind QUEUE [NAME page NUMBER | NAME nothing] SEMAPHORES [fence]     vkQueueBindSparse of the
+ *                                            sparse buffer of a structure, or without bindings
  *     host wait fence | idle | QUEUE | TIMELINE=VALUE
  *     host wait any TIMELINE=VALUE TIMELINE=VALUE         for one of them
  *     host poll fence | TIMELINE=VALUE       the same by asking again and again
@@ -87,13 +88,29 @@ static void submit(struct play *play, char **words)
     submit_batches(play, play->queues[queue], words[0], fence);
 }
 
+/* bind QUEUE [NAME page NUMBER | NAME nothing] SEMAPHORES [fence] */
 static void bind(struct play *play, char **words)
 {
-    add_batch(play, words + 1);
+    VkSparseMemoryBind bind = {.size = PLAY_PAGE_SIZE};
+    VkSparseBufferMemoryBindInfo info = {.bindCount = 1, .pBinds = &bind};
+    const VkQueue queue = play->queues[play_queue_of(play, words[1])];
+    char **rest = words + 2;
+    if (*rest && **rest == 'B') {
+        info.buffer = play_object(play, *rest)->buffer.handle;
+        if (play_is(rest[1], "page")) {
+            bind.memory = play->pages;
+            bind.memoryOffset = (VkDeviceSize)atoi(rest[2]) * PLAY_PAGE_SIZE;
+        }
+        rest += bind.memory ? 3 : 2;
+    }
+    add_batch(play, rest);
     const struct batch *batch = &play->batches[--play->batch_count];
     PLAY_REQUIRE(play, !batch->command_count);
-    play_note(play, batch_bind(&play->vk, play->queues[play_queue_of(play, words[1])], batch, NULL,
-                               VK_NULL_HANDLE));
+    bool has_fence = false;
+    for (; *rest; rest++)
+        has_fence |= play_is(*rest, "fence");
+    play_note(play, batch_bind(&play->vk, queue, batch, info.buffer ? &info : NULL,
+                               has_fence ? play->fence : VK_NULL_HANDLE));
 }
 
 static void submit_again(struct play *play, char **words)

@@ -5,7 +5,8 @@
  *     barrier1 DEPENDENCY [, DEPENDENCY]...    vkCmdPipelineBarrier
  *     set EVENT DEPENDENCY...                  wait EVENT DEPENDENCY...       reset EVENT STAGES
  *     set1 EVENT STAGES                        wait1 EVENT DEPENDENCY...      reset1 EVENT STAGES
- *     host set EVENT
+ *     setKHR, waitKHR, resetKHR      set, wait and reset by their older names
+ *     host set EVENT                 host reset EVENT
  *     image NAME               makes its layout GENERAL, and waits
  *     render DEPENDENCY [, DEPENDENCY]         an empty render pass; its dependencies are those
  *                                              from and to what is outside
@@ -231,8 +232,9 @@ static void play_wait(struct play *play, char **words, VkEvent event)
 {
     struct dependencies all;
     read_dependencies(play, words + 2, &all);
-    if (play_is(words[0], "wait")) {
-        play->vk.CmdWaitEvents2(play_commands(play), 1, &event, &all.info);
+    if (!play_is(words[0], "wait1")) {
+        (play_is(words[0], "wait") ? play->vk.CmdWaitEvents2 : play->vk.CmdWaitEvents2KHR)(
+            play_commands(play), 1, &event, &all.info);
         return;
     }
     play->vk.CmdWaitEvents(play_commands(play), 1, &event, all.old.src, all.old.dst,
@@ -247,18 +249,20 @@ static bool play_event(struct play *play, char **words)
     if (!words[1] || words[1][0] != 'E')
         return false;
     VkEvent event = play_object(play, words[1])->event;
-    if (play_is(words[0], "set")) {
+    if (play_is(words[0], "set") || play_is(words[0], "setKHR")) {
         read_dependencies(play, words + 2, &all);
-        play->vk.CmdSetEvent2(play_commands(play), event, &all.info);
+        (play_is(words[0], "set") ? play->vk.CmdSetEvent2 : play->vk.CmdSetEvent2KHR)(
+            play_commands(play), event, &all.info);
     } else if (play_is(words[0], "set1")) {
         play->vk.CmdSetEvent(play_commands(play), event,
                              (VkPipelineStageFlags)play_stages(play, words[2]));
-    } else if (play_is(words[0], "reset")) {
-        play->vk.CmdResetEvent2(play_commands(play), event, play_stages(play, words[2]));
+    } else if (play_is(words[0], "reset") || play_is(words[0], "resetKHR")) {
+        (play_is(words[0], "reset") ? play->vk.CmdResetEvent2 : play->vk.CmdResetEvent2KHR)(
+            play_commands(play), event, play_stages(play, words[2]));
     } else if (play_is(words[0], "reset1")) {
         play->vk.CmdResetEvent(play_commands(play), event,
                                (VkPipelineStageFlags)play_stages(play, words[2]));
-    } else if (play_is(words[0], "wait") || play_is(words[0], "wait1")) {
+    } else if (strncmp(words[0], "wait", 4) == 0) {
         play_wait(play, words, event);
     } else {
         return false;
@@ -326,6 +330,9 @@ bool play_sync(struct play *play, char **words)
         render(play, words);
     else if (play_is(words[0], "host") && play_is(words[1], "set"))
         GET(play->vk.SetEvent(play->device, play_object(play, words[2])->event));
+    else if (play_is(words[0], "host") && play_is(words[1], "reset") && words[2] &&
+             words[2][0] == 'E')
+        GET(play->vk.ResetEvent(play->device, play_object(play, words[2])->event));
     else
         return play_event(play, words);
     return true;
