@@ -3,12 +3,14 @@
  *
  *     setting NAME VALUE         of the layer
  *     with EXTENSION             and its features
- *     without FEATURE            maintenance1, synchronization2
+ *     with group                 the device has all physical devices of its group, at least two
+ *     without FEATURE            maintenance1, synchronization2, deviceFault
  *     only null                  for programs that need the null driver
  *     only driver                for programs that backend cpu plays otherwise
  *     driver recycles            the null driver gives out handles and addresses again
  *     driver joins COUNT         its deferred operations complete at this join; 0: they aren't
  *                                deferred
+ *     driver type cpu | discrete                  of its physical devices
  *
  *     alone                      a batch never executes: no other program has the device, and what
  *                                the last wait brings is not judged
@@ -42,7 +44,11 @@ static void configure_driver(const struct play *play)
         char *const *words = play->program->lines[i].words;
         if (!play_is(words[0], "driver"))
             continue;
-        if (play_is(words[1], "joins"))
+        if (play_is(words[1], "type"))
+            config.properties.deviceType = play_is(words[2], "cpu")
+                                               ? VK_PHYSICAL_DEVICE_TYPE_CPU
+                                               : VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU;
+        else if (play_is(words[1], "joins"))
             config.deferred_joins = (uint32_t)atoi(words[2]);
         else if (play_is(words[1], "recycles"))
             config.recycle_handles = config.recycle_addresses = true;
@@ -124,6 +130,7 @@ struct device_features {
     VkPhysicalDeviceRayTracingLinearSweptSpheresFeaturesNV spheres;
     VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX dense;
     VkPhysicalDeviceMaintenance5Features maintenance_5;
+    VkPhysicalDeviceFaultFeaturesEXT fault;
 };
 
 #define FEATURES(member, type)                                                                     \
@@ -142,11 +149,17 @@ static const struct extension {
     {"VK_EXT_opacity_micromap", true, FEATURES(micromaps, OPACITY_MICROMAP_FEATURES_EXT)},
     {"VK_AMD_buffer_marker", true, NO_FEATURES},
     {"VK_KHR_synchronization2", false, NO_FEATURES},
+    {"VK_KHR_timeline_semaphore", false, NO_FEATURES},
+    {"VK_KHR_swapchain", false, NO_FEATURES},
+    {"VK_KHR_external_semaphore_fd", false, NO_FEATURES},
+    {"VK_KHR_external_fence_fd", false, NO_FEATURES},
+    {"VK_NV_low_latency2", false, NO_FEATURES},
     {"VK_NV_ray_tracing", false, NO_FEATURES},
     {"VK_NV_ray_tracing_motion_blur", false, FEATURES(motion, RAY_TRACING_MOTION_BLUR_FEATURES_NV)},
     {"VK_NV_ray_tracing_linear_swept_spheres", false,
      FEATURES(spheres, RAY_TRACING_LINEAR_SWEPT_SPHERES_FEATURES_NV)},
     {"VK_AMDX_dense_geometry_format", false, FEATURES(dense, DENSE_GEOMETRY_FORMAT_FEATURES_AMDX)},
+    {"VK_EXT_device_fault", false, FEATURES(fault, FAULT_FEATURES_EXT)},
     {"VK_KHR_maintenance5", false, FEATURES(maintenance_5, MAINTENANCE_5_FEATURES)},
 };
 
@@ -186,6 +199,8 @@ static void find_features(struct play *play, struct device_features *features)
     features->structures.accelerationStructureCaptureReplay = VK_FALSE;
     if (program_find(play->program, "without", "maintenance1"))
         features->maintenance.rayTracingMaintenance1 = VK_FALSE;
+    if (program_find(play->program, "without", "deviceFault"))
+        features->fault.deviceFault = VK_FALSE;
     if (program_find(play->program, "without", "synchronization2"))
         features->core_13.synchronization2 = VK_FALSE;
     play->has_indirect = features->structures.accelerationStructureIndirectBuild;
@@ -219,6 +234,21 @@ static void create_scratch(struct play *play)
     play->instances = buffer_create(&play->vk, play->device, play->memory_type, &instances);
 }
 
+/* Adds the group of the physical device to a chain if the program asks for it. */
+static void *chain_group(struct play *play, VkPhysicalDeviceGroupProperties *group,
+                         VkDeviceGroupDeviceCreateInfo *info, void *chain)
+{
+    uint32_t count = 1;
+    *group = MAKE(VkPhysicalDeviceGroupProperties);
+    play->fixture.vk.EnumeratePhysicalDeviceGroups(play->fixture.instance, &count, group);
+    play->has_group = count && group->physicalDeviceCount > 1 &&
+                      group->physicalDevices[0] == play->fixture.physical;
+    *info = MAKE(VkDeviceGroupDeviceCreateInfo, .pNext = chain,
+                 .physicalDeviceCount = group->physicalDeviceCount,
+                 .pPhysicalDevices = group->physicalDevices);
+    return play->has_group && program_find(play->program, "with", "group") ? info : chain;
+}
+
 static void create_device(struct play *play)
 {
     const struct instance_fixture *fixture = &play->fixture;
@@ -227,11 +257,14 @@ static void create_device(struct play *play)
         VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
     struct device_features features;
     VkDeviceQueueCreateInfo queues[2];
+    VkPhysicalDeviceGroupProperties group;
+    VkDeviceGroupDeviceCreateInfo of_group;
     uint32_t count = 2;
     for (size_t i = 0; i < ARRAY_COUNT(extensions); i++)
         if (has(play, &extensions[i]))
             names[count++] = extensions[i].name;
     find_features(play, &features);
+    features.structures.pNext = chain_group(play, &group, &of_group, features.structures.pNext);
     const STRUCT(VkDeviceCreateInfo, info, .pNext = &features.core,
                  .queueCreateInfoCount = choose_queues(play, queues), .pQueueCreateInfos = queues,
                  .enabledExtensionCount = count, .ppEnabledExtensionNames = names);
@@ -308,7 +341,8 @@ static const char *missing_platform(const struct play *play)
     const struct program *program = play->program;
     const bool needs_null = program_find(program, "only", "null") ||
                             program_find(program, "driver", NULL) || has_word(program, "fail") ||
-                            has_word(program, "lose");
+                            has_word(program, "lose") || has_word(program, "count") ||
+                            has_word(program, "fault");
     if (needs_null && !play->platform->is_null)
         return "the null driver";
     if (play->platform->is_cpu && program_find(program, "only", "driver"))
@@ -333,6 +367,7 @@ static const char *missing(const struct play *play)
         {"accel_copy", "VK_KHR_ray_tracing_maintenance1",
          play_has(play, "VK_KHR_ray_tracing_maintenance1")},
         {"sparse", "sparse buffers", play->has_sparse},
+        {"group", "a device group", play->has_group},
     };
     for (size_t i = 0; i < ARRAY_COUNT(extensions); i++)
         if (program_find(program, "with", extensions[i].name) && !has(play, &extensions[i]))

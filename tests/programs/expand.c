@@ -318,10 +318,12 @@ bool program_text_matches(const char *text, const char *wanted)
         size_t length = end ? (size_t)(end - wanted) : strlen(wanted);
         char part[512];
         snprintf(part, sizeof(part), "%.*s", (int)length, wanted);
-        text = strstr(text, part);
-        if (!text)
+        const bool is_absent = strncmp(part, "NOT ", 4) == 0;
+        const char *found = strstr(text, part + (is_absent ? 4 : 0));
+        if (is_absent == (found != NULL))
             return false;
-        text += length;
+        if (!is_absent)
+            text = found + length;
         wanted = end ? end + strlen(" ... ") : wanted + length;
     }
     return true;

@@ -246,6 +246,7 @@ void play_init(struct play *play, char **words)
     static const VkMicromapTriangleEXT triangles[] = {
         {0, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT},
         {0, 0, VK_OPACITY_MICROMAP_FORMAT_2_STATE_EXT}};
+    static const VkAabbPositionsKHR box = {.minX = 1, .maxX = -1};
     VkDeviceSize offset;
     unsigned char *bytes = play_place(play, words[1], &offset)->buffer.bytes;
     if (play_is(words[2], "instances"))
@@ -254,6 +255,11 @@ void play_init(struct play *play, char **words)
         play_write(play, words[1], &identity, sizeof(identity));
     else if (play_is(words[2], "triangles"))
         play_write(play, words[1], triangles, sizeof(triangles));
+    else if (play_is(words[2], "box"))
+        play_write(play, words[1], &box, sizeof(box));
+    else if (play_is(words[2], "reference"))
+        ((VkAccelerationStructureInstanceKHR *)(bytes + offset))->accelerationStructureReference =
+            strtoull(words[3], NULL, 0);
     else if (play_is(words[2], "ranges"))
         play_write(play, words[1], &range, sizeof(range));
     else

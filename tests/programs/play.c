@@ -16,7 +16,8 @@ _Noreturn void play_fail(const struct play *play, const char *what)
 
 void play_note(struct play *play, VkResult result)
 {
-    if (play->result == VK_SUCCESS && (result < 0 || result == VK_NOT_READY))
+    if (play->result == VK_SUCCESS &&
+        (result < 0 || result == VK_NOT_READY || result == VK_TIMEOUT))
         play->result = result;
 }
 
@@ -38,6 +39,14 @@ static void print_program(struct play *play, unsigned failed)
 
 /* ---- lines */
 
+/* close: destroys all objects and the device, which other programs do not share then */
+static void close_all(struct play *play)
+{
+    play_destroy_objects(play);
+    play_close_device(play);
+    play->is_closed = true;
+}
+
 static void play_command(struct play *play, char **words)
 {
     if (play_is(words[0], "alias"))
@@ -46,7 +55,10 @@ static void play_command(struct play *play, char **words)
         play_put(play, words);
     else if (play_is(words[0], "init"))
         play_init(play, words);
-    else if (!play_fault(play, words) && !play_command_buffer(play, words) &&
+    else if (play_is(words[0], "close"))
+        close_all(play);
+    else if (!play_fault(play, words) && !play_foreign(play, words) && !play_host(play, words) &&
+             !play_label(play, words) && !play_command_buffer(play, words) &&
              !play_life(play, words) && !play_submit(play, words) && !play_sync(play, words) &&
              !play_copy(play, words) && !play_build(play, words))
         play_fail(play, "unknown command");
@@ -122,15 +134,22 @@ bool play_begin(struct play *play, const struct program *program)
         return false;
     }
     messages_clear(&play->fixture.messages);
+    play->is_closed = false;
     play_create_objects(play);
     return true;
 }
 
 void play_end(struct play *play)
 {
-    play_destroy_objects(play);
-    if (play->was_lost || program_find(play->program, "alone", NULL))
+    if (!play->is_closed)
+        play_destroy_objects(play);
+    if (play->was_lost || program_find(play->program, "alone", NULL) ||
+        program_find(play->program, "fault", NULL))
         play_close_device(play);
+    if (play->hang_messenger)
+        play->fixture.vk.DestroyDebugUtilsMessengerEXT(play->fixture.instance, play->hang_messenger,
+                                                       NULL);
+    play->hang_messenger = VK_NULL_HANDLE;
     if (play->platform->is_null)
         play->platform->null_driver.reset();
 }
@@ -144,11 +163,14 @@ void play_program(struct play *play, const struct program *program)
     const bool is_held = program_find(program, "alone", NULL);
     if (play->outcome == OUTCOME_PASSED && !is_held) {
         play->at = program->line_count - 1;
-        play_finish(play);
+        if (!play->is_closed)
+            play_finish(play);
         if (play_judges_whole(play))
             play_judge(play, -1);
         judge_line(play, program->line_count);
-    } else {
+    } else if (!play->is_closed) {
+        if (play->platform->is_null)
+            play->platform->null_driver.end_hang();
         play->vk.DeviceWaitIdle(play->device);
     }
     play_end(play);

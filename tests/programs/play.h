@@ -65,7 +65,7 @@ struct play {
     uint32_t memory_type;
     VkQueue queues[PLAY_QUEUES]; /* null: the device has none */
     VkCommandPool pools[2];      /* of the families */
-    bool has_indirect, has_host, has_sparse;
+    bool has_indirect, has_host, has_sparse, has_group;
 
     struct play_object objects[PLAY_OBJECTS];
     unsigned object_count;
@@ -87,6 +87,11 @@ struct play {
     VkFence fence;
     VkRenderPass render_pass; /* null: none was begun */
     VkFramebuffer framebuffer;
+
+    bool is_closed;                          /* the program has no objects and no device any more */
+    VkDebugUtilsMessengerEXT hang_messenger; /* ends a hang, or null */
+    const char *counted;                     /* calls of the null driver, with | between them */
+    uint64_t count_before;
 };
 
 /* Ends the process, because a line is wrong. */
@@ -166,8 +171,8 @@ bool play_life(struct play *play, char **words);
  * place NAME PLACE: a structure in a buffer. */
 void play_alias(struct play *play, char **words);
 void play_put(struct play *play, char **words);
-/* init PLACE transform | ranges | triangles (of a micromap) | instances NAME...: the host writes,
- * before all submissions */
+/* init PLACE transform | ranges | box (upside down) | triangles (of a micromap) | instances
+ * NAME...: the host writes, before all submissions */
 void play_init(struct play *play, char **words);
 /* The references of a host build are handles. */
 void play_write_instances(struct play *play, void *to, char **names, bool is_host);
@@ -193,11 +198,19 @@ bool play_sync(struct play *play, char **words);
 VkPipelineStageFlags2 play_stages(struct play *play, const char *names);
 /* commands.c */
 bool play_command_buffer(struct play *play, char **words);
+/* foreign.c */
+bool play_foreign(struct play *play, char **words);
 /* faults.c */
 bool play_fault(struct play *play, char **words);
 VkResult play_result_named(const struct play *play, const char *name);
 unsigned play_queue_of(const struct play *play, const char *word);
+/* labels.c */
+bool play_label(struct play *play, char **words);
+/* host.c */
+bool play_host(struct play *play, char **words);
 /* submit.c */
+/* Reads NAME[=VALUE][@STAGES]. */
+void play_read_semaphore(struct play *play, const char *word, VkSemaphoreSubmitInfo *to);
 bool play_submit(struct play *play, char **words);
 /* Adds the command buffers that the program has not named to the next batch. */
 void play_end_unnamed(struct play *play);

@@ -102,7 +102,8 @@ struct program_line *program_add(struct program *program, const char *text, unsi
 const struct program_line *program_find(const struct program *program, const char *first,
                                         const char *second);
 
-/* Returns true if the parts of `wanted` are in `text`, in this order. */
+/* Returns true if the parts of `wanted` are in `text`, in this order; what follows `NOT ` must not
+ * be in the rest. */
 bool program_text_matches(const char *text, const char *wanted);
 
 /* Ends the process, because a file is wrong. */
