@@ -59,6 +59,26 @@ static bool has_other_builders(const struct device_facts *facts,
            is_enabled(create_info, VK_NV_PARTITIONED_ACCELERATION_STRUCTURE_EXTENSION_NAME);
 }
 
+static void collect_address_features(struct device_facts *facts, const void *chain)
+{
+    const VkPhysicalDeviceVulkan12Features *core =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
+    const VkPhysicalDeviceBufferDeviceAddressFeatures *own =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES);
+    const VkPhysicalDeviceBufferDeviceAddressFeaturesEXT *ext =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES_EXT);
+    const VkPhysicalDeviceDescriptorBufferFeaturesEXT *descriptors =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DESCRIPTOR_BUFFER_FEATURES_EXT);
+    facts->buffer_device_address_multi_device = (core && core->bufferDeviceAddressMultiDevice) ||
+                                                (own && own->bufferDeviceAddressMultiDevice) ||
+                                                (ext && ext->bufferDeviceAddressMultiDevice);
+    const VkPhysicalDeviceDeviceAddressCommandsFeaturesKHR *commands =
+        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DEVICE_ADDRESS_COMMANDS_FEATURES_KHR);
+    facts->device_address_commands = commands && commands->deviceAddressCommands;
+    facts->descriptor_buffer_capture_replay =
+        descriptors && descriptors->descriptorBufferCaptureReplay;
+}
+
 /* A structure that is absent leaves its features off. */
 static void collect_features(struct device_facts *facts, const void *chain)
 {
@@ -93,6 +113,7 @@ static void collect_features(struct device_facts *facts, const void *chain)
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_KHR);
     facts->micromap.ext = ext && ext->micromap;
     facts->micromap.khr = khr && khr->micromap;
+    facts->micromap.host_commands = ext && ext->micromapHostCommands;
 
     const VkPhysicalDeviceDenseGeometryFormatFeaturesAMDX *dense =
         chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DENSE_GEOMETRY_FORMAT_FEATURES_AMDX);
@@ -197,19 +218,6 @@ static bool is_on_processor(const struct layer_device *device)
     return properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
 }
 
-/* The feature accelerationStructure must be enabled, and on a group of physical devices
- * bufferDeviceAddressMultiDevice too. */
-static bool may_query_structures(const struct layer_device *device, const void *chain)
-{
-    const VkPhysicalDeviceVulkan12Features *core =
-        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
-    const VkPhysicalDeviceBufferDeviceAddressFeatures *own =
-        chain_find(chain, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES);
-    return device->facts.acceleration_structure &&
-           (device->physical_device_count == 1 || (core && core->bufferDeviceAddressMultiDevice) ||
-            (own && own->bufferDeviceAddressMultiDevice));
-}
-
 VkResult layer_collect_device_facts(struct layer_device *device,
                                     const VkDeviceCreateInfo *create_info)
 {
@@ -224,7 +232,11 @@ VkResult layer_collect_device_facts(struct layer_device *device,
     collect_extensions(&device->facts, create_info);
     device->facts.has_other_builders = has_other_builders(&device->facts, create_info);
     collect_features(&device->facts, create_info->pNext);
-    device->may_query_structures = may_query_structures(device, create_info->pNext);
+    collect_address_features(&device->facts, create_info->pNext);
+    device->facts.is_group = device->physical_device_count > 1;
+    device->may_query_structures =
+        device->facts.acceleration_structure &&
+        (!device->facts.is_group || device->facts.buffer_device_address_multi_device);
     collect_limits(device);
     device->instance->vk.GetPhysicalDeviceMemoryProperties(device->physical_device,
                                                            &device->memory);

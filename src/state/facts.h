@@ -168,6 +168,7 @@ struct size_facts {
 struct micromap_support {
     bool any;      /* one of the three micromap extensions is enabled */
     bool ext, khr; /* feature `micromap` of VK_EXT_ or VK_KHR_opacity_micromap */
+    bool host_commands;
     struct {
         uint32_t opacity_2_state_level, opacity_4_state_level;
     } ext_limits;
@@ -201,6 +202,9 @@ struct device_facts {
         acceleration_structure_host_commands;
     bool device_fault, ray_tracing_maintenance1, synchronization2;
     bool spheres, linear_swept_spheres, dense_geometry_format;
+    bool device_address_commands, buffer_device_address_multi_device,
+        descriptor_buffer_capture_replay;
+    bool is_group; /* it was created with multiple physical devices */
     /* Extensions. */
     struct {
         bool acceleration_structure, motion_blur_nv, opacity_micromap_ext, opacity_micromap_khr,

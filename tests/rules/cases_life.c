@@ -3,4 +3,5 @@
 #include "case.h"
 
 #include "copies.inc"
+#include "life_features.inc"
 #include "queries.inc"

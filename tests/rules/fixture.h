@@ -42,6 +42,10 @@ enum setup_disable {
     DISABLE_MICROMAP_EXT = 1 << 5,
     DISABLE_MICROMAP_KHR = 1 << 6,
     DISABLE_DENSE = 1 << 7,
+    DISABLE_MICROMAP_HOST_COMMANDS = 1 << 8,
+    DISABLE_DEVICE_ADDRESS_COMMANDS = 1 << 9,
+    DISABLE_DESCRIPTOR_CAPTURE = 1 << 10,
+    DISABLE_MULTI_DEVICE_ADDRESS = 1 << 11,
 };
 
 /* How features are asked for, and buffer addresses retrieved. */

@@ -66,6 +66,20 @@ static const char *enter_fixture(const struct play *play, struct fixture *fixtur
     return fixture_open(fixture, play->platform, &wanted);
 }
 
+bool judge_lacks_features(const struct test_case *test_case)
+{
+    return test_case->setup != NULL && test_case->setup->disable != 0 && !test_case->silent;
+}
+
+/* Whether commands besides those that build structures have ids of the case's rules. */
+static bool is_felt_by_others(const struct test_case *test_case)
+{
+    for (int command = BUILD_COMMAND_COUNT; command < COMMAND_COUNT; command++)
+        if (rule_id(test_case->rules[0], (enum build_command)command) != NULL)
+            return true;
+    return false;
+}
+
 /* NULL, or what the fixture lacks for the case. */
 static const char *cannot_play(const struct play *play, const struct fixture *fixture)
 {
@@ -273,6 +287,9 @@ void judge_play(const struct play *play, struct fixture *fixture, struct report 
         missing = cannot_play(play, fixture);
     if (missing == NULL && test_case->forwards && fixture->fails)
         missing = "debug_action = fail lets no such call pass";
+    if (missing == NULL && fixture->fails && judge_lacks_features(test_case) &&
+        is_felt_by_others(test_case))
+        missing = "debug_action = fail lets no scene be opened";
     if (missing == NULL && !play->is_mutation_alone) {
         play_twin(play, fixture, report);
         if (report->outcome == OUTCOME_SKIPPED)

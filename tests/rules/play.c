@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* One call of a case of rules_test. */
+#include <string.h>
+
 #include "judge.h"
 
 static bool is_submitted(const struct play *play)
@@ -55,6 +57,31 @@ static bool submit(struct fixture *fixture, struct scene *scene, const struct ca
     return false;
 }
 
+static bool is_of_the_rules(const struct test_case *test_case, const char *id)
+{
+    for (uint32_t i = 0; i < test_case->rule_count; i++)
+        for (int command = 0; command < COMMAND_COUNT; command++) {
+            const char *own = rule_id(test_case->rules[i], (enum build_command)command);
+            if (own != NULL && strcmp(own, id) == 0)
+                return true;
+        }
+    return false;
+}
+
+/* A feature that is off is missing to the commands that open and close the scene, too: forgets what
+ * has come since, if all of it is of the case's rules. */
+static void forget_scene(const struct play *play, const struct call *call, struct fixture *fixture,
+                         uint32_t since)
+{
+    struct messages *messages = &fixture->messages;
+    if (!call->breaks || !judge_lacks_features(play->test_case))
+        return;
+    for (uint32_t i = since; i < messages_kept(messages); i++)
+        if (!is_of_the_rules(play->test_case, messages->items[i].id))
+            return;
+    messages->count = since;
+}
+
 bool play_call(const struct play *play, struct fixture *fixture, const struct call *call,
                struct report *report)
 {
@@ -71,6 +98,7 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
         call->mutate(scene);
     if (play->geometry_pointers)
         scene_use_geometry_pointers(scene);
+    forget_scene(play, call, fixture, 0);
     if (scene->skip != NULL) {
         report->outcome = OUTCOME_SKIPPED;
         judge_say(report, "%s", scene->skip);
@@ -94,6 +122,8 @@ bool play_call(const struct play *play, struct fixture *fixture, const struct ca
             good = check_forwarding(play, call, driver->calls(name) - before, report) && good;
         fixture->messages.answer = VK_FALSE;
     }
+    const uint32_t count = fixture->messages.count;
     scene_close(scene);
+    forget_scene(play, call, fixture, count);
     return good;
 }
