@@ -73,4 +73,24 @@ struct queried_view {
     struct life_object object;
 };
 
+/* A query of the sizes that a build needs. */
+struct size_query_view {
+    const struct call_view *call;
+    VkAccelerationStructureBuildTypeKHR build_type;
+    const VkAccelerationStructureBuildGeometryInfoKHR *info; /* NULL: unreadable */
+    /* info->geometryCount elements, or NULL if neither array is readable. */
+    const VkAccelerationStructureGeometryKHR *geometries;
+    const VkAccelerationStructureGeometryKHR *const *geometry_pointers;
+    const void *counts_argument;
+    const uint32_t *counts; /* NULL: unreadable */
+};
+
+/* A query of the address or the handle of a structure. */
+struct lookup_view {
+    const struct call_view *call;
+    struct life_object object;
+    size_t data_size;
+    struct buffer_facts buffer; /* of the object, from level STATE on */
+};
+
 #endif

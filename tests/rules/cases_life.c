@@ -4,4 +4,5 @@
 
 #include "copies.inc"
 #include "life_features.inc"
+#include "life_results.inc"
 #include "queries.inc"

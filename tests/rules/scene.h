@@ -104,7 +104,9 @@ struct scene_life {
     VkBindAccelerationStructureMemoryInfoNV bindings[2];
     uint32_t binding_count;
 
-    VkAccelerationStructureBuildTypeKHR build_type;
+    VkAccelerationStructureBuildTypeKHR build_type; /* these three: a query of sizes */
+    const VkAccelerationStructureBuildGeometryInfoKHR *build_argument;
+    const uint32_t *counts_argument;
     VkAccelerationStructureBuildSizesInfoKHR sizes;
     VkMicromapBuildSizesInfoEXT micromap_sizes;
     VkAccelerationStructureDeviceAddressInfoKHR address_info;

@@ -212,6 +212,8 @@ static void set_queries_of_objects(struct scene *scene)
     life->sizes = MAKE(VkAccelerationStructureBuildSizesInfoKHR);
     life->micromap_sizes = MAKE(VkMicromapBuildSizesInfoEXT);
     life->build_type = VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR;
+    life->build_argument = &scene->infos[INDEXED];
+    life->counts_argument = &scene->ranges[INDEXED][0].primitiveCount;
     life->requirements_info =
         MAKE(VkAccelerationStructureMemoryRequirementsInfoNV,
              .type = VK_ACCELERATION_STRUCTURE_MEMORY_REQUIREMENTS_TYPE_OBJECT_NV,
@@ -356,8 +358,8 @@ static void fill_arguments(struct scene *scene, union life_arguments *arguments)
         OF_DEVICE(DestroyMicromapEXT, (VkMicromapEXT)life->destroyed, life->allocator)
         OF_DEVICE(BindAccelerationStructureMemoryNV, life->binding_count, life->bindings)
         OF_DEVICE(BuildMicromapsEXT, scene->deferred_operation, life->build_count, life->builds)
-        OF_DEVICE(GetAccelerationStructureBuildSizesKHR, life->build_type, &scene->infos[INDEXED],
-                  &scene->ranges[INDEXED][0].primitiveCount, &life->sizes)
+        OF_DEVICE(GetAccelerationStructureBuildSizesKHR, life->build_type, life->build_argument,
+                  life->counts_argument, &life->sizes)
         OF_DEVICE(GetAccelerationStructureDeviceAddressKHR, &life->address_info)
         OF_DEVICE(GetAccelerationStructureHandleNV, (VkAccelerationStructureNV)life->src,
                   life->data_size, life->data_argument)

@@ -8,6 +8,8 @@
 
 WALK_ALL(copy)
 WALK_ALL(query)
+WALK_ALL(size_query)
+WALK_ALL(lookup)
 WALK_ALL(queried)
 
 struct location check_argument(const struct call_view *call, const char *parameter)
@@ -65,6 +67,13 @@ static void check_operands(struct walk *walk, const struct call_view *call)
     case COMMAND_WriteAccelerationStructuresPropertiesKHR:
     case COMMAND_WriteMicromapsPropertiesEXT:
         check_query(walk, call);
+        break;
+    case COMMAND_GetAccelerationStructureBuildSizesKHR:
+        check_size_query(walk, call);
+        break;
+    case COMMAND_GetAccelerationStructureDeviceAddressKHR:
+    case COMMAND_GetAccelerationStructureHandleNV:
+        check_lookup(walk, call);
         break;
     default:
         break;

@@ -14,7 +14,9 @@ void check_life(struct check_context *context, const struct call_view *call);
 /* ---- for the files of this folder: each validates the commands of one subject */
 
 void check_copy(struct walk *walk, const struct call_view *call);
+void check_lookup(struct walk *walk, const struct call_view *call);
 void check_query(struct walk *walk, const struct call_view *call);
+void check_size_query(struct walk *walk, const struct call_view *call);
 
 /* Returns what a pointer of the application leads to, aligned as any structure. Returns NULL if it
  * is not readable. */
@@ -35,6 +37,10 @@ struct location check_element(const struct call_view *call, const char *paramete
 /* Each evaluates the rows of its subject at all levels. */
 void walk_copy(struct walk *walk, const struct copy_view *copy, const struct location *location);
 void walk_query(struct walk *walk, const struct query_view *query, const struct location *location);
+void walk_size_query(struct walk *walk, const struct size_query_view *size_query,
+                     const struct location *location);
+void walk_lookup(struct walk *walk, const struct lookup_view *lookup,
+                 const struct location *location);
 void walk_queried(struct walk *walk, const struct queried_view *queried,
                   const struct location *location);
 
