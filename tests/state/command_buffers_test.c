@@ -77,6 +77,7 @@ static void lives_begin(void *state)
 static void lives_end(void *state)
 {
     command_buffers_destroy(((struct pool_lives *)state)->all);
+    command_buffers_destroy(NULL);
 }
 
 static void pool_add(void *state, const uint32_t *operands)

@@ -101,7 +101,9 @@ PROPERTY_TEST(
                    {"look", pages_look, {PAGES * PAGE, PAGES *PAGE}, 20}},
     .sequences = 60, .steps = 120, .check_steps = 1,
     .cases = (const char *const[]){
-        "bind 0 8 1 0; bind 3 1 2 7; bind 5 1 2 2; look 0 2048; bind 3 1 0 0; look 0 2048", NULL})
+        "bind 0 8 1 0; bind 3 1 2 7; bind 5 1 2 2; look 0 2048; bind 3 1 0 0; look 0 2048",
+        "bind 0 8 1 0 !0; bind 0 8 1 0; look 0 2048", /* nothing is said of any page */
+        NULL})
 
 PAGES_TEST(bindings_without_bytes_do_nothing)
 {

@@ -224,7 +224,14 @@ PROPERTY_TEST(sweep, .size = sizeof(struct call), .begin = call_begin, .end = ca
                              {"build", call_build, {1 << 16, 8}, 20, .scarce = 1000},
                              {"search", call_search, {0}, 1, 2, 3},
                              {"search_few", call_search_few, {1 << 18}, 1, 2, 3}},
-              .sequences = 600, .steps = 24)
+              .sequences = 600, .steps = 24,
+              .cases = (const char *const[]){
+                  /* A range is lost, and silences all. */
+                  "style 0; build 1 0; build 2 0; build 3 0; build 4 0; build 5 0; build 6 0; "
+                  "build 7 0; build 8 0;"
+                  "build 9 0; build 10 0; build 11 0; build 12 0; build 13 0; build 14 0; build 15 "
+                  "0; build 16 0; build 17 0 !0; build 18 0",
+                  NULL})
 
 TEST(most_calls_without_pairs_are_plain)
 {
