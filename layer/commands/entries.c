@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "arguments.h"
-#include "layer/hazards/host.h"
+#include "layer/hazards/recording.h"
 #include "layer/intercepts/checks.h"
 #include "layer/postmortem/loss.h"
 #include "layer/snapshots/snapshots.h"

@@ -162,7 +162,7 @@ BACKEND = {"overlay": ("struct cpu_overlay *", "layer->cpu"),
            "query_pools": ("struct cpu_query_pools *", "layer->cpu->device->query_pools"),
            "private_data": ("struct cpu_private_data *", "&layer->cpu->device->private_data")}
 BACKEND_HEAD = """
-#include "layer/cpu/driver/masks.h"
+#include "layer/cpu/driver/block.h"
 #include "layer/cpu/overlay.h"
 #include "observers.h"
 

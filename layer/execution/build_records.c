@@ -4,7 +4,7 @@
 #include "layer/execution/build_records.h"
 
 #include "layer/layer.h"
-#include "src/report/log/records.h"
+#include "src/report/log/lines.h"
 #include "src/state/resources/nv_shape.h"
 
 struct writer {

@@ -4,12 +4,11 @@
 
 #include <stdlib.h>
 
-#include "layer/accel_addresses.h"
-#include "layer/build_sizes.h"
 #include "layer/compare/comparer.h"
 #include "layer/execution/hazards/checks.h"
+#include "layer/physical_device.h"
 #include "layer/snapshots/coverage_warnings.h"
-#include "layer/snapshots/guard/results.h"
+#include "layer/snapshots/guard/execution.h"
 #include "layer/snapshots/marks.h"
 #include "src/base/float_environment.h"
 #include "src/check/content/executed.h"

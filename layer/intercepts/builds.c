@@ -2,10 +2,9 @@
 /* Intercepts of the build commands: observe, check, forward; the NV one is in nv.c. */
 #include <stdatomic.h>
 
-#include "layer/build_sizes.h"
-#include "layer/formats.h"
 #include "layer/intercepts/build_call.h"
 #include "layer/intercepts/host_work.h"
+#include "layer/physical_device.h"
 #include "observers.h"
 #include "src/base/readable.h"
 #include "src/base/recording_path.h"

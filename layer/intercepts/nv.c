@@ -4,7 +4,7 @@
 
 #include "layer/intercepts/build_call.h"
 #include "layer/intercepts/build_notes.h"
-#include "layer/snapshots/guard/follow.h"
+#include "layer/snapshots/guard/references.h"
 #include "observers.h"
 #include "src/base/chain.h"
 #include "src/base/readable.h"

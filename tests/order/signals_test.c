@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which signal ends a wait, and which one a signal includes, by their numbers. */
 #include "program.h"
-#include "src/state/order/semaphore_clock.h"
+#include "src/state/order/records.h"
 
 /* The host has observed nothing of 10, whose signal carries nothing. */
 SCRIPT_TEST(signals_at_other_stages_are_known,

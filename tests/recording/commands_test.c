@@ -2,7 +2,7 @@
 /* What journals have, with setting hazards, of commands other than builds. */
 #include "tests/recording/device.h"
 
-#include "layer/hazards/objects.h"
+#include "layer/hazards/recording.h"
 
 /* A command that is recorded also goes on, once. */
 #define CALL(...)                                                                                  \

@@ -6,7 +6,7 @@
 
 #include <stdio.h>
 
-#include "layer/hazards/objects.h"
+#include "layer/hazards/recording.h"
 #include "layer/intercepts/build_notes.h"
 #include "layer/intercepts/call_sites.h"
 #include "layer/intercepts/host_work.h"

@@ -3,7 +3,7 @@
 #include "reading.h"
 
 #include "src/report/ids/message_filter.h"
-#include "src/report/settings_check.h"
+#include "src/report/settings.h"
 
 struct warned warned;
 

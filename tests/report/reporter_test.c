@@ -2,8 +2,8 @@
 /* What callbacks get of a message, and which callbacks. scenes_test.c has which messages are sent.
  */
 #include "hearing.h"
-#include "src/report/duplicates.h"
 #include "src/report/ids/message_id.h"
+#include "src/report/summary.h"
 
 HEARD_TEST(callback_data, "")
 {

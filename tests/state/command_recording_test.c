@@ -2,7 +2,7 @@
 /* What recording does to a command buffer, beyond what rules about command buffers see. */
 #include <stdlib.h>
 
-#include "src/state/commands/queue_labels.h"
+#include "src/state/commands/label_stack.h"
 #include "tests/state/command_fixture.h"
 
 COMMAND_BUFFERS_TEST(what_fails_leaves_a_state_that_is_not_known_or_invalid)

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 
 #include "src/base/array.h"
-#include "src/base/chunk_list.h"
 #include "src/base/handle_table.h"
 #include "tests/fixture/scarce_memory.h"
 #include "tests/state/property.h"

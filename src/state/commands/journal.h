@@ -14,7 +14,7 @@
 #ifndef ASSAY_STATE_COMMANDS_JOURNAL_H
 #define ASSAY_STATE_COMMANDS_JOURNAL_H
 
-#include "src/base/chunk_list.h"
+#include "src/base/array.h"
 #include "src/state/builds/built.h"
 #include "src/state/commands/label_stack.h"
 #include "src/state/commands/used_range.h"

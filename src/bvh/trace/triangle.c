@@ -1,5 +1,110 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Accuracy exact: decides without error on which side of each edge the ray passes.
+/* Accuracy fast: Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997. */
+#include "src/bvh/expansion.h"
+#include "src/bvh/trace/ray.h"
+
+static float dot(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const float a[3], const float b[3], float to[3])
+{
+    to[0] = a[1] * b[2] - a[2] * b[1];
+    to[1] = a[2] * b[0] - a[0] * b[2];
+    to[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* Comparisons with NaN are false, so an overflow is never a hit. */
+bool triangle_fast(const struct local_ray *ray, const struct triangle_record *triangle,
+                   double t_max, struct local_hit *hit)
+{
+    float ab[3], ac[3], to_origin[3], p[3], q[3];
+    for (int i = 0; i < 3; i++) {
+        ab[i] = triangle->b[i] - triangle->a[i];
+        ac[i] = triangle->c[i] - triangle->a[i];
+        to_origin[i] = ray->near_origin[i] - triangle->a[i];
+    }
+    cross(ray->near_direction, ac, p);
+    cross(to_origin, ab, q);
+    float determinant = dot(ab, p), inverse = 1 / determinant;
+    float u = dot(to_origin, p) * inverse, v = dot(ray->near_direction, q) * inverse;
+    float t = dot(ac, q) * inverse;
+    if (!(u >= 0 && v >= 0 && u + v <= 1 && t > ray->t_min && t < t_max))
+        return false;
+    *hit = (struct local_hit){t, u, v, determinant > 0};
+    return true;
+}
+
+/* ---- accuracy robust: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", 2013 */
+
+/* Below this value a product may have lost bits to underflow; above its reciprocal sums may
+ * overflow. */
+#define FLOAT_RANGE 0x1p-100f
+
+/* Vertices relative to the origin, sheared so that the ray runs along the third axis. */
+struct sheared {
+    float x[3], y[3], z[3];
+};
+
+static void shear(const struct local_ray *ray, const struct triangle_record *triangle,
+                  struct sheared *to)
+{
+    const float *corners[3] = {triangle->a, triangle->b, triangle->c};
+    uint32_t x = ray->axis[0], y = ray->axis[1], z = ray->axis[2];
+    for (int i = 0; i < 3; i++) {
+        float depth = corners[i][z] - ray->near_origin[z];
+        to->x[i] = corners[i][x] - ray->near_origin[x] - ray->shear[0] * depth;
+        to->y[i] = corners[i][y] - ray->near_origin[y] - ray->shear[1] * depth;
+        to->z[i] = ray->shear[2] * depth;
+    }
+}
+
+/* Both triangles of an edge compute its function from the same rounded coordinates. In double the
+ * products are exact, so a zero is exact. */
+static bool hit_in_double(const struct sheared *s, double t_min, double t_max,
+                          struct local_hit *hit)
+{
+    double u = (double)s->x[2] * s->y[1] - (double)s->y[2] * s->x[1];
+    double v = (double)s->x[0] * s->y[2] - (double)s->y[0] * s->x[2];
+    double w = (double)s->x[1] * s->y[0] - (double)s->y[1] * s->x[0];
+    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0))
+        return false;
+    double determinant = u + v + w;
+    double t = (u * s->z[0] + v * s->z[1] + w * s->z[2]) / determinant;
+    if (determinant == 0 || !(t > t_min && t < t_max))
+        return false;
+    *hit =
+        (struct local_hit){t, (float)(v / determinant), (float)(w / determinant), determinant > 0};
+    return true;
+}
+
+bool triangle_robust(const struct local_ray *ray, const struct triangle_record *triangle,
+                     double t_max, struct local_hit *hit)
+{
+    struct sheared s;
+    shear(ray, triangle, &s);
+    float u = s.x[2] * s.y[1] - s.y[2] * s.x[1];
+    float v = s.x[0] * s.y[2] - s.y[0] * s.x[2];
+    float w = s.x[1] * s.y[0] - s.y[1] * s.x[0];
+    float least = fminf(fabsf(u), fminf(fabsf(v), fabsf(w)));
+    float sum = fabsf(u) + fabsf(v) + fabsf(w);
+    if (!(least > FLOAT_RANGE && sum < 1 / FLOAT_RANGE))
+        return hit_in_double(&s, ray->t_min, t_max, hit);
+    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0))
+        return false;
+    float determinant = u + v + w;
+    float t = (u * s.z[0] + v * s.z[1] + w * s.z[2]) / determinant;
+    if (!isfinite(t))
+        return hit_in_double(&s, ray->t_min, t_max, hit);
+    if (!(t > ray->t_min && t < t_max))
+        return false;
+    float inverse = 1 / determinant;
+    *hit = (struct local_hit){t, v * inverse, w * inverse, determinant > 0};
+    return true;
+}
+
+/* ---- Accuracy exact: decides without error on which side of each edge the ray passes.
  *
  * With A, B, C relative to the origin and direction d, the ray's line hits the triangle if d . (A x
  * B), d . (B x C), d . (C x A) have the same sign. They are computed in double with an error bound;
@@ -10,8 +115,6 @@
  * Therefore every ray, like a generic ray, hits each shared edge and closed fan exactly once. If
  * the result is still zero, the edge and the origin are collinear, and the ray sees the triangle
  * edge-on. */
-#include "src/bvh/expansion.h"
-#include "src/bvh/trace/ray.h"
 
 /* Differences, two products, their difference, the product by d and two sums: at most 7 roundings
  * of 2^-53 for each term of the sum of magnitudes, and as many in that sum itself. */

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Copying structures by the sizes that the registry knows. */
-#include "src/base/chain_copy.h"
+#include "src/base/chain.h"
 
 #include <stdalign.h>
 #include <stdlib.h>
 #include <string.h>
 #include <vulkan/vk_layer.h>
 
-#include "src/base/chain.h"
 #include "src/base/readable.h"
 #include "src/platform/probe.h"
 #include "vuid-tables/registry.h"
