@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The instance and the device of a program, as lines ask for them, wherever they stand:
  *
- *     setting NAME VALUE         of the layer
+ *     setting NAME VALUE         of the layer; log_filename: a file of the process
  *     with EXTENSION             and its features
  *     with group                 the device has all physical devices of its group, at least two
  *     without FEATURE            maintenance1, synchronization2, deviceFault
@@ -21,6 +21,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* Whether it is a line of this file. */
 bool play_is_setup(const struct program_line *line)
@@ -85,8 +86,17 @@ static void add_setting(VkLayerSettingsCreateInfoEXT *chain, VkLayerSettingEXT *
         chain->settingCount++;
 }
 
+/* Each play has a file of its own. */
+static void name_log(struct play *play)
+{
+    snprintf(play->log_name, sizeof(play->log_name), "/tmp/assay-records-%ld-%p", (long)getpid(),
+             (void *)play);
+    play->log_offset = 0;
+}
+
 static void open_instance(struct play *play)
 {
+    const char *log_name = play->log_name;
     VkLayerSettingEXT settings[SETTINGS_MAX];
     STRUCT(VkLayerSettingsCreateInfoEXT, chain, .pSettings = settings);
     if (play->platform->is_null)
@@ -95,8 +105,12 @@ static void open_instance(struct play *play)
         add_setting(&chain, settings, "level", &play->level);
     for (unsigned i = 0; i < play->program->line_count; i++) {
         char *const *words = play->program->lines[i].words;
-        if (play_is(words[0], "setting"))
-            add_setting(&chain, settings, words[1], &words[2]);
+        if (!play_is(words[0], "setting"))
+            continue;
+        const bool is_log = play_is(words[1], "log_filename");
+        if (is_log)
+            name_log(play);
+        add_setting(&chain, settings, words[1], is_log ? (const void *)&log_name : &words[2]);
     }
     if (play->is_khronos)
         open_khronos(play);
@@ -292,6 +306,9 @@ void play_close(struct play *play)
     play_close_device(play);
     if (play->instance_key[0])
         instance_fixture_close(&play->fixture);
+    if (play->log_name[0])
+        unlink(play->log_name);
+    play->log_name[0] = '\0';
     play->instance_key[0] = '\0';
 }
 

@@ -59,8 +59,8 @@ static void play_command(struct play *play, char **words)
         close_all(play);
     else if (!play_fault(play, words) && !play_foreign(play, words) && !play_host(play, words) &&
              !play_label(play, words) && !play_command_buffer(play, words) &&
-             !play_life(play, words) && !play_submit(play, words) && !play_sync(play, words) &&
-             !play_copy(play, words) && !play_build(play, words))
+             !play_life(play, words) && !play_records(play, words) && !play_submit(play, words) &&
+             !play_sync(play, words) && !play_copy(play, words) && !play_build(play, words))
         play_fail(play, "unknown command");
 }
 
@@ -136,6 +136,7 @@ bool play_begin(struct play *play, const struct program *program)
     messages_clear(&play->fixture.messages);
     play->is_closed = false;
     play_create_objects(play);
+    play_skip_records(play);
     return true;
 }
 

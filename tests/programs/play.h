@@ -54,9 +54,11 @@ struct play {
     struct instance_fixture fixture;
     char instance_key[512], device_key[512]; /* what they were created for; "": there is none */
     const struct program *program;
-    unsigned at;     /* index of the line that is executed */
-    VkResult result; /* the first of the line's calls that isn't VK_SUCCESS */
-    bool was_lost;   /* the device, by the program */
+    unsigned at;       /* index of the line that is executed */
+    VkResult result;   /* the first of the line's calls that isn't VK_SUCCESS */
+    char log_name[64]; /* of setting log_filename, or "" */
+    long log_offset;   /* up to which it was read */
+    bool was_lost;     /* the device, by the program */
     enum outcome outcome;
     char report[PLAY_REPORT_SIZE]; /* why the program was skipped or failed */
 
@@ -191,6 +193,9 @@ void play_build_nv(struct play *play, char **words);
 void play_copy_nv(struct play *play, char **words);
 /* builds.c */
 bool play_build(struct play *play, char **words);
+/* records.c */
+bool play_records(struct play *play, char **words);
+void play_skip_records(struct play *play);
 /* copies.c */
 bool play_copy(struct play *play, char **words);
 /* sync.c */
